@@ -1,0 +1,27 @@
+// webots-session-server: knows the simulation machines and sends each browser to one of them.
+
+#include <webots_cloud/daemon.hpp>
+#include <webots_cloud/servers.hpp>
+
+int main(int argc, char** argv)
+{
+    using namespace webots_cloud;
+    Program program;
+    program.name = "webots-session-server";
+    program.summary = "Tells browsers whether a simulation machine is free and sends each to the best one.";
+    program.default_config = "config/session/local.json";
+
+    auto const [arguments, usage] = parse_arguments(argc, argv, program);
+    if (!arguments)
+        return usage;
+    auto const [config, status] = load_config(program, *arguments, parse_session_config);
+    if (!config)
+        return status;
+    auto const log = open_log(program, config->log_dir / "session" / "output.log", config->debug);
+    if (!log)
+        return exit_usage;
+    auto const reread = [&path = arguments->config] { return read_config(path, parse_session_config); };
+    return run_daemon(program.name, [&settings = *config, &reread, &log](boost::asio::any_io_executor executor) {
+        return serve_sessions(executor, settings, reread, *log);
+    });
+}

@@ -1,0 +1,27 @@
+// webots-simulation-server: fetches projects and runs one simulator per browser on this machine.
+
+#include <webots_cloud/daemon.hpp>
+#include <webots_cloud/servers.hpp>
+
+int main(int argc, char** argv)
+{
+    using namespace webots_cloud;
+    Program program;
+    program.name = "webots-simulation-server";
+    program.summary = "Runs one simulation per browser on this machine, and cleans up after it.";
+    program.default_config = "config/simulation/local.json";
+
+    auto const [arguments, usage] = parse_arguments(argc, argv, program);
+    if (!arguments)
+        return usage;
+    auto const [config, status] = load_config(program, *arguments, parse_simulation_config);
+    if (!config)
+        return status;
+    auto const log = open_log(program, config->log_dir / "simulation" / "output.log", config->debug);
+    if (!log)
+        return exit_usage;
+    auto const reread = [&path = arguments->config] { return read_config(path, parse_simulation_config); };
+    return run_daemon(program.name, [&settings = *config, &reread, &log](boost::asio::any_io_executor executor) {
+        return serve_simulations(executor, settings, reread, program_folder(), *log);
+    });
+}

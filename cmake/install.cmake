@@ -1,0 +1,36 @@
+# What is installed, and the package that find_package(webots_cloud) finds. Each component has an export file of its own, so
+# that a project that asks for core alone needs none of the libraries behind the adapters.
+include(CMakePackageConfigHelpers)
+
+set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/webots_cloud)
+set(data_dir ${CMAKE_INSTALL_DATADIR}/webots_cloud)
+
+function(webots_cloud_install_library target component)
+    install(TARGETS ${target} EXPORT webots_cloud-${component} ARCHIVE LIBRARY RUNTIME FILE_SET HEADERS)
+    install(EXPORT webots_cloud-${component} NAMESPACE webots_cloud:: DESTINATION ${package_dir}
+        FILE webots_cloud-${component}.cmake)
+endfunction()
+
+webots_cloud_install_library(webots_cloud_core core)
+webots_cloud_install_library(webots_cloud_testing testing)
+if(WEBOTS_CLOUD_BUILD_ADAPTERS)
+    webots_cloud_install_library(webots_cloud webots_cloud)
+    install(TARGETS webots-process-guard)
+endif()
+
+# Static libraries: who links them must use the very Boost that they were compiled with.
+find_package(Boost 1.81 REQUIRED)
+configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/webots_cloudConfig.cmake.in
+    ${PROJECT_BINARY_DIR}/webots_cloudConfig.cmake INSTALL_DESTINATION ${package_dir} NO_SET_AND_CHECK_MACRO
+    NO_CHECK_REQUIRED_COMPONENTS_MACRO)
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/webots_cloudConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/webots_cloudConfig.cmake ${PROJECT_BINARY_DIR}/webots_cloudConfigVersion.cmake
+    DESTINATION ${package_dir})
+
+# The servers look for their default configuration in share/webots_cloud, and local.json for the demo projects beside it.
+if(WEBOTS_CLOUD_BUILD_APPS)
+    install(TARGETS webots-session-server webots-simulation-server)
+    install(DIRECTORY ${PROJECT_SOURCE_DIR}/config DESTINATION ${data_dir})
+    install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples/demo_projects DESTINATION ${data_dir}/examples)
+endif()
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})

@@ -1,0 +1,5 @@
+# Warnings of our own code only: linked PRIVATE, never part of what a consumer sees.
+add_library(webots_cloud_warnings INTERFACE)
+target_compile_options(webots_cloud_warnings INTERFACE
+    -Wall -Wextra -Wpedantic -Wold-style-cast -Woverloaded-virtual
+    $<$<CXX_COMPILER_ID:GNU>:-Wshadow=local>)

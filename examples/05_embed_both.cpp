@@ -1,0 +1,47 @@
+// Runs a session server and a simulation server inside one program, on one thread: what a site with one machine needs.
+//
+//     05_embed_both PROGRAMS EXAMPLES SESSION_PORT SIMULATION_PORT
+//
+// PROGRAMS is the folder of webots-process-guard and webots-demo-simulator, EXAMPLES the folder that holds demo_projects.
+// It ends in order on SIGTERM or SIGINT.
+#include <webots_cloud/daemon.hpp>
+#include <webots_cloud/servers.hpp>
+
+#include <boost/asio/experimental/awaitable_operators.hpp>
+
+using namespace webots_cloud;
+namespace asio = boost::asio;
+
+asio::awaitable<result<>> serve_both(asio::any_io_executor executor, SessionConfig session, SimulationConfig simulation,
+                                     std::filesystem::path programs)
+{
+    using namespace asio::experimental::awaitable_operators;
+    Logger const log([](LogLevel, std::string_view line) { std::cout << line << std::endl; });
+    auto const ended = co_await (serve_simulations(executor, simulation, nullptr, programs, log) ||
+                                 serve_sessions(executor, session, nullptr, log));
+    co_return std::visit([](result<> const& outcome) { return outcome; }, ended);
+}
+
+int main(int argc, char** argv)
+{
+    if (argc != 5) {
+        std::cerr << "usage: " << argv[0] << " PROGRAMS EXAMPLES SESSION_PORT SIMULATION_PORT\n";
+        return exit_usage;
+    }
+    SimulationConfig simulation;
+    simulation.ssl = false;
+    simulation.port_rewrite = false;
+    simulation.port = static_cast<std::uint16_t>(std::stoi(argv[4]));
+    simulation.forges = {ForgeConfig("local:")};
+    simulation.forges.front().directory = argv[2];
+    simulation.allowed_repositories = {"local:/demo_projects"};
+
+    SessionConfig session;
+    session.ssl = false;
+    session.port = static_cast<std::uint16_t>(std::stoi(argv[3]));
+    session.simulation_servers = {ServerSpec("localhost:" + std::to_string(simulation.port))};
+
+    return run_daemon("embed_both", [&](asio::any_io_executor executor) {
+        return serve_both(executor, session, simulation, argv[1]);
+    });
+}

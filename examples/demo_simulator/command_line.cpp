@@ -1,0 +1,206 @@
+#include "command_line.hpp"
+
+#include "text.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <optional>
+#include <stdexcept>
+
+namespace webots_cloud::demo {
+namespace {
+
+constexpr std::string_view version_text =
+    "webots-demo-simulator 1.0: the demo simulator of webots_cloud. This is not Webots.\n";
+
+constexpr std::string_view usage =
+    "Usage: webots-demo-simulator [options] <world.wbt>\n"
+    "\n"
+    "The demo simulator of webots_cloud. This is not Webots: it takes Webots' command line, speaks Webots'\n"
+    "streaming protocol and moves a few two-wheeled robots about in an arena, for machines without Webots.\n"
+    "\n"
+    "Options that do something:\n"
+    "  --port=<1..65535>               TCP port of the stream (1234; the next ten are tried when it is "
+    "busy)\n"
+    "  --stream[=w3d|x3d|mjpeg]        what to stream: scene updates (default) or pictures\n"
+    "  --stream=\"port=<p>;...\"         the same in the spelling of R2021b and older\n"
+    "  --mode=pause|realtime|fast      how to start (realtime)\n"
+    "  --heartbeat[=<ms>]              time between the '.' lines on stdout (1000)\n"
+    "  --stdout                        write the robots' console lines to stdout too\n"
+    "  --demo-address=<ip>             address to listen on (all); also WEBOTS_DEMO_ADDRESS\n"
+    "  --demo-faults=<list>            misbehave, see below; also WEBOTS_DEMO_FAULTS\n"
+    "  --help, --version, --sysinfo\n"
+    "\n"
+    "Options that are accepted and ignored:\n"
+    "  --batch --minimize --no-rendering --fullscreen --stderr --extern-urls --no-sandbox "
+    "--log-performance=<..>\n"
+    "\n"
+    "Faults, separated by commas:\n";
+
+/// Thrown and caught in this file only.
+struct Invalid : std::runtime_error
+{
+    using std::runtime_error::runtime_error;
+};
+
+std::optional<int> whole_number(std::string_view text)
+{
+    int number = 0;
+    auto const [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (error != std::errc{} || end != text.data() + text.size())
+        return std::nullopt;
+    return number;
+}
+
+unsigned short port_number(std::string_view text)
+{
+    auto const number = whole_number(text);
+    if (!number || *number < 1 || *number > 65535)
+        throw Invalid("invalid port '" + printable(text, 40) + "': a number from 1 to 65535 was expected");
+    return static_cast<unsigned short>(*number);
+}
+
+std::chrono::milliseconds heartbeat_time(std::string_view text)
+{
+    auto const number = whole_number(text);
+    if (!number || *number < 1)
+        throw Invalid("invalid heartbeat '" + printable(text, 40) +
+                      "': a number of milliseconds was expected");
+    return std::chrono::milliseconds{*number};
+}
+
+Mode start_mode(std::string_view text)
+{
+    if (text == "pause" || text == "stop")
+        return Mode::pause;
+    if (text == "realtime" || text == "run")
+        return Mode::real_time;
+    if (text == "fast")
+        return Mode::fast;
+    throw Invalid("invalid mode '" + printable(text, 40) + "': pause, realtime or fast was expected");
+}
+
+StreamMode stream_mode(std::string_view text, Faults const& faults)
+{
+    if (text == "mjpeg")
+        return StreamMode::mjpeg;
+    if ((text == "w3d" && !faults.refuse_w3d) || (text == "x3d" && !faults.refuse_x3d))
+        return StreamMode::scene;
+    throw Invalid("invalid stream mode '" + printable(text, 40) + "'");
+}
+
+/// `port=2001;monitorActivity;mode=mjpeg;...`, in literal double quotes or without.
+void read_old_stream(Options& options, std::string_view text)
+{
+    std::string inner(text);
+    std::erase(inner, '"');
+    options.old_protocol = true;
+    for (std::size_t begin = 0; begin < inner.size();) {
+        std::size_t const end = std::min(inner.find(';', begin), inner.size());
+        std::string_view const item = std::string_view(inner).substr(begin, end - begin);
+        begin = end + 1;
+        if (item.starts_with("port="))
+            options.port = port_number(item.substr(5));
+        else if (item.starts_with("mode="))
+            options.stream = stream_mode(item.substr(5), options.faults);
+    }
+}
+
+void read_stream(Options& options, std::string_view value)
+{
+    if (value.find_first_of(";=\"") != std::string_view::npos)
+        read_old_stream(options, value);
+    else
+        options.stream = stream_mode(value, options.faults);
+}
+
+Faults faults_from(std::string_view list, Faults already)
+{
+    auto parsed = parse_faults(list, already);
+    if (auto const* problem = std::get_if<std::string>(&parsed))
+        throw Invalid(*problem);
+    return std::get<Faults>(parsed);
+}
+
+bool is_ignored(std::string_view argument)
+{
+    static constexpr std::array<std::string_view, 7> ignored{"--batch",      "--minimize", "--no-rendering",
+                                                             "--fullscreen", "--stderr",   "--extern-urls",
+                                                             "--no-sandbox"};
+    return std::find(ignored.begin(), ignored.end(), argument) != ignored.end() ||
+           argument == "--log-performance" || argument.starts_with("--log-performance=");
+}
+
+void read_option(Options& options, std::string_view argument)
+{
+    auto const value_of = [argument](std::string_view name) -> std::optional<std::string_view> {
+        return argument.starts_with(name) ? std::optional(argument.substr(name.size())) : std::nullopt;
+    };
+    if (auto const port = value_of("--port="))
+        options.port = port_number(*port);
+    else if (auto const stream = value_of("--stream="))
+        read_stream(options, *stream);
+    else if (auto const mode = value_of("--mode="))
+        options.mode = start_mode(*mode);
+    else if (auto const beat = value_of("--heartbeat="))
+        options.heartbeat = heartbeat_time(*beat);
+    else if (auto const address = value_of("--demo-address="))
+        options.address = *address;
+    else if (argument == "--stdout")
+        options.echo_console = true;
+    else if (argument != "--stream" && argument != "--heartbeat" && !is_ignored(argument))
+        throw Invalid("invalid option '" + printable(argument, 80) + "'");
+}
+
+Refusal refusal(std::string const& problem)
+{
+    return Refusal{"webots: " + problem + "\nTry 'webots --help' for more information.\n"};
+}
+
+Options read_arguments(std::vector<std::string> const& arguments, Environment const& environment)
+{
+    Options options;
+    options.address = environment.address;
+    options.faults = faults_from(environment.faults, {});
+    for (std::string const& argument : arguments)
+        if (argument.starts_with("--demo-faults="))
+            options.faults = faults_from(std::string_view(argument).substr(14), options.faults);
+    for (std::string const& argument : arguments) {
+        if (argument.starts_with("--demo-faults="))
+            continue;
+        if (argument.starts_with("-"))
+            read_option(options, argument);
+        else if (options.world.empty())
+            options.world = argument;
+        else
+            throw Invalid("too many arguments: '" + printable(argument, 80) + "'");
+    }
+    if (options.world.empty())
+        throw Invalid("a world file was expected");
+    return options;
+}
+
+} // namespace
+
+CommandLine parse_command_line(std::vector<std::string> const& arguments, Environment const& environment)
+{
+    auto const asked_for = [&arguments](std::string_view option) {
+        return std::find(arguments.begin(), arguments.end(), option) != arguments.end();
+    };
+    if (asked_for("--help"))
+        return Notice{std::string(usage).append(fault_help())};
+    if (asked_for("--version"))
+        return Notice{std::string(version_text)};
+    if (asked_for("--sysinfo"))
+        return Notice{std::string(version_text) + "System: no display and no graphics card are used.\n"};
+    if (!arguments.empty() && arguments.front() == "convert")
+        return refusal("the demo simulator cannot convert PROTO files");
+    try {
+        return read_arguments(arguments, environment);
+    } catch (Invalid const& invalid) {
+        return refusal(invalid.what());
+    }
+}
+
+} // namespace webots_cloud::demo

@@ -1,0 +1,352 @@
+#include "simulator.hpp"
+
+#include "scene.hpp"
+#include "text.hpp"
+
+#include <boost/json.hpp>
+
+#include <algorithm>
+#include <set>
+#include <stdexcept>
+
+namespace webots_cloud::demo {
+namespace {
+
+constexpr std::size_t console_memory = 20; ///< lines
+constexpr std::size_t most_listed_worlds = 100;
+
+} // namespace
+
+Simulator::Simulator(Options const& options, Audience& audience, std::function<void(std::string_view)> print)
+    : options_(options), audience_(audience), print_(std::move(print)),
+      world_file_(std::filesystem::absolute(options.world).lexically_normal()), playback_(options.mode)
+{}
+
+void Simulator::load()
+{
+    broadcast("loading:Parsing nodes:0");
+    World world = world_from_file(world_file_);
+    for (std::string const& warning : world.warnings)
+        say("demo simulator: " + warning);
+    arena_.emplace(std::move(world));
+    broadcast("loading:Finalizing nodes:100");
+    for (auto const& [id, client] : clients_)
+        if (client.joined)
+            welcome(id);
+    audience_.picture_changed();
+    audience_.mode_changed();
+}
+
+void Simulator::connect(ClientId client)
+{
+    clients_.emplace(client, Client{});
+}
+
+void Simulator::disconnect(ClientId client)
+{
+    clients_.erase(client);
+}
+
+void Simulator::receive(ClientId client, std::string_view text)
+{
+    if (!clients_.contains(client))
+        return;
+    message::Message const message = message::parse(text);
+    if (std::holds_alternative<message::Unsupported>(message))
+        return log("Unsupported message: " + printable(text, 80));
+    bool const joins = std::holds_alternative<message::JoinScene>(message) ||
+                       std::holds_alternative<message::JoinPictures>(message);
+    if (!arena_ && !joins)
+        return log("Ignored message while the world is loading: " + printable(text, 80));
+    std::visit([this, client](auto const& m) { on(client, m); }, message);
+}
+
+void Simulator::on(ClientId client, message::JoinScene const& join)
+{
+    if (streams_pictures())
+        return log("Ignored a client that asks for the scene: pictures are streamed");
+    // A client that does not broadcast must ask for time, or the simulation pauses at its next step.
+    playback_.set_deadline(now(), join.broadcast ? -1 : 0);
+    clients_[client].joined = true;
+    if (arena_)
+        welcome(client);
+}
+
+void Simulator::on(ClientId client, message::JoinPictures const& join)
+{
+    if (!streams_pictures())
+        return log("Ignored a client that asks for pictures: the scene is streamed");
+    if (is_first(client))
+        picture_.resize(join.size.width, join.size.height);
+    clients_[client].joined = true;
+    if (arena_)
+        welcome(client);
+    audience_.picture_changed();
+}
+
+void Simulator::on(ClientId client, message::Pause)
+{
+    set_mode(Mode::pause);
+    print_("pause");
+    send(client, "paused by client");
+}
+
+void Simulator::on(ClientId client, message::Run const& run)
+{
+    playback_.set_deadline(now(), run.duration);
+    set_mode(run.fast ? Mode::fast : Mode::real_time);
+    print_(playback_.state_name());
+    send(client, playback_.state_name());
+}
+
+void Simulator::on(ClientId client, message::Step)
+{
+    print_("step");
+    set_mode(Mode::pause);
+    for (std::string const& remark : arena_->step())
+        say(remark);
+    publish_state();
+    print_("pause");
+    send(client, "paused by client");
+}
+
+void Simulator::on(ClientId, message::Timeout const& timeout)
+{
+    playback_.set_deadline(now(), timeout.duration);
+}
+
+void Simulator::on(ClientId, message::Reset)
+{
+    arena_->reset();
+    playback_.clear_deadline();
+    print_("reset");
+    publish_state();
+    broadcast("reset finished");
+}
+
+void Simulator::on(ClientId, message::Reload)
+{
+    change_world(world_file_);
+}
+
+void Simulator::on(ClientId, message::Load const& load)
+{
+    std::filesystem::path const file = world_file_.parent_path() / load.name;
+    std::error_code error;
+    bool const usable = load.name.ends_with(".wbt") && load.name.find('\0') == std::string::npos &&
+                        std::filesystem::is_regular_file(file, error);
+    if (!usable)
+        return log("Unknown world: " + printable(load.name, 80));
+    change_world(file);
+}
+
+void Simulator::on(ClientId client, message::Resize const& resize)
+{
+    if (!streams_pictures() || !is_first(client))
+        return;
+    picture_.resize(resize.size.width, resize.size.height);
+    broadcast("resize: " + std::to_string(picture_.width()) + " " + std::to_string(picture_.height()));
+    audience_.picture_changed();
+}
+
+/// Dragging turns the view, the wheel zooms it.
+void Simulator::on(ClientId client, message::Mouse const& mouse)
+{
+    if (!streams_pictures() || !is_first(client))
+        return;
+    constexpr double radians_per_pixel = 0.008;
+    if (mouse.type == 2)
+        picture_.view().zoom_by(mouse.wheel > 0 ? 0.9 : 1 / 0.9);
+    else if (mouse_at_ && mouse.type == 0)
+        picture_.view().rotate(-radians_per_pixel * std::clamp(mouse.x - mouse_at_->x, -400.0, 400.0),
+                               radians_per_pixel * std::clamp(mouse.y - mouse_at_->y, -400.0, 400.0));
+    bool const holding = mouse.type == -1 || (mouse.type == 0 && mouse_at_ && mouse.buttons != 0);
+    mouse_at_ = holding ? std::optional(Point{mouse.x, mouse.y}) : std::nullopt;
+    audience_.picture_changed();
+}
+
+void Simulator::on(ClientId, message::ToRobot const& message)
+{
+    std::string const name = printable(message.name, 60);
+    auto const& robots = arena_->robots();
+    bool const known = std::any_of(robots.begin(), robots.end(),
+                                   [&](Robot const& robot) { return robot.description.name == name; });
+    if (!known)
+        return log("Ignored message for unknown robot: " + name);
+    boost::json::object answer;
+    answer["message"] = "received " + printable(message.text, 200);
+    answer["name"] = name;
+    broadcast("robot: " + boost::json::serialize(answer));
+}
+
+int Simulator::steps_per_tick() const
+{
+    World const& world = arena_->world();
+    int const shortest = 1000 / world.frames_per_second;
+    return std::max(1, (shortest + world.time_step - 1) / world.time_step);
+}
+
+int Simulator::tick_time() const
+{
+    return steps_per_tick() * arena_->world().time_step;
+}
+
+void Simulator::advance(int count)
+{
+    for (int i = 0; i < count && is_running() && !playback_.must_pause(now()); ++i)
+        for (std::string const& remark : arena_->step())
+            say(remark);
+    publish_state();
+    if (playback_.must_pause(now()))
+        pause_at_deadline();
+}
+
+void Simulator::pause_at_deadline()
+{
+    set_mode(Mode::pause);
+    playback_.clear_deadline();
+    broadcast(playback_.state_text(now()));
+    // Webots writes the line once for each client.
+    for (auto const& [id, client] : clients_)
+        if (client.joined)
+            print_("pause");
+    if (clients_.empty())
+        print_("pause");
+}
+
+std::string Simulator::draw_picture()
+{
+    broadcast("time: " + std::to_string(now()), true);
+    return picture_.draw(*arena_, playback_.mode());
+}
+
+std::filesystem::path Simulator::project_root() const
+{
+    return world_file_.parent_path().parent_path();
+}
+
+void Simulator::welcome(ClientId client)
+{
+    if (streams_pictures()) {
+        std::string greeting = std::string("multimedia: mjpeg ") + playback_.state_name() + " ";
+        if (!is_first(client))
+            greeting += std::to_string(picture_.width()) + " " + std::to_string(picture_.height());
+        send(client, std::move(greeting));
+        send(client, playback_.state_text(now()));
+        boost::json::object info;
+        info["title"] = arena_->world().title;
+        info["window"] = "<none>";
+        send(client, "world info: " + boost::json::serialize(info));
+    }
+    send_world(client);
+    for (std::string const& line : console_)
+        send(client, "stdout:" + line);
+}
+
+void Simulator::send_world(ClientId client)
+{
+    send(client, world_list());
+    if (streams_pictures()) {
+        send(client, "scene load completed");
+        return;
+    }
+    send(client, "model:" + scene_xml(*arena_));
+    send(client, update_json(*arena_));
+    send(client, "scene load completed");
+    send(client, playback_.state_text(now()));
+}
+
+void Simulator::send(ClientId client, std::string text)
+{
+    audience_.send(client, std::make_shared<std::string const>(std::move(text)), false);
+}
+
+void Simulator::broadcast(std::string text, bool is_state)
+{
+    auto const shared = std::make_shared<std::string const>(std::move(text));
+    for (auto const& [id, client] : clients_)
+        if (client.joined)
+            audience_.send(id, shared, is_state);
+}
+
+/// A line of a robot: goes to the browsers' consoles.
+void Simulator::say(std::string const& line)
+{
+    if (options_.echo_console)
+        print_(line);
+    console_.push_back(line);
+    if (console_.size() > console_memory)
+        console_.pop_front();
+    broadcast("stdout:" + line);
+}
+
+/// A line of the simulator itself: goes to the process's stdout.
+void Simulator::log(std::string const& line)
+{
+    print_("demo simulator: " + line);
+}
+
+void Simulator::publish_state()
+{
+    if (streams_pictures())
+        audience_.picture_changed();
+    else if (!clients_.empty())
+        broadcast(update_json(*arena_), true);
+}
+
+void Simulator::set_mode(Mode mode)
+{
+    if (mode == playback_.mode())
+        return;
+    playback_.set_mode(mode);
+    audience_.mode_changed();
+    audience_.picture_changed();
+}
+
+void Simulator::change_world(std::filesystem::path const& file)
+{
+    try {
+        Arena fresh(world_from_file(file));
+        broadcast("delete world");
+        broadcast("loading:Parsing nodes:0");
+        world_file_ = file;
+        arena_.emplace(std::move(fresh));
+        broadcast("loading:Finalizing nodes:100");
+    } catch (std::runtime_error const& error) {
+        return log(printable(error.what()));
+    }
+    playback_.clear_deadline();
+    for (std::string const& warning : arena_->world().warnings)
+        say("demo simulator: " + warning);
+    for (auto const& [id, client] : clients_)
+        if (client.joined)
+            streams_pictures() ? send_world(id) : welcome(id);
+    audience_.mode_changed();
+    audience_.picture_changed();
+}
+
+/// `world:<current>:<world>;<world>;...`, paths from the project's folder.
+std::string Simulator::world_list() const
+{
+    std::string const folder = printable(world_file_.parent_path().filename().string(), 100) + "/";
+    std::set<std::string> names{world_file_.filename().string()};
+    std::error_code error;
+    for (std::filesystem::directory_iterator entry(world_file_.parent_path(), error), end;
+         !error && entry != end && names.size() < most_listed_worlds; entry.increment(error))
+        if (entry->path().extension() == ".wbt")
+            names.insert(entry->path().filename().string());
+    std::string text = "world:" + folder + printable(world_file_.filename().string()) + ":";
+    bool first = true;
+    for (std::string const& name : names) {
+        text += (first ? "" : ";") + folder + printable(name);
+        first = false;
+    }
+    return text;
+}
+
+bool Simulator::is_first(ClientId client) const
+{
+    return !clients_.empty() && clients_.begin()->first == client;
+}
+
+} // namespace webots_cloud::demo

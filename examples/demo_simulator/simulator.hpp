@@ -1,0 +1,120 @@
+#pragma once
+
+#include "arena.hpp"
+#include "client_message.hpp"
+#include "command_line.hpp"
+#include "picture.hpp"
+#include "playback.hpp"
+
+#include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace webots_cloud::demo {
+
+using ClientId = std::uint64_t;
+using Text = std::shared_ptr<std::string const>; ///< one frame, shared by all who receive it
+
+/// Where the simulator's answers go.
+class Audience
+{
+public:
+    virtual ~Audience() = default;
+
+    /// Sends one text frame. A state frame may be left out when the client reads too slowly.
+    virtual void send(ClientId client, Text text, bool is_state) = 0;
+
+    /// The picture is out of date.
+    virtual void picture_changed() = 0;
+
+    /// The simulation started to run or paused.
+    virtual void mode_changed() = 0;
+};
+
+/// The simulation and its conversation with the clients: knows the protocol, and neither sockets nor clocks.
+class Simulator
+{
+public:
+    /// `print` writes one line to stdout. Both references must outlive the simulator.
+    Simulator(Options const& options, Audience& audience, std::function<void(std::string_view)> print);
+
+    /// Loads the world that the options name. Throws std::runtime_error with a sentence.
+    void load();
+
+    void connect(ClientId client);
+    void disconnect(ClientId client);
+    void receive(ClientId client, std::string_view text);
+
+    bool is_running() const { return arena_ && playback_.mode() != Mode::pause; }
+    bool is_loaded() const { return arena_.has_value(); }
+    bool streams_pictures() const { return options_.stream == StreamMode::mjpeg; }
+    Mode mode() const { return playback_.mode(); }
+    /// Steps between two state frames, so that there are at most WorldInfo.FPS of them a second.
+    int steps_per_tick() const;
+
+    /// Milliseconds that so many steps simulate.
+    int tick_time() const;
+
+    /// Does up to `count` steps, fewer when the deadline comes first, and tells the clients.
+    void advance(int count);
+
+    /// Draws the present state; announces its time to every client. Only after load().
+    std::string draw_picture();
+
+    /// The folder that holds the folder of the world.
+    std::filesystem::path project_root() const;
+
+private:
+    struct Client
+    {
+        bool joined = false; ///< has sent its mode line
+    };
+
+    void on(ClientId client, message::JoinScene const& join);
+    void on(ClientId client, message::JoinPictures const& join);
+    void on(ClientId client, message::Pause);
+    void on(ClientId client, message::Run const& run);
+    void on(ClientId client, message::Step);
+    void on(ClientId client, message::Timeout const& timeout);
+    void on(ClientId client, message::Reset);
+    void on(ClientId client, message::Reload);
+    void on(ClientId client, message::Load const& load);
+    void on(ClientId client, message::Resize const& resize);
+    void on(ClientId client, message::Mouse const& mouse);
+    void on(ClientId client, message::Ignored) { (void)client; }
+    void on(ClientId client, message::ToRobot const& message);
+    void on(ClientId client, message::Unsupported) { (void)client; }
+
+    void welcome(ClientId client);
+    void send_world(ClientId client);
+    void send(ClientId client, std::string text);
+    void broadcast(std::string text, bool is_state = false);
+    void say(std::string const& line);
+    void log(std::string const& line);
+    void publish_state();
+    void set_mode(Mode mode);
+    void pause_at_deadline();
+    void change_world(std::filesystem::path const& file);
+    std::string world_list() const;
+    bool is_first(ClientId client) const;
+    std::int64_t now() const { return arena_ ? arena_->time() : 0; }
+
+    Options const& options_;
+    Audience& audience_;
+    std::function<void(std::string_view)> print_;
+    std::filesystem::path world_file_;
+    Playback playback_;
+    std::optional<Arena> arena_;
+    Picture picture_;
+    std::map<ClientId, Client> clients_; ///< ids grow, so the first entry connected first
+    std::deque<std::string> console_;    ///< recent lines, for clients that join later
+    std::optional<Point> mouse_at_;      ///< while a button is down
+};
+
+} // namespace webots_cloud::demo

@@ -1,0 +1,171 @@
+// The real transports: every adapter is reached through one of these functions, and the library behind it stays hidden.
+#pragma once
+
+#include <webots_cloud/error.hpp>
+#include <webots_cloud/transport/clock.hpp>
+#include <webots_cloud/transport/endpoint.hpp>
+#include <webots_cloud/transport/host_metrics.hpp>
+#include <webots_cloud/transport/http_client.hpp>
+#include <webots_cloud/transport/logger.hpp>
+#include <webots_cloud/transport/notifier.hpp>
+#include <webots_cloud/transport/process_host.hpp>
+#include <webots_cloud/transport/project_source.hpp>
+
+#include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/awaitable.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+
+namespace webots_cloud {
+
+/// The clock of this computer.
+std::unique_ptr<Clock> make_steady_clock(boost::asio::any_io_executor executor);
+
+/// HTTP over Boost.Beast and OpenSSL: certificates are verified; one connection per server is kept.
+std::unique_ptr<HttpClient> make_http_client(boost::asio::any_io_executor executor);
+
+struct HttpServerParams
+{
+    HttpServerParams() = default;
+
+    std::string address = "::"; ///< Where to listen; `::` is every address, of IPv4 too.
+    std::uint16_t port = 0;     ///< 0: any free one, see `HttpServer::port`.
+    /// PEM files of the certificate, with its chain, and its key. Empty: plain HTTP. They are read again when they change;
+    /// connections that exist keep the certificate that they were made with.
+    std::filesystem::path tls_certificate;
+    std::filesystem::path tls_key;
+    std::size_t queue_bytes = 256 * 1024;  ///< Waiting for a browser that does not read; more, and it is dropped.
+    std::size_t message_bytes = 64 * 1024; ///< The longest message of a browser; a longer one closes with 1009.
+    std::size_t connections_per_address = 1000; ///< More are answered 503 (or just closed, with TLS).
+    bool limit_loopback = false; ///< True: that holds for this computer too. Behind a proxy all connections come from there.
+    std::size_t spare_descriptors = 64; ///< Of the limit of open files, kept for everything that is no connection.
+    Duration header_timeout = std::chrono::seconds(10); ///< For a TLS handshake, a request's headers, an answer to our close.
+    Duration idle_timeout = std::chrono::seconds(75);   ///< Between two requests of one connection, and to take an answer.
+    Duration ping_after = std::chrono::seconds(30);     ///< A WebSocket silent for that long is pinged; twice that: dropped.
+    Duration stop_timeout = std::chrono::seconds(1);    ///< For browsers to answer our close when the server stops.
+};
+
+/// What a server has seen of the network. All but the first two are counts since it was made.
+struct HttpServerStatistics
+{
+    HttpServerStatistics() = default;
+
+    std::uint64_t connections = 0; ///< Open now, WebSockets included.
+    std::uint64_t websockets = 0;  ///< Open now.
+    std::uint64_t accepted = 0;
+    std::uint64_t requests = 0; ///< Whose headers were complete and good; WebSocket handshakes too.
+    // Connections refused or ended by us
+    std::uint64_t refused_address = 0; ///< Too many from one address.
+    std::uint64_t refused_no_room = 0; ///< No descriptor was left, and no connection could make room.
+    std::uint64_t made_room = 0;       ///< Silent ones closed so that others find a descriptor.
+    std::uint64_t timed_out = 0;       ///< A deadline passed: silent, slow to ask or slow to take the answer.
+    std::uint64_t tls_failures = 0;    ///< Handshakes that failed.
+    std::uint64_t slow_readers = 0;    ///< WebSockets whose queue was full.
+    std::uint64_t dead_peers = 0;      ///< WebSockets that did not answer a ping.
+    // Requests and messages refused
+    std::uint64_t bad_requests = 0;       ///< 400 and 505
+    std::uint64_t refused_bodies = 0;     ///< 413
+    std::uint64_t long_request_lines = 0; ///< 414
+    std::uint64_t long_headers = 0;       ///< 431
+    std::uint64_t bad_handshakes = 0;     ///< 400 and 426 to those who want a WebSocket.
+    std::uint64_t bad_frames = 0;         ///< WebSockets closed with 1002, 1007 or 1009.
+};
+
+/// Serves an endpoint to the network.
+class HttpServer
+{
+public:
+    virtual ~HttpServer() = default;
+
+    /// Listens until cancelled, then closes every WebSocket with 1001 and waits for the conversations to end.
+    ///
+    /// Errors: `operation_aborted` when cancelled; `unavailable` when the port is in use.
+    virtual boost::asio::awaitable<result<>> run() = 0;
+
+    /// Opens the port; `run` does so itself if need be.
+    ///
+    /// Errors: `unavailable`, naming the port; `invalid_config`, naming a file of the certificate that is unusable.
+    virtual result<> listen() = 0;
+
+    /// The port that is listened on.   Precondition: `listen` succeeded.
+    virtual std::uint16_t port() const = 0;
+
+    virtual HttpServerStatistics statistics() const = 0;
+};
+
+/// HTTP/1.1 and WebSocket, plain or with TLS 1.2 and 1.3.   Lifetime: `endpoint` must outlive the server.
+std::unique_ptr<HttpServer> make_http_server(boost::asio::any_io_executor executor, HttpServerParams params,
+                                             Endpoint& endpoint, Logger log);
+
+/// Processes of this computer over Boost.Process, each under a guard (the program `webots-process-guard`) that ends the whole
+/// tree when asked to, when the process ends, and when we die, however we die.
+std::unique_ptr<ProcessHost> make_process_host(boost::asio::any_io_executor executor, std::filesystem::path guard);
+
+/// Projects in plain folders of this computer: `<folder>/<owner>/<repository>/[<folder>/]worlds/<file>.wbt`, copied.
+///
+/// The part of the world's URL that names a branch is ignored: a plain folder is what it is.
+std::unique_ptr<ProjectSource> make_directory_source(boost::asio::any_io_executor executor, std::filesystem::path folder);
+
+/// Projects in git repositories over HTTP(S).
+struct GitSourceParams
+{
+    GitSourceParams() = default;
+
+    std::filesystem::path cache;                        ///< Folder for what was fetched; made if need be.
+    std::uint64_t cache_bytes = std::uint64_t{10} << 30; ///< Default 10 GiB; the least recently used go first.
+    /// The existing folder in which the directories of orders will be: the fastest way to hand out a project there (overlay
+    /// mounts, reflinks, copies) is found by trying when the source is made, and logged. Default: empty, projects are copied.
+    std::filesystem::path instances;
+    std::uint64_t low_speed = 1'000; ///< Bytes per second. A server that stays below is given up; 0: never.
+    Duration low_speed_time = std::chrono::seconds(60); ///< For how long it may.
+};
+std::unique_ptr<ProjectSource> make_git_source(boost::asio::any_io_executor executor, GitSourceParams params, Logger log);
+
+/// A mailbox of the administrator, and the mail server that takes mails for it.
+struct SmtpParams
+{
+    SmtpParams() = default;
+
+    std::string host;       ///< A name or an address.
+    std::uint16_t port = 0; ///< 0: 25.
+    std::string sender;     ///< An address.
+    std::string recipient;  ///< An address.
+    std::string user;       ///< For the login.
+    /// Not empty: STARTTLS and a login, or no mail. Empty: neither.
+    std::string password;
+    std::string own_name = "localhost";                 ///< What we call ourselves in EHLO.
+    Duration connect_timeout = std::chrono::seconds(5); ///< For the name and the connection.
+    Duration timeout = std::chrono::seconds(20);        ///< For the whole mail; some mail servers greet slowly on purpose.
+};
+
+/// E-mail over SMTP with libcurl. Certificates are verified against those of this computer, or against the file that the
+/// environment variable `SSL_CERT_FILE` names.   Errors: `invalid_argument`: host, sender or recipient is unusable.
+result<std::unique_ptr<Notifier>> make_smtp_notifier(SmtpParams params);
+
+/// This computer, as `/proc` and the NVIDIA library (if there is one) describe it.
+std::unique_ptr<HostMetrics> make_host_metrics();
+
+struct LogParams
+{
+    LogParams() = default;
+
+    std::filesystem::path file; ///< Rotated at 500 000 bytes with 10 old files; empty: standard output.
+    bool debug = false;         ///< Debug lines too.
+};
+
+/// A log in the format that operators know: `YYYY-MM-DD HH:MM:SS,mmm [LEVEL  ]  message`.   Errors: `invalid_argument`.
+result<Logger> make_logger(LogParams params);
+
+/// A file that grows line by line, written by a thread of its own: the function it returns never blocks. Copies share the file.
+///
+/// An existing file is emptied; folders are made. A file that can't be opened or written costs one line of the log, and then
+/// lines are dropped; the function is empty when it could not even be opened.
+std::function<void(std::string line)> make_line_file(boost::asio::any_io_executor executor, std::filesystem::path file,
+                                                     std::string first_line, Logger log);
+
+} // namespace webots_cloud

@@ -1,0 +1,114 @@
+// The configuration files of the two servers: the keys that operators have used for years, and ours.
+#pragma once
+
+#include <webots_cloud/error.hpp>
+#include <webots_cloud/scheduler.hpp>
+#include <webots_cloud/time.hpp>
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace webots_cloud {
+
+/// How a server meets the network: keys that both configurations have.
+struct NetworkConfig
+{
+    NetworkConfig() = default;
+
+    /// `sslCertificate` and `sslKey`: PEM files, both or neither. Empty: plain HTTP, usually behind a proxy.
+    std::filesystem::path ssl_certificate;
+    std::filesystem::path ssl_key;
+    int connections_per_address = 1000; ///< `connectionsPerAddress`; the loopback, where proxies are, has no limit.
+};
+
+/// `config/session/*.json` (protocol section 8.1).
+struct SessionConfig
+{
+    SessionConfig() = default;
+
+    std::uint16_t port = 0;                      ///< `port`: required.
+    /// `simulationServers`: required; `"host:port"` or `"host/port"`, or objects with `address`, `weight` and `drain`.
+    std::vector<ServerSpec> simulation_servers;
+    std::string server = "localhost";            ///< `server`
+    bool ssl = true;                             ///< `ssl`
+    bool port_rewrite = true;                    ///< `portRewrite`
+    NetworkConfig network;
+    /// `administrator`: who gets e-mails. Empty: nobody; also when `mailServer` or `mailSender` is missing.
+    std::string administrator;
+    std::string mail_server;                     ///< `mailServer`: host.
+    std::uint16_t mail_server_port = 0;          ///< `mailServerPort`; 0: 25.
+    std::string mail_sender;                     ///< `mailSender`: address.
+    std::string mail_sender_user;                ///< `mailSenderUser`: login; the sender unless given.
+    std::string mail_sender_password;            ///< `mailSenderPassword`; not empty: STARTTLS and login.
+    std::filesystem::path log_dir = "log";       ///< `logDir`
+    bool debug = false;                          ///< `debug`: log to standard output instead of the file.
+    Duration load_refresh = std::chrono::seconds(5); ///< `loadRefresh`, in seconds.
+    Duration load_timeout = std::chrono::seconds(5); ///< `loadTimeout`, in seconds.
+    double load_threshold = 95;                  ///< `loadThreshold`, percent.
+    std::string scheduling = "least_committed";  ///< `scheduling`: a policy of the Scheduler.
+    Duration placement_timeout = std::chrono::seconds(60); ///< `placementTimeout`, in seconds.
+    bool decisions_for_all = false;              ///< `decisionsForAll`: `/api/decisions` answers everybody.
+    std::string viewer_url;                      ///< `viewerUrl`: the world that the viewer page proposes.
+};
+
+/// A forge of the configuration: where world URLs may point.
+struct ForgeConfig
+{
+    ForgeConfig() = default;
+    explicit ForgeConfig(std::string url) : url(std::move(url)) {}
+
+    std::string url;                 ///< Base URL, without a slash at the end.
+    std::filesystem::path directory; ///< Not empty: a plain folder of this computer instead of a git server.
+};
+
+/// `config/simulation/*.json` (protocol section 8.2).
+struct SimulationConfig
+{
+    SimulationConfig() { forges.emplace_back("https://github.com"); }
+
+    std::string server = "localhost"; ///< `server`, or its older name `fullyQualifiedDomainName`.
+    bool ssl = true;                  ///< `ssl`
+    std::uint16_t port = 2000;        ///< `port`
+    bool port_rewrite = true;         ///< `portRewrite`
+    NetworkConfig network;
+    bool docker = false;              ///< `docker`
+    std::vector<std::string> allowed_repositories; ///< `allowedRepositories`
+    std::vector<std::string> blocked_repositories; ///< `blockedRepositories`
+    double share_idle_time = 50;      ///< `shareIdleTime`, percent.
+    std::vector<ForgeConfig> forges;  ///< `forges`: strings, or objects with `url` and `directory`.
+    /// `notify`: registries that are told of this server; a string or a list, `[]` for none.
+    std::vector<std::string> notify{"https://webots.cloud/ajax/server/setup.php"};
+    std::uint64_t cache_bytes = std::uint64_t{10} << 30; ///< `cacheSize`, in gigabytes: fetched projects that are kept.
+    std::filesystem::path webots_home; ///< `webotsHome`
+    int max_connections = 100;        ///< `maxConnections`
+    Duration timeout = std::chrono::hours(2);         ///< `timeout`, in seconds; less than 360 counts as 7200.
+    Duration start_timeout = std::chrono::minutes(5); ///< `startTimeout`, in seconds.
+    std::filesystem::path log_dir = "log"; ///< `logDir`
+    bool debug = false;               ///< `debug`: log to standard output instead of the file.
+    std::string title;                ///< `title`
+    std::string description;          ///< `description`
+    bool monitor_log = true;          ///< `monitorLogEnabled`: `<logDir>/simulation/monitor.csv`, a line a second.
+    bool strict_load = true;          ///< `loadFormula`: `strict` or `reference`.
+};
+
+/// A configuration and what an operator should know about it.
+template<class Config>
+struct Configured
+{
+    Configured() = default;
+
+    Config config;
+    std::vector<std::string> warnings; ///< A sentence each: unknown keys, values that were replaced.
+};
+
+/// Reads a configuration. `origin` is the file's name, for messages; relative `directory`s of forges start at its folder.
+///
+/// `~` and `$NAME` are expanded in paths.   Errors: `invalid_config`, one line with file, key, found and wanted.
+result<Configured<SessionConfig>> parse_session_config(std::string_view text, std::filesystem::path const& origin);
+result<Configured<SimulationConfig>> parse_simulation_config(std::string_view text, std::filesystem::path const& origin);
+
+} // namespace webots_cloud

@@ -1,0 +1,103 @@
+// What both programs need around their servers: arguments, configuration files, signals, exit codes.
+#pragma once
+
+#include <webots_cloud/config.hpp>
+#include <webots_cloud/error.hpp>
+#include <webots_cloud/transport/logger.hpp>
+
+#include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/awaitable.hpp>
+
+#include <filesystem>
+#include <functional>
+#include <iostream>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace webots_cloud {
+
+/// What a program is called and does, for `--help`.
+struct Program
+{
+    Program() = default;
+
+    std::string name;                     ///< For instance "webots-session-server".
+    std::string summary;                  ///< One sentence.
+    std::filesystem::path default_config; ///< Relative to the working directory, or to the installation.
+};
+
+/// The command line, understood.
+struct Arguments
+{
+    Arguments() = default;
+
+    std::filesystem::path config; ///< The file to read.
+    bool check_config = false;    ///< Read it, say what is wrong, and stop.
+};
+
+/// Exit statuses of both programs.
+inline constexpr int exit_ok = 0;
+inline constexpr int exit_failed = 1; ///< It ran and could not go on.
+inline constexpr int exit_usage = 2;  ///< Arguments or configuration are unusable: it did not start.
+
+/// Understands a command line; prints what `--help` and `--version` ask for, or what is wrong.
+///
+/// Returns an exit status instead of arguments when the program is to end at once.
+std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* const* argv, Program const& program);
+
+/// The contents of the configuration file.   Errors: `invalid_config`, naming the file and the reason.
+result<std::string> read_config_file(std::filesystem::path const& path);
+
+/// Opens the log of a program and prints what is wrong with it, if anything.
+std::optional<Logger> open_log(Program const& program, std::filesystem::path const& file, bool to_stdout);
+
+/// Reads and parses a configuration.   Errors: `invalid_config`.
+template<class Config>
+result<Configured<Config>> read_config(std::filesystem::path const& path,
+                                       result<Configured<Config>> (*parse)(std::string_view, std::filesystem::path const&))
+{
+    auto const text = read_config_file(path);
+    if (!text)
+        return text.error();
+    return parse(*text, path);
+}
+
+/// Reads a configuration and prints what is wrong with it, if anything, in one line on standard error.
+///
+/// Returns an exit status instead when the program is to end at once.
+template<class Config>
+std::pair<std::optional<Config>, int> load_config(Program const& program, Arguments const& arguments,
+                                                  result<Configured<Config>> (*parse)(std::string_view,
+                                                                                      std::filesystem::path const&))
+{
+    auto configured = read_config(arguments.config, parse);
+    if (!configured) {
+        std::cerr << program.name << ": " << configured.error().message() << std::endl;
+        return {std::nullopt, exit_usage};
+    }
+    for (auto const& warning : configured->warnings)
+        std::cerr << program.name << ": warning: " << warning << std::endl;
+    if (arguments.check_config) {
+        std::cout << arguments.config.string() << ": good" << std::endl;
+        return {std::nullopt, exit_ok};
+    }
+    return {std::move(configured->config), exit_ok};
+}
+
+/// Runs `body` on one thread until it ends, or until SIGTERM or SIGINT cancel it.
+///
+/// Returns `exit_ok` when it was cancelled, and otherwise prints why it ended, after `name`, and returns `exit_usage` for
+/// `unavailable`, `invalid_config` and `invalid_argument`, and `exit_failed` for everything else.
+int run_daemon(std::string const& name,
+               std::function<boost::asio::awaitable<result<>>(boost::asio::any_io_executor)> body);
+
+/// The folder of the running program, for what is installed beside it.
+std::filesystem::path program_folder();
+
+/// Our own environment.
+std::vector<std::pair<std::string, std::string>> current_environment();
+
+} // namespace webots_cloud

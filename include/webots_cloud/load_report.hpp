@@ -1,0 +1,42 @@
+// What a simulation server says of itself when asked for its load.
+#pragma once
+
+#include <webots_cloud/error.hpp>
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace webots_cloud {
+
+/// One answer to `GET /load`. Servers of the previous generation say only the load; ours say the rest as well.
+struct LoadReport
+{
+    LoadReport() = default;
+    explicit LoadReport(double load) : load(load) {}
+
+    /// Percent; 0 is idle, 100 is full. Finite and not negative.
+    double load = 0;
+    /// Simulations that run or are being started.
+    std::optional<int> sessions;
+    /// Those of `sessions` that are not ready yet, whose load can't be seen in `load`.
+    std::optional<int> starting;
+    /// The most simulations that the server will run at once.
+    std::optional<int> capacity;
+    /// Percent of the memory in use: a hard limit for placement, unlike the processor.
+    std::optional<double> memory;
+    /// The server takes no new simulations.
+    bool draining = false;
+
+    bool operator==(LoadReport const&) const = default;
+};
+
+/// Reads the body of a `/load` answer: a bare number, or the JSON object of our own servers.
+///
+/// Errors: `errc::protocol_error` for anything but a finite number from 0 up, its detail quoting the start of the body.
+result<LoadReport> parse_load_report(std::string_view body);
+
+/// The JSON object that `parse_load_report` reads. `version` is this program's own.
+std::string to_json(LoadReport const& report, std::string_view version);
+
+} // namespace webots_cloud

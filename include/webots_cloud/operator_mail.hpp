@@ -1,0 +1,63 @@
+// Tells the administrator what happens to simulation servers, through any Notifier. For session servers.
+#pragma once
+
+#include <webots_cloud/error.hpp>
+#include <webots_cloud/server_load.hpp>
+#include <webots_cloud/transport/clock.hpp>
+#include <webots_cloud/transport/logger.hpp>
+#include <webots_cloud/transport/notifier.hpp>
+
+#include <boost/asio/awaitable.hpp>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+namespace webots_cloud {
+
+struct OperatorMailParams
+{
+    OperatorMailParams() = default;
+
+    std::string administrator; ///< Who gets the mails: named in the log.
+    // Where the session server is reached, for the link in each mail.
+    std::string server = "localhost";
+    std::uint16_t port = 0;
+    bool ssl = true;          ///< `https://` instead of `http://`.
+    bool port_rewrite = true; ///< `/` instead of `:` before the port.
+};
+
+/// Turns changes of simulation servers into notices and delivers them, one at a time, again and again if need
+/// be.
+///
+/// A change is told at once. A server that changes on and on is told of in digests, one in ten minutes for
+/// all of them, and a mail server that is down is tried less and less often (every 15 s at first, every 15
+/// min in the end) and costs one line of the log, `Error: unable to send email to <administrator>: <reason>`,
+/// until the kind of the failure changes. What can't be delivered in the end is written to the log. Inert
+/// until `run()` is awaited; changes may be noted before. Lifetime: `notifier` and `clock` must outlive it.
+/// Thread-safety: one executor.
+class OperatorMail
+{
+public:
+    OperatorMail(OperatorMailParams params, Notifier& notifier, Clock& clock, Logger log);
+    ~OperatorMail();
+
+    /// Takes note of a change; those that are not for the administrator (none, merely too slow) are left
+    /// alone. Never waits.
+    void note(LoadEvent const& event);
+
+    /// Delivers until cancelled; what is not delivered then is written to the log.
+    ///
+    /// Cancellation: terminal.   Errors: `operation_aborted`.
+    boost::asio::awaitable<result<>> run();
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+/// True when `OperatorMail` tells the administrator about such a change, so that it need not be logged as
+/// well.
+bool is_mailed(LoadTransition transition) noexcept;
+
+} // namespace webots_cloud

@@ -1,0 +1,80 @@
+// Turns what a browser asked for into a directory that a simulator can run, and takes it away afterwards.
+#pragma once
+
+#include <webots_cloud/error.hpp>
+#include <webots_cloud/project_ref.hpp>
+#include <webots_cloud/transport/logger.hpp>
+#include <webots_cloud/transport/project_source.hpp>
+
+#include <boost/asio/awaitable.hpp>
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace webots_cloud {
+
+/// A source and the addresses that it fetches.
+struct Forge
+{
+    Forge(std::string url, ProjectSource& source) : url(std::move(url)), source(source) {}
+
+    std::string url; ///< Base URL of world addresses, without a slash at the end: `https://github.com`.
+    std::reference_wrapper<ProjectSource> source;
+};
+
+struct ProjectFetcherParams
+{
+    ProjectFetcherParams() = default;
+
+    /// The existing folder in which instance directories are made; nobody else's (see `open_instance_root`).
+    std::filesystem::path instances;
+    /// Fetches that run at once; others wait their turn. Default 4: more only share the same line and disk.
+    int parallel = 4;
+    FetchLimits limits;
+};
+
+/// A fetched project in a directory of its own. Give it back with `ProjectFetcher::discard`.
+struct Project
+{
+    Project() = default;
+
+    std::filesystem::path directory; ///< The instance directory; all of the project is inside.
+    std::filesystem::path root;      ///< The folder that holds `worlds/`.
+    std::filesystem::path world;     ///< The world file, absolute.
+    std::string world_header;        ///< Its first line, which names the release of Webots it was made with.
+    std::string revision;            ///< What exactly was fetched: a commit, for instance.
+};
+
+/// Fetches projects into instance directories, a bounded number at a time.
+///
+/// Lifetime: the sources must outlive the fetcher, and the fetcher its operations.   Thread-safety: one executor.
+class ProjectFetcher
+{
+public:
+    ProjectFetcher(ProjectFetcherParams params, std::vector<Forge> forges, Logger log); // at least one forge
+    ~ProjectFetcher();
+
+    /// Takes a world URL apart.   Errors: as `parse_world_url`.
+    result<ProjectRef> parse(std::string_view url) const;
+
+    /// Fetches a project into a fresh directory and makes sure that its world is there.
+    ///
+    /// Cancellation: terminal; completes when nothing of it is left on disk.
+    /// Errors: as `ProjectSource::fetch`; `not_found` for the world file.
+    boost::asio::awaitable<result<Project>> fetch(ProjectRef project, std::shared_ptr<FetchProgress> progress);
+
+    /// Removes a project's directory.
+    boost::asio::awaitable<void> discard(Project project);
+
+    /// How many fetches wait for their turn.
+    std::size_t waiting() const noexcept;
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+} // namespace webots_cloud

@@ -1,0 +1,37 @@
+// The address of a world on a git forge, taken apart.
+#pragma once
+
+#include <webots_cloud/error.hpp>
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace webots_cloud {
+
+/// A world in a folder of a repository, as `<forge>/<owner>/<repository>/(blob|tree)/<ref>/[<folder>/]worlds/<file>.wbt` says.
+struct ProjectRef
+{
+    ProjectRef() = default;
+
+    std::string forge;      ///< Base URL as the operator configured it, without a slash at the end.
+    std::string owner;
+    std::string repository;
+    /// `<ref>[/<folder>]`, percent-decoded. Where the ref ends only the repository knows: refs may contain slashes.
+    std::string ref_and_folder;
+    std::string world;      ///< `<file>.wbt`, in the project's folder `worlds`.
+
+    /// `<forge>/<owner>/<repository>.git`
+    std::string clone_url() const;
+
+    bool operator==(ProjectRef const&) const = default;
+};
+
+/// Takes the URL of a world apart.
+///
+/// `forges` are base URLs such as `https://github.com`; only those are understood. Percent-encoding is decoded once;
+/// a query or fragment is ignored. Every part is checked against a strict set of characters.
+/// Errors: `invalid_url`, its detail being the text that browsers have always been shown (protocol section 4.1.2).
+result<ProjectRef> parse_world_url(std::string_view url, std::vector<std::string> const& forges);
+
+} // namespace webots_cloud

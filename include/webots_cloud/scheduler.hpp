@@ -1,0 +1,406 @@
+// Which simulation server takes the next session: all of placement, for session servers and for embedders.
+//
+// Values in, values out: no clock, no network, no thread, no global random numbers. Every function that
+// depends on time takes `now`. What is here decides; it does not poll machines (LoadMonitor does) and talks
+// to no browser (SessionService does). To read what it does and why, begin at class Scheduler, at the end.
+#pragma once
+
+#include <webots_cloud/error.hpp>
+#include <webots_cloud/load_report.hpp>
+#include <webots_cloud/time.hpp>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace webots_cloud {
+
+/// One simulation server as the operator describes it.
+struct ServerSpec
+{
+    ServerSpec() = default;
+    explicit ServerSpec(std::string entry) : address(std::move(entry)) {}
+
+    /// Its entry of "simulationServers", verbatim: a name for us, an address for browsers. Unique.
+    std::string address;
+    /// How high it may be loaded relative to others: a machine of weight 2 is filled to twice the percentage.
+    /// Default 1, positive. Load is a percentage of the machine already, so a bigger machine needs no bigger
+    /// weight; it is for preferences that the load can't know (a machine with another duty, a spare).
+    double weight = 1;
+    /// Nothing new goes there; what runs there stays.
+    bool drain = false;
+
+    bool operator==(ServerSpec const&) const = default;
+};
+
+/// Why a machine is not offered.
+enum class Refusal : std::uint8_t
+{
+    none,      ///< It is offered.
+    unknown,   ///< It has not reported yet.
+    lost,      ///< Its last poll failed.
+    stale,     ///< Its last report is older than `report_lifetime`.
+    draining,  ///< It says so itself, or the operator does.
+    full,      ///< Its sessions and our placements reach its `capacity`.
+    memory,    ///< Its memory in use, with what our placements will need, reaches `memory_threshold`.
+    load,      ///< Its reported load reaches `threshold`.
+    committed, ///< Its reported load does not reach `threshold`, but does with what was placed since.
+};
+inline constexpr std::size_t refusal_count = 9;
+
+/// The name of a reason, as in `GET /api/decisions`.
+std::string_view to_string(Refusal reason) noexcept;
+
+/// What a policy knows about a machine. Percentages are of that machine.
+struct Candidate
+{
+    Candidate() = default;
+
+    std::string_view address; ///< Valid as long as the snapshot that it came from; empty in a `Decision`.
+    double load = 0;          ///< Percent: the last report, untouched.
+    double committed = 0;     ///< Percent: what the load will be when all that was placed has become visible.
+    double score = 0;  ///< What `least_committed` minimises: `committed` with one session more, weighted.
+    double cost = 0;   ///< Percent: how much one session moves the load, as learned.
+    double weight = 1; ///< The operator's `ServerSpec::weight`.
+    int sessions = 0;  ///< As reported; 0 where the machine reports a bare number.
+    int pending = 0;   ///< Placed by us, neither confirmed by a report nor timed out.
+    Refusal refusal = Refusal::none; ///< Always `none` in a snapshot; a `Decision` lists refused ones too.
+
+    bool operator==(Candidate const&) const = default;
+};
+
+/// The random numbers of one decision: SplitMix64 (Steele, Lea, Flood 2014), a UniformRandomBitGenerator.
+///
+/// Own code instead of std::mt19937_64 because its state is 8 bytes instead of 2.5 kB, so that every decision
+/// can keep it and be replayed, and because its numbers are the same with every standard library.
+class RandomSource
+{
+public:
+    using result_type = std::uint64_t;
+
+    explicit RandomSource(std::uint64_t seed = 0) noexcept : state_(seed) {}
+
+    static constexpr result_type min() noexcept { return 0; }
+    static constexpr result_type max() noexcept { return std::numeric_limits<result_type>::max(); }
+    result_type operator()() noexcept
+    {
+        state_ += 0x9e3779b97f4a7c15u;
+        std::uint64_t mixed = (state_ ^ (state_ >> 30)) * 0xbf58476d1ce4e5b9u;
+        mixed = (mixed ^ (mixed >> 27)) * 0x94d049bb133111ebu;
+        return mixed ^ (mixed >> 31);
+    }
+    /// A real number, 0 <= number < 1.
+    double uniform() noexcept { return static_cast<double>((*this)() >> 11) * 0x1p-53; }
+    /// An integer, 0 <= number < `count`.   Precondition: `count` > 0.
+    std::size_t below(std::size_t count) noexcept
+    {
+        return static_cast<std::size_t>(uniform() * static_cast<double>(count));
+    }
+
+private:
+    std::uint64_t state_;
+};
+
+/// The machines that may take a session at one moment: what a policy chooses from.
+///
+/// A view, never a copy: it costs nothing to make, however many machines there are. Positions begin with 0
+/// and are in no particular order. Everything that a policy reads is written down, so that its decision can
+/// be replayed.
+class PlacementSnapshot
+{
+public:
+    virtual ~PlacementSnapshot() = default;
+
+    /// How many machines may take a session; at least 1 when a policy is asked.
+    virtual std::size_t size() const = 0;
+    /// Precondition: `position` < size().
+    virtual Candidate operator[](std::size_t position) const = 0;
+    /// The machine of the smallest `score`; of equals, the one that was given a session longest ago.
+    /// O(log n).
+    virtual std::size_t least_committed() const = 0;
+    /// The machine of the smallest `load`; of equals likewise.
+    virtual std::size_t least_reported() const = 0;
+    /// Fills `positions` with the machines of the smallest scores, in that order; returns how many there are.
+    ///
+    /// Looks at one of `parts` parts of the fleet: the one that holds the share `where` (0 <= where < 1) of
+    /// the operator's list. Parts are about equal; one may be empty of machines that can take a session. O(k
+    /// log n) for k positions, k at most `most_lowest`.
+    virtual std::size_t lowest(std::span<std::size_t> positions, std::size_t parts, double where) const = 0;
+    /// How many sessions others have probably placed on these machines since their reports.
+    virtual double unseen_arrivals() const = 0;
+
+    static constexpr std::size_t most_lowest = 16;
+};
+
+/// Chooses a position of the snapshot. Pure: what it returns depends on its two arguments only.
+using SchedulingPolicy = std::function<std::size_t(PlacementSnapshot const&, RandomSource&)>;
+
+/// The policy of the config key "scheduling": least_committed, least_reported, random or power_of_two.
+///
+/// Errors: `errc::invalid_argument`, its detail names the four.
+result<SchedulingPolicy> scheduling_policy(std::string_view name);
+
+/// How the scheduler decides. The defaults suit browsers, machines of some 8 sessions and polls every 5 s.
+struct SchedulerParams
+{
+    SchedulerParams() = default;
+
+    /// Config key "scheduling": one of those that `scheduling_policy` knows.
+    std::string policy = "least_committed";
+    /// Your own policy; where set, `policy` is only its name in explanations.
+    SchedulingPolicy custom;
+
+    /// Percent, default 95, positive: a machine of that load, reported or committed, is not offered.
+    double threshold = 95;
+    /// Percent, default 90, positive: a machine with that much memory in use is not offered, however idle its
+    /// processor: a busy processor makes simulations slow, missing memory kills them.
+    double memory_threshold = 90;
+
+    /// Percent of a machine, default 12, positive: what a session costs until the machine has taught better.
+    /// A machine that reports its capacity starts with `threshold` / capacity instead. Too much
+    /// refuses some users of a first burst, too little crowds them; reports correct either within a minute.
+    double session_cost = 12;
+    /// Percent of a machine's memory, default 2, not negative: likewise.
+    double session_memory = 2;
+
+    /// Default 60 s, not negative: how long a browser that was sent to a machine may take to show up in its
+    /// reports; then its place is given back. Longer than the slowest start, as peers that report a bare
+    /// number show a session only when it runs.
+    Duration placement_timeout = std::chrono::seconds(60);
+    /// Default 15 s, three polls: how long a report is trusted. 0: for ever, for callers that call lost().
+    Duration report_lifetime = std::chrono::seconds(15);
+    /// Default 30 s; 0: none. For so long a machine that came (back) up is filled cautiously: its caches are
+    /// cold, and being empty it would get every session of the next seconds.
+    Duration slow_start = std::chrono::seconds(30);
+
+    /// Default 1. Same seed, same calls: same decisions. Give each of several session servers that share
+    /// machines a different one, so that they do not break ties alike.
+    std::uint64_t seed = 1;
+};
+
+/// Says what is wrong with the parameters, if anything.   Errors: `errc::invalid_argument` naming the field.
+result<> validate(SchedulerParams const& params);
+
+/// Where a session goes.
+struct Placement
+{
+    Placement() = default;
+
+    /// The entry of "simulationServers".   Lifetime: until set_servers() leaves that server out.
+    std::string_view address;
+    /// For Scheduler::explain.
+    std::uint64_t decision = 0;
+};
+
+/// One call of place() with all that led to its answer: a value of its own, no view of the scheduler.
+struct Decision
+{
+    Decision() = default;
+
+    std::uint64_t id = 0;
+    TimePoint at{};
+    std::string policy;
+    /// The server chosen; empty: none could be.
+    std::string chosen;
+    /// The state of the RandomSource that the policy was given.
+    std::uint64_t random = 0;
+    double unseen_arrivals = 0;
+    /// How many machines were offered to the policy.
+    std::size_t offered = 0;
+    /// How many machines there were for each `Refusal`.
+    std::array<std::size_t, refusal_count> refused{};
+
+    /// One machine and its position in the snapshot; refused ones have none.
+    struct Entry
+    {
+        Entry() = default;
+
+        Candidate machine;
+        std::string address;
+        std::optional<std::size_t> position;
+    };
+    /// Fleets of up to 64 machines whole, in the operator's order; of larger ones the first 64 that the
+    /// policy looked at. `machine.address` is empty here: `address` owns it.
+    std::vector<Entry> machines;
+    /// What the functions of the snapshot of these names last told the policy; empty where it did not ask.
+    std::vector<std::size_t> lowest;
+    std::optional<std::size_t> least_committed;
+    std::optional<std::size_t> least_reported;
+    /// Everything that the policy looked at is in `machines`, so replay() is possible.
+    bool complete = true;
+};
+
+/// Places sessions on simulation servers so that they do not herd.
+///
+/// The problem
+///
+/// A machine's report is seconds old, and a session that starts shows in it half a minute later.
+/// Whoever places on what is *reported* sends everybody who comes in between to one machine: of a class
+/// of 60 that clicks within a minute, 23 land on the same machine of ten, and 53 sit on an over-full
+/// one. The older the report, the worse: at an age of 10 mean session lengths, join-the-shortest-queue
+/// on reports is three times as bad as throwing dice.
+///
+/// The algorithm
+///
+/// Place on what is *committed*: what was reported, and what was placed since and can't be seen yet.
+/// For a machine of weight w, next goes where the score
+///
+///     score = (level + cost * (u + 1 + v * sqrt(u + 1)) / readiness) / w,     u = starting + expected
+///
+/// is smallest, among those that no hard rule refuses (see `Refusal`). The parts:
+///
+/// - level, the load that is explained. It rises by `cost` for every session that becomes visible, and
+///   follows the report beyond that. While sessions become visible, a report (a mean of five samples)
+///   may lie anywhere between before and after and contradicts neither; what lies outside is followed
+///   by 0.3 a report, or at once when it is more than a session's worth. So noise does not decide who
+///   is next, and a heavy world is believed immediately.
+/// - starting, as the machine counts them, and expected, what our reservations will still become. A
+///   reservation is confirmed when a report counts more sessions or more starts than the one before,
+///   and ends when it was not after `placement_timeout`. Until then it counts with the probability that
+///   a browser unseen for so long comes at all: the actuary's estimate from those whose fate is known,
+///   1 where everybody comes.
+/// - cost, how much a session moves this machine's load: the slope of load against sessions, both
+///   through one high-pass filter, by clipped least squares; towards the fleet's slope with a weight
+///   that falls as machines are found to disagree (empirical Bayes); and where there are many sessions,
+///   also the load divided by them.
+/// - v, how different sessions are: the relative standard deviation of their costs, learned from how
+///   far load steps miss what was expected. A mean and one standard deviation of what the unseen will
+///   cost: caution that is nothing where sessions are alike and keeps the unknown off small machines
+///   where they are not.
+/// - readiness, 0.1 rising to 1 during `slow_start`: what is placed on a machine that just came up
+///   counts up to ten times. It takes its share when the others are fuller, not everybody at once.
+///
+/// Peers of the previous generation report a bare number. There `starting` is 0, a rise of the load by
+/// n costs confirms n reservations, oldest first, and the slope is taken over what we had placed some
+/// 20 to 40 s before.
+///
+/// Equal scores are served in turn, whoever was given a session longest ago first, beginning with a
+/// random order.
+///
+/// Other session servers on the same machines are seen too: sessions that arrive and are not ours, per
+/// second, times the time that an arrival stays unseen, are poured over the lowest scores as water
+/// finds its level, and each placement goes to one of those machines with the probability of the water
+/// it holds (Dahlin's interpretation of old loads). Five session servers then need not talk to each
+/// other; with none besides us there is no water, and the rule is exactly the smallest score.
+///
+/// Why it works
+///
+/// With fresh reports this is join-the-shortest-queue, which no rule beats for like machines and
+/// exponential times (Winston 1977). With old ones our own arrivals, the only thing that changes fast
+/// and the only thing that we know exactly, are added without delay, so that an old report costs
+/// balance only by what *left* since. Mean time in system of 100 servers at load 0.9 by age T of the
+/// reports, in mean session lengths (docs/scheduling.md has all):
+///
+///     T                   0      1      2      5     10     20     50
+///     least_reported   1.07   3.19   5.15   11.8   28.4   96.7    721
+///     power_of_two     2.64   2.96   3.25   4.00   5.11   7.08   12.5
+///     random           9.99   9.99   9.99   9.99   9.99   9.99   9.99
+///     least_committed  1.07   1.83   2.13   2.60   3.00   3.44   4.02
+///
+/// The class of 60 sits 6 on every machine, in each of 400 classes; with bare numbers 6.05 on the worst
+/// on average. Where session costs differ by a factor of 50 and machines have 4 to 64 seats, users
+/// spend 5.3 % of their time on an over-full machine; under the reference's rule 30.2 %, and under an
+/// oracle that knows every cost 1.2 %.
+///
+/// What was tried and rejected (users' time crammed on unequal machines, 6.0 % in those ten runs, where
+/// not said)
+///
+/// - The better of two random machines by score: 10.6 %, and 7.1 on the worst machine of the classroom.
+///   What two choices are good for, old information, our own counting serves better; a tournament tree
+///   makes all choices as cheap as two.
+/// - No learning, 12 % a session everywhere: 8.7 %, and 9 % of users refused although there was room.
+/// - Each machine's own slope alone: 6.19 instead of 6.00 in the classroom. A machine sees few
+///   sessions, and errors *between* machines are what moves students. One fixed weight for the fleet's
+///   slope: 10.6 % where a learned one left 7.7 % (both before the caution below), as machines may
+///   differ by a factor of 16.
+/// - No caution about unseen sessions (v = 0): 7.8 %. A fixed v = 2: 6.3 %, but 6.06 in the classroom,
+///   where sessions are alike.
+/// - Believing every report at once (gain 1): 5.9 %, but with bare numbers 6.7 instead of 6.05 in the
+///   classroom.
+/// - Ending reservations by the clock: between two reports nothing new is known. Only reports settle.
+/// - Expected departures between two reports (not measured): with sessions of minutes and reports of
+///   seconds there is next to nothing to gain.
+/// - Scores kept in a heap, or scanned: see core/placement_index.hpp.
+///
+/// What would close the rest of the gap: knowing a world's cost before it starts (its URL is in the
+/// request) is worth the step from 2.6 % to 1.2 % of the oracle that knows none; and machines that
+/// count all arrivals since they came up, so that a departure never hides one.
+///
+/// Cost
+///
+/// place() takes 0.2 µs among 10,000 machines, 1 µs where others place too, and report() 0.15 µs;
+/// placing allocates nothing. Memory: some 550 kB for the explanations, and 700 bytes a machine.
+///
+/// Thread-safety: distinct objects: safe. One object: one thread at a time, const functions included.
+///
+/// Example: examples/01_schedule.cpp, and a policy in ten lines: examples/06_own_policy.cpp.
+///
+/// Sources: M. Mitzenmacher, "The Power of Two Choices in Randomized Load Balancing", PhD thesis 1996,
+/// and "How Useful Is Old Information?", IEEE TPDS 11 (2000); N. Vvedenskaya, R. Dobrushin, F.
+/// Karpelevich, "Queueing System with Selection of the Shortest of Two Queues", 1996; M. Dahlin,
+/// "Interpreting Stale Load Information", IEEE TPDS 11 (2000); W. Winston, "Optimality of the Shortest
+/// Line Discipline", J. Appl. Prob. 14 (1977).
+class Scheduler
+{
+public:
+    /// Precondition: validate(params) succeeds; throws boost::system::system_error with its failure
+    /// otherwise.
+    explicit Scheduler(SchedulerParams params = {});
+    ~Scheduler();
+    Scheduler(Scheduler&&) noexcept;
+    Scheduler& operator=(Scheduler&&) noexcept;
+
+    /// Replaces the list of machines: new ones are added, those missing are forgotten, and what is known
+    /// about the others stays. Of entries with one address the first counts; a weight that is not positive
+    /// counts as 1.
+    void set_servers(std::vector<ServerSpec> const& servers);
+
+    /// A machine answered a poll. Reports of servers that are not in the list are ignored.
+    void report(std::string_view server, LoadReport const& report, TimePoint now);
+
+    /// A poll of a machine failed: it is not offered until its next report.
+    void lost(std::string_view server, TimePoint now);
+
+    /// Chooses a machine and commits one session to it. Allocates nothing when it succeeds.
+    ///
+    /// Precondition: `now` never goes back, here and in all other functions.
+    /// Errors: `errc::unavailable`, "no simulation server available at the moment.", when no machine is
+    /// offered; `errc::invalid_argument` when a policy of your own returned a position that does not exist.
+    result<Placement> place(TimePoint now);
+
+    /// Would place() find a machine now? What browsers see as 1 or 0. O(1).
+    bool available(TimePoint now) const;
+
+    /// What is known about every machine, in the operator's order. For monitor pages.
+    /// Lifetime: addresses are valid until set_servers() leaves the server out.
+    std::vector<Candidate> machines(TimePoint now) const;
+
+    /// The last 100 decisions, oldest first.
+    std::vector<Decision> decisions() const;
+
+    /// One of them; empty when it is older than those, or never was.
+    std::optional<Decision> explain(std::uint64_t decision) const;
+
+    /// Lets the policy decide again from what the decision recorded: the address it chooses,
+    /// `decision.chosen` as long as the policy is a pure function. Errors: `errc::unavailable` when no
+    /// machine was offered; `errc::not_found` when the record is not complete.
+    result<std::string> replay(Decision const& decision) const;
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+/// The body of `GET /api/decisions`: the last 100 decisions, newest first, as JSON. `now` gives their ages.
+std::string decisions_json(Scheduler const& scheduler, TimePoint now);
+
+} // namespace webots_cloud

@@ -1,0 +1,53 @@
+// What is known about one simulation server, and what a poll of it changed.
+#pragma once
+
+#include <webots_cloud/load_report.hpp>
+#include <webots_cloud/time.hpp>
+
+#include <string>
+#include <utility>
+
+namespace webots_cloud {
+
+/// What is known of a server: unknown is not idle.
+enum class ServerState
+{
+    unknown, ///< Not answered yet since it was added.
+    up,      ///< The last poll succeeded.
+    down     ///< The last poll failed.
+};
+
+/// One server as the monitor sees it.
+struct ServerLoad
+{
+    ServerLoad() = default;
+    explicit ServerLoad(std::string address) : address(std::move(address)) {}
+
+    std::string address; ///< `host:port` or `host/port`, as configured.
+    ServerState state = ServerState::unknown;
+    LoadReport report;   ///< The last good one.
+    TimePoint reported;  ///< When `report` came.
+    std::string problem; ///< Why the last poll failed; empty while up.
+};
+
+/// What one poll changed (protocol section 3).
+enum class LoadTransition
+{
+    none,
+    not_responding,  ///< First failed poll.
+    too_slow,        ///< First failed poll, and it ran out of time.
+    working_again,   ///< First good poll after a failure.
+    reached_maximum, ///< The load crossed the threshold upwards.
+    available_again  ///< The load crossed the threshold downwards.
+};
+
+/// The outcome of one poll.
+struct LoadEvent
+{
+    LoadEvent() = default;
+
+    ServerLoad server; ///< As it is known after the poll.
+    LoadTransition transition = LoadTransition::none;
+};
+
+} // namespace webots_cloud

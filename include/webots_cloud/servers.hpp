@@ -1,0 +1,37 @@
+// The two servers, assembled: every part made from a configuration, connected, and run. What the programs are made of.
+#pragma once
+
+#include <webots_cloud/config.hpp>
+#include <webots_cloud/error.hpp>
+#include <webots_cloud/transport/logger.hpp>
+
+#include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/awaitable.hpp>
+
+#include <filesystem>
+#include <functional>
+
+namespace webots_cloud {
+
+/// Reads a configuration again, on SIGHUP; empty: SIGHUP is left alone.
+template<class Config>
+using Reread = std::function<result<Configured<Config>>()>;
+
+/// Runs a session server until cancelled.
+///
+/// SIGHUP applies a new list of simulation servers; browsers stay connected.
+/// Errors: `operation_aborted` when cancelled; `unavailable` when the port is in use; `invalid_argument`.
+/// Thread-safety: one executor, on one thread.
+boost::asio::awaitable<result<>> serve_sessions(boost::asio::any_io_executor executor, SessionConfig config,
+                                                Reread<SessionConfig> reread, Logger log);
+
+/// Runs a simulation server until cancelled; then every simulation is ended first.
+///
+/// SIGHUP applies new `allowedRepositories`, `blockedRepositories`, `shareIdleTime`, `title` and `description`.
+/// `programs` is the folder of `webots-process-guard` and `webots-demo-simulator`.
+/// Errors: as `serve_sessions`; `not_found` when there is neither Webots nor the demo simulator.
+boost::asio::awaitable<result<>> serve_simulations(boost::asio::any_io_executor executor, SimulationConfig config,
+                                                   Reread<SimulationConfig> reread, std::filesystem::path programs,
+                                                   Logger log);
+
+} // namespace webots_cloud

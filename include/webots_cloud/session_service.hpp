@@ -1,0 +1,63 @@
+// The session server's protocol: /session, availability, /load and /monitor, over any server adapter.
+#pragma once
+
+#include <webots_cloud/error.hpp>
+#include <webots_cloud/load_monitor.hpp>
+#include <webots_cloud/scheduler.hpp>
+#include <webots_cloud/transport/clock.hpp>
+#include <webots_cloud/transport/endpoint.hpp>
+#include <webots_cloud/transport/logger.hpp>
+
+#include <boost/asio/awaitable.hpp>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace webots_cloud {
+
+struct SessionServiceParams
+{
+    SessionServiceParams() = default;
+
+    bool ssl = true;       ///< Browsers are sent to `wss://` instead of `ws://`.
+    double threshold = 95; ///< Percent: shown red on the monitor page from here on.
+    std::uint16_t port = 1999; ///< Our own, for the monitor page behind a proxy that rewrites ports.
+    /// Between two points of the monitor page's charts. Default 5 s, as the polls: more would draw the same load twice.
+    Duration history_step = std::chrono::seconds(5);
+    /// `GET /api/decisions` answers everybody, not this machine alone.
+    bool decisions_for_all = false;
+    /// What the viewer page proposes (JSON: url, mode, notice); empty: nothing.
+    std::string viewer_defaults;
+    /// Told of the changes that `is_mailed` names, which are not logged then. Empty: all are logged. Must not wait.
+    std::function<void(LoadEvent const&)> tell_administrator;
+};
+
+/// Tells browsers whether there is room and sends each to its machine.
+///
+/// Inert until served by an adapter and `run()` is awaited, which carries reports from the monitor to the scheduler and
+/// availability to the browsers.
+/// Lifetime: everything passed by reference must outlive the service.   Thread-safety: one executor.
+class SessionService final : public Endpoint
+{
+public:
+    SessionService(SessionServiceParams params, LoadMonitor& monitor, Scheduler& scheduler, Clock& clock, Logger log);
+    ~SessionService() override;
+
+    /// The simulation servers from now on, for the monitor and the scheduler alike. Browsers that are connected stay.
+    void set_servers(std::vector<ServerSpec> const& servers);
+
+    /// Cancellation: terminal.   Errors: `operation_aborted`.
+    boost::asio::awaitable<result<>> run();
+
+    Answer respond(IncomingRequest const& request) override;
+    boost::asio::awaitable<void> converse(ChannelInfo info, Channel& channel) override;
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+} // namespace webots_cloud

@@ -1,0 +1,122 @@
+// Starts simulators and tells what becomes of them: ready, running, idle, ended. Never loses track of one.
+#pragma once
+
+#include <webots_cloud/error.hpp>
+#include <webots_cloud/transport/clock.hpp>
+#include <webots_cloud/transport/logger.hpp>
+#include <webots_cloud/transport/process_host.hpp>
+
+#include <boost/asio/awaitable.hpp>
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace webots_cloud {
+
+struct SimulationLauncherParams
+{
+    SimulationLauncherParams() = default;
+
+    /// The program to run, absolute: Webots, or one that takes its command line.
+    std::filesystem::path webots;
+    /// Simulators listen on `first_port` to `first_port + most_simulations - 1`.
+    std::uint16_t first_port = 2001;
+    int most_simulations = 100;
+    /// The longest life of a simulation. Default 2 hours; the browser is told.
+    Duration timeout = std::chrono::hours(2);
+    /// From the start of the program to its first sign of life. Default 5 min: some worlds load for minutes.
+    Duration start_timeout = std::chrono::minutes(5);
+    /// From the polite request to end to the kill. Default 1.5 s.
+    Duration grace = std::chrono::milliseconds(1500);
+    /// What `DISPLAY` is set to. Default `:0`.
+    std::string display = ":0";
+    /// Our own environment, of which simulators get what they need.
+    std::vector<std::pair<std::string, std::string>> environment;
+};
+
+/// What to simulate.
+struct LaunchSpec
+{
+    LaunchSpec() = default;
+
+    std::filesystem::path world; ///< The world file, absolute.
+    std::string world_header;    ///< Its first line, which names the release of Webots it was made with.
+    std::string mode;            ///< What the browser asked for: empty, `x3d`, `w3d` or `mjpeg`.
+    std::string label;           ///< In front of log lines.
+};
+
+/// The world is loaded, and the simulator listens on `port`.
+struct SimulationReady
+{
+    std::uint16_t port = 0;
+};
+
+/// The simulator's sign of life, every five seconds.
+struct SimulationHeartbeat
+{
+};
+
+/// A browser paused the simulation, or let it run.
+struct SimulationActivity
+{
+    bool running = false;
+};
+
+/// The simulator and everything it started is gone; `reason` is a sentence for the browser.
+struct SimulationEnded
+{
+    std::string reason;
+    ExitStatus status;
+    bool was_ready = false;
+};
+
+using SimulationEvent = std::variant<SimulationReady, SimulationHeartbeat, SimulationActivity, SimulationEnded>;
+
+/// A simulator that was started. Its port returns to the pool when it is destroyed, which also kills what still runs.
+class Simulation
+{
+public:
+    virtual ~Simulation() = default;
+
+    /// What happens next; `SimulationEnded` exactly once and last.   Cancellation: terminal, nothing is lost.
+    virtual boost::asio::awaitable<result<SimulationEvent>> next_event() = 0;
+
+    /// Asks it to end; `SimulationEnded` follows. Safe at any moment, more than once.
+    virtual void terminate() noexcept = 0;
+
+    virtual int process_id() const noexcept = 0;
+
+    /// What the simulator and everything it started have consumed.
+    virtual ProcessUsage usage() const = 0;
+};
+
+/// Starts simulators on ports of its own.
+///
+/// Lifetime: `processes` and `clock` must outlive the launcher, and the launcher its simulations.   Thread-safety: one
+/// executor.
+class SimulationLauncher
+{
+public:
+    SimulationLauncher(SimulationLauncherParams params, ProcessHost& processes, Clock& clock, Logger log);
+    ~SimulationLauncher();
+
+    /// Starts a simulator.   Errors: `unavailable` (every port is taken), `invalid_argument` (mode), `start_failed`;
+    /// the detail is a sentence for the browser.
+    boost::asio::awaitable<result<std::unique_ptr<Simulation>>> launch(LaunchSpec spec);
+
+    /// Simulators whose port is not back in the pool.
+    std::size_t running() const noexcept;
+
+    SimulationLauncherParams const& params() const noexcept;
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+} // namespace webots_cloud

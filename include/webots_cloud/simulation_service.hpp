@@ -1,0 +1,79 @@
+// The simulation server's protocol: /client, /load and /monitor, over any server adapter.
+#pragma once
+
+#include <webots_cloud/error.hpp>
+#include <webots_cloud/project_fetcher.hpp>
+#include <webots_cloud/simulation_launcher.hpp>
+#include <webots_cloud/transport/clock.hpp>
+#include <webots_cloud/transport/endpoint.hpp>
+#include <webots_cloud/transport/host_metrics.hpp>
+#include <webots_cloud/transport/logger.hpp>
+
+#include <boost/asio/awaitable.hpp>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace webots_cloud {
+
+struct SimulationServiceParams
+{
+    SimulationServiceParams() = default;
+
+    std::string server = "localhost"; ///< Public host name in the addresses that browsers get.
+    bool ssl = true;                  ///< They get `wss:` and `https:` instead of `ws:` and `http:`.
+    bool port_rewrite = true;         ///< They get `host/port` instead of `host:port`.
+    std::uint16_t port = 2000;        ///< Our own, for the monitor page.
+    std::vector<std::string> allowed_repositories; ///< URL prefixes always accepted.
+    std::vector<std::string> blocked_repositories; ///< URL prefixes refused when idle time is shared.
+    double share_idle_time = 50; ///< Percent: the highest load at which other repositories are accepted; 0: never.
+    bool docker = false;         ///< Simulations run in containers.
+    bool strict_load = true;     ///< The load formula: strict, or the one of the Python reference.
+    /// From the opening of a socket to its `start`. Default 30 s: an open page that starts nothing costs nothing.
+    Duration handshake_timeout = std::chrono::seconds(30);
+    std::string title;           ///< Heading of the monitor page; empty: a standard one.
+    std::string description;     ///< Paragraph of the monitor page.
+    std::vector<std::string> notify; ///< URLs of registries, for the monitor page.
+    /// Takes the lines of monitor.csv, its heading excluded, one a second; must not block. Empty: nobody wants them.
+    std::function<void(std::string line)> monitor_log;
+    std::string notice;          ///< Shown on the monitor page: for instance that this is the demo simulator.
+};
+
+/// Runs one simulation per browser: fetch, launch, relay, clean up.
+///
+/// Inert until served by an adapter and `run()` is awaited, which measures the machine once a second.
+/// Lifetime: everything passed by reference must outlive the service.   Thread-safety: one executor.
+class SimulationService final : public Endpoint
+{
+public:
+    SimulationService(SimulationServiceParams params, ProjectFetcher& fetcher, SimulationLauncher& launcher,
+                      HostMetrics& metrics, Clock& clock, Logger log);
+    ~SimulationService() override;
+
+    /// Takes the repositories, the shared idle time, title and description of `params`; simulations that run go on.
+    void set_policy(SimulationServiceParams const& params);
+
+    /// Takes no new simulations from now on, and says so; with `exit_when_empty`, `run()` succeeds when the last has ended.
+    void drain(bool exit_when_empty);
+
+    /// Ends when cancelled, or when drained.   Cancellation: terminal.   Errors: `operation_aborted`.
+    boost::asio::awaitable<result<>> run();
+
+    Answer respond(IncomingRequest const& request) override;
+    boost::asio::awaitable<void> converse(ChannelInfo info, Channel& channel) override;
+
+    /// Percent: what `GET /load` answers.
+    double load() const noexcept;
+
+    /// Browsers whose simulation runs or is being started.
+    std::size_t sessions() const noexcept;
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+} // namespace webots_cloud

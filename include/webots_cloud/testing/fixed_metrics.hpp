@@ -1,0 +1,24 @@
+// A machine whose state the test sets.
+#pragma once
+
+#include <webots_cloud/transport/host_metrics.hpp>
+
+namespace webots_cloud::testing {
+
+class FixedMetrics final : public HostMetrics
+{
+public:
+    HostSample sample() override
+    {
+        next.cpu_total += 100;
+        next.cpu_busy += cpu;
+        return next;
+    }
+    HostDescription description() override { return host; }
+
+    HostSample next;         ///< What the next look sees; the counters of the processor go on by themselves.
+    std::uint64_t cpu = 0;   ///< Percent busy between looks.
+    HostDescription host;
+};
+
+} // namespace webots_cloud::testing

@@ -1,0 +1,41 @@
+// A WebSocket whose browser is the test.
+#pragma once
+
+#include <webots_cloud/transport/endpoint.hpp>
+
+#include <boost/asio/any_io_executor.hpp>
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace webots_cloud::testing {
+
+/// What the service says is in `sent`; what the browser does is said with the two functions below.
+class LoopbackChannel final : public Channel
+{
+public:
+    explicit LoopbackChannel(boost::asio::any_io_executor executor);
+    ~LoopbackChannel() override;
+
+    void browser_says(std::string text);
+    void browser_leaves();
+
+    result<> send(std::string text) override;
+    boost::asio::awaitable<result<std::string>> receive() override;
+    void close(std::uint16_t code = 0, std::string reason = {}) override;
+
+    /// True when `sent` has a message that starts with `text`.
+    bool was_told(std::string_view text) const;
+
+    std::vector<std::string> sent;
+    std::optional<std::uint16_t> close_code; ///< Set when the service has closed it.
+
+private:
+    struct Inbox;
+    std::unique_ptr<Inbox> inbox_;
+};
+
+} // namespace webots_cloud::testing

@@ -1,0 +1,44 @@
+// Projects that exist only in a test.
+#pragma once
+
+#include <webots_cloud/testing/fuse.hpp>
+#include <webots_cloud/transport/project_source.hpp>
+
+#include <map>
+#include <set>
+#include <string>
+
+namespace webots_cloud::testing {
+
+/// Pretends to put projects into directories, and remembers which were not given back. Touches no disk.
+///
+/// Lifetime: `clock` must outlive it.
+class MemoryProjectSource final : public ProjectSource
+{
+public:
+    explicit MemoryProjectSource(Clock& clock) : clock_(clock) {}
+
+    /// The project `owner/repository` has this world, whose first line is `header`.
+    void add(std::string const& repository, std::string const& world, std::string header = "#VRML_SIM R2025a utf8")
+    {
+        worlds_[repository + "/" + world] = std::move(header);
+    }
+
+    boost::asio::awaitable<result<FetchedProject>> fetch(FetchOrder order) override;
+    boost::asio::awaitable<result<>> discard(std::filesystem::path directory) override;
+
+    /// Directories that were fetched into and not discarded; empty at the end of a good test.
+    std::set<std::filesystem::path> const& directories() const noexcept { return directories_; }
+
+    Duration delay{};        ///< How long a fetch takes.
+    int fetching = 0;        ///< Fetches under way.
+    int most_fetching = 0;   ///< The highest that `fetching` ever was.
+    Fuse fuse;
+
+private:
+    Clock& clock_;
+    std::map<std::string, std::string> worlds_;
+    std::set<std::filesystem::path> directories_;
+};
+
+} // namespace webots_cloud::testing

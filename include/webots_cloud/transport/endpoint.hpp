@@ -1,0 +1,101 @@
+// What a network server adapter serves: an Endpoint answers requests and converses on WebSockets, without knowing sockets.
+#pragma once
+
+#include <webots_cloud/error.hpp>
+#include <webots_cloud/transport/http.hpp>
+
+#include <boost/asio/awaitable.hpp>
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+
+namespace webots_cloud {
+
+/// A request as it came from the network: views into the adapter's buffer, valid only during the call they are passed to.
+struct IncomingRequest
+{
+    IncomingRequest() = default;
+
+    /// The value of the first header of that name, or empty.
+    std::string_view header(std::string_view name) const noexcept
+    {
+        for (auto const& [field, value] : headers)
+            if (equal_ignoring_case(field, name))
+                return value;
+        return {};
+    }
+
+    /// True when it was sent on this machine itself, and not by a proxy for somebody else: the operator's, then.
+    bool is_operators() const noexcept
+    {
+        return from_loopback && header("X-Forwarded-For").empty() && header("Forwarded").empty();
+    }
+
+    std::string_view method;
+    std::string_view path;  ///< Starts with `/`; as sent, not percent-decoded.
+    std::string_view query; ///< What follows the first `?`, without it.
+    std::span<std::pair<std::string_view, std::string_view> const> headers;
+    std::string_view peer;   ///< Numeric address of the other end of the connection, without port.
+    bool upgrade = false;    ///< A well-formed WebSocket handshake (its path is not checked).
+    bool from_loopback = false;
+};
+
+/// An open WebSocket, seen from the server. Valid while `Endpoint::converse` runs.   Thread-safety: one executor.
+class Channel
+{
+public:
+    virtual ~Channel() = default;
+
+    /// Queues a text message and returns at once. Messages arrive in order.
+    ///
+    /// Errors: `closed`; `too_large` when the browser has not read and the queue is full: the channel is then dropped.
+    virtual result<> send(std::string text) = 0;
+
+    /// The next message of the browser, text or binary.   Errors: `closed`.   Cancellation: terminal, nothing is lost.
+    virtual boost::asio::awaitable<result<std::string>> receive() = 0;
+
+    /// Starts to close: what was queued is sent first. `code` 0 sends an empty close frame. A second call does nothing.
+    virtual void close(std::uint16_t code = 0, std::string reason = {}) = 0;
+};
+
+/// Accept the WebSocket handshake, then call `Endpoint::converse`.
+struct Converse
+{
+    Converse() = default;
+};
+
+/// What to do with a request.
+using Answer = std::variant<HttpResponse, Converse>;
+
+/// Who opened a channel; owned copies, unlike `IncomingRequest`.
+struct ChannelInfo
+{
+    ChannelInfo() = default;
+
+    std::string path;
+    std::string query;
+    std::string host; ///< The Host header.
+    std::string peer; ///< Numeric address of the browser or its proxy.
+    bool from_loopback = false;
+};
+
+/// The server side of a protocol. Called on the executor of the server adapter; must outlive the adapter's `run()`.
+class Endpoint
+{
+public:
+    virtual ~Endpoint() = default;
+
+    /// Answers at once, from memory: a request never waits for anything. `Converse` is only for `request.upgrade`.
+    virtual Answer respond(IncomingRequest const& request) = 0;
+
+    /// Talks with a browser until either side has had enough; the adapter closes the channel when this returns.
+    ///
+    /// Not cancelled when the server stops: `channel.receive()` then reports `closed`, and what was begun is cleaned up.
+    virtual boost::asio::awaitable<void> converse(ChannelInfo info, Channel& channel) = 0;
+};
+
+} // namespace webots_cloud

@@ -1,0 +1,64 @@
+// The state of the machine as a seam.
+#pragma once
+
+#include <webots_cloud/error.hpp>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace webots_cloud {
+
+/// Graphics processors; of several, the highest of each figure. All in percent.
+struct GpuSample
+{
+    GpuSample() = default;
+
+    double compute = 0;
+    double memory_controller = 0;
+    double memory_used = 0;
+
+    bool operator==(GpuSample const&) const = default;
+};
+
+/// One look at the machine. Counters only grow; a load is the difference of two looks.
+struct HostSample
+{
+    HostSample() = default;
+
+    std::uint64_t cpu_busy = 0;  ///< Ticks of all processors that were not idle, since boot.
+    std::uint64_t cpu_total = 0; ///< Ticks of all processors, since boot.
+    double memory_used = 0;      ///< Percent.
+    double swap_used = 0;        ///< Percent; 0 without swap.
+    double disk_used = 0;        ///< Percent of the root file system.
+    std::uint64_t bytes_sent = 0;     ///< Over all interfaces but loopback, since boot.
+    std::uint64_t bytes_received = 0;
+    std::optional<GpuSample> gpu;     ///< Absent on a machine without a graphics processor that can be asked.
+
+    bool operator==(HostSample const&) const = default;
+};
+
+/// What the machine is; does not change.
+struct HostDescription
+{
+    HostDescription() = default;
+
+    std::string system;    ///< For instance "Debian GNU/Linux 12 (bookworm)".
+    std::string name;      ///< Host name.
+    std::string processor; ///< Model.
+    int cores = 0;            ///< As the operating system counts them: threads of the processor.
+    int threads_per_core = 1;
+    std::uint64_t memory_bytes = 0;
+    std::string gpu;       ///< Model, or empty.
+};
+
+/// Looks at the machine. Neither call blocks for longer than reading some small files of the kernel.
+class HostMetrics
+{
+public:
+    virtual ~HostMetrics() = default;
+    virtual HostSample sample() = 0;
+    virtual HostDescription description() = 0;
+};
+
+} // namespace webots_cloud

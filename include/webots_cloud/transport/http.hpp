@@ -1,0 +1,33 @@
+// The parts of HTTP that the client seam and the server seam share.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace webots_cloud {
+
+/// Header fields in order; names compare without case.
+using HttpHeaders = std::vector<std::pair<std::string, std::string>>;
+
+/// What one side answers. `Content-Length`, `Date`, `Server` and `Connection` are the adapter's business.
+struct HttpResponse
+{
+    HttpResponse() = default;
+    HttpResponse(int status, std::string content_type, std::string body) :
+        status(status), content_type(std::move(content_type)), body(std::move(body))
+    {}
+
+    int status = 200;
+    std::string content_type; ///< Empty: no such header.
+    HttpHeaders headers;      ///< The other headers.
+    std::string body;
+
+    bool operator==(HttpResponse const&) const = default;
+};
+
+/// True when two header names, or two tokens, are the same but for the case of ASCII letters.
+bool equal_ignoring_case(std::string_view left, std::string_view right) noexcept;
+
+} // namespace webots_cloud

@@ -1,0 +1,113 @@
+// Child processes as a seam: where simulators run, and how whole process trees end.
+#pragma once
+
+#include <webots_cloud/error.hpp>
+#include <webots_cloud/transport/clock.hpp>
+
+#include <boost/asio/awaitable.hpp>
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace webots_cloud {
+
+/// A program to run. Nothing is ever passed through a shell.
+struct ProcessSpec
+{
+    ProcessSpec() = default;
+
+    std::vector<std::string> argv; ///< argv[0] is the path of the program, absolute.
+    /// The whole environment of the process; nothing else is inherited.
+    std::vector<std::pair<std::string, std::string>> environment;
+    std::filesystem::path directory; ///< Working directory; empty: the host's own.
+    /// From the polite request to end (SIGTERM) until the whole tree is killed. Default 1.5 s: nobody watches any more.
+    Duration grace = std::chrono::milliseconds(1500);
+};
+
+/// How a program ended.
+struct ExitStatus
+{
+    ExitStatus() = default;
+    ExitStatus(int code, bool signalled) : code(code), signalled(signalled) {}
+
+    int code = 0; ///< Exit status, or the number of the signal.
+    bool signalled = false;
+
+    bool operator==(ExitStatus const&) const = default;
+};
+
+/// Some bytes of the program's standard output and error, as they came: any length, any encoding.
+struct ProcessOutput
+{
+    ProcessOutput() = default;
+    explicit ProcessOutput(std::string bytes) : bytes(std::move(bytes)) {}
+
+    std::string bytes;
+};
+
+/// What a program and everything it started have consumed.
+struct ProcessUsage
+{
+    ProcessUsage() = default;
+    ProcessUsage(Duration processor, std::uint64_t memory_bytes) : processor(processor), memory_bytes(memory_bytes) {}
+
+    Duration processor{};           ///< Time of all processors, of processes that have ended too.
+    std::uint64_t memory_bytes = 0; ///< In memory now; pages that processes share count once for each.
+
+    bool operator==(ProcessUsage const&) const = default;
+};
+
+using ProcessEvent = std::variant<ProcessOutput, ExitStatus>;
+
+/// A running program and everything it started.
+///
+/// The destructor ends the whole tree at once, without waiting for it.   Thread-safety: one executor.
+class Process
+{
+public:
+    virtual ~Process() = default;
+
+    /// The number of the process, for logs.
+    virtual int id() const noexcept = 0;
+
+    /// The next output, or at last how the program ended: then no process of its tree is alive. Further calls repeat that.
+    ///
+    /// Cancellation: terminal; an output that arrives at that very moment may be lost, the end never is.
+    virtual boost::asio::awaitable<result<ProcessEvent>> next_event() = 0;
+
+    /// Asks the tree to end: SIGTERM now, SIGKILL after the grace. Returns at once; the exit is an event as always.
+    virtual void terminate() noexcept = 0;
+
+    /// The TCP ports that some process of the tree listens on, ascending.
+    virtual std::vector<std::uint16_t> listening_ports() const = 0;
+
+    /// What the tree has consumed until now; nothing once it is gone. Costs some small reads per process.
+    virtual ProcessUsage usage() const = 0;
+};
+
+/// Keeps a TCP port for us until destroyed: nobody else can bind it meanwhile.
+class PortHold
+{
+public:
+    virtual ~PortHold() = default;
+};
+
+/// A place where programs run.
+class ProcessHost
+{
+public:
+    virtual ~ProcessHost() = default;
+
+    /// Starts a program.   Errors: `start_failed`, its detail naming the program and the reason.
+    virtual boost::asio::awaitable<result<std::unique_ptr<Process>>> start(ProcessSpec spec) = 0;
+
+    /// Takes a free port.   Errors: `unavailable` when somebody has it.
+    virtual result<std::unique_ptr<PortHold>> hold_port(std::uint16_t port) = 0;
+};
+
+} // namespace webots_cloud

@@ -1,0 +1,214 @@
+#!/usr/bin/env bash
+# Starts and stops the session server and the simulation server of this folder, building them first if need be.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")"
+source cmake/packages/install.sh
+
+programs=$PWD/build/release/bin
+patience=30 # seconds for a server to answer or to end
+
+usage()
+{
+    cat <<'END'
+Usage: ./server.sh start|stop|restart [NAME]
+
+  start    Install missing packages, build, and start the servers with config/simulation/NAME.json and
+           config/session/NAME.json: both, or the one whose file exists. NAME is "local" unless given.
+  stop     Stop them. Simulations that run are ended in order. With NAME only the servers that run with it.
+  restart  stop, whatever runs, and start.
+
+Servers that run already are left as they are. They log to log/session and log/simulation.
+END
+}
+
+main()
+{
+    local verb=${1-} name=${2-local}
+    [[ $verb != -h && $verb != --help ]] || { usage && exit 0; }
+    [[ $verb =~ ^(start|stop|restart)$ && $# -le 2 ]] || { usage >&2 && exit 2; }
+    mkdir -p log
+    exec {lock}>log/.server.lock
+    flock "$lock" # one of us at a time
+
+    if [[ $verb == stop ]]; then
+        stop "${2-}"
+        return
+    fi
+    prepare "$name"
+    [[ $verb == start ]] || stop ""
+    start "$name"
+}
+
+# All that can go wrong before a server is started or stopped.
+prepare()
+{
+    local name=$1 kind file
+    [[ $name =~ ^[A-Za-z0-9_.-]+$ && ( -e $(config session "$name") || -e $(config simulation "$name") ) ]] ||
+        fail "Expected the name of a configuration, found \"$name\":" \
+            "there is neither $(config session "$name") nor $(config simulation "$name")."
+    install_packages cmake/packages/build.txt
+    build
+    for kind in simulation session; do
+        file=$(config "$kind" "$name")
+        [[ ! -e $file ]] || "$(program "$kind")" --check-config "$file" >/dev/null || exit 1
+    done
+}
+
+build()
+{
+    [[ -e build/release/build.ninja ]] || cmake --preset release
+    cmake --build --preset release --target webots-session-server webots-simulation-server webots-process-guard \
+        webots-demo-simulator
+}
+
+start()
+{
+    local name=$1 kind
+    for kind in simulation session; do
+        [[ ! -e $(config "$kind" "$name") ]] || start_server "$kind" "$name"
+    done
+    [[ ! -e $(config session "$name") ]] || echo "Open $(address "$(config session "$name")")viewer/"
+}
+
+stop()
+{
+    local name=$1 kind pid stopped=
+    for kind in session simulation; do
+        pid=$(running_pid "$kind")
+        [[ -n $pid ]] || continue
+        [[ -z $name || $(running_name "$pid") == "$name" ]] || continue
+        stop_server "$kind" "$pid"
+        stopped=yes
+    done
+    [[ -n $stopped ]] || echo "No ${name:+$name }server is running"
+}
+
+start_server()
+{
+    local kind=$1 name=$2 pid file port
+    file=$(config "$kind" "$name")
+    pid=$(running_pid "$kind")
+    if [[ -n $pid ]]; then
+        [[ $(running_name "$pid") == "$name" ]] ||
+            fail "The $kind server ($pid) runs with $(config "$kind" "$(running_name "$pid")"): stop it first, or use restart."
+        echo "The $name $kind server is already running ($pid)"
+        return
+    fi
+    port=$(setting "$file" port)
+    ! accepts "${port:=2000}" || fail "Port $port is in use by another program: $name $kind server not started. Change \"port\" in $file."
+
+    mkdir -p "log/$kind"
+    setsid "$(program "$kind")" "$file" </dev/null >"log/$kind/console.log" 2>&1 {lock}>&- &
+    pid=$!
+    echo "$pid" >"log/.$kind.pid"
+    await_answer "$kind" "$pid" "$port"
+    echo "Started $name $kind server ($pid)"
+}
+
+await_answer()
+{
+    local kind=$1 pid=$2 port=$3 deadline=$((SECONDS + patience))
+    until answers "$port"; do
+        if ! is_alive "$pid"; then
+            rm -f "log/.$kind.pid"
+            give_up "$kind" "The $kind server ended at once."
+        fi
+        [[ $SECONDS -lt $deadline ]] || give_up "$kind" "The $kind server ($pid) does not answer on port $port."
+        sleep 0.1
+    done
+}
+
+# give_up KIND SENTENCE: shows why, as far as the logs know.
+give_up()
+{
+    local log
+    echo "$2 It said:" >&2
+    for log in "log/$1/output.log" "log/$1/console.log"; do
+        [[ ! -s $log ]] || { echo "--- $log" && tail -n 10 "$log"; } >&2
+    done
+    exit 1
+}
+
+stop_server()
+{
+    local kind=$1 pid=$2 deadline=$((SECONDS + patience))
+    kill -TERM "$pid" 2>/dev/null || ! is_alive "$pid" || fail "The $kind server ($pid) belongs to another user."
+    while is_alive "$pid"; do
+        [[ $SECONDS -lt $deadline ]] || fail "The $kind server ($pid) has not ended within $patience seconds."
+        sleep 0.1
+    done
+    rm -f "log/.$kind.pid"
+    echo "Stopped $kind server ($pid)"
+}
+
+# The process that the PID file of a kind names, if it is still that server: numbers are used again after a crash or reboot.
+running_pid()
+{
+    local kind=$1 pid
+    pid=$(cat "log/.$kind.pid" 2>/dev/null) || return 0
+    if [[ $pid =~ ^[1-9][0-9]*$ && $(argument "$pid" 1) == "$(program "$kind")" ]] && is_alive "$pid"; then
+        echo "$pid"
+    else
+        rm -f "log/.$kind.pid"
+    fi
+}
+
+# The name of the configuration that a server was started with.
+running_name()
+{
+    basename "$(argument "$1" 2)" .json
+}
+
+# argument PID N: the N-th word of a process's command line; the first is the program.
+argument()
+{
+    tr '\0' '\n' <"/proc/$1/cmdline" | sed -n "$2p"
+} 2>/dev/null
+
+# A process that has ended counts as such even where nobody waits for it, as in a container without an init.
+is_alive()
+{
+    local status
+    status=$(cat "/proc/$1/stat" 2>/dev/null) && [[ ${status##*) } != [ZX]* ]]
+}
+
+program() { echo "$programs/webots-$1-server"; }
+config() { echo "config/$1/$2.json"; }
+
+# setting FILE KEY: a string, number or boolean of a configuration (that passed the servers' own check).
+setting()
+{
+    tr '\n\t' '  ' <"$1" | sed -n 's/.*"'"$2"'" *: *"\{0,1\}\([^",} ]*\).*/\1/p'
+}
+
+# Where browsers find the server of a configuration, with a slash at the end.
+address()
+{
+    local server ssl scheme=https separator=/
+    server=$(setting "$1" server)
+    ssl=$(setting "$1" ssl)
+    [[ $ssl != false ]] || scheme=http
+    [[ $(setting "$1" portRewrite) != false ]] || separator=:
+    echo "$scheme://${server:-localhost}$separator$(setting "$1" port)/"
+}
+
+# Does anyone listen on the port?
+accepts()
+{
+    (exec 3<>"/dev/tcp/127.0.0.1/$1") 2>/dev/null
+}
+
+# Does it answer GET /load?
+answers()
+{
+    local status
+    status=$(
+        {
+            exec 3<>"/dev/tcp/127.0.0.1/$1" || exit
+            printf 'GET /load HTTP/1.1\r\nHost: localhost:%s\r\nConnection: close\r\n\r\n' "$1" >&3
+            read -r -t 5 line <&3 && echo "$line"
+        } 2>/dev/null
+    ) && [[ $status == "HTTP/1.1 200"* ]]
+}
+
+main "$@"

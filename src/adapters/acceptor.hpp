@@ -1,0 +1,48 @@
+// The listening socket of a server, and what to do when descriptors run out.
+#pragma once
+
+#include <webots_cloud/error.hpp>
+
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/use_awaitable.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+namespace webots_cloud::adapters {
+
+class Acceptor
+{
+public:
+    explicit Acceptor(boost::asio::any_io_executor const& executor) : acceptor_(executor) {}
+    ~Acceptor() { close(); }
+
+    /// Errors: `invalid_argument` when `address` is not numeric; `unavailable`, naming the port.
+    result<> listen(std::string const& address, std::uint16_t port);
+
+    /// The next connection, as (error, socket).
+    auto accept() { return acceptor_.async_accept(boost::asio::as_tuple(boost::asio::use_awaitable)); }
+
+    /// Ends the connection that has waited longest, without a word, when no descriptor is left for it: better
+    /// than to let it wait for nothing. False when that did not work either.
+    bool turn_away();
+
+    void close();
+
+    bool is_open() const { return acceptor_.is_open(); }
+    std::uint16_t port() const { return acceptor_.local_endpoint().port(); }
+
+private:
+    result<> open(boost::asio::ip::tcp::endpoint const& where);
+
+    boost::asio::ip::tcp::acceptor acceptor_;
+    int reserve_ = -1; ///< A descriptor to let go of when there is no other.
+};
+
+/// How many connections there may be when `spare` descriptors, but at most half of all, are kept for
+/// everything else.
+std::size_t affordable_connections(std::size_t spare);
+
+} // namespace webots_cloud::adapters

@@ -1,0 +1,288 @@
+#include "../core/text.hpp"
+
+#include <webots_cloud/adapters.hpp>
+
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/ssl/context.hpp>
+#include <boost/asio/ssl/host_name_verification.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/core/tcp_stream.hpp>
+#include <boost/beast/http/read.hpp>
+#include <boost/beast/http/string_body.hpp>
+#include <boost/beast/http/write.hpp>
+#include <boost/beast/ssl/ssl_stream.hpp>
+#include <boost/url/parse.hpp>
+
+#include <optional>
+#include <unordered_map>
+#include <variant>
+
+namespace webots_cloud {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+using asio::ip::tcp;
+using core::concat;
+
+// Connections kept for the next request: as many servers as one session server may poll.
+constexpr std::size_t most_idle = 16 * 1024;
+
+struct Target
+{
+    bool tls = false;
+    std::string host;
+    std::string port;
+    std::string path;
+
+    std::string origin() const { return concat(tls ? "https://" : "http://", host, ":", port); }
+};
+
+result<Target> parse_target(std::string const& text)
+{
+    auto const url = boost::urls::parse_uri(text);
+    if (!url || (url->scheme() != "http" && url->scheme() != "https") || url->host().empty())
+        return Failure(errc::invalid_url, concat("\"", core::printable(text, 200), "\" is no http or https URL"));
+    Target target;
+    target.tls = url->scheme() == "https";
+    target.host = url->host_address();
+    target.port = url->has_port() ? std::string(url->port()) : target.tls ? "443" : "80";
+    auto const path = url->encoded_resource();
+    target.path = path.empty() ? "/" : std::string(path.data(), path.size());
+    return target;
+}
+
+/// A connection to one server, plain or encrypted.
+class Connection
+{
+public:
+    using Plain = beast::tcp_stream;
+    using Encrypted = beast::ssl_stream<beast::tcp_stream>;
+
+    Connection(asio::any_io_executor const& executor, asio::ssl::context& context, bool tls)
+    {
+        if (tls)
+            stream_.emplace<Encrypted>(executor, context);
+        else
+            stream_.emplace<Plain>(executor);
+    }
+
+    asio::awaitable<result<>> open(Target const& target, std::vector<tcp::endpoint> addresses);
+    asio::awaitable<result<HttpResponse>> exchange(http::request<http::string_body> const& request, std::size_t body_limit);
+
+    void expires_at(TimePoint when) { lowest().expires_at(when); }
+    bool is_reusable() const noexcept { return reusable_; }
+    /// Some byte of an answer has come: the request must not be repeated.
+    bool has_answered() const noexcept { return answered_; }
+
+private:
+    beast::tcp_stream& lowest()
+    {
+        if (auto* plain = std::get_if<Plain>(&stream_))
+            return *plain;
+        return beast::get_lowest_layer(std::get<Encrypted>(stream_));
+    }
+    asio::awaitable<result<>> encrypt(Encrypted& stream, std::string const& host);
+    template<class Stream>
+    asio::awaitable<result<HttpResponse>> exchange_on(Stream& stream, http::request<http::string_body> const& request,
+                                                      std::size_t body_limit);
+
+    std::variant<std::monostate, Plain, Encrypted> stream_;
+    beast::flat_buffer buffer_;
+    bool reusable_ = false;
+    bool answered_ = false;
+};
+
+Failure explain(beast::error_code error)
+{
+    if (error == beast::error::timeout)
+        return Failure(errc::timed_out);
+    if (error == asio::error::operation_aborted)
+        return Failure(error);
+    if (error == http::error::body_limit || error == http::error::header_limit)
+        return Failure(errc::too_large, "the answer is too large");
+    if (error.category() == http::make_error_code(http::error::end_of_stream).category())
+        return Failure(errc::protocol_error, concat("no HTTP answer: ", error.message()));
+    return Failure(errc::unreachable, error.message());
+}
+
+asio::awaitable<result<>> Connection::open(Target const& target, std::vector<tcp::endpoint> addresses)
+{
+    auto const [error, endpoint] = co_await lowest().async_connect(addresses, asio::as_tuple(asio::use_awaitable));
+    if (error)
+        co_return explain(error);
+    beast::error_code ignored;
+    lowest().socket().set_option(tcp::no_delay(true), ignored);
+    if (auto* encrypted = std::get_if<Encrypted>(&stream_))
+        co_return co_await encrypt(*encrypted, target.host);
+    co_return result<>();
+}
+
+asio::awaitable<result<>> Connection::encrypt(Encrypted& stream, std::string const& host)
+{
+    stream.set_verify_callback(asio::ssl::host_name_verification(host));
+    // What the macro SSL_set_tlsext_host_name does, without its C casts.
+    SSL_ctrl(stream.native_handle(), SSL_CTRL_SET_TLSEXT_HOSTNAME, TLSEXT_NAMETYPE_host_name, const_cast<char*>(host.c_str()));
+    auto const [error] = co_await stream.async_handshake(asio::ssl::stream_base::client, asio::as_tuple(asio::use_awaitable));
+    if (error == beast::error::timeout)
+        co_return Failure(errc::timed_out);
+    if (error)
+        co_return Failure(errc::unreachable, concat("TLS failed: ", error.message()));
+    co_return result<>();
+}
+
+asio::awaitable<result<HttpResponse>> Connection::exchange(http::request<http::string_body> const& request,
+                                                           std::size_t body_limit)
+{
+    if (auto* plain = std::get_if<Plain>(&stream_))
+        co_return co_await exchange_on(*plain, request, body_limit);
+    co_return co_await exchange_on(std::get<Encrypted>(stream_), request, body_limit);
+}
+
+template<class Stream>
+asio::awaitable<result<HttpResponse>> Connection::exchange_on(Stream& stream, http::request<http::string_body> const& request,
+                                                              std::size_t body_limit)
+{
+    reusable_ = false;
+    answered_ = false;
+    auto const [write_error, written] = co_await http::async_write(stream, request, asio::as_tuple(asio::use_awaitable));
+    if (write_error)
+        co_return explain(write_error);
+    http::response_parser<http::string_body> parser;
+    parser.body_limit(body_limit);
+    auto const [read_error, read] = co_await http::async_read(stream, buffer_, parser, asio::as_tuple(asio::use_awaitable));
+    answered_ = parser.got_some();
+    if (read_error)
+        co_return explain(read_error);
+    auto const& message = parser.get();
+    reusable_ = message.keep_alive() && buffer_.size() == 0;
+    HttpResponse response;
+    response.status = static_cast<int>(message.result_int());
+    for (auto const& field : message)
+        response.headers.emplace_back(std::string(field.name_string()), std::string(field.value()));
+    response.body = message.body();
+    co_return response;
+}
+
+class BeastClient final : public HttpClient
+{
+public:
+    explicit BeastClient(asio::any_io_executor executor) :
+        executor_(std::move(executor)), context_(asio::ssl::context::tls_client), resolver_(executor_)
+    {
+        context_.set_default_verify_paths();
+        context_.set_verify_mode(asio::ssl::verify_peer);
+    }
+
+    asio::awaitable<result<HttpResponse>> send(HttpRequest request) override;
+
+private:
+    asio::awaitable<result<std::vector<tcp::endpoint>>> resolve(Target const& target);
+    std::unique_ptr<Connection> take_idle(std::string const& origin);
+    void keep(std::string const& origin, std::unique_ptr<Connection> connection);
+
+    asio::any_io_executor executor_;
+    asio::ssl::context context_;
+    tcp::resolver resolver_;
+    std::unordered_map<std::string, std::unique_ptr<Connection>> idle_;
+};
+
+http::request<http::string_body> to_message(HttpRequest const& request, Target const& target)
+{
+    http::request<http::string_body> message;
+    message.method_string(request.method);
+    message.target(target.path);
+    message.version(11);
+    bool const usual_port = target.port == (target.tls ? "443" : "80");
+    message.set(http::field::host, usual_port ? target.host : concat(target.host, ":", target.port));
+    message.set(http::field::user_agent, "webots_cloud");
+    for (auto const& [name, value] : request.headers)
+        message.insert(name, value);
+    message.body() = request.body;
+    message.prepare_payload();
+    return message;
+}
+
+asio::awaitable<result<HttpResponse>> BeastClient::send(HttpRequest request)
+{
+    auto const deadline = std::chrono::steady_clock::now() + request.timeout;
+    auto const target = parse_target(request.url);
+    if (!target)
+        co_return target.error();
+    auto const origin = target->origin();
+    auto const message = to_message(request, *target);
+
+    // The peer may close a kept connection just when we use it: then, and only then, the request goes out once more.
+    if (auto kept = take_idle(origin)) {
+        kept->expires_at(deadline);
+        auto response = co_await kept->exchange(message, request.body_limit);
+        bool const is_stale = !response && !kept->has_answered() && response.error().code() != asio::error::operation_aborted &&
+                              std::chrono::steady_clock::now() < deadline;
+        if (response)
+            keep(origin, std::move(kept));
+        if (!is_stale)
+            co_return response;
+    }
+    auto addresses = co_await resolve(*target);
+    if (!addresses)
+        co_return addresses.error();
+    auto connection = std::make_unique<Connection>(executor_, context_, target->tls);
+    connection->expires_at(deadline);
+    auto const opened = co_await connection->open(*target, std::move(*addresses));
+    if (!opened)
+        co_return opened.error();
+    auto response = co_await connection->exchange(message, request.body_limit);
+    if (response)
+        keep(origin, std::move(connection));
+    co_return response;
+}
+
+asio::awaitable<result<std::vector<tcp::endpoint>>> BeastClient::resolve(Target const& target)
+{
+    std::vector<tcp::endpoint> endpoints;
+    boost::system::error_code not_numeric;
+    auto const address = asio::ip::make_address(target.host, not_numeric);
+    if (!not_numeric) {
+        endpoints.emplace_back(address, static_cast<std::uint16_t>(std::stoul(target.port)));
+        co_return endpoints;
+    }
+    auto const [error, found] =
+        co_await resolver_.async_resolve(target.host, target.port, asio::as_tuple(asio::use_awaitable));
+    if (error == asio::error::operation_aborted)
+        co_return Failure(error);
+    if (error)
+        co_return Failure(errc::unreachable, concat("the name ", target.host, " can't be resolved: ", error.message()));
+    for (auto const& entry : found)
+        endpoints.push_back(entry.endpoint());
+    co_return endpoints;
+}
+
+std::unique_ptr<Connection> BeastClient::take_idle(std::string const& origin)
+{
+    auto const found = idle_.find(origin);
+    if (found == idle_.end())
+        return nullptr;
+    auto connection = std::move(found->second);
+    idle_.erase(found);
+    return connection;
+}
+
+void BeastClient::keep(std::string const& origin, std::unique_ptr<Connection> connection)
+{
+    if (connection->is_reusable() && idle_.size() < most_idle) {
+        connection->expires_at(TimePoint::max());
+        idle_.insert_or_assign(origin, std::move(connection));
+    }
+}
+
+} // namespace
+
+std::unique_ptr<HttpClient> make_http_client(asio::any_io_executor executor)
+{
+    return std::make_unique<BeastClient>(std::move(executor));
+}
+
+} // namespace webots_cloud

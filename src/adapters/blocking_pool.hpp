@@ -1,0 +1,69 @@
+// Threads for work that blocks: files and libraries that wait.
+#pragma once
+
+#include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/async_result.hpp>
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/prefer.hpp>
+#include <boost/asio/this_coro.hpp>
+#include <boost/asio/thread_pool.hpp>
+#include <boost/asio/use_awaitable.hpp>
+
+#include <cstddef>
+#include <utility>
+
+namespace webots_cloud::adapters {
+
+/// Runs functions on threads of its own and comes back to the caller's executor.
+///
+/// The destructor waits for what runs.   Thread-safety: any thread.
+class BlockingPool
+{
+public:
+    explicit BlockingPool(std::size_t threads) : threads_(threads) {}
+
+    /// Completes with what `work` returns. Not cancellable: `work` must end by itself. It must not throw.
+    template<class Work>
+    boost::asio::awaitable<std::invoke_result_t<Work&>> run(Work work)
+    {
+        auto const executor = co_await boost::asio::this_coro::executor;
+        Initiation<Work> initiation(threads_.get_executor(), executor, std::move(work));
+        co_return co_await boost::asio::async_initiate<boost::asio::use_awaitable_t<> const,
+                                                       void(std::invoke_result_t<Work&>)>(
+            std::move(initiation), boost::asio::use_awaitable);
+    }
+
+private:
+    // A class instead of a lambda with captures: those near a co_await are destroyed twice by g++ 12.
+    template<class Work>
+    class Initiation
+    {
+    public:
+        Initiation(boost::asio::thread_pool::executor_type threads, boost::asio::any_io_executor home, Work work) :
+            threads_(threads), home_(std::move(home)), work_(std::move(work))
+        {}
+
+        template<class Handler>
+        void operator()(Handler handler)
+        {
+            // Tracked, so that the caller's context does not run dry meanwhile.
+            auto home = boost::asio::prefer(home_, boost::asio::execution::outstanding_work.tracked);
+            boost::asio::post(threads_, [work = std::move(work_), home, handler = std::move(handler)]() mutable {
+                auto outcome = work();
+                boost::asio::post(home, [handler = std::move(handler), outcome = std::move(outcome)]() mutable {
+                    std::move(handler)(std::move(outcome));
+                });
+            });
+        }
+
+    private:
+        boost::asio::thread_pool::executor_type threads_;
+        boost::asio::any_io_executor home_;
+        Work work_;
+    };
+
+    boost::asio::thread_pool threads_;
+};
+
+} // namespace webots_cloud::adapters

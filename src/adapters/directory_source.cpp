@@ -1,0 +1,99 @@
+#include "blocking_pool.hpp"
+#include "project_world.hpp"
+#include "remove_tree.hpp"
+
+#include "../core/text.hpp"
+
+#include <webots_cloud/adapters.hpp>
+
+namespace webots_cloud {
+namespace {
+
+namespace asio = boost::asio;
+namespace fs = std::filesystem;
+using core::concat;
+
+/// Copies folders, links and files; what is neither (devices, sockets, pipes) is left out.
+result<> copy_tree(fs::path const& from, FetchOrder const& order)
+{
+    std::error_code failed;
+    std::uint32_t files = 0;
+    std::uint64_t bytes = 0;
+    for (auto entry = fs::recursive_directory_iterator(from, failed); !failed && entry != fs::end(entry); entry.increment(failed)) {
+        auto const target = order.directory / fs::relative(entry->path(), from, failed);
+        if (failed)
+            break;
+        if (++files > order.limits.files)
+            return Failure(errc::too_large, concat("The project has more than ", std::to_string(order.limits.files), " files."));
+        if (entry->is_directory() && !entry->is_symlink()) {
+            fs::create_directory(target, failed);
+        } else if (entry->is_regular_file() && !entry->is_symlink()) {
+            bytes += entry->file_size(failed);
+            if (bytes > order.limits.bytes)
+                return Failure(errc::too_large, concat("The project is larger than ", std::to_string(order.limits.bytes >> 20), " MB."));
+            order.progress->bytes_received = bytes;
+            fs::copy_file(entry->path(), target, failed);
+        }
+    }
+    if (failed)
+        return Failure(errc::unavailable, concat("This server can't copy the project: ", failed.message(), "."));
+    return {};
+}
+
+result<FetchedProject> copy_project(fs::path const& folder, FetchOrder const& order)
+{
+    auto const& project = order.project;
+    auto root = folder / project.owner / project.repository;
+    auto const slash = project.ref_and_folder.find('/');
+    if (slash != std::string::npos)
+        root /= project.ref_and_folder.substr(slash + 1); // the part before is a branch, which a folder does not have
+    std::error_code failed;
+    if (!fs::is_directory(root / "worlds", failed))
+        return Failure(errc::not_found, concat("There is no project ", project.owner, "/", project.repository,
+                                               slash == std::string::npos ? "" : project.ref_and_folder.substr(slash),
+                                               " with a folder \"worlds\" on this server."));
+    fs::create_directory(order.directory, failed);
+    if (failed)
+        return Failure(errc::unavailable, concat("This server can't store the project: ", failed.message(), "."));
+    if (auto const copied = copy_tree(root, order); !copied)
+        return copied.error();
+    auto header = adapters::read_world_header(order.directory, project.world);
+    if (!header)
+        return header.error();
+    FetchedProject fetched;
+    fetched.root = order.directory;
+    fetched.revision = "folder";
+    fetched.world_header = std::move(*header);
+    return fetched;
+}
+
+class DirectorySource final : public ProjectSource
+{
+public:
+    explicit DirectorySource(fs::path folder) : folder_(std::move(folder)), pool_(2) {}
+
+    asio::awaitable<result<FetchedProject>> fetch(FetchOrder order) override
+    {
+        auto work = [folder = folder_, order = std::move(order)] { return copy_project(folder, order); };
+        co_return co_await pool_.run(std::move(work));
+    }
+
+    asio::awaitable<result<>> discard(fs::path directory) override
+    {
+        auto work = [directory = std::move(directory)] { return adapters::remove_tree(directory); };
+        co_return co_await pool_.run(std::move(work));
+    }
+
+private:
+    fs::path folder_;
+    adapters::BlockingPool pool_;
+};
+
+} // namespace
+
+std::unique_ptr<ProjectSource> make_directory_source(asio::any_io_executor, fs::path folder)
+{
+    return std::make_unique<DirectorySource>(std::move(folder));
+}
+
+} // namespace webots_cloud

@@ -1,0 +1,309 @@
+#include "git_cache.hpp"
+
+#include "git_digest.hpp"
+#include "git_files.hpp"
+#include "git_folder_walk.hpp"
+#include "remove_tree.hpp"
+
+#include "../core/text.hpp"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+namespace webots_cloud::adapters {
+namespace {
+
+namespace fs = std::filesystem;
+using core::concat;
+using Kind = core::GitTreeEntry::Kind;
+
+constexpr std::uint64_t longest_index = std::uint64_t{128} << 20;
+constexpr int most_siblings = 16;
+
+std::string digest_of(std::string_view text)
+{
+    GitDigest digest;
+    digest.update(text);
+    return to_hex(digest.finish());
+}
+
+/// Makes the folder for us alone. In a shared one such as /tmp somebody else may have been there first.
+bool make_private(fs::path const& folder)
+{
+    std::error_code failed;
+    fs::create_directories(folder.parent_path(), failed);
+    ::mkdir(folder.c_str(), 0700);
+    auto const opened = open_folder(AT_FDCWD, folder.c_str());
+    struct stat status;
+    return opened && ::fstat(opened->get(), &status) == 0 && status.st_uid == ::geteuid() &&
+           ::fchmod(opened->get(), 0700) == 0;
+}
+
+std::string snapshot_name(core::GitTarget const& target)
+{
+    return concat(to_hex(target.commit), "-", digest_of(target.folder).substr(0, 16));
+}
+
+bool is_as_indexed(GitIndexEntry const& entry, struct stat const& status)
+{
+    if (entry.kind == Kind::folder)
+        return S_ISDIR(status.st_mode);
+    auto const same_size = static_cast<std::uint64_t>(status.st_size) == entry.size;
+    return same_size && (entry.kind == Kind::link ? S_ISLNK(status.st_mode) : S_ISREG(status.st_mode));
+}
+
+/// Whether every file is there with its type and size.
+bool is_intact(GitIndex const& index, fs::path const& files)
+{
+    auto const root = open_folder(AT_FDCWD, files.c_str());
+    if (!root)
+        return false;
+    GitFolderWalk walk(root->get());
+    return std::all_of(index.entries.begin(), index.entries.end(), [&](GitIndexEntry const& entry) {
+        auto const folder = walk.parent_of(entry.path);
+        struct stat status;
+        return folder && ::fstatat(*folder, file_name(entry.path), &status, AT_SYMLINK_NOFOLLOW) == 0 &&
+               is_as_indexed(entry, status);
+    });
+}
+
+} // namespace
+
+GitIncoming::~GitIncoming()
+{
+    if (!folder_.empty())
+        remove_tree(folder_);
+}
+
+GitCache::GitCache(fs::path folder, std::uint64_t most_bytes) : most_bytes_(most_bytes)
+{
+    open(folder);
+    if (!usable_)
+        return;
+    scan();
+    trim();
+}
+
+GitCache::~GitCache() = default;
+
+void GitCache::open(fs::path const& folder)
+{
+    for (int sibling = 0; sibling < most_siblings; ++sibling) {
+        folder_ = sibling == 0 ? folder : fs::path(concat(folder.string(), "-", std::to_string(sibling)));
+        std::error_code failed;
+        if (folder.empty() || !make_private(folder_)) {
+            usable_ = Failure(errc::unavailable, concat("the cache folder \"", folder_.string(),
+                                                        "\" can't be made or belongs to somebody else"));
+            return;
+        }
+        fs::create_directories(folder_ / "incoming", failed);
+        fs::create_directories(folder_ / "repositories", failed);
+        lock_ = FileDescriptor(
+            ::open((folder_ / "lock").c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0600));
+        if (!lock_) {
+            usable_ = disk_failure().within(concat("cache folder ", folder_.string()));
+            return;
+        }
+        if (::flock(lock_.get(), LOCK_EX | LOCK_NB) == 0)
+            return;
+    }
+    usable_ = Failure(errc::unavailable, concat("cache folder ", folder.string(), ": other servers use it"));
+}
+
+void GitCache::scan()
+{
+    std::error_code failed;
+    for (auto const& left_over : fs::directory_iterator(folder_ / "incoming", failed))
+        remove_tree(left_over.path());
+    for (auto const& repository : fs::directory_iterator(folder_ / "repositories", failed)) {
+        for (auto const& entry : fs::directory_iterator(repository.path(), failed)) {
+            if (entry.path().filename() == "refs")
+                continue;
+            auto const text = read_file(AT_FDCWD, (entry.path() / "index").c_str(), longest_index);
+            auto const index = text ? parse_index(*text) : result<GitIndex>(text.error());
+            if (!index) {
+                remove_tree(entry.path());
+                continue;
+            }
+            Stored stored;
+            stored.bytes = index->bytes;
+            stored.used = fs::last_write_time(entry.path() / "index", failed);
+            stored_.emplace(entry.path().string(), stored);
+        }
+    }
+}
+
+fs::path GitCache::repository(std::string const& url) const
+{
+    return folder_ / "repositories" / digest_of(url);
+}
+
+GitSnapshotPtr GitCache::load(fs::path const& folder, core::GitTarget const& target)
+{
+    auto const text = read_file(AT_FDCWD, (folder / "index").c_str(), longest_index);
+    auto index = text ? parse_index(*text) : result<GitIndex>(text.error());
+    if (!index || !is_intact(*index, folder / "files"))
+        return nullptr;
+    auto snapshot = std::make_shared<GitSnapshot>();
+    snapshot->files = folder / "files";
+    snapshot->target = target;
+    snapshot->index = std::move(*index);
+    return snapshot;
+}
+
+GitSnapshotPtr GitCache::find(std::string const& url, core::GitTarget const& target)
+{
+    auto const folder = repository(url) / snapshot_name(target);
+    std::lock_guard const lock(mutex_);
+    auto const found = stored_.find(folder.string());
+    if (found == stored_.end())
+        return nullptr;
+    auto snapshot = load(folder, target);
+    if (!snapshot) {
+        drop(folder);
+        return nullptr;
+    }
+    // Everyone shares one object: its use count tells whether the folder is in use.
+    if (auto const open = found->second.open.lock())
+        snapshot = open;
+    found->second.open = snapshot;
+    found->second.used = fs::file_time_type::clock::now();
+    std::error_code ignored;
+    fs::last_write_time(folder / "index", found->second.used, ignored);
+    return snapshot;
+}
+
+std::vector<GitSnapshotPtr> GitCache::relatives(std::string const& url)
+{
+    constexpr std::size_t most = 4;
+    auto const home = repository(url);
+    std::lock_guard const lock(mutex_);
+    std::vector<std::pair<fs::file_time_type, std::string>> paths;
+    for (auto const& [path, stored] : stored_)
+        if (fs::path(path).parent_path() == home)
+            paths.emplace_back(stored.used, path);
+    std::sort(paths.rbegin(), paths.rend());
+    std::vector<GitSnapshotPtr> found;
+    for (auto const& [used, path] : paths) {
+        if (found.size() == most)
+            break;
+        auto& stored = stored_.at(path);
+        auto snapshot = stored.open.lock();
+        if (!snapshot)
+            snapshot = load(path, {});
+        if (!snapshot)
+            continue;
+        stored.open = snapshot;
+        found.push_back(std::move(snapshot));
+    }
+    return found;
+}
+
+result<GitIncoming> GitCache::begin()
+{
+    std::lock_guard const lock(mutex_);
+    auto const folder = folder_ / "incoming" / std::to_string(++next_);
+    if (::mkdir(folder.c_str(), 0700) != 0)
+        return disk_failure();
+    return GitIncoming(folder);
+}
+
+result<GitSnapshotPtr> GitCache::publish(GitIncoming const& incoming, std::string const& url,
+                                         core::GitTarget const& target, GitIndex index)
+{
+    if (auto const written =
+            write_file(AT_FDCWD, (incoming.folder() / "index").c_str(), write_index(index), 0644);
+        !written)
+        return written.error();
+    auto const folder = repository(url) / snapshot_name(target);
+    std::lock_guard const lock(mutex_);
+    std::error_code failed;
+    fs::create_directories(folder.parent_path() / "refs", failed);
+    if (auto const twin = stored_.find(folder.string()); twin != stored_.end())
+        if (auto open = twin->second.open.lock())
+            return open; // another ref of the same commit was faster
+    drop(folder);
+    if (::rename(incoming.folder().c_str(), folder.c_str()) != 0)
+        return disk_failure();
+    auto snapshot = std::make_shared<GitSnapshot>();
+    snapshot->files = folder / "files";
+    snapshot->target = target;
+    snapshot->index = std::move(index);
+    Stored stored;
+    stored.bytes = snapshot->index.bytes;
+    stored.used = fs::file_time_type::clock::now();
+    stored.open = snapshot;
+    stored_[folder.string()] = stored;
+    return GitSnapshotPtr(snapshot);
+}
+
+void GitCache::drop(fs::path const& folder)
+{
+    stored_.erase(folder.string());
+    std::error_code failed;
+    if (!fs::exists(folder, failed))
+        return;
+    // Renamed first: half a folder must never be found under its name.
+    auto const doomed = folder_ / "incoming" / std::to_string(++next_);
+    if (::rename(folder.c_str(), doomed.c_str()) == 0)
+        remove_tree(doomed);
+}
+
+void GitCache::trim()
+{
+    std::lock_guard const lock(mutex_);
+    std::uint64_t total = 0;
+    for (auto const& [path, stored] : stored_)
+        total += stored.bytes;
+    while (total > most_bytes_) {
+        auto oldest = stored_.end();
+        for (auto each = stored_.begin(); each != stored_.end(); ++each)
+            if (each->second.open.expired() &&
+                (oldest == stored_.end() || each->second.used < oldest->second.used))
+                oldest = each;
+        if (oldest == stored_.end())
+            return; // everything is in use
+        total -= oldest->second.bytes;
+        auto const path = oldest->first;
+        drop(path);
+    }
+}
+
+void GitCache::remember(std::string const& url, std::string const& ref_and_folder,
+                        core::GitTarget const& target)
+{
+    auto const folder = repository(url) / "refs";
+    auto const path = folder / digest_of(ref_and_folder);
+    auto const text = concat(to_hex(target.commit), " ", target.folder, "\n");
+    std::lock_guard const lock(mutex_);
+    auto const known = read_file(AT_FDCWD, path.c_str(), 4096);
+    if (known && *known == text)
+        return;
+    std::error_code failed;
+    fs::create_directories(folder, failed);
+    auto const fresh = folder_ / "incoming" / std::to_string(++next_);
+    if (write_file(AT_FDCWD, fresh.c_str(), text, 0644))
+        fs::rename(fresh, path, failed);
+}
+
+std::optional<core::GitTarget> GitCache::recall(std::string const& url,
+                                                std::string const& ref_and_folder) const
+{
+    auto const text =
+        read_file(AT_FDCWD, (repository(url) / "refs" / digest_of(ref_and_folder)).c_str(), 4096);
+    if (!text || text->size() < 42 || !text->ends_with('\n'))
+        return std::nullopt;
+    auto const commit = core::git_object_id(std::string_view(*text).substr(0, 40));
+    if (!commit)
+        return std::nullopt;
+    core::GitTarget target;
+    target.commit = *commit;
+    target.folder = text->substr(41, text->size() - 42);
+    return target;
+}
+
+} // namespace webots_cloud::adapters

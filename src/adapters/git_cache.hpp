@@ -1,0 +1,115 @@
+// The cache of fetched folders on disk.
+#pragma once
+
+#include "git_file_descriptor.hpp"
+#include "git_index.hpp"
+
+#include "../core/git_refs.hpp"
+
+#include <webots_cloud/error.hpp>
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+namespace webots_cloud::adapters {
+
+/// One folder of one commit, unpacked. Never written to once it is in the cache.
+///
+/// While somebody holds a pointer to it, it stays in the cache.
+struct GitSnapshot
+{
+    std::filesystem::path files; ///< The folder itself.
+    core::GitTarget target;
+    GitIndex index;
+};
+
+using GitSnapshotPtr = std::shared_ptr<GitSnapshot const>;
+
+/// A new folder in the making; removed again unless it is published.
+class GitIncoming
+{
+public:
+    explicit GitIncoming(std::filesystem::path folder) : folder_(std::move(folder)) {}
+    GitIncoming(GitIncoming&& other) noexcept : folder_(std::move(other.folder_)) { other.folder_.clear(); }
+    GitIncoming& operator=(GitIncoming&&) = delete;
+    ~GitIncoming();
+
+    std::filesystem::path const& folder() const noexcept { return folder_; }
+
+private:
+    std::filesystem::path folder_;
+};
+
+/// Layout: `repositories/<digest of the url>/<commit>-<digest of the folder>/{index,files/}`,
+/// `.../refs/<digest>` for what a ref last meant, and `incoming/` for what is not complete.
+///
+/// Complete folders appear by one rename, so that a crash leaves at most something in `incoming`, which the
+/// next start removes. A folder whose files are not as its index says is dropped when it is asked for.
+/// Thread-safety: any thread.
+class GitCache
+{
+public:
+    /// Uses `folder`, or a sibling when another process uses it.
+    GitCache(std::filesystem::path folder, std::uint64_t most_bytes);
+    ~GitCache();
+
+    /// The folder that is used.
+    std::filesystem::path const& folder() const noexcept { return folder_; }
+
+    /// Why the cache can't be used, if so.
+    result<> const& usable() const noexcept { return usable_; }
+
+    /// The folder if it is there and as it should be; counts as used now.
+    GitSnapshotPtr find(std::string const& url, core::GitTarget const& target);
+
+    /// Other folders of the repository, the newest first: donors of unchanged files.
+    std::vector<GitSnapshotPtr> relatives(std::string const& url);
+
+    /// A fresh folder on the cache's file system.   Errors: `unavailable`.
+    result<GitIncoming> begin();
+
+    /// Makes `files` (inside an incoming folder) the folder of `target`.
+    ///
+    /// Errors: `unavailable`.
+    result<GitSnapshotPtr> publish(GitIncoming const& incoming, std::string const& url,
+                                   core::GitTarget const& target, GitIndex index);
+
+    /// Removes what is too much and not in use, the least recently used first.
+    void trim();
+
+    /// Notes what `ref_and_folder` means now.
+    void remember(std::string const& url, std::string const& ref_and_folder, core::GitTarget const& target);
+
+    /// What it meant last, for when the server can't be asked.
+    std::optional<core::GitTarget> recall(std::string const& url, std::string const& ref_and_folder) const;
+
+private:
+    struct Stored
+    {
+        std::uint64_t bytes = 0;
+        std::filesystem::file_time_type used;
+        std::weak_ptr<GitSnapshot const> open;
+    };
+
+    void open(std::filesystem::path const& folder);
+    void scan();
+    void drop(std::filesystem::path const& folder);
+    std::filesystem::path repository(std::string const& url) const;
+    GitSnapshotPtr load(std::filesystem::path const& folder, core::GitTarget const& target);
+
+    std::filesystem::path folder_;
+    std::uint64_t most_bytes_;
+    FileDescriptor lock_;
+    result<> usable_;
+    mutable std::mutex mutex_;
+    std::uint64_t next_ = 0;
+    std::unordered_map<std::string, Stored> stored_; ///< By path.
+};
+
+} // namespace webots_cloud::adapters

@@ -1,0 +1,110 @@
+#include "git_copy.hpp"
+
+#include "git_files.hpp"
+#include "git_folder_walk.hpp"
+
+#include <boost/asio/error.hpp>
+
+#include <fcntl.h>
+#include <linux/fs.h>
+#include <sys/ioctl.h>
+#include <sys/sendfile.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+
+namespace webots_cloud::adapters {
+namespace {
+
+using Kind = core::GitTreeEntry::Kind;
+
+Failure damaged()
+{
+    return {errc::protocol_error, "a folder in the cache is damaged"};
+}
+
+/// Copies inside the kernel; between file systems only the older of the two ways works.
+ssize_t copy_piece(int from, int to, std::uint64_t size)
+{
+    auto const count = ::copy_file_range(from, nullptr, to, nullptr, size, 0);
+    if (count >= 0 || (errno != EXDEV && errno != EINVAL && errno != ENOSYS && errno != EOPNOTSUPP))
+        return count;
+    return ::sendfile(to, from, nullptr, size);
+}
+
+result<> copy_bytes(int from, int to, std::uint64_t size)
+{
+    while (size > 0) {
+        auto const count = copy_piece(from, to, size);
+        if (count < 0)
+            return disk_failure();
+        if (count == 0)
+            return damaged();
+        size -= static_cast<std::uint64_t>(count);
+    }
+    return {};
+}
+
+result<> copy_link(int from, int to, char const* name, std::uint64_t size)
+{
+    std::array<char, 1024> target;
+    auto const length = ::readlinkat(from, name, target.data(), target.size() - 1);
+    if (length < 0 || static_cast<std::uint64_t>(length) != size)
+        return damaged();
+    target[static_cast<std::size_t>(length)] = '\0';
+    if (::symlinkat(target.data(), to, name) != 0)
+        return disk_failure();
+    return {};
+}
+
+} // namespace
+
+result<> copy_file(int from, char const* from_name, int to, char const* to_name, std::uint64_t size,
+                   mode_t mode, GitCopyWay way)
+{
+    FileDescriptor const source(::openat(from, from_name, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
+    struct stat status;
+    if (!source || ::fstat(source.get(), &status) != 0 || !S_ISREG(status.st_mode) ||
+        static_cast<std::uint64_t>(status.st_size) != size)
+        return damaged();
+    FileDescriptor const target(
+        ::openat(to, to_name, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, mode));
+    if (!target)
+        return disk_failure();
+    if (way == GitCopyWay::clone && ::ioctl(target.get(), FICLONE, source.get()) == 0)
+        return {};
+    return copy_bytes(source.get(), target.get(), size);
+}
+
+result<> copy_folder(GitIndex const& index, int from, int to, GitCopyWay way,
+                     std::atomic<bool> const& aborted)
+{
+    GitFolderWalk sources(from);
+    GitFolderWalk targets(to);
+    for (auto const& entry : index.entries) {
+        if (aborted.load(std::memory_order_relaxed))
+            return Failure(boost::asio::error::operation_aborted);
+        auto const source = sources.parent_of(entry.path);
+        if (!source)
+            return damaged();
+        auto const target = targets.parent_of(entry.path);
+        if (!target)
+            return target.error();
+        auto const* const name = file_name(entry.path);
+        result<> made;
+        if (entry.kind == Kind::folder)
+            made = ::mkdirat(*target, name, 0755) == 0 ? result<>() : disk_failure();
+        else if (entry.kind == Kind::link)
+            made = copy_link(*source, *target, name, entry.size);
+        else
+            made = copy_file(*source, name, *target, name, entry.size,
+                             entry.kind == Kind::executable ? 0755 : 0644, way);
+        if (!made)
+            return made.error();
+    }
+    return {};
+}
+
+} // namespace webots_cloud::adapters

@@ -1,0 +1,368 @@
+#include "git_fetch.hpp"
+
+#include "git_files.hpp"
+
+#include "../core/text.hpp"
+
+#include <fcntl.h>
+
+#include <algorithm>
+#include <unordered_set>
+
+namespace webots_cloud::adapters {
+namespace {
+
+using core::concat;
+using Kind = core::GitTreeEntry::Kind;
+
+constexpr Duration longest_fetch = std::chrono::hours(24); // later than that, the sum could overflow
+constexpr std::size_t wants_at_once = 10'000; // half a megabyte: proxies limit the size of requests
+
+GitDonors donors_among(std::vector<GitSnapshotPtr> const& relatives, std::vector<FileDescriptor>& folders)
+{
+    GitDonors donors;
+    for (auto const& relative : relatives) {
+        auto folder = open_folder(AT_FDCWD, relative->files.c_str());
+        if (!folder)
+            continue;
+        for (auto const& entry : relative->index.entries) {
+            if (entry.kind != Kind::file && entry.kind != Kind::executable)
+                continue;
+            GitDonors::File file;
+            file.folder = folder->get();
+            file.path = entry.path;
+            file.kind = entry.kind;
+            file.size = entry.size;
+            donors.files.emplace(entry.id, std::move(file));
+        }
+        folders.push_back(std::move(*folder));
+    }
+    return donors;
+}
+
+bool is_unknown_commit(Failure const& failure)
+{
+    return failure == errc::protocol_error && failure.detail().find("not our ref") != std::string::npos;
+}
+
+/// Some servers hand out commits only, whatever they promise.
+Failure about_files(Failure const& failure)
+{
+    if (is_unknown_commit(failure))
+        return {errc::protocol_error, "the git server does not hand out single files"};
+    return failure;
+}
+
+} // namespace
+
+/// A download in the making.
+struct GitFetch::Download
+{
+    Download(GitIncoming folder, FileDescriptor objects_folder, GitCapabilities offered)
+        : incoming(std::move(folder)), objects(std::move(objects_folder)), staging(objects.get()),
+          capabilities(offered)
+    {}
+
+    GitIncoming incoming;
+    FileDescriptor objects;
+    GitStaging staging;
+    GitCapabilities capabilities;
+    std::uint64_t received = 0;
+    std::uint64_t unpacked = 0;
+};
+
+GitFetch::GitFetch(GitHttp& http, GitCache& cache, GitServers& servers, GitSourceParams const& params,
+                   GitFetchOrder order)
+    : http_(http), cache_(cache), servers_(servers), params_(params), order_(std::move(order)),
+      url_(order_.project.clone_url()),
+      deadline_(std::chrono::steady_clock::now() + std::min<Duration>(order_.limits.timeout, longest_fetch))
+{}
+
+GitHttpLimits GitFetch::http_limits(std::uint64_t bytes) const
+{
+    GitHttpLimits limits;
+    limits.aborted = order_.aborted;
+    limits.deadline = deadline_;
+    limits.bytes = bytes;
+    limits.low_speed = params_.low_speed;
+    limits.low_speed_time = params_.low_speed_time;
+    return limits;
+}
+
+GitRemote GitFetch::remote() const
+{
+    GitRemote remote;
+    remote.base = order_.project.forge;
+    remote.url = url_;
+    return remote;
+}
+
+GitClient GitFetch::client(std::uint64_t bytes)
+{
+    return GitClient(http_, remote(), http_limits(bytes));
+}
+
+result<Git2Client*> GitFetch::libgit2()
+{
+    if (!libgit2_) {
+        auto scratch = cache_.begin();
+        if (!scratch)
+            return scratch.error();
+        auto server = remote();
+        server.version_2 = false;
+        libgit2_ = std::make_unique<Git2Client>(http_, std::move(server), http_limits(order_.limits.bytes),
+                                                std::move(*scratch));
+    }
+    return libgit2_.get();
+}
+
+Failure GitFetch::explain(Failure const& failure) const
+{
+    auto const& project = order_.project;
+    auto const& words = failure.message();
+    if (failure == errc::not_found)
+        return {errc::not_found,
+                concat("Repository ", project.owner, "/", project.repository, " ", words, ".")};
+    if (failure == errc::unreachable || failure == errc::timed_out)
+        return {failure.code(), concat(project.forge, " can't be reached: ", words, ".")};
+    if (is_unknown_commit(failure))
+        return {errc::not_found,
+                concat("Repository ", project.owner, "/", project.repository, " has no such commit.")};
+    if (words.starts_with("the git server"))
+        return {failure.code(), concat(project.forge, ": ", words, ".")};
+    return failure;
+}
+
+result<GitFetched> GitFetch::run()
+{
+    if (servers_.is_missing(url_))
+        return explain({errc::not_found, "does not exist or is private"});
+    auto const target = resolve();
+    if (!target)
+        return fall_back(target.error());
+    GitFetched fetched;
+    fetched.snapshot = cache_.find(url_, *target);
+    if (!fetched.snapshot) {
+        auto downloaded = download(*target);
+        if (!downloaded)
+            return explain(downloaded.error());
+        fetched.snapshot = std::move(*downloaded);
+        cache_.trim();
+    }
+    cache_.remember(url_, order_.project.ref_and_folder, *target);
+    return fetched;
+}
+
+result<core::GitTarget> GitFetch::resolve()
+{
+    auto const& wanted = order_.project.ref_and_folder;
+    if (core::names_commit(wanted))
+        return core::resolve_ref(wanted, {});
+    if (!servers_.capabilities(order_.project.forge).version_2)
+        return resolve_with_libgit2();
+    auto const refs = client(most_git_ref_bytes).ls_refs(core::ref_prefixes(wanted));
+    if (refs)
+        return core::resolve_ref(wanted, *refs);
+    auto const may_be_old = refs.error() == errc::protocol_error && !servers_.knows(order_.project.forge);
+    if (may_be_old || refs.error() == errc::not_found)
+        return ask_again(refs.error());
+    return refs.error();
+}
+
+/// Who does not speak version 2 does not understand the question, and who only serves files does not even
+/// find the address of it.
+result<core::GitTarget> GitFetch::ask_again(Failure const& failure)
+{
+    auto const offered = client(most_git_ref_bytes).capabilities();
+    if (offered && !offered->version_2) {
+        servers_.set_capabilities(order_.project.forge, *offered);
+        return resolve_with_libgit2();
+    }
+    if (failure != errc::not_found)
+        return failure;
+    if (offered.has_error() && offered.error() != errc::not_found)
+        return offered.error();
+    servers_.set_missing(url_);
+    return failure;
+}
+
+result<core::GitTarget> GitFetch::resolve_with_libgit2()
+{
+    auto const peer = libgit2();
+    if (!peer)
+        return peer.error();
+    auto const refs = (*peer)->ls_refs();
+    if (refs)
+        return core::resolve_ref(order_.project.ref_and_folder, *refs);
+    if (refs.error() == errc::not_found)
+        servers_.set_missing(url_);
+    return refs.error();
+}
+
+/// When the server can't be asked, what it said last is better than nothing.
+result<GitFetched> GitFetch::fall_back(Failure const& failure)
+{
+    if (failure == errc::unreachable || failure == errc::timed_out) {
+        if (auto const target = cache_.recall(url_, order_.project.ref_and_folder)) {
+            GitFetched fetched;
+            fetched.snapshot = cache_.find(url_, *target);
+            fetched.notice = concat(explain(failure).message(), " Starting ", order_.project.owner, "/",
+                                    order_.project.repository, " from the cache.");
+            if (fetched.snapshot)
+                return fetched;
+        }
+    }
+    return explain(failure);
+}
+
+/// Tries with all that git servers usually can do, and only if that fails asks what this one can: a round
+/// trip saved.
+result<GitSnapshotPtr> GitFetch::download(core::GitTarget const& target)
+{
+    auto const& forge = order_.project.forge;
+    auto downloaded = download_with(servers_.capabilities(forge), target);
+    if (downloaded || downloaded.error() != errc::protocol_error || is_unknown_commit(downloaded.error()) ||
+        servers_.knows(forge))
+        return downloaded;
+    auto offered = client(most_git_ref_bytes).capabilities();
+    if (!offered)
+        return offered.error();
+    if (!offered->version_2)
+        servers_.set_capabilities(forge, *offered);
+    else if (offered->filter && offered->shallow)
+        offered->filter = false; // it promises more than it keeps
+    auto again = download_with(*offered, target);
+    if (again)
+        servers_.set_capabilities(forge, *offered);
+    return again;
+}
+
+result<GitSnapshotPtr> GitFetch::download_with(GitCapabilities const& capabilities,
+                                               core::GitTarget const& target)
+{
+    auto incoming = cache_.begin();
+    if (!incoming)
+        return incoming.error();
+    auto objects = make_folder(AT_FDCWD, (incoming->folder() / "objects").c_str());
+    if (!objects)
+        return objects.error();
+    Download state(std::move(*incoming), std::move(*objects), capabilities);
+    std::vector<FileDescriptor> donor_folders;
+    auto const relatives = cache_.relatives(url_);
+    auto const donors = donors_among(relatives, donor_folders);
+
+    GitWants wants;
+    wants.ids = {target.commit};
+    wants.shallow = capabilities.shallow;
+    wants.without_blobs = capabilities.filter && (!target.folder.empty() || !donors.files.empty());
+    if (auto const fetched = fetch_pack(state, wants); !fetched)
+        return fetched.error();
+    auto const tree = folder_tree(state, target);
+    if (!tree)
+        return tree.error();
+    core::GitPlanLimits limits;
+    limits.items = order_.limits.files;
+    auto const plan =
+        core::plan_git_folder(*tree, limits, [&](auto const& id) { return state.staging.find(id); });
+    if (!plan)
+        return plan.error();
+    if (auto const fetched = fetch_blobs(state, *plan, donors); !fetched)
+        return fetched.error();
+
+    auto const files = make_folder(AT_FDCWD, (state.incoming.folder() / "files").c_str());
+    if (!files)
+        return files.error();
+    auto index = unpack_git_folder(*plan, state.staging, donors, files->get());
+    if (!index)
+        return index.error();
+    if (index->bytes > order_.limits.bytes)
+        return Failure(errc::too_large, concat("The project is larger than ",
+                                               std::to_string(order_.limits.bytes >> 20), " MB."));
+    std::error_code ignored;
+    std::filesystem::remove_all(state.incoming.folder() / "objects", ignored);
+    return cache_.publish(state.incoming, url_, target, std::move(*index));
+}
+
+/// The tree of the wanted folder, which must have a folder `worlds`.
+result<core::GitObjectId> GitFetch::folder_tree(Download& state, core::GitTarget const& target)
+{
+    auto const lookup = [&](core::GitObjectId const& id) { return state.staging.find(id); };
+    auto const* const commit = state.staging.find(target.commit);
+    if (!commit)
+        return Failure(errc::protocol_error, "the git server left out the commit");
+    auto const root = core::tree_of_commit(*commit);
+    if (!root)
+        return root.error();
+    auto const tree = core::find_git_folder(*root, target.folder, lookup);
+    if (!tree)
+        return tree.error();
+    auto const entries =
+        core::parse_git_tree(lookup(*tree) ? std::string_view(*lookup(*tree)) : std::string_view());
+    if (!entries)
+        return entries.error();
+    if (std::none_of(entries->begin(), entries->end(),
+                     [](auto const& entry) { return entry.name == "worlds"; }))
+        return Failure(errc::not_found,
+                       target.folder.empty()
+                           ? "has no folder \"worlds\""
+                           : concat("has no folder \"", core::printable(target.folder, 200), "/worlds\""));
+    return *tree;
+}
+
+result<> GitFetch::fetch_blobs(Download& state, std::vector<core::GitPlanItem> const& plan,
+                               GitDonors const& donors)
+{
+    if (!state.capabilities.version_2)
+        return {}; // all that it has to give is there
+    std::unordered_set<core::GitObjectId, core::GitObjectIdHash> wanted;
+    for (auto const& item : plan) {
+        auto const donated = item.kind != Kind::link && donors.files.count(item.id) > 0;
+        if (item.kind != Kind::folder && !donated && !state.staging.has_blob(item.id))
+            wanted.insert(item.id);
+    }
+    GitWants wants;
+    for (auto const& id : wanted) {
+        wants.ids.push_back(id);
+        if (wants.ids.size() < wants_at_once)
+            continue;
+        if (auto const fetched = fetch_pack(state, wants); !fetched)
+            return about_files(fetched.error());
+        wants.ids.clear();
+    }
+    auto const fetched = wants.ids.empty() ? result<>() : fetch_pack(state, wants);
+    return fetched ? fetched : about_files(fetched.error());
+}
+
+result<> GitFetch::fetch_pack(Download& state, GitWants const& wants)
+{
+    auto const& limits = order_.limits;
+    GitPackReader pack(state.staging, limits.bytes - std::min(limits.bytes, state.unpacked));
+    auto const before = state.received;
+    auto const progress = [&](GitPackReader const& reader, std::uint64_t received) {
+        state.received = before + received;
+        if (order_.progress)
+            order_.progress->report(reader.objects_total(), reader.objects_read(), state.received);
+    };
+    auto const fetched =
+        state.capabilities.version_2
+            ? client(limits.bytes - std::min(limits.bytes, before)).fetch(wants, pack, progress)
+            : fetch_pack_with_libgit2(state, wants, pack, progress);
+    state.unpacked += pack.unpacked();
+    return fetched;
+}
+
+/// The whole commit, always.
+result<> GitFetch::fetch_pack_with_libgit2(Download& state, GitWants const& wants, GitPackReader& pack,
+                                           GitClient::Progress const& progress)
+{
+    auto const peer = libgit2();
+    if (!peer)
+        return peer.error();
+    auto const& commit = wants.ids.front();
+    auto const fetched = (*peer)->fetch(commit, wants.shallow, pack, progress);
+    if (fetched && !state.staging.find(commit))
+        return Failure(errc::not_found, "has no such commit");
+    return fetched;
+}
+
+} // namespace webots_cloud::adapters

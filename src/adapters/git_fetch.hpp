@@ -1,0 +1,81 @@
+// How a folder of a repository gets into the cache: which questions are asked of the server, in which order.
+#pragma once
+
+#include "git2_client.hpp"
+#include "git_cache.hpp"
+#include "git_client.hpp"
+#include "git_http.hpp"
+#include "git_progress.hpp"
+#include "git_servers.hpp"
+#include "git_unpack.hpp"
+
+#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/error.hpp>
+#include <webots_cloud/project_ref.hpp>
+#include <webots_cloud/transport/project_source.hpp>
+
+#include <atomic>
+#include <memory>
+#include <string>
+
+namespace webots_cloud::adapters {
+
+struct GitFetchOrder
+{
+    ProjectRef project;
+    FetchLimits limits;
+    std::atomic<bool> const* aborted = nullptr; ///< Outlives the fetch.
+    GitProgress* progress = nullptr;            ///< Outlives the fetch.
+};
+
+struct GitFetched
+{
+    GitSnapshotPtr snapshot;
+    std::string notice; ///< For the log: why it is not from the server.
+};
+
+/// Makes sure that a folder is in the cache. Blocks.   Thread-safety: any thread.
+///
+/// One round trip when the commit is known, two for a whole repository, three for a folder of one. Where a
+/// server turns out not to speak version 2 of git's protocol, libgit2 speaks with it.
+class GitFetch
+{
+public:
+    GitFetch(GitHttp& http, GitCache& cache, GitServers& servers, GitSourceParams const& params,
+             GitFetchOrder order);
+
+    /// Errors: as `ProjectSource::fetch`, less those about worlds.
+    result<GitFetched> run();
+
+private:
+    struct Download;
+
+    result<core::GitTarget> resolve();
+    result<core::GitTarget> resolve_with_libgit2();
+    result<core::GitTarget> ask_again(Failure const& failure);
+    result<GitSnapshotPtr> download(core::GitTarget const& target);
+    result<GitSnapshotPtr> download_with(GitCapabilities const& capabilities, core::GitTarget const& target);
+    result<GitFetched> fall_back(Failure const& failure);
+    result<core::GitObjectId> folder_tree(Download& state, core::GitTarget const& target);
+    result<> fetch_blobs(Download& state, std::vector<core::GitPlanItem> const& plan,
+                         GitDonors const& donors);
+    result<> fetch_pack(Download& state, GitWants const& wants);
+    result<> fetch_pack_with_libgit2(Download& state, GitWants const& wants, GitPackReader& pack,
+                                     GitClient::Progress const& progress);
+    GitHttpLimits http_limits(std::uint64_t bytes) const;
+    GitRemote remote() const;
+    GitClient client(std::uint64_t bytes);
+    result<Git2Client*> libgit2();
+    Failure explain(Failure const& failure) const;
+
+    GitHttp& http_;
+    GitCache& cache_;
+    GitServers& servers_;
+    GitSourceParams const& params_;
+    GitFetchOrder order_;
+    std::string url_;
+    TimePoint deadline_;
+    std::unique_ptr<Git2Client> libgit2_; ///< Once it was needed.
+};
+
+} // namespace webots_cloud::adapters

@@ -1,0 +1,36 @@
+// Reading and writing whole files below an open folder.
+#pragma once
+
+#include "git_file_descriptor.hpp"
+
+#include <webots_cloud/error.hpp>
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include <sys/types.h>
+
+namespace webots_cloud::adapters {
+
+/// What the operating system has just said (`errno`): `unavailable`, "This server can't store the project:
+/// <why>".
+Failure disk_failure();
+
+/// Opens the folder `name` in `parent` (AT_FDCWD: a path), never through a symbolic link.   Errors:
+/// `unavailable`.
+result<FileDescriptor> open_folder(int parent, char const* name);
+
+/// Makes the folder `name` in `parent` and opens it.   Errors: `unavailable`, also when it exists.
+result<FileDescriptor> make_folder(int parent, char const* name);
+
+/// Writes all of `bytes`.   Errors: `unavailable`.
+result<> write_all(int file, std::string_view bytes);
+
+/// Makes the file `name`, which must not exist, with these bytes.   Errors: `unavailable`.
+result<> write_file(int folder, char const* name, std::string_view bytes, mode_t mode);
+
+/// All bytes of a regular file, at most `limit`.   Errors: `not_found`, `unavailable`.
+result<std::string> read_file(int folder, char const* name, std::uint64_t limit);
+
+} // namespace webots_cloud::adapters

@@ -1,0 +1,75 @@
+#include "git_flights.hpp"
+
+#include <boost/asio/error.hpp>
+#include <boost/asio/execution/outstanding_work.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/prefer.hpp>
+#include <boost/asio/this_coro.hpp>
+
+#include <list>
+#include <optional>
+
+namespace webots_cloud::adapters {
+
+namespace asio = boost::asio;
+
+struct GitFlights::Flight
+{
+    std::atomic<bool> aborted{false};
+    GitProgress progress;
+    std::optional<result<GitFetched>> outcome; ///< Set on the executor.
+    std::list<async::Wakeup> waiting;
+};
+
+GitFlights::~GitFlights()
+{
+    for (auto const& [key, flight] : flights_)
+        flight->aborted = true;
+    threads_.join();
+}
+
+std::shared_ptr<GitFlights::Flight> GitFlights::start(std::string const& key, Job job)
+{
+    auto flight = std::make_shared<Flight>();
+    flights_[key] = flight;
+    // Tracked, so that the caller's context does not run dry meanwhile.
+    auto const home = asio::prefer(home_, asio::execution::outstanding_work.tracked);
+    asio::post(threads_, [flight, job = std::move(job), home] {
+        auto outcome = job(flight->aborted, flight->progress);
+        asio::post(home, [flight, outcome = std::move(outcome)]() mutable {
+            flight->outcome = std::move(outcome);
+            for (auto& waiter : flight->waiting)
+                waiter.notify();
+        });
+    });
+    return flight;
+}
+
+asio::awaitable<result<GitFetched>> GitFlights::join(std::string key, std::shared_ptr<FetchProgress> progress,
+                                                     Job job)
+{
+    co_await asio::this_coro::throw_if_cancelled(false);
+    auto const found = flights_.find(key);
+    auto const flight = found != flights_.end() ? found->second : start(key, std::move(job));
+    flight->progress.join(std::move(progress));
+    auto const executor = co_await asio::this_coro::executor;
+    auto const turn = flight->waiting.emplace(flight->waiting.end(), executor);
+    while (!flight->outcome) {
+        auto const woken = co_await turn->wait();
+        if (!woken)
+            break;
+    }
+    flight->waiting.erase(turn);
+    // The first to leave a finished flight, or the last to leave a hopeless one, makes room for a new one.
+    auto const over = flight->outcome.has_value() || flight->waiting.empty();
+    if (auto const current = flights_.find(key);
+        over && current != flights_.end() && current->second == flight)
+        flights_.erase(current);
+    if (flight->outcome)
+        co_return *flight->outcome;
+    if (over)
+        flight->aborted = true;
+    co_return Failure(asio::error::operation_aborted);
+}
+
+} // namespace webots_cloud::adapters

@@ -1,0 +1,49 @@
+// How a folder of the cache becomes a project that a simulation may write into.
+#pragma once
+
+#include "git_cache.hpp"
+#include "git_copy.hpp"
+
+#include <webots_cloud/error.hpp>
+
+#include <atomic>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace webots_cloud::adapters {
+
+/// A project that has been handed out.
+struct GitHandedOut
+{
+    std::filesystem::path root; ///< The project itself.
+    bool uses_cache = false;    ///< The folder must stay in the cache until the project is removed.
+};
+
+/// Whatever the way, nothing that a simulation does to its project changes the cache. `remove_tree` takes a
+/// project back.
+///
+/// Thread-safety: any thread.
+class GitHandOut
+{
+public:
+    /// Finds the fastest way that works between the cache and `instances`, an existing folder (empty:
+    /// copying).
+    GitHandOut(std::filesystem::path const& cache, std::filesystem::path const& instances);
+
+    /// The way, in words.
+    std::string_view describe() const noexcept;
+
+    /// Makes `directory` (which does not exist) and in it `<repository>[/<folder>]` with the files of the
+    /// snapshot.
+    ///
+    /// Errors: `invalid_url`, `unavailable`, `protocol_error` (the cache is damaged), `operation_aborted`.
+    result<GitHandedOut> give(GitSnapshot const& snapshot, std::filesystem::path const& directory,
+                              std::string const& repository, std::atomic<bool> const& aborted) const;
+
+private:
+    bool overlay_ = false;
+    GitCopyWay way_ = GitCopyWay::copy;
+};
+
+} // namespace webots_cloud::adapters

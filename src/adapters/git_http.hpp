@@ -1,0 +1,64 @@
+// HTTP for git: blocking requests over libcurl that stop when they must.
+#pragma once
+
+#include <webots_cloud/error.hpp>
+#include <webots_cloud/transport/clock.hpp>
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace webots_cloud::adapters {
+
+/// When a request has to stop.
+struct GitHttpLimits
+{
+    std::atomic<bool> const* aborted =
+        nullptr; ///< Stops soon after it becomes true.   Lifetime: outlives the request.
+    std::atomic<bool> const* abandoned = nullptr; ///< The same again, for another reason.
+    TimePoint deadline = TimePoint::max();
+    std::uint64_t bytes = std::uint64_t{64} << 20; ///< Of the answer.
+    std::uint64_t low_speed = 0; ///< Bytes per second; slower for `low_speed_time`, and it stops.
+    Duration low_speed_time = std::chrono::seconds(60);
+};
+
+/// What goes out.
+struct GitHttpRequest
+{
+    std::string base;      ///< The forge: no other host is ever contacted, redirected or not.
+    std::string url;       ///< Begins with `base` and a slash.
+    std::string body;      ///< Of a POST to git-upload-pack; empty: GET.
+    bool version_2 = true; ///< Asks for version 2 of git's protocol.
+    /// Gets the answer's body piece by piece when the status is 200; a failure stops the request and is its
+    /// result.
+    std::function<result<>(std::string_view)> sink;
+};
+
+/// Sends requests and keeps connections open between them.   Thread-safety: any thread.
+class GitHttp
+{
+public:
+    GitHttp();
+    ~GitHttp();
+
+    /// The status of the answer; the body has gone to the sink when it is 200. Blocks.
+    ///
+    /// Errors: `unreachable`, `timed_out`, `too_large`, `operation_aborted`, what the sink returned.
+    result<int> send(GitHttpRequest const& request, GitHttpLimits const& limits);
+
+private:
+    class Handle;
+
+    std::unique_ptr<Handle> take();
+    void give_back(std::unique_ptr<Handle> handle);
+
+    std::mutex mutex_;
+    std::vector<std::unique_ptr<Handle>> idle_;
+};
+
+} // namespace webots_cloud::adapters

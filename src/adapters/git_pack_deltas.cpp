@@ -1,0 +1,123 @@
+// The second half of GitPackReader: deltas, once everything they are based on is there.
+#include "git_pack_reader.hpp"
+
+#include "../core/git_delta.hpp"
+
+#include <algorithm>
+#include <unordered_map>
+
+namespace webots_cloud::adapters {
+namespace {
+
+constexpr std::uint64_t largest_delta_result = std::uint64_t{512}
+                                               << 20; // it is made in memory; git stops there too
+
+} // namespace
+
+/// Applies deltas from their bases outwards, so that only one base and one result are in memory at a time.
+struct GitPackReader::Resolver
+{
+    explicit Resolver(GitPackReader& reader) : pack(reader) {}
+
+    result<> run()
+    {
+        if (pack.deltas_.empty())
+            return {};
+        for (std::size_t i = 0; i < pack.deltas_.size(); ++i) {
+            auto const& delta = pack.deltas_[i];
+            if (delta.by_offset)
+                by_offset.emplace(delta.base_offset, i);
+            else
+                by_id.emplace(delta.base_id, i);
+        }
+        for (std::size_t i = 0; i < pack.entries_.size(); ++i)
+            if (pack.entries_[i].resolved)
+                waiting.push_back(i);
+        std::size_t made = 0;
+        while (!waiting.empty()) {
+            auto const base = waiting.back();
+            waiting.pop_back();
+            auto const children = children_of(pack.entries_[base]);
+            if (children.empty())
+                continue;
+            if (auto const applied = apply(base, children); !applied)
+                return applied.error();
+            made += children.size();
+        }
+        if (made != pack.deltas_.size())
+            return Failure(errc::protocol_error,
+                           "the git server sent a malformed pack: a delta without base");
+        return {};
+    }
+
+    std::vector<std::size_t> children_of(Entry const& base)
+    {
+        std::vector<std::size_t> children;
+        auto const [first, last] = by_offset.equal_range(base.offset);
+        for (auto each = first; each != last; ++each)
+            children.push_back(each->second);
+        auto const [first_id, last_id] = by_id.equal_range(base.id);
+        for (auto each = first_id; each != last_id; ++each)
+            children.push_back(each->second);
+        by_id.erase(base.id); // a pack may hold the same object twice
+        return children;
+    }
+
+    result<std::string> load(Entry const& entry) const
+    {
+        if (entry.kind == GitObjectKind::blob) {
+            if (pack.staging_.blob_size(entry.id) > largest_delta_result)
+                return Failure(errc::too_large, "The repository has objects that are too large.");
+            return pack.staging_.read_blob(entry.id);
+        }
+        return *pack.staging_.find(entry.id);
+    }
+
+    result<> apply(std::size_t base, std::vector<std::size_t> const& children)
+    {
+        auto const bytes = load(pack.entries_[base]);
+        if (!bytes)
+            return bytes.error();
+        for (auto const child : children) {
+            auto& delta = pack.deltas_[child];
+            auto object = make(*bytes, delta.bytes);
+            if (!object)
+                return object.error();
+            delta.bytes = std::string();
+            auto& entry = pack.entries_[delta.entry];
+            entry.kind = pack.entries_[base].kind;
+            entry.id = pack.digest_of(entry.kind, *object);
+            entry.resolved = true;
+            if (auto const stored = pack.staging_.put(entry.kind, entry.id, std::move(*object)); !stored)
+                return stored.error();
+            waiting.push_back(delta.entry);
+        }
+        return {};
+    }
+
+    result<std::string> make(std::string_view base, std::string_view delta) const
+    {
+        auto const size = core::delta_result_size(delta);
+        if (!size)
+            return size.error();
+        if (*size > largest_delta_result)
+            return Failure(errc::too_large, "The repository has objects that are too large.");
+        if (auto const spent = pack.spend(*size); !spent)
+            return spent.error();
+        return core::apply_delta(base, delta);
+    }
+
+    GitPackReader& pack;
+    std::unordered_multimap<std::uint64_t, std::size_t> by_offset;
+    std::unordered_multimap<core::GitObjectId, std::size_t, core::GitObjectIdHash> by_id;
+    std::vector<std::size_t> waiting; ///< Entries that are there and whose children are not made yet.
+};
+
+result<> GitPackReader::finish()
+{
+    if (state_ != State::end)
+        return Failure(errc::protocol_error, "the git server sent a malformed pack: it ends too early");
+    return Resolver(*this).run();
+}
+
+} // namespace webots_cloud::adapters

@@ -1,0 +1,162 @@
+#include "blocking_pool.hpp"
+#include "git_cache.hpp"
+#include "git_fetch.hpp"
+#include "git_flights.hpp"
+#include "git_hand_out.hpp"
+#include "git_http.hpp"
+#include "mounts.hpp"
+#include "project_world.hpp"
+#include "remove_tree.hpp"
+
+#include "../core/git_names.hpp"
+#include "../core/text.hpp"
+
+#include <webots_cloud/adapters.hpp>
+
+#include <boost/asio/cancellation_signal.hpp>
+#include <boost/asio/error.hpp>
+
+#include <algorithm>
+#include <atomic>
+#include <unordered_map>
+
+namespace webots_cloud {
+namespace {
+
+namespace asio = boost::asio;
+namespace fs = std::filesystem;
+using adapters::GitSnapshotPtr;
+using core::concat;
+
+constexpr std::size_t downloads = 8; // threads that mostly wait for the network
+constexpr std::size_t copies = 2;    // threads that keep a disk busy
+
+/// Tells a job on another thread to end.
+struct SetFlag
+{
+    void operator()(asio::cancellation_type) const { *flag = true; }
+
+    std::shared_ptr<std::atomic<bool>> flag;
+};
+
+class GitSource final : public ProjectSource
+{
+public:
+    GitSource(asio::any_io_executor executor, GitSourceParams params, Logger log)
+        : params_(std::move(params)), log_(std::move(log)), cache_(params_.cache, params_.cache_bytes),
+          hand_out_(cache_.folder(), params_.instances), pool_(copies),
+          flights_(std::move(executor), downloads)
+    {
+        if (cache_.usable())
+            log_.info(concat("Projects are handed out by ", hand_out_.describe(), "."));
+        else
+            log_.error(concat("Projects can't be fetched: ", cache_.usable().error().message()));
+    }
+
+    asio::awaitable<result<FetchedProject>> fetch(FetchOrder order) override
+    {
+        co_await asio::this_coro::throw_if_cancelled(false);
+        if (!cache_.usable())
+            co_return cache_.usable().error();
+        auto const key = concat(order.project.clone_url(), "\n", order.project.ref_and_folder);
+        adapters::GitFlights::Job job = obtain_job(order);
+        auto obtained = co_await flights_.join(key, order.progress, std::move(job));
+        if (!obtained)
+            co_return obtained.error();
+        if (!obtained->notice.empty())
+            log_.warning(obtained->notice);
+        co_return co_await deliver(std::move(order), obtained->snapshot);
+    }
+
+    asio::awaitable<result<>> discard(fs::path directory) override
+    {
+        auto work = [directory] { return adapters::remove_tree(directory); };
+        auto const removed = co_await pool_.run(std::move(work));
+        in_use_.erase(directory.string());
+        co_return removed;
+    }
+
+private:
+    adapters::GitFlights::Job obtain_job(FetchOrder const& order)
+    {
+        return [this, project = order.project, limits = order.limits](std::atomic<bool> const& aborted,
+                                                                      adapters::GitProgress& progress) {
+            adapters::GitFetchOrder wanted;
+            wanted.project = project;
+            wanted.limits = limits;
+            wanted.aborted = &aborted;
+            wanted.progress = &progress;
+            return adapters::GitFetch(http_, cache_, servers_, params_, std::move(wanted)).run();
+        };
+    }
+
+    /// Puts a folder of the cache into the order's directory.
+    asio::awaitable<result<FetchedProject>> deliver(FetchOrder order, GitSnapshotPtr snapshot)
+    {
+        auto const aborted = std::make_shared<std::atomic<bool>>(false);
+        auto state = co_await asio::this_coro::cancellation_state;
+        if (state.cancelled() != asio::cancellation_type::none)
+            co_return Failure(asio::error::operation_aborted);
+        // The job itself is not cancellable, so the slot is free for the flag that makes it end early.
+        SetFlag on_cancel{aborted};
+        auto slot = state.slot();
+        if (slot.is_connected())
+            slot.assign(std::move(on_cancel));
+        auto const directory = order.directory.string();
+        in_use_[directory] = snapshot;
+        auto work = [this, order, snapshot, aborted] { return make_project(order, *snapshot, *aborted); };
+        auto made = co_await pool_.run(std::move(work));
+        if (slot.is_connected())
+            slot.clear();
+        if (!made || !made->uses_cache)
+            in_use_.erase(directory);
+        if (!made)
+            co_return made.error();
+        co_return made->project;
+    }
+
+    struct Made
+    {
+        FetchedProject project;
+        bool uses_cache = false;
+    };
+
+    result<Made> make_project(FetchOrder const& order, adapters::GitSnapshot const& snapshot,
+                              std::atomic<bool> const& aborted) const
+    {
+        auto given = hand_out_.give(snapshot, order.directory, order.project.repository, aborted);
+        if (!given)
+            return given.error();
+        auto header = adapters::read_world_header(given->root, order.project.world);
+        if (!header) {
+            adapters::unmount_below(order.directory);
+            return header.error();
+        }
+        Made made;
+        made.project.root = std::move(given->root);
+        made.project.revision = to_hex(snapshot.target.commit);
+        made.project.world_header = std::move(*header);
+        made.uses_cache = given->uses_cache;
+        return made;
+    }
+
+    GitSourceParams params_;
+    Logger log_;
+    adapters::GitHttp http_;
+    adapters::GitServers servers_;
+    adapters::GitCache cache_;
+    adapters::GitHandOut hand_out_;
+    std::unordered_map<std::string, GitSnapshotPtr> in_use_; ///< By directory: what must not leave the cache.
+    adapters::BlockingPool pool_; // the last two end their threads before anything that these use goes
+    adapters::GitFlights flights_;
+};
+
+} // namespace
+
+std::unique_ptr<ProjectSource> make_git_source(asio::any_io_executor executor, GitSourceParams params,
+                                               Logger log)
+{
+    return std::make_unique<GitSource>(std::move(executor), std::move(params), std::move(log));
+}
+
+} // namespace webots_cloud

@@ -1,0 +1,218 @@
+#include "http_connection.hpp"
+
+#include "../core/text.hpp"
+#include "http_response_text.hpp"
+#include "websocket_handshake.hpp"
+
+#include <boost/asio/use_awaitable.hpp>
+
+#include <tuple>
+#include <variant>
+
+namespace webots_cloud::adapters {
+
+namespace asio = boost::asio;
+using core::concat;
+
+namespace {
+
+constexpr std::size_t flush_size = 64 * 1024; // answers to pipelined requests are sent together up to here
+constexpr int most_drained = 64;              // reads, after a refusal
+
+std::uint64_t& refusal_counter(HttpServerStatistics& statistics, int status)
+{
+    switch (status) {
+    case 413:
+        return statistics.refused_bodies;
+    case 414:
+        return statistics.long_request_lines;
+    case 431:
+        return statistics.long_headers;
+    default:
+        return statistics.bad_requests;
+    }
+}
+
+} // namespace
+
+HttpConnection::HttpConnection(NetworkStream stream, asio::ip::address const& peer,
+                               AddressLimit::Ticket ticket, HttpConnectionContext const& context)
+    : stream_(std::move(stream)), ticket_(std::move(ticket)), context_(context), peer_(peer.to_string()),
+      from_loopback_(peer.is_loopback())
+{}
+
+asio::awaitable<bool> HttpConnection::await_first_request()
+{
+    set_deadline(context_.params.header_timeout);
+    if (stream_.is_tls()) {
+        auto const failed = co_await stream_.handshake();
+        if (failed) {
+            ++context_.statistics.tls_failures;
+            co_return false;
+        }
+    }
+    bool const complete = co_await read_request(context_.params.header_timeout);
+    co_return complete;
+}
+
+asio::awaitable<bool> HttpConnection::answer_requests()
+{
+    for (;;) {
+        auto const next = answer();
+        bool const may_wait = next == Next::request && reader_.rest().size() > 0 && out_.size() < flush_size;
+        if (!may_wait) {
+            bool const sent = co_await flush();
+            if (!sent || next == Next::close || stopping_)
+                co_return false;
+            if (next == Next::websocket)
+                co_return true;
+        }
+        reader_.next();
+        bool const complete = co_await read_request(context_.params.idle_timeout);
+        if (!complete)
+            co_return false;
+    }
+}
+
+/// Reads until a request's head is complete; false when the connection is to be closed.
+asio::awaitable<bool> HttpConnection::read_request(Duration patience)
+{
+    set_deadline(reader_.has_begun() ? context_.params.header_timeout : patience);
+    for (;;) {
+        auto const progress = reader_.parse();
+        if (progress == HttpRequestReader::Progress::complete)
+            co_return true;
+        if (progress == HttpRequestReader::Progress::refused) {
+            co_await refuse(reader_.refusal());
+            co_return false;
+        }
+        if (!out_.empty()) { // answers to earlier requests must not wait for the rest of this one
+            bool const sent = co_await flush();
+            if (!sent)
+                co_return false;
+        }
+        bool const is_first = !reader_.has_begun();
+        auto const space = reader_.prepare();
+        auto const buffer = asio::buffer(space.data(), space.size());
+        boost::system::error_code error;
+        std::size_t size = 0;
+        awaiting_request_ = true;
+        if (stream_.is_tls())
+            std::tie(error, size) = co_await stream_.read_some(buffer);
+        else // Asio knows when a read would find nothing, and saves the system call
+            std::tie(error, size) =
+                co_await stream_.socket().async_read_some(buffer, asio::as_tuple(asio::use_awaitable));
+        awaiting_request_ = false;
+        if (error || is_cut_)
+            co_return false;
+        reader_.commit(size);
+        if (is_first)
+            set_deadline(context_.params.header_timeout);
+    }
+}
+
+/// Appends the answer to what is to be sent.
+HttpConnection::Next HttpConnection::answer()
+{
+    ++context_.statistics.requests;
+    auto request = reader_.request();
+    request.peer = peer_;
+    request.from_loopback = from_loopback_;
+    if (wants_websocket(reader_)) {
+        if (auto const refusal = refuse_handshake(reader_)) {
+            ++context_.statistics.bad_handshakes;
+            return give(*refusal, request);
+        }
+        request.upgrade = true;
+    }
+    auto const answer = context_.endpoint.respond(request);
+    if (auto const* response = std::get_if<HttpResponse>(&answer))
+        return give(*response, request);
+    append_handshake_answer(out_, request.header("Sec-WebSocket-Key"));
+    return Next::websocket;
+}
+
+HttpConnection::Next HttpConnection::give(HttpResponse const& response, IncomingRequest const& request)
+{
+    if (response.status >= 400)
+        context_.log.warning(concat(std::to_string(response.status), " ", request.method, " ",
+                                    core::printable(request.path, 200), " (", peer_, ")"));
+    bool const stays_open = reader_.keep_alive() && !stopping_;
+    append_response(out_, response, stays_open, request.method != "HEAD");
+    return stays_open ? Next::request : Next::close;
+}
+
+asio::awaitable<bool> HttpConnection::flush()
+{
+    boost::system::error_code error;
+    auto const sent = stream_.try_write(out_, error);
+    if (sent < out_.size() && (!error || error == asio::error::would_block)) {
+        set_deadline(context_.params.idle_timeout);
+        error = co_await stream_.write(std::string_view(out_).substr(sent));
+    }
+    out_.clear();
+    co_return !error && !is_cut_;
+}
+
+asio::awaitable<void> HttpConnection::refuse(int status)
+{
+    ++refusal_counter(context_.statistics, status);
+    HttpResponse const response(status, "text/html; charset=UTF-8", {});
+    context_.log.warning(
+        concat(std::to_string(status), " for a malformed or oversized request (", peer_, ")"));
+    append_response(out_, response, false, true);
+    set_deadline(context_.params.header_timeout);
+    bool const sent = co_await flush();
+    if (!sent)
+        co_return;
+    // Closing with unread bytes would reset the connection, and the answer with it: read a little, then
+    // close.
+    stream_.shut_down();
+    for (int i = 0; i < most_drained; ++i) {
+        reader_.discard();
+        auto const space = reader_.prepare();
+        auto const outcome = co_await stream_.read_some(asio::buffer(space.data(), space.size()));
+        if (outcome.first)
+            break;
+    }
+}
+
+void HttpConnection::cut()
+{
+    is_cut_ = true;
+    stream_.close();
+}
+
+void HttpConnection::stop()
+{
+    stopping_ = true;
+    if (awaiting_request_)
+        cut();
+}
+
+void HttpConnection::check(TimePoint now)
+{
+    if (now < deadline_ || is_cut_)
+        return;
+    ++context_.statistics.timed_out;
+    if (awaiting_request_ && reader_.has_begun()) {
+        std::string text;
+        append_response(text, HttpResponse(408, {}, {}), false, true);
+        boost::system::error_code ignored;
+        stream_.try_write(text, ignored);
+    }
+    cut();
+}
+
+ChannelInfo HttpConnection::channel_info() const
+{
+    ChannelInfo info;
+    info.path = reader_.request().path;
+    info.query = reader_.request().query;
+    info.host = reader_.request().header("Host");
+    info.peer = peer_;
+    info.from_loopback = from_loopback_;
+    return info;
+}
+
+} // namespace webots_cloud::adapters

@@ -1,0 +1,90 @@
+// One connection of the HTTP server, until it ends or becomes a WebSocket.
+#pragma once
+
+#include "address_limit.hpp"
+#include "http_request_reader.hpp"
+#include "network_stream.hpp"
+
+#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/time.hpp>
+
+#include <string>
+#include <string_view>
+
+namespace webots_cloud::adapters {
+
+/// What all connections of a server share; must outlive them.
+struct HttpConnectionContext
+{
+    HttpServerParams const& params;
+    Endpoint& endpoint;
+    Logger const& log;
+    HttpServerStatistics& statistics;
+};
+
+/// Reads requests and answers them in order, with a deadline for everything that the client does.
+///
+/// Lifetime: both coroutines run one after the other, and it must outlive them.   Thread-safety: one
+/// executor.
+class HttpConnection
+{
+public:
+    HttpConnection(NetworkStream stream, boost::asio::ip::address const& peer, AddressLimit::Ticket ticket,
+                   HttpConnectionContext const& context);
+
+    /// The TLS handshake, where there is one, and the first request; false when the connection is to be
+    /// closed.
+    boost::asio::awaitable<bool> await_first_request();
+
+    /// Answers the request that has been read, and those that follow; true when the last one has made it a
+    /// WebSocket.
+    boost::asio::awaitable<bool> answer_requests();
+
+    /// Waits for a request between two of them.
+    bool is_idle() const noexcept { return awaiting_request_ && !reader_.has_begun(); }
+
+    /// Ends it at once.
+    void cut();
+    bool is_cut() const noexcept { return is_cut_; }
+
+    /// Ends it when nothing is on its way.
+    void stop();
+
+    /// Ends it when the client took too long.
+    void check(TimePoint now);
+
+    // What a WebSocket takes over, once `answer_requests` has returned true.
+    ChannelInfo channel_info() const;
+    std::string_view rest() const noexcept { return reader_.rest(); }
+    NetworkStream&& take_stream() noexcept { return std::move(stream_); }
+    AddressLimit::Ticket&& take_ticket() noexcept { return std::move(ticket_); }
+
+private:
+    enum class Next
+    {
+        request,
+        close,
+        websocket
+    };
+
+    boost::asio::awaitable<bool> read_request(Duration patience);
+    boost::asio::awaitable<bool> flush();
+    boost::asio::awaitable<void> refuse(int status);
+    Next answer();
+    Next give(HttpResponse const& response, IncomingRequest const& request);
+    void set_deadline(Duration from_now) { deadline_ = std::chrono::steady_clock::now() + from_now; }
+
+    NetworkStream stream_;
+    AddressLimit::Ticket ticket_;
+    HttpConnectionContext const& context_;
+    std::string peer_;
+    bool from_loopback_;
+    bool awaiting_request_ = true;
+    bool stopping_ = false;
+    bool is_cut_ = false;
+    HttpRequestReader reader_;
+    std::string out_;
+    TimePoint deadline_ = TimePoint::max();
+};
+
+} // namespace webots_cloud::adapters

@@ -1,0 +1,89 @@
+#include "../core/text.hpp"
+
+#include <webots_cloud/adapters.hpp>
+
+#include <boost/asio/post.hpp>
+#include <boost/asio/thread_pool.hpp>
+
+#include <atomic>
+#include <cerrno>
+#include <fstream>
+#include <memory>
+#include <system_error>
+
+namespace webots_cloud {
+namespace {
+
+namespace asio = boost::asio;
+
+constexpr int most_waiting = 64; // a disk that stalls costs lines, never memory
+
+std::string last_problem()
+{
+    return std::error_code(errno, std::generic_category()).message();
+}
+
+/// Shared by the copies of the function; its destructor waits for the lines that are under way.
+class LineFile
+{
+public:
+    LineFile(asio::any_io_executor executor, std::filesystem::path file, Logger log)
+        : executor_(std::move(executor)), path_(std::move(file)), log_(std::move(log)),
+          file_(path_, std::ios::trunc)
+    {}
+
+    ~LineFile() { writer_.join(); }
+
+    bool is_open() const { return file_.is_open(); }
+
+    void append(std::string line)
+    {
+        if (waiting_ >= most_waiting)
+            return;
+        ++waiting_;
+        asio::post(writer_, [this, line = std::move(line)] {
+            write(line);
+            --waiting_;
+        });
+    }
+
+private:
+    void write(std::string const& line)
+    {
+        if (!file_.is_open())
+            return;
+        if (file_ << line << std::flush)
+            return;
+        auto const text =
+            core::concat("Monitor log file ", path_.string(), " cannot be written: ", last_problem());
+        file_.close();
+        asio::post(executor_, [log = log_, text] { log.error(text); });
+    }
+
+    asio::any_io_executor executor_;
+    std::filesystem::path path_;
+    Logger log_;
+    std::ofstream file_; ///< The writer's, once that has begun.
+    std::atomic<int> waiting_ = 0;
+    asio::thread_pool writer_{1};
+};
+
+} // namespace
+
+std::function<void(std::string line)>
+make_line_file(asio::any_io_executor executor, std::filesystem::path file, std::string first_line, Logger log)
+{
+    std::error_code problem;
+    std::filesystem::create_directories(file.parent_path(), problem);
+    errno = 0;
+    auto const lines = std::make_shared<LineFile>(std::move(executor), file, log);
+    if (!lines->is_open()) {
+        log.error(core::concat("Monitor log file ", file.string(),
+                               " cannot be created: ", problem ? problem.message() : last_problem()));
+        return {};
+    }
+    lines->append(std::move(first_line));
+    return [lines](std::string line) { lines->append(std::move(line)); };
+}
+
+} // namespace webots_cloud

@@ -1,0 +1,185 @@
+#include "network_stream.hpp"
+
+#include "tls_socket.hpp"
+
+#include <boost/asio/error.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/use_awaitable.hpp>
+
+#include <openssl/err.h>
+#include <openssl/ssl.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <climits>
+#include <sys/socket.h>
+
+namespace webots_cloud::adapters {
+
+namespace asio = boost::asio;
+using Error = NetworkStream::Error;
+
+namespace {
+
+constexpr auto as_result = asio::as_tuple(asio::use_awaitable);
+
+Error last_error()
+{
+    bool const is_blocked = errno == EAGAIN || errno == EWOULDBLOCK;
+    return is_blocked ? Error(asio::error::would_block) : Error(errno, boost::system::system_category());
+}
+
+int clamped(std::size_t size) noexcept
+{
+    return static_cast<int>(std::min<std::size_t>(size, INT_MAX));
+}
+
+} // namespace
+
+void NetworkStream::TlsDeleter::operator()(SSL* tls) const noexcept
+{
+    SSL_free(tls);
+}
+
+NetworkStream::NetworkStream(asio::ip::tcp::socket socket, SSL_CTX* tls) : socket_(std::move(socket))
+{
+    Error ignored;
+    socket_.native_non_blocking(true, ignored);
+    socket_.set_option(asio::ip::tcp::no_delay(true), ignored);
+    if (!tls)
+        return;
+    tls_.reset(SSL_new(tls));
+    if (tls_)
+        attach_tls(tls_.get(), socket_.native_handle());
+    else
+        socket_.close(ignored); // out of memory
+}
+
+asio::awaitable<Error> NetworkStream::handshake()
+{
+    while (tls_) {
+        ERR_clear_error();
+        auto needs = Direction::wait_read;
+        int const outcome = SSL_accept(tls_.get());
+        if (outcome == 1)
+            break;
+        if (auto const error = failure(outcome, needs); error != asio::error::would_block)
+            co_return error;
+        auto const [error] = co_await socket_.async_wait(needs, as_result);
+        if (error)
+            co_return error;
+    }
+    co_return Error();
+}
+
+asio::awaitable<std::pair<Error, std::size_t>> NetworkStream::read_some(asio::mutable_buffer buffer)
+{
+    std::pair<Error, std::size_t> outcome;
+    for (;;) {
+        outcome.second = try_read(buffer, outcome.first);
+        if (outcome.first != asio::error::would_block)
+            break;
+        auto const [error] = co_await wait_to_read(as_result);
+        outcome.first = error;
+        if (error)
+            co_return outcome;
+    }
+    // A peer that always has something to say must not keep the others waiting.
+    co_await asio::post(asio::use_awaitable);
+    co_return outcome;
+}
+
+asio::awaitable<Error> NetworkStream::write(std::string_view bytes)
+{
+    while (!bytes.empty()) {
+        Error error;
+        bytes.remove_prefix(try_write(bytes, error));
+        if (error == asio::error::would_block) {
+            auto const [waited] = co_await wait_to_write(as_result);
+            error = waited;
+        }
+        if (error)
+            co_return error;
+    }
+    co_return Error();
+}
+
+/// Why OpenSSL did not do what it was asked to, and what it waits for.
+Error NetworkStream::failure(int outcome, Direction& needs)
+{
+    auto const os_error = errno;
+    switch (SSL_get_error(tls_.get(), outcome)) {
+    case SSL_ERROR_WANT_READ:
+        needs = Direction::wait_read;
+        return asio::error::would_block;
+    case SSL_ERROR_WANT_WRITE:
+        needs = Direction::wait_write;
+        return asio::error::would_block;
+    case SSL_ERROR_ZERO_RETURN:
+        return asio::error::eof;
+    case SSL_ERROR_SYSCALL:
+        return os_error != 0 ? Error(os_error, boost::system::system_category()) : Error(asio::error::eof);
+    default:
+        return asio::error::connection_aborted; // the peer does not speak TLS, or not ours
+    }
+}
+
+std::size_t NetworkStream::try_read(asio::mutable_buffer buffer, Error& error)
+{
+    error = {};
+    if (!socket_.is_open()) {
+        error = asio::error::operation_aborted;
+        return 0;
+    }
+    if (tls_) {
+        ERR_clear_error();
+        int const size = SSL_read(tls_.get(), buffer.data(), clamped(buffer.size()));
+        if (size <= 0)
+            error = failure(size, read_needs_);
+        return size > 0 ? static_cast<std::size_t>(size) : 0;
+    }
+    auto const size = ::recv(socket_.native_handle(), buffer.data(), buffer.size(), 0);
+    if (size < 0)
+        error = last_error();
+    else if (size == 0)
+        error = asio::error::eof;
+    return size > 0 ? static_cast<std::size_t>(size) : 0;
+}
+
+std::size_t NetworkStream::try_write(std::string_view bytes, Error& error)
+{
+    error = {};
+    if (!socket_.is_open()) {
+        error = asio::error::operation_aborted;
+        return 0;
+    }
+    if (tls_) {
+        ERR_clear_error();
+        int const size = SSL_write(tls_.get(), bytes.data(), clamped(bytes.size()));
+        if (size <= 0)
+            error = failure(size, write_needs_);
+        return size > 0 ? static_cast<std::size_t>(size) : 0;
+    }
+    auto const size = ::send(socket_.native_handle(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
+    if (size < 0)
+        error = last_error();
+    return size > 0 ? static_cast<std::size_t>(size) : 0;
+}
+
+void NetworkStream::shut_down() noexcept
+{
+    Error ignored;
+    if (tls_ && socket_.is_open() && SSL_is_init_finished(tls_.get())) {
+        ERR_clear_error();
+        SSL_shutdown(tls_.get());
+    }
+    socket_.shutdown(asio::ip::tcp::socket::shutdown_send, ignored);
+}
+
+void NetworkStream::close() noexcept
+{
+    Error ignored;
+    socket_.close(ignored);
+}
+
+} // namespace webots_cloud::adapters

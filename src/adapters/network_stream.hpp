@@ -1,0 +1,82 @@
+// A connection of the server, plain or TLS.
+#pragma once
+
+#include "tls_certificate.hpp"
+
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/ip/tcp.hpp>
+
+#include <cstddef>
+#include <memory>
+#include <string_view>
+#include <utility>
+
+namespace webots_cloud::adapters {
+
+/// Reads and writes without waiting, and waits for when that makes sense again.
+///
+/// One class for both kinds, and OpenSSL on the socket itself: an idle connection holds no buffers and no
+/// operation of its own, where a stream of Asio's would keep 34 KB, and both kinds share the code above.
+/// Thread-safety: one executor.
+class NetworkStream
+{
+public:
+    using Error = boost::system::error_code;
+
+    /// Plain without `tls`; with it, `handshake` must come first.
+    NetworkStream(boost::asio::ip::tcp::socket socket, SSL_CTX* tls);
+
+    /// The TLS handshake. Bounded by whoever closes the stream.
+    boost::asio::awaitable<Error> handshake();
+
+    /// At least one byte, as soon as there is one.
+    boost::asio::awaitable<std::pair<Error, std::size_t>> read_some(boost::asio::mutable_buffer buffer);
+
+    /// All of `bytes`.
+    boost::asio::awaitable<Error> write(std::string_view bytes);
+
+    // At once; `error` is `would_block` when nothing can be done now.
+    std::size_t try_read(boost::asio::mutable_buffer buffer, Error& error);
+    std::size_t try_write(std::string_view bytes, Error& error);
+
+    /// Calls `handler(error_code)` when a read, or write, that would have blocked may go on.
+    template<class Token>
+    auto wait_to_read(Token&& token)
+    {
+        return socket_.async_wait(read_needs_, std::forward<Token>(token));
+    }
+    template<class Token>
+    auto wait_to_write(Token&& token)
+    {
+        return socket_.async_wait(write_needs_, std::forward<Token>(token));
+    }
+
+    /// Nothing more will be written; the peer is told.
+    void shut_down() noexcept;
+
+    /// Ends everything that waits.
+    void close() noexcept;
+
+    bool is_tls() const noexcept { return tls_ != nullptr; }
+    boost::asio::ip::tcp::socket& socket() noexcept { return socket_; }
+
+private:
+    using Direction = boost::asio::ip::tcp::socket::wait_type;
+
+    struct TlsDeleter
+    {
+        void operator()(SSL* tls) const noexcept;
+    };
+
+    Error failure(int outcome, Direction& needs);
+
+    boost::asio::ip::tcp::socket socket_;
+    std::unique_ptr<SSL, TlsDeleter> tls_;
+    // TLS may have to write in order to read, and the other way round.
+    Direction read_needs_ = Direction::wait_read;
+    Direction write_needs_ = Direction::wait_write;
+};
+
+} // namespace webots_cloud::adapters

@@ -1,0 +1,206 @@
+#include "../core/text.hpp"
+#include "listening_ports.hpp"
+#include "process_usage.hpp"
+
+#include <webots_cloud/adapters.hpp>
+
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/readable_pipe.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <boost/asio/writable_pipe.hpp>
+#include <boost/process/v2/environment.hpp>
+#include <boost/process/v2/process.hpp>
+#include <boost/process/v2/start_dir.hpp>
+#include <boost/process/v2/stdio.hpp>
+// Boost 1.81 forgets to include this one itself when its libraries are used as headers.
+#include <boost/process/v2/impl/environment.ipp>
+
+#include <linux/close_range.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <optional>
+
+namespace webots_cloud {
+namespace {
+
+namespace asio = boost::asio;
+namespace process = boost::process::v2;
+using asio::ip::tcp;
+using core::concat;
+
+constexpr std::size_t read_size = 16 * 1024;
+
+/// Waits for a guard that nobody holds any more, so that it leaves no zombie.
+asio::awaitable<void> await_end(process::process guard)
+{
+    (void)co_await guard.async_wait(asio::as_tuple(asio::use_awaitable));
+}
+
+class GuardedProcess final : public Process
+{
+public:
+    GuardedProcess(process::process guard, asio::writable_pipe leash, asio::readable_pipe output) :
+        guard_(std::move(guard)), leash_(std::move(leash)), output_(std::move(output))
+    {}
+
+    ~GuardedProcess() override
+    {
+        if (!status_) {
+            auto const executor = leash_.get_executor();
+            boost::system::error_code ignored;
+            leash_.close(ignored); // the guard now kills the tree at once
+            asio::co_spawn(executor, await_end(std::move(guard_)), asio::detached);
+        }
+    }
+
+    int id() const noexcept override { return guard_.id(); }
+    asio::awaitable<result<ProcessEvent>> next_event() override;
+    void terminate() noexcept override;
+    std::vector<std::uint16_t> listening_ports() const override { return adapters::listening_ports(guard_.id()); }
+    ProcessUsage usage() const override { return status_ ? ProcessUsage() : adapters::process_usage(guard_.id()); }
+
+private:
+    process::process guard_;
+    asio::writable_pipe leash_;
+    asio::readable_pipe output_;
+    std::array<char, read_size> buffer_;
+    std::optional<ExitStatus> status_;
+};
+
+asio::awaitable<result<ProcessEvent>> GuardedProcess::next_event()
+{
+    if (status_)
+        co_return ProcessEvent(*status_);
+    if (output_.is_open()) {
+        auto const [error, size] =
+            co_await output_.async_read_some(asio::buffer(buffer_), asio::as_tuple(asio::use_awaitable));
+        if (error == asio::error::operation_aborted)
+            co_return Failure(error);
+        if (!error)
+            co_return ProcessEvent(ProcessOutput(std::string(buffer_.data(), size)));
+        // The guard holds the other end until nobody of the tree is left: the end of the output is the end of all.
+        boost::system::error_code ignored;
+        output_.close(ignored);
+    }
+    auto const [error, native] = co_await guard_.async_wait(asio::as_tuple(asio::use_awaitable));
+    if (error == asio::error::operation_aborted)
+        co_return Failure(error);
+    int const status = guard_.native_exit_code();
+    status_ = WIFSIGNALED(status) ? ExitStatus(WTERMSIG(status), true) : ExitStatus(WEXITSTATUS(status), false);
+    co_return ProcessEvent(*status_);
+}
+
+void GuardedProcess::terminate() noexcept
+{
+    boost::system::error_code ignored;
+    if (!status_)
+        leash_.write_some(asio::buffer("T", 1), ignored); // one byte always fits into an empty pipe
+}
+
+/// Lets the new program have standard input, output and error, and nothing else of ours.
+///
+/// Boost 1.81 means to close the rest itself, but compares each descriptor with itself instead of the next: everything below its
+/// own highest pipe stays open, the leash among it, and then no guard would ever notice our death.
+struct CloseOtherDescriptors
+{
+    template<class Launcher>
+    boost::system::error_code on_exec_setup(Launcher&, boost::filesystem::path const&, char const* const*)
+    {
+        // Closed by exec, not now: the launcher still needs its pipe to report a failure.
+        if (::close_range(STDERR_FILENO + 1, ~0U, CLOSE_RANGE_CLOEXEC) != 0)
+            return {errno, boost::system::system_category()};
+        return {};
+    }
+};
+
+/// A port that is bound but not listened on.
+class BoundPort final : public PortHold
+{
+public:
+    explicit BoundPort(tcp::acceptor socket) : socket_(std::move(socket)) {}
+
+private:
+    tcp::acceptor socket_;
+};
+
+class LocalProcessHost final : public ProcessHost
+{
+public:
+    LocalProcessHost(asio::any_io_executor executor, std::filesystem::path guard) :
+        executor_(std::move(executor)), guard_(std::move(guard))
+    {}
+
+    asio::awaitable<result<std::unique_ptr<Process>>> start(ProcessSpec spec) override;
+    result<std::unique_ptr<PortHold>> hold_port(std::uint16_t port) override;
+
+private:
+    asio::any_io_executor executor_;
+    std::filesystem::path guard_;
+};
+
+asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(ProcessSpec spec)
+{
+    for (auto const& program : {guard_.string(), spec.argv.at(0)})
+        if (::access(program.c_str(), X_OK) != 0)
+            co_return Failure(errc::start_failed,
+                              concat(program, " can't be run: ", std::error_code(errno, std::generic_category()).message()));
+
+    std::vector<std::string> arguments;
+    arguments.push_back(std::to_string(std::chrono::duration_cast<std::chrono::milliseconds>(spec.grace).count()));
+    arguments.insert(arguments.end(), spec.argv.begin(), spec.argv.end());
+    std::vector<std::string> environment;
+    for (auto const& [name, value] : spec.environment)
+        environment.push_back(concat(name, "=", value));
+
+    boost::system::error_code error;
+    asio::readable_pipe leash_end(executor_);
+    asio::writable_pipe leash(executor_);
+    asio::readable_pipe output(executor_);
+    asio::writable_pipe output_end(executor_);
+    asio::connect_pipe(leash_end, leash, error);
+    if (!error)
+        asio::connect_pipe(output, output_end, error);
+    if (error)
+        co_return Failure(errc::start_failed, concat("no pipe: ", error.message()));
+
+    process::process_stdio stdio;
+    stdio.in = leash_end.native_handle();
+    stdio.out = output_end.native_handle();
+    stdio.err = output_end.native_handle();
+    process::default_process_launcher launcher;
+    auto const directory = spec.directory.empty() ? std::filesystem::current_path(error) : spec.directory;
+    auto guard = launcher(executor_, error, guard_.string(), arguments, stdio, process::process_start_dir(directory.string()),
+                          process::process_environment(environment), CloseOtherDescriptors());
+    if (error)
+        co_return Failure(errc::start_failed, concat(spec.argv.front(), " can't be started: ", error.message()));
+    co_return std::make_unique<GuardedProcess>(std::move(guard), std::move(leash), std::move(output));
+}
+
+result<std::unique_ptr<PortHold>> LocalProcessHost::hold_port(std::uint16_t port)
+{
+    boost::system::error_code error;
+    tcp::acceptor socket(executor_);
+    socket.open(tcp::v4(), error);
+    // With the address reusable, ports in TIME_WAIT count as free, as they are for the simulator.
+    if (!error)
+        socket.set_option(tcp::acceptor::reuse_address(true), error);
+    if (!error)
+        socket.bind({asio::ip::address_v4::any(), port}, error);
+    if (error)
+        return Failure(errc::unavailable, concat("port ", std::to_string(port), ": ", error.message()));
+    return std::make_unique<BoundPort>(std::move(socket));
+}
+
+} // namespace
+
+std::unique_ptr<ProcessHost> make_process_host(asio::any_io_executor executor, std::filesystem::path guard)
+{
+    return std::make_unique<LocalProcessHost>(std::move(executor), std::move(guard));
+}
+
+} // namespace webots_cloud

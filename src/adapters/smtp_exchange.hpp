@@ -1,0 +1,65 @@
+// One mail to one mail server with libcurl, on a thread that may wait, ended at once from any other.
+#pragma once
+
+#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/error.hpp>
+
+#include <curl/curl.h>
+
+#include <array>
+#include <atomic>
+#include <mutex>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace webots_cloud::adapters {
+
+/// Used once. Nothing of it stays when it is destroyed.
+class SmtpExchange
+{
+public:
+    /// `message` is the whole mail, its lines ending with CRLF.
+    SmtpExchange(SmtpParams params, std::string message);
+    SmtpExchange(SmtpExchange const&) = delete;
+    ~SmtpExchange();
+
+    /// Waits for the mail server's last word.   Errors: those of `Notifier::deliver`.
+    result<> perform();
+
+    /// Makes `perform` return `operation_aborted`, at once.   Thread-safety: any thread.
+    void abort();
+
+private:
+    static curl_socket_t on_open(void* user, curlsocktype purpose, curl_sockaddr* address);
+    static int on_close(void* user, curl_socket_t socket);
+    static std::size_t on_read(char* into, std::size_t size, std::size_t count, void* user);
+    static std::size_t on_reply(char* line, std::size_t size, std::size_t count, void* user);
+
+    void prepare();
+    void prepare_sockets();
+    void prepare_security();
+    bool take_reply(std::string_view line);
+    result<> drive();
+    void hang_up();
+    CURLcode result_of_transfer();
+    Failure failure_of(CURLcode code) const;
+
+    SmtpParams params_;
+    std::string message_;
+    CURLM* multi_;
+    CURL* easy_;
+    curl_slist* recipients_ = nullptr;
+    std::array<char, CURL_ERROR_SIZE> words_{};
+    std::string_view unsent_;
+    std::string
+        refusal_; // the last reply of code 4xx or 5xx: libcurl says QUIT after it, and gets another reply
+    int greetings_ = 0; // replies of code 220: the first is the greeting, the second says that TLS may begin
+    bool offers_login_ = false; // in the reply to the EHLO under TLS
+    bool has_no_login_ = false;
+    std::atomic<bool> aborted_ = false;
+    std::mutex mutex_; // guards what follows
+    std::vector<curl_socket_t> sockets_;
+};
+
+} // namespace webots_cloud::adapters

@@ -1,0 +1,95 @@
+#include "../core/text.hpp"
+
+#include <webots_cloud/adapters.hpp>
+
+#include <spdlog/async.h>
+#include <spdlog/async_logger.h>
+#include <spdlog/pattern_formatter.h>
+#include <spdlog/sinks/rotating_file_sink.h>
+#include <spdlog/sinks/stdout_sinks.h>
+
+namespace webots_cloud {
+namespace {
+
+// As operators know it: 2026-01-02 03:04:05,678 [INFO   ]  message
+constexpr auto pattern = "%Y-%m-%d %H:%M:%S,%e [%*]  %v";
+constexpr std::size_t file_size = 500'000;
+constexpr std::size_t old_files = 10;
+constexpr std::size_t queue_lines = 2048; // a disk that stalls costs old lines, never the event loop
+
+/// The level as Python prints it, seven wide.
+class PythonLevel final : public spdlog::custom_flag_formatter
+{
+public:
+    void format(spdlog::details::log_msg const& message, std::tm const&, spdlog::memory_buf_t& out) override
+    {
+        auto const name = [&]() -> std::string_view {
+            switch (message.level) {
+            case spdlog::level::debug:
+                return "DEBUG  ";
+            case spdlog::level::warn:
+                return "WARNING";
+            case spdlog::level::err:
+                return "ERROR  ";
+            default:
+                return "INFO   ";
+            }
+        }();
+        out.append(name.data(), name.data() + name.size());
+    }
+
+    std::unique_ptr<custom_flag_formatter> clone() const override { return std::make_unique<PythonLevel>(); }
+};
+
+spdlog::level::level_enum to_spdlog(LogLevel level)
+{
+    switch (level) {
+    case LogLevel::debug:
+        return spdlog::level::debug;
+    case LogLevel::warning:
+        return spdlog::level::warn;
+    case LogLevel::error:
+        return spdlog::level::err;
+    case LogLevel::info:
+        break;
+    }
+    return spdlog::level::info;
+}
+
+/// The thread that writes and the logger that feeds it; the last copy of the Logger ends both, after the last line.
+struct Backend
+{
+    std::shared_ptr<spdlog::details::thread_pool> thread;
+    std::shared_ptr<spdlog::async_logger> logger;
+};
+
+} // namespace
+
+result<Logger> make_logger(LogParams params)
+{
+    auto const backend = std::make_shared<Backend>();
+    try {
+        spdlog::sink_ptr sink;
+        if (params.file.empty())
+            sink = std::make_shared<spdlog::sinks::stdout_sink_mt>();
+        else
+            sink = std::make_shared<spdlog::sinks::rotating_file_sink_mt>(params.file.string(), file_size, old_files);
+        backend->thread = std::make_shared<spdlog::details::thread_pool>(queue_lines, 1);
+        backend->logger = std::make_shared<spdlog::async_logger>("webots_cloud", std::move(sink), backend->thread,
+                                                                 spdlog::async_overflow_policy::overrun_oldest);
+    } catch (spdlog::spdlog_ex const& failure) {
+        return Failure(errc::invalid_argument,
+                       core::concat("Log file ", params.file.string(), " cannot be created: ", failure.what()));
+    }
+    auto formatter = std::make_unique<spdlog::pattern_formatter>();
+    formatter->add_flag<PythonLevel>('*').set_pattern(pattern);
+    backend->logger->set_formatter(std::move(formatter));
+    backend->logger->set_level(spdlog::level::debug);
+    backend->logger->flush_on(spdlog::level::debug);
+    auto const sink = [backend](LogLevel level, std::string_view line) {
+        backend->logger->log(to_spdlog(level), spdlog::string_view_t(line.data(), line.size()));
+    };
+    return Logger(sink, params.debug ? LogLevel::debug : LogLevel::info);
+}
+
+} // namespace webots_cloud

@@ -1,0 +1,114 @@
+#include "tls_certificate.hpp"
+
+#include "../core/text.hpp"
+
+#include <openssl/err.h>
+#include <openssl/ssl.h>
+
+#include <cerrno>
+#include <sys/stat.h>
+#include <system_error>
+
+namespace webots_cloud::adapters {
+namespace {
+
+using core::concat;
+
+/// No terminal is asked for a passphrase.
+int no_passphrase(char*, int, int, void*)
+{
+    return -1;
+}
+
+std::string openssl_reason()
+{
+    auto const first = ERR_peek_error();
+    auto const last = ERR_peek_last_error();
+    ERR_clear_error();
+    if (ERR_SYSTEM_ERROR(first)) // the first says what happened, the last where
+        return std::system_category().message(static_cast<int>(ERR_GET_REASON(first)));
+    char const* const reason = ERR_reason_error_string(last);
+    return reason ? reason : "unknown reason";
+}
+
+Failure unusable(std::string_view what, std::filesystem::path const& file, std::string_view why)
+{
+    return Failure(errc::invalid_config, concat("the ", what, " ", file.string(), " can't be used: ", why));
+}
+
+/// Changes whenever the file does, also when another one was put in its place.
+std::string stamp_of(std::filesystem::path const& file)
+{
+    struct stat found
+    {};
+    if (::stat(file.c_str(), &found) != 0)
+        return concat("error ", std::to_string(errno));
+    return concat(std::to_string(found.st_ino), " ", std::to_string(found.st_size), " ",
+                  std::to_string(found.st_mtim.tv_sec), ".", std::to_string(found.st_mtim.tv_nsec));
+}
+
+} // namespace
+
+void TlsContextDeleter::operator()(SSL_CTX* context) const noexcept
+{
+    SSL_CTX_free(context);
+}
+
+result<TlsContext> load_tls_context(std::filesystem::path const& certificate,
+                                    std::filesystem::path const& key)
+{
+    ERR_clear_error();
+    TlsContext context(SSL_CTX_new(TLS_server_method()));
+    if (!context)
+        return Failure(errc::unavailable, concat("TLS can't be used: ", openssl_reason()));
+    SSL_CTX_set_min_proto_version(context.get(), TLS1_2_VERSION);
+    SSL_CTX_set_options(context.get(), SSL_OP_NO_RENEGOTIATION | SSL_OP_NO_COMPRESSION |
+                                           SSL_OP_CIPHER_SERVER_PREFERENCE | SSL_OP_IGNORE_UNEXPECTED_EOF);
+    // Thousands of browsers are silent most of the time: their connections hold no buffers meanwhile.
+    SSL_CTX_set_mode(context.get(), SSL_MODE_ENABLE_PARTIAL_WRITE | SSL_MODE_ACCEPT_MOVING_WRITE_BUFFER |
+                                        SSL_MODE_RELEASE_BUFFERS);
+    SSL_CTX_set_session_cache_mode(context.get(), SSL_SESS_CACHE_OFF); // tickets do the same without memory
+    SSL_CTX_set_default_passwd_cb(context.get(), no_passphrase);
+    if (SSL_CTX_use_certificate_chain_file(context.get(), certificate.c_str()) != 1)
+        return unusable("certificate", certificate, openssl_reason());
+    if (SSL_CTX_use_PrivateKey_file(context.get(), key.c_str(), SSL_FILETYPE_PEM) != 1) {
+        bool const is_other = ERR_GET_REASON(ERR_peek_last_error()) == X509_R_KEY_VALUES_MISMATCH;
+        auto const reason = openssl_reason();
+        return unusable("key", key,
+                        is_other ? concat("it is not the key of the certificate ", certificate.string())
+                                 : reason);
+    }
+    if (SSL_CTX_check_private_key(context.get()) != 1)
+        return unusable("key", key, openssl_reason());
+    return context;
+}
+
+std::string TlsCertificate::stamp() const
+{
+    return concat(stamp_of(certificate_), ", ", stamp_of(key_));
+}
+
+result<> TlsCertificate::load()
+{
+    loaded_ = seen_ = stamp();
+    auto context = load_tls_context(certificate_, key_);
+    if (!context)
+        return context.error();
+    context_ = std::move(*context);
+    return {};
+}
+
+void TlsCertificate::renew()
+{
+    auto const now = stamp();
+    bool const has_settled =
+        now == std::exchange(seen_, now); // certificate and key are seldom written at the same moment
+    if (!has_settled || now == loaded_)
+        return;
+    if (auto const renewed = load(); renewed)
+        log_.info(concat("The certificate ", certificate_.string(), " was read again"));
+    else
+        log_.error(concat("The certificate stays as it was: ", renewed.error().message()));
+}
+
+} // namespace webots_cloud::adapters

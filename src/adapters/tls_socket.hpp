@@ -1,0 +1,14 @@
+// OpenSSL on a socket, without SIGPIPE.
+#pragma once
+
+#include <openssl/types.h>
+
+namespace webots_cloud::adapters {
+
+/// Lets `tls` read and write a socket that does not block. Ownership of `descriptor` stays where it is.
+///
+/// OpenSSL's own way writes so that a peer who has gone ends the program with SIGPIPE: fine in our servers,
+/// which ignore that signal, but not in a program that embeds them.
+void attach_tls(SSL* tls, int descriptor);
+
+} // namespace webots_cloud::adapters

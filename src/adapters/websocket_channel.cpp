@@ -1,0 +1,231 @@
+#include "websocket_channel.hpp"
+
+#include <boost/asio/this_coro.hpp>
+#include <boost/asio/use_awaitable.hpp>
+
+#include <array>
+#include <numeric>
+
+namespace webots_cloud::adapters {
+
+namespace asio = boost::asio;
+
+namespace {
+
+// Messages of the browser that nobody has received yet; more are left on the network.
+constexpr std::size_t most_received = 16;
+
+// A whole record of TLS: nothing is left inside OpenSSL, where no wait would find it.
+constexpr std::size_t scratch_size = 16 * 1024;
+
+} // namespace
+
+WebSocketChannel::WebSocketChannel(NetworkStream stream, HttpServerParams const& params,
+                                   HttpServerStatistics& statistics)
+    : stream_(std::move(stream)), params_(params), statistics_(statistics), frames_(params.message_bytes),
+      last_heard_(std::chrono::steady_clock::now()),
+      changed_(stream_.socket().get_executor(), TimePoint::max())
+{}
+
+void WebSocketChannel::start(std::string_view received)
+{
+    take(received);
+    if (stream_.is_tls())
+        read(); // the record that brought the handshake may hold more
+    else
+        await_bytes();
+}
+
+bool WebSocketChannel::is_full() const noexcept
+{
+    auto const bytes =
+        std::accumulate(received_.begin(), received_.end(), std::size_t{0},
+                        [](std::size_t sum, std::string const& message) { return sum + message.size(); });
+    return received_.size() >= most_received || bytes > params_.message_bytes;
+}
+
+void WebSocketChannel::await_bytes()
+{
+    if (awaiting_read_ || lost_ || (!closing_ && is_full()))
+        return;
+    awaiting_read_ = true;
+    stream_.wait_to_read([this](boost::system::error_code error) {
+        awaiting_read_ = false;
+        if (error || lost_)
+            cut();
+        else
+            read();
+    });
+}
+
+void WebSocketChannel::read()
+{
+    thread_local std::array<char, scratch_size> scratch;
+    boost::system::error_code error;
+    auto const size = stream_.try_read(asio::buffer(scratch), error);
+    if (error && error != asio::error::would_block)
+        return cut();
+    if (!error) {
+        last_heard_ = std::chrono::steady_clock::now();
+        if (awaits_pong())
+            deadline_ = TimePoint::max();
+        take(std::string_view(scratch.data(), size));
+    }
+    await_bytes();
+}
+
+void WebSocketChannel::take(std::string_view bytes)
+{
+    while (!bytes.empty() && !broken_ && !close_received_)
+        obey(frames_.next(bytes));
+}
+
+void WebSocketChannel::obey(WebSocketEvent event)
+{
+    switch (event.kind) {
+    case WebSocketEvent::Kind::need_more:
+    case WebSocketEvent::Kind::pong:
+        break;
+    case WebSocketEvent::Kind::message:
+        if (!closing_)
+            received_.push_back(std::move(event.payload));
+        notify();
+        break;
+    case WebSocketEvent::Kind::ping:
+        if (!closing_ && outgoing_.size() < params_.queue_bytes)
+            append_pong_frame(outgoing_, event.payload);
+        write();
+        break;
+    case WebSocketEvent::Kind::close:
+        close_received_ = true;
+        begin_close(static_cast<std::uint16_t>(event.code), {});
+        break;
+    case WebSocketEvent::Kind::fault:
+        ++statistics_.bad_frames;
+        broken_ = true;
+        begin_close(static_cast<std::uint16_t>(event.code), {});
+        break;
+    }
+}
+
+void WebSocketChannel::write()
+{
+    if (awaiting_write_ || lost_)
+        return;
+    std::string_view rest = outgoing_;
+    boost::system::error_code error;
+    while (!rest.empty() && !error)
+        rest.remove_prefix(stream_.try_write(rest, error));
+    if (error && error != asio::error::would_block)
+        return cut();
+    if (rest.empty())
+        return written();
+    outgoing_.erase(0, outgoing_.size() - rest.size());
+    awaiting_write_ = true;
+    stream_.wait_to_write([this](boost::system::error_code failed) {
+        awaiting_write_ = false;
+        if (failed || lost_)
+            cut();
+        else
+            write();
+    });
+}
+
+void WebSocketChannel::written()
+{
+    outgoing_ = std::string(); // and its memory
+    if (close_received_ || broken_)
+        stream_.shut_down(); // what a broken browser still sends is read and forgotten, lest the close frame
+                             // be lost
+    if (close_received_)
+        cut(); // RFC 6455, 7.1.1: the server ends the connection
+}
+
+result<> WebSocketChannel::send(std::string text)
+{
+    if (closing_ || lost_)
+        return Failure(errc::closed);
+    if (outgoing_.size() + text.size() > params_.queue_bytes) {
+        ++statistics_.slow_readers;
+        cut();
+        return Failure(errc::too_large, "the browser does not read what it is sent");
+    }
+    append_text_frame(outgoing_, text);
+    write();
+    return {};
+}
+
+asio::awaitable<result<std::string>> WebSocketChannel::receive()
+{
+    while (received_.empty()) {
+        if (lost_ || closing_)
+            co_return Failure(errc::closed);
+        (void)co_await changed_.async_wait(asio::as_tuple(asio::use_awaitable));
+        auto const state = co_await asio::this_coro::cancellation_state;
+        if (state.cancelled() != asio::cancellation_type::none)
+            co_return Failure(asio::error::operation_aborted);
+    }
+    auto message = std::move(received_.front());
+    received_.erase(received_.begin());
+    if (received_.empty())
+        received_ = {};
+    await_bytes();
+    co_return message;
+}
+
+void WebSocketChannel::close(std::uint16_t code, std::string reason)
+{
+    if (closing_)
+        return;
+    received_.clear();
+    begin_close(code, reason);
+    await_bytes();
+}
+
+void WebSocketChannel::begin_close(std::uint16_t code, std::string_view reason)
+{
+    if (!closing_) {
+        closing_ = true;
+        deadline_ = std::chrono::steady_clock::now() + params_.header_timeout;
+        append_close_frame(outgoing_, code, reason);
+    }
+    notify();
+    write();
+}
+
+asio::awaitable<void> WebSocketChannel::finish()
+{
+    close();
+    while (!lost_ || awaiting_read_ || awaiting_write_)
+        (void)co_await changed_.async_wait(asio::as_tuple(asio::use_awaitable));
+}
+
+void WebSocketChannel::cut()
+{
+    lost_ = true;
+    outgoing_ = std::string();
+    stream_.close();
+    notify();
+}
+
+void WebSocketChannel::check(TimePoint now)
+{
+    if (lost_)
+        return;
+    if (now >= deadline_) {
+        statistics_.dead_peers += closing_ ? 0 : 1;
+        return cut();
+    }
+    if (closing_ || awaits_pong())
+        return;
+    if (!awaiting_read_)
+        last_heard_ = now; // it may have said much; it is we who do not listen
+    if (now - last_heard_ < params_.ping_after)
+        return;
+    deadline_ = now + params_.ping_after;
+    if (outgoing_.empty())
+        append_ping_frame(outgoing_);
+    write();
+}
+
+} // namespace webots_cloud::adapters

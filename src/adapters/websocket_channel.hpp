@@ -1,0 +1,77 @@
+// A Channel over a connection on which the opening handshake has been answered.
+#pragma once
+
+#include "network_stream.hpp"
+#include "websocket_frames.hpp"
+
+#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/time.hpp>
+#include <webots_cloud/transport/endpoint.hpp>
+
+#include <boost/asio/steady_timer.hpp>
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace webots_cloud::adapters {
+
+/// Reads ahead a little, writes in order from a bounded queue, answers pings, pings silent peers and drops
+/// dead ones.
+///
+/// Holds no buffer while nothing happens: what comes is read into one that all channels of a thread share.
+/// Lifetime: `finish()` must have completed before it is destroyed.   Thread-safety: one executor.
+class WebSocketChannel final : public Channel
+{
+public:
+    /// `params` and `statistics` must outlive it.
+    WebSocketChannel(NetworkStream stream, HttpServerParams const& params, HttpServerStatistics& statistics);
+
+    /// Begins to read; `received` came together with the handshake.
+    void start(std::string_view received);
+
+    result<> send(std::string text) override;
+    boost::asio::awaitable<result<std::string>> receive() override;
+    void close(std::uint16_t code = 0, std::string reason = {}) override;
+
+    /// Closes, and waits until nothing is in flight any more. Not cancellable.
+    boost::asio::awaitable<void> finish();
+
+    /// Gives up at once: the connection is cut, what was queued is lost.
+    void cut();
+
+    /// Pings, drops and gives up what is due: to be called about once a second.
+    void check(TimePoint now);
+
+private:
+    void await_bytes();
+    void read();
+    void take(std::string_view bytes);
+    void obey(WebSocketEvent event);
+    void write();
+    void written();
+    void begin_close(std::uint16_t code, std::string_view reason);
+    bool is_full() const noexcept;
+    bool awaits_pong() const noexcept { return !closing_ && deadline_ != TimePoint::max(); }
+    void notify() { changed_.cancel(); }
+
+    NetworkStream stream_;
+    HttpServerParams const& params_;
+    HttpServerStatistics& statistics_;
+    WebSocketFrameReader frames_;
+    std::vector<std::string> received_; ///< Messages that nobody has asked for yet.
+    std::string outgoing_;              ///< Frames, whole but for the first, of which a part may be sent.
+    TimePoint last_heard_;
+    TimePoint deadline_ =
+        TimePoint::max(); ///< For the end, once the channel is closing; before, for an answer to our ping.
+    boost::asio::steady_timer changed_; ///< Never expires: `notify` ends whoever waits on it.
+    bool awaiting_read_ = false;
+    bool awaiting_write_ = false;
+    bool closing_ = false;        ///< The close frame is queued: nothing may follow it.
+    bool close_received_ = false; ///< The browser's close frame has come.
+    bool broken_ = false; ///< The browser broke the protocol: what it says is not understood any more.
+    bool lost_ = false;   ///< The connection has ended.
+};
+
+} // namespace webots_cloud::adapters

@@ -1,0 +1,85 @@
+// The frames of WebSockets (RFC 6455, 5): bytes of a browser in, messages out, and the frames of a server. No
+// sockets.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace webots_cloud::adapters {
+
+/// Close codes that a server sends (RFC 6455, 7.4.1).
+enum class CloseCode : std::uint16_t
+{
+    none = 0, ///< A close frame without code.
+    going_away = 1001,
+    protocol_error = 1002,
+    bad_payload = 1007,
+    too_big = 1009
+};
+
+/// What the next bytes of a browser mean.
+struct WebSocketEvent
+{
+    enum class Kind
+    {
+        need_more,
+        message, ///< `payload` is a whole message.
+        ping,
+        pong,
+        close, ///< `code` is what the browser said.
+        fault  ///< The browser breaks the protocol or a limit: `code` is to be sent, and nothing more to be
+               ///< read.
+    };
+
+    WebSocketEvent(Kind kind = Kind::need_more) : kind(kind) {}
+
+    Kind kind;
+    std::string payload;
+    CloseCode code = CloseCode::none;
+};
+
+/// Small on purpose: a browser that says nothing costs these few words, and no buffer.
+class WebSocketFrameReader
+{
+public:
+    explicit WebSocketFrameReader(std::size_t longest_message) : longest_message_(longest_message) {}
+
+    /// The next event in `bytes`, of which what was used is removed. To be called until it needs more.
+    WebSocketEvent next(std::string_view& bytes);
+
+private:
+    bool read_header(std::string_view& bytes);
+    CloseCode check_header();
+    void read_payload(std::string_view& bytes);
+    WebSocketEvent finish_frame();
+    WebSocketEvent finish_close();
+    WebSocketEvent fail(CloseCode code) const;
+
+    bool is_control() const noexcept { return (opcode_ & 0x8) != 0; }
+    std::size_t header_size() const noexcept;
+    std::uint8_t byte(std::size_t index) const noexcept { return header_[index]; }
+
+    std::size_t longest_message_;
+    std::string message_;       ///< The fragments so far.
+    std::string control_;       ///< A control frame may come between fragments.
+    std::uint64_t missing_ = 0; ///< Bytes of the current frame's payload.
+    std::uint32_t fragments_ = 0;
+    std::array<std::uint8_t, 14> header_{};
+    std::uint8_t header_bytes_ = 0;
+    std::uint8_t opcode_ = 0;         ///< Of the current frame.
+    std::uint8_t message_opcode_ = 0; ///< Of the message that the fragments belong to; 0: none.
+    std::uint8_t mask_at_ = 0;
+    bool in_payload_ = false;
+};
+
+/// Appends a frame of a server: whole, not masked.
+void append_text_frame(std::string& out, std::string_view text);
+void append_ping_frame(std::string& out);
+void append_pong_frame(std::string& out, std::string_view payload);
+/// A `reason` longer than 123 bytes is cut.
+void append_close_frame(std::string& out, std::uint16_t code, std::string_view reason);
+
+} // namespace webots_cloud::adapters

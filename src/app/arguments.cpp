@@ -1,0 +1,104 @@
+#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/daemon.hpp>
+#include <webots_cloud/version.hpp>
+
+#include <boost/program_options/options_description.hpp>
+#include <boost/program_options/parsers.hpp>
+#include <boost/program_options/positional_options.hpp>
+#include <boost/program_options/variables_map.hpp>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <iostream>
+#include <sstream>
+
+namespace webots_cloud {
+
+namespace options = boost::program_options;
+
+namespace {
+
+/// `relative` in the working directory, or else in the tree that the program was built or installed in.
+std::filesystem::path find_default(std::filesystem::path const& relative)
+{
+    std::error_code ignored;
+    if (std::filesystem::exists(relative, ignored))
+        return relative;
+    for (auto folder = program_folder(); folder.has_relative_path(); folder = folder.parent_path())
+        for (auto const& candidate : {folder / relative, folder / "share" / "webots_cloud" / relative})
+            if (std::filesystem::exists(candidate, ignored))
+                return candidate;
+    return relative;
+}
+
+} // namespace
+
+std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* const* argv, Program const& program)
+{
+    options::options_description shown("Options");
+    shown.add_options()                                                                        //
+        ("check-config", "read the configuration, say what is wrong with it, and stop")        //
+        ("help,h", "show this text")                                                           //
+        ("version", "show the version");
+    options::options_description all;
+    all.add(shown).add_options()("config", options::value<std::vector<std::string>>());
+    options::positional_options_description positions;
+    positions.add("config", -1);
+
+    options::variables_map given;
+    try {
+        options::store(options::command_line_parser(argc, argv).options(all).positional(positions).run(), given);
+    } catch (options::error const& failure) {
+        std::cerr << program.name << ": " << failure.what() << ". See " << program.name << " --help.\n";
+        return {std::nullopt, exit_usage};
+    }
+    if (given.count("help")) {
+        std::cout << "Usage: " << program.name << " [OPTION...] [CONFIG.json]\n\n"
+                  << program.summary << "\n\nWithout CONFIG.json it reads " << program.default_config.string() << ".\n\n"
+                  << shown << "\nSIGTERM and SIGINT end it in order.\n";
+        return {std::nullopt, exit_ok};
+    }
+    if (given.count("version")) {
+        std::cout << program.name << " " << version() << "\n";
+        return {std::nullopt, exit_ok};
+    }
+    auto const configs = given.count("config") ? given["config"].as<std::vector<std::string>>() : std::vector<std::string>();
+    if (configs.size() > 1) {
+        std::cerr << program.name << ": Too many arguments. Expected at most one configuration file, found "
+                  << configs.size() << ".\n";
+        return {std::nullopt, exit_usage};
+    }
+    Arguments arguments;
+    arguments.config = configs.empty() ? find_default(program.default_config) : std::filesystem::path(configs.front());
+    arguments.check_config = given.count("check-config") > 0;
+    return {arguments, exit_ok};
+}
+
+std::optional<Logger> open_log(Program const& program, std::filesystem::path const& file, bool to_stdout)
+{
+    LogParams params;
+    if (!to_stdout)
+        params.file = file;
+    auto log = make_logger(params);
+    if (log)
+        return *log;
+    std::cerr << program.name << ": " << log.error().message() << std::endl;
+    return std::nullopt;
+}
+
+result<std::string> read_config_file(std::filesystem::path const& path)
+{
+    std::error_code ignored;
+    if (std::filesystem::is_directory(path, ignored))
+        return Failure(errc::invalid_config, path.string() + ": expected a configuration file, found a folder");
+    std::ifstream file(path, std::ios::binary);
+    if (!file)
+        return Failure(errc::invalid_config,
+                       path.string() + ": the configuration can't be read: " + std::strerror(errno));
+    std::ostringstream text;
+    text << file.rdbuf();
+    return text.str();
+}
+
+} // namespace webots_cloud

@@ -1,0 +1,93 @@
+#include <webots_cloud/daemon.hpp>
+
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/experimental/awaitable_operators.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/use_awaitable.hpp>
+
+#include <csignal>
+#include <iostream>
+#include <sys/resource.h>
+#include <unistd.h>
+
+namespace webots_cloud {
+namespace {
+
+namespace asio = boost::asio;
+
+asio::awaitable<result<>> await_signal(asio::signal_set& signals)
+{
+    (void)co_await signals.async_wait(asio::as_tuple(asio::use_awaitable));
+    co_return Failure(asio::error::operation_aborted);
+}
+
+asio::awaitable<result<>> until_signal(asio::signal_set& signals, asio::awaitable<result<>> body)
+{
+    using namespace asio::experimental::awaitable_operators;
+    auto const ended = co_await (std::move(body) || await_signal(signals));
+    if (ended.index() == 1)
+        co_return result<>();
+    co_return std::get<0>(ended);
+}
+
+/// Each browser, machine and simulation needs descriptors: take as many as we may.
+void raise_descriptor_limit()
+{
+    rlimit limit{};
+    if (::getrlimit(RLIMIT_NOFILE, &limit) == 0) {
+        limit.rlim_cur = limit.rlim_max;
+        ::setrlimit(RLIMIT_NOFILE, &limit);
+    }
+}
+
+} // namespace
+
+int run_daemon(std::string const& name, std::function<asio::awaitable<result<>>(asio::any_io_executor)> body)
+{
+    raise_descriptor_limit();
+    std::signal(SIGPIPE, SIG_IGN);
+    std::signal(SIGHUP, SIG_IGN); // until the body asks for them: neither may end a server that is just starting
+    std::signal(SIGUSR1, SIG_IGN);
+    asio::io_context context(1);
+    asio::signal_set signals(context, SIGINT, SIGTERM); // before the body starts, so that no early one is missed
+    int status = exit_failed;
+    auto report = [&](std::exception_ptr failure, result<> const& outcome) {
+        if (failure)
+            std::rethrow_exception(failure);
+        if (outcome) {
+            status = exit_ok;
+            return;
+        }
+        auto const why = outcome.error();
+        std::cerr << name << ": " << why.message() << std::endl;
+        // A port in use, a certificate that can't be read: the configuration asks for what is not to be had.
+        bool const asked_in_vain = why == errc::unavailable || why == errc::invalid_config || why == errc::invalid_argument;
+        status = asked_in_vain ? exit_usage : exit_failed;
+    };
+    asio::co_spawn(context, until_signal(signals, body(context.get_executor())), report);
+    context.run();
+    return status;
+}
+
+std::filesystem::path program_folder()
+{
+    std::error_code failed;
+    auto const program = std::filesystem::read_symlink("/proc/self/exe", failed);
+    return failed ? std::filesystem::current_path() : program.parent_path();
+}
+
+std::vector<std::pair<std::string, std::string>> current_environment()
+{
+    std::vector<std::pair<std::string, std::string>> variables;
+    for (char** entry = environ; entry && *entry; ++entry) {
+        std::string const variable = *entry;
+        auto const equals = variable.find('=');
+        if (equals != std::string::npos)
+            variables.emplace_back(variable.substr(0, equals), variable.substr(equals + 1));
+    }
+    return variables;
+}
+
+} // namespace webots_cloud

@@ -1,0 +1,57 @@
+// What signals ask of a running server: SIGHUP, to read its configuration again; SIGUSR1, to drain.
+#pragma once
+
+#include "../core/text.hpp"
+
+#include <webots_cloud/config.hpp>
+#include <webots_cloud/servers.hpp>
+#include <webots_cloud/transport/logger.hpp>
+
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/use_awaitable.hpp>
+
+#include <csignal>
+#include <functional>
+
+namespace webots_cloud::app {
+
+/// Gives `apply` a new configuration at each SIGHUP; one that is unusable is logged, and the old one stays. Ends when cancelled.
+///
+/// Without `reread` SIGHUP is left alone.
+template<class Config>
+boost::asio::awaitable<result<>> obey_sighup(boost::asio::any_io_executor executor, Reread<Config> reread,
+                                             std::function<void(Config const&)> apply, Logger log)
+{
+    boost::asio::signal_set signals(executor);
+    if (reread)
+        signals.add(SIGHUP);
+    for (;;) {
+        auto const [error, number] = co_await signals.async_wait(boost::asio::as_tuple(boost::asio::use_awaitable));
+        if (error)
+            co_return Failure(error);
+        auto const configured = reread();
+        if (!configured) {
+            log.error(core::concat("The configuration stays as it was: ", configured.error().message()));
+            continue;
+        }
+        for (auto const& warning : configured->warnings)
+            log.warning(warning);
+        apply(configured->config);
+        log.info("The configuration was read again; keys other than those the manual names take effect at the next start");
+    }
+}
+
+/// Calls `drain` at each SIGUSR1. Ends when cancelled.
+inline boost::asio::awaitable<result<>> obey_sigusr1(boost::asio::any_io_executor executor, std::function<void()> drain)
+{
+    boost::asio::signal_set signals(executor, SIGUSR1);
+    for (;;) {
+        auto const [error, number] = co_await signals.async_wait(boost::asio::as_tuple(boost::asio::use_awaitable));
+        if (error)
+            co_return Failure(error);
+        drain();
+    }
+}
+
+} // namespace webots_cloud::app

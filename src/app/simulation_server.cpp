@@ -1,0 +1,180 @@
+#include "../core/monitor_sample.hpp"
+#include "../core/client_protocol.hpp"
+#include "../core/simulator_choice.hpp"
+#include "../core/text.hpp"
+#include "network.hpp"
+#include "signals.hpp"
+
+#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/daemon.hpp>
+#include <webots_cloud/instance_root.hpp>
+#include <webots_cloud/project_fetcher.hpp>
+#include <webots_cloud/registration.hpp>
+#include <webots_cloud/servers.hpp>
+#include <webots_cloud/simulation_launcher.hpp>
+#include <webots_cloud/simulation_service.hpp>
+
+#include <boost/asio/experimental/awaitable_operators.hpp>
+
+#include <unistd.h>
+
+#include <cstdlib>
+
+namespace webots_cloud {
+namespace {
+
+namespace asio = boost::asio;
+namespace fs = std::filesystem;
+using core::concat;
+
+constexpr std::size_t descriptors_per_simulation = 8; // pipes, the guard, and what fetching a project needs
+
+std::string environment(char const* name)
+{
+    char const* const value = std::getenv(name);
+    return value ? value : "";
+}
+
+fs::path cache_folder(SimulationConfig const& config)
+{
+    auto base = fs::path(environment("XDG_CACHE_HOME"));
+    if (base.empty() && !environment("HOME").empty())
+        base = fs::path(environment("HOME")) / ".cache";
+    if (base.empty())
+        base = fs::temp_directory_path();
+    return base / "webots_cloud" / std::to_string(config.port);
+}
+
+fs::path instances_folder(SimulationConfig const& config)
+{
+    auto const ours = concat("webots-", std::to_string(::getuid()));
+    return fs::temp_directory_path() / ours / std::to_string(config.port) / "instances";
+}
+
+bool is_program(fs::path const& path) { return ::access(path.c_str(), X_OK) == 0 && !fs::is_directory(path); }
+
+/// The sources of all forges. Git servers share one, and with it its cache.
+struct Sources
+{
+    Sources(asio::any_io_executor const& executor, SimulationConfig const& config, Logger const& log)
+    {
+        for (auto const& forge : config.forges) {
+            if (!forge.directory.empty()) {
+                owned.push_back(make_directory_source(executor, forge.directory));
+                forges.emplace_back(forge.url, *owned.back());
+                continue;
+            }
+            if (!git) {
+                GitSourceParams params;
+                params.cache = cache_folder(config);
+                params.cache_bytes = config.cache_bytes;
+                params.instances = instances_folder(config);
+                git = make_git_source(executor, params, log);
+            }
+            forges.emplace_back(forge.url, *git);
+        }
+    }
+
+    std::unique_ptr<ProjectSource> git;
+    std::vector<std::unique_ptr<ProjectSource>> owned;
+    std::vector<Forge> forges;
+};
+
+SimulationLauncherParams launcher_params(SimulationConfig const& config, fs::path simulator)
+{
+    SimulationLauncherParams params;
+    params.webots = std::move(simulator);
+    params.first_port = static_cast<std::uint16_t>(config.port + 1);
+    params.most_simulations = config.max_connections;
+    params.timeout = config.timeout;
+    params.start_timeout = config.start_timeout;
+    params.environment = current_environment();
+    if (auto const display = environment("DISPLAY"); !display.empty())
+        params.display = display;
+    return params;
+}
+
+SimulationServiceParams service_params(SimulationConfig const& config, std::string notice)
+{
+    SimulationServiceParams params;
+    params.server = config.server;
+    params.port = config.port;
+    params.ssl = config.ssl;
+    params.port_rewrite = config.port_rewrite;
+    params.allowed_repositories = config.allowed_repositories;
+    params.blocked_repositories = config.blocked_repositories;
+    params.share_idle_time = config.share_idle_time;
+    params.notify = config.notify;
+    params.docker = config.docker;
+    params.strict_load = config.strict_load;
+    params.title = config.title;
+    params.description = config.description;
+    params.notice = std::move(notice);
+    return params;
+}
+
+RegistrationParams registration_params(SimulationConfig const& config)
+{
+    core::PublicAddress address;
+    address.host = config.server;
+    address.ssl = config.ssl;
+    address.port_rewrite = config.port_rewrite;
+    RegistrationParams params;
+    params.registries = config.notify;
+    params.url = core::public_http_url(address, config.port);
+    params.share_idle_time = config.share_idle_time;
+    params.allowed_repositories = config.allowed_repositories;
+    return params;
+}
+
+} // namespace
+
+asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, SimulationConfig config,
+                                            Reread<SimulationConfig> reread, fs::path programs, Logger log)
+{
+    using namespace asio::experimental::awaitable_operators;
+    auto const choice = core::choose_simulator(config.webots_home, environment("WEBOTS_HOME"), programs, is_program);
+    if (!choice)
+        co_return choice.error();
+    if (!choice->notice.empty())
+        log.warning(choice->notice);
+    auto const instances = instances_folder(config);
+    auto const root = InstanceRoot::open(instances);
+    if (!root)
+        co_return root.error();
+    if (root->removed() > 0)
+        log.info(concat("Removed ", std::to_string(root->removed()), " left-over instance directories"));
+
+    auto const clock = make_steady_clock(executor);
+    auto const processes = make_process_host(executor, programs / "webots-process-guard");
+    auto const metrics = make_host_metrics();
+    Sources sources(executor, config, log);
+    ProjectFetcherParams fetching;
+    fetching.instances = instances;
+    ProjectFetcher fetcher(fetching, sources.forges, log);
+    SimulationLauncher launcher(launcher_params(config, choice->program), *processes, *clock, log);
+    auto service_settings = service_params(config, choice->notice);
+    if (config.monitor_log)
+        service_settings.monitor_log = make_line_file(executor, config.log_dir / "simulation" / "monitor.csv",
+                                                      core::monitor_csv_header(), log);
+    SimulationService service(std::move(service_settings), fetcher, launcher, *metrics, *clock, log);
+
+    auto network = app::server_params(config.port, config.network);
+    network.spare_descriptors += descriptors_per_simulation * static_cast<std::size_t>(config.max_connections);
+    auto const server = make_http_server(executor, std::move(network), service, log);
+    if (auto const listening = server->listen(); !listening)
+        co_return listening.error();
+    log.info(concat("Running simulation server on port ", std::to_string(config.port)));
+    std::function<void(SimulationConfig const&)> const apply = [&service, &choice](SimulationConfig const& next) {
+        service.set_policy(service_params(next, choice->notice));
+    };
+    auto const http = make_http_client(executor);
+    Registration registration(registration_params(config), *http, *clock, log);
+    std::function<void()> const drain = [&service] { service.drain(false); };
+    auto const ended =
+        co_await (server->run() || service.run() || registration.run() || app::obey_sigusr1(executor, drain) ||
+                  app::obey_sighup(executor, std::move(reread), apply, log));
+    co_return std::visit([](result<> const& outcome) { return outcome; }, ended);
+}
+
+} // namespace webots_cloud

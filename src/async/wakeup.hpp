@@ -1,0 +1,35 @@
+// The smallest way to wait for something that happens on the same executor.
+#pragma once
+
+#include <webots_cloud/error.hpp>
+
+#include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/experimental/channel.hpp>
+#include <boost/asio/use_awaitable.hpp>
+
+namespace webots_cloud::async {
+
+/// `notify()` lets one `wait()` go: the one that waits, or the next one. Notifications that nobody took merge into one.
+class Wakeup
+{
+public:
+    explicit Wakeup(boost::asio::any_io_executor const& executor) : channel_(executor, 1) {}
+
+    void notify() { channel_.try_send(boost::system::error_code()); }
+
+    /// Cancellation: terminal; then `operation_aborted`.
+    boost::asio::awaitable<result<>> wait()
+    {
+        auto const [error] = co_await channel_.async_receive(boost::asio::as_tuple(boost::asio::use_awaitable));
+        if (error)
+            co_return Failure(boost::asio::error::operation_aborted);
+        co_return result<>();
+    }
+
+private:
+    boost::asio::experimental::channel<void(boost::system::error_code)> channel_;
+};
+
+} // namespace webots_cloud::async

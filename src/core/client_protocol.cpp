@@ -1,0 +1,71 @@
+#include "client_protocol.hpp"
+
+#include "text.hpp"
+
+#include <boost/json/object.hpp>
+#include <boost/json/parse.hpp>
+
+namespace webots_cloud::core {
+namespace {
+
+namespace json = boost::json;
+
+std::string authority(PublicAddress const& address, std::uint16_t port)
+{
+    return concat(address.host, address.port_rewrite ? "/" : ":", std::to_string(port));
+}
+
+ClientMessage read_start(json::value const& value)
+{
+    auto const* start = value.if_object();
+    if (!start)
+        return MalformedMessage{"\"start\" must be an object with a \"url\""};
+    auto const* url = start->if_contains("url");
+    if (!url || !url->is_string())
+        return MalformedMessage{"\"start\" must have a \"url\" that is a string"};
+    StartMessage message;
+    message.url = url->get_string();
+    if (auto const* mode = start->if_contains("mode"); mode && !mode->is_null()) {
+        if (!mode->is_string())
+            return MalformedMessage{"the \"mode\" of \"start\" must be a string"};
+        message.mode = mode->get_string();
+    }
+    return message;
+}
+
+} // namespace
+
+ClientMessage parse_client_message(std::string_view text)
+{
+    boost::system::error_code error;
+    auto const value = json::parse(text, error); // at most 32 levels deep
+    if (error)
+        return MalformedMessage{concat("this message is not JSON (", error.message(), ")")};
+    auto const* object = value.if_object();
+    if (!object)
+        return MalformedMessage{"a message must be a JSON object"};
+    if (auto const* start = object->if_contains("start"))
+        return read_start(*start);
+    return UnknownMessage{};
+}
+
+std::string error_message(std::string_view text) { return concat("loading: Error: ", text); }
+
+std::string loading_message(std::string_view text) { return concat("loading: ", text); }
+
+std::string shutdown_timeout_message(std::int64_t seconds)
+{
+    return concat("shutdownTimeout: ", std::to_string(seconds));
+}
+
+std::string webots_message(PublicAddress const& address, std::uint16_t port)
+{
+    return concat("webots:", address.ssl ? "wss://" : "ws://", authority(address, port));
+}
+
+std::string public_http_url(PublicAddress const& address, std::uint16_t port)
+{
+    return concat(address.ssl ? "https://" : "http://", authority(address, port));
+}
+
+} // namespace webots_cloud::core

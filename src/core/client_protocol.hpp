@@ -1,0 +1,66 @@
+// The texts of the WebSocket /client (protocol section 4.1): what browsers say, and what they are told.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <variant>
+
+namespace webots_cloud::core {
+
+/// `{"start":{"url":"...","mode":"..."}}`
+struct StartMessage
+{
+    StartMessage() = default;
+
+    std::string url;
+    std::string mode; ///< Empty when the browser named none.
+
+    bool operator==(StartMessage const&) const = default;
+};
+
+/// An object that asks for nothing we know; silently ignored, as ever.
+struct UnknownMessage
+{
+    bool operator==(UnknownMessage const&) const = default;
+};
+
+/// Something that is no message at all; `reason` is for the browser.
+struct MalformedMessage
+{
+    std::string reason;
+
+    bool operator==(MalformedMessage const&) const = default;
+};
+
+using ClientMessage = std::variant<StartMessage, UnknownMessage, MalformedMessage>;
+
+/// Reads any bytes.
+ClientMessage parse_client_message(std::string_view text);
+
+/// `loading: Error: <text>`
+std::string error_message(std::string_view text);
+
+/// `loading: <text>`
+std::string loading_message(std::string_view text);
+
+/// `shutdownTimeout: <seconds>`
+std::string shutdown_timeout_message(std::int64_t seconds);
+
+/// How the world outside reaches this machine (configuration keys `server`, `ssl`, `portRewrite`).
+struct PublicAddress
+{
+    PublicAddress() = default;
+
+    std::string host = "localhost";
+    bool ssl = true;
+    bool port_rewrite = true;
+};
+
+/// `webots:ws(s)://<host><:|/><port>`
+std::string webots_message(PublicAddress const& address, std::uint16_t port);
+
+/// `http(s)://<host><:|/><port>`
+std::string public_http_url(PublicAddress const& address, std::uint16_t port);
+
+} // namespace webots_cloud::core

@@ -1,0 +1,67 @@
+// Reads typed values out of a JSON object and remembers the first thing that is wrong.
+#pragma once
+
+#include <webots_cloud/error.hpp>
+
+#include <boost/json/object.hpp>
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace webots_cloud::core {
+
+/// One configuration file being read. Every key that is asked for counts as known.
+class ConfigReader
+{
+public:
+    /// Errors: `invalid_config` with line and column when `text` is no JSON, or no object.
+    static result<ConfigReader> parse(std::string_view text, std::filesystem::path const& origin);
+
+    bool has(std::string_view key) const { return object_.contains(key); }
+
+    // Each leaves `value` alone when the key is absent.
+    void read(std::string_view key, std::string& value);
+    void read(std::string_view key, bool& value);
+    void read(std::string_view key, std::filesystem::path& value);
+    void read(std::string_view key, std::vector<std::string>& value);
+    void read_number(std::string_view key, double& value, double least, double most);
+    void read_integer(std::string_view key, int& value, int least, int most);
+    /// One of `choices`.
+    void read_choice(std::string_view key, std::string& value, std::vector<std::string_view> const& choices);
+
+    /// The value itself, for keys of other shapes; null when it is absent.
+    boost::json::value const* find(std::string_view key);
+
+    /// Declares keys that are known but not used here.
+    void ignore(std::vector<std::string_view> const& keys);
+
+    /// Notes that `key` is wrong: "expected <wanted>, found <what is there>".
+    void refuse(std::string_view key, std::string_view wanted);
+    /// Notes that a required key is missing.
+    void require(std::string_view key, std::string_view wanted);
+
+    /// The first thing that was wrong, if any.
+    std::optional<Failure> const& failure() const noexcept { return failure_; }
+
+    /// A sentence for each key that nobody asked for, with the nearest known one.
+    std::vector<std::string> unknown_keys() const;
+
+private:
+    explicit ConfigReader(std::string origin) : origin_(std::move(origin)) {}
+
+    void fail(std::string_view what);
+
+    std::string origin_;
+    boost::json::object object_;
+    std::vector<std::string_view> known_;
+    std::optional<Failure> failure_;
+};
+
+/// `text` with a leading `~` and each `$NAME` or `${NAME}` replaced from the environment, as Python's expanduser and expandvars
+/// do; unknown variables stay.
+std::string expand_path(std::string_view text);
+
+} // namespace webots_cloud::core

@@ -1,0 +1,21 @@
+// Which names and links of a stranger's repository may become files here.
+#pragma once
+
+#include <cstddef>
+#include <string_view>
+
+namespace webots_cloud::core {
+
+/// True for spellings of `.git` on any file system: other case, dots, spaces or streams at the end, `git~1`,
+/// code points that HFS+ ignores.
+bool is_dot_git(std::string_view name);
+
+/// True when a file or folder may have this name: one path segment of well-formed UTF-8, at most 255 bytes,
+/// without control characters and backslashes, neither `.` nor `..`, and no `.git`.
+bool is_safe_file_name(std::string_view name);
+
+/// True when a symbolic link that lies `depth` folders below the project's root provably stays inside: its
+/// target is relative, begins with at most `depth` parts `..` and has none after that.
+bool link_stays_inside(std::string_view target, std::size_t depth);
+
+} // namespace webots_cloud::core

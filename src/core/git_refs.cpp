@@ -1,0 +1,95 @@
+#include "git_refs.hpp"
+
+#include "text.hpp"
+
+#include <algorithm>
+
+namespace webots_cloud::core {
+namespace {
+
+constexpr std::string_view heads = "refs/heads/";
+constexpr std::string_view tags = "refs/tags/";
+
+std::string_view first_segment(std::string_view path) noexcept
+{
+    return path.substr(0, path.find('/'));
+}
+
+/// True when `path` is `prefix` or goes on with a slash after it.
+bool begins_with_segments(std::string_view path, std::string_view prefix) noexcept
+{
+    return path.starts_with(prefix) && (path.size() == prefix.size() || path[prefix.size()] == '/');
+}
+
+/// The name as addresses spell it, or empty for refs that addresses can't name.
+std::string_view short_name(GitRef const& ref) noexcept
+{
+    std::string_view const name = ref.name;
+    for (auto const space : {heads, tags})
+        if (name.starts_with(space))
+            return name.substr(space.size());
+    return name == "HEAD" ? name : std::string_view();
+}
+
+GitTarget target(GitObjectId const& commit, std::string_view path, std::size_t ref_size)
+{
+    GitTarget found;
+    found.commit = commit;
+    found.folder = path.size() > ref_size ? path.substr(ref_size + 1) : std::string_view();
+    return found;
+}
+
+} // namespace
+
+result<GitRef> parse_ref_line(std::string_view line)
+{
+    auto const words = split(line, ' ');
+    auto const id = git_object_id(words[0]);
+    if (words.size() < 2 || !id || words[1].empty())
+        return Failure(errc::protocol_error, "the git server sent a ref that is none");
+    GitRef ref;
+    ref.name = words[1];
+    ref.id = *id;
+    constexpr std::string_view peeled = "peeled:";
+    for (auto const word : words)
+        if (word.starts_with(peeled))
+            if (auto const commit = git_object_id(word.substr(peeled.size())))
+                ref.id = *commit;
+    return ref;
+}
+
+std::vector<std::string> ref_prefixes(std::string_view ref_and_folder)
+{
+    auto const first = first_segment(ref_and_folder);
+    if (first == "HEAD")
+        return {"HEAD", concat(heads, first), concat(tags, first)};
+    return {concat(heads, first), concat(tags, first)};
+}
+
+bool names_commit(std::string_view ref_and_folder) noexcept
+{
+    return git_object_id(first_segment(ref_and_folder)).has_value();
+}
+
+result<GitTarget> resolve_ref(std::string_view ref_and_folder, std::vector<GitRef> const& refs)
+{
+    auto const first = first_segment(ref_and_folder);
+    if (auto const commit = git_object_id(first))
+        return target(*commit, ref_and_folder, first.size());
+    GitRef const* best = nullptr;
+    for (auto const& ref : refs) {
+        auto const name = short_name(ref);
+        if (name.empty() || !begins_with_segments(ref_and_folder, name))
+            continue;
+        auto const better = !best || name.size() > short_name(*best).size() ||
+                            (name.size() == short_name(*best).size() && ref.name.starts_with(heads));
+        if (better)
+            best = &ref;
+    }
+    if (!best)
+        return Failure(errc::not_found,
+                       concat("has no branch or tag \"", printable(ref_and_folder, 100), "\""));
+    return target(best->id, ref_and_folder, short_name(*best).size());
+}
+
+} // namespace webots_cloud::core

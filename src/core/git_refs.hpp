@@ -1,0 +1,47 @@
+// Which commit and which folder a world's address means.
+#pragma once
+
+#include "git_object_id.hpp"
+
+#include <webots_cloud/error.hpp>
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace webots_cloud::core {
+
+/// A ref as a server lists it.
+struct GitRef
+{
+    std::string name; ///< `refs/heads/main`
+    GitObjectId id;   ///< For an annotated tag what it points to.
+};
+
+/// One line of an `ls-refs` answer: `<id> <name>[ symref-target:<name>][ peeled:<id>]`.   Errors:
+/// `protocol_error`.
+result<GitRef> parse_ref_line(std::string_view line);
+
+/// A commit and a folder in it (empty: the whole tree).
+struct GitTarget
+{
+    GitObjectId commit;
+    std::string folder;
+
+    bool operator==(GitTarget const&) const = default;
+};
+
+/// What `ref-prefix` arguments list every ref that `ref_and_folder` may begin with.
+std::vector<std::string> ref_prefixes(std::string_view ref_and_folder);
+
+/// True when `ref_and_folder` begins with a commit (40 hexadecimal digits), so that no ref needs to be asked
+/// for.
+bool names_commit(std::string_view ref_and_folder) noexcept;
+
+/// Splits `<ref>[/<folder>]`: the longest ref that is listed wins, branches before tags; 40 digits are a
+/// commit.
+///
+/// Errors: `not_found`.
+result<GitTarget> resolve_ref(std::string_view ref_and_folder, std::vector<GitRef> const& refs);
+
+} // namespace webots_cloud::core

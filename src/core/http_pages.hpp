@@ -1,0 +1,23 @@
+// The answers that both servers give alike, to the byte what browsers have always got.
+#pragma once
+
+#include <webots_cloud/transport/http.hpp>
+
+#include <string_view>
+
+namespace webots_cloud::core {
+
+/// The content type of every text that the servers answer, plain text included.
+inline constexpr std::string_view html_type = "text/html; charset=UTF-8";
+
+/// 200 with a body.
+HttpResponse page(std::string body);
+
+HttpResponse json_page(std::string body);
+
+HttpResponse not_found_page();
+
+/// 405, `allow` being the value of the Allow header.
+HttpResponse method_not_allowed_page(std::string_view allow);
+
+} // namespace webots_cloud::core

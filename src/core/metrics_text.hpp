@@ -1,0 +1,33 @@
+// Figures in the text format of Prometheus, version 0.0.4.
+#pragma once
+
+#include <initializer_list>
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace webots_cloud::core {
+
+inline constexpr std::string_view metrics_type = "text/plain; version=0.0.4; charset=utf-8";
+
+/// Builds the body of `GET /metrics`. Names get the prefix `webots_`; values are in base units (seconds, bytes, ratios).
+///
+/// Names and labels are ours alone, never a user's text, so nothing is escaped.
+class MetricsText
+{
+public:
+    using Labels = std::initializer_list<std::pair<std::string_view, std::string_view>>;
+
+    /// Begins a family of figures; `type` is `counter` or `gauge`. Its values follow by `add`.
+    MetricsText& family(std::string_view name, std::string_view type, std::string_view help);
+
+    MetricsText& add(double value, Labels labels = {});
+
+    std::string take() { return std::move(text_); }
+
+private:
+    std::string text_;
+    std::string name_;
+};
+
+} // namespace webots_cloud::core

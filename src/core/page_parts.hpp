@@ -1,0 +1,39 @@
+// What the pages at /monitor of both servers share: their frame, and figures as people read them.
+#pragma once
+
+#include <webots_cloud/time.hpp>
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace webots_cloud::core {
+
+/// What makes a page live. Everything stands in the page itself: behind a proxy that knows `/monitor` alone
+/// nothing else of us can be reached.
+struct PageAssets
+{
+    PageAssets() = default;
+
+    std::vector<std::string_view> styles;
+    std::vector<std::string_view> scripts; ///< Run in this order, at the end of the page.
+    std::uint16_t port =
+        0; ///< Our own: behind a proxy that rewrites ports the live channel is at `/<port>/monitor`.
+};
+
+/// Up to the heading. `attributes` are those of the body, escaped already.
+std::string page_begin(std::string_view heading, PageAssets const& assets, std::string_view attributes = {});
+
+std::string page_end(PageAssets const& assets);
+
+/// A local time in the format of `strftime`.
+std::string format_time(WallTime time, char const* format);
+
+/// To at most two decimals, as the servers have always shown loads: `7.88`, `0.0`.
+std::string rounded(double value);
+
+/// `12 s`, `5 min`, `3 h`.
+std::string age_text(Duration since);
+
+} // namespace webots_cloud::core

@@ -1,0 +1,145 @@
+#include "placement_estimate.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace webots_cloud::placement {
+
+namespace {
+
+constexpr double high_pass = 120; // s
+constexpr double memory = 3600;   // s
+// In sessions² s; one that comes and stays leaves high_pass / 2 = 60 of them.
+constexpr double fleet_strength = 60;
+constexpr double least_strength = 10;
+constexpr double most_strength = 300;
+constexpr double variety = 30; // sessions² s: what one session more or less is worth, as sessions differ
+constexpr double enough_to_disagree = 120;
+
+constexpr int few = 4;
+constexpr double other_load = 5;      // percent
+constexpr double whole_strength = 10; // s
+constexpr double least_cost = 0.1;    // percent
+constexpr double longest_step = 30;   // s: a longer silence is no evidence of what happened in it
+
+constexpr double most_surprise = 16;  // one session in a thousand must not teach more than all others
+constexpr double variety_memory = 50; // sessions
+
+constexpr double traffic_memory = 30; // s
+constexpr double travel = 1;          // s, from our answer to the browser's arrival on the machine
+
+constexpr double show_prior = 10; // browsers assumed to have come, so that the first no-show proves nothing
+constexpr double show_memory = 1000; // browsers
+
+} // namespace
+
+void FleetCost::learn(Evidence const& sample, Evidence const& own, TimePoint now) noexcept
+{
+    double const fade = memory / (memory + std::max(0.0, Seconds(now - last_).count()));
+    last_ = now;
+    sum_.xx = sum_.xx * fade + sample.xx;
+    sum_.xy = sum_.xy * fade + sample.xy;
+    ratio_ = std::clamp((fleet_strength + sum_.xy) / (fleet_strength + sum_.xx), 0.01, 100.0);
+    if (own.xx < enough_to_disagree)
+        return;
+    double const difference = std::clamp(own.xy / own.xx / ratio_ - 1, -1.0, 3.0);
+    disagreement_ += (difference * difference - disagreement_) / 100;
+    strength_ = std::clamp(variety / disagreement_, least_strength, most_strength);
+}
+
+Evidence SessionCost::learn(double load, double sessions, Seconds since_last, bool settled) noexcept
+{
+    double const step = since_last.count();
+    if (!primed_ || step <= 0 || step > longest_step) {
+        slow_load_ = load - mean_y_;
+        slow_sessions_ = sessions - mean_x_;
+        primed_ = true;
+        return {};
+    }
+    double const share = step / (high_pass + step);
+    slow_load_ += share * (load - slow_load_);
+    slow_sessions_ += share * (sessions - slow_sessions_);
+    double const fade = memory / (memory + step);
+    sum_.xx *= fade;
+    sum_.xy *= fade;
+    if (!settled)
+        return {};
+
+    weight_ = weight_ * fade + step;
+    double const dx = sessions - slow_sessions_ - mean_x_;
+    double const dy = load - slow_load_ - mean_y_;
+    double const limit = 2 * value_;
+    double const robust = value_ * dx + std::clamp(dy - value_ * dx, -limit, limit);
+    mean_x_ += dx * step / weight_;
+    mean_y_ += dy * step / weight_;
+    // Welford's update with weights: one factor before and one after the means moved.
+    double const rest = step * (1 - step / weight_);
+    sum_.xx += rest * dx * dx;
+    sum_.xy += rest * dx * robust;
+    return assumed_ > 0 ? Evidence{rest * dx * dx, rest * dx * robust / assumed_} : Evidence{};
+}
+
+void SessionCost::weigh(double load, int sessions) noexcept
+{
+    whole_ = {};
+    if (sessions <= few)
+        return; // their changes say it better
+    // Other load is some 5 percent, so load / n errs by 5 / n: weight n², less where a session costs less
+    // than that.
+    double const each = load / sessions;
+    double const clear = std::min(1.0, each / other_load);
+    double const many = (sessions - few) * clear;
+    whole_.xx = whole_strength * many * many;
+    whole_.xy = whole_.xx * std::max(0.0, load - other_load) / sessions;
+}
+
+void SessionCost::combine(double ratio, double strength) noexcept
+{
+    double const slope =
+        (strength * assumed_ * ratio + sum_.xy + whole_.xy) / (strength + sum_.xx + whole_.xx);
+    value_ = std::clamp(slope, std::min(least_cost, assumed_), 100.0);
+}
+
+void SessionVariety::record(double square) noexcept
+{
+    square_ += (std::min(square, most_surprise) - square_) / variety_memory;
+    value_ = std::sqrt(square_);
+}
+
+void ShowRate::record(AgeCounts const& came, std::uint32_t never_came) noexcept
+{
+    double total = 0;
+    for (std::size_t age = 0; age != age_count; ++age) {
+        came_[age] += came[age];
+        total += came_[age];
+    }
+    never_came_ += never_came;
+    total += never_came_;
+    double const fade = total > show_memory ? 0.5 : 1;
+    never_came_ *= fade;
+    double later = show_prior;
+    for (std::size_t age = age_count; age-- != 0;) {
+        came_[age] *= fade;
+        later += came_[age];
+        rate_[age] = later / (later + never_came_);
+    }
+}
+
+double ShowRate::expected(AgeCounts const& unseen) const noexcept
+{
+    return std::inner_product(unseen.begin(), unseen.end(), rate_.begin(), 0.0);
+}
+
+void ForeignTraffic::record(std::uint32_t arrivals, Seconds report_interval, TimePoint now) noexcept
+{
+    double const step = std::max(0.0, Seconds(now - last_).count());
+    last_ = now;
+    per_second_ *= traffic_memory / (traffic_memory + step);
+    per_second_ += arrivals / traffic_memory;
+    double const interval = report_interval.count();
+    interval_ += (interval_ == 0 ? 1 : 0.01) * (interval - interval_);
+    unseen_ = per_second_ * (interval_ / 2 + travel);
+}
+
+} // namespace webots_cloud::placement

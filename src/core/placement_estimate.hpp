@@ -1,0 +1,138 @@
+// What the fleet teaches while it works: the cost of a session, who never arrives, and what others place.
+#pragma once
+
+#include "placement_reservations.hpp"
+
+#include <webots_cloud/time.hpp>
+
+namespace webots_cloud::placement {
+
+using Seconds = std::chrono::duration<double>;
+
+/// What the slope of a regression is made of: sums of squares and of products.
+struct Evidence
+{
+    double xx = 0;
+    double xy = 0;
+};
+
+/// How much a session costs on the machines of a fleet, relative to what each was assumed to cost there, and
+/// how far single machines may be expected to differ from that.
+///
+/// All machines see sessions of the same users, so what one learns helps all: a class has taught the fleet
+/// what a session costs before the second one starts on any machine. The prior of a machine is empirical
+/// Bayes: the more the machines disagree, the less the fleet's word weighs against a machine's own evidence.
+class FleetCost
+{
+public:
+    double ratio() const noexcept { return ratio_; }
+    /// How much evidence (in its `xx`) of its own outweighs the fleet's word about a machine.
+    double strength() const noexcept { return strength_; }
+
+    /// `sample`: new evidence of one machine; `own`: all of it.
+    void learn(Evidence const& sample, Evidence const& own, TimePoint now) noexcept;
+
+private:
+    Evidence sum_;
+    double ratio_ = 1;
+    double disagreement_ = 0.1; ///< Mean square of what machines' own slopes differ by, relatively.
+    double strength_ = 300;
+    TimePoint last_{};
+};
+
+/// How much one session moves one machine's load (or memory), in percent.
+///
+/// The slope of load against number of sessions, both passed through the same high-pass (2 minutes), so that
+/// a session moves both in one shape whatever the machine carries besides; least squares with forgetting (1
+/// hour). Residuals are clipped at two sessions: a compiler that runs for a minute teaches little. Where the
+/// number of sessions is known and large, the load itself says more than its changes: whatever the machine
+/// carries besides is then a small part of it.
+class SessionCost
+{
+public:
+    explicit SessionCost(double assumed) noexcept : assumed_(assumed), value_(assumed) {}
+
+    double value() const noexcept { return value_; }
+
+    /// `sessions`: how many are visible in `load`, up to a constant. `settled`: for as long as `load` looks
+    /// back; samples that are not only pass through the filters. Returns the new evidence, relative to what
+    /// was assumed.
+    Evidence learn(double load, double sessions, Seconds since_last, bool settled) noexcept;
+    /// All evidence of changes, relative to what was assumed.
+    Evidence evidence() const noexcept { return {sum_.xx, assumed_ > 0 ? sum_.xy / assumed_ : 0}; }
+    /// What the load itself says, where `sessions` is all there are.
+    void weigh(double load, int sessions) noexcept;
+    /// Combines what this machine taught with a prior: what the fleet says.
+    void combine(double ratio, double strength) noexcept;
+    /// Starts anew from the next sample, keeping what was learned.
+    void interrupt() noexcept { primed_ = false; }
+
+private:
+    double assumed_;
+    double value_;
+    double slow_load_ = 0;
+    double slow_sessions_ = 0;
+    double mean_x_ = 0;
+    double mean_y_ = 0;
+    double weight_ = 0;
+    Evidence sum_;
+    Evidence whole_;
+    bool primed_ = false;
+};
+
+/// How different sessions are: the standard deviation of their cost, relative to its mean.
+class SessionVariety
+{
+public:
+    double value() const noexcept { return value_; }
+    /// The square of how far one session differed from the mean, relatively.
+    void record(double square) noexcept;
+
+private:
+    double square_ = 0.25;
+    double value_ = 0.5;
+};
+
+/// How likely a browser that has not been seen for so long is to come at all: the actuary's estimate.
+///
+/// Of all whose fate is known and who were unseen at that age, the part that came later. With nobody missing
+/// that is 1, and a reservation counts in full until it is confirmed or runs out; where three of ten browsers
+/// never come, a reservation counts 0.7 at first and next to nothing when those who come would have come.
+class ShowRate
+{
+public:
+    void record(AgeCounts const& came, std::uint32_t never_came) noexcept;
+    /// How many of these reservations will still turn into sessions.
+    double expected(AgeCounts const& unseen) const noexcept;
+
+private:
+    std::array<double, age_count> came_{};
+    double never_came_ = 0;
+    std::array<double, age_count> rate_ = filled_with_one();
+
+    static std::array<double, age_count> filled_with_one() noexcept
+    {
+        std::array<double, age_count> ones{};
+        ones.fill(1);
+        return ones;
+    }
+};
+
+/// How many sessions other session servers place on the same machines unseen.
+///
+/// Arrivals that machines report and we did not place, per second, times how long an arrival stays unseen
+/// (half a report interval, and a second for the browser's way).
+class ForeignTraffic
+{
+public:
+    void record(std::uint32_t arrivals, Seconds report_interval, TimePoint now) noexcept;
+    double unseen() const noexcept { return unseen_; }
+
+private:
+    TimePoint last_{};
+    double per_second_ = 0;
+    double interval_ = 0;
+    double unseen_ = 0;
+};
+
+} // namespace webots_cloud::placement

@@ -1,0 +1,178 @@
+#include "placement_fleet.hpp"
+
+#include <algorithm>
+
+namespace webots_cloud::placement {
+
+namespace {
+
+/// Turns of machines that were never given a session: random, and before all others.
+constexpr std::uint32_t served = 0x80000000u;
+
+} // namespace
+
+Fleet::Fleet(SchedulerParams const& params) : params_(params), first_turns_(params.seed) {}
+
+void Fleet::set_servers(std::vector<ServerSpec> const& specs, std::vector<std::string_view> const& names)
+{
+    std::vector<Machine> machines;
+    machines.reserve(specs.size());
+    decltype(slots_) slots;
+    slots.reserve(specs.size());
+    for (std::size_t entry = 0; entry != specs.size(); ++entry) {
+        if (!slots.try_emplace(names[entry], static_cast<std::uint32_t>(machines.size())).second)
+            continue; // the first entry of an address counts
+        auto const known = slots_.find(names[entry]);
+        if (known == slots_.end()) {
+            machines.emplace_back(specs[entry], names[entry], params_);
+            machines.back().set_turn(static_cast<std::uint32_t>(first_turns_.below(served)));
+        } else {
+            machines.push_back(machines_[known->second]);
+            machines.back().configure(specs[entry], names[entry]);
+        }
+    }
+    machines_ = std::move(machines);
+    slots_ = std::move(slots);
+    rebuild();
+}
+
+void Fleet::rebuild()
+{
+    places_.assign(machines_.size(), Place());
+    by_score_.reset(machines_.size());
+    by_load_.reset(machines_.size());
+    offered_.clear();
+    offered_.reserve(machines_.size());
+    refused_.fill(0);
+    refused_[static_cast<std::size_t>(Refusal::unknown)] = machines_.size();
+    oldest_ = newest_ = nowhere;
+
+    std::vector<std::uint32_t> by_age;
+    for (std::uint32_t slot = 0; slot != machines_.size(); ++slot)
+        if (machines_[slot].reporting())
+            by_age.push_back(slot);
+    std::ranges::stable_sort(by_age, {},
+                             [this](std::uint32_t slot) { return machines_[slot].last_report(); });
+    for (std::uint32_t const slot : by_age)
+        link_newest(slot);
+    for (std::size_t slot = 0; slot != machines_.size(); ++slot)
+        assess(slot, machines_[slot].last_report());
+}
+
+void Fleet::report(std::string_view server, LoadReport const& report, TimePoint now)
+{
+    auto const found = slots_.find(server);
+    if (found == slots_.end())
+        return;
+    std::uint32_t const slot = found->second;
+    if (!first_report_)
+        first_report_ = now;
+    // Who answers in our own first moments was up before us; who answers first later has just come up.
+    bool const established = now - *first_report_ < params_.slow_start && !machines_[slot].was_lost();
+    Arrivals const arrivals = machines_[slot].report(report, now, established, params_);
+    lessons_.show_rates[arrivals.counted].record(arrivals.confirmed, arrivals.expired);
+    if (arrivals.since_last > Seconds::zero())
+        lessons_.cost.learn(arrivals.cost, machines_[slot].cost_evidence(), now);
+    if (arrivals.surprise)
+        lessons_.variety.record(*arrivals.surprise);
+    if (arrivals.counted && arrivals.since_last > Seconds::zero())
+        lessons_.foreign.record(arrivals.foreign, arrivals.since_last, now);
+    unlink(slot);
+    link_newest(slot);
+    assess(slot, now);
+}
+
+void Fleet::lost(std::string_view server, TimePoint now)
+{
+    auto const found = slots_.find(server);
+    if (found == slots_.end())
+        return;
+    machines_[found->second].lost();
+    unlink(found->second);
+    assess(found->second, now);
+}
+
+void Fleet::place(std::size_t slot, TimePoint now) noexcept
+{
+    machines_[slot].place(now);
+    machines_[slot].set_turn(served | (turns_++ & (served - 1)));
+    assess(slot, now);
+}
+
+void Fleet::expire(TimePoint now) noexcept
+{
+    if (params_.report_lifetime == Duration::zero())
+        return;
+    while (oldest_ != nowhere && now - machines_[oldest_].last_report() > params_.report_lifetime) {
+        std::uint32_t const slot = oldest_;
+        unlink(slot);
+        machines_[slot].stale();
+        assess(slot, now);
+    }
+}
+
+std::size_t Fleet::lowest(std::span<std::size_t> positions, std::size_t parts, double where) const noexcept
+{
+    auto const near = static_cast<std::size_t>(where * static_cast<double>(machines_.size()));
+    std::size_t const found = by_score_.lowest(positions, parts, near);
+    for (std::size_t& entry : positions.first(found))
+        entry = position_of(entry);
+    return found;
+}
+
+void Fleet::assess(std::size_t slot, TimePoint now) noexcept
+{
+    Machine& machine = machines_[slot];
+    machine.assess(now, lessons_, params_);
+    auto const number = static_cast<std::uint32_t>(slot);
+    Refusal const refusal = machine.view().refusal;
+    Refusal& counted = places_[slot].counted;
+    --refused_[static_cast<std::size_t>(counted)];
+    counted = refusal;
+    ++refused_[static_cast<std::size_t>(counted)];
+    if (refusal == Refusal::none) {
+        offer(number);
+        by_score_.set(slot, order_key(machine.view().score, machine.turn()));
+        by_load_.set(slot, order_key(machine.view().load, machine.turn()));
+    } else if (places_[slot].position != nowhere) {
+        withdraw(number);
+        by_score_.set(slot, TournamentTree::absent);
+        by_load_.set(slot, TournamentTree::absent);
+    }
+}
+
+void Fleet::offer(std::uint32_t slot) noexcept
+{
+    if (places_[slot].position != nowhere)
+        return;
+    places_[slot].position = static_cast<std::uint32_t>(offered_.size());
+    offered_.push_back(slot); // reserved for all machines: never allocates
+}
+
+void Fleet::withdraw(std::uint32_t slot) noexcept
+{
+    std::uint32_t const position = std::exchange(places_[slot].position, nowhere);
+    offered_[position] = offered_.back();
+    places_[offered_[position]].position = position;
+    offered_.pop_back();
+    places_[slot].position = nowhere;
+}
+
+void Fleet::unlink(std::uint32_t slot) noexcept
+{
+    Place& place = places_[slot];
+    if (oldest_ != slot && place.older == nowhere)
+        return; // not in the list
+    (place.older == nowhere ? oldest_ : places_[place.older].newer) = place.newer;
+    (place.newer == nowhere ? newest_ : places_[place.newer].older) = place.older;
+    place.older = place.newer = nowhere;
+}
+
+void Fleet::link_newest(std::uint32_t slot) noexcept
+{
+    places_[slot].older = newest_;
+    (newest_ == nowhere ? oldest_ : places_[newest_].newer) = slot;
+    newest_ = slot;
+}
+
+} // namespace webots_cloud::placement

@@ -1,0 +1,92 @@
+// All machines, and the indexes that make choosing among them cheap.
+#pragma once
+
+#include "placement_index.hpp"
+#include "placement_machine.hpp"
+
+#include <deque>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+namespace webots_cloud::placement {
+
+/// Keeps every machine's assessment, and from it: who is offered, by score and by load, and who is not and
+/// why.
+///
+/// Machines are numbered by slot, their place in the operator's list.
+class Fleet
+{
+public:
+    explicit Fleet(SchedulerParams const& params);
+
+    /// `names` own the addresses and outlive their use here: one per entry of `specs`.
+    void set_servers(std::vector<ServerSpec> const& specs, std::vector<std::string_view> const& names);
+
+    void report(std::string_view server, LoadReport const& report, TimePoint now);
+    void lost(std::string_view server, TimePoint now);
+    void place(std::size_t slot, TimePoint now) noexcept;
+    /// Withdraws machines whose reports have become too old. Amortised O(1).
+    void expire(TimePoint now) noexcept;
+
+    std::size_t size() const noexcept { return machines_.size(); }
+    Machine const& machine(std::size_t slot) const noexcept { return machines_[slot]; }
+    std::array<std::size_t, refusal_count> const& refused() const noexcept { return refused_; }
+    double unseen_arrivals() const noexcept { return lessons_.foreign.unseen(); }
+
+    // Those offered, by position: dense, in no order.
+    std::size_t offered() const noexcept { return offered_.size(); }
+    std::size_t slot_at(std::size_t position) const noexcept { return offered_[position]; }
+    std::size_t position_of(std::size_t slot) const noexcept { return places_[slot].position; }
+    std::size_t least_committed() const noexcept { return position_of(by_score_.first()); }
+    std::size_t least_reported() const noexcept { return position_of(by_load_.first()); }
+    std::size_t lowest(std::span<std::size_t> positions, std::size_t parts, double where) const noexcept;
+
+private:
+    static constexpr std::uint32_t nowhere = std::numeric_limits<std::uint32_t>::max();
+
+    /// What the indexes know of a machine: its position among those offered, and its neighbours by age of
+    /// report.
+    struct Place
+    {
+        std::uint32_t position = nowhere;
+        std::uint32_t older = nowhere;
+        std::uint32_t newer = nowhere;
+        Refusal counted = Refusal::unknown;
+    };
+
+    struct NameHash
+    {
+        using is_transparent = void;
+        std::size_t operator()(std::string_view name) const noexcept
+        {
+            return std::hash<std::string_view>()(name);
+        }
+    };
+
+    void rebuild();
+    void assess(std::size_t slot, TimePoint now) noexcept;
+    void offer(std::uint32_t slot) noexcept;
+    void withdraw(std::uint32_t slot) noexcept;
+    void unlink(std::uint32_t slot) noexcept;
+    void link_newest(std::uint32_t slot) noexcept;
+
+    SchedulerParams const& params_;
+    std::vector<Machine> machines_;
+    std::vector<Place> places_;
+    std::unordered_map<std::string_view, std::uint32_t, NameHash, std::equal_to<>> slots_;
+
+    std::vector<std::uint32_t> offered_;
+    TournamentTree by_score_;
+    TournamentTree by_load_;
+    std::array<std::size_t, refusal_count> refused_{};
+    std::uint32_t oldest_ = nowhere;
+    std::uint32_t newest_ = nowhere;
+
+    Lessons lessons_;
+    RandomSource first_turns_;
+    std::uint32_t turns_ = 0;
+    std::optional<TimePoint> first_report_;
+};
+
+} // namespace webots_cloud::placement

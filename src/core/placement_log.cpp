@@ -1,0 +1,146 @@
+#include "placement_log.hpp"
+
+#include <algorithm>
+
+namespace webots_cloud::placement {
+
+namespace {
+
+constexpr std::size_t no_position = std::numeric_limits<std::size_t>::max();
+
+} // namespace
+
+void Record::begin(std::uint64_t decision, std::uint64_t seed, TimePoint now, Fleet const& fleet) noexcept
+{
+    id = decision;
+    at = now;
+    random = seed;
+    unseen_arrivals = fleet.unseen_arrivals();
+    offered = fleet.offered();
+    refused = fleet.refused();
+    chosen = {};
+    complete = true;
+    lowest_count = 0;
+    least_committed.reset();
+    least_reported.reset();
+    whole_fleet = fleet.size() <= logged_machines;
+    entry_count = whole_fleet ? fleet.size() : 0;
+    for (std::size_t slot = 0; slot != entry_count; ++slot) {
+        Candidate const& machine = fleet.machine(slot).view();
+        bool const refused_now = machine.refusal != Refusal::none;
+        entries[slot].machine = machine;
+        entries[slot].position = refused_now ? no_position : fleet.position_of(slot);
+    }
+}
+
+void Record::note(std::size_t position, Candidate const& machine) noexcept
+{
+    if (whole_fleet)
+        return;
+    auto const used = std::span(entries).first(entry_count);
+    bool const noted =
+        std::ranges::any_of(used, [position](Entry const& entry) { return entry.position == position; });
+    if (noted || entry_count == entries.size()) {
+        complete = complete && noted;
+        return;
+    }
+    entries[entry_count].machine = machine;
+    entries[entry_count].position = position;
+    ++entry_count;
+}
+
+Decision Record::decision(std::string const& policy) const
+{
+    Decision copy;
+    copy.id = id;
+    copy.at = at;
+    copy.policy = policy;
+    copy.chosen = chosen;
+    copy.random = random;
+    copy.unseen_arrivals = unseen_arrivals;
+    copy.offered = offered;
+    copy.refused = refused;
+    copy.complete = complete;
+    for (Entry const& entry : std::span(entries).first(entry_count)) {
+        Decision::Entry kept;
+        kept.machine = entry.machine;
+        kept.machine.address = {};
+        kept.address = entry.machine.address;
+        if (entry.position != no_position)
+            kept.position = entry.position;
+        copy.machines.push_back(std::move(kept));
+    }
+    copy.lowest.assign(lowest.begin(), lowest.begin() + static_cast<std::ptrdiff_t>(lowest_count));
+    copy.least_committed = least_committed;
+    copy.least_reported = least_reported;
+    return copy;
+}
+
+Candidate LiveSnapshot::operator[](std::size_t position) const
+{
+    Candidate const& machine = fleet_.machine(fleet_.slot_at(position)).view();
+    record_.note(position, machine);
+    return machine;
+}
+
+std::size_t LiveSnapshot::least_committed() const
+{
+    std::size_t const position = fleet_.least_committed();
+    record_.least_committed = position;
+    record_.note(position, fleet_.machine(fleet_.slot_at(position)).view());
+    return position;
+}
+
+std::size_t LiveSnapshot::least_reported() const
+{
+    std::size_t const position = fleet_.least_reported();
+    record_.least_reported = position;
+    record_.note(position, fleet_.machine(fleet_.slot_at(position)).view());
+    return position;
+}
+
+std::size_t LiveSnapshot::lowest(std::span<std::size_t> positions, std::size_t parts, double where) const
+{
+    std::size_t const found = fleet_.lowest(positions, parts, where);
+    std::ranges::copy(positions.first(found), record_.lowest.begin());
+    record_.lowest_count = found;
+    return found;
+}
+
+Decision::Entry const* RecordedSnapshot::find(std::size_t position) const noexcept
+{
+    auto const found =
+        std::ranges::find(decision_.machines, std::optional(position), &Decision::Entry::position);
+    return found == decision_.machines.end() ? nullptr : &*found;
+}
+
+Candidate RecordedSnapshot::operator[](std::size_t position) const
+{
+    Decision::Entry const* const entry = find(position);
+    missed_ = missed_ || entry == nullptr;
+    Candidate machine = entry ? entry->machine : Candidate();
+    if (entry)
+        machine.address = entry->address;
+    return machine;
+}
+
+std::size_t RecordedSnapshot::least_committed() const
+{
+    missed_ = missed_ || !decision_.least_committed;
+    return decision_.least_committed.value_or(0);
+}
+
+std::size_t RecordedSnapshot::least_reported() const
+{
+    missed_ = missed_ || !decision_.least_reported;
+    return decision_.least_reported.value_or(0);
+}
+
+std::size_t RecordedSnapshot::lowest(std::span<std::size_t> positions, std::size_t, double) const
+{
+    std::size_t const found = std::min(positions.size(), decision_.lowest.size());
+    std::copy_n(decision_.lowest.begin(), found, positions.begin());
+    return found;
+}
+
+} // namespace webots_cloud::placement

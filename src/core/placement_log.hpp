@@ -1,0 +1,84 @@
+// The last decisions with all that led to them, in memory that is there from the start.
+#pragma once
+
+#include "placement_fleet.hpp"
+
+#include <webots_cloud/scheduler.hpp>
+
+namespace webots_cloud::placement {
+
+inline constexpr std::size_t logged_decisions = 100;
+inline constexpr std::size_t logged_machines = 64;
+
+/// A decision being made or kept: fixed in size, so that writing it allocates nothing.
+struct Record
+{
+    std::uint64_t id = 0; ///< 0: none yet.
+    TimePoint at{};
+    std::uint64_t random = 0;
+    double unseen_arrivals = 0;
+    std::size_t offered = 0;
+    std::array<std::size_t, refusal_count> refused{};
+    std::string_view chosen;
+    bool whole_fleet = false;
+    bool complete = true;
+
+    struct Entry
+    {
+        Candidate machine;
+        std::size_t position = 0;
+    };
+    std::array<Entry, logged_machines> entries;
+    std::size_t entry_count = 0;
+
+    std::array<std::size_t, PlacementSnapshot::most_lowest> lowest;
+    std::size_t lowest_count = 0;
+    std::optional<std::size_t> least_committed;
+    std::optional<std::size_t> least_reported;
+
+    void begin(std::uint64_t decision, std::uint64_t seed, TimePoint now, Fleet const& fleet) noexcept;
+    void note(std::size_t position, Candidate const& machine) noexcept;
+    Decision decision(std::string const& policy) const;
+};
+
+/// The fleet as a policy sees it; writes down in `record` what the policy looks at.
+class LiveSnapshot final : public PlacementSnapshot
+{
+public:
+    LiveSnapshot(Fleet const& fleet, Record& record) noexcept : fleet_(fleet), record_(record) {}
+
+    std::size_t size() const override { return fleet_.offered(); }
+    Candidate operator[](std::size_t position) const override;
+    std::size_t least_committed() const override;
+    std::size_t least_reported() const override;
+    std::size_t lowest(std::span<std::size_t> positions, std::size_t parts, double where) const override;
+    double unseen_arrivals() const override { return fleet_.unseen_arrivals(); }
+
+private:
+    Fleet const& fleet_;
+    Record& record_;
+};
+
+/// A decision's record as a policy saw the fleet then.
+class RecordedSnapshot final : public PlacementSnapshot
+{
+public:
+    explicit RecordedSnapshot(Decision const& decision) noexcept : decision_(decision) {}
+
+    /// The policy asked for something that the record does not hold.
+    bool missed() const noexcept { return missed_; }
+    Decision::Entry const* find(std::size_t position) const noexcept;
+
+    std::size_t size() const override { return decision_.offered; }
+    Candidate operator[](std::size_t position) const override;
+    std::size_t least_committed() const override;
+    std::size_t least_reported() const override;
+    std::size_t lowest(std::span<std::size_t> positions, std::size_t parts, double where) const override;
+    double unseen_arrivals() const override { return decision_.unseen_arrivals; }
+
+private:
+    Decision const& decision_;
+    mutable bool missed_ = false;
+};
+
+} // namespace webots_cloud::placement

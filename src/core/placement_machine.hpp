@@ -1,0 +1,109 @@
+// One simulation server as placement sees it: what it reported, and what was committed to it since.
+#pragma once
+
+#include "placement_estimate.hpp"
+#include "placement_reservations.hpp"
+
+#include <webots_cloud/scheduler.hpp>
+
+namespace webots_cloud::placement {
+
+/// What one report told about sessions that came.
+struct Arrivals
+{
+    AgeCounts confirmed{};     ///< Ours, by the age of their reservations.
+    std::uint32_t expired = 0; ///< Reservations that ran out.
+    std::uint32_t foreign = 0; ///< Sessions that somebody else placed.
+    Seconds since_last{0};     ///< 0: the first report, or the first since the machine was lost.
+    Evidence cost;             ///< What it taught about the cost of sessions.
+    std::optional<double>
+        surprise;         ///< How far sessions that became visible differed from that cost: a square.
+    bool counted = false; ///< The machine reports its number of sessions.
+};
+
+/// What the machines of a fleet taught together.
+struct Lessons
+{
+    FleetCost cost;
+    SessionVariety variety;
+    std::array<ShowRate, 2>
+        show_rates; ///< Of machines that report a bare number, of those that count sessions.
+    ForeignTraffic foreign;
+};
+
+/// The state machine of one server: `unknown`, then reporting or `lost`.
+class Machine
+{
+public:
+    Machine(ServerSpec const& spec, std::string_view address, SchedulerParams const& params);
+
+    std::string_view address() const noexcept { return address_; }
+    void configure(ServerSpec const& spec, std::string_view address) noexcept;
+
+    /// `established`: it may have been up long before this first report, so there is no slow start.
+    Arrivals report(LoadReport const& report, TimePoint now, bool established, SchedulerParams const& params);
+    void lost() noexcept;
+    void stale() noexcept { stale_ = true; }
+    void place(TimePoint now) noexcept;
+
+    /// Computes `view()` anew from the state. Call after each of the above.
+    void assess(TimePoint now, Lessons const& lessons, SchedulerParams const& params) noexcept;
+    Candidate const& view() const noexcept { return view_; }
+
+    bool reporting() const noexcept { return contact_ == Contact::reporting; }
+    bool was_lost() const noexcept { return contact_ == Contact::lost; }
+    bool counts_sessions() const noexcept { return last_.sessions.has_value(); }
+    Evidence cost_evidence() const noexcept { return cost_.evidence(); }
+    TimePoint last_report() const noexcept { return reported_at_; }
+    /// Of machines of one score the smallest turn is served first: who was given a session longest ago.
+    std::uint32_t turn() const noexcept { return turn_; }
+    void set_turn(std::uint32_t turn) noexcept { turn_ = turn; }
+
+private:
+    enum class Contact : std::uint8_t
+    {
+        unknown,
+        reporting,
+        lost
+    };
+
+    int visible(LoadReport const& report) const noexcept;
+    void count_arrivals(LoadReport const& report, Arrivals& arrivals) noexcept;
+    void infer_arrivals(LoadReport const& report, Arrivals& arrivals, TimePoint now) noexcept;
+    void follow(double load, int more_visible, TimePoint now) noexcept;
+    std::optional<double> surprise(double load, int more_visible, TimePoint now) noexcept;
+    bool settling(TimePoint now) const noexcept;
+    Evidence learn(LoadReport const& report, Seconds since_last) noexcept;
+    Refusal refusal(double committed, double committed_memory, SchedulerParams const& params) const noexcept;
+    double readiness(TimePoint now, SchedulerParams const& params) const noexcept;
+
+    std::string_view address_;
+    double weight_ = 1;
+    bool drained_ = false;
+    bool stale_ = false;
+    Contact contact_ = Contact::unknown;
+    LoadReport last_;
+    TimePoint reported_at_{};
+    TimePoint up_since_ = TimePoint::min();
+
+    SessionCost cost_;
+    SessionCost memory_cost_;
+    Reservations reservations_;
+    AgeClock ages_;
+
+    /// The load that is explained: filtered reports, in percent.
+    double level_ = 0;
+    /// `level_` before the newest sessions became visible, and when that was.
+    double level_before_ = 0;
+    TimePoint stepped_at_ = TimePoint::min();
+    /// How many sessions came and went since `level_before_`, and how many more there are by that.
+    int steps_ = 0;
+    int rise_ = 0;
+
+    PlacedHistory placed_;
+
+    std::uint32_t turn_ = 0;
+    Candidate view_;
+};
+
+} // namespace webots_cloud::placement

@@ -1,0 +1,44 @@
+// The range of ports from which each simulator gets one.
+#pragma once
+
+#include <webots_cloud/error.hpp>
+
+#include <cstdint>
+#include <functional>
+#include <set>
+
+namespace webots_cloud::core {
+
+/// Numbers from `first` to `first + size - 1`, each lent to one simulation at a time.
+class PortPool
+{
+public:
+    PortPool(std::uint16_t first, int size) : first_(first), size_(size) {}
+
+    /// The lowest number that is not lent and for which `take` succeeds.
+    ///
+    /// Errors: `unavailable`, its detail saying how many simulations run.
+    result<std::uint16_t> acquire(std::function<bool(std::uint16_t)> const& take)
+    {
+        for (int i = 0; i < size_ && first_ + i <= 65535; ++i) {
+            auto const port = static_cast<std::uint16_t>(first_ + i);
+            if (!lent_.contains(port) && take(port)) {
+                lent_.insert(port);
+                return port;
+            }
+        }
+        return Failure(errc::unavailable, "Too many open connections (>" + std::to_string(size_) +
+                                              "): this simulation server is full. Please try again later.");
+    }
+
+    void release(std::uint16_t port) { lent_.erase(port); }
+
+    std::size_t lent() const noexcept { return lent_.size(); }
+
+private:
+    std::uint16_t first_;
+    int size_;
+    std::set<std::uint16_t> lent_;
+};
+
+} // namespace webots_cloud::core

@@ -1,0 +1,67 @@
+// What the simulation server's monitor page shows, and what of it changes every second: texts for browsers
+// that watch.
+#pragma once
+
+#include "load_history.hpp"
+#include "monitor_sample.hpp"
+
+#include <webots_cloud/time.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace webots_cloud::core {
+
+/// One simulation on the page.
+struct SimulationRow
+{
+    SimulationRow() = default;
+
+    std::uint64_t id = 0;
+    std::string world; ///< Where the browser found it; made short for the page.
+    std::string state;
+    Duration age{};
+    int process = 0;           ///< 0 while there is none.
+    std::optional<double> cpu; ///< Percent of one processor, over the last look or, at first, its whole life.
+    std::optional<double> memory; ///< Megabytes (10^6) that its processes have in memory.
+};
+
+/// Percent of one processor that was used between two looks at the time that a process tree has consumed.
+double process_cpu_percent(Duration used_before, Duration used_after, Duration between) noexcept;
+
+/// A world's URL in at most 200 bytes, its end preferred: there is the file's name.
+std::string short_world(std::string_view url);
+
+/// Ten minutes of figures and the texts, in JSON and of bounded size, that carry them to browsers.
+class SimulationBoard
+{
+public:
+    /// Rows beyond these are counted only.
+    static constexpr std::size_t most_rows = 200;
+
+    SimulationBoard();
+
+    /// Takes the figures of this second.
+    void take(MonitorSample const& sample, double load, TimePoint now, WallTime wall);
+
+    MonitorSample const& sample() const noexcept { return sample_; }
+
+    /// Everything, for who has just come, as of the last `take`.
+    std::string snapshot(std::vector<SimulationRow> const& rows, std::size_t capacity) const;
+
+    /// The last point, and the simulations.
+    std::string update(std::vector<SimulationRow> const& rows, std::size_t capacity) const;
+
+private:
+    std::string begin(std::vector<SimulationRow> const& rows, std::size_t capacity) const;
+
+    LoadHistory history_;
+    MonitorSample sample_;
+    double load_ = 0;
+    WallTime wall_{};
+};
+
+} // namespace webots_cloud::core

@@ -1,0 +1,60 @@
+#include "start_figures.hpp"
+
+namespace webots_cloud::core {
+namespace {
+
+std::string_view name_of(StartStage stage)
+{
+    switch (stage) {
+    case StartStage::fetch:
+        return "fetch";
+    case StartStage::launch:
+        return "launch";
+    case StartStage::ready:
+        return "ready";
+    }
+    return {};
+}
+
+} // namespace
+
+std::string_view start_failure_label(Failure const& failure) noexcept
+{
+    for (auto const& [code, label] : {std::pair<errc, std::string_view>{errc::invalid_url, "invalid_url"},
+                                      {errc::invalid_argument, "invalid_mode"},
+                                      {errc::refused, "refused"},
+                                      {errc::unavailable, "full"},
+                                      {errc::not_found, "not_found"},
+                                      {errc::unreachable, "unreachable"},
+                                      {errc::timed_out, "timed_out"},
+                                      {errc::too_large, "too_large"},
+                                      {errc::start_failed, "start_failed"}})
+        if (failure == code)
+            return label;
+    return "other";
+}
+
+void StartFigures::passed(StartStage stage, Duration took)
+{
+    auto& sum = stages_[stage];
+    ++sum.count;
+    sum.seconds += std::chrono::duration<double>(took).count();
+}
+
+void StartFigures::write(MetricsText& text) const
+{
+    auto const ready = stages_.find(StartStage::ready);
+    text.family("starts_total", "counter", "Simulations that browsers asked for, by how that ended.")
+        .add(ready == stages_.end() ? 0 : static_cast<double>(ready->second.count), {{"result", "ready"}, {"reason", ""}})
+        .add(static_cast<double>(abandoned_), {{"result", "abandoned"}, {"reason", ""}});
+    for (auto const& [reason, count] : failed_)
+        text.add(static_cast<double>(count), {{"result", "failed"}, {"reason", reason}});
+    text.family("start_stage_seconds_sum", "counter", "Time that the stages of starts took.");
+    for (auto const& [stage, sum] : stages_)
+        text.add(sum.seconds, {{"stage", name_of(stage)}});
+    text.family("start_stage_seconds_count", "counter", "Stages of starts that were completed.");
+    for (auto const& [stage, sum] : stages_)
+        text.add(static_cast<double>(sum.count), {{"stage", name_of(stage)}});
+}
+
+} // namespace webots_cloud::core

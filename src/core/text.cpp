@@ -1,0 +1,204 @@
+#include "text.hpp"
+
+#include <webots_cloud/transport/http.hpp>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <numeric>
+
+namespace webots_cloud {
+
+bool equal_ignoring_case(std::string_view left, std::string_view right) noexcept
+{
+    auto const lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + ('a' - 'A')) : c; };
+    return std::equal(left.begin(), left.end(), right.begin(), right.end(),
+                      [&](char a, char b) { return lower(a) == lower(b); });
+}
+
+} // namespace webots_cloud
+
+namespace webots_cloud::core {
+namespace {
+
+/// The number of bytes of the UTF-8 character at the start of `text`, or 0 when there is none.
+std::size_t utf8_length(std::string_view text) noexcept
+{
+    auto const byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+    auto const follows = [&](std::size_t i) { return i < text.size() && (byte(i) & 0xC0) == 0x80; };
+    unsigned const first = byte(0);
+    if (first < 0x80)
+        return 1;
+    if (first >= 0xC2 && first <= 0xDF)
+        return follows(1) ? 2 : 0;
+    if (first >= 0xE0 && first <= 0xEF) {
+        if (!follows(1) || !follows(2) || (first == 0xE0 && byte(1) < 0xA0) || (first == 0xED && byte(1) > 0x9F))
+            return 0;
+        return 3;
+    }
+    if (first >= 0xF0 && first <= 0xF4) {
+        if (!follows(1) || !follows(2) || !follows(3) || (first == 0xF0 && byte(1) < 0x90) ||
+            (first == 0xF4 && byte(1) > 0x8F))
+            return 0;
+        return 4;
+    }
+    return 0;
+}
+
+int hex_digit(char c) noexcept
+{
+    if (c >= '0' && c <= '9')
+        return c - '0';
+    if (c >= 'a' && c <= 'f')
+        return c - 'a' + 10;
+    if (c >= 'A' && c <= 'F')
+        return c - 'A' + 10;
+    return -1;
+}
+
+std::size_t edit_distance(std::string_view left, std::string_view right)
+{
+    std::vector<std::size_t> row(right.size() + 1);
+    std::iota(row.begin(), row.end(), std::size_t{0});
+    for (std::size_t i = 1; i <= left.size(); ++i) {
+        std::size_t diagonal = row[0];
+        row[0] = i;
+        for (std::size_t j = 1; j <= right.size(); ++j) {
+            std::size_t const changed = diagonal + (left[i - 1] == right[j - 1] ? 0 : 1);
+            diagonal = row[j];
+            row[j] = std::min({row[j] + 1, row[j - 1] + 1, changed});
+        }
+    }
+    return row.back();
+}
+
+} // namespace
+
+std::vector<std::string_view> split(std::string_view text, char separator)
+{
+    std::vector<std::string_view> pieces;
+    for (;;) {
+        auto const end = text.find(separator);
+        pieces.push_back(text.substr(0, end));
+        if (end == std::string_view::npos)
+            return pieces;
+        text.remove_prefix(end + 1);
+    }
+}
+
+std::string_view trim(std::string_view text) noexcept
+{
+    constexpr std::string_view blank = " \t\r\n";
+    auto const first = text.find_first_not_of(blank);
+    if (first == std::string_view::npos)
+        return {};
+    return text.substr(first, text.find_last_not_of(blank) - first + 1);
+}
+
+std::string escape_html(std::string_view text)
+{
+    std::string escaped;
+    escaped.reserve(text.size());
+    for (char const c : text) {
+        switch (c) {
+        case '&':
+            escaped += "&amp;";
+            break;
+        case '<':
+            escaped += "&lt;";
+            break;
+        case '>':
+            escaped += "&gt;";
+            break;
+        case '"':
+            escaped += "&quot;";
+            break;
+        case '\'':
+            escaped += "&#39;";
+            break;
+        default:
+            escaped += c;
+        }
+    }
+    return escaped;
+}
+
+std::string printable(std::string_view text, std::size_t limit)
+{
+    constexpr std::string_view digits = "0123456789abcdef";
+    std::string safe;
+    std::size_t at = 0;
+    while (at < text.size() && safe.size() < limit) {
+        auto const length = utf8_length(text.substr(at));
+        auto const byte = static_cast<unsigned char>(text[at]);
+        // C1 controls (U+0080 to U+009F) steer terminals as C0 does.
+        bool const c1 = length == 2 && byte == 0xC2 && static_cast<unsigned char>(text[at + 1]) < 0xA0;
+        if (length == 0 || c1 || byte < 0x20 || byte == 0x7F) {
+            safe.append("\\x").append(1, digits[byte >> 4]).append(1, digits[byte & 15]);
+            ++at;
+        } else {
+            safe.append(text.substr(at, length));
+            at += length;
+        }
+    }
+    if (at < text.size())
+        safe += "...";
+    return safe;
+}
+
+bool is_utf8(std::string_view text) noexcept
+{
+    while (!text.empty()) {
+        auto const length = utf8_length(text);
+        if (length == 0)
+            return false;
+        text.remove_prefix(length);
+    }
+    return true;
+}
+
+std::string python_float(double value)
+{
+    char buffer[64];
+    double const size = std::abs(value);
+    // Python's repr changes to an exponent below 1e-4 and from 1e16 on.
+    bool const plain = size == 0 || (size >= 1e-4 && size < 1e16);
+    auto const format = plain ? std::chars_format::fixed : std::chars_format::scientific;
+    auto const end = std::to_chars(buffer, buffer + sizeof buffer, value, format).ptr;
+    std::string text(buffer, end);
+    if (plain && std::isfinite(value) && text.find('.') == std::string::npos)
+        text += ".0";
+    return text;
+}
+
+bool percent_decode(std::string_view text, std::string& decoded)
+{
+    decoded.clear();
+    decoded.reserve(text.size());
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        if (text[i] != '%') {
+            decoded += text[i];
+            continue;
+        }
+        if (i + 2 >= text.size() || hex_digit(text[i + 1]) < 0 || hex_digit(text[i + 2]) < 0)
+            return false;
+        decoded += static_cast<char>(hex_digit(text[i + 1]) * 16 + hex_digit(text[i + 2]));
+        i += 2;
+    }
+    return true;
+}
+
+std::string_view nearest(std::string_view word, std::vector<std::string_view> const& candidates)
+{
+    std::string_view best;
+    std::size_t least = std::max<std::size_t>(2, word.size() / 3) + 1;
+    for (auto const candidate : candidates) {
+        if (auto const distance = edit_distance(word, candidate); distance < least) {
+            least = distance;
+            best = candidate;
+        }
+    }
+    return best;
+}
+
+} // namespace webots_cloud::core

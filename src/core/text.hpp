@@ -1,0 +1,44 @@
+// Small pure text functions that several rooms need.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace webots_cloud::core {
+
+/// All pieces in one string, allocated once.
+template<class... Pieces>
+std::string concat(Pieces const&... pieces)
+{
+    std::string text;
+    text.reserve((std::string_view(pieces).size() + ...));
+    (text.append(std::string_view(pieces)), ...);
+    return text;
+}
+
+/// `text` split at each `separator`; always at least one piece.
+std::vector<std::string_view> split(std::string_view text, char separator);
+
+/// Without spaces, tabs, carriage returns and newlines at both ends.
+std::string_view trim(std::string_view text) noexcept;
+
+/// `text` made safe for HTML content and quoted attributes.
+std::string escape_html(std::string_view text);
+
+/// `text` made safe for a log line: control characters and invalid UTF-8 as `\xNN`, at most `limit` bytes of it.
+std::string printable(std::string_view text, std::size_t limit = 512);
+
+/// True when `text` is well-formed UTF-8 (no surrogates, no overlong forms).
+bool is_utf8(std::string_view text) noexcept;
+
+/// A number as Python prints a float: the shortest digits that read back the same, `7.875`, `0.0`, `1e+16`.
+std::string python_float(double value);
+
+/// `text` with each `%XX` replaced by its byte, or nothing when an escape is malformed.
+bool percent_decode(std::string_view text, std::string& decoded);
+
+/// The one of `candidates` that is nearest to `word` (Levenshtein), or empty when none is near.
+std::string_view nearest(std::string_view word, std::vector<std::string_view> const& candidates);
+
+} // namespace webots_cloud::core

@@ -1,0 +1,198 @@
+// webots-process-guard: runs one program and makes sure that nothing it started outlives it, or the one who asked for it.
+//
+//     webots-process-guard GRACE_MS PROGRAM [ARGUMENT...]
+//
+// Standard input is the leash: a byte on it asks the program to end (SIGTERM, and SIGKILL for the whole tree after GRACE_MS
+// milliseconds); its end of file, which also comes when the owner dies in whatever way, kills the tree at once. Processes that
+// leave their parents (fork twice, setsid) fall to the guard, which is their sub-reaper, so none is missed and no name is ever
+// looked up. The guard ends only when no process of the tree is left, in the same way as the program did.
+//
+// Plain system calls and nothing of the library: it runs once per simulation, and its few pages are all that each one costs.
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/signalfd.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <ctime>
+#include <initializer_list>
+
+namespace {
+
+constexpr int exec_failed = 127; // as shells and coreutils have it
+
+long now_ms()
+{
+    timespec time{};
+    clock_gettime(CLOCK_MONOTONIC, &time);
+    return time.tv_sec * 1000 + time.tv_nsec / 1'000'000;
+}
+
+/// In the child: becomes the program.
+[[noreturn]] void become(char** argv, sigset_t const& signals)
+{
+    prctl(PR_SET_PDEATHSIG, SIGKILL); // should somebody kill the guard itself
+    setpgid(0, 0);
+    sigprocmask(SIG_SETMASK, &signals, nullptr);
+    int const nothing = open("/dev/null", O_RDONLY);
+    dup2(nothing, STDIN_FILENO);
+    execv(argv[0], argv);
+    std::printf("can't run %s: %s\n", argv[0], std::strerror(errno));
+    std::fflush(stdout);
+    _exit(exec_failed);
+}
+
+/// Sends SIGKILL to every child. Their children become ours as they die, and are met in the next round.
+void kill_children()
+{
+    char path[64];
+    std::snprintf(path, sizeof path, "/proc/self/task/%d/children", getpid());
+    std::FILE* const children = std::fopen(path, "re");
+    if (!children)
+        return;
+    for (int child = 0; std::fscanf(children, "%d", &child) == 1;)
+        kill(child, SIGKILL);
+    std::fclose(children);
+}
+
+class Guard
+{
+public:
+    Guard(pid_t program, long grace_ms) : program_(program), grace_ms_(grace_ms) {}
+
+    /// Returns the status of the program when no process is left.
+    int watch(int signals);
+
+private:
+    void read_leash();
+    void reap();
+    void terminate();
+    int wait_time() const;
+
+    pid_t program_;
+    long grace_ms_;
+    long kill_at_ = -1; ///< When patience ends; -1: nobody has asked for an end.
+    int status_ = 0;
+    bool killing_ = false;
+    bool leash_open_ = true;
+    bool alone_ = false;
+};
+
+void Guard::terminate()
+{
+    if (kill_at_ >= 0)
+        return;
+    kill_at_ = now_ms() + grace_ms_;
+    if (program_ > 0)
+        kill(program_, SIGTERM);
+}
+
+void Guard::read_leash()
+{
+    char bytes[16];
+    ssize_t const size = read(STDIN_FILENO, bytes, sizeof bytes);
+    if (size > 0)
+        terminate();
+    else if (size == 0 || (errno != EINTR && errno != EAGAIN)) {
+        leash_open_ = false;
+        killing_ = true;
+    }
+}
+
+void Guard::reap()
+{
+    int status = 0;
+    pid_t ended = 0;
+    while ((ended = waitpid(-1, &status, WNOHANG)) > 0) {
+        if (ended != program_)
+            continue;
+        status_ = status;
+        program_ = -1;
+        killing_ = true; // what the program leaves behind has nobody to serve any more
+    }
+    alone_ = ended < 0 && errno == ECHILD;
+}
+
+int Guard::wait_time() const
+{
+    if (killing_)
+        return 10; // children of the killed fall to us one by one
+    if (kill_at_ < 0)
+        return -1;
+    long const left = kill_at_ - now_ms();
+    return left > 0 ? static_cast<int>(left) : 0;
+}
+
+int Guard::watch(int signals)
+{
+    for (;;) {
+        reap();
+        if (alone_)
+            return status_;
+        if (kill_at_ >= 0 && now_ms() >= kill_at_)
+            killing_ = true;
+        if (killing_)
+            kill_children();
+        pollfd watched[] = {{signals, POLLIN, 0}, {leash_open_ ? STDIN_FILENO : -1, POLLIN, 0}};
+        if (poll(watched, 2, wait_time()) <= 0)
+            continue;
+        if (watched[1].revents != 0)
+            read_leash();
+        signalfd_siginfo info{};
+        if ((watched[0].revents & POLLIN) != 0 && read(signals, &info, sizeof info) == static_cast<ssize_t>(sizeof info) &&
+            info.ssi_signo != SIGCHLD)
+            terminate();
+    }
+}
+
+/// Ends like the program did, so that our parent sees what it would have seen.
+[[noreturn]] void end_like(int status)
+{
+    if (WIFSIGNALED(status)) {
+        rlimit const no_core{0, 0};
+        setrlimit(RLIMIT_CORE, &no_core);
+        int const number = WTERMSIG(status);
+        std::signal(number, SIG_DFL);
+        sigset_t one;
+        sigemptyset(&one);
+        sigaddset(&one, number);
+        sigprocmask(SIG_UNBLOCK, &one, nullptr);
+        raise(number);
+    }
+    _exit(WEXITSTATUS(status));
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    if (argc < 3) {
+        std::fprintf(stderr, "usage: %s GRACE_MS PROGRAM [ARGUMENT...]\n", argv[0]);
+        return 2;
+    }
+    setsid(); // the terminal's Ctrl-C is for the server, which then ends its simulations in order
+    prctl(PR_SET_CHILD_SUBREAPER, 1);
+    sigset_t handled;
+    sigset_t original;
+    sigemptyset(&handled);
+    for (int const number : {SIGCHLD, SIGTERM, SIGINT, SIGHUP})
+        sigaddset(&handled, number);
+    sigprocmask(SIG_BLOCK, &handled, &original);
+    int const signals = signalfd(-1, &handled, SFD_CLOEXEC | SFD_NONBLOCK);
+    pid_t const program = fork();
+    if (program == 0)
+        become(argv + 2, original);
+    if (program < 0 || signals < 0) {
+        std::printf("can't start %s: %s\n", argv[2], std::strerror(errno));
+        return exec_failed;
+    }
+    end_like(Guard(program, std::strtol(argv[1], nullptr, 10)).watch(signals));
+}

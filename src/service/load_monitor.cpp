@@ -1,0 +1,197 @@
+#include <webots_cloud/load_monitor.hpp>
+
+#include "../core/load_table.hpp"
+#include "../core/text.hpp"
+#include "../async/cancellation.hpp"
+#include "../async/task_group.hpp"
+
+#include <boost/asio/this_coro.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <map>
+#include <optional>
+
+namespace webots_cloud {
+namespace asio = boost::asio;
+
+namespace {
+
+constexpr std::size_t most_events = 100'000;
+
+/// One server being watched. Shared with its task, which may still run for a moment after the server was removed.
+struct Watch
+{
+    explicit Watch(std::string address) : load(std::move(address)) {}
+
+    ServerLoad load;
+    double phase = 0; ///< Where in the interval its polls lie, from 0 to 1.
+    bool removed = false;
+    std::optional<async::TaskGroup::Task> task;
+};
+
+result<LoadReport> judge(result<HttpResponse> const& response)
+{
+    if (!response)
+        return response.error();
+    if (response->status != 200)
+        return Failure(errc::protocol_error, core::concat("answered HTTP ", std::to_string(response->status)));
+    return parse_load_report(response->body);
+}
+
+bool was_aborted(result<HttpResponse> const& response)
+{
+    return !response && response.error().code() == asio::error::operation_aborted;
+}
+
+} // namespace
+
+std::string server_url(std::string_view address, bool tls, std::string_view path)
+{
+    return core::concat(tls ? "https://" : "http://", address, path);
+}
+
+struct LoadMonitor::Impl
+{
+    Impl(LoadMonitorParams parameters, HttpClient& client, Clock& time, Logger logger) :
+        params(parameters), http(client), clock(time), log(std::move(logger))
+    {}
+
+    void start(std::shared_ptr<Watch> const& watch)
+    {
+        watch->phase = std::fmod(static_cast<double>(++started) * 0.6180339887, 1.0); // golden ratio: evenly spread, always
+        watch->task = tasks->spawn(keep_polling(watch));
+    }
+
+    asio::awaitable<void> keep_polling(std::shared_ptr<Watch> watch);
+    void record(Watch& watch, result<LoadReport> const& outcome);
+
+    LoadMonitorParams params;
+    HttpClient& http;
+    Clock& clock;
+    Logger log;
+    std::vector<std::shared_ptr<Watch>> watches;
+    std::deque<LoadEvent> events;
+    std::optional<async::TaskGroup> tasks; // while run() is awaited
+    std::optional<async::Wakeup> happened;
+    std::uint64_t started = 0;
+};
+
+asio::awaitable<void> LoadMonitor::Impl::keep_polling(std::shared_ptr<Watch> watch)
+{
+    co_await asio::this_coro::throw_if_cancelled(false);
+    auto const url = server_url(watch->load.address, params.tls, "/load");
+    auto const began = clock.now();
+    auto due = began + std::chrono::duration_cast<Duration>(params.interval * watch->phase);
+    while (!watch->removed) {
+        HttpRequest request(url);
+        request.headers.emplace_back("Accept", "application/json, text/plain;q=0.5");
+        request.timeout = params.timeout;
+        auto const response = co_await http.send(std::move(request));
+        bool const cancelled = co_await async::is_cancelled();
+        if (watch->removed || cancelled || was_aborted(response))
+            break;
+        record(*watch, judge(response));
+        due = std::max(due, clock.now());
+        auto const waited = co_await clock.wait_until(due);
+        bool const cancelled_meanwhile = co_await async::is_cancelled();
+        if (!waited || cancelled_meanwhile)
+            break;
+        due += params.interval;
+    }
+    watch->task.reset();
+}
+
+void LoadMonitor::Impl::record(Watch& watch, result<LoadReport> const& outcome)
+{
+    LoadEvent event;
+    event.transition = core::classify(watch.load, outcome, params.threshold);
+    core::apply(watch.load, outcome, clock.now());
+    event.server = watch.load;
+    events.push_back(std::move(event));
+    if (events.size() > most_events)
+        events.pop_front();
+    if (happened)
+        happened->notify();
+}
+
+LoadMonitor::LoadMonitor(LoadMonitorParams params, HttpClient& http, Clock& clock, Logger log) :
+    impl_(std::make_unique<Impl>(params, http, clock, std::move(log)))
+{}
+
+LoadMonitor::~LoadMonitor() = default;
+
+void LoadMonitor::set_servers(std::vector<std::string> const& addresses)
+{
+    std::map<std::string_view, std::shared_ptr<Watch>> known;
+    for (auto const& watch : impl_->watches)
+        known.emplace(watch->load.address, watch);
+    std::vector<std::shared_ptr<Watch>> next;
+    for (auto const& address : addresses) {
+        auto const found = known.find(address);
+        if (found == known.end()) {
+            next.push_back(std::make_shared<Watch>(address));
+            if (impl_->tasks)
+                impl_->start(next.back());
+        } else if (found->second) {
+            next.push_back(std::move(found->second)); // what stays in `known` is no longer wanted
+        }
+    }
+    for (auto const& [address, watch] : known) {
+        if (!watch)
+            continue;
+        watch->removed = true;
+        if (watch->task)
+            async::TaskGroup::cancel(*watch->task);
+    }
+    impl_->watches = std::move(next);
+}
+
+asio::awaitable<result<>> LoadMonitor::run()
+{
+    co_await asio::this_coro::throw_if_cancelled(false);
+    if (impl_->params.interval <= Duration::zero() || impl_->params.timeout <= Duration::zero())
+        co_return Failure(errc::invalid_argument, "the interval and the timeout of polls must be positive");
+    auto const executor = co_await asio::this_coro::executor;
+    impl_->tasks.emplace(executor);
+    if (!impl_->happened)
+        impl_->happened.emplace(executor);
+    for (auto const& watch : impl_->watches)
+        impl_->start(watch);
+
+    async::Wakeup forever(executor);
+    (void)co_await forever.wait();
+
+    impl_->tasks->cancel_all();
+    co_await asio::this_coro::reset_cancellation_state(asio::disable_cancellation());
+    co_await impl_->tasks->join();
+    impl_->tasks.reset();
+    co_return Failure(asio::error::operation_aborted);
+}
+
+asio::awaitable<result<std::vector<LoadEvent>>> LoadMonitor::next_events()
+{
+    if (!impl_->happened)
+        impl_->happened.emplace(co_await asio::this_coro::executor);
+    while (impl_->events.empty()) {
+        auto const woken = co_await impl_->happened->wait();
+        if (!woken)
+            co_return woken.error();
+    }
+    std::vector<LoadEvent> events(std::make_move_iterator(impl_->events.begin()),
+                                  std::make_move_iterator(impl_->events.end()));
+    impl_->events.clear();
+    co_return events;
+}
+
+std::vector<ServerLoad> LoadMonitor::snapshot() const
+{
+    std::vector<ServerLoad> loads;
+    loads.reserve(impl_->watches.size());
+    for (auto const& watch : impl_->watches)
+        loads.push_back(watch->load);
+    return loads;
+}
+
+} // namespace webots_cloud

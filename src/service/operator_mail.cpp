@@ -1,0 +1,176 @@
+#include <webots_cloud/operator_mail.hpp>
+
+#include "../async/cancellation.hpp"
+#include "../async/wakeup.hpp"
+#include "../core/news_digest.hpp"
+#include "../core/notice_queue.hpp"
+#include "../core/notification.hpp"
+#include "../core/text.hpp"
+
+#include <boost/asio/experimental/awaitable_operators.hpp>
+#include <boost/asio/this_coro.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <optional>
+#include <utility>
+
+namespace webots_cloud {
+namespace asio = boost::asio;
+
+using core::concat;
+
+struct OperatorMail::Impl
+{
+    Impl(OperatorMailParams parameters, Notifier& delivering, Clock& time, Logger logger)
+        : params(std::move(parameters)), notifier(delivering), clock(time), log(std::move(logger)),
+          monitor(core::monitor_url(params.ssl, params.server, params.port_rewrite, params.port))
+    {}
+
+    std::optional<TimePoint> next_due() const;
+    void post(Notice notice);
+    void post_digest();
+    void settle(core::NoticeQueue::Attempt const& attempt, result<> const& outcome);
+    void give_up(Notice const& notice, std::string_view why);
+    void give_up_everything();
+    std::string new_id();
+    asio::awaitable<void> wait();
+
+    OperatorMailParams params;
+    Notifier& notifier;
+    Clock& clock;
+    Logger log;
+    std::string monitor;
+    core::NewsDigest digest;
+    core::NoticeQueue queue;
+    std::optional<async::Wakeup> changed; // while run() is awaited
+    std::optional<Failure> problem;       // why the last attempt failed; none after a good one
+    std::uint64_t notices = 0;
+};
+
+OperatorMail::OperatorMail(OperatorMailParams params, Notifier& notifier, Clock& clock, Logger log)
+    : impl_(std::make_unique<Impl>(std::move(params), notifier, clock, std::move(log)))
+{}
+
+OperatorMail::~OperatorMail() = default;
+
+void OperatorMail::note(LoadEvent const& event)
+{
+    if (!core::is_news(event.transition))
+        return;
+    core::News const news(event, impl_->clock.wall());
+    if (impl_->digest.at_once(event.server.address, news, impl_->clock.now()))
+        impl_->post(core::news_notice(news, impl_->monitor));
+    if (impl_->changed)
+        impl_->changed->notify();
+}
+
+asio::awaitable<result<>> OperatorMail::run()
+{
+    co_await asio::this_coro::throw_if_cancelled(false);
+    auto const executor = co_await asio::this_coro::executor;
+    impl_->changed.emplace(executor);
+    for (;;) {
+        bool const cancelled = co_await async::is_cancelled();
+        if (cancelled)
+            break;
+        auto const now = impl_->clock.now();
+        if (auto const due = impl_->digest.due(); due && *due <= now)
+            impl_->post_digest();
+        if (auto const due = impl_->queue.due(); due && *due <= now) {
+            auto const attempt = impl_->queue.attempt();
+            auto const outcome = co_await impl_->notifier.deliver(attempt.notice);
+            bool const ended = co_await async::is_cancelled();
+            if (outcome || !ended) // an attempt that we abandoned has not failed
+                impl_->settle(attempt, outcome);
+        } else {
+            co_await impl_->wait();
+        }
+    }
+    impl_->changed.reset();
+    impl_->give_up_everything();
+    co_return Failure(asio::error::operation_aborted);
+}
+
+std::optional<TimePoint> OperatorMail::Impl::next_due() const
+{
+    auto const delivery = queue.due();
+    auto const collected = digest.due();
+    if (delivery && collected)
+        return std::min(*delivery, *collected);
+    return delivery ? delivery : collected;
+}
+
+/// Waits until something is due, or changes.
+asio::awaitable<void> OperatorMail::Impl::wait()
+{
+    using namespace asio::experimental::awaitable_operators;
+    auto const due = next_due();
+    if (due)
+        (void)co_await (clock.wait_until(*due) || changed->wait());
+    else
+        (void)co_await changed->wait();
+}
+
+void OperatorMail::Impl::post(Notice notice)
+{
+    notice.id = new_id();
+    if (auto const dropped = queue.push(std::move(notice)))
+        give_up(*dropped, "too many are waiting");
+}
+
+void OperatorMail::Impl::post_digest()
+{
+    auto const collected = digest.take();
+    post(core::digest_notice(collected.news, collected.left_out, monitor));
+}
+
+void OperatorMail::Impl::settle(core::NoticeQueue::Attempt const& attempt, result<> const& outcome)
+{
+    if (outcome) {
+        if (problem)
+            log.info(concat("Emails to ", params.administrator, " are sent again"));
+        problem.reset();
+        queue.delivered(attempt);
+        return;
+    }
+    auto const failure = outcome.error();
+    // Codes are compared, not sentences: those tell of milliseconds, and would fill the log.
+    if (!problem || !(*problem == failure))
+        log.error(concat("Error: unable to send email to ", params.administrator, ": ",
+                         core::printable(failure.message())));
+    problem = failure;
+    if (auto const refused = queue.failed(attempt, failure, clock.now()))
+        give_up(*refused, "it was refused again and again");
+}
+
+/// The log keeps what the administrator could not be told.
+void OperatorMail::Impl::give_up(Notice const& notice, std::string_view why)
+{
+    log.warning(concat("Email to ", params.administrator, " not sent (", why, "): ", notice.summary));
+}
+
+void OperatorMail::Impl::give_up_everything()
+{
+    if (digest.due())
+        post_digest();
+    for (auto const& notice : queue.waiting())
+        give_up(notice, "the session server ends");
+}
+
+/// The microsecond and a count; the port tells session servers of one host apart that write at the same
+/// moment.
+std::string OperatorMail::Impl::new_id()
+{
+    auto const moment =
+        std::chrono::duration_cast<std::chrono::microseconds>(clock.wall().time_since_epoch()).count();
+    return concat(std::to_string(moment), ".", std::to_string(++notices), ".webots-session-server-",
+                  std::to_string(params.port));
+}
+
+bool is_mailed(LoadTransition transition) noexcept
+{
+    return core::is_news(transition);
+}
+
+} // namespace webots_cloud

@@ -1,0 +1,94 @@
+#include <webots_cloud/project_fetcher.hpp>
+
+#include "../core/text.hpp"
+#include "../async/semaphore.hpp"
+
+#include <boost/asio/this_coro.hpp>
+
+#include <algorithm>
+
+namespace webots_cloud {
+namespace asio = boost::asio;
+namespace fs = std::filesystem;
+
+using core::concat;
+
+struct ProjectFetcher::Impl
+{
+    Impl(ProjectFetcherParams parameters, std::vector<Forge> sources, Logger logger) :
+        params(std::move(parameters)), forges(std::move(sources)), log(std::move(logger)), turns(params.parallel)
+    {}
+
+    /// The source of a world's forge; `parse` has made sure that there is one.
+    ProjectSource& source_of(ProjectRef const& project) const
+    {
+        auto const found = std::find_if(forges.begin(), forges.end(),
+                                        [&](Forge const& forge) { return forge.url == project.forge; });
+        return found == forges.end() ? forges.front().source.get() : found->source.get();
+    }
+
+    asio::awaitable<void> remove(fs::path directory)
+    {
+        // Every source removes directories alike; which one made it does not matter.
+        auto const removed = co_await forges.front().source.get().discard(directory);
+        if (!removed)
+            log.error(concat("Can't remove ", directory.string(), ": ", removed.error().message()));
+    }
+
+    ProjectFetcherParams params;
+    std::vector<Forge> forges;
+    Logger log;
+    async::Semaphore turns;
+    std::uint64_t next = 0;
+};
+
+ProjectFetcher::ProjectFetcher(ProjectFetcherParams params, std::vector<Forge> forges, Logger log) :
+    impl_(std::make_unique<Impl>(std::move(params), std::move(forges), std::move(log)))
+{}
+
+ProjectFetcher::~ProjectFetcher() = default;
+
+result<ProjectRef> ProjectFetcher::parse(std::string_view url) const
+{
+    std::vector<std::string> bases;
+    for (auto const& forge : impl_->forges)
+        bases.push_back(forge.url);
+    return parse_world_url(url, bases);
+}
+
+asio::awaitable<result<Project>> ProjectFetcher::fetch(ProjectRef ref, std::shared_ptr<FetchProgress> progress)
+{
+    auto const pass = co_await impl_->turns.acquire();
+    if (!pass)
+        co_return pass.error();
+    FetchOrder order;
+    order.project = ref;
+    order.limits = impl_->params.limits;
+    order.progress = std::move(progress);
+    order.directory = impl_->params.instances / std::to_string(++impl_->next);
+    auto const directory = order.directory;
+
+    co_await asio::this_coro::throw_if_cancelled(false);
+    auto fetched = co_await impl_->source_of(ref).fetch(std::move(order));
+    if (!fetched) {
+        co_await asio::this_coro::reset_cancellation_state(asio::disable_cancellation());
+        co_await impl_->remove(directory);
+        co_return fetched.error();
+    }
+    Project project;
+    project.directory = directory;
+    project.world = fetched->root / "worlds" / ref.world;
+    project.root = std::move(fetched->root);
+    project.world_header = std::move(fetched->world_header);
+    project.revision = std::move(fetched->revision);
+    co_return project;
+}
+
+asio::awaitable<void> ProjectFetcher::discard(Project project)
+{
+    co_await impl_->remove(std::move(project.directory));
+}
+
+std::size_t ProjectFetcher::waiting() const noexcept { return impl_->turns.waiting(); }
+
+} // namespace webots_cloud

@@ -1,0 +1,332 @@
+#include <webots_cloud/session_service.hpp>
+
+#include "../core/http_pages.hpp"
+#include "../core/metrics_text.hpp"
+#include "../core/monitor_page.hpp"
+#include "../core/session_board.hpp"
+#include "../core/text.hpp"
+#include "../web/assets.hpp"
+#include "monitor_feed.hpp"
+
+#include <webots_cloud/operator_mail.hpp>
+#include <webots_cloud/version.hpp>
+
+#include <boost/asio/experimental/awaitable_operators.hpp>
+
+#include <unordered_set>
+
+namespace webots_cloud {
+namespace asio = boost::asio;
+
+using core::concat;
+
+namespace {
+
+// Placements expire and reports age without any event: availability is looked at anew this often.
+constexpr auto availability_check = std::chrono::seconds(1);
+
+std::string transition_line(LoadEvent const& event)
+{
+    auto const& server = event.server;
+    auto const load = concat(core::python_float(server.report.load), "%");
+    switch (event.transition) {
+    case LoadTransition::not_responding:
+        return concat(server.address, " simulation server is not responding (assuming 100% load): ", server.problem);
+    case LoadTransition::too_slow:
+        return concat(server.address, " simulation server is taking too long to respond (assuming 100% load)");
+    case LoadTransition::working_again:
+        return concat(server.address, " simulation server is up and running again (load = ", load, ")");
+    case LoadTransition::reached_maximum:
+        return concat(server.address, " simulation server has reached maximum load (", load, ")");
+    case LoadTransition::available_again:
+        return concat(server.address, " simulation server is available again (load = ", load, ")");
+    case LoadTransition::none:
+        break;
+    }
+    return {};
+}
+
+void allow_any_origin(HttpResponse& response)
+{
+    response.headers.emplace_back("Access-Control-Allow-Origin", "*");
+    response.headers.emplace_back("Access-Control-Allow-Headers", "x-requested-with");
+    response.headers.emplace_back("Access-Control-Allow-Methods", "POST, GET, OPTIONS");
+}
+
+} // namespace
+
+struct SessionService::Impl
+{
+    Impl(SessionServiceParams parameters, LoadMonitor& load_monitor, Scheduler& placing, Clock& time, Logger logger) :
+        params(std::move(parameters)), monitor(load_monitor), scheduler(placing), clock(time), log(std::move(logger)),
+        started(clock.wall()), board(params.history_step, params.threshold)
+    {}
+
+    asio::awaitable<result<>> carry_reports();
+    asio::awaitable<result<>> check_availability();
+    asio::awaitable<void> show_availability(ChannelInfo const& info, Channel& channel);
+    void take(LoadEvent const& event);
+    void update_availability();
+    std::string place();
+    Answer session(IncomingRequest const& request);
+    Answer availability(IncomingRequest const& request) const;
+    void update_monitor();
+    std::vector<core::SessionRow> monitor_rows() const;
+    HttpResponse monitor_page(IncomingRequest const& request) const;
+    HttpResponse viewer(std::string_view path) const;
+    HttpResponse decisions(IncomingRequest const& request) const;
+    HttpResponse metrics() const;
+
+    SessionServiceParams params;
+    LoadMonitor& monitor;
+    Scheduler& scheduler;
+    Clock& clock;
+    Logger log;
+    WallTime started;
+    bool available = false;
+    std::unordered_set<Channel*> browsers; // those that watch availability
+    core::SessionBoard board;
+    core::Placements placements;
+    MonitorFeed feed; // to those that watch the monitor page
+    std::uint64_t placed = 0;
+    std::uint64_t refused = 0;
+    std::uint64_t good_polls = 0;
+    std::uint64_t failed_polls = 0;
+};
+
+SessionService::SessionService(SessionServiceParams params, LoadMonitor& monitor, Scheduler& scheduler, Clock& clock,
+                               Logger log) :
+    impl_(std::make_unique<Impl>(std::move(params), monitor, scheduler, clock, std::move(log)))
+{}
+
+SessionService::~SessionService() = default;
+
+void SessionService::set_servers(std::vector<ServerSpec> const& servers)
+{
+    std::vector<std::string> addresses;
+    for (auto const& server : servers)
+        addresses.push_back(server.address);
+    impl_->scheduler.set_servers(servers);
+    impl_->monitor.set_servers(addresses);
+    impl_->update_availability();
+    impl_->update_monitor();
+}
+
+asio::awaitable<result<>> SessionService::run()
+{
+    using namespace asio::experimental::awaitable_operators;
+    auto const ended = co_await (impl_->carry_reports() || impl_->check_availability());
+    co_return ended.index() == 0 ? std::get<0>(ended) : std::get<1>(ended);
+}
+
+asio::awaitable<result<>> SessionService::Impl::carry_reports()
+{
+    for (;;) {
+        auto const events = co_await monitor.next_events();
+        if (!events)
+            co_return events.error();
+        for (auto const& event : *events)
+            take(event);
+        update_availability();
+    }
+}
+
+asio::awaitable<result<>> SessionService::Impl::check_availability()
+{
+    for (;;) {
+        auto const waited = co_await clock.wait_until(clock.now() + availability_check);
+        if (!waited)
+            co_return waited;
+        update_availability();
+        update_monitor();
+    }
+}
+
+void SessionService::Impl::take(LoadEvent const& event)
+{
+    ++(event.server.state == ServerState::up ? good_polls : failed_polls);
+    if (event.server.state == ServerState::up)
+        scheduler.report(event.server.address, event.server.report, clock.now());
+    else
+        scheduler.lost(event.server.address, clock.now());
+    if (params.tell_administrator && is_mailed(event.transition))
+        params.tell_administrator(event);
+    else if (event.transition != LoadTransition::none)
+        log.info(transition_line(event));
+}
+
+void SessionService::Impl::update_availability()
+{
+    bool const now_available = scheduler.available(clock.now());
+    if (now_available == available)
+        return;
+    available = now_available;
+    // A channel whose queue is full reports it and closes itself; its own coroutine takes it out of the set.
+    for (auto* const browser : browsers)
+        (void)browser->send(available ? "1" : "0");
+}
+
+std::string SessionService::Impl::place()
+{
+    auto const placement = scheduler.place(clock.now());
+    update_availability();
+    ++(placement ? placed : refused);
+    if (!placement)
+        return "Error: no simulation server available at the moment.";
+    ++placements[std::string(placement->address)];
+    return concat(params.ssl ? "wss://" : "ws://", placement->address);
+}
+
+Answer SessionService::Impl::session(IncomingRequest const& request)
+{
+    HttpResponse response;
+    if (request.upgrade)
+        return Converse();
+    if (request.method == "GET")
+        response = core::page(place());
+    else if (request.method == "OPTIONS")
+        response = HttpResponse(204, {}, {});
+    else
+        response = core::method_not_allowed_page("GET, OPTIONS");
+    allow_any_origin(response);
+    return response;
+}
+
+Answer SessionService::Impl::availability(IncomingRequest const& request) const
+{
+    if (request.upgrade)
+        return Converse();
+    return core::page(available ? "1" : "0");
+}
+
+std::vector<core::SessionRow> SessionService::Impl::monitor_rows() const
+{
+    return core::session_rows(monitor.snapshot(), placements);
+}
+
+void SessionService::Impl::update_monitor()
+{
+    board.take(monitor_rows(), clock.now(), clock.wall());
+    if (feed.empty())
+        return;
+    if (auto const update = board.update(); !update.empty())
+        feed.publish(update);
+}
+
+HttpResponse SessionService::Impl::monitor_page(IncomingRequest const& request) const
+{
+    if (request.header("Accept").starts_with("application/json"))
+        return core::json_page(board.snapshot()); // for pages whose proxy lets no WebSocket through
+    core::SessionMonitorView view;
+    view.started = started;
+    view.now = clock.now();
+    view.ssl = params.ssl;
+    view.threshold = params.threshold;
+    view.servers = monitor_rows();
+    view.assets = monitor_assets("session.js", params.port);
+    return core::page(core::session_monitor_page(view));
+}
+
+HttpResponse SessionService::Impl::viewer(std::string_view path) const
+{
+    if (path == "/viewer") {
+        HttpResponse response(301, {}, {});
+        response.headers.emplace_back("Location", "viewer/"); // relative: also right behind a rewriting proxy
+        return response;
+    }
+    if (path == "/viewer/defaults.json" && !params.viewer_defaults.empty())
+        return core::json_page(params.viewer_defaults);
+    auto const name = path == "/viewer/" ? std::string_view("viewer/index.html") : path.substr(1);
+    if (auto const asset = web::find_asset(name))
+        return {200, std::string(asset->content_type), std::string(asset->content)};
+    return core::not_found_page();
+}
+
+/// Why browsers were sent where they were sent: the operator's business.
+HttpResponse SessionService::Impl::decisions(IncomingRequest const& request) const
+{
+    if (!params.decisions_for_all && !request.is_operators())
+        return {403, std::string(core::html_type), "Decisions are shown on this machine only."};
+    return core::json_page(decisions_json(scheduler, clock.now()));
+}
+
+HttpResponse SessionService::Impl::metrics() const
+{
+    double up = 0;
+    double down = 0;
+    double unknown = 0;
+    for (auto const& server : monitor.snapshot())
+        ++(server.state == ServerState::up ? up : server.state == ServerState::down ? down : unknown);
+    core::MetricsText text;
+    text.family("build_info", "gauge", "Always 1; the version is the label.").add(1, {{"version", version()}});
+    text.family("servers", "gauge", "Simulation servers by what their last poll said.")
+        .add(up, {{"state", "up"}})
+        .add(down, {{"state", "down"}})
+        .add(unknown, {{"state", "unknown"}});
+    text.family("available", "gauge", "1 while a simulation server would take a session.").add(available ? 1 : 0);
+    text.family("availability_watchers", "gauge", "Browsers that are told about availability.")
+        .add(static_cast<double>(browsers.size()));
+    text.family("placements_total", "counter", "Requests for a simulation server.")
+        .add(static_cast<double>(placed), {{"result", "placed"}})
+        .add(static_cast<double>(refused), {{"result", "refused"}});
+    text.family("polls_total", "counter", "Polls of simulation servers.")
+        .add(static_cast<double>(good_polls), {{"result", "good"}})
+        .add(static_cast<double>(failed_polls), {{"result", "failed"}});
+    return {200, std::string(core::metrics_type), text.take()};
+}
+
+Answer SessionService::respond(IncomingRequest const& request)
+{
+    auto const& path = request.path;
+    if (path == "/session")
+        return impl_->session(request);
+    bool const known = path == "/" || path == "/load" || path == "/monitor" || path == "/livez" || path == "/readyz" ||
+                       path == "/metrics" || path == "/api/decisions" || path.starts_with("/viewer");
+    if (!known)
+        return core::not_found_page();
+    if (request.method != "GET")
+        return core::method_not_allowed_page("GET");
+    if (path == "/livez")
+        return core::page("alive");
+    if (path == "/readyz")
+        return impl_->available ? core::page("ready") : HttpResponse(503, std::string(core::html_type), "no simulation server");
+    if (path == "/metrics")
+        return impl_->metrics();
+    if (path == "/api/decisions")
+        return impl_->decisions(request);
+    if (request.path == "/")
+        return impl_->availability(request);
+    if (request.path == "/load")
+        return core::page(core::mean_load(impl_->monitor.snapshot()));
+    if (request.path == "/monitor")
+        return request.upgrade ? Answer(Converse()) : impl_->monitor_page(request);
+    return impl_->viewer(request.path);
+}
+
+asio::awaitable<void> SessionService::converse(ChannelInfo info, Channel& channel)
+{
+    if (info.path == "/monitor")
+        co_return co_await impl_->feed.serve(impl_->board.snapshot(), channel);
+    if (info.path != "/session")
+        co_return co_await impl_->show_availability(info, channel);
+    (void)channel.send(impl_->place());
+    channel.close(1000);
+}
+
+asio::awaitable<void> SessionService::Impl::show_availability(ChannelInfo const& info, Channel& channel)
+{
+    auto const name = concat("[", core::printable(info.host, 100), "] ");
+    log.info(concat(name, "New client"));
+    browsers.insert(&channel);
+    (void)channel.send(available ? "1" : "0");
+    for (;;) {
+        auto const message = co_await channel.receive();
+        if (!message)
+            break;
+        log.info(concat(name, "Ignored client message: ", core::printable(*message)));
+    }
+    browsers.erase(&channel);
+    log.info(concat(name, "Client disconnected"));
+}
+
+} // namespace webots_cloud

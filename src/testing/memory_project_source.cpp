@@ -1,0 +1,37 @@
+#include <webots_cloud/testing/memory_project_source.hpp>
+
+#include <algorithm>
+
+namespace webots_cloud::testing {
+
+boost::asio::awaitable<result<FetchedProject>> MemoryProjectSource::fetch(FetchOrder order)
+{
+    directories_.insert(order.directory);
+    if (auto failure = fuse.strike())
+        co_return std::move(*failure);
+    most_fetching = std::max(most_fetching, ++fetching);
+    order.progress->objects_total = 10;
+    order.progress->objects_received = 4;
+    order.progress->bytes_received = 12'300'000;
+    auto const waited = co_await clock_.wait_until(clock_.now() + delay);
+    --fetching;
+    if (!waited)
+        co_return waited.error();
+    auto const& project = order.project;
+    auto const found = worlds_.find(project.owner + "/" + project.repository + "/" + project.world);
+    if (found == worlds_.end())
+        co_return Failure(errc::not_found, project.world + " does not exist.");
+    FetchedProject fetched;
+    fetched.root = order.directory / "project";
+    fetched.revision = "0123456789";
+    fetched.world_header = found->second;
+    co_return fetched;
+}
+
+boost::asio::awaitable<result<>> MemoryProjectSource::discard(std::filesystem::path directory)
+{
+    directories_.erase(directory);
+    co_return result<>();
+}
+
+} // namespace webots_cloud::testing

@@ -1,0 +1,19 @@
+// The pages that the servers show, embedded at build time.
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+namespace webots_cloud::web {
+
+/// A file of `src/web`.
+struct Asset
+{
+    std::string_view content;
+    std::string_view content_type;
+};
+
+/// Finds a file by its path below `src/web`, such as `viewer/index.html`.
+std::optional<Asset> find_asset(std::string_view path);
+
+} // namespace webots_cloud::web

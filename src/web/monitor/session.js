@@ -1,0 +1,226 @@
+"use strict";
+
+// The session server's page: its simulation servers and ten minutes of their loads.
+{
+  const {span, make, write} = monitor;
+  const mostLines = 20; // beyond, one chart can't be read: average and extremes stand for all, and each row has its own line
+  const section = document.getElementById("charts");
+  const table = document.getElementById("servers");
+  const body = table.tBodies[0];
+
+  let servers = [];
+  let times = []; // of the points, in seconds since 1970
+  let threshold = 95;
+  let chart = null;
+
+  const known = server => server.load !== null && server.load !== undefined;
+  const isCrowd = () => servers.length > mostLines;
+
+  function take(message) {
+    if (message.servers)
+      takeSnapshot(message);
+    for (const row of message.rows ?? []) {
+      const server = servers[row.row];
+      Object.assign(server, {sessions: undefined, problem: undefined, age: undefined}, row, {heard: performance.now()});
+      showRow(server);
+    }
+    if (message.point)
+      addPoint(message.now);
+    showSummary();
+    if (message.servers || message.point)
+      draw();
+  }
+
+  function takeSnapshot(message) {
+    threshold = message.threshold;
+    const count = message.servers[0]?.history.length ?? 0;
+    times = Array.from({length: count}, (_, index) => message.now - message.last - (count - 1 - index) * message.spacing);
+    const isSame = servers.length === message.servers.length &&
+      servers.every((server, index) => server.address === message.servers[index].address);
+    const cells = servers.map(server => server.cells);
+    servers = message.servers.map(server => ({...server, heard: performance.now()}));
+    if (isSame && cells.length)
+      servers.forEach((server, index) => { server.cells = cells[index]; });
+    else
+      buildTable();
+    if (!isSame || !chart)
+      buildChart();
+    servers.forEach(showRow);
+  }
+
+  function addPoint(now) {
+    times.push(now);
+    for (const server of servers)
+      server.history.push(known(server) ? server.load : null);
+    const old = times.findIndex(time => time >= now - span);
+    if (old > 0) {
+      times.splice(0, old);
+      for (const server of servers)
+        server.history.splice(0, old);
+    }
+  }
+
+  function buildTable() {
+    const head = table.tHead.rows[0];
+    if (!head.querySelector(".line"))
+      head.insertBefore(make("th", {class: "line"}, "last 10 minutes"), head.cells[3]);
+    const foot = table.tFoot.rows[0];
+    if (foot.cells.length < head.cells.length)
+      foot.insertCell(3).className = "line";
+    const svg = "http://www.w3.org/2000/svg";
+    body.replaceChildren(...servers.map((server, index) => {
+      const link = make("a", {href: `${document.body.dataset.scheme}://${server.address}/monitor`}, server.address);
+      const picture = document.createElementNS(svg, "svg");
+      picture.setAttribute("viewBox", `0 0 ${span} 100`);
+      picture.setAttribute("preserveAspectRatio", "none");
+      const path = picture.appendChild(document.createElementNS(svg, "path"));
+      const key = make("span", {class: "key"});
+      const cells = {
+        load: make("td", {class: "number", "data-label": "load"}), path, key,
+        sessions: make("td", {class: "number", "data-label": "sessions"}),
+        placed: make("td", {class: "number", "data-label": "placed"}),
+        report: make("td", {"data-label": "last report"}),
+      };
+      server.cells = cells;
+      const row = make("tr", {}, make("td", {class: "number"}, String(index + 1)), make("td", {class: "name"}, key, link), cells.load,
+                       make("td", {class: "line"}, picture), cells.sessions, cells.placed, cells.report);
+      row.onpointerenter = () => chart && !isCrowd() && chart.setSelection(chart.numRows() - 1, label(index));
+      row.onpointerleave = () => chart && chart.clearSelection();
+      cells.row = row;
+      return row;
+    }));
+    paintKeys();
+    const count = servers.length;
+    write(document.getElementById("managing"), `Managing ${count} simulation server${count > 1 ? "s" : ""}:`);
+  }
+
+  function paintKeys() {
+    servers.forEach((server, index) => {
+      server.cells.key.hidden = isCrowd();
+      server.cells.key.style.background = monitor.color(index);
+      server.cells.key.classList.toggle("dashed", Boolean(monitor.dash(index)));
+    });
+  }
+
+  function showRow(server) {
+    const {cells} = server;
+    if (known(server)) {
+      const text = `${monitor.rounded(server.load)}%`;
+      if (cells.load.textContent !== text || !cells.load.firstElementChild !== server.load < threshold)
+        cells.load.replaceChildren(server.load >= threshold ? make("span", {class: "full"}, text) : text);
+    } else {
+      write(cells.load, "N/A");
+    }
+    cells.row.classList.toggle("down", !known(server));
+    write(cells.sessions, server.sessions === undefined ? "" : String(server.sessions));
+    write(cells.placed, String(server.placed));
+    showAge(server);
+  }
+
+  function showAge(server) {
+    const text = known(server) ? monitor.age(server.age + (performance.now() - server.heard) / 1000) : server.problem ?? "waiting";
+    write(server.cells.report, text);
+  }
+
+  function showSummary() {
+    const up = servers.filter(known);
+    const mean = up.reduce((sum, server) => sum + server.load, 0) / up.length;
+    const text = up.length ? `${monitor.rounded(mean)}%` : "N/A";
+    write(document.getElementById("average"), text);
+    const sessions = up.reduce((sum, server) => sum + (server.sessions ?? 0), 0);
+    const full = up.filter(server => server.load >= threshold).length;
+    const parts = [["average load", text], ["up", `${up.length} of ${servers.length}`], ["full", String(full)],
+                   ["sessions", String(sessions)]];
+    section.querySelectorAll(".tiles b").forEach((element, index) => write(element, parts[index][1]));
+  }
+
+  const label = index => `${index + 1} ${servers[index].address}`;
+
+  function buildChart() {
+    section.hidden = false;
+    const tiles = ["average load", "servers up", "servers full", "sessions"]
+      .map(name => make("div", {}, make("span", {}, name), make("b", {})));
+    const element = make("div", {class: "chart", id: "chart"});
+    const reading = make("p", {class: "reading", id: "reading"});
+    const title = isCrowd() ? "Load of all servers, last 10 minutes" : "Load, last 10 minutes";
+    section.replaceChildren(make("div", {class: "tiles"}, ...tiles), make("h2", {}, title), element, reading);
+    if (chart)
+      monitor.charts.splice(monitor.charts.indexOf(chart), 1)[0].destroy();
+    const labels = isCrowd() ? ["average", "highest", "lowest"] : servers.map((_, index) => label(index));
+    const idle = isCrowd() ? "Blue: average. Orange: highest. Green: lowest." : "";
+    write(reading, idle);
+    chart = monitor.chart(element, labels, {
+      underlayCallback: drawThreshold,
+      highlightSeriesOpts: {strokeWidth: 3},
+      highlightSeriesBackgroundAlpha: isCrowd() ? 1 : 0.5,
+      highlightCallback: (_, x, points, row, name) => {
+        const point = points.find(each => each.name === name);
+        if (!point)
+          return;
+        const shown = isCrowd() ? name : servers[labels.indexOf(name)].address;
+        write(reading, `${monitor.clock(new Date(x))}  ${shown}: ${monitor.rounded(point.yval)}%`);
+        if (!isCrowd())
+          servers.forEach((server, index) => server.cells.row.classList.toggle("marked", labels[index] === name));
+      },
+      unhighlightCallback: () => {
+        write(reading, idle);
+        servers.forEach(server => server.cells.row.classList.remove("marked"));
+      },
+    });
+  }
+
+  function drawThreshold(context, area, graph) {
+    const y = graph.toDomYCoord(threshold);
+    if (y < area.y)
+      return;
+    context.save();
+    context.strokeStyle = getComputedStyle(document.documentElement).getPropertyValue("--bad");
+    context.setLineDash([4, 4]);
+    context.beginPath();
+    context.moveTo(area.x, y);
+    context.lineTo(area.x + area.w, y);
+    context.stroke();
+    context.restore();
+  }
+
+  // Average, highest and lowest of each moment.
+  function extremes() {
+    const columns = [[], [], []];
+    times.forEach((_, row) => {
+      const loads = servers.map(server => server.history[row]).filter(load => load !== null);
+      const isKnown = loads.length > 0;
+      columns[0].push(isKnown ? loads.reduce((sum, load) => sum + load, 0) / loads.length : null);
+      columns[1].push(isKnown ? Math.max(...loads) : null);
+      columns[2].push(isKnown ? Math.min(...loads) : null);
+    });
+    return columns;
+  }
+
+  function draw() {
+    const columns = isCrowd() ? extremes() : servers.map(server => server.history);
+    const highest = columns.reduce((most, column) => column.reduce((top, load) => Math.max(top, load ?? 0), most), 100);
+    chart.updateOptions({file: monitor.rows(times, columns), valueRange: [0, highest * 1.03]});
+    servers.forEach(drawLine);
+  }
+
+  function drawLine(server) {
+    const last = times.at(-1) ?? 0;
+    const scale = span / monitor.width(times);
+    let path = "";
+    let isOpen = false;
+    server.history.forEach((load, index) => {
+      if (load !== null) {
+        const x = Math.round(span - (last - times[index]) * scale);
+        path += `${isOpen ? "L" : "M"}${x} ${Math.round(100 - Math.min(load, 100))}`;
+        if (!isOpen)
+          path += "h1"; // a point that stands alone is seen too
+      }
+      isOpen = load !== null;
+    });
+    server.cells.path.setAttribute("d", path);
+  }
+
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", paintKeys);
+  setInterval(() => servers.forEach(showAge), 1000);
+  monitor.watch(take);
+}

@@ -1,0 +1,220 @@
+// One session, from pressing Start to the end: ask the session server for a machine, hold the lease on it, show its
+// progress, and connect to the simulator when it is ready. No DOM.
+//
+// Events (CustomEvents): those of Simulator except "closed", and
+//   notice {text}            something to tell while the session goes on
+//   problem {text}           an error that the server reported; the session may or may not end after it
+//   ended {text, failed}     the last event; `failed` when the simulation never became ready
+
+import { Simulator } from './simulator.js';
+
+const SESSION_ANSWER_MS = 30000;
+const LAST_WORD_MS = 1000;
+const SHUTDOWN_WARNING_S = 300;
+const RELAYED = ['picture', 'ready', 'mode', 'time', 'progress', 'world', 'output'];
+
+export class Session extends EventTarget {
+  #target;
+  #size;
+  #over = false;
+  #ready = false;
+  #problem = '';
+  #abort = new AbortController();
+  #lease = null;
+  #simulator = null;
+  #timers = [];
+
+  // `target` comes from parseAddress(), `size` is {width, height} of the picture in pixels.
+  constructor(target, size) {
+    super();
+    this.#target = target;
+    this.#size = size;
+  }
+
+  // Null until the simulator's address is known.
+  get simulator() { return this.#simulator; }
+
+  // Whether the simulation was started for this session, and ends with it.
+  get owned() { return this.#lease !== null; }
+
+  // The picture's size, used when connecting and told to a simulator that is already there.
+  resize(size) {
+    this.#size = size;
+    if (this.#ready)
+      this.#simulator.resize(size);
+  }
+
+  async start() {
+    if (this.#target.kind === 'simulator')
+      return this.#connect(this.#target.url);
+    try {
+      const machine = await this.#askForMachine();
+      if (!this.#over)
+        this.#takeLease(machine);
+    } catch (error) {
+      this.#end(error.message);
+    }
+  }
+
+  // Leaves at the user's wish: no "ended" event follows.
+  stop() {
+    this.#over = true;
+    this.#abort.abort();
+    this.#timers.forEach(clearTimeout);
+    this.#simulator?.close();
+    if (this.#lease !== null) {
+      this.#lease.onopen = this.#lease.onmessage = this.#lease.onclose = null;
+      this.#lease.close();
+    }
+  }
+
+  #tell(type, detail) {
+    this.dispatchEvent(new CustomEvent(type, { detail }));
+  }
+
+  #end(text) {
+    if (this.#over)
+      return;
+    this.stop();
+    this.#tell('ended', { text: this.#problem || text, failed: !this.#ready });
+  }
+
+  #after(milliseconds, action) {
+    this.#timers.push(setTimeout(action, milliseconds));
+  }
+
+  async #askForMachine() {
+    const { server, request } = this.#target;
+    this.#tell('progress', { text: 'Asking the session server for a machine', percent: null });
+    this.#after(SESSION_ANSWER_MS, () => this.#end(`The session server at ${server} does not answer.`));
+    const response = await fetch(request, { cache: 'no-store', signal: this.#abort.signal }).catch(() => {
+      throw new Error(`The session server at ${server} cannot be reached. Is it running?`);
+    });
+    const answer = (await response.text()).trim();
+    this.#timers.splice(0).forEach(clearTimeout);
+    if (!response.ok)
+      throw new Error(`The session server at ${server} answered with HTTP status ${response.status}.`);
+    if (answer.startsWith('Error:'))
+      throw new Error(sentence(answer.slice('Error:'.length)));
+    if (!/^wss?:\/\/./.test(answer))
+      throw new Error(`The session server at ${server} did not answer with the address of a machine.`);
+    return answer.replace(/\/+$/, '');
+  }
+
+  // The socket to the simulation server is the lease: the simulation lives as long as it is open.
+  #takeLease(machine) {
+    this.#tell('progress', { text: 'Connecting to the simulation server', percent: null });
+    this.#lease = openSocket(`${machine}/client`);
+    const start = JSON.stringify({ start: { url: this.#target.world, mode: 'mjpeg' } });
+    let opened = false;
+    this.#lease.onopen = () => {
+      opened = true;
+      this.#lease.send(start);
+    };
+    this.#lease.onmessage = ({ data }) => typeof data === 'string' && this.#receive(data);
+    this.#lease.onclose = ({ code }) => this.#end(leaseLoss(opened, this.#ready, code, machine));
+  }
+
+  #receive(message) {
+    const [, prefix, rest] = /^([a-zA-Z]+):\s?([^]*)/.exec(message) ?? [null, '', ''];
+    switch (prefix) {
+      case 'loading': case 'docker': return this.#load(rest.trim());
+      case 'Error': case 'error': return this.#report(rest);
+      case 'shutdownTimeout': return this.#planShutdown(Number(rest));
+      case 'queue': return this.#tell('progress', { text: `Waiting: ${Number(rest)} before you`, percent: null });
+      case 'webots': return this.#connect(rest.trim());
+    }
+  }
+
+  #load(line) {
+    if (line.startsWith('Error:'))
+      return this.#report(line.slice('Error:'.length));
+    this.#tell('progress', { text: line, percent: percentOf(line) });
+  }
+
+  #report(text) {
+    this.#problem = sentence(text);
+    this.#tell('problem', { text: this.#problem });
+  }
+
+  #planShutdown(seconds) {
+    if (!(seconds > 0) || seconds > 2 ** 31 / 1000)
+      return;
+    const left = Math.min(seconds, SHUTDOWN_WARNING_S);
+    this.#after((seconds - left) * 1000, () => this.#tell('notice', { text: shutdownWarning(left) }));
+  }
+
+  #connect(url) {
+    if (this.#simulator !== null)
+      return;
+    this.#tell('progress', { text: 'Connecting to the simulator', percent: null });
+    try {
+      this.#simulator = new Simulator(url.replace(/\/+$/, ''), this.#size);
+    } catch {
+      return this.#end(refusedSocket(url));
+    }
+    for (const type of RELAYED)
+      this.#simulator.addEventListener(type, ({ detail }) => this.#tell(type, detail));
+    this.#simulator.addEventListener('ready', () => this.#becomeReady());
+    this.#simulator.addEventListener('closed', () => this.#loseSimulator(url));
+  }
+
+  #becomeReady() {
+    // A machine that was started for this page runs at once; somebody else's simulator is left as it is.
+    if (!this.#ready && this.owned)
+      this.#simulator.play();
+    this.#ready = true;
+    this.#problem = '';
+  }
+
+  // The simulation server knows better why the simulator went: it gets a moment to say so.
+  #loseSimulator(url) {
+    const text = this.#ready ? 'The simulator has closed the connection.' : `The simulator at ${url} cannot be reached.`;
+    if (this.#lease === null)
+      return this.#end(text);
+    this.#lease.onclose = () => this.#end(text);
+    this.#after(LAST_WORD_MS, () => this.#end(text));
+  }
+}
+
+function openSocket(url) {
+  try {
+    return new WebSocket(url);
+  } catch {
+    throw new Error(refusedSocket(url));
+  }
+}
+
+const refusedSocket = (url) =>
+  `The browser refuses to connect to ${url}. A page loaded by https: can only use wss: addresses.`;
+
+function leaseLoss(opened, ready, code, machine) {
+  if (!opened)
+    return `The simulation server at ${machine} cannot be reached.`;
+  if (!ready)
+    return 'The simulation server closed the connection before the simulation was ready.';
+  return code === 1006 ? 'The connection to the simulation server was lost.' : 'The simulation server ended the session.';
+}
+
+const shutdownWarning = (seconds) =>
+  `The server will stop this simulation in ${seconds >= 120 ? `${Math.round(seconds / 60)} minutes` : `${seconds} seconds`}.`;
+
+export function sentence(text) {
+  const trimmed = text.trim();
+  return trimmed.charAt(0).toUpperCase() + trimmed.slice(1);
+}
+
+// A percentage written in the line, or an estimate from what docker compose prints; null when there is none.
+export function percentOf(line) {
+  const written = /(\d+(?:\.\d+)?)\s*%/.exec(line) ?? /:(\d+(?:\.\d+)?)$/.exec(line);
+  if (written !== null)
+    return Math.min(100, Number(written[1]));
+  if (line.startsWith('Creating network'))
+    return 20;
+  const step = /^Step (\d+)\/(\d+)/.exec(line);
+  if (step !== null)
+    return 20 + 65 * Math.min(1, Number(step[1]) / Math.max(1, Number(step[2])));
+  if (line.endsWith('done'))
+    return 85;
+  return line.startsWith('webots') ? 90 : null;
+}

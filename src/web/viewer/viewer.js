@@ -1,0 +1,187 @@
+// Joins the page's controls to the session. The state is kept on <body>:
+//   data-availability  available | full | unknown
+//   data-state         idle | starting | paused | running | fast | ended (lost after it ran) | failed (never ran)
+//   data-time          simulated time in milliseconds
+
+import { parseAddress, sessionServerOf, webToSocket } from './address.js';
+import { Availability } from './availability.js';
+import { Console } from './console.js';
+import { Picture } from './picture.js';
+import { Session } from './session.js';
+
+const LIGHT = { available: 'A machine is available', full: 'All machines are busy', unknown: 'Availability unknown' };
+const MODE = { paused: 'The simulation is paused.', running: 'The simulation is running.', fast: 'The simulation is running as fast as it can.' };
+const COMMANDS = ['play', 'pause', 'step', 'fast', 'reset', 'reload'];
+
+const page = document.body;
+const ownServer = sessionServerOf(new URL('..', location.href));
+const element = (id) => document.getElementById(id);
+
+let session = null;
+let ready = false;
+let lastMode = 'paused';
+const output = new Console(element('console'));
+const picture = new Picture(element('picture'), element('screen'), (size) => session?.resize(size));
+const availability = new Availability((value) => {
+  page.dataset.availability = value;
+  setText('light-text', LIGHT[value]);
+});
+
+// Leaves equal text alone: a screen reader would read it out again.
+function setText(id, text) {
+  if (element(id).textContent !== text)
+    element(id).textContent = text;
+}
+
+function setStatus(text, problem = false) {
+  setText('status', text);
+  element('status').classList.toggle('problem', problem);
+}
+
+function setProgress(percent) {
+  const bar = element('progress');
+  bar.hidden = percent === undefined;
+  if (Number.isFinite(percent))
+    bar.value = percent;
+  else
+    bar.removeAttribute('value');
+}
+
+function setWarning(text) {
+  setText('warning-text', text);
+  element('warning').hidden = text === '';
+}
+
+function setTime(milliseconds) {
+  page.dataset.time = milliseconds;
+  const total = Math.max(0, Math.round(milliseconds));
+  const part = (unit, count, digits) => String(Math.floor(total / unit) % count).padStart(digits, '0');
+  setText('time', `${Math.floor(total / 3600000)}:${part(60000, 60, 2)}:${part(1000, 60, 2)}.${part(1, 1000, 3)}`);
+}
+
+function setState(state) {
+  page.dataset.state = state;
+  const active = session !== null;
+  const start = element('start');
+  start.textContent = !active ? (state === 'idle' ? 'Start simulation' : 'Start again') : ready ? 'Disconnect' : 'Cancel';
+  start.classList.toggle('leave', active);
+  element('connect-to').readOnly = active;
+  for (const id of COMMANDS)
+    element(id).disabled = !ready;
+  for (const [id, pressed] of [['play', 'running'], ['pause', 'paused'], ['fast', 'fast']])
+    element(id).setAttribute('aria-pressed', String(state === pressed));
+}
+
+// The light belongs to the session server that the address names, else to the one that serves this page.
+function followAvailability() {
+  let server = ownServer;
+  try {
+    server = parseAddress(element('connect-to').value, ownServer).server ?? ownServer;
+  } catch { /* The address is not complete yet; Start tells what is wrong with it. */ }
+  availability.follow(webToSocket(server));
+}
+
+function start() {
+  const field = element('connect-to');
+  let target;
+  try {
+    target = parseAddress(field.value, ownServer);
+    field.removeAttribute('aria-invalid');
+  } catch (error) {
+    field.setAttribute('aria-invalid', 'true');
+    field.focus();
+    setState('failed');
+    return setStatus(error.message, true);
+  }
+  followAvailability();
+  lastMode = 'paused';
+  session = new Session(target, picture.size);
+  listen(session);
+  output.clear();
+  setTime(0);
+  setText('world', '');
+  setWarning('');
+  setText('no-picture', 'The picture appears when the simulation is ready.');
+  setState('starting');
+  session.start();
+}
+
+function leave(state, text) {
+  session = null;
+  ready = false;
+  picture.hide();
+  setWarning('');
+  setProgress(undefined);
+  setText('no-picture', 'No simulation is running.');
+  setState(state);
+  setStatus(text, state !== 'idle');
+}
+
+function disconnect() {
+  const owned = session.owned;
+  session.stop();
+  leave('idle', owned ? 'Disconnected. The simulation has been stopped.' : 'Disconnected.');
+}
+
+function listen(to) {
+  const on = (type, handler) => to.addEventListener(type, ({ detail }) => handler(detail));
+  on('progress', ({ text, percent }) => {
+    setStatus(percent === null || text.includes('%') ? text : `${text} (${Math.round(percent)} %)`);
+    setProgress(percent);
+  });
+  on('problem', ({ text }) => setStatus(text, true));
+  on('notice', ({ text }) => setWarning(text));
+  on('output', ({ stream, line }) => output.print(stream, line));
+  on('time', setTime);
+  on('world', (name) => setText('world', name.split('/').pop()));
+  on('picture', ({ url, viewOnly }) => picture.show(url, viewOnly ? null : (message) => to.simulator.send(message)));
+  on('mode', (mode) => {
+    lastMode = mode;
+    showMode();
+  });
+  on('ready', () => {
+    ready = true;
+    setProgress(undefined);
+    showMode();
+  });
+  on('ended', ({ text, failed }) => leave(failed ? 'failed' : 'ended', text));
+}
+
+function showMode() {
+  if (!ready)
+    return;
+  setState(lastMode);
+  setStatus(MODE[lastMode]);
+}
+
+// What the server suggests to a visitor: an address to start with, and a notice about itself.
+async function loadDefaults() {
+  const field = element('connect-to');
+  field.value = new URLSearchParams(location.search).get('url') ?? '';
+  followAvailability();
+  const defaults = await fetch('defaults.json', { cache: 'no-store' })
+    .then((response) => (response.ok ? response.json() : {}))
+    .catch(() => ({}));
+  if (field.value === '' && typeof defaults.url === 'string')
+    field.value = defaults.url;
+  if (typeof defaults.notice === 'string' && defaults.notice !== '') {
+    setText('notice', defaults.notice);
+    element('notice').hidden = false;
+  }
+  followAvailability();
+}
+
+element('connection').addEventListener('submit', (event) => {
+  event.preventDefault();
+  if (session === null)
+    start();
+  else
+    disconnect();
+});
+element('connect-to').addEventListener('change', followAvailability);
+element('clear').addEventListener('click', () => output.clear());
+element('dismiss').addEventListener('click', () => setWarning(''));
+for (const id of COMMANDS)
+  element(id).addEventListener('click', () => session?.simulator?.[id]());
+window.addEventListener('pagehide', () => session !== null && disconnect());
+loadDefaults();

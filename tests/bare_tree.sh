@@ -1,0 +1,115 @@
+#!/usr/bin/env bash
+# Proves that two commands are enough on a fresh machine: makes a bare Debian, copies the checkout into it, and there runs
+# ./server.sh start, looks at what it serves, stops it, and runs ./test.sh. Needs root, debootstrap, git, 6 GB and an hour.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+usage="Usage: tests/bare_tree.sh [--quick] [--suite NAME] [--in FOLDER]
+  --quick       ./test.sh --quick: the release only
+  --suite NAME  which Debian; bookworm (12) unless given
+  --in FOLDER   where to make it: a new folder, removed at the end; /var/tmp/bare_tree.XXXXXX unless given"
+
+folder=
+
+# The parts of the environment that the network may need.
+proxies=()
+for name in http_proxy https_proxy no_proxy; do
+    [[ -z ${!name-} ]] || proxies+=("$name=${!name}")
+done
+
+main()
+{
+    local suite=bookworm options=()
+    while [[ $# -gt 0 ]]; do
+        case $1 in
+            --quick) options+=("$1") && shift ;;
+            --suite) suite=${2:?"$usage"} && shift 2 ;;
+            --in) folder=${2:?"$usage"} && shift 2 ;;
+            --inside)
+                inside "${@:2}"
+                exit
+                ;;
+            *) fail "$usage" ;;
+        esac
+    done
+    [[ $(id -u) -eq 0 ]] || fail "Making a bare Debian needs root."
+    for program in debootstrap git unshare; do
+        command -v "$program" >/dev/null || fail "$program is not installed."
+    done
+    folder=${folder:-$(mktemp -d /var/tmp/bare_tree.XXXXXX)}
+    trap 'rm -rf --one-file-system "$folder"' EXIT
+
+    step "A bare Debian: $suite"
+    debootstrap --variant=minbase "$suite" "$folder" "$(mirror)" >"$folder.log" 2>&1 || { tail "$folder.log" && exit 1; }
+    rm "$folder.log"
+    cp --dereference /etc/resolv.conf /etc/hosts "$folder/etc/"
+    mkdir "$folder/srv/checkout"
+    git ls-files -z --cached --others --exclude-standard | tar -c --null -T - | tar -x -C "$folder/srv/checkout"
+    # Mounts and processes live in namespaces of their own, which end with this command, however it ends.
+    unshare --mount --pid --fork --kill-child "$PWD/tests/bare_tree.sh" --inside "$folder" "${options[@]}"
+}
+
+# In the namespaces: the proof itself.
+inside()
+{
+    folder=$1 # the tree
+    mount -t proc proc "$folder/proc"
+    mount --rbind /dev "$folder/dev"
+
+    step "./server.sh start"
+    in_tree ./server.sh start | tee "$folder/start.log"
+    grep -qx 'Open http://localhost:1999/viewer/' "$folder/start.log" || fail "It did not print the address to open."
+    expect /viewer/ '<html'
+    expect /monitor 'localhost:2000'
+    expect /session 'ws://localhost:2000'
+
+    step "./server.sh start, again"
+    in_tree ./server.sh start | tee "$folder/start.log"
+    [[ $(grep -c 'is already running' "$folder/start.log") -eq 2 ]] || fail "It did not say that both are running."
+
+    step "./server.sh stop"
+    in_tree ./server.sh stop | tee "$folder/stop.log"
+    [[ $(grep -c '^Stopped ' "$folder/stop.log") -eq 2 ]] || fail "It did not stop both."
+
+    step "./test.sh ${*:2}"
+    in_tree ./test.sh "${@:2}"
+    step "Two commands were enough"
+}
+
+in_tree()
+{
+    chroot "$folder" env -i -C /srv/checkout HOME=/root PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin \
+        CI=true "${proxies[@]}" "$@" </dev/null
+}
+
+# expect PATH TEXT: the session server answers with it.
+expect()
+{
+    local answer
+    exec 3<>/dev/tcp/localhost/1999
+    printf 'GET %s HTTP/1.1\r\nHost: localhost:1999\r\nConnection: close\r\n\r\n' "$1" >&3
+    answer=$(tr -d '\0' <&3)
+    exec 3>&-
+    [[ $answer == "HTTP/1.1 200"*"$2"* ]] || fail "$1: expected $2, found: ${answer:0:500}"
+    echo "$1: good"
+}
+
+# The package server that this machine itself uses.
+mirror()
+{
+    # shellcheck disable=SC2016 # apt's own placeholder
+    apt-get indextargets 'Identifier: Packages' 'Label: Debian' --format '$(REPO_URI)' | sed -n 1p
+}
+
+step()
+{
+    printf '\n=== %(%H:%M:%S)T %s\n' -1 "$1"
+}
+
+fail()
+{
+    echo "$*" >&2
+    exit 1
+}
+
+main "$@"

@@ -1,0 +1,260 @@
+#!/usr/bin/python3
+"""How long a project takes from the request to a directory that is ready, beside git itself and the floors of the machine.
+
+    WEBOTS_CLOUD_BIN=build/release/bin tests/bench/git_fetch/git_fetch_bench.py [--runs N] [--repositories FOLDER] [--quick]
+
+Everything is measured in one run, interleaved, against real git servers on the loopback; a table of medians is printed in
+Markdown. FOLDER keeps the repositories for the next run.
+"""
+
+import argparse
+import json
+import os
+import queue
+import shutil
+import socket
+import statistics
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path.insert(0, os.path.join(HERE, "..", "..", "support"))
+sys.path.insert(0, HERE)
+from git_probe import Probe
+from git_server import GitServer
+from repositories import WANTED, make_all
+
+COPIES = 32
+
+
+class Bench:
+    def __init__(self, repositories, runs):
+        self.repositories = repositories
+        self.runs = runs
+        self.folder = tempfile.mkdtemp(prefix="webots_cloud_bench_")
+        self.instances = os.path.join(self.folder, "instances")
+        os.mkdir(self.instances)
+        self.server = GitServer()
+        self.server.start()
+        for name in WANTED:
+            path = os.path.join(repositories, name + ".git")
+            self.server.link_repository("bench", name, path)
+            for copy in range(COPIES):
+                self.server.link_repository(f"bench{copy}", name, path)
+        self.environment = dict(os.environ, HOME=self.server.folder, GIT_CONFIG_NOSYSTEM="1")
+
+    def close(self):
+        self.server.close()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def world(self, name, owner="bench"):
+        folder = WANTED[name] + "/" if WANTED[name] else ""
+        return f"{owner}/{name}/blob/main/{folder}worlds/demo.wbt"
+
+    def timed(self, command):
+        """Milliseconds of a shell command in an empty folder."""
+        place = tempfile.mkdtemp(dir=self.folder)
+        start = time.monotonic()
+        subprocess.run(command, shell=True, cwd=place, check=True, env=self.environment, stdout=subprocess.DEVNULL,
+                       stderr=subprocess.DEVNULL)
+        took = (time.monotonic() - start) * 1000
+        shutil.rmtree(place)
+        return took
+
+    def sent(self, action):
+        """What `action` returns, megabytes that the server sent for it, and how often it was asked."""
+        before = len(self.server.requests())
+        result = action()
+        requests = self.server.requests()[before:]
+        return result, sum(request[3] for request in requests) / 1e6, len(requests)
+
+    def clone(self, name, options=""):
+        sparse = f"&& git sparse-checkout set {WANTED[name]} " if WANTED[name] else ""
+        return (f"git clone --depth=1 {options} --no-checkout --branch main {self.server.url}/bench/{name}.git p && cd p "
+                f"{sparse}&& git checkout main")
+
+    def cold(self, name, *options):
+        probe = Probe(self.server.url, self.folder)
+        answer = probe.fetch(self.world(name), "--discard", *options)
+        probe.close()
+        return answer["ms"]
+
+    def one_repository(self, name):
+        """Rows of medians: milliseconds, megabytes, requests."""
+        bare = os.path.join(self.repositories, name + ".git")
+        copy = tempfile.mkdtemp(dir=self.folder)
+        subprocess.run(f"git -C {bare} archive main {WANTED[name]} | tar x -C {copy}", shell=True, check=True, env=self.environment)
+        warm = Probe(self.server.url, self.folder)
+        warm.fetch(self.world(name))
+
+        def again(*options):
+            # The second of a process: servers run for weeks.
+            return warm.fetch_all([self.world(name)] * 2, "--discard", *options)[1]["ms"]
+
+        mounted = ("--instances", self.instances)
+        actions = {
+            "git clone --depth=1, sparse checkout": lambda: self.timed(self.clone(name)),
+            "the same with --filter=blob:none": lambda: self.timed(self.clone(name, "--filter=blob:none")),
+            "**ours, cold**, copying": lambda: self.cold(name),
+            "**ours, cold**, overlay": lambda: self.cold(name, *mounted),
+            "git ls-remote": lambda: self.timed(f"git ls-remote {self.server.url}/bench/{name}.git refs/heads/main"),
+            "floor: git archive, tar": lambda: self.timed(f"git -C {bare} archive main {WANTED[name]} | tar x"),
+            "floor: cp -r": lambda: self.timed(f"cp -r {copy}/. ."),
+            "**ours, warm**, copying": lambda: again(),
+            "**ours, warm**, overlay": lambda: again(*mounted)}
+        samples = {row: [] for row in actions}
+        for _ in range(self.runs):
+            for row, action in actions.items():
+                samples[row].append(self.sent(action))
+        if "overlay" not in warm.log:
+            print("This machine allows no overlay mounts: the last row is another way.", file=sys.stderr)
+        warm.close()
+        shutil.rmtree(copy)
+        return {row: tuple(statistics.median(column) for column in zip(*values)) for row, values in samples.items()}
+
+    def crowd(self, name):
+        """32 starts at once of one project, and of 32: milliseconds until the last is ready, longest pause, requests."""
+        probe = Probe(self.server.url, self.folder)
+        options = ("--together", "--discard", "--instances", self.instances)
+        same, _, requests = self.sent(lambda: probe.fetch_all([self.world(name)] * COPIES, *options))
+        pause = probe.longest_pause_ms
+        probe.close()
+        probe = Probe(self.server.url, self.folder)
+        idle = self.idle_process(3_000)
+        different = probe.fetch_all([self.world(name, f"bench{copy}") for copy in range(COPIES)], *options)
+        pause = max(pause, probe.longest_pause_ms)
+        probe.close()
+        last = lambda answers: max(answer["ms"] for answer in answers)
+        return last(same), requests, last(different), pause, self.pause_of(idle)
+
+    def idle_process(self, milliseconds):
+        """A process that does nothing but beat: its pauses are those of the machine."""
+        watcher = Probe(self.server.url, self.folder)
+        command, _ = watcher.command([], "--idle", str(milliseconds))
+        return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+
+    @staticmethod
+    def pause_of(process):
+        return json.loads(process.communicate()[0].splitlines()[-1])["longest_pause_ms"]
+
+    def two_at_a_time(self, name):
+        """Milliseconds that git needs for 32 partial or plain clones, whichever is faster, with two at a time."""
+        def run(options):
+            commands = [self.clone(name, options)] * COPIES
+            lock = threading.Lock()
+
+            def work():
+                while True:
+                    with lock:
+                        if not commands:
+                            return
+                        command = commands.pop()
+                    self.timed(command)
+
+            start = time.monotonic()
+            threads = [threading.Thread(target=work) for _ in range(2)]
+            for thread in threads:
+                thread.start()
+            for thread in threads:
+                thread.join()
+            return (time.monotonic() - start) * 1000
+        return run("--filter=blob:none" if WANTED[name] else "")
+
+    def distant(self, name, latency=0.05):
+        """Milliseconds cold and warm through a proxy that adds `latency` to each round trip."""
+        with DelayingProxy(self.server.port, latency) as proxy:
+            probe = Probe(f"http://127.0.0.1:{proxy.port}", self.folder)
+            cold = probe.fetch(self.world(name), "--discard")["ms"]
+            warm = probe.fetch_all([self.world(name)] * 2, "--discard")[1]["ms"]
+            probe.close()
+        return cold, warm
+
+
+class DelayingProxy:
+    """Passes TCP connections on, each byte half of `latency` later in either direction."""
+
+    def __init__(self, target, latency):
+        self._target = target
+        self._delay = latency / 2
+        self._listener = socket.create_server(("127.0.0.1", 0))
+        self.port = self._listener.getsockname()[1]
+
+    def __enter__(self):
+        threading.Thread(target=self._accept, daemon=True).start()
+        return self
+
+    def __exit__(self, *_):
+        self._listener.close()
+
+    def _accept(self):
+        while True:
+            try:
+                near, _ = self._listener.accept()
+            except OSError:
+                return
+            far = socket.create_connection(("127.0.0.1", self._target))
+            for one, other in ((near, far), (far, near)):
+                one.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+                threading.Thread(target=self._pass_on, args=(one, other), daemon=True).start()
+
+    def _pass_on(self, source, target):
+        waiting = queue.SimpleQueue()
+
+        def deliver():
+            while True:
+                due, data = waiting.get()
+                time.sleep(max(0, due - time.monotonic()))
+                try:
+                    if not data:
+                        target.shutdown(socket.SHUT_WR)
+                        return
+                    target.sendall(data)
+                except OSError:
+                    return
+
+        threading.Thread(target=deliver, daemon=True).start()
+        data = True
+        while data:
+            try:
+                data = source.recv(1 << 18)
+            except OSError:
+                data = b""
+            waiting.put((time.monotonic() + self._delay, data))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--runs", type=int, default=5)
+    parser.add_argument("--repositories", default="")
+    parser.add_argument("--quick", action="store_true", help="without the crowds")
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory(prefix="webots_cloud_bench_repositories_") as temporary:
+        repositories = options.repositories or temporary
+        make_all(repositories)
+        bench = Bench(repositories, options.runs)
+        try:
+            tables = {name: bench.one_repository(name) for name in WANTED}
+            print("| milliseconds, megabytes received, requests |" + "".join(f" {name} |" for name in tables))
+            print("|---|" + "---|" * len(tables))
+            for row in tables["tiny"]:
+                cells = (tables[name][row] for name in tables)
+                print(f"| {row} |" + "".join(f" {ms:.0f} ms, {mb:.2f} MB, {count:.0f} |" for ms, mb, count in cells))
+            for row, index in (("ours, cold, 50 ms away", 0), ("ours, warm, 50 ms away", 1)):
+                print(f"| {row} |" + "".join(f" {bench.distant(name)[index]:.0f} ms |" for name in tables))
+            if not options.quick:
+                crowds = {name: (*bench.crowd(name), bench.two_at_a_time(name)) for name in tables}
+                for row, cell in ((f"{COPIES} starts of one project, the last is ready", lambda c: f"{c[0]:.0f} ms, {c[1]} requests"),
+                                  (f"{COPIES} different projects, the last is ready", lambda c: f"{c[2]:.0f} ms"),
+                                  (f"git clone, {COPIES} different, two at a time", lambda c: f"{c[5]:.0f} ms"),
+                                  ("longest pause of the event loop meanwhile", lambda c: f"{c[3]:.1f} ms"),
+                                  ("longest pause of an idle process meanwhile", lambda c: f"{c[4]:.1f} ms")):
+                    print(f"| {row} |" + "".join(f" {cell(crowds[name])} |" for name in tables))
+        finally:
+            bench.close()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,293 @@
+#include "campus.hpp"
+
+#include "randomness.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <optional>
+
+namespace simulation {
+
+using namespace webots_cloud;
+
+namespace {
+
+constexpr double travel = 1;         // s until a browser arrives at its machine
+constexpr double visible_after = 20; // s until its load shows
+constexpr double report_every = 5;   // s
+constexpr double noise = 2;          // percent, of one sample, either way
+constexpr std::size_t samples = 5;
+constexpr double class_window = 30; // s
+
+TimePoint at(double time)
+{
+    return TimePoint(std::chrono::duration_cast<Duration>(std::chrono::duration<double>(3600 + time)));
+}
+
+struct Session
+{
+    double load; ///< Percent of its machine.
+    double arrives;
+    double visible;
+    double ends;
+};
+
+struct MachineState
+{
+    double percent_per_cost = 0;
+    int seats = 0;
+    double base = 0;
+    double phase = 0;
+    double changes_at = 0; ///< When it dies, or is back.
+    bool alive = true;
+    std::vector<Session> sessions;
+    std::array<double, samples> recent{};
+
+    double wanted() const
+    {
+        return std::accumulate(sessions.begin(), sessions.end(), base,
+                               [](double sum, Session const& session) { return sum + session.load; });
+    }
+    double visible(double now) const
+    {
+        return std::accumulate(sessions.begin(), sessions.end(), base,
+                               [now](double sum, Session const& session) {
+                                   return sum + (session.visible <= now ? session.load : 0);
+                               });
+    }
+};
+
+class Day
+{
+public:
+    Day(Campus const& campus, std::uint64_t seed)
+        : campus_(campus), random_(seed), machines_(campus.seats.size())
+    {
+        std::vector<ServerSpec> specs;
+        for (std::size_t machine = 0; machine != machines_.size(); ++machine) {
+            specs.emplace_back(std::to_string(machine));
+            machines_[machine].seats = campus.seats[machine];
+            machines_[machine].percent_per_cost = campus.seat_load * 8 / campus.seats[machine];
+            machines_[machine].base = random_.uniform(0, 10);
+            machines_[machine].phase = std::floor(random_.uniform(0, report_every));
+            machines_[machine].changes_at =
+                campus.mean_life > 0 ? random_.exponential(campus.mean_life) : 1e18;
+        }
+        for (std::size_t server = 0; server != campus.session_servers; ++server) {
+            SchedulerParams params = campus.params;
+            params.policy = campus.policy;
+            params.custom = campus.custom;
+            params.seed = seed * 1000 + server;
+            schedulers_.emplace_back(params).set_servers(specs);
+        }
+    }
+
+    CampusFigures run()
+    {
+        double const total = std::accumulate(campus_.seats.begin(), campus_.seats.end(), 0.0);
+        users_per_second_ = campus_.utilisation * total / campus_.duration;
+        // Who never arrives takes no seat: clicks come so much more often that those who do fill the same
+        // part.
+        users_per_second_ /= 1 - campus_.no_show;
+        for (double now = -2 * report_every; now < campus_.warm_up + campus_.length; ++now) {
+            live(now);
+            report(now);
+            if (now >= 0)
+                click(now);
+            if (now >= campus_.warm_up)
+                measure();
+        }
+        return figures();
+    }
+
+private:
+    void live(double now)
+    {
+        for (MachineState& machine : machines_) {
+            std::erase_if(machine.sessions, [now](Session const& session) { return session.ends <= now; });
+            if (machine.changes_at <= now) {
+                machine.alive = !machine.alive;
+                machine.changes_at =
+                    now + (machine.alive ? random_.exponential(campus_.mean_life) : campus_.repair);
+                clicks_again_ += machine.sessions.size();
+                machine.sessions.clear();
+                machine.recent.fill(machine.base);
+            }
+            std::shift_right(machine.recent.begin(), machine.recent.end(), 1);
+            double const sample = machine.visible(now) + random_.uniform(-noise, noise);
+            machine.recent.front() = std::clamp(sample, 0.0, 100.0);
+        }
+    }
+
+    void report(double now)
+    {
+        for (std::size_t number = 0; number != machines_.size(); ++number) {
+            MachineState const& machine = machines_[number];
+            if (std::fmod(now + 100 * report_every, report_every) != machine.phase)
+                continue;
+            for (Scheduler& scheduler : schedulers_) {
+                if (machine.alive)
+                    scheduler.report(std::to_string(number), look_at(machine, now), at(now));
+                else
+                    scheduler.lost(std::to_string(number), at(now));
+            }
+        }
+    }
+
+    LoadReport look_at(MachineState const& machine, double now) const
+    {
+        LoadReport report(std::accumulate(machine.recent.begin(), machine.recent.end(), 0.0) / samples);
+        if (campus_.peers == Peers::bare)
+            return report;
+        auto const counts = [&](auto moment) {
+            return static_cast<int>(
+                std::ranges::count_if(machine.sessions, [=](Session const& s) { return s.*moment <= now; }));
+        };
+        report.sessions = counts(&Session::arrives);
+        report.starting = *report.sessions - counts(&Session::visible);
+        if (campus_.peers == Peers::seated)
+            report.capacity = machine.seats;
+        return report;
+    }
+
+    void click(double now)
+    {
+        std::size_t users = std::exchange(clicks_again_, 0);
+        users += poisson(users_per_second_ * (1 - campus_.in_classes));
+        if (random_.chance(users_per_second_ * campus_.in_classes / campus_.class_size))
+            class_ends_.push_back(now + class_window);
+        std::erase_if(class_ends_, [now](double end) { return end <= now; });
+        for (std::size_t room = 0; room != class_ends_.size(); ++room)
+            users += poisson(campus_.class_size / class_window);
+        for (std::size_t user = 0; user != users; ++user)
+            seat_user(now + static_cast<double>(user) / static_cast<double>(users));
+    }
+
+    std::size_t poisson(double mean)
+    {
+        std::size_t count = 0;
+        for (double time = random_.exponential(1); time < mean; time += random_.exponential(1))
+            ++count;
+        return count;
+    }
+
+    void seat_user(double now)
+    {
+        double const sigma = campus_.cost_spread;
+        double const cost = std::exp(sigma * random_.normal() - sigma * sigma / 2); // mean 1
+        bool const comes = !random_.chance(campus_.no_show);
+        double const stays = random_.exponential(campus_.duration);
+        bool const measured = now >= campus_.warm_up;
+        users_ += measured;
+        std::optional<std::size_t> const choice =
+            campus_.knowledge == Knowledge::reports ? ask(now) : divine(cost);
+        if (!choice) {
+            refused_ += measured;
+        } else if (!machines_[*choice].alive) {
+            stranded_ += measured;
+        } else if (comes) {
+            MachineState& machine = machines_[*choice];
+            machine.sessions.push_back({cost * machine.percent_per_cost, now + travel, now + visible_after,
+                                        now + visible_after + stays});
+        }
+    }
+
+    std::optional<std::size_t> ask(double now)
+    {
+        auto const server =
+            static_cast<std::size_t>(random_.uniform() * static_cast<double>(schedulers_.size()));
+        auto const placement = schedulers_[server].place(at(now));
+        if (!placement)
+            return std::nullopt;
+        return std::stoul(std::string(placement->address));
+    }
+
+    std::optional<std::size_t> divine(double cost) const
+    {
+        double const assumed = campus_.knowledge == Knowledge::everything ? cost : 1;
+        std::optional<std::size_t> best;
+        double least = 1e18;
+        for (std::size_t number = 0; number != machines_.size(); ++number) {
+            MachineState const& machine = machines_[number];
+            double const wanted = machine.wanted();
+            double const after = wanted + assumed * machine.percent_per_cost;
+            if (machine.alive && wanted < campus_.params.threshold && after < least) {
+                least = after;
+                best = number;
+            }
+        }
+        return best;
+    }
+
+    void measure()
+    {
+        double sum = 0;
+        double squares = 0;
+        for (MachineState const& machine : machines_) {
+            double const wanted = machine.wanted();
+            auto const here = static_cast<double>(machine.sessions.size());
+            user_seconds_ += here;
+            crammed_seconds_ += wanted > 100 ? here : 0;
+            slow_seconds_ += here * std::max(1.0, wanted / 100);
+            sum += wanted;
+            squares += wanted * wanted;
+        }
+        auto const count = static_cast<double>(machines_.size());
+        spread_ += std::sqrt(std::max(0.0, squares / count - sum / count * sum / count));
+        ++moments_;
+    }
+
+    CampusFigures figures() const
+    {
+        CampusFigures figures;
+        figures.crammed = 100 * crammed_seconds_ / user_seconds_;
+        figures.slowdown = slow_seconds_ / user_seconds_;
+        figures.refused = 100 * refused_ / users_;
+        figures.stranded = 100 * stranded_ / users_;
+        figures.unevenness = spread_ / moments_;
+        return figures;
+    }
+
+    Campus const& campus_;
+    Randomness random_;
+    std::vector<MachineState> machines_;
+    std::vector<Scheduler> schedulers_;
+    double users_per_second_ = 0;
+    std::size_t clicks_again_ = 0; ///< Users of a machine that died.
+    std::vector<double> class_ends_;
+
+    double users_ = 0;
+    double refused_ = 0;
+    double stranded_ = 0;
+    double user_seconds_ = 0;
+    double crammed_seconds_ = 0;
+    double slow_seconds_ = 0;
+    double spread_ = 0;
+    double moments_ = 0;
+};
+
+} // namespace
+
+CampusFigures simulate_campus(Campus const& campus, std::uint64_t seed)
+{
+    return Day(campus, seed).run();
+}
+
+CampusFigures average_campus(Campus const& campus, std::uint64_t seeds)
+{
+    CampusFigures mean;
+    auto const count = static_cast<double>(seeds);
+    for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+        CampusFigures const day = simulate_campus(campus, seed);
+        mean.crammed += day.crammed / count;
+        mean.slowdown += day.slowdown / count;
+        mean.refused += day.refused / count;
+        mean.stranded += day.stranded / count;
+        mean.unevenness += day.unevenness / count;
+    }
+    return mean;
+}
+
+} // namespace simulation

@@ -1,0 +1,66 @@
+// A day of everything at once: unequal machines, unequal worlds, classes, no-shows, deaths, several session
+// servers.
+#pragma once
+
+#include <webots_cloud/scheduler.hpp>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace simulation {
+
+/// What a machine says of itself.
+enum class Peers
+{
+    bare,    ///< A number.
+    counted, ///< A number, `sessions` and `starting`.
+    seated   ///< These and `capacity`.
+};
+
+/// Who places: the real Scheduler, or somebody who knows what no scheduler can.
+enum class Knowledge
+{
+    reports,     ///< The Scheduler.
+    every_queue, ///< Every machine's load as it will be, at once; of the new session only the average cost.
+    everything   ///< That, and the cost of the new session: the oracle.
+};
+
+struct Campus
+{
+    Campus() = default;
+
+    std::vector<int> seats = {4, 4, 4, 4, 8, 8, 8, 8, 16, 16, 16, 16, 32, 32, 32, 32, 64, 64, 64, 64};
+    double seat_load =
+        12; ///< Percent of an 8-seat machine that an average session takes; others in proportion.
+    double cost_spread = 0.998; ///< Log-normal sigma: 95 of 100 sessions lie within a factor of 50.
+    double duration = 600;      ///< s, exponential mean.
+    double utilisation = 0.7;   ///< Of all seats, on average.
+    double in_classes = 0.5;    ///< The part of users that comes in classes.
+    int class_size = 30;        ///< Who click within 30 s.
+    double no_show = 0;         ///< The part of placements that never arrive.
+    double mean_life = 0;       ///< s until a machine dies; 0: none does. It is back, empty, after `repair`.
+    double repair = 300;        ///< s.
+    std::size_t session_servers = 1;
+    Peers peers = Peers::counted;
+    Knowledge knowledge = Knowledge::reports;
+    std::string policy = "least_committed";
+    webots_cloud::SchedulingPolicy custom;
+    webots_cloud::SchedulerParams params; ///< `policy`, `custom` and `seed` are set from this struct.
+    double warm_up = 1800;                ///< s, not measured.
+    double length = 7200;                 ///< s, measured.
+};
+
+/// Percentages of users, and of users' time.
+struct CampusFigures
+{
+    double crammed = 0;    ///< Of users' time: on a machine whose sessions want more than all of it.
+    double slowdown = 0;   ///< Mean over users' time: how much more than all of it they want; 1 is none.
+    double refused = 0;    ///< Of users: told that no server is available.
+    double stranded = 0;   ///< Of users: sent to a machine that was dead already.
+    double unevenness = 0; ///< Percent: standard deviation of the load over machines, mean over time.
+};
+CampusFigures simulate_campus(Campus const& campus, std::uint64_t seed);
+CampusFigures average_campus(Campus const& campus, std::uint64_t seeds);
+
+} // namespace simulation

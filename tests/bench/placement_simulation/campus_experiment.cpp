@@ -1,0 +1,87 @@
+#include "campus.hpp"
+#include "chart.hpp"
+#include "experiments.hpp"
+#include "table.hpp"
+
+#include <fstream>
+
+namespace simulation {
+
+namespace {
+
+constexpr std::uint64_t seeds = 20;
+
+struct Scenario
+{
+    std::string name;
+    Campus campus;
+};
+
+std::vector<Scenario> scenarios()
+{
+    std::vector<Scenario> all(4);
+    all[0].name = "unequal";
+    all[1].name = "no-shows";
+    all[1].campus.no_show = 0.3;
+    all[2].name = "deaths";
+    all[2].campus.mean_life = 3600;
+    all[3].name = "five session servers";
+    all[3].campus.session_servers = 5;
+    return all;
+}
+
+struct Contestant
+{
+    std::string name;
+    Knowledge knowledge = Knowledge::reports;
+    std::string policy = "least_committed";
+    Peers peers = Peers::counted;
+};
+
+std::vector<Contestant> contestants()
+{
+    return {{"oracle", Knowledge::everything},
+            {"oracle without costs", Knowledge::every_queue},
+            {"least_committed, with capacity", Knowledge::reports, "least_committed", Peers::seated},
+            {"least_committed", Knowledge::reports},
+            {"least_committed, bare numbers", Knowledge::reports, "least_committed", Peers::bare},
+            {"power_of_two", Knowledge::reports, "power_of_two"},
+            {"random", Knowledge::reports, "random"},
+            {"least_reported", Knowledge::reports, "least_reported"}};
+}
+
+} // namespace
+
+void campus(Output& output)
+{
+    Chart chart;
+    chart.title = "Unequal worlds and machines: users' time on an over-full machine";
+    chart.y_label = "percent of users' time";
+    for (Contestant const& contestant : contestants())
+        if (contestant.peers == Peers::counted)
+            chart.series.push_back({contestant.name, {}});
+    for (Scenario const& scenario : scenarios()) {
+        output.tables << "\nCampus, " << scenario.name << ", seeds 1 to " << seeds << ":\n\n";
+        print_heading(output.tables,
+                      {"", "time crammed %", "slowdown", "refused %", "stranded %", "unevenness %"});
+        chart.categories.push_back(scenario.name);
+        std::size_t drawn = 0;
+        for (Contestant const& contestant : contestants()) {
+            Campus campus = scenario.campus;
+            campus.knowledge = contestant.knowledge;
+            campus.policy = contestant.policy;
+            campus.peers = contestant.peers;
+            CampusFigures const figures = average_campus(campus, seeds);
+            print_row(output.tables, {contestant.name, decimals(figures.crammed, 1),
+                                      decimals(figures.slowdown, 3), decimals(figures.refused, 1),
+                                      decimals(figures.stranded, 1), decimals(figures.unevenness, 1)});
+            output.tables.flush();
+            if (contestant.peers == Peers::counted)
+                chart.series[drawn++].values.push_back(figures.crammed);
+        }
+    }
+    if (output.images)
+        std::ofstream(*output.images / "campus.svg") << to_svg(chart);
+}
+
+} // namespace simulation

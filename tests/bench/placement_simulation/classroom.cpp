@@ -1,0 +1,139 @@
+#include "classroom.hpp"
+
+#include "randomness.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace simulation {
+
+using namespace webots_cloud;
+
+namespace {
+
+TimePoint at(double time)
+{
+    // The class begins an hour after the clock did, so that moments before it are no special case.
+    return TimePoint(std::chrono::duration_cast<Duration>(std::chrono::duration<double>(3600 + time)));
+}
+
+struct MachineState
+{
+    double base = 0;
+    double next_report = 0;
+    std::vector<double> placed;
+};
+
+class Lesson
+{
+public:
+    Lesson(Classroom const& room, std::uint64_t seed) : room_(room), random_(seed), machines_(room.machines)
+    {
+        std::vector<ServerSpec> specs;
+        for (std::size_t machine = 0; machine != room.machines; ++machine) {
+            specs.emplace_back(std::to_string(machine));
+            machines_[machine].base = random_.uniform(0, room.most_base_load);
+            machines_[machine].next_report = random_.uniform(-2 * room.report_every, -room.report_every);
+        }
+        for (std::size_t server = 0; server != room.session_servers; ++server) {
+            SchedulerParams params;
+            params.policy = room.policy;
+            params.custom = room.custom;
+            params.threshold = room.threshold;
+            params.session_cost = room.assumed_cost;
+            params.seed = seed * 1000 + server;
+            schedulers_.emplace_back(params).set_servers(specs);
+        }
+    }
+
+    Seating run()
+    {
+        std::vector<double> clicks;
+        for (int student = 0; student != room_.students; ++student)
+            clicks.push_back(random_.uniform(0, room_.minute));
+        std::ranges::sort(clicks);
+        Seating seating;
+        for (double const click : clicks) {
+            report_until(click);
+            auto const server =
+                static_cast<std::size_t>(random_.uniform() * static_cast<double>(schedulers_.size()));
+            auto const placement = schedulers_[server].place(at(click));
+            if (placement)
+                machines_[std::stoul(std::string(placement->address))].placed.push_back(click);
+            else
+                ++seating.refused;
+        }
+        for (MachineState const& machine : machines_)
+            seating.per_machine.push_back(static_cast<int>(machine.placed.size()));
+        return seating;
+    }
+
+private:
+    void report_until(double now)
+    {
+        for (;;) {
+            auto const next = std::ranges::min_element(machines_, {}, &MachineState::next_report);
+            if (next->next_report > now)
+                return;
+            auto const name = std::to_string(next - machines_.begin());
+            LoadReport const report = look_at(*next, next->next_report);
+            for (Scheduler& scheduler : schedulers_)
+                scheduler.report(name, report, at(next->next_report));
+            next->next_report += room_.report_every;
+        }
+    }
+
+    int placed_before(MachineState const& machine, double moment) const
+    {
+        return static_cast<int>(
+            std::ranges::count_if(machine.placed, [=](double when) { return when <= moment; }));
+    }
+
+    LoadReport look_at(MachineState const& machine, double now)
+    {
+        double sum = 0;
+        for (int sample = 0; sample != room_.samples; ++sample) {
+            int const running = placed_before(machine, now - sample - room_.visible_after);
+            double const noise = random_.uniform(-room_.noise, room_.noise);
+            sum += std::clamp(machine.base + room_.session_load * running + noise, 0.0, 100.0);
+        }
+        LoadReport report(sum / room_.samples);
+        if (room_.counted) {
+            report.sessions = placed_before(machine, now - room_.travel);
+            report.starting = *report.sessions - placed_before(machine, now - room_.visible_after);
+        }
+        return report;
+    }
+
+    Classroom const& room_;
+    Randomness random_;
+    std::vector<MachineState> machines_;
+    std::vector<Scheduler> schedulers_;
+};
+
+} // namespace
+
+Seating seat(Classroom const& room, std::uint64_t seed)
+{
+    return Lesson(room, seed).run();
+}
+
+ClassroomFigures average_classroom(Classroom const& room, std::uint64_t seeds)
+{
+    ClassroomFigures figures;
+    for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+        Seating const seating = seat(room, seed);
+        figures.worst += *std::ranges::max_element(seating.per_machine);
+        for (int const sessions : seating.per_machine)
+            figures.crammed += sessions > room.seats ? sessions : 0;
+        figures.refused += seating.refused;
+    }
+    auto const count = static_cast<double>(seeds);
+    figures.worst /= count;
+    figures.crammed /= count;
+    figures.refused /= count;
+    return figures;
+}
+
+} // namespace simulation

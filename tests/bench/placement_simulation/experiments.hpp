@@ -1,0 +1,21 @@
+// The experiments of docs/scheduling.md: each prints its tables as Markdown and may draw one chart.
+#pragma once
+
+#include <filesystem>
+#include <iosfwd>
+#include <optional>
+
+namespace simulation {
+
+struct Output
+{
+    std::ostream& tables;
+    std::optional<std::filesystem::path> images; ///< A folder that exists.
+};
+
+void theory(Output& output);
+void stale_reports(Output& output);
+void classroom(Output& output);
+void campus(Output& output);
+
+} // namespace simulation

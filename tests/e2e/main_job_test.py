@@ -1,0 +1,75 @@
+#!/usr/bin/python3
+"""The main job from end to end: a real git server, the real servers, the demo simulator and a real browser."""
+
+import os
+import sys
+import time
+import unittest
+
+sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
+from support.browser import open_browser, screenshot  # noqa: E402
+from support.git_server import GitServer  # noqa: E402
+from support.projects import demo_project  # noqa: E402
+from support.servers import SessionServer, SimulationServer, main, port_is_free, wait_until  # noqa: E402
+
+
+def picture(browser):
+    """The pixels of the stream as the page shows them now; empty before the first frame."""
+    image = browser.find_element("id", "picture")
+    return image.screenshot_as_png if int(image.get_property("naturalWidth") or 0) > 0 else b""
+
+
+class MainJob(unittest.TestCase):
+    def setUp(self):
+        self.git = self.enterContext(GitServer())
+        self.git.add_repository("school", "class", {
+            **demo_project("robots", "projects/robots"), **demo_project("corridor", "projects/corridor"),
+            "README.md": "# Our class\n",
+        }, branches={"team/blue": demo_project("corridor")}, tags={"v1.0": demo_project("robots")})
+        self.simulation = self.enterContext(SimulationServer(forges=[self.git.url], allowedRepositories=[self.git.url]))
+        self.session = self.enterContext(SessionServer([self.simulation.address]))
+
+    def start_in(self, browser, world):
+        browser.get(f"{self.session.url}/viewer/?url={self.git.url}/school/class/{world}")
+        body = browser.find_element("tag name", "body")
+        wait_until(lambda: body.get_attribute("data-availability") == "available", "the light stays off")
+        browser.find_element("id", "start").click()
+        wait_until(lambda: body.get_attribute("data-state") == "running", lambda: self.simulation.log())
+        return body
+
+    def test_a_person_presses_one_button_and_sees_robots_move(self):
+        with open_browser(1280, 800) as browser:
+            body = self.start_in(browser, "blob/main/projects/robots/worlds/arena.wbt")
+            first_time = float(body.get_attribute("data-time"))
+            first = wait_until(lambda: picture(browser), "no picture came")
+            wait_until(lambda: picture(browser) != first, "the picture stands still")
+            wait_until(lambda: float(body.get_attribute("data-time")) > first_time + 300, "simulated time stands still")
+            self.assertTrue(self.simulation.simulators())
+            if os.environ.get("SCREENSHOTS"):
+                screenshot(browser, os.path.join(os.environ["SCREENSHOTS"], "running.png"))
+
+            browser.find_element("id", "pause").click()
+            wait_until(lambda: body.get_attribute("data-state") == "paused", "it does not pause")
+        # The browser has gone: nothing may stay.
+        self.simulation.wait_until_clean()
+        for port in range(self.simulation.port + 1, self.simulation.port + 21):
+            self.assertTrue(port_is_free(port), port)
+
+    def test_branches_with_slashes_and_tags_are_found(self):
+        for world in ("blob/team/blue/worlds/corridor.wbt", "tree/v1.0/worlds/arena.wbt"):
+            with self.subTest(world), open_browser(800, 600) as browser:
+                self.start_in(browser, world)
+            self.simulation.wait_until_clean()
+
+    def test_a_world_that_does_not_exist_is_told_on_the_page(self):
+        with open_browser(800, 600) as browser:
+            browser.get(f"{self.session.url}/viewer/?url={self.git.url}/school/class/blob/main/projects/robots/worlds/no.wbt")
+            browser.find_element("id", "start").click()
+            body = browser.find_element("tag name", "body")
+            wait_until(lambda: body.get_attribute("data-state") == "failed", "no failure is shown")
+            self.assertIn("no.wbt does not exist", browser.find_element("id", "status").text.lower())
+        self.simulation.wait_until_clean()
+
+
+if __name__ == "__main__":
+    main()

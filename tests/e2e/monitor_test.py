@@ -1,0 +1,273 @@
+#!/usr/bin/python3
+"""The monitor pages of both servers in a real browser, live. Protocol sections 2.4 and 9.3."""
+
+import contextlib
+import http.server
+import json
+import os
+import sys
+import threading
+import unittest
+
+sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
+from support.browser import console_messages, open_browser, resize, screenshot  # noqa: E402
+from support.projects import EXAMPLES  # noqa: E402
+from support.servers import SessionServer, SimulationServer, main, wait_until  # noqa: E402
+
+SHOTS = os.environ.get("SCREENSHOTS")
+LOCAL = {"forges": [{"url": "local:", "directory": os.path.dirname(os.path.abspath(EXAMPLES))}],
+         "allowedRepositories": ["local:/demo_projects"]}
+
+
+class FakeSimulationServer:
+    """Answers GET /load with whatever the test says; None: with an error."""
+
+    def __init__(self, load):
+        fake = self
+        fake.load = load
+
+        class Handler(http.server.BaseHTTPRequestHandler):
+            protocol_version = "HTTP/1.1"
+
+            def do_GET(self):
+                body = json.dumps(fake.load).encode()
+                with contextlib.suppress(ConnectionError):  # the session server may end meanwhile
+                    self.send_response(200 if fake.load is not None else 500)
+                    self.send_header("Content-Length", str(len(body)))
+                    self.end_headers()
+                    self.wfile.write(body)
+
+            def log_message(self, *_):
+                pass
+
+        self.server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+        self.server.daemon_threads = True
+        self.address = f"127.0.0.1:{self.server.server_port}"
+
+    def __enter__(self):
+        threading.Thread(target=self.server.serve_forever, daemon=True).start()
+        return self
+
+    def __exit__(self, *_):
+        self.server.shutdown()
+        self.server.server_close()
+
+
+def shot(browser, name):
+    """Where pictures are wanted: of the whole page, wide and narrow, light and dark."""
+    if not SHOTS:
+        return
+    for width in (1280, 360):
+        resize(browser, width, 900)
+        height = browser.execute_script("return document.documentElement.scrollHeight")
+        resize(browser, width, max(700, min(height, 3000)))
+        for scheme in ("light", "dark"):
+            feature = {"name": "prefers-color-scheme", "value": scheme}
+            browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [feature]})
+            browser.execute_async_script("setTimeout(arguments[0], 1500)")
+            screenshot(browser, os.path.join(SHOTS, f"{name}_{width}_{scheme}.png"))
+    resize(browser, 1280, 900)
+
+
+def overflow(browser):
+    """How far the page is wider than the window, in pixels."""
+    return browser.execute_script("return document.documentElement.scrollWidth - document.documentElement.clientWidth")
+
+
+class SessionMonitor(unittest.TestCase):
+    def cell(self, browser, row, label):
+        return browser.execute_script(
+            "return document.querySelector(`#servers tbody tr:nth-child(${arguments[0]}) td[data-label='${arguments[1]}']`)"
+            "?.textContent ?? null", row, label)
+
+    def drawn(self, browser, column):
+        """The values of one line of the chart, oldest first."""
+        return browser.execute_script(
+            "const chart = monitor.charts[0]; if (!chart) return [];"
+            "return Array.from({length: chart.numRows()}, (_, row) => chart.getValue(row, arguments[0])).filter(v => v !== null)", column)
+
+    def open(self, browser, session):
+        browser.get(session.url + "/monitor")
+        browser.execute_script("window.neverReloaded = true")
+        wait_until(lambda: browser.find_element("id", "connection").text == "live", "the page does not come alive")
+
+    def test_loads_change_on_the_page_without_reload(self):
+        with FakeSimulationServer({"load": 12.5, "sessions": 3}) as first, FakeSimulationServer(20) as second, \
+                SessionServer([first.address, second.address], loadThreshold=95) as session, open_browser(1280, 900) as browser:
+            self.open(browser, session)
+            wait_until(lambda: self.cell(browser, 1, "load") == "12.5%", "the first load is missing")
+            wait_until(lambda: self.cell(browser, 2, "load") == "20.0%", "the second load is missing")
+            self.assertEqual(self.cell(browser, 1, "sessions"), "3")
+            self.assertEqual(self.cell(browser, 2, "sessions"), "")
+            self.assertEqual(browser.find_element("id", "average").text, "16.25%")
+            self.assertEqual(browser.find_elements("css selector", ".full"), [])
+
+            first.load = {"load": 96.5, "sessions": 8}
+            wait_until(lambda: self.cell(browser, 1, "load") == "96.5%", "the load does not change")
+            full = browser.find_element("css selector", "#servers tbody tr:first-child .full")
+            self.assertEqual(full.text, "96.5%")
+            self.assertEqual(full.value_of_css_property("color"), "rgba(179, 38, 30, 1)")
+            self.assertEqual(self.cell(browser, 1, "sessions"), "8")
+            wait_until(lambda: 96.5 in self.drawn(browser, 1), "the chart does not show it")
+            self.assertNotIn(96.5, self.drawn(browser, 2))
+            path = browser.find_element("css selector", "#servers tbody tr:first-child path").get_attribute("d")
+            self.assertRegex(path, r"^M\d+ 8[78]h1.*L600 4$")
+
+            second.load = None
+            wait_until(lambda: self.cell(browser, 2, "load") == "N/A", "a server that fails is not told")
+            self.assertIn("500", self.cell(browser, 2, "last report"))
+            self.assertEqual(browser.find_element("id", "average").text, "96.5%")
+            first.load = {"load": 1, "sessions": 0}
+            wait_until(lambda: not browser.find_elements("css selector", ".full"), "it stays red")
+            shot(browser, "session_2")
+            self.assertTrue(browser.execute_script("return window.neverReloaded"))
+            self.assertEqual(console_messages(browser, "SEVERE"), [])
+
+    def test_sessions_placed_by_this_server_are_counted(self):
+        with FakeSimulationServer({"load": 1, "sessions": 0}) as fake, SessionServer([fake.address]) as session, \
+                open_browser(800, 600) as browser:
+            wait_until(lambda: session.get("/").strip() == "1", "no room")
+            self.open(browser, session)
+            for _ in range(3):
+                self.assertEqual(session.get("/session"), f"ws://{fake.address}")
+            wait_until(lambda: self.cell(browser, 1, "placed") == "3", "placements are not shown")
+
+    def test_the_page_comes_back_when_the_server_does(self):
+        with FakeSimulationServer(5) as fake, SessionServer([fake.address]) as session, open_browser(800, 600) as browser:
+            self.open(browser, session)
+            session.stop()
+            wait_until(lambda: "lost" in browser.find_element("id", "connection").text, "nobody notices")
+            session.start()
+            wait_until(lambda: browser.find_element("id", "connection").text == "live", "it stays lost")
+            fake.load = 55
+            wait_until(lambda: self.cell(browser, 1, "load") == "55.0%", "it is not live again")
+            self.assertTrue(browser.execute_script("return window.neverReloaded"))
+
+    def test_where_no_websocket_gets_through_the_page_asks(self):
+        with FakeSimulationServer(5) as fake, SessionServer([fake.address]) as session, open_browser(800, 600) as browser:
+            browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": """
+                window.tried = [];
+                window.WebSocket = class {
+                    constructor(url) { tried.push(new URL(url).pathname); setTimeout(() => this.onclose(), 0); }
+                    close() {}
+                };"""})
+            browser.get(session.url + "/monitor")
+            wait_until(lambda: browser.find_element("id", "connection").text == "every 5 seconds", "it does not ask")
+            fake.load = 60
+            wait_until(lambda: self.cell(browser, 1, "load") == "60.0%", "it asks only once")
+            # The second one is where the rewrite rules of the documentation lead to.
+            self.assertEqual(browser.execute_script("return tried")[:2], ["/monitor", f"/{session.port}/monitor"])
+
+    def test_many_servers_stay_readable(self):
+        with FakeSimulationServer({"load": 30, "sessions": 2}) as fake:
+            # 60 names for one machine: 127.0.0.1 to 127.0.0.60.
+            with http.server.ThreadingHTTPServer(("0.0.0.0", 0), fake.server.RequestHandlerClass) as wide:
+                wide.daemon_threads = True
+                threading.Thread(target=wide.serve_forever, daemon=True).start()
+                addresses = [f"127.0.0.{n}:{wide.server_port}" for n in range(1, 61)]
+                with SessionServer(addresses) as session, open_browser(1280, 900) as browser:
+                    self.open(browser, session)
+                    wait_until(lambda: self.cell(browser, 60, "load") == "30.0%", "the last of many is missing")
+                    labels = browser.execute_script("return monitor.charts[0].getLabels()")
+                    self.assertEqual(labels, ["time", "average", "highest", "lowest"])
+                    wait_until(lambda: 30 in self.drawn(browser, 1), "no average is drawn")
+                    shot(browser, "session_60")
+                    resize(browser, 360, 740)
+                    self.assertLessEqual(overflow(browser), 0)
+                wide.shutdown()
+
+    def test_without_scripts_the_table_is_there(self):
+        with FakeSimulationServer(42) as fake, SessionServer([fake.address]) as session, open_browser(800, 600) as browser:
+            wait_until(lambda: "42.0%" in session.get("/monitor"), "no load")
+            browser.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": True})
+            browser.get(session.url + "/monitor")
+            text = browser.find_element("tag name", "main").text
+            self.assertIn("Managing 1 simulation server:", text)
+            self.assertIn(fake.address, text)
+            self.assertIn("42.0%", text)
+            self.assertFalse(browser.find_element("id", "charts").is_displayed())
+
+    def test_nothing_is_fetched_from_elsewhere(self):
+        with FakeSimulationServer(1) as fake, SessionServer([fake.address]) as session, open_browser(800, 600) as browser:
+            self.open(browser, session)
+            fetched = browser.execute_script("return performance.getEntriesByType('resource').map(entry => entry.name)")
+            self.assertEqual([name for name in fetched if "favicon" not in name], [])
+
+    def test_what_a_server_answers_is_text_on_the_page(self):
+        hostile = "<img src=x onerror=window.hacked=1>"
+        with FakeSimulationServer(hostile) as fake, SessionServer([fake.address]) as session, open_browser(800, 600) as browser:
+            self.open(browser, session)
+            wait_until(lambda: "<img src=x" in (self.cell(browser, 1, "last report") or ""), "the problem is not told")
+            self.assertFalse(browser.execute_script("return window.hacked"))
+            self.assertNotIn("<img", session.get("/monitor"))
+
+
+START = """
+    window.told = [];
+    const socket = new WebSocket(arguments[0]);
+    socket.onopen = () => socket.send(JSON.stringify({start: {url: arguments[1], mode: "mjpeg"}}));
+    socket.onmessage = event => told.push(event.data);
+    (window.sockets ??= []).push(socket);
+"""
+
+
+class SimulationMonitor(unittest.TestCase):
+    def rows(self, browser):
+        return browser.execute_script("return Array.from(document.querySelectorAll('#simulations tbody tr'),"
+                                      " row => Array.from(row.cells, cell => cell.textContent))")
+
+    def test_simulations_and_figures_are_live(self):
+        with SimulationServer(**LOCAL) as simulation, open_browser(1280, 900) as browser:
+            browser.get(simulation.url + "/monitor")
+            wait_until(lambda: browser.find_element("id", "connection").text == "live", "the page does not come alive")
+            self.assertEqual(self.rows(browser), [])
+            self.assertFalse(browser.find_element("id", "simulations").is_displayed())
+            for world in ("robots/blob/main/worlds/arena.wbt", "corridor/blob/main/worlds/corridor.wbt"):
+                browser.execute_script(START, f"ws://{simulation.address}/client", f"local:/demo_projects/{world}")
+            wait_until(lambda: [row[2] for row in self.rows(browser)] in (["idle"] * 2, ["running"] * 2), simulation.log)
+            first, second = self.rows(browser)
+            self.assertTrue(first[1].endswith("arena.wbt"), first)
+            self.assertTrue(second[1].endswith("corridor.wbt"), second)
+            for row in (first, second):
+                self.assertRegex(row[4], r"^\d+\.\d%$")
+                self.assertGreater(float(row[5].removesuffix(" MB")), 0.5)
+                self.assertGreater(int(row[6]), 1)
+            wait_until(lambda: browser.find_element("id", "count").text == "2", "they are not counted")
+
+            names = browser.execute_script("return monitor.charts.flatMap(chart => chart.getLabels().slice(1))")
+            self.assertEqual(sorted(names), sorted([
+                "Webots running", "Webots idle", "CPU load", "CPU memory", "GPU load compute", "GPU load memory", "GPU memory", "Swap",
+                "Disk", "Network sent", "Network received"]))
+            points = "return monitor.charts[0].numRows()"
+            before = browser.execute_script(points)
+            wait_until(lambda: browser.execute_script(points) >= before + 2, "the charts stand still")
+            idle = "const chart = monitor.charts[1]; return chart.getValue(chart.numRows() - 1, 1) + chart.getValue(chart.numRows() - 1, 2)"
+            wait_until(lambda: browser.execute_script(idle) == 2, "the simulations are not drawn")
+            shot(browser, "simulation")
+            resize(browser, 360, 740)
+            self.assertLessEqual(overflow(browser), 0)
+            resize(browser, 1280, 900)
+
+            button = browser.find_element("css selector", ".legend button")
+            shown = "return monitor.charts[0].visibility()[0]"
+            self.assertTrue(browser.execute_script(shown))
+            button.click()
+            self.assertFalse(browser.execute_script(shown))
+            self.assertEqual(button.get_attribute("aria-pressed"), "false")
+
+            browser.execute_script("sockets.pop().close()")
+            wait_until(lambda: len(self.rows(browser)) == 1, "one that ended stays on the page")
+            self.assertEqual(console_messages(browser, "SEVERE"), [])
+
+    def test_an_operators_texts_are_text_on_the_page(self):
+        hostile = "<img src=x onerror=window.hacked=1>"
+        with SimulationServer(**LOCAL, title=hostile, description=hostile, blockedRepositories=[hostile]) as simulation, \
+                open_browser(800, 600) as browser:
+            browser.get(simulation.url + "/monitor")
+            self.assertEqual(browser.find_element("tag name", "h1").text, hostile)
+            wait_until(lambda: browser.find_element("id", "connection").text == "live", "the page does not come alive")
+            self.assertFalse(browser.execute_script("return window.hacked"))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,61 @@
+#!/usr/bin/python3
+"""Runs the examples, which are the documentation's code, and compares what they say with what their readers are promised."""
+
+import os
+import subprocess
+import sys
+import unittest
+
+sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
+from support.projects import EXAMPLES  # noqa: E402
+from support.servers import BIN, free_port, main, program, wait_until  # noqa: E402
+
+FOLDER = os.path.dirname(os.path.abspath(EXAMPLES))
+
+
+def run(example, *arguments):
+    finished = subprocess.run([program(example), *arguments], capture_output=True, text=True, timeout=60)
+    return finished.returncode, finished.stdout + finished.stderr
+
+
+class Examples(unittest.TestCase):
+    def test_01_the_scheduler_spreads_browsers(self):
+        status, text = run("01_schedule")
+        self.assertEqual(status, 0, text)
+        self.assertEqual(text.count("sim2.example.org:2000"), 4, text)
+        self.assertEqual(text.count("sim1.example.org:2000"), 1, text)
+
+    def test_02_a_load_arrives_by_coroutine_and_by_callback(self):
+        self.assertEqual(run("02_monitor_with_callbacks"), (0, "coroutine: load 12.5 %\ncallback: load 12.5 %\n"))
+
+    def test_03_a_transport_of_ones_own(self):
+        self.assertEqual(run("03_own_transport"), (0, "sim1:2000: 40.000000 %\nsim2:2000: 10.000000 %\n"
+                                                      "sim3:2000: nobody is at http://sim3:2000/load\n"))
+
+    def test_04_a_simulation_without_a_browser(self):
+        world = "local:/demo_projects/robots/blob/main/worlds/arena.wbt"
+        self.assertEqual(run("04_run_a_simulation", BIN, FOLDER, world), (0, "ready: it listens\nended: after it was ready\n"))
+        status, text = run("04_run_a_simulation", BIN, FOLDER, world.replace("arena", "nowhere"))
+        self.assertEqual((status, text), (1, "nowhere.wbt does not exist.\n"))
+
+    def test_05_both_servers_in_one_program(self):
+        ports = [str(free_port()), str(free_port(following=100))]
+        process = subprocess.Popen([program("05_embed_both"), BIN, FOLDER, *ports], stdout=subprocess.PIPE, text=True)
+        with process:
+            try:
+                lines = iter(process.stdout.readline, "")
+                said = []
+                wait_until(lambda: said.append(next(lines)) or f"Session server running on port {ports[0]}" in said[-1], "a start")
+            finally:
+                process.terminate()
+            self.assertEqual(process.wait(30), 0)
+
+    def test_06_a_policy_of_ones_own(self):
+        status, text = run("06_own_policy")
+        self.assertEqual(status, 0, text)
+        self.assertIn("decided again: ", text)
+        self.assertIn("decision 1: sim1:2000 because", text)
+
+
+if __name__ == "__main__":
+    main()

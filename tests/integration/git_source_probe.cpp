@@ -1,0 +1,228 @@
+// Fetches worlds with the git source and prints what came of it, a line of JSON per world: what the tests of
+// the git source and its benchmark drive.
+//
+//     git_source_probe --cache FOLDER --forge URL --into FOLDER [options] WORLD_URL...
+//
+//     --instances FOLDER    where the source may look for a faster way than copying
+//     --bytes N, --files N, --timeout MS, --cache-bytes N, --low-speed BYTES MS
+//     --together            all worlds at once instead of one after the other
+//     --discard             remove each project again
+//     --cancel-after MS     cancel everything then
+//     --idle MS             do nothing for so long: what the machine alone does to an event loop
+#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/project_ref.hpp>
+
+#include <boost/asio/bind_cancellation_slot.hpp>
+#include <boost/asio/cancellation_signal.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <deque>
+#include <iostream>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace webots_cloud;
+namespace asio = boost::asio;
+using SteadyClock = std::chrono::steady_clock;
+
+struct Options
+{
+    GitSourceParams source;
+    FetchLimits limits;
+    std::string forge;
+    std::filesystem::path into;
+    std::vector<std::string> worlds;
+    bool together = false;
+    bool discard = false;
+    int cancel_after = -1;
+    int idle = 0;
+};
+
+Options parse(int argc, char** argv)
+{
+    Options options;
+    for (int i = 1; i < argc; ++i) {
+        std::string const word = argv[i];
+        auto const next = [&] { return std::string(argv[++i]); };
+        if (word == "--cache")
+            options.source.cache = next();
+        else if (word == "--instances")
+            options.source.instances = next();
+        else if (word == "--cache-bytes")
+            options.source.cache_bytes = std::stoull(next());
+        else if (word == "--low-speed") {
+            options.source.low_speed = std::stoull(next());
+            options.source.low_speed_time = std::chrono::milliseconds(std::stol(next()));
+        } else if (word == "--forge")
+            options.forge = next();
+        else if (word == "--into")
+            options.into = next();
+        else if (word == "--bytes")
+            options.limits.bytes = std::stoull(next());
+        else if (word == "--files")
+            options.limits.files = static_cast<std::uint32_t>(std::stoul(next()));
+        else if (word == "--timeout")
+            options.limits.timeout = std::chrono::milliseconds(std::stol(next()));
+        else if (word == "--together")
+            options.together = true;
+        else if (word == "--discard")
+            options.discard = true;
+        else if (word == "--idle")
+            options.idle = std::stoi(next());
+        else if (word == "--cancel-after")
+            options.cancel_after = std::stoi(next());
+        else
+            options.worlds.push_back(word);
+    }
+    return options;
+}
+
+std::string quoted(std::string const& text)
+{
+    constexpr char digits[] = "0123456789abcdef";
+    std::string json = "\"";
+    for (char const c : text) {
+        auto const byte = static_cast<unsigned char>(c);
+        if (byte < 0x20 || c == '"' || c == '\\') {
+            json += "\\u00";
+            json += digits[byte >> 4];
+            json += digits[byte & 15];
+        } else {
+            json += c;
+        }
+    }
+    return json += '"';
+}
+
+double milliseconds(SteadyClock::duration time)
+{
+    return std::chrono::duration<double, std::milli>(time).count();
+}
+
+class Probe
+{
+public:
+    Probe(asio::io_context& context, Options options)
+        : options_(std::move(options)), pulse_(context),
+          source_(make_git_source(context.get_executor(), options_.source, log()))
+    {}
+
+    asio::awaitable<void> one(std::size_t number)
+    {
+        co_await asio::this_coro::throw_if_cancelled(false);
+        auto const project = parse_world_url(options_.worlds[number], {options_.forge});
+        if (!project) {
+            print(number, {}, project.error(), FetchProgress());
+            co_return;
+        }
+        FetchOrder order;
+        order.project = *project;
+        order.directory = options_.into / std::to_string(number);
+        order.limits = options_.limits;
+        auto const directory = order.directory;
+        auto const progress = order.progress;
+        auto const start = SteadyClock::now();
+        auto const fetched = co_await source_->fetch(std::move(order));
+        print(number, milliseconds(SteadyClock::now() - start), fetched, *progress);
+        if (options_.discard) {
+            co_await asio::this_coro::reset_cancellation_state(asio::disable_cancellation());
+            auto const removed = co_await source_->discard(directory);
+            if (!removed)
+                std::cout << "{\"discard\": " << quoted(removed.error().message()) << "}\n";
+        }
+    }
+
+    asio::awaitable<void> all_in_turn()
+    {
+        for (std::size_t i = 0; i < options_.worlds.size(); ++i)
+            co_await one(i);
+        asio::steady_timer timer(co_await asio::this_coro::executor,
+                                 std::chrono::milliseconds(options_.idle));
+        co_await timer.async_wait(asio::use_awaitable);
+    }
+
+    /// Measures how long the event loop is busy with one thing.
+    void beat(SteadyClock::time_point expected)
+    {
+        longest_pause_ = std::max(longest_pause_, SteadyClock::now() - expected);
+        if (running == 0)
+            return;
+        auto const due = SteadyClock::now() + std::chrono::milliseconds(1);
+        pulse_.expires_at(due);
+        pulse_.async_wait([this, due](boost::system::error_code) { beat(due); });
+    }
+
+    double longest_pause() const { return milliseconds(longest_pause_); }
+
+    int running = 0;
+
+private:
+    static Logger log()
+    {
+        return Logger([](LogLevel, std::string_view line) { std::cerr << line << '\n'; });
+    }
+
+    void print(std::size_t number, double time, result<FetchedProject> const& fetched,
+               FetchProgress const& progress)
+    {
+        std::cout << "{\"world\": " << number << ", \"ms\": " << time;
+        if (fetched)
+            std::cout << ", \"root\": " << quoted(fetched->root.string())
+                      << ", \"revision\": " << quoted(fetched->revision)
+                      << ", \"header\": " << quoted(fetched->world_header);
+        else
+            std::cout << ", \"error\": " << quoted(fetched.error().message())
+                      << ", \"code\": " << quoted(fetched.error().code().message());
+        std::cout << ", \"objects\": " << progress.objects_received
+                  << ", \"objects_total\": " << progress.objects_total
+                  << ", \"bytes\": " << progress.bytes_received << "}" << std::endl;
+    }
+
+    Options options_;
+    asio::steady_timer pulse_;
+    SteadyClock::duration longest_pause_{};
+    std::unique_ptr<ProjectSource> source_;
+};
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    auto const options = parse(argc, argv);
+    asio::io_context context(1);
+    Probe probe(context, options);
+    std::deque<asio::cancellation_signal> signals;
+    auto const done = [&probe](std::exception_ptr failed) {
+        --probe.running;
+        if (failed)
+            std::rethrow_exception(failed);
+    };
+    auto const spawn = [&](asio::awaitable<void> work) {
+        ++probe.running;
+        asio::co_spawn(context, std::move(work),
+                       asio::bind_cancellation_slot(signals.emplace_back().slot(), done));
+    };
+    if (options.together) {
+        for (std::size_t i = 0; i < options.worlds.size(); ++i)
+            spawn(probe.one(i));
+    } else {
+        spawn(probe.all_in_turn());
+    }
+    asio::steady_timer timer(context);
+    if (options.cancel_after >= 0) {
+        timer.expires_after(std::chrono::milliseconds(options.cancel_after));
+        timer.async_wait([&](boost::system::error_code) {
+            for (auto& signal : signals)
+                signal.emit(asio::cancellation_type::terminal);
+        });
+    }
+    probe.beat(SteadyClock::now());
+    context.run();
+    std::cout << "{\"longest_pause_ms\": " << probe.longest_pause() << "}\n";
+}

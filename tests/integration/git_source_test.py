@@ -1,0 +1,303 @@
+#!/usr/bin/python3
+"""The git source against real git servers: what arrives, from where, how often it asks, and what it says when it can't."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import unittest
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+from git_probe import HEADER, WORLD, Probe, require_probe, tree
+from git_server import GitServer, require_git_server
+
+FILES = {
+    "README.md": "# top\n",
+    "worlds/top.wbt": WORLD,
+    "projects/arm/worlds/arm.wbt": WORLD,
+    "projects/arm/controllers/arm/arm.py": ("100755", "print('arm')\n"),
+    "projects/arm/protos/Arm.proto": "PROTO Arm [] {}\n",
+    "projects/arm/protos/Same.proto": "PROTO Arm [] {}\n",
+    "projects/arm/protos/link.proto": ("120000", "Arm.proto"),
+    "projects/leg/worlds/leg.wbt": WORLD,
+    "projects/leg/big.bin": os.urandom(300_000),
+    "empty/nothing.txt": "",
+}
+ARM = {path[len("projects/arm/"):]: value for path, value in FILES.items() if path.startswith("projects/arm/")}
+
+
+class GitSourceTest(unittest.TestCase):
+    """One server for all cases; each has a cache of its own."""
+
+    partial = True
+
+    @classmethod
+    def setUpClass(cls):
+        cls.server = GitServer()
+        cls.addClassCleanup(cls.server.close)
+        cls.server.start()
+        cls.path = cls.server.add_repository(
+            "owner", "robots", FILES, partial=cls.partial,
+            branches={"feature/arm": {"worlds/slash.wbt": WORLD}},
+            tags={"v1.0": {"worlds/old.wbt": WORLD}})
+
+    def setUp(self):
+        self.probe = Probe(self.server.url)
+        self.addCleanup(self.probe.close)
+
+    def requests(self, since=0):
+        return [request[:3] for request in self.server.requests()[since:]]
+
+    def check_arm(self, answer):
+        self.assertNotIn("error", answer)
+        self.assertEqual(answer["header"], HEADER)
+        found = tree(answer["root"])
+        self.assertEqual(found["protos/link.proto"], "-> Arm.proto")
+        for path, value in ARM.items():
+            if path != "protos/link.proto":
+                content = value[1] if isinstance(value, tuple) else value
+                self.assertEqual(found[path], content.encode(), path)
+        self.assertEqual(set(found), set(ARM) | {"worlds", "controllers", "controllers/arm", "protos"})
+        self.assertTrue(os.access(os.path.join(answer["root"], "controllers/arm/arm.py"), os.X_OK))
+        self.assertFalse(os.stat(os.path.join(answer["root"], "worlds/arm.wbt")).st_mode & 0o111)
+
+    def test_a_folder_arrives_whole_and_alone(self):
+        answer = self.probe.fetch("owner/robots/blob/main/projects/arm/worlds/arm.wbt")
+        self.check_arm(answer)
+        self.assertTrue(answer["root"].endswith("/robots/projects/arm"))
+        if self.partial:
+            self.assertLess(answer["bytes"], 100_000, "the neighbours were fetched too")
+
+    def test_a_whole_repository_arrives(self):
+        answer = self.probe.fetch("owner/robots/tree/main/worlds/top.wbt")
+        found = tree(answer["root"])
+        self.assertEqual(found["projects/leg/big.bin"], FILES["projects/leg/big.bin"])
+        self.assertEqual(found["empty/nothing.txt"], b"")
+        self.assertNotIn(".git", found)
+
+    def test_branches_with_slashes_tags_and_commits_are_understood(self):
+        for world in ("feature/arm/worlds/slash.wbt", "v1.0/worlds/old.wbt"):
+            self.assertEqual(self.probe.fetch(f"owner/robots/blob/{world}").get("header"), HEADER, world)
+        commit = self.probe.fetch("owner/robots/blob/main/worlds/top.wbt")["revision"]
+        self.assertRegex(commit, "^[0-9a-f]{40}$")
+        other = Probe(self.server.url)
+        self.addCleanup(other.close)
+        answer = other.fetch(f"owner/robots/blob/{commit}/projects/arm/worlds/arm.wbt")
+        self.check_arm(answer)
+        self.assertEqual(answer["revision"], commit)
+
+    def test_the_second_start_asks_once_and_receives_nothing(self):
+        world = "owner/robots/blob/main/projects/arm/worlds/arm.wbt"
+        self.probe.fetch(world)
+        before = len(self.server.requests())
+        answer = self.probe.fetch(world)
+        self.check_arm(answer)
+        self.assertEqual(answer["bytes"], 0)
+        self.assertEqual(len(self.requests(before)), 1)
+
+    def test_a_simulation_that_writes_does_not_change_what_the_next_one_gets(self):
+        world = "owner/robots/blob/main/projects/arm/worlds/arm.wbt"
+        for _ in range(3):
+            answer = self.probe.fetch(world)
+            self.check_arm(answer)
+            with open(os.path.join(answer["root"], "worlds/arm.wbt"), "r+") as file:
+                file.write("broken")
+            os.remove(os.path.join(answer["root"], "protos/Arm.proto"))
+
+    def test_every_failure_has_words(self):
+        commit = "0123456789" * 4
+        for world, words in (
+                ("owner/nothing/blob/main/worlds/a.wbt", "Repository owner/nothing does not exist or is private."),
+                ("owner/robots/blob/nothing/worlds/a.wbt", 'Repository owner/robots has no branch or tag "nothing".'),
+                (f"owner/robots/blob/{commit}/worlds/a.wbt", "Repository owner/robots has no such commit."),
+                ("owner/robots/blob/main/nothing/worlds/a.wbt", 'Repository owner/robots has no folder "nothing".'),
+                ("owner/robots/blob/main/empty/worlds/a.wbt", 'Repository owner/robots has no folder "empty/worlds".'),
+                ("owner/robots/blob/main/worlds/a.wbt", "a.wbt does not exist."),
+                ("http://elsewhere.test/o/r/blob/main/worlds/a.wbt", None)):
+            answer = self.probe.fetch(world)
+            self.assertIn("error", answer, world)
+            if words:
+                self.assertEqual(answer["error"], words)
+
+    def test_a_missing_repository_is_asked_for_once_a_minute(self):
+        before = len(self.server.requests())
+        answers = self.probe.fetch_all(["owner/nothing/blob/main/worlds/a.wbt"] * 5)
+        self.assertEqual({answer["error"] for answer in answers}, {"Repository owner/nothing does not exist or is private."})
+        self.assertLessEqual(len(self.requests(before)), 2)
+
+    def test_starts_of_the_same_project_at_once_fetch_once(self):
+        before = len(self.server.requests())
+        answers = self.probe.fetch_all(["owner/robots/blob/main/projects/arm/worlds/arm.wbt"] * 16, "--together")
+        for answer in answers:
+            self.check_arm(answer)
+        self.assertEqual(len({answer["root"] for answer in answers}), 16)
+        self.assertLessEqual(len(self.requests(before)), 3 if self.partial else 5)
+
+    def test_limits_of_bytes_and_files_are_kept(self):
+        world = "owner/robots/blob/main/worlds/top.wbt"
+        self.assertEqual(self.probe.fetch(world, "--files", "5")["error"], "The project has more than 5 files.")
+        answer = self.probe.fetch(world, "--bytes", "100000")
+        self.assertIn("error", answer)
+        self.assertNotIn("root", self.probe.fetch(world, "--bytes", "100000"))
+        self.assertEqual(self.left_in_cache(), [])
+
+    def left_in_cache(self):
+        return os.listdir(os.path.join(self.probe.cache, "incoming"))
+
+    def snapshots(self):
+        repositories = os.path.join(self.probe.cache, "repositories")
+        return [os.path.join(repositories, repository, name) for repository in os.listdir(repositories)
+                for name in os.listdir(os.path.join(repositories, repository)) if name != "refs"]
+
+    def test_a_damaged_entry_of_the_cache_is_fetched_again(self):
+        world = "owner/robots/blob/main/projects/arm/worlds/arm.wbt"
+        damages = {
+            "a file is shorter": lambda entry: os.truncate(f"{entry}/files/worlds/arm.wbt", 3),
+            "a file is missing": lambda entry: os.remove(f"{entry}/files/protos/Arm.proto"),
+            "a file is a folder": lambda entry: (os.remove(f"{entry}/files/protos/Arm.proto"), os.mkdir(f"{entry}/files/protos/Arm.proto")),
+            "the index is empty": lambda entry: os.truncate(f"{entry}/index", 0),
+            "the index is cut": lambda entry: os.truncate(f"{entry}/index", 100),
+            "the index is missing": lambda entry: os.remove(f"{entry}/index"),
+            "all files are missing": lambda entry: shutil.rmtree(f"{entry}/files")}
+        self.check_arm(self.probe.fetch(world))
+        for name, damage in damages.items():
+            with self.subTest(name):
+                (entry,) = self.snapshots()
+                damage(entry)
+                self.check_arm(self.probe.fetch(world))
+
+    def test_the_cache_is_kept_below_its_size(self):
+        self.probe.fetch("owner/robots/blob/main/worlds/top.wbt", "--cache-bytes", "350000")
+        self.assertEqual(len(self.snapshots()), 1)
+        self.probe.fetch("owner/robots/blob/main/projects/leg/worlds/leg.wbt", "--cache-bytes", "350000", "--discard")
+        self.assertEqual(len(self.snapshots()), 1)
+        before = len(self.server.requests())
+        self.probe.fetch("owner/robots/blob/main/projects/leg/worlds/leg.wbt", "--cache-bytes", "350000")
+        self.assertEqual(len(self.requests(before)), 1, "the newest one was removed")
+
+
+class GitSourceWithoutFiltersTest(GitSourceTest):
+    """The same of a server that can't leave anything out."""
+
+    partial = False
+
+
+class GitSourceUpdatesTest(unittest.TestCase):
+    def setUp(self):
+        self.server = GitServer()
+        self.addCleanup(self.server.close)
+        self.server.start()
+        self.probe = Probe(self.server.url)
+        self.addCleanup(self.probe.close)
+        self.files = {"worlds/a.wbt": WORLD, "big.bin": os.urandom(500_000), "tool.sh": ("100755", "exit\n")}
+        self.path = self.server.add_repository("owner", "robots", self.files)
+        self.world = "owner/robots/blob/main/worlds/a.wbt"
+
+    def slow_down(self, bytes_per_second):
+        """The same repository on a slow server."""
+        self.server.close()
+        self.server = GitServer(bytes_per_second=bytes_per_second)
+        self.addCleanup(self.server.close)
+        self.server.start()
+        self.server.add_repository("owner", "robots", self.files)
+        self.probe.forge = self.server.url
+
+    def test_after_a_push_only_what_changed_is_fetched(self):
+        first = self.probe.fetch(self.world)
+        self.server.commit(self.path, dict(self.files, **{"worlds/a.wbt": WORLD + "# new\n", "tool.sh": "exit\n"}))
+        answer = self.probe.fetch(self.world)
+        self.assertNotEqual(answer["revision"], first["revision"])
+        found = tree(answer["root"])
+        self.assertEqual(found["worlds/a.wbt"], (WORLD + "# new\n").encode())
+        self.assertEqual(found["big.bin"], self.files["big.bin"])
+        self.assertFalse(os.access(os.path.join(answer["root"], "tool.sh"), os.X_OK), "it is no program any more")
+        self.assertLess(answer["bytes"], 5_000)
+
+    def test_without_the_server_it_starts_from_the_cache_and_says_so(self):
+        first = self.probe.fetch(self.world)
+        self.server.stop()
+        answer = self.probe.fetch(self.world)
+        self.assertEqual(answer.get("revision"), first["revision"])
+        self.assertIn("can't be reached", self.probe.log)
+        self.assertIn("from the cache", self.probe.log)
+        self.assertIn("can't be reached", self.probe.fetch("owner/other/blob/main/worlds/a.wbt")["error"])
+
+    def test_a_kill_in_the_middle_of_a_fetch_leaves_nothing_behind(self):
+        self.slow_down(100_000)
+        command, _ = self.probe.command([self.world])
+        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        incoming = os.path.join(self.probe.cache, "incoming")
+        deadline = time.monotonic() + 20
+        while not (os.path.isdir(incoming) and os.listdir(incoming)) and time.monotonic() < deadline:
+            time.sleep(0.005)
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        self.assertTrue(os.listdir(incoming), "it was killed too late to prove anything")
+        answer = self.probe.fetch(self.world)
+        self.assertEqual(tree(answer["root"])["big.bin"], self.files["big.bin"])
+        self.assertEqual(os.listdir(incoming), [])
+
+    def test_a_cancelled_fetch_ends_at_once_and_leaves_nothing(self):
+        self.slow_down(100_000)
+        start = time.monotonic()
+        answer = self.probe.fetch(self.world, "--cancel-after", "300")
+        self.assertEqual(answer["code"], "Operation canceled")
+        self.assertLess(answer["ms"], 4_000)
+        self.assertLess(time.monotonic() - start, 4.5, "the transfer of five seconds was waited for")
+        self.assertEqual(os.listdir(os.path.join(self.probe.cache, "incoming")), [])
+
+    def test_a_server_that_is_too_slow_is_given_up(self):
+        self.slow_down(20_000)
+        for options in (("--timeout", "1500"), ("--low-speed", "200000", "1000")):
+            answer = self.probe.fetch(self.world, *options)
+            self.assertIn("can't be reached", answer["error"])
+
+    def test_servers_that_only_serve_files_are_refused(self):
+        self.server.stop()
+        dumb = GitServer(smart=False)
+        self.addCleanup(dumb.close)
+        dumb.start()
+        dumb.add_repository("owner", "robots", self.files)
+        self.probe.forge = dumb.url
+        self.assertIn("smart protocol", self.probe.fetch(self.world)["error"])
+
+
+class HandOutTest(unittest.TestCase):
+    """Overlay mounts, where this machine allows them."""
+
+    def test_an_overlay_takes_writes_and_is_gone_after_discarding(self):
+        server = GitServer()
+        self.addCleanup(server.close)
+        server.start()
+        server.add_repository("owner", "robots", FILES)
+        probe = Probe(server.url)
+        self.addCleanup(probe.close)
+        world = "owner/robots/blob/main/projects/arm/worlds/arm.wbt"
+        instances = os.path.join(probe.folder, "instances")
+        os.mkdir(instances)
+        probe.fetch(world, "--instances", instances, "--discard")
+        if "overlay" not in probe.log:
+            self.skipTest("this machine allows no overlay mounts")
+        self.assertEqual(os.listdir(instances), [], "the probe was left")
+        answer = probe.fetch(world, "--instances", instances)
+        self.addCleanup(subprocess.run, ["umount", answer["root"]], stderr=subprocess.DEVNULL)
+        with open(os.path.join(answer["root"], "worlds/arm.wbt"), "w") as file:
+            file.write("broken")
+        again = probe.fetch(world)
+        self.assertEqual(tree(again["root"])["worlds/arm.wbt"], WORLD.encode())
+        probe.fetch(world, "--instances", instances, "--discard")
+        with open("/proc/self/mountinfo") as mounts:
+            ours = [line for line in mounts if probe.folder in line]
+        self.assertEqual(len(ours), 1, "only the one that was not discarded is left")
+
+
+if __name__ == "__main__":
+    try:
+        require_git_server()
+        require_probe()
+    except unittest.SkipTest as missing:
+        print(f"skipped: {missing}")
+        sys.exit(77)
+    unittest.main(verbosity=2)

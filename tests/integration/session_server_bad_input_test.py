@@ -1,0 +1,370 @@
+#!/usr/bin/python3
+"""What browsers, strangers and broken clients may do to a server without hurting anybody else: raw sockets, TLS, and limits."""
+
+import asyncio
+import base64
+import os
+import re
+import resource
+import shutil
+import signal
+import socket
+import ssl
+import struct
+import subprocess
+import sys
+import tempfile
+import unittest
+import urllib.request
+
+sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
+from support.servers import PATIENCE, SessionServer, SimulationServer, main, program, wait_until  # noqa: E402
+
+try:
+    import websockets
+except ImportError as error:
+    raise SystemExit(print(f"skipped: {error} (package python3-websockets)") or 77)
+
+HANDSHAKE = ("GET {path} HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+             "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: " + base64.b64encode(b"0123456789abcdef").decode() + "\r\n\r\n")
+
+
+def connect(server):
+    return socket.create_connection(("127.0.0.1", server.port), timeout=PATIENCE)
+
+
+def read_all(connection):
+    """Everything until the server ends the connection; TimeoutError when it does not."""
+    parts = []
+    try:
+        while part := connection.recv(65536):
+            parts.append(part)
+    except ConnectionResetError:
+        pass
+    return b"".join(parts)
+
+
+def read_head(connection):
+    text = b""
+    while not text.endswith(b"\r\n\r\n"):
+        byte = connection.recv(1)
+        if not byte:
+            break
+        text += byte
+    return text
+
+
+def exchange(server, request):
+    """All that comes back for some bytes, until the server closes."""
+    with connect(server) as connection:
+        try:
+            connection.sendall(request)
+        except (ConnectionResetError, BrokenPipeError):
+            pass  # it may answer and close before it has heard us out
+        return read_all(connection)
+
+
+def open_websocket(server, path="/"):
+    connection = connect(server)
+    connection.sendall(HANDSHAKE.format(path=path).encode())
+    head = read_head(connection)
+    assert head.startswith(b"HTTP/1.1 101 "), head
+    return connection
+
+
+def frame(first, payload, masked=True):
+    length = struct.pack("!B", len(payload)) if len(payload) < 126 else struct.pack("!BQ", 127, len(payload))
+    if not masked:
+        return bytes([first]) + length + payload
+    return bytes([first, length[0] | 0x80]) + length[1:] + b"\0\0\0\0" + payload
+
+
+def close_code(data):
+    """The code of the close frame that data end with."""
+    at = data.rfind(b"\x88")
+    return struct.unpack("!H", data[at + 2:at + 4])[0]
+
+
+class Requests(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.server = SessionServer([])
+        cls.server.__enter__()
+        cls.addClassCleanup(cls.server.close)
+
+    def tearDown(self):
+        self.assertEqual(self.server.get("/load"), "-1", "everybody else is served")
+
+    def test_each_bad_request_gets_its_status_and_the_connection_is_closed(self):
+        for status, request in (
+                (414, b"GET /" + b"x" * 9000 + b" HTTP/1.1\r\nHost: h\r\n\r\n"),
+                (414, b"GET /" + b"x" * 9000),
+                (431, b"GET / HTTP/1.1\r\nHost: h\r\nX: " + b"x" * 17000 + b"\r\n\r\n"),
+                (431, b"GET / HTTP/1.1\r\nHost: h\r\nX: " + b"x" * 17000),
+                (413, b"POST /session HTTP/1.1\r\nHost: h\r\nContent-Length: 1000000\r\n\r\n" + b"x" * 1000000),
+                (413, b"POST /session HTTP/1.1\r\nHost: h\r\nTransfer-Encoding: chunked\r\n\r\n5\r\nhello\r\n0\r\n\r\n"),
+                (400, b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03"),
+                (400, os.urandom(5000).replace(b"\r", b"\0")),
+                (400, b"GET / HTTP/1.1\r\n\r\n"),
+                (400, b"GET / HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n"),
+                (400, b"GET /\r\nHost: a\r\n\r\n"),
+                (505, b"GET / HTTP/3.0\r\nHost: a\r\n\r\n")):
+            with self.subTest(status=status, request=request[:60]):
+                answer = exchange(self.server, request)
+                self.assertTrue(answer.startswith(b"HTTP/1.1 %d " % status), answer[:100])
+                self.assertEqual(answer.count(b"HTTP/1.1 "), 1)
+
+    def test_pipelined_requests_are_answered_in_order(self):
+        answer = exchange(self.server, b"GET / HTTP/1.1\r\nHost: h\r\n\r\nGET /nope HTTP/1.1\r\nHost: h\r\n\r\n"
+                                       b"HEAD / HTTP/1.1\r\nHost: h\r\n\r\nGET http://other/load HTTP/1.0\r\n\r\nGET /never")
+        self.assertEqual(re.findall(rb"HTTP/1.1 (\d+) ", answer), [b"200", b"404", b"405", b"200"])
+        self.assertTrue(answer.endswith(b"\r\n\r\n-1"), answer)
+
+    def test_bad_handshakes_get_their_status(self):
+        good = HANDSHAKE.format(path="/")
+        for status, request in ((400, good.replace("Connection: Upgrade\r\n", "")),
+                                (400, re.sub("Sec-WebSocket-Key.*\r\n", "", good)),
+                                (426, good.replace("Version: 13", "Version: 99"))):
+            answer = exchange(self.server, request.replace("\r\n\r\n", "\r\nConnection: close\r\n\r\n").encode())
+            self.assertTrue(answer.startswith(b"HTTP/1.1 %d " % status), answer)
+            self.assertEqual(b"\r\nSec-WebSocket-Version: 13\r\n" in answer, status == 426)
+
+    def test_bad_frames_get_their_close_code(self):
+        for code, frames in ((1002, frame(0x81, b"x", masked=False)), (1002, frame(0xf1, b"x")), (1002, frame(0x80, b"x")),
+                             (1009, frame(0x81, b"x" * 65537)), (1009, frame(0x01, b"x" * 40000) + frame(0x80, b"x" * 40000)),
+                             (1009, frame(0x01, b"") + frame(0x00, b"") * 10000), (1007, frame(0x81, b"\xc3\x28"))):
+            with self.subTest(code=code, frames=frames[:20]), open_websocket(self.server) as browser:
+                try:
+                    browser.sendall(frames)
+                except (ConnectionResetError, BrokenPipeError):
+                    pass
+                self.assertEqual(close_code(read_all(browser)), code)
+
+    def test_a_message_of_64_kib_is_fine_and_a_ping_is_answered(self):
+        with open_websocket(self.server) as browser:
+            browser.sendall(frame(0x81, b"x" * 65536) + frame(0x89, b"still there"))
+            self.assertEqual(browser.recv(3, socket.MSG_WAITALL), b"\x81\x010")
+            self.assertEqual(browser.recv(13, socket.MSG_WAITALL), b"\x8a\x0bstill there")
+            browser.sendall(frame(0x88, struct.pack("!H", 1000)))
+            self.assertEqual(close_code(read_all(browser)), 1000)
+
+    def test_half_sent_requests_end_with_408(self):
+        self.assertTrue(exchange(self.server, b"GET /load HTTP/1.1\r\nHost: ").startswith(b"HTTP/1.1 408 "))
+
+
+class Crowds(unittest.TestCase):
+    """More connections than the server has descriptors."""
+
+    def setUp(self):
+        soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+        if hard != resource.RLIM_INFINITY and hard < 3000:
+            self.skipTest(f"the limit of open files is {hard}")
+        resource.setrlimit(resource.RLIMIT_NOFILE, (max(soft, min(hard, 5000)), hard))
+        self.server = SessionServer([])
+        self.server.descriptors = 1024
+        self.server.__enter__()
+        self.addCleanup(self.server.close)
+
+    def connect(self):
+        connection = connect(self.server)
+        self.addCleanup(connection.close)
+        return connection
+
+    def test_1100_half_sent_requests_make_room_for_whole_ones(self):
+        crowd = []
+        for _ in range(1100):
+            crowd.append(self.connect())
+            crowd[-1].sendall(b"GET /session HTTP/1.1\r\nHost: ")
+        for _ in range(20):
+            self.assertEqual(self.server.get("/session"), "Error: no simulation server available at the moment.")
+        self.assertEqual(read_all(crowd[0]), b"", "the oldest made room")
+        crowd[-1].sendall(b"h\r\nConnection: close\r\n\r\n")
+        self.assertTrue(read_all(crowd[-1]).startswith(b"HTTP/1.1 200 "), "the newest is served")
+
+    def test_websockets_are_kept_and_those_who_find_no_room_are_told(self):
+        browsers, refused = [], 0
+        for _ in range(1100):
+            browser = self.connect()
+            browser.sendall(HANDSHAKE.format(path="/").encode())
+            try:
+                head = read_head(browser)
+            except ConnectionResetError:
+                head = b""
+            if head.startswith(b"HTTP/1.1 101 "):
+                self.assertEqual(browser.recv(3, socket.MSG_WAITALL), b"\x81\x010")
+                browsers.append(browser)
+            else:
+                self.assertTrue(head == b"" or head.startswith(b"HTTP/1.1 503 "), head)
+                refused += 1
+        self.assertGreater(len(browsers), 900)
+        self.assertGreater(refused, 0)
+        for browser in (browsers[0], browsers[-1]):
+            browser.sendall(frame(0x89, b"?"))
+            self.assertEqual(browser.recv(3, socket.MSG_WAITALL), b"\x8a\x01?")
+        browsers[0].close()
+        wait_until(lambda: self.server.get("/load") == "-1", "there is room again")
+
+
+class Shutdown(unittest.TestCase):
+    def check(self, server, path, number):
+        with server, open_websocket(server, path) as browser, connect(server) as half, connect(server) as kept:
+            half.sendall(b"GET / HT")
+            kept.sendall(b"GET /load HTTP/1.1\r\nHost: h\r\n\r\n")
+            read_head(kept)
+            self.assertEqual(server.stop(number), 0)  # nobody answers the close
+            self.assertEqual(close_code(read_all(browser)), 1001)
+
+    def test_the_session_server_ends_with_browsers_that_never_answer(self):
+        for number in (signal.SIGTERM, signal.SIGINT):
+            self.check(SessionServer([]), "/", number)
+
+    def test_the_simulation_server_ends_with_browsers_that_never_answer(self):
+        self.check(SimulationServer(), "/client", signal.SIGTERM)
+
+
+class Tls(unittest.IsolatedAsyncioTestCase):
+    def setUp(self):
+        if not shutil.which("openssl"):
+            self.skipTest("openssl is missing (package openssl)")
+        self.folder = tempfile.mkdtemp(prefix="webots_cloud_tls_")
+        self.addCleanup(shutil.rmtree, self.folder)
+        self.certificate = self.path("certificate.pem")
+        self.key = self.path("key.pem")
+        self.certify("certificate.pem", "key.pem")
+
+    def path(self, name):
+        return os.path.join(self.folder, name)
+
+    def certify(self, certificate, key):
+        subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes",
+                        "-days", "2", "-subj", "/CN=localhost", "-addext", "subjectAltName=DNS:localhost",
+                        "-out", self.path(certificate), "-keyout", self.path(key)], check=True, capture_output=True)
+
+    def renew(self):
+        """Another certificate in the place of the first."""
+        self.certify("new_certificate.pem", "new_key.pem")
+        os.replace(self.path("new_key.pem"), self.key)
+        os.replace(self.path("new_certificate.pem"), self.certificate)
+
+    def server(self, **config):
+        return SessionServer([], sslCertificate=self.certificate, sslKey=self.key, **config)
+
+    def context(self, version=None):
+        context = ssl.create_default_context(cafile=self.certificate)
+        if version:
+            context.minimum_version = context.maximum_version = version
+        return context
+
+    def shown(self, server):
+        """The certificate that new connections see."""
+        return ssl.get_server_certificate(("localhost", server.port))
+
+    async def test_http_and_websocket_over_tls_1_2_and_1_3(self):
+        with self.server() as server:
+            for version in (ssl.TLSVersion.TLSv1_2, ssl.TLSVersion.TLSv1_3):
+                context = self.context(version)
+                with urllib.request.urlopen(server.url + "/load", context=context, timeout=PATIENCE) as answer:
+                    self.assertEqual(answer.read(), b"-1")
+                async with websockets.connect(f"wss://localhost:{server.port}/", ssl=context) as browser:
+                    self.assertEqual(browser.transport.get_extra_info("ssl_object").version(), version.name.replace("_", "."))
+                    self.assertEqual(await browser.recv(), "0")
+                    await browser.send("x" * 65536)
+                    await asyncio.wait_for(await browser.ping(), PATIENCE)
+                    await browser.send("x" * 65537)
+                    await asyncio.wait_for(browser.wait_closed(), PATIENCE)
+                    self.assertEqual(browser.close_code, 1009)
+
+    async def test_many_requests_and_a_large_answer_over_one_connection(self):
+        with self.server() as server:
+            with self.context().wrap_socket(connect(server), server_hostname="localhost") as client:
+                client.sendall(b"GET /monitor HTTP/1.1\r\nHost: h\r\n\r\n" * 200 + b"GET /load HTTP/1.0\r\n\r\n")
+                answers = read_all(client)
+                self.assertEqual(answers.count(b"HTTP/1.1 200 "), 201)
+                self.assertTrue(answers.endswith(b"\r\n\r\n-1"))
+
+    async def test_a_renewed_certificate_is_shown_and_a_broken_one_is_not(self):
+        with self.server() as server:
+            first = self.shown(server)
+            async with websockets.connect(f"wss://localhost:{server.port}/", ssl=self.context()) as browser:
+                self.assertEqual(await browser.recv(), "0")
+                self.renew()
+                wait_until(lambda: self.shown(server) != first, "the renewed certificate is shown")
+                second = self.shown(server)
+                with open(self.certificate, "w") as file:
+                    file.write("broken")
+                wait_until(lambda: "The certificate stays as it was: " in server.log(), "the broken one is noticed")
+                self.assertEqual(self.shown(server), second)
+                self.renew()
+                wait_until(lambda: self.shown(server) not in (first, second), "the third one is shown")
+                self.assertEqual(server.log().count("The certificate stays as it was: "), 1, server.log())
+                await asyncio.wait_for(await browser.ping(), PATIENCE)
+
+    async def test_who_does_not_speak_tls_hurts_nobody(self):
+        with self.server() as server:
+            with connect(server) as silent:
+                self.assertNotIn(b"200", exchange(server, b"GET /load HTTP/1.1\r\nHost: h\r\n\r\n"))
+                exchange(server, os.urandom(3000))
+                self.assertEqual(server.get("/load"), "-1")
+                self.assertEqual(read_all(silent), b"", "a handshake has a deadline")
+
+    async def test_shutdown_closes_with_1001(self):
+        with self.server() as server:
+            async with websockets.connect(f"wss://localhost:{server.port}/", ssl=self.context()) as browser:
+                await browser.recv()
+                self.assertEqual(await asyncio.to_thread(server.stop), 0)
+                await asyncio.wait_for(browser.wait_closed(), PATIENCE)
+                self.assertEqual(browser.close_code, 1001)
+
+    async def test_the_simulation_server_speaks_tls_too(self):
+        with SimulationServer(sslCertificate=self.certificate, sslKey=self.key) as server:
+            async with websockets.connect(f"wss://localhost:{server.port}/client", ssl=self.context()) as browser:
+                await asyncio.wait_for(await browser.ping(), PATIENCE)
+
+    def fails(self, sentence, **config):
+        server = SessionServer([], **config)
+        self.addCleanup(server.close)
+        with self.assertRaises(AssertionError) as raised:
+            server.start()
+        lines = str(raised.exception).strip().splitlines()[1:]
+        self.assertEqual(len(lines), 1, lines)
+        self.assertIn(sentence, lines[0])
+        return server.process.returncode
+
+    async def test_unusable_files_are_one_sentence_at_start(self):
+        self.certify("other_certificate.pem", "other_key.pem")
+        with open(self.path("empty"), "w"):
+            pass
+        subprocess.run(["openssl", "ec", "-aes128", "-passout", "pass:x", "-in", self.key, "-out", self.path("locked.pem")],
+                       check=True, capture_output=True)
+        for certificate, key, sentence in (
+                (self.path("none.pem"), self.key, "none.pem can't be used: No such file or directory"),
+                (self.certificate, self.path("none.pem"), "none.pem can't be used: No such file or directory"),
+                (self.certificate, self.path("other_key.pem"), f"it is not the key of the certificate {self.certificate}"),
+                (self.path("empty"), self.key, "empty can't be used: "),
+                (self.certificate, self.path("locked.pem"), "locked.pem can't be used: ")):
+            with self.subTest(sentence=sentence):
+                self.assertEqual(self.fails(sentence, sslCertificate=certificate, sslKey=key), 2)
+
+    async def test_one_key_without_the_other_is_a_wrong_configuration(self):
+        self.assertEqual(self.fails('key "sslKey" is missing', sslCertificate=self.certificate), 2)
+        self.assertEqual(self.fails('key "sslCertificate" is missing', sslKey=self.key), 2)
+        self.assertEqual(self.fails('key "connectionsPerAddress": expected an integer from 1', connectionsPerAddress=0), 2)
+
+    async def test_a_port_in_use_is_one_sentence_and_status_2(self):
+        with SessionServer([]) as first:
+            again = subprocess.run([program("webots-session-server"), os.path.join(first.folder, "config.json")],
+                                   capture_output=True, text=True, timeout=PATIENCE)
+        self.assertEqual((again.returncode, again.stderr.count("\n")), (2, 1), again)
+        self.assertIn(f"can't listen on port {first.port}: ", again.stderr)
+
+    async def test_check_config_knows_the_keys(self):
+        path = self.path("config.json")
+        with open(path, "w") as file:
+            file.write('{"port": 1999, "simulationServers": [], "sslKey": "k", "sslCertificate": "c", "connectionsPerAddress": 9}')
+        checked = subprocess.run([program("webots-session-server"), "--check-config", path], capture_output=True, text=True,
+                                 timeout=PATIENCE)
+        self.assertEqual((checked.returncode, checked.stderr), (0, ""), checked)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,140 @@
+#!/usr/bin/python3
+"""The session server as a process, with small simulation servers of the test's own. Protocol sections 2, 3, 8.1 and 9.1."""
+
+import asyncio
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import unittest
+import urllib.request
+
+sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
+from support.machine import Machine  # noqa: E402
+from support.servers import SessionServer, free_port, main, program, wait_until  # noqa: E402
+
+try:
+    import websockets
+except ImportError as error:
+    raise SystemExit(print(f"skipped: {error} (package python3-websockets)") or 77)
+
+
+def server_states(session):
+    return [line for line in session.get("/metrics").splitlines() if line.startswith("webots_servers{")]
+
+
+class Sessions(unittest.IsolatedAsyncioTestCase):
+    async def test_a_browser_is_sent_to_the_idle_machine_and_told_when_there_is_none(self):
+        with Machine("80") as busy, Machine("5.5") as idle, SessionServer([busy.address, idle.address],
+                                                                          loadThreshold=95) as session:
+            wait_until(lambda: session.get("/") == "1", "availability")
+            with urllib.request.urlopen(session.url + "/session?url=https://github.com/o/r") as answer:
+                self.assertEqual(answer.read().decode(), f"ws://{idle.address}")
+                self.assertEqual(answer.headers["Access-Control-Allow-Origin"], "*")
+                self.assertEqual(answer.headers["Content-Type"], "text/html; charset=UTF-8")
+            self.assertEqual(session.get("/load"), "42.75")
+            async with websockets.connect(f"ws://localhost:{session.port}/") as browser:
+                self.assertEqual(await browser.recv(), "1")
+                busy.load = idle.load = "99"
+                self.assertEqual(await asyncio.wait_for(browser.recv(), 30), "0")
+                self.assertEqual(session.get("/session"), "Error: no simulation server available at the moment.")
+                idle.load = "3"
+                self.assertEqual(await asyncio.wait_for(browser.recv(), 30), "1")
+            async with websockets.connect(f"ws://localhost:{session.port}/session") as browser:
+                self.assertEqual(await browser.recv(), f"ws://{idle.address}")
+                with self.assertRaises(websockets.ConnectionClosed):
+                    await browser.recv()
+                self.assertEqual(browser.close_code, 1000)
+
+    async def test_the_order_of_starting_does_not_matter(self):
+        before = Machine()
+        late_port = free_port()
+        with before, SessionServer([before.address, f"127.0.0.1:{late_port}"]) as session:
+            wait_until(lambda: 'webots_servers{state="down"} 1' in server_states(session), "the late one is down")
+            self.assertEqual(session.get("/"), "1")
+            with Machine(port=late_port):
+                wait_until(lambda: 'webots_servers{state="up"} 2' in server_states(session), "the late one is up")
+        self.assertGreater(len(before.polls), 1)
+
+    async def test_connections_are_kept_where_the_peer_allows(self):
+        with Machine() as kept, Machine(keep_alive=False) as closing, SessionServer([kept.address, closing.address]) as session:
+            wait_until(lambda: len(kept.polls) > 3 and len(closing.polls) > 3, "polls")
+            self.assertEqual(len({client for client, _ in kept.polls}), 1)
+            self.assertEqual(len({client for client, _ in closing.polls}), len(closing.polls))
+            self.assertEqual(kept.polls[0][1]["Accept"], "application/json, text/plain;q=0.5")
+            self.assertIn('webots_servers{state="up"} 2', server_states(session))
+
+    async def test_nonsense_is_no_load(self):
+        with Machine("10") as machine, SessionServer([machine.address]) as session:
+            for nonsense in ("", "abc", "nan", "-1", "9" * 100_000):
+                machine.load = "10"
+                wait_until(lambda: session.get("/") == "1", "up")
+                machine.load = nonsense
+                wait_until(lambda: session.get("/") == "0", f"{nonsense[:10]!r} counts as a load")
+            machine.load, machine.status = "10", 500
+            self.assertEqual(session.get("/"), "0")
+
+    async def test_sighup_takes_new_servers_and_keeps_browsers(self):
+        with Machine() as first, Machine() as second, SessionServer([first.address]) as session:
+            wait_until(lambda: session.get("/") == "1", "up")
+            async with websockets.connect(f"ws://localhost:{session.port}/") as browser:
+                self.assertEqual(await browser.recv(), "1")
+                path = os.path.join(session.folder, "config.json")
+                with open(path, "w") as file:
+                    json.dump({**session.config, "simulationServers": [second.address]}, file)
+                session.process.send_signal(signal.SIGHUP)
+                wait_until(lambda: session.get("/session") == f"ws://{second.address}", "the second one is used")
+                with open(path, "w") as file:
+                    file.write("{")
+                session.process.send_signal(signal.SIGHUP)
+                wait_until(lambda: "The configuration stays as it was" in session.log(), "the bad file is refused")
+                self.assertEqual(session.get("/session"), f"ws://{second.address}")
+                await browser.ping()
+
+    async def test_sigterm_closes_sockets_with_1001_and_exits_with_0(self):
+        with Machine() as machine, SessionServer([machine.address]) as session:
+            async with websockets.connect(f"ws://localhost:{session.port}/") as browser:
+                await browser.recv()
+                self.assertEqual(await asyncio.to_thread(session.stop), 0)
+                with self.assertRaises(websockets.ConnectionClosed):
+                    while True:
+                        await asyncio.wait_for(browser.recv(), 30)
+                self.assertEqual(browser.close_code, 1001)
+
+    async def test_the_log_is_a_file_in_the_format_operators_know(self):
+        with Machine() as machine, SessionServer([machine.address], debug=False, logDir="logs") as session:
+            wait_until(lambda: session.get("/") == "1", "up")
+            session.get("/nope")
+            with open(os.path.join(session.folder, "logs", "session", "output.log")) as file:
+                text = wait_until(lambda: (file.seek(0), file.read())[1], "the log is empty")
+                self.assertRegex(text, r"(?m)^\d{4}-\d\d-\d\d \d\d:\d\d:\d\d,\d{3} \[INFO   \]  Session server running on port \d+$")
+
+
+class Programs(unittest.TestCase):
+    def run_program(self, *arguments):
+        with tempfile.TemporaryDirectory() as folder:
+            finished = subprocess.run([program("webots-session-server"), *arguments], capture_output=True, text=True, timeout=30,
+                                      cwd=folder)
+        return finished.returncode, finished.stdout, finished.stderr
+
+    def test_help_and_version(self):
+        status, text, _ = self.run_program("--help")
+        self.assertEqual(status, 0)
+        self.assertIn("config/session/local.json", text)
+        status, text, _ = self.run_program("--version")
+        self.assertRegex(text, r"^webots-session-server \d+\.\d+\.\d+$")
+
+    def test_wrong_arguments_and_missing_files_are_one_sentence_and_status_2(self):
+        for arguments, sentence in ((["--nope"], "unrecognised option '--nope'"), (["a.json", "b.json"], "Too many arguments."),
+                                    (["/nonexistent/c.json"], "/nonexistent/c.json: the configuration can't be read: "),
+                                    (["/"], "expected a configuration file, found a folder")):
+            status, _, text = self.run_program(*arguments)
+            self.assertEqual(status, 2, arguments)
+            self.assertIn(sentence, text)
+            self.assertEqual(text.count("\n"), 1, text)
+
+
+if __name__ == "__main__":
+    main()

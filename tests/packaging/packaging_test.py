@@ -1,0 +1,106 @@
+#!/usr/bin/python3
+"""Uses the library as strangers do: from an installed prefix by find_package, and from its sources by add_subdirectory.
+
+Usage: packaging_test.py BUILD_FOLDER CXX_COMPILER CXX_FLAGS [unittest arguments]
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+SOURCE = os.path.dirname(os.path.dirname(HERE))
+ADAPTER_LIBRARIES = ("libgit2", "libcurl", "libssl", "libspdlog")
+ADAPTER_PACKAGES = ("CURL", "OpenSSL", "PkgConfig", "ZLIB", "spdlog")
+
+
+def run(*command):
+    """Runs a command in an environment without hints to other prefixes; its whole output is the message when it fails."""
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(("CMAKE_", "webots_cloud_"))}
+    done = subprocess.run(command, env=environment, stdin=subprocess.DEVNULL, text=True,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    if done.returncode != 0:
+        raise AssertionError(f"{' '.join(command)}: exit status {done.returncode}\n{done.stdout}")
+    return done.stdout
+
+
+def files_below(folder):
+    return {os.path.relpath(os.path.join(parent, name), folder) for parent, _, names in os.walk(folder) for name in names}
+
+
+class PackagingTest(unittest.TestCase):
+    build, compiler, flags = "", "", ""
+
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory(prefix="webots_cloud_packaging_")
+        cls.addClassCleanup(folder.cleanup)
+        cls.folder = folder.name
+
+    def build_consumer(self, name, *arguments):
+        """Configures and builds an outside project; returns its program."""
+        build = os.path.join(self.folder, name)
+        run("cmake", "-S", os.path.join(HERE, name), "-B", build, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
+            f"-DCMAKE_CXX_COMPILER={self.compiler}", f"-DCMAKE_CXX_FLAGS={self.flags}", *arguments)
+        run("cmake", "--build", build, "--parallel", "2")
+        return os.path.join(build, "consumer")
+
+    def linked_adapter_libraries(self, program):
+        linked = run("ldd", program)
+        return [library for library in ADAPTER_LIBRARIES if library + "." in linked]
+
+
+class FindPackage(PackagingTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.prefix = os.path.join(cls.folder, "prefix")
+        run("cmake", "--install", cls.build, "--prefix", cls.prefix)
+
+    def test_every_public_header_is_installed(self):
+        self.assertEqual(files_below(os.path.join(self.prefix, "include")), files_below(os.path.join(SOURCE, "include")))
+
+    def test_core_alone_needs_no_library_of_the_adapters(self):
+        absent = [f"-DCMAKE_DISABLE_FIND_PACKAGE_{package}=ON" for package in ADAPTER_PACKAGES]
+        program = self.build_consumer("core_consumer", f"-DCMAKE_PREFIX_PATH={self.prefix}", *absent)
+        self.assertEqual(run(program), "placed on idle:2000\n")
+        self.assertEqual(self.linked_adapter_libraries(program), [])
+
+    def test_the_whole_library_comes_with_all_that_it_links_to(self):
+        program = self.build_consumer("full_consumer", f"-DCMAKE_PREFIX_PATH={self.prefix}")
+        self.assertEqual(run(program), "answered hello\n")
+        self.assertIn("libcurl", self.linked_adapter_libraries(program))
+
+    def test_an_unknown_component_is_refused_with_its_name(self):
+        with self.assertRaisesRegex(AssertionError, "gateway"):
+            run("cmake", f"-DCMAKE_PREFIX_PATH={self.prefix}", "-S", os.path.join(HERE, "unknown_component"),
+                "-B", os.path.join(self.folder, "unknown"), "-G", "Ninja")
+
+    def test_the_installed_servers_find_their_configuration(self):
+        for kind in ("session", "simulation"):
+            program = os.path.join(self.prefix, "bin", f"webots-{kind}-server")
+            done = subprocess.run([program, "--check-config"], cwd="/", text=True, capture_output=True)
+            expected = os.path.join(self.prefix, "share", "webots_cloud", "config", kind, "local.json")
+            self.assertEqual((done.returncode, done.stdout, done.stderr), (0, f"{expected}: good\n", ""))
+
+    def test_what_the_simulation_server_starts_is_installed_beside_it(self):
+        for program in ("webots-process-guard", "webots-demo-simulator"):
+            self.assertTrue(os.access(os.path.join(self.prefix, "bin", program), os.X_OK), program)
+        projects = os.path.join("examples", "demo_projects")
+        self.assertEqual(files_below(os.path.join(self.prefix, "share", "webots_cloud", projects)),
+                         files_below(os.path.join(SOURCE, projects)))
+
+
+class AddSubdirectory(PackagingTest):
+    def test_core_alone_needs_no_library_of_the_adapters(self):
+        absent = [f"-DCMAKE_DISABLE_FIND_PACKAGE_{package}=ON" for package in ADAPTER_PACKAGES]
+        program = self.build_consumer("subdirectory_consumer", f"-DWEBOTS_CLOUD_SOURCE_DIR={SOURCE}", *absent)
+        self.assertEqual(run(program), "placed on idle:2000\n")
+        self.assertEqual(self.linked_adapter_libraries(program), [])
+
+
+if __name__ == "__main__":
+    PackagingTest.build, PackagingTest.compiler, PackagingTest.flags = sys.argv[1:4]
+    unittest.main(argv=sys.argv[:1] + sys.argv[4:], verbosity=2)

@@ -1,0 +1,237 @@
+#!/usr/bin/python3
+"""Drives server.sh with the real servers, in a folder of its own; only the build is left out, for the programs are built.
+
+Usage: server_script_test.py PATH_OF_SERVER_SH FOLDER_OF_PROGRAMS
+"""
+
+import json
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+import urllib.request
+
+SCRIPT, PROGRAMS = "", ""
+PATIENCE_SECONDS = 30
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def is_running(pid):
+    try:
+        with open(f"/proc/{pid}/stat") as stat:
+            return stat.read().rpartition(")")[2].split()[0] not in "ZX"
+    except OSError:
+        return False
+
+
+class ServerScriptTest(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="webots_cloud_script_")
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+        self.ports = {"session": free_port(), "simulation": free_port()}
+        shutil.copy(SCRIPT, self.folder)
+        self.write("cmake/packages/build.txt", "# the programs are built\n")
+        shutil.copy(os.path.join(os.path.dirname(SCRIPT), "cmake/packages/install.sh"), self.path("cmake/packages"))
+        self.write("bin/cmake", "#!/bin/sh\nexit 0\n")
+        os.chmod(self.path("bin/cmake"), 0o755)
+        os.makedirs(self.path("build/release"))
+        os.symlink(PROGRAMS, self.path("build/release/bin"))
+        os.makedirs(self.path("tmp"))
+        self.configure("local")
+        self.addCleanup(self.run_script, "stop")
+
+    def path(self, name):
+        return os.path.join(self.folder, name)
+
+    def write(self, name, text):
+        os.makedirs(os.path.dirname(self.path(name)), exist_ok=True)
+        with open(self.path(name), "w") as file:
+            file.write(text)
+
+    def configure(self, name, kinds=("session", "simulation"), **more):
+        settings = {"session": {"simulationServers": [f"localhost:{self.ports['simulation']}"]}, "simulation": {}}
+        for kind in kinds:
+            config = {"server": "localhost", "ssl": False, "portRewrite": False, "port": self.ports[kind]}
+            self.write(f"config/{kind}/{name}.json", json.dumps({**config, **settings[kind], **more}, indent=2))
+
+    def run_script(self, *arguments):
+        """Returns exit status, standard output and standard error."""
+        environment = {"PATH": f"{self.path('bin')}:{os.environ['PATH']}", "HOME": self.path("tmp"), "TMPDIR": self.path("tmp")}
+        done = subprocess.run(["./server.sh", *arguments], cwd=self.folder, env=environment, text=True, timeout=120,
+                              stdin=subprocess.DEVNULL, capture_output=True)
+        return done.returncode, done.stdout, done.stderr
+
+    def pid(self, kind):
+        with open(self.path(f"log/.{kind}.pid")) as file:
+            return int(file.read())
+
+    def start(self, name="local"):
+        status, output, errors = self.run_script("start", name)
+        self.assertEqual((status, errors), (0, ""), output)
+        return output
+
+    def get(self, kind, path):
+        with urllib.request.urlopen(f"http://localhost:{self.ports[kind]}{path}", timeout=PATIENCE_SECONDS) as answer:
+            return answer.read().decode()
+
+
+class Starting(ServerScriptTest):
+    def test_a_start_names_the_servers_and_the_address_at_which_they_answer(self):
+        output = self.start()
+        self.assertEqual(output.splitlines(), [
+            f"Started local simulation server ({self.pid('simulation')})",
+            f"Started local session server ({self.pid('session')})",
+            f"Open http://localhost:{self.ports['session']}/viewer/"])
+        self.assertIn("<html", self.get("session", "/viewer/"))
+        self.assertGreaterEqual(float(self.get("simulation", "/load")), 0)
+
+    def test_a_second_start_leaves_the_servers_as_they_are(self):
+        self.start()
+        pids = self.pid("simulation"), self.pid("session")
+        self.assertEqual(self.start().splitlines(), [
+            f"The local simulation server is already running ({pids[0]})",
+            f"The local session server is already running ({pids[1]})",
+            f"Open http://localhost:{self.ports['session']}/viewer/"])
+        self.assertEqual((self.pid("simulation"), self.pid("session")), pids)
+
+    def test_a_start_replaces_only_the_server_that_died(self):
+        self.start()
+        alive, dead = self.pid("simulation"), self.pid("session")
+        os.kill(dead, signal.SIGKILL)
+        deadline = time.monotonic() + PATIENCE_SECONDS
+        while is_running(dead) and time.monotonic() < deadline:
+            time.sleep(0.02)
+        output = self.start()
+        self.assertIn(f"The local simulation server is already running ({alive})", output)
+        self.assertIn(f"Started local session server ({self.pid('session')})", output)
+
+    def test_only_the_kinds_that_are_configured_are_started(self):
+        self.configure("machine", kinds=["simulation"])
+        self.assertEqual(self.start("machine"), f"Started machine simulation server ({self.pid('simulation')})\n")
+        self.assertFalse(os.path.exists(self.path("log/.session.pid")))
+
+    def test_the_address_behind_a_proxy_is_the_public_one(self):
+        self.configure("public", ssl=True, portRewrite=True, server="sim.example.org")
+        self.assertIn(f"Open https://sim.example.org/{self.ports['session']}/viewer/\n", self.start("public"))
+
+    def test_servers_hold_nothing_of_the_terminal_that_started_them(self):
+        self.start()
+        for kind in ("session", "simulation"):
+            pid = self.pid(kind)
+            self.assertEqual(os.readlink(f"/proc/{pid}/fd/0"), "/dev/null")
+            self.assertEqual(os.readlink(f"/proc/{pid}/fd/1"), self.path(f"log/{kind}/console.log"))
+            self.assertEqual(os.getsid(pid), pid)
+
+
+class Refusing(ServerScriptTest):
+    def test_an_unknown_name_is_refused_and_the_files_that_it_needs_are_named(self):
+        status, _, errors = self.run_script("start", "nowhere")
+        self.assertEqual(status, 1)
+        self.assertIn("config/session/nowhere.json", errors)
+
+    def test_a_port_in_use_is_named(self):
+        with socket.create_server(("127.0.0.1", self.ports["session"])):
+            status, _, errors = self.run_script("start")
+        self.assertEqual(status, 1)
+        self.assertIn(f"Port {self.ports['session']} is in use by another program", errors)
+
+    def test_a_bad_configuration_is_told_before_anything_is_started(self):
+        self.write("config/session/local.json", "{ nonsense")
+        status, output, errors = self.run_script("start")
+        self.assertEqual((status, output), (1, ""))
+        self.assertRegex(errors, r"config/session/local\.json: not JSON: .* line 1, column \d+")
+        self.assertFalse(os.path.exists(self.path("log/.simulation.pid")))
+
+    def test_a_server_that_ends_at_once_is_told_with_its_last_words(self):
+        self.write("log/session/output.log/in_the_way", "")
+        status, _, errors = self.run_script("start")
+        self.assertEqual(status, 1)
+        self.assertIn("The session server ended at once. It said:", errors)
+        self.assertIn("output.log", errors)
+        self.assertFalse(os.path.exists(self.path("log/.session.pid")))
+
+    def test_another_configuration_does_not_replace_servers_that_run(self):
+        self.configure("other")
+        self.start()
+        status, _, errors = self.run_script("start", "other")
+        self.assertEqual(status, 1)
+        self.assertRegex(errors, r"runs with config/simulation/local\.json")
+
+    def test_wrong_arguments_print_the_usage(self):
+        for arguments in ([], ["begin"], ["start", "local", "more"]):
+            status, output, errors = self.run_script(*arguments)
+            self.assertEqual((status, output), (2, ""))
+            self.assertTrue(errors.startswith("Usage: ./server.sh start|stop|restart [NAME]"))
+
+
+class Stopping(ServerScriptTest):
+    def test_a_stop_returns_when_both_have_ended(self):
+        self.start()
+        pids = {kind: self.pid(kind) for kind in ("session", "simulation")}
+        status, output, errors = self.run_script("stop")
+        self.assertEqual((status, errors), (0, ""))
+        self.assertEqual(output, "".join(f"Stopped {kind} server ({pid})\n" for kind, pid in pids.items()))
+        self.assertEqual([is_running(pid) for pid in pids.values()], [False, False])
+        self.assertEqual(self.run_script("stop"), (0, "No server is running\n", ""))
+
+    def test_a_name_stops_only_the_servers_that_run_with_it(self):
+        self.configure("other", kinds=["session"])
+        self.start()
+        self.assertEqual(self.run_script("stop", "other")[:2], (0, "No other server is running\n"))
+        self.assertTrue(is_running(self.pid("session")))
+
+    def test_a_number_that_another_program_has_now_is_never_killed(self):
+        stranger = subprocess.Popen(["sleep", "600"])
+        self.addCleanup(stranger.wait)
+        self.addCleanup(stranger.kill)
+        self.write("log/.session.pid", f"{stranger.pid}\n")
+        self.assertEqual(self.run_script("stop"), (0, "No server is running\n", ""))
+        self.assertIsNone(stranger.poll())
+        self.write("log/.session.pid", f"{stranger.pid}\n")
+        self.assertIn("Started local session server", self.start())
+        self.assertIsNone(stranger.poll())
+
+    def test_stale_and_broken_pid_files_count_as_none(self):
+        for content in ("", "nonsense", "-1", "4194304000"):
+            self.write("log/.simulation.pid", content)
+            self.assertEqual(self.run_script("stop"), (0, "No server is running\n", ""), content)
+
+    def test_a_restart_gives_new_processes_of_the_named_configuration(self):
+        self.configure("other")
+        self.start()
+        before = self.pid("session")
+        status, output, _ = self.run_script("restart", "other")
+        self.assertEqual(status, 0, output)
+        self.assertRegex(output, rf"Stopped session server \({before}\)(.|\n)*Started other session server")
+        self.assertNotEqual(self.pid("session"), before)
+
+    def test_a_restart_that_can_not_succeed_stops_nothing(self):
+        self.start()
+        self.write("config/simulation/broken.json", "[]")
+        self.assertEqual(self.run_script("restart", "broken")[0], 1)
+        self.assertTrue(is_running(self.pid("session")) and is_running(self.pid("simulation")))
+
+
+def main():
+    global SCRIPT, PROGRAMS
+    SCRIPT, PROGRAMS = (os.path.abspath(argument) for argument in sys.argv[1:3])
+    missing = [name for name in ("bash", "flock", "setsid") if not shutil.which(name)]
+    if missing:
+        print(f"skipped: {', '.join(missing)} not installed")
+        return 77
+    return 0 if unittest.main(argv=sys.argv[:1] + sys.argv[3:], verbosity=2, exit=False).result.wasSuccessful() else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,92 @@
+"""Headless Chromium for tests: one place for its start-up options."""
+
+import contextlib
+import os
+import shutil
+import tempfile
+import unittest
+
+DRIVER = "/usr/bin/chromedriver"
+CHROMIUM = "/usr/bin/chromium"
+
+ARGUMENTS = (
+    "--headless=new",
+    "--no-sandbox",  # Chromium's own sandbox refuses to start as root.
+    "--disable-gpu",
+    "--disable-dev-shm-usage",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--disable-extensions",
+    "--hide-scrollbars",
+    "--no-proxy-server",
+)
+
+
+@contextlib.contextmanager
+def open_browser(width, height, dark=False):
+    """Yields a Selenium driver whose page is exactly width x height CSS pixels; raises SkipTest without Chromium.
+
+    The profile is new and is removed afterwards; leaving the context ends Chromium and its driver.
+    """
+    webdriver, service_class = _selenium()
+    for program in (CHROMIUM, DRIVER):
+        if not os.access(program, os.X_OK):
+            raise unittest.SkipTest(f"{program} is missing (packages chromium and chromium-driver)")
+    profile = tempfile.mkdtemp(prefix="webots_cloud_browser_")
+    try:
+        driver = webdriver.Chrome(service=service_class(DRIVER), options=_options(webdriver, profile))
+        try:
+            driver.set_script_timeout(30)
+            driver.set_page_load_timeout(30)
+            resize(driver, width, height)
+            _prefer_dark(driver, dark)
+            yield driver
+        finally:
+            driver.quit()
+    finally:
+        shutil.rmtree(profile, ignore_errors=True)
+
+
+def resize(driver, width, height):
+    """Sets the size of the page. (A window's own size includes its frame and has a minimum of about 500 pixels.)"""
+    metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
+    driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+
+
+def screenshot(driver, path):
+    """Writes the visible page to a PNG file, creating its folder."""
+    os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
+    if not driver.save_screenshot(path):
+        raise OSError(f"cannot write the screenshot {path}")
+
+
+def console_messages(driver, level=None):
+    """Returns and forgets what the browser's console got: dicts with level (INFO, WARNING, SEVERE) and message."""
+    return [entry for entry in driver.get_log("browser") if level is None or entry["level"] == level]
+
+
+def _selenium():
+    try:
+        from selenium import webdriver
+        from selenium.webdriver.chrome.service import Service
+    except ImportError as error:
+        raise unittest.SkipTest(f"{error} (package python3-selenium)") from error
+    return webdriver, Service
+
+
+def _options(webdriver, profile):
+    options = webdriver.ChromeOptions()
+    options.binary_location = CHROMIUM
+    for argument in (*ARGUMENTS, f"--user-data-dir={profile}"):
+        options.add_argument(argument)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    options.ignore_local_proxy_environment_variables()
+    return options
+
+
+def _prefer_dark(driver, dark):
+    scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
+    driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [scheme]})

@@ -1,0 +1,81 @@
+"""Drives the program git_source_probe, which fetches worlds with the git source."""
+
+import json
+import os
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+WORLD = "#VRML_SIM R2023b utf8\nWorldInfo { }\n"
+HEADER = "#VRML_SIM R2023b utf8"
+
+
+def require_probe():
+    """The path of the program; raises SkipTest without it."""
+    path = os.path.join(os.environ.get("WEBOTS_CLOUD_BIN", ""), "git_source_probe")
+    if not os.access(path, os.X_OK):
+        raise unittest.SkipTest(f"{path} is missing (WEBOTS_CLOUD_BIN names the folder of the built programs)")
+    return path
+
+
+class Probe:
+    """A cache and a folder of projects; each `fetch` is a process of its own that uses them."""
+
+    def __init__(self, forge, folder=None):
+        self.program = require_probe()
+        self.forge = forge
+        self.folder = tempfile.mkdtemp(prefix="webots_cloud_probe_", dir=folder)
+        self.cache = os.path.join(self.folder, "cache")
+        self.log = ""
+        self.longest_pause_ms = 0.0
+        self._runs = 0
+
+    def close(self):
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def command(self, worlds, *options):
+        """The command line of a run, and the folder that its projects go into."""
+        self._runs += 1
+        into = os.path.join(self.folder, f"run{self._runs}")
+        os.mkdir(into)
+        addresses = [world if "://" in world else f"{self.forge}/{world}" for world in worlds]
+        command = [self.program, "--cache", self.cache, "--forge", self.forge, "--into", into, *options, *addresses]
+        return command, into
+
+    def fetch_all(self, worlds, *options, timeout=120):
+        """What became of each world: dictionaries with root, revision, header and ms, or error; bytes, objects."""
+        command, _ = self.command(worlds, *options)
+        finished = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=timeout)
+        self.log = finished.stderr.decode()
+        if finished.returncode != 0:
+            raise AssertionError(f"the probe ended with {finished.returncode}: {self.log}")
+        answers = {}
+        for line in finished.stdout.decode().splitlines():
+            answer = json.loads(line)
+            if "world" in answer:
+                answers[answer["world"]] = answer
+            self.longest_pause_ms = answer.get("longest_pause_ms", self.longest_pause_ms)
+            if "discard" in answer:
+                raise AssertionError(f"discard failed: {answer['discard']}")
+        return [answers[i] for i in range(len(worlds))]
+
+    def fetch(self, world, *options):
+        return self.fetch_all([world], *options)[0]
+
+
+def tree(root):
+    """Everything below a folder by relative path: bytes of files, "-> target" for links, None for folders."""
+    found = {}
+    for folder, folders, files in os.walk(root):
+        for name in folders + files:
+            path = os.path.join(folder, name)
+            relative = os.path.relpath(path, root)
+            if os.path.islink(path):
+                found[relative] = "-> " + os.readlink(path)
+            elif os.path.isdir(path):
+                found[relative] = None
+            else:
+                with open(path, "rb") as file:
+                    found[relative] = file.read()
+    return found

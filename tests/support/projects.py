@@ -1,0 +1,17 @@
+"""Projects as people keep them in Webots repositories, for tests."""
+
+import os
+
+EXAMPLES = os.path.join(os.path.dirname(__file__), "..", "..", "examples", "demo_projects")
+
+
+def demo_project(name="robots", under=""):
+    """The files of a demo project by path, as they lie in a repository below the folder `under`."""
+    files = {}
+    root = os.path.join(EXAMPLES, name)
+    for folder, _, names in os.walk(root):
+        for file in names:
+            path = os.path.join(folder, file)
+            with open(path, "rb") as content:
+                files[os.path.join(under, os.path.relpath(path, root))] = content.read()
+    return files

@@ -1,0 +1,215 @@
+"""The real servers for tests: each in a folder of its own, on a free port of the loopback, ended with its context.
+
+    with SimulationServer(allowedRepositories=[git.url]) as simulation, SessionServer([simulation.address]) as session:
+        ...
+"""
+
+import contextlib
+import json
+import os
+import resource
+import shutil
+import signal
+import socket
+import ssl
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+import urllib.error
+import urllib.request
+
+BIN = os.environ.get("WEBOTS_CLOUD_BIN", "")
+PATIENCE = 30  # seconds: only how long a broken server is waited for
+
+
+def program(name):
+    """The path of one of our programs; SkipTest where it is not built."""
+    path = os.path.join(BIN, name)
+    if not os.access(path, os.X_OK):
+        raise unittest.SkipTest(f"{name} is not built (WEBOTS_CLOUD_BIN={BIN!r})")
+    return path
+
+
+def free_port(following=0):
+    """A port that is free now, and so are the `following` ones after it."""
+    while True:
+        with contextlib.ExitStack() as sockets:
+            first = sockets.enter_context(socket.socket())
+            first.bind(("127.0.0.1", 0))
+            port = first.getsockname()[1]
+            try:
+                for number in range(port + 1, port + 1 + following):
+                    sockets.enter_context(socket.socket()).bind(("0.0.0.0", number))
+                return port
+            except (OSError, OverflowError):
+                continue
+
+
+def wait_until(condition, what, patience=PATIENCE):
+    """Waits until `condition()` is true and returns its value; fails with `what` otherwise."""
+    end = time.monotonic() + patience
+    while time.monotonic() < end:
+        value = condition()
+        if value:
+            return value
+        time.sleep(0.02)
+    raise AssertionError(f"waited {patience} s in vain: {what}")
+
+
+def descendants(pid):
+    """All living processes below `pid`."""
+    children = {}
+    for entry in os.listdir("/proc"):
+        if entry.isdigit():
+            with contextlib.suppress(OSError), open(f"/proc/{entry}/stat") as stat:
+                fields = stat.read().rpartition(")")[2].split()
+                if fields[0] not in "ZX":
+                    children.setdefault(int(fields[1]), []).append(int(entry))
+    found, todo = [], [pid]
+    while todo:
+        for child in children.get(todo.pop(), []):
+            found.append(child)
+            todo.append(child)
+    return found
+
+
+def is_alive(pid):
+    with contextlib.suppress(OSError), open(f"/proc/{pid}/stat") as stat:
+        return stat.read().rpartition(")")[2].split()[0] not in "ZX"
+    return False
+
+
+class Server:
+    """One of our servers as a process."""
+
+    PROGRAM = ""
+
+    descriptors = None  # a limit of open files
+
+    def __init__(self, config, port, environment=None):
+        self.folder = tempfile.mkdtemp(prefix="webots_cloud_server_")
+        self.port = port
+        self.address = f"localhost:{port}"
+        self.url = f"{'https' if 'sslCertificate' in config else 'http'}://localhost:{port}"
+        self.config = {"server": "localhost", "ssl": False, "portRewrite": False, "debug": True, "port": port, **config}
+        self.environment = environment or {}
+        self.process = None
+
+    def __enter__(self):
+        try:
+            self.start()
+        except BaseException:
+            self.close()
+            raise
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def start(self):
+        path = os.path.join(self.folder, "config.json")
+        with open(path, "w") as file:
+            json.dump(self.config, file)
+        os.makedirs(os.path.join(self.folder, "tmp"), exist_ok=True)
+        environment = {**os.environ, "HOME": self.folder, "TMPDIR": os.path.join(self.folder, "tmp"),
+                       "XDG_CACHE_HOME": os.path.join(self.folder, "cache"), **self.environment}
+        with open(self.log_path, "ab") as log:
+            self.process = subprocess.Popen([program(self.PROGRAM), path], stdin=subprocess.DEVNULL, stdout=log, stderr=log,
+                                            env=environment, cwd=self.folder, preexec_fn=self._limit)
+        wait_until(lambda: self.process.poll() is not None or self.get("/load"), f"{self.PROGRAM} does not answer")
+        if self.process.poll() is not None:
+            raise AssertionError(f"{self.PROGRAM} ended at once:\n{self.log()}")
+
+    def _limit(self):
+        if self.descriptors:
+            resource.setrlimit(resource.RLIMIT_NOFILE, (self.descriptors, self.descriptors))
+
+    def get(self, path, headers=None):
+        """The body of an answer, or None when the server can't be reached."""
+        request = urllib.request.Request(self.url + path, headers=headers or {})
+        try:
+            with urllib.request.urlopen(request, timeout=10, context=ssl._create_unverified_context()) as answer:
+                return answer.read().decode()
+        except (urllib.error.URLError, ConnectionError):
+            return None
+
+    def stop(self, signal_number=signal.SIGTERM):
+        """Ends it and returns its exit status."""
+        self.process.send_signal(signal_number)
+        return self.process.wait(PATIENCE)
+
+    def close(self):
+        if self.process and self.process.poll() is None:
+            self.process.terminate()
+            try:
+                self.process.wait(PATIENCE)
+            except subprocess.TimeoutExpired:
+                self.process.kill()
+                self.process.wait()
+        if os.environ.get("SHOW_LOGS"):
+            print(self.log(), file=sys.stderr)
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    @property
+    def log_path(self):
+        return os.path.join(self.folder, "output.log")
+
+    def log(self):
+        with open(self.log_path, errors="replace") as file:
+            return file.read()
+
+
+class SessionServer(Server):
+    PROGRAM = "webots-session-server"
+
+    def __init__(self, simulation_servers, port=0, **config):
+        # The machine that runs the tests may be busy: that is not what most of them are about.
+        super().__init__({"simulationServers": simulation_servers, "loadRefresh": 0.5, "loadThreshold": 1000, **config},
+                         port or free_port())
+
+
+class SimulationServer(Server):
+    """Runs the demo simulator, with faults as its command line knows them."""
+
+    PROGRAM = "webots-simulation-server"
+
+    def __init__(self, port=0, faults="", environment=None, **config):
+        config = {"notify": [], "maxConnections": 20, **config}
+        port = port or free_port(following=config["maxConnections"] + 10)
+        super().__init__(config, port, {"WEBOTS_DEMO_FAULTS": faults, "WEBOTS_DEMO_ADDRESS": "127.0.0.1", **(environment or {})})
+
+    def instances(self):
+        """The instance directories that exist."""
+        root = os.path.join(self.folder, "tmp", f"webots-{os.geteuid()}", str(self.port), "instances")
+        return os.listdir(root) if os.path.isdir(root) else []
+
+    def simulators(self):
+        """Processes below the server: simulators, their guards and whatever they started."""
+        return descendants(self.process.pid)
+
+    def wait_until_clean(self):
+        wait_until(lambda: not self.simulators(), f"processes are left: {self.simulators()}\n{self.log()}")
+        wait_until(lambda: not self.instances(), f"directories are left: {self.instances()}\n{self.log()}")
+
+
+def port_is_free(port):
+    with socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind(("0.0.0.0", port))
+            return True
+        except OSError:
+            return False
+
+
+def main():
+    """Runs the tests of the calling script; exits with 77 when all of them were skipped."""
+    result = unittest.main(exit=False, verbosity=2).result
+    if not result.wasSuccessful():
+        sys.exit(1)
+    if result.testsRun == len(result.skipped):
+        for _, why in result.skipped[:1]:
+            print("skipped:", why)
+        sys.exit(77)

@@ -1,0 +1,217 @@
+#include "unit_test.hpp"
+
+#include "adapters/network_fixture.hpp"
+
+#include <optional>
+#include <vector>
+
+using namespace webots_cloud;
+
+namespace {
+
+std::size_t count(std::string_view text, std::string_view what)
+{
+    std::size_t found = 0;
+    for (auto at = text.find(what); at != std::string_view::npos; at = text.find(what, at + 1))
+        ++found;
+    return found;
+}
+
+/// A masked frame; the mask is zero.
+std::string frame(unsigned first, std::string_view payload)
+{
+    std::string bytes{static_cast<char>(first), static_cast<char>(0x80 | payload.size()), 0, 0, 0, 0};
+    return bytes.append(payload);
+}
+
+std::string close_frame(unsigned code)
+{
+    return {static_cast<char>(0x88), 2, static_cast<char>(code >> 8), static_cast<char>(code & 0xff)};
+}
+
+} // namespace
+
+BOOST_AUTO_TEST_SUITE(http_server)
+
+BOOST_AUTO_TEST_CASE(pipelined_requests_are_answered_in_order_until_one_wants_no_more)
+{
+    RunningServer server;
+    Client client(server);
+    std::string requests;
+    for (int i = 0; i < 2000; ++i)
+        requests += "GET /" + std::to_string(i) + "; HTTP/1.1\r\nHost: h\r\n\r\n";
+    client.say(
+        requests +
+        "GET /last HTTP/1.1\r\nHost: h\r\nConnection: close\r\n\r\nGET /never HTTP/1.1\r\nHost: h\r\n\r\n");
+    auto const answers = client.read_all();
+    BOOST_TEST(count(answers, "HTTP/1.1 200 OK\r\n") == 2001u);
+    std::size_t at = 0;
+    for (int i = 0; i < 2000 && at != std::string::npos; ++i)
+        at = answers.find("\r\n\r\n/" + std::to_string(i) + ";", at);
+    BOOST_TEST((at != std::string::npos));
+    BOOST_TEST(answers.ends_with("\r\nConnection: close\r\n\r\n/last"));
+}
+
+BOOST_AUTO_TEST_CASE(http_1_0_is_answered_and_closed_unless_it_asks_otherwise)
+{
+    RunningServer server;
+    Client plain(server);
+    plain.say("GET /a HTTP/1.0\r\n\r\n");
+    BOOST_TEST(plain.read_all().ends_with("Connection: close\r\n\r\n/a"));
+    Client kept(server);
+    kept.say("GET /a HTTP/1.0\r\nConnection: keep-alive\r\n\r\n");
+    BOOST_TEST(kept.read_to("\r\n\r\n/a").find("Connection: keep-alive\r\n") != std::string::npos);
+    kept.say("GET /b HTTP/1.0\r\n\r\n");
+    BOOST_TEST(kept.read_all().ends_with("/b"));
+}
+
+BOOST_AUTO_TEST_CASE(head_is_answered_without_the_body_that_it_counts)
+{
+    RunningServer server;
+    Client client(server);
+    client.say(
+        "HEAD /four HTTP/1.1\r\nHost: h\r\n\r\nPOST /x HTTP/1.1\r\nHost: h\r\nConnection: close\r\n\r\n");
+    auto const answers = client.read_all();
+    BOOST_TEST(answers.find("Content-Length: 5\r\nConnection: keep-alive\r\n\r\nHTTP/1.1 405 ") !=
+               std::string::npos);
+    BOOST_TEST(answers.ends_with("\r\n\r\n/x"));
+}
+
+BOOST_AUTO_TEST_CASE(a_body_is_refused_and_the_connection_closed)
+{
+    RunningServer server;
+    Client client(server);
+    client.say("POST / HTTP/1.1\r\nHost: h\r\nContent-Length: 100000\r\n\r\n" + std::string(100'000, 'x'));
+    auto const answer = client.read_all();
+    BOOST_TEST(answer.starts_with("HTTP/1.1 413 "));
+    BOOST_TEST(count(answer, "HTTP/1.1") == 1u);
+    BOOST_TEST(server.statistics().refused_bodies == 1u);
+}
+
+BOOST_AUTO_TEST_CASE(half_sent_requests_are_answered_408_and_silent_connections_closed)
+{
+    HttpServerParams params;
+    params.header_timeout = std::chrono::seconds(1);
+    RunningServer server(params);
+    Client half(server);
+    Client silent(server);
+    half.say("GET / HTTP/1.1\r\nHost: ");
+    BOOST_TEST(half.read_all().starts_with("HTTP/1.1 408 "));
+    BOOST_TEST(silent.read_all() == "");
+    BOOST_TEST(server.eventually_counts(&HttpServerStatistics::timed_out, 2));
+    BOOST_TEST(server.eventually_counts(&HttpServerStatistics::connections, 0));
+}
+
+BOOST_AUTO_TEST_CASE(an_address_has_a_limit_of_connections_and_room_again_when_some_end)
+{
+    HttpServerParams params;
+    params.connections_per_address = 3;
+    params.limit_loopback = true;
+    RunningServer server(params);
+    std::vector<std::optional<Client>> clients(3);
+    for (auto& client : clients)
+        client.emplace(server);
+    BOOST_TEST_REQUIRE(server.eventually_counts(&HttpServerStatistics::connections, 3));
+    Client refused(server);
+    BOOST_TEST(refused.read_all().starts_with("HTTP/1.1 503 "));
+    BOOST_TEST(server.statistics().refused_address == 1u);
+    clients[0]->upgrade("/echo"); // a WebSocket counts as much as what it was
+    BOOST_TEST_REQUIRE(server.eventually_counts(&HttpServerStatistics::websockets, 1));
+    Client refused_too(server);
+    BOOST_TEST(refused_too.read_all().starts_with("HTTP/1.1 503 "));
+    clients[0].reset();
+    BOOST_TEST_REQUIRE(server.eventually_counts(&HttpServerStatistics::connections, 2));
+    Client admitted(server);
+    admitted.say("GET /in HTTP/1.0\r\n\r\n");
+    BOOST_TEST(admitted.read_all().ends_with("/in"));
+}
+
+BOOST_AUTO_TEST_CASE(this_computer_has_no_limit_because_proxies_are_there)
+{
+    HttpServerParams params;
+    params.connections_per_address = 1;
+    RunningServer server(params);
+    Client first(server);
+    Client second(server);
+    BOOST_TEST(server.eventually_counts(&HttpServerStatistics::connections, 2));
+    BOOST_TEST(server.statistics().refused_address == 0u);
+}
+
+BOOST_AUTO_TEST_CASE(a_browser_that_does_not_read_is_dropped_and_slows_nobody)
+{
+    RunningServer server;
+    Client slow(server);
+    slow.upgrade("/flood");
+    BOOST_TEST(eventually([&] { return server.endpoint.flood_refused.load(); }));
+    BOOST_TEST(server.statistics().slow_readers == 1u);
+    Client other(server);
+    other.say("GET /served HTTP/1.0\r\n\r\n");
+    BOOST_TEST(other.read_all().ends_with("/served"));
+    BOOST_TEST(eventually([&] { return server.endpoint.ended == 1; }));
+    BOOST_TEST(server.eventually_counts(&HttpServerStatistics::connections, 0));
+}
+
+BOOST_AUTO_TEST_CASE(messages_that_came_with_the_handshake_are_answered_in_order)
+{
+    RunningServer server;
+    Client client(server);
+    client.upgrade("/echo");
+    std::string frames;
+    std::string echoes;
+    for (int i = 0; i < 200; ++i) {
+        auto const text = std::to_string(i);
+        frames += frame(0x81, text);
+        echoes += std::string{static_cast<char>(0x81), static_cast<char>(text.size())} + text;
+    }
+    client.say(frames);
+    BOOST_TEST(client.read(echoes.size()) == echoes);
+    client.say(frame(0x88, "\x03\xe8"));
+    BOOST_TEST(client.read_all() == close_frame(1000));
+    BOOST_TEST(server.eventually_counts(&HttpServerStatistics::websockets, 0));
+}
+
+BOOST_AUTO_TEST_CASE(a_browser_that_breaks_the_protocol_is_told_why_and_closed)
+{
+    RunningServer server;
+    Client client(server);
+    client.upgrade("/echo");
+    client.say(std::string("\x81\x01x", 3));
+    BOOST_TEST(client.read_all() == close_frame(1002));
+    BOOST_TEST(server.statistics().bad_frames == 1u);
+}
+
+BOOST_AUTO_TEST_CASE(silent_websockets_are_pinged_and_those_that_do_not_answer_are_dropped)
+{
+    HttpServerParams params;
+    params.ping_after = std::chrono::seconds(1);
+    RunningServer server(params);
+    Client dead(server);
+    dead.upgrade("/echo");
+    Client living(server);
+    living.upgrade("/echo");
+    for (int i = 0; i < 4; ++i) {
+        BOOST_TEST_REQUIRE(living.read(2) == std::string("\x89\0", 2));
+        living.say(frame(0x8a, ""));
+    }
+    BOOST_TEST(dead.read_all() == std::string("\x89\0", 2));
+    BOOST_TEST(server.statistics().dead_peers == 1u);
+    BOOST_TEST(server.eventually_counts(&HttpServerStatistics::websockets, 1));
+}
+
+BOOST_AUTO_TEST_CASE(stopping_closes_websockets_with_1001_and_waits_for_nobody)
+{
+    RunningServer server;
+    Client websocket(server);
+    websocket.upgrade("/echo");
+    Client silent(server);
+    Client half(server);
+    half.say("GET /");
+    BOOST_TEST_REQUIRE(server.eventually_counts(&HttpServerStatistics::connections, 3));
+    BOOST_TEST(server.stop()); // none of them answers
+    auto const farewell = websocket.read_all();
+    BOOST_TEST(farewell.starts_with(std::string("\x88\x18\x03\xe9", 4)), "got " << farewell);
+    BOOST_TEST(silent.read_all() == "");
+    BOOST_TEST(server.endpoint.ended == 1);
+}
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -1,0 +1,198 @@
+// A server on a free port of the loopback, with an endpoint made for tests, and clients with blocking
+// sockets.
+#pragma once
+
+#include "unit_test.hpp"
+
+#include <webots_cloud/adapters.hpp>
+
+#include <boost/asio/bind_cancellation_slot.hpp>
+#include <boost/asio/cancellation_signal.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/connect.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/write.hpp>
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <future>
+#include <string>
+#include <sys/socket.h>
+#include <sys/time.h>
+#include <thread>
+
+namespace webots_cloud {
+
+inline constexpr auto patience = std::chrono::seconds(30); // only how long a broken server is waited for
+
+/// Answers every request with its path. WebSockets: `/echo` answers, `/flood` sends until the channel
+/// refuses.
+class TestEndpoint final : public Endpoint
+{
+public:
+    Answer respond(IncomingRequest const& request) override
+    {
+        if (request.upgrade)
+            return Converse();
+        return HttpResponse(request.method == "POST" ? 405 : 200, "text/plain", std::string(request.path));
+    }
+
+    boost::asio::awaitable<void> converse(ChannelInfo info, Channel& channel) override
+    {
+        if (info.path == "/flood")
+            flood(channel);
+        for (;;) {
+            auto message = co_await channel.receive();
+            if (!message)
+                break;
+            (void)channel.send(std::move(*message));
+        }
+        ++ended;
+    }
+
+    std::atomic<bool> flood_refused = false;
+    std::atomic<int> ended = 0; ///< Conversations.
+
+private:
+    void flood(Channel& channel)
+    {
+        // Far more than the kernel takes for a connection.
+        for (int i = 0; i < 10'000 && !flood_refused; ++i)
+            flood_refused = channel.send(std::string(60'000, 'x')) == Failure(errc::too_large);
+    }
+};
+
+inline bool eventually(std::function<bool()> const& condition)
+{
+    auto const end = std::chrono::steady_clock::now() + patience;
+    while (!condition() && std::chrono::steady_clock::now() < end)
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    return condition();
+}
+
+/// The server on a thread of its own.
+class RunningServer
+{
+public:
+    explicit RunningServer(HttpServerParams params = {})
+    {
+        params.address = "127.0.0.1";
+        server_ = make_http_server(context_.get_executor(), params, endpoint, Logger());
+        BOOST_REQUIRE(server_->listen().has_value());
+        auto finished = [this](std::exception_ptr failure, result<> outcome) {
+            ended_.set_value(failure ? result<>(Failure(errc::unavailable)) : outcome);
+        };
+        boost::asio::co_spawn(context_, server_->run(),
+                              boost::asio::bind_cancellation_slot(cancel_.slot(), finished));
+        thread_ = std::thread([this] { context_.run(); });
+    }
+
+    ~RunningServer()
+    {
+        if (thread_.joinable())
+            stop();
+    }
+
+    /// Cancels it and waits for its end; false when that does not come.
+    bool stop()
+    {
+        boost::asio::post(context_, [this] { cancel_.emit(boost::asio::cancellation_type::terminal); });
+        auto future = ended_.get_future();
+        bool const has_ended = future.wait_for(patience) == std::future_status::ready;
+        if (!has_ended)
+            context_.stop();
+        thread_.join();
+        return has_ended && future.get() == result<>(Failure(boost::asio::error::operation_aborted));
+    }
+
+    HttpServerStatistics statistics()
+    {
+        std::promise<HttpServerStatistics> answer;
+        boost::asio::post(context_, [&] { answer.set_value(server_->statistics()); });
+        return answer.get_future().get();
+    }
+
+    bool eventually_counts(std::uint64_t HttpServerStatistics::*counter, std::uint64_t value)
+    {
+        return eventually([&] { return statistics().*counter == value; });
+    }
+
+    std::uint16_t port() const { return server_->port(); }
+
+    TestEndpoint endpoint;
+
+private:
+    boost::asio::io_context context_{1};
+    std::unique_ptr<HttpServer> server_;
+    boost::asio::cancellation_signal cancel_;
+    std::promise<result<>> ended_;
+    std::thread thread_;
+};
+
+class Client
+{
+public:
+    explicit Client(RunningServer const& server) : socket_(context_)
+    {
+        socket_.connect({boost::asio::ip::make_address("127.0.0.1"), server.port()});
+        timeval const limit{patience.count(), 0};
+        ::setsockopt(socket_.native_handle(), SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
+    }
+
+    void say(std::string_view bytes)
+    {
+        boost::system::error_code ignored; // a server may close while we speak
+        boost::asio::write(socket_, boost::asio::buffer(bytes), ignored);
+    }
+
+    /// Asks for a WebSocket and reads the answer's headers.
+    void upgrade(std::string const& path)
+    {
+        say("GET " + path +
+            " HTTP/1.1\r\nHost: h\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+            "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n");
+        BOOST_TEST_REQUIRE(read_to("\r\n\r\n").starts_with("HTTP/1.1 101 "));
+    }
+
+    /// What comes up to `end` and with it; less when the connection ends before.
+    std::string read_to(std::string_view end)
+    {
+        std::string text;
+        char byte = 0;
+        while (!text.ends_with(end) && ::recv(socket_.native_handle(), &byte, 1, 0) == 1)
+            text.push_back(byte);
+        return text;
+    }
+
+    std::string read(std::size_t size)
+    {
+        std::string text(size, '\0');
+        auto const got = ::recv(socket_.native_handle(), text.data(), size, MSG_WAITALL);
+        text.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
+        return text;
+    }
+
+    /// Everything until the server ends the connection.
+    std::string read_all()
+    {
+        std::string text;
+        std::array<char, 4096> part{};
+        for (;;) {
+            auto const size = ::recv(socket_.native_handle(), part.data(), part.size(), 0);
+            if (size < 0 && (errno == EAGAIN || errno == EWOULDBLOCK))
+                BOOST_FAIL("the connection was not ended; before that came: " << text);
+            if (size <= 0)
+                return text;
+            text.append(part.data(), static_cast<std::size_t>(size));
+        }
+    }
+
+private:
+    boost::asio::io_context context_;
+    boost::asio::ip::tcp::socket socket_;
+};
+
+} // namespace webots_cloud

@@ -1,0 +1,56 @@
+#include "unit_test.hpp"
+
+#include "core/client_protocol.hpp"
+
+using namespace webots_cloud::core;
+
+// Protocol section 4.1.
+BOOST_AUTO_TEST_SUITE(client_protocol)
+
+BOOST_AUTO_TEST_CASE(the_shipped_clients_start_messages_are_understood)
+{
+    auto const plain = parse_client_message(R"({"start":{"url":"https://github.com/o/r/blob/m/worlds/a.wbt"}})");
+    BOOST_TEST(std::get<StartMessage>(plain).url == "https://github.com/o/r/blob/m/worlds/a.wbt");
+    BOOST_TEST(std::get<StartMessage>(plain).mode == "");
+    auto const video = parse_client_message(R"({"start":{"url":"u","mode":"mjpeg"}})");
+    BOOST_TEST(std::get<StartMessage>(video).mode == "mjpeg");
+}
+
+BOOST_AUTO_TEST_CASE(objects_that_ask_for_nothing_are_ignored)
+{
+    BOOST_TEST(std::holds_alternative<UnknownMessage>(parse_client_message("{}")));
+    BOOST_TEST(std::holds_alternative<UnknownMessage>(parse_client_message(R"({"reset":true})")));
+}
+
+BOOST_AUTO_TEST_CASE(everything_that_killed_the_python_handler_gets_a_reason)
+{
+    for (auto const& text : {std::string("{"), std::string(), std::string("null"), std::string("5"), std::string("[]"),
+                             std::string(R"({"start":{}})"), std::string(R"({"start":{"url":5}})"),
+                             std::string(R"({"start":"u"})"), std::string(R"({"start":{"url":"u","mode":5}})"),
+                             std::string(10'000, '['), std::string("\xff\xfe"), std::string(R"({"start":{"url":"u"}}x)")}) {
+        auto const message = parse_client_message(text);
+        BOOST_TEST_REQUIRE(std::holds_alternative<MalformedMessage>(message), text);
+        BOOST_TEST(!std::get<MalformedMessage>(message).reason.empty(), text);
+    }
+}
+
+BOOST_AUTO_TEST_CASE(addresses_follow_ssl_and_port_rewrite_independently)
+{
+    PublicAddress address;
+    address.host = "host.org";
+    BOOST_TEST(webots_message(address, 2001) == "webots:wss://host.org/2001");
+    BOOST_TEST(public_http_url(address, 2000) == "https://host.org/2000");
+    address.ssl = false;
+    BOOST_TEST(webots_message(address, 2001) == "webots:ws://host.org/2001");
+    address.port_rewrite = false;
+    BOOST_TEST(webots_message(address, 2001) == "webots:ws://host.org:2001");
+}
+
+BOOST_AUTO_TEST_CASE(texts_to_browsers_are_exact)
+{
+    BOOST_TEST(error_message("x") == "loading: Error: x");
+    BOOST_TEST(loading_message("x") == "loading: x");
+    BOOST_TEST(shutdown_timeout_message(7200) == "shutdownTimeout: 7200");
+}
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -1,0 +1,212 @@
+#include "unit_test.hpp"
+
+#include <webots_cloud/config.hpp>
+
+#include <cstdlib>
+
+using namespace webots_cloud;
+
+namespace {
+
+std::string session_error(std::string_view text)
+{
+    auto const parsed = parse_session_config(text, "c.json");
+    BOOST_TEST_REQUIRE(!parsed, text);
+    BOOST_TEST((parsed.error() == errc::invalid_config));
+    return parsed.error().message();
+}
+
+constexpr std::string_view seed = R"({ "port": 1999, "portRewrite": true, "server": "cyberbotics1.epfl.ch",
+    "administrator": "admin@cyberbotics.com", "mailServer": "mail.infomaniak.com", "mailServerPort": 587,
+    "mailSender": "support@cyberbotics.com", "mailSenderPassword": "********",
+    "simulationServers": [ "cyberbotics1.epfl.ch/2000" ] })";
+
+} // namespace
+
+// Protocol sections 8.1 and 8.2.
+BOOST_AUTO_TEST_SUITE(config)
+
+BOOST_AUTO_TEST_CASE(the_guides_own_session_configuration_is_read_without_a_warning)
+{
+    auto const configured = parse_session_config(seed, "session.json").value();
+    BOOST_TEST(configured.warnings.empty());
+    BOOST_TEST(configured.config.port == 1999);
+    BOOST_TEST(configured.config.port_rewrite);
+    BOOST_TEST(configured.config.ssl);
+    BOOST_TEST(configured.config.simulation_servers.front().address == "cyberbotics1.epfl.ch/2000");
+}
+
+BOOST_AUTO_TEST_CASE(simulation_servers_may_have_a_weight_and_be_drained)
+{
+    auto const parsed = parse_session_config(
+        R"({"port":1,"simulationServers":["a:1",{"address":"b:2","weight":2.5},{"address":"c/3","drain":true}]})", "c.json");
+    auto const& servers = parsed->config.simulation_servers;
+    BOOST_TEST_REQUIRE(servers.size() == 3u);
+    BOOST_TEST(servers[1].weight == 2.5);
+    BOOST_TEST(servers[2].address == "c/3");
+    BOOST_TEST(servers[2].drain);
+    for (auto const* entry : {R"({"address":"b:2","weight":0})", R"({"address":"b:2","drain":1})", "{}", "5", R"({"address":"b"})"})
+        BOOST_TEST(!parse_session_config(R"({"port":1,"simulationServers":[)" + std::string(entry) + "]}", "c.json"), entry);
+}
+
+BOOST_AUTO_TEST_CASE(what_is_no_json_is_placed_by_line_and_column)
+{
+    BOOST_TEST(session_error("{\n  \"port\": 1999,\n  oops\n}").find("line 3, column 3") != std::string::npos);
+    BOOST_TEST(session_error("").find("not JSON") != std::string::npos);
+    BOOST_TEST(session_error("{} {}").find("not JSON") != std::string::npos);
+    BOOST_TEST(session_error("[1]") == "c.json: expected a JSON object { ... }, found the list [1]");
+}
+
+BOOST_AUTO_TEST_CASE(wrong_values_are_named_with_key_found_and_wanted)
+{
+    BOOST_TEST(session_error(R"({"port":"abc","simulationServers":[]})") ==
+               "c.json: key \"port\": expected an integer from 1 to 65535, found the string \"abc\"");
+    BOOST_TEST(session_error(R"({"port":70000,"simulationServers":[]})") ==
+               "c.json: key \"port\": expected an integer from 1 to 65535, found the number 70000");
+    BOOST_TEST(session_error(R"({"port":1.5,"simulationServers":[]})").find("found the number 1.5E0") != std::string::npos);
+    BOOST_TEST(session_error(R"({"simulationServers":[]})") ==
+               "c.json: key \"port\" is missing: expected an integer from 1 to 65535");
+    BOOST_TEST(session_error(R"({"port":1})") ==
+               "c.json: key \"simulationServers\" is missing: expected a list of \"host:port\" or \"host/port\"");
+    BOOST_TEST(session_error(R"({"port":1,"simulationServers":["host"]})").find("[\"host\"]") != std::string::npos);
+    BOOST_TEST(session_error(R"({"port":1,"simulationServers":["a:1"],"ssl":"yes"})") ==
+               "c.json: key \"ssl\": expected true or false, found the string \"yes\"");
+    BOOST_TEST(session_error(R"({"port":1,"simulationServers":["a:1"],"scheduling":"best"})").find("\"power_of_two\"") !=
+               std::string::npos);
+}
+
+BOOST_AUTO_TEST_CASE(unknown_keys_are_warned_about_with_the_nearest_known_one)
+{
+    auto const configured = parse_session_config(R"({"port":1,"simulationServers":["a:1"],"portRewrit":true})", "c.json").value();
+    BOOST_TEST_REQUIRE(configured.warnings.size() == 1u);
+    BOOST_TEST(configured.warnings[0] == "c.json: unknown key \"portRewrit\" is ignored; did you mean \"portRewrite\"?");
+}
+
+BOOST_AUTO_TEST_CASE(simulation_defaults_are_those_of_the_reference)
+{
+    auto const configured = parse_simulation_config("{}", "c.json").value();
+    auto const& config = configured.config;
+    BOOST_TEST(configured.warnings.empty());
+    BOOST_TEST(config.port == 2000);
+    BOOST_TEST(config.ssl);
+    BOOST_TEST(config.port_rewrite);
+    BOOST_TEST(config.max_connections == 100);
+    BOOST_TEST(config.share_idle_time == 50);
+    BOOST_TEST((config.timeout == std::chrono::seconds(7200)));
+    BOOST_TEST_REQUIRE(config.forges.size() == 1u);
+    BOOST_TEST(config.forges[0].url == "https://github.com");
+}
+
+BOOST_AUTO_TEST_CASE(a_short_timeout_counts_as_two_hours_as_it_always_did)
+{
+    auto const configured = parse_simulation_config(R"({"timeout":359})", "c.json").value();
+    BOOST_TEST((configured.config.timeout == std::chrono::seconds(7200)));
+    BOOST_TEST(configured.warnings.size() == 1u);
+    BOOST_TEST((parse_simulation_config(R"({"timeout":360})", "c.json")->config.timeout == std::chrono::seconds(360)));
+}
+
+BOOST_AUTO_TEST_CASE(the_older_name_of_server_is_an_alias)
+{
+    BOOST_TEST(parse_simulation_config(R"({"fullyQualifiedDomainName":"h"})", "c.json")->config.server == "h");
+    BOOST_TEST(parse_simulation_config(R"({"fullyQualifiedDomainName":"h","server":"s"})", "c.json")->config.server == "s");
+}
+
+BOOST_AUTO_TEST_CASE(registries_are_a_string_or_a_list)
+{
+    auto const notify = [](std::string_view text) { return parse_simulation_config(text, "c.json")->config.notify; };
+    BOOST_TEST(notify("{}") == std::vector<std::string>{"https://webots.cloud/ajax/server/setup.php"}, boost::test_tools::per_element());
+    BOOST_TEST(notify(R"({"notify":"http://a"})") == std::vector<std::string>{"http://a"}, boost::test_tools::per_element());
+    BOOST_TEST(notify(R"({"notify":[]})").empty());
+    BOOST_TEST(!parse_simulation_config(R"({"notify":5})", "c.json"));
+}
+
+BOOST_AUTO_TEST_CASE(forges_are_urls_or_folders_beside_the_file)
+{
+    auto const configured =
+        parse_simulation_config(R"({"forges":["https://git.example.org/",{"url":"local:","directory":"../x"}]})",
+                                "/etc/w/simulation/c.json")
+            .value();
+    BOOST_TEST(configured.config.forges[0].url == "https://git.example.org");
+    BOOST_TEST(configured.config.forges[1].directory == "/etc/w/x");
+    BOOST_TEST(!parse_simulation_config(R"({"forges":["ftp://x"]})", "c.json"));
+    BOOST_TEST(!parse_simulation_config(R"({"forges":"https://x"})", "c.json"));
+}
+
+BOOST_AUTO_TEST_CASE(a_certificate_and_its_key_are_given_together)
+{
+    auto const both = parse_session_config(
+        R"({"port":1,"simulationServers":[],"sslCertificate":"/c","sslKey":"/k","connectionsPerAddress":7})", "c.json").value();
+    BOOST_TEST(both.warnings.empty());
+    BOOST_TEST(both.config.network.ssl_certificate == "/c");
+    BOOST_TEST(both.config.network.ssl_key == "/k");
+    BOOST_TEST(both.config.network.connections_per_address == 7);
+    BOOST_TEST(parse_simulation_config("{}", "c.json")->config.network.connections_per_address == 1000);
+    BOOST_TEST(session_error(R"({"port":1,"simulationServers":[],"sslKey":"/k"})") ==
+               "c.json: key \"sslCertificate\" is missing: expected the file of the certificate that \"sslKey\" belongs to");
+    BOOST_TEST(!parse_simulation_config(R"({"sslCertificate":"/c"})", "c.json"));
+}
+
+BOOST_AUTO_TEST_CASE(paths_are_expanded_as_python_does)
+{
+    ::setenv("WEBOTS_CLOUD_TEST_FOLDER", "/var/t", 1);
+    ::setenv("HOME", "/home/me", 1);
+    auto const log_dir = [](std::string_view value) {
+        auto const text = "{\"logDir\":\"" + std::string(value) + "\"}";
+        return parse_simulation_config(text, "c.json")->config.log_dir.string();
+    };
+    BOOST_TEST(log_dir("~/log") == "/home/me/log");
+    BOOST_TEST(log_dir("$WEBOTS_CLOUD_TEST_FOLDER/log") == "/var/t/log");
+    BOOST_TEST(log_dir("${WEBOTS_CLOUD_TEST_FOLDER}x") == "/var/tx");
+    BOOST_TEST(log_dir("a$b~") == "a$b~");
+}
+
+BOOST_AUTO_TEST_CASE(the_guides_own_mail_keys_are_read)
+{
+    auto const config = parse_session_config(seed, "session.json")->config;
+    BOOST_TEST(config.administrator == "admin@cyberbotics.com");
+    BOOST_TEST(config.mail_server == "mail.infomaniak.com");
+    BOOST_TEST(config.mail_server_port == 587);
+    BOOST_TEST(config.mail_sender == "support@cyberbotics.com");
+    BOOST_TEST(config.mail_sender_user == "support@cyberbotics.com");
+    BOOST_TEST(config.mail_sender_password == "********");
+}
+
+BOOST_AUTO_TEST_CASE(mail_keys_have_defaults_and_the_login_may_differ_from_the_sender)
+{
+    auto const none = parse_session_config(R"({"port":1,"simulationServers":[]})", "c.json").value();
+    BOOST_TEST(none.config.administrator.empty());
+    BOOST_TEST(none.config.mail_server_port == 0);
+    BOOST_TEST(none.config.mail_sender_password.empty());
+    auto const other = parse_session_config(
+        R"({"port":1,"simulationServers":[],"mailSender":"a@b.org","mailSenderUser":"robot"})", "c.json");
+    BOOST_TEST(other->config.mail_sender_user == "robot");
+}
+
+BOOST_AUTO_TEST_CASE(an_administrator_without_a_mail_server_or_a_sender_is_dropped_with_a_warning)
+{
+    auto const no_server = parse_session_config(
+        R"({"port":1,"simulationServers":[],"administrator":"a@b.org","mailSender":"c@d.org","mailServer":""})", "c.json");
+    BOOST_TEST(no_server->config.administrator.empty());
+    BOOST_TEST(no_server->warnings ==
+                   (std::vector<std::string>{"c.json: key \"administrator\" is ignored: no e-mails without \"mailServer\""}),
+               boost::test_tools::per_element());
+    auto const no_sender = parse_session_config(
+        R"({"port":1,"simulationServers":[],"administrator":"a@b.org","mailServer":"m"})", "c.json");
+    BOOST_TEST(no_sender->config.administrator.empty());
+    BOOST_TEST(no_sender->warnings.front().find("\"mailSender\"") != std::string::npos);
+}
+
+BOOST_AUTO_TEST_CASE(mail_keys_that_could_forge_a_mail_are_refused)
+{
+    auto const with = [](std::string const& key) { return R"({"port":1,"simulationServers":[],)" + key + "}"; };
+    BOOST_TEST(session_error(with(R"("administrator":"a@b.org\r\nBcc: c@d.org")")).find("expected an e-mail address") !=
+               std::string::npos);
+    BOOST_TEST(session_error(with(R"("mailSender":"<a@b.org>")")) ==
+               "c.json: key \"mailSender\": expected an e-mail address, found the string \"<a@b.org>\"");
+    BOOST_TEST(session_error(with(R"("mailServer":"smtp://m")")) ==
+               "c.json: key \"mailServer\": expected the name of a host, found the string \"smtp://m\"");
+    BOOST_TEST(session_error(with(R"("mailServerPort":65536)")) ==
+               "c.json: key \"mailServerPort\": expected an integer from 0 to 65535, found the number 65536");
+}
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -1,0 +1,55 @@
+#include "unit_test.hpp"
+
+#include "core/load_formula.hpp"
+
+using namespace webots_cloud;
+using namespace webots_cloud::core;
+
+// Protocol section 4.2.
+BOOST_AUTO_TEST_SUITE(load_formula)
+
+BOOST_AUTO_TEST_CASE(processor_load_is_the_share_of_busy_ticks)
+{
+    HostSample before;
+    before.cpu_busy = 100;
+    before.cpu_total = 1000;
+    auto after = before;
+    after.cpu_busy += 30;
+    after.cpu_total += 120;
+    BOOST_TEST(cpu_percent(before, after) == 25);
+    BOOST_TEST(cpu_percent(before, before) == 0);
+    BOOST_TEST(cpu_percent(after, before) == 0);
+}
+
+BOOST_AUTO_TEST_CASE(the_reference_formula_hides_full_memory_and_the_strict_one_does_not)
+{
+    HostSample sample;
+    sample.memory_used = 96;
+    BOOST_TEST(load_of(LoadFormula::reference, 10, sample) == 32);
+    BOOST_TEST(load_of(LoadFormula::strict, 10, sample) == 96);
+}
+
+BOOST_AUTO_TEST_CASE(graphics_processors_count)
+{
+    HostSample sample;
+    GpuSample gpu;
+    gpu.compute = 70;
+    gpu.memory_controller = 90;
+    gpu.memory_used = 80;
+    sample.gpu = gpu;
+    BOOST_TEST(load_of(LoadFormula::reference, 10, sample) == 70);
+    BOOST_TEST(load_of(LoadFormula::strict, 10, sample) == 80);
+}
+
+BOOST_AUTO_TEST_CASE(the_average_is_of_the_last_five)
+{
+    MovingAverage average;
+    BOOST_TEST(average.value() == 0);
+    average.add(10);
+    BOOST_TEST(average.value() == 10);
+    for (int i = 0; i < 5; ++i)
+        average.add(20);
+    BOOST_TEST(average.value() == 20);
+}
+
+BOOST_AUTO_TEST_SUITE_END()

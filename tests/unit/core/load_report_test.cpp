@@ -1,0 +1,46 @@
+#include "unit_test.hpp"
+
+#include <webots_cloud/load_report.hpp>
+
+using namespace webots_cloud;
+
+BOOST_AUTO_TEST_SUITE(load_report)
+
+BOOST_AUTO_TEST_CASE(a_bare_number_is_a_load)
+{
+    BOOST_TEST(parse_load_report("7.875")->load == 7.875);
+    BOOST_TEST(parse_load_report("0")->load == 0);
+    BOOST_TEST(parse_load_report(" 12.5\n")->load == 12.5);
+    BOOST_TEST(parse_load_report("1e2")->load == 100);
+}
+
+BOOST_AUTO_TEST_CASE(anything_else_is_no_load)
+{
+    for (auto const* body : {"", " ", "abc", "nan", "inf", "-inf", "-1", "-0.1", "1,5", "12 34", "0x10", "<html>", "1e999",
+                             "{}", "{\"load\":\"5\"}", "{\"load\":-1}", "{\"load\":1,\"sessions\":-1}",
+                             "{\"load\":1,\"capacity\":1.5}", "{\"load\":1,\"draining\":1}", "{\"load\":1", "[1]",
+                             "{\"load\":1,\"memory\":-3}"}) {
+        auto const report = parse_load_report(body);
+        BOOST_TEST(!report, body);
+        BOOST_TEST((report.error() == errc::protocol_error), body);
+    }
+    BOOST_TEST(!parse_load_report(std::string(1'000'000, '9')));
+}
+
+BOOST_AUTO_TEST_CASE(our_own_servers_say_more_and_are_understood)
+{
+    LoadReport report(12.5);
+    report.sessions = 3;
+    report.starting = 1;
+    report.capacity = 100;
+    report.memory = 40.25;
+    report.draining = true;
+    BOOST_TEST((parse_load_report(to_json(report, "1.2.3")).value() == report));
+}
+
+BOOST_AUTO_TEST_CASE(the_refusal_quotes_what_was_found)
+{
+    BOOST_TEST(parse_load_report("<b>\n").error().message() == "the load must be a number from 0 up, found \"<b>\\x0a\"");
+}
+
+BOOST_AUTO_TEST_SUITE_END()

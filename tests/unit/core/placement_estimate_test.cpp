@@ -1,0 +1,139 @@
+#include "unit_test.hpp"
+
+#include "core/placement_estimate.hpp"
+
+#include <webots_cloud/scheduler.hpp>
+
+using namespace webots_cloud;
+using namespace webots_cloud::placement;
+
+namespace {
+
+TimePoint const start = TimePoint(std::chrono::hours(1));
+
+/// Half an hour of reports every 5 s; three sessions worth `cost` each come and go; `disturb` adds to the
+/// load.
+template<class Disturbance>
+double learned(double assumed, double cost, Disturbance disturb)
+{
+    SessionCost estimate(assumed);
+    for (int time = 0; time <= 1800; time += 5) {
+        int const sessions = time / 90 % 2 == 0 ? 1 : 4;
+        estimate.learn(7 + cost * sessions + disturb(time), sessions, Seconds(5), true);
+        estimate.combine(1, 60);
+    }
+    return estimate.value();
+}
+
+} // namespace
+
+BOOST_AUTO_TEST_SUITE(placement_estimate)
+
+BOOST_AUTO_TEST_CASE(the_cost_of_a_session_is_learned_whatever_was_assumed)
+{
+    auto const quiet = [](int) { return 0.0; };
+    for (double const assumed : {3.0, 12.0, 48.0})
+        BOOST_TEST(learned(assumed, 12, quiet) == 12, boost::test_tools::tolerance(0.1));
+}
+
+BOOST_AUTO_TEST_CASE(noise_does_not_move_the_cost)
+{
+    RandomSource random(2);
+    auto const noise = [&](int) { return 10 * (random.uniform() - 0.5); };
+    BOOST_TEST(learned(12, 12, noise) == 12, boost::test_tools::tolerance(0.1));
+}
+
+BOOST_AUTO_TEST_CASE(a_minute_of_other_work_hardly_moves_the_cost)
+{
+    auto const compiler = [](int time) { return time >= 300 && time < 360 ? 60.0 : 0.0; };
+    BOOST_TEST(learned(12, 12, compiler) == 12, boost::test_tools::tolerance(0.15));
+}
+
+BOOST_AUTO_TEST_CASE(many_sessions_at_once_tell_their_cost_by_the_load_itself)
+{
+    SessionCost estimate(12);
+    estimate.weigh(5 + 40 * 1.5, 40);
+    estimate.combine(1, 60);
+    BOOST_TEST(estimate.value() < 2);
+    BOOST_TEST(estimate.value() > 1.5);
+    estimate.weigh(50, 3);
+    estimate.combine(1, 300);
+    BOOST_TEST(estimate.value() == 12);
+}
+
+BOOST_AUTO_TEST_CASE(machines_that_disagree_listen_less_to_the_fleet)
+{
+    FleetCost alike;
+    FleetCost unlike;
+    for (int report = 0; report != 300; ++report) {
+        alike.learn({10, 10}, {1000, 1000}, start);
+        bool const big = report % 2 == 0;
+        unlike.learn({10, big ? 1.0 : 30.0}, {1000, big ? 100.0 : 3000.0}, start);
+    }
+    BOOST_TEST(alike.ratio() == 1, boost::test_tools::tolerance(1e-9));
+    BOOST_TEST(alike.strength() == 300);
+    BOOST_TEST(unlike.strength() < 60);
+}
+
+BOOST_AUTO_TEST_CASE(all_browsers_are_expected_until_some_never_came)
+{
+    ShowRate rate;
+    AgeCounts unseen{};
+    unseen[0] = 4;
+    BOOST_TEST(rate.expected(unseen) == 4);
+    AgeCounts came{};
+    came[0] = 90;
+    rate.record(came, 100);
+    // 90 and the ten that are assumed came, 100 did not; who came did so at once, so later little is to be
+    // hoped.
+    BOOST_TEST(rate.expected(unseen) == 2, boost::test_tools::tolerance(1e-9));
+    AgeCounts late{};
+    late[3] = 4;
+    BOOST_TEST(rate.expected(late) == 4 * 10.0 / 110, boost::test_tools::tolerance(1e-9));
+}
+
+BOOST_AUTO_TEST_CASE(the_variety_of_sessions_is_learned)
+{
+    SessionVariety same;
+    SessionVariety different;
+    for (int session = 0; session != 500; ++session) {
+        same.record(0);
+        different.record(1);
+    }
+    BOOST_TEST(same.value() < 0.01);
+    BOOST_TEST(different.value() == 1, boost::test_tools::tolerance(0.01));
+}
+
+BOOST_AUTO_TEST_CASE(reservations_are_confirmed_newest_or_oldest_first_and_run_out_by_age)
+{
+    Reservations reservations;
+    reservations.add(100);
+    reservations.add(103);
+    BOOST_TEST(reservations.count() == 2u);
+    BOOST_TEST(reservations.by_age()[3] == 1u);
+    AgeCounts confirmed{};
+    BOOST_TEST(reservations.confirm(1, true, confirmed) == 1u);
+    BOOST_TEST(confirmed[0] == 1u);
+    BOOST_TEST(reservations.age_until(107) == 0u);
+    BOOST_TEST(reservations.age_until(108) == 1u);
+    BOOST_TEST(reservations.count() == 0u);
+    reservations.add(200);
+    reservations.add(203);
+    confirmed.fill(0);
+    BOOST_TEST(reservations.confirm(5, false, confirmed) == 2u);
+    BOOST_TEST(confirmed[3] == 1u);
+}
+
+BOOST_AUTO_TEST_CASE(placements_become_visible_in_a_bare_number_after_some_time)
+{
+    PlacedHistory placed;
+    placed.age_until(50);
+    placed.add();
+    BOOST_TEST(placed.visible() == 0);
+    placed.age_until(53);
+    BOOST_TEST(placed.visible() == 0.6, boost::test_tools::tolerance(1e-9));
+    placed.age_until(500);
+    BOOST_TEST(placed.visible() == 1);
+}
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -1,0 +1,175 @@
+// Whom the scheduler chooses.
+#include "placement_fixture.hpp"
+
+#include <set>
+#include <type_traits>
+
+using namespace webots_cloud;
+using namespace webots_cloud::placement_test;
+using std::chrono::seconds;
+
+// g++ 12 destroys temporaries of aggregates twice in expressions that await.
+static_assert(!std::is_aggregate_v<ServerSpec> && !std::is_aggregate_v<SchedulerParams>);
+static_assert(!std::is_aggregate_v<Placement> && !std::is_aggregate_v<Candidate>);
+static_assert(!std::is_aggregate_v<Decision> && !std::is_aggregate_v<Decision::Entry>);
+
+BOOST_AUTO_TEST_SUITE(scheduler)
+
+BOOST_AUTO_TEST_CASE(without_servers_nothing_is_available)
+{
+    Scheduler scheduler;
+    BOOST_TEST(!scheduler.available(start));
+    auto const placement = scheduler.place(start);
+    BOOST_REQUIRE(placement.has_error());
+    BOOST_TEST((placement.error() == errc::unavailable));
+    BOOST_TEST(placement.error().detail() == "no simulation server available at the moment.");
+}
+
+BOOST_AUTO_TEST_CASE(a_server_that_never_reported_is_not_offered)
+{
+    Scheduler scheduler;
+    scheduler.set_servers(named({"a"}));
+    BOOST_TEST(!scheduler.available(start));
+    BOOST_TEST((scheduler.machines(start).front().refusal == Refusal::unknown));
+    scheduler.report("a", LoadReport(10), start);
+    BOOST_TEST(scheduler.available(start));
+    BOOST_TEST(scheduler.place(start).value().address == "a");
+}
+
+BOOST_AUTO_TEST_CASE(reports_of_servers_that_are_not_in_the_list_are_ignored)
+{
+    Scheduler scheduler;
+    scheduler.report("stranger", LoadReport(0), start);
+    scheduler.lost("stranger", start);
+    BOOST_TEST(!scheduler.available(start));
+}
+
+BOOST_FIXTURE_TEST_CASE(the_least_loaded_server_is_chosen, Fixture)
+{
+    scheduler.report("a", counted(50, 0), start);
+    scheduler.report("c", counted(50, 0), start);
+    BOOST_TEST(scheduler.place(start).value().address == "b");
+}
+
+BOOST_FIXTURE_TEST_CASE(placements_count_before_any_report_shows_them, Fixture)
+{
+    for (auto const& [name, sessions] : place(18))
+        BOOST_TEST(sessions == 6, name << " got " << sessions);
+    BOOST_TEST(machine("a").pending == 6);
+    BOOST_TEST(machine("a").committed == 72, boost::test_tools::tolerance(1e-9));
+}
+
+BOOST_AUTO_TEST_CASE(the_first_of_equal_servers_is_drawn_by_lot)
+{
+    std::set<std::string> first;
+    for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+        SchedulerParams params;
+        params.seed = seed;
+        first.emplace(Fixture(params).scheduler.place(start).value().address);
+    }
+    // All sixty on two of three servers: less likely than 3 * (2/3)^60 = 8e-11.
+    BOOST_TEST(first.size() == 3u);
+}
+
+BOOST_AUTO_TEST_CASE(equal_servers_take_turns)
+{
+    for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+        SchedulerParams params;
+        params.seed = seed;
+        Fixture fixture(params);
+        auto const round = [&](TimePoint now) {
+            std::string order;
+            for (int session = 0; session != 3; ++session)
+                order += fixture.scheduler.place(now).value().address;
+            return order;
+        };
+        std::string const first = round(start);
+        // They become equal again; who was served longest ago is next.
+        for (char const* const name : {"a", "b", "c"})
+            fixture.scheduler.report(name, counted(0, 1), start + seconds(1));
+        BOOST_TEST(round(start + seconds(1)) == first);
+    }
+}
+
+BOOST_AUTO_TEST_CASE(the_same_seed_and_calls_give_the_same_decisions)
+{
+    auto const history = [] {
+        SchedulerParams params;
+        params.policy = "random";
+        Fixture fixture(params);
+        std::string all;
+        for (int session = 0; session != 20; ++session)
+            all += fixture.scheduler.place(start).value().address;
+        return all;
+    };
+    BOOST_TEST(history() == history());
+}
+
+BOOST_FIXTURE_TEST_CASE(a_server_at_the_threshold_is_not_offered, OneMachine)
+{
+    scheduler.report("a", counted(94.9, 0), start);
+    BOOST_TEST(scheduler.available(start));
+    scheduler.report("a", counted(95, 0), start);
+    BOOST_TEST(!scheduler.available(start));
+    BOOST_TEST((machine("a").refusal == Refusal::load));
+}
+
+BOOST_FIXTURE_TEST_CASE(what_is_committed_alone_makes_a_server_unavailable, OneMachine)
+{
+    place(8); // 8 * 12 % reach 95 %
+    BOOST_TEST(!scheduler.available(start));
+    BOOST_TEST((machine("a").refusal == Refusal::committed));
+    BOOST_TEST(scheduler.place(start).has_error());
+}
+
+BOOST_AUTO_TEST_CASE(unusable_parameters_are_named)
+{
+    auto const complaint = [](auto change) {
+        SchedulerParams params;
+        change(params);
+        auto const valid = validate(params);
+        BOOST_TEST(valid.has_error());
+        BOOST_CHECK_THROW(Scheduler{params}, boost::system::system_error);
+        std::string const detail = valid.has_error() ? valid.error().detail() : "";
+        return detail.substr(0, detail.find(':'));
+    };
+    BOOST_TEST(complaint([](SchedulerParams& p) { p.policy = "best"; }) == "scheduling");
+    BOOST_TEST(complaint([](SchedulerParams& p) { p.threshold = 0; }) == "threshold");
+    BOOST_TEST(complaint([](SchedulerParams& p) { p.memory_threshold = -1; }) == "memory_threshold");
+    BOOST_TEST(complaint([](SchedulerParams& p) { p.session_cost = 0; }) == "session_cost");
+    BOOST_TEST(complaint([](SchedulerParams& p) { p.session_memory = -1; }) == "session_memory");
+    BOOST_TEST(complaint([](SchedulerParams& p) { p.placement_timeout = -seconds(1); }) ==
+               "placement_timeout");
+    BOOST_TEST(complaint([](SchedulerParams& p) { p.report_lifetime = -seconds(1); }) == "report_lifetime");
+    BOOST_TEST(complaint([](SchedulerParams& p) { p.slow_start = -seconds(1); }) == "slow_start");
+    BOOST_TEST(!validate(SchedulerParams()).has_error());
+}
+
+BOOST_AUTO_TEST_CASE(available_says_whether_a_placement_would_succeed)
+{
+    RandomSource random(7);
+    Fixture fixture;
+    TimePoint now = start;
+    int refused = 0;
+    for (int step = 0; step != 20'000; ++step) {
+        now += std::chrono::milliseconds(random.below(3000));
+        std::string const name(1, static_cast<char>('a' + random.below(3)));
+        if (random.uniform() < 0.1) {
+            fixture.scheduler.lost(name, now);
+        } else {
+            LoadReport report = counted(random.uniform() * 110, static_cast<int>(random.below(8)));
+            report.capacity = 8;
+            report.memory = random.uniform() * 100;
+            report.draining = random.uniform() < 0.1;
+            fixture.scheduler.report(name, report, now);
+        }
+        bool const available = fixture.scheduler.available(now);
+        bool const placed = fixture.scheduler.place(now).has_value();
+        BOOST_REQUIRE(available == placed);
+        refused += !placed;
+    }
+    BOOST_TEST(refused > 1000);
+    BOOST_TEST(refused < 19'000);
+}
+
+BOOST_AUTO_TEST_SUITE_END()

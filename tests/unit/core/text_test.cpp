@@ -1,0 +1,69 @@
+#include "unit_test.hpp"
+
+#include "core/text.hpp"
+
+#include <limits>
+
+using namespace webots_cloud::core;
+
+BOOST_AUTO_TEST_SUITE(text)
+
+BOOST_AUTO_TEST_CASE(numbers_look_as_python_prints_them)
+{
+    BOOST_TEST(python_float(0) == "0.0");
+    BOOST_TEST(python_float(7.875) == "7.875");
+    BOOST_TEST(python_float(100) == "100.0");
+    BOOST_TEST(python_float(0.1 + 0.2) == "0.30000000000000004");
+    BOOST_TEST(python_float(1e16) == "1e+16");
+    BOOST_TEST(python_float(123456789012345.0) == "123456789012345.0");
+    BOOST_TEST(python_float(0.00001) == "1e-05");
+    BOOST_TEST(python_float(-2.5) == "-2.5");
+}
+
+BOOST_AUTO_TEST_CASE(log_text_can_neither_break_lines_nor_steer_terminals)
+{
+    BOOST_TEST(printable("a\r\nb\x1b[31m") == "a\\x0d\\x0ab\\x1b[31m");
+    BOOST_TEST(printable("\xff\xc3") == "\\xff\\xc3");
+    BOOST_TEST(printable("\xc2\x9b") == "\\xc2\\x9b");
+    BOOST_TEST(printable("caf\xc3\xa9") == "caf\xc3\xa9");
+    BOOST_TEST(printable("abcdef", 3) == "abc...");
+}
+
+BOOST_AUTO_TEST_CASE(utf8_is_checked_strictly)
+{
+    BOOST_TEST(is_utf8("\xf0\x9f\xa4\x96 robot"));
+    BOOST_TEST(!is_utf8("\xc0\xaf"));         // overlong slash
+    BOOST_TEST(!is_utf8("\xed\xa0\x80"));     // surrogate
+    BOOST_TEST(!is_utf8("\xf4\x90\x80\x80")); // beyond Unicode
+    BOOST_TEST(!is_utf8("\xe2\x82"));         // cut off
+}
+
+BOOST_AUTO_TEST_CASE(html_is_escaped_for_content_and_attributes)
+{
+    BOOST_TEST(escape_html("<a href=\"x\" b='y'>&") == "&lt;a href=&quot;x&quot; b=&#39;y&#39;&gt;&amp;");
+}
+
+BOOST_AUTO_TEST_CASE(the_nearest_word_is_found_and_far_ones_are_not)
+{
+    BOOST_TEST(nearest("prot", {"server", "port", "portRewrite"}) == "port");
+    BOOST_TEST(nearest("simulationServer", {"simulationServers", "server"}) == "simulationServers");
+    BOOST_TEST(nearest("colour", {"port", "ssl"}) == "");
+}
+
+BOOST_AUTO_TEST_CASE(percent_escapes_are_decoded_or_refused)
+{
+    std::string decoded;
+    BOOST_TEST(percent_decode("a%20b%2F", decoded));
+    BOOST_TEST(decoded == "a b/");
+    for (auto const* broken : {"%", "%1", "%g0", "a%0"})
+        BOOST_TEST(!percent_decode(broken, decoded), broken);
+}
+
+BOOST_AUTO_TEST_CASE(splitting_keeps_empty_pieces)
+{
+    auto const pieces = split("/a//b", '/');
+    BOOST_TEST(pieces.size() == 4u);
+    BOOST_TEST(split("", '/').size() == 1u);
+}
+
+BOOST_AUTO_TEST_SUITE_END()

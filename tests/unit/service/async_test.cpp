@@ -1,0 +1,110 @@
+#include "unit_test.hpp"
+
+#include "async/deadline.hpp"
+#include "async/semaphore.hpp"
+#include "async/task_group.hpp"
+
+#include <webots_cloud/testing/world.hpp>
+
+using namespace webots_cloud;
+using namespace std::chrono_literals;
+namespace asio = boost::asio;
+
+namespace {
+
+asio::awaitable<result<int>> number_after(Clock& clock, Duration delay, int number)
+{
+    auto const waited = co_await clock.wait_until(clock.now() + delay);
+    if (!waited)
+        co_return waited.error();
+    co_return number;
+}
+
+asio::awaitable<result<int>> with_two_seconds(Clock& clock, Duration delay)
+{
+    co_return co_await async::with_deadline(clock, clock.now() + 2s, number_after(clock, delay, 7));
+}
+
+asio::awaitable<void> work(async::Semaphore& places, Clock& clock, std::vector<int>& log, int number)
+{
+    auto const pass = co_await places.acquire();
+    if (!pass) {
+        log.push_back(-number);
+        co_return;
+    }
+    log.push_back(number);
+    (void)co_await clock.wait_until(clock.now() + 1s);
+}
+
+asio::awaitable<void> wait_for_ever(async::Wakeup& event) { (void)co_await event.wait(); }
+
+asio::awaitable<int> join(async::TaskGroup& tasks)
+{
+    co_await tasks.join();
+    co_return 0;
+}
+
+} // namespace
+
+BOOST_AUTO_TEST_SUITE(async_primitives)
+
+BOOST_AUTO_TEST_CASE(a_deadline_lets_what_is_in_time_through_and_leaves_no_timer)
+{
+    testing::World world;
+    BOOST_TEST(world.run(with_two_seconds(world.clock, 1s)).value() == 7);
+    BOOST_TEST(world.clock.pending() == 0u);
+}
+
+BOOST_AUTO_TEST_CASE(a_deadline_cancels_what_is_late)
+{
+    testing::World world;
+    auto const began = world.clock.now();
+    BOOST_TEST((world.run(with_two_seconds(world.clock, 3s)).error() == errc::timed_out));
+    BOOST_TEST((world.clock.now() - began == Duration(2s)));
+    BOOST_TEST(world.clock.pending() == 0u);
+}
+
+BOOST_AUTO_TEST_CASE(a_semaphore_admits_so_many_at_a_time_in_order)
+{
+    testing::World world;
+    async::Semaphore places(2);
+    std::vector<int> log;
+    for (int i = 1; i <= 4; ++i)
+        world.spawn(work(places, world.clock, log, i));
+    world.settle();
+    BOOST_TEST(log == (std::vector<int>{1, 2}), boost::test_tools::per_element());
+    BOOST_TEST(places.waiting() == 2u);
+    world.advance(1s);
+    BOOST_TEST(log == (std::vector<int>{1, 2, 3, 4}), boost::test_tools::per_element());
+    world.advance(1s);
+}
+
+BOOST_AUTO_TEST_CASE(who_stops_waiting_leaves_the_queue)
+{
+    testing::World world;
+    async::Semaphore places(1);
+    async::TaskGroup tasks(world.executor());
+    std::vector<int> log;
+    tasks.spawn(work(places, world.clock, log, 1));
+    auto const second = tasks.spawn(work(places, world.clock, log, 2));
+    tasks.spawn(work(places, world.clock, log, 3));
+    world.settle();
+    async::TaskGroup::cancel(second);
+    world.settle();
+    world.advance(1s);
+    BOOST_TEST(log == (std::vector<int>{1, -2, 3}), boost::test_tools::per_element());
+    world.run(join(tasks));
+}
+
+BOOST_AUTO_TEST_CASE(a_deadlock_in_a_test_is_a_failure)
+{
+    testing::World world;
+    async::TaskGroup tasks(world.executor());
+    async::Wakeup never(world.executor());
+    tasks.spawn(wait_for_ever(never));
+    BOOST_CHECK_THROW(world.run(join(tasks)), std::logic_error);
+    tasks.cancel_all();
+    world.settle();
+}
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -1,0 +1,188 @@
+#include "unit_test.hpp"
+
+#include "async/task_group.hpp"
+
+#include <webots_cloud/load_monitor.hpp>
+#include <webots_cloud/testing/recording_log.hpp>
+#include <webots_cloud/testing/scripted_http.hpp>
+#include <webots_cloud/testing/world.hpp>
+
+using namespace webots_cloud;
+using namespace std::chrono_literals;
+namespace asio = boost::asio;
+
+namespace {
+
+asio::awaitable<void> run(LoadMonitor& monitor) { (void)co_await monitor.run(); }
+
+asio::awaitable<int> join(async::TaskGroup& tasks)
+{
+    co_await tasks.join();
+    co_return 0;
+}
+
+/// A monitor that runs; at its end it is cancelled, and no task or timer may be left.
+struct Fixture
+{
+    explicit Fixture(std::vector<std::string> const& servers, LoadMonitorParams params = LoadMonitorParams()) :
+        http(world.clock), monitor(params, http, world.clock, Logger()), tasks(world.executor())
+    {
+        monitor.set_servers(servers);
+    }
+
+    ~Fixture()
+    {
+        tasks.cancel_all();
+        world.run(join(tasks));
+        BOOST_TEST(world.clock.pending() == 0u);
+    }
+
+    void start()
+    {
+        tasks.spawn(run(monitor));
+        world.settle();
+    }
+
+    std::vector<LoadEvent> events() { return world.run(monitor.next_events()).value(); }
+
+    std::size_t polls_of(std::string const& url) const
+    {
+        std::size_t count = 0;
+        for (auto const& request : http.requests())
+            count += request.url == url ? 1 : 0;
+        return count;
+    }
+
+    testing::World world;
+    testing::ScriptedHttp http;
+    LoadMonitor monitor;
+    async::TaskGroup tasks;
+};
+
+} // namespace
+
+// Protocol section 3, in virtual time.
+BOOST_AUTO_TEST_SUITE(load_monitor)
+
+BOOST_AUTO_TEST_CASE(every_server_is_polled_at_once_and_then_every_interval)
+{
+    Fixture fixture({"a:2000", "b:2000"});
+    fixture.http.expect("GET http://a:2000/load").reply(200, "1.5").always();
+    fixture.http.expect("GET http://b:2000/load").reply(200, "2.5").always();
+    fixture.start();
+    BOOST_TEST(fixture.http.requests().size() == 2u);
+    BOOST_TEST(fixture.events().size() == 2u);
+    fixture.world.advance(5s);
+    BOOST_TEST(fixture.polls_of("http://a:2000/load") == 2u);
+    fixture.world.advance(50s);
+    BOOST_TEST(fixture.polls_of("http://a:2000/load") == 12u);
+    BOOST_TEST(fixture.polls_of("http://b:2000/load") == 12u);
+    BOOST_TEST(fixture.monitor.snapshot()[1].report.load == 2.5);
+}
+
+BOOST_AUTO_TEST_CASE(polls_of_many_servers_are_spread_over_the_interval)
+{
+    std::vector<std::string> servers;
+    for (int i = 0; i < 100; ++i)
+        servers.push_back("s" + std::to_string(i) + ":2000");
+    Fixture fixture(servers);
+    for (auto const& server : servers)
+        fixture.http.expect("GET http://" + server + "/load").reply(200, "1").always();
+    fixture.start();
+    for (int tenth = 0; tenth < 50; ++tenth) {
+        auto const before = fixture.http.requests().size();
+        fixture.world.advance(100ms);
+        BOOST_TEST(fixture.http.requests().size() - before <= 4u); // 2 on average
+    }
+}
+
+BOOST_AUTO_TEST_CASE(one_black_hole_delays_nobody)
+{
+    Fixture fixture({"hole:2000", "good:2000"});
+    fixture.http.expect("GET http://hole:2000/load").hang().always();
+    fixture.http.expect("GET http://good:2000/load").reply(200, "1").always();
+    fixture.start();
+    BOOST_TEST(fixture.events().front().server.address == "good:2000");
+    fixture.world.advance(20s);
+    BOOST_TEST(fixture.polls_of("http://good:2000/load") == 5u);
+    auto const hole = fixture.monitor.snapshot()[0];
+    BOOST_TEST((hole.state == ServerState::down));
+}
+
+BOOST_AUTO_TEST_CASE(unknown_is_not_idle)
+{
+    Fixture fixture({"hole:2000"});
+    fixture.http.expect("GET http://hole:2000/load").hang().always();
+    fixture.start();
+    BOOST_TEST((fixture.monitor.snapshot()[0].state == ServerState::unknown));
+    fixture.world.advance(5s);
+    auto const events = fixture.events();
+    BOOST_TEST_REQUIRE(events.size() == 1u);
+    BOOST_TEST((events[0].transition == LoadTransition::too_slow));
+}
+
+BOOST_AUTO_TEST_CASE(anything_but_a_good_answer_is_a_failed_poll)
+{
+    Fixture fixture({"a:2000"});
+    fixture.http.expect("GET http://a:2000/load").reply(200, "3");
+    fixture.http.expect("GET http://a:2000/load").reply(503, "1");
+    fixture.http.expect("GET http://a:2000/load").reply(200, "4");
+    fixture.http.expect("GET http://a:2000/load").reply(302, "1");
+    fixture.http.expect("GET http://a:2000/load").reply(200, "5");
+    fixture.http.expect("GET http://a:2000/load").reply(200, "nonsense");
+    fixture.http.expect("GET http://a:2000/load").reply(200, "97");
+    fixture.http.expect("GET http://a:2000/load").fail(errc::unreachable);
+    fixture.http.expect("GET http://a:2000/load").hang().always();
+    fixture.start();
+    using enum LoadTransition;
+    std::vector<LoadTransition> seen;
+    while (seen.size() < 9)
+        for (auto const& event : fixture.events())
+            seen.push_back(event.transition);
+    std::vector<LoadTransition> const expected{none,           not_responding, working_again,  not_responding, working_again,
+                                               not_responding, working_again,  not_responding, none};
+    BOOST_TEST((seen == expected));
+    BOOST_TEST(fixture.monitor.snapshot()[0].report.load == 97);
+}
+
+BOOST_AUTO_TEST_CASE(servers_come_and_go_while_it_runs)
+{
+    Fixture fixture({"a:2000", "b:2000"});
+    for (auto const* name : {"a", "b", "c"})
+        fixture.http.expect(std::string("GET http://") + name + ":2000/load").reply(200, "1").always();
+    fixture.start();
+    fixture.world.advance(10s);
+    fixture.monitor.set_servers({"c:2000", "a:2000"});
+    fixture.world.settle();
+    auto const polls_of_b = fixture.polls_of("http://b:2000/load");
+    auto const polls_of_a = fixture.polls_of("http://a:2000/load");
+    BOOST_TEST(fixture.polls_of("http://c:2000/load") == 1u);
+    fixture.world.advance(10s);
+    BOOST_TEST(fixture.polls_of("http://b:2000/load") == polls_of_b);
+    BOOST_TEST(fixture.polls_of("http://a:2000/load") == polls_of_a + 2);
+    BOOST_TEST(fixture.monitor.snapshot()[0].address == "c:2000");
+}
+
+BOOST_AUTO_TEST_CASE(a_poll_asks_for_the_json_of_our_own_servers_and_takes_the_bare_number_of_others)
+{
+    LoadMonitorParams params;
+    params.tls = true;
+    Fixture fixture({"a/2000"}, params);
+    fixture.http.expect("GET https://a/2000/load").reply(200, R"({"load":7,"sessions":2})").always();
+    fixture.start();
+    auto const& headers = fixture.http.requests().front().headers;
+    BOOST_TEST((headers.front() == std::pair<std::string, std::string>("Accept", "application/json, text/plain;q=0.5")));
+    BOOST_TEST(fixture.monitor.snapshot()[0].report.sessions.value() == 2);
+}
+
+BOOST_AUTO_TEST_CASE(useless_parameters_end_it_with_a_reason)
+{
+    testing::World world;
+    testing::ScriptedHttp http(world.clock);
+    LoadMonitorParams params;
+    params.interval = Duration::zero();
+    LoadMonitor monitor(params, http, world.clock, Logger());
+    BOOST_TEST((world.run(monitor.run()).error() == errc::invalid_argument));
+}
+
+BOOST_AUTO_TEST_SUITE_END()

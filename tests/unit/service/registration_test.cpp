@@ -1,0 +1,67 @@
+#include "unit_test.hpp"
+
+#include "async/task_group.hpp"
+#include "core/registration_form.hpp"
+
+#include <webots_cloud/registration.hpp>
+#include <webots_cloud/testing/recording_log.hpp>
+#include <webots_cloud/testing/scripted_http.hpp>
+#include <webots_cloud/testing/world.hpp>
+
+using namespace webots_cloud;
+using namespace std::chrono_literals;
+namespace asio = boost::asio;
+
+namespace {
+
+asio::awaitable<void> run(Registration& registration) { (void)co_await registration.run(); }
+
+asio::awaitable<int> join(async::TaskGroup& tasks)
+{
+    co_await tasks.join();
+    co_return 0;
+}
+
+} // namespace
+
+// Protocol section 11 and quirk Q16.
+BOOST_AUTO_TEST_SUITE(registration)
+
+BOOST_AUTO_TEST_CASE(the_form_is_what_registries_have_always_got)
+{
+    BOOST_TEST(core::registration_form("https://host/2000", 50, {"https://github.com/a", "https://github.com/b"}) ==
+               "url=https%3A%2F%2Fhost%2F2000&shareIdleTime=50&allowedRepositories="
+               "https%3A%2F%2Fgithub.com%2Fa%2Chttps%3A%2F%2Fgithub.com%2Fb");
+    BOOST_TEST(core::registration_form("http://h:1", 12.5, {}) == "url=http%3A%2F%2Fh%3A1&shareIdleTime=12.5&allowedRepositories=");
+}
+
+BOOST_AUTO_TEST_CASE(an_unreachable_registry_is_tried_again_ever_less_often_and_delays_no_other)
+{
+    testing::World world;
+    testing::RecordingLog log;
+    testing::ScriptedHttp http(world.clock);
+    for (int i = 0; i < 3; ++i)
+        http.expect("POST http://down/").fail(errc::unreachable);
+    http.expect("POST http://down/").reply(503, "");
+    http.expect("POST http://down/").reply(200, "published\n");
+    http.expect("POST http://up/").reply(200, "published");
+    RegistrationParams params;
+    params.registries = {"http://down/", "http://up/"};
+    Registration registration(params, http, world.clock, log.logger());
+    async::TaskGroup tasks(world.executor());
+    tasks.spawn(run(registration));
+    world.settle();
+    BOOST_TEST(log.contains("Registered at http://up/: published"));
+    world.advance(5s + 10s + 20s + 40s - 1s);
+    BOOST_TEST(http.requests().size() == 5u);
+    BOOST_TEST(!log.contains("Registered at http://down/"));
+    world.advance(1s);
+    BOOST_TEST(log.contains("Registered at http://down/: published"));
+    BOOST_TEST(http.unused() == "");
+    world.advance(1h);
+    BOOST_TEST(http.requests().size() == 6u);
+    tasks.cancel_all();
+    world.run(join(tasks));
+}
+
+BOOST_AUTO_TEST_SUITE_END()

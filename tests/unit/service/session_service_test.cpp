@@ -1,0 +1,357 @@
+#include "unit_test.hpp"
+
+#include "async/task_group.hpp"
+
+#include <webots_cloud/operator_mail.hpp>
+#include <webots_cloud/session_service.hpp>
+#include <webots_cloud/testing/loopback_channel.hpp>
+#include <webots_cloud/testing/recording_log.hpp>
+#include <webots_cloud/testing/recording_notifier.hpp>
+#include <webots_cloud/testing/scripted_http.hpp>
+#include <webots_cloud/testing/world.hpp>
+
+using namespace webots_cloud;
+using namespace std::chrono_literals;
+namespace asio = boost::asio;
+
+namespace {
+
+asio::awaitable<void> run(LoadMonitor& monitor) { (void)co_await monitor.run(); }
+asio::awaitable<void> run(SessionService& service) { (void)co_await service.run(); }
+asio::awaitable<void> run(OperatorMail& mail) { (void)co_await mail.run(); }
+
+asio::awaitable<int> join(async::TaskGroup& tasks)
+{
+    co_await tasks.join();
+    co_return 0;
+}
+
+struct Fixture
+{
+    explicit Fixture(SessionServiceParams params = SessionServiceParams()) :
+        http(world.clock), monitor(LoadMonitorParams(), http, world.clock, Logger()),
+        service(std::move(params), monitor, scheduler, world.clock, log.logger()), tasks(world.executor())
+    {}
+
+    ~Fixture()
+    {
+        tasks.cancel_all();
+        world.run(join(tasks));
+        BOOST_TEST(world.clock.pending() == 0u);
+    }
+
+    void start(std::vector<std::string> const& servers)
+    {
+        std::vector<ServerSpec> specs(servers.size());
+        for (std::size_t i = 0; i < servers.size(); ++i)
+            specs[i].address = servers[i];
+        service.set_servers(specs);
+        tasks.spawn(run(service));
+        tasks.spawn(run(monitor));
+        world.settle();
+    }
+
+    HttpResponse get(std::string_view path, std::string_view method = "GET")
+    {
+        IncomingRequest request;
+        request.method = method;
+        request.path = path;
+        return std::get<HttpResponse>(service.respond(request));
+    }
+
+    bool upgrades(std::string_view path)
+    {
+        IncomingRequest request;
+        request.method = "GET";
+        request.path = path;
+        request.upgrade = true;
+        return std::holds_alternative<Converse>(service.respond(request));
+    }
+
+    void connect(testing::LoopbackChannel& browser, std::string path = "/")
+    {
+        ChannelInfo info;
+        info.path = std::move(path);
+        info.host = "localhost:1999";
+        tasks.spawn(service.converse(std::move(info), browser));
+        world.settle();
+    }
+
+    testing::World world;
+    testing::RecordingLog log;
+    testing::ScriptedHttp http;
+    LoadMonitor monitor;
+    Scheduler scheduler;
+    SessionService service;
+    async::TaskGroup tasks;
+};
+
+std::string header(HttpResponse const& response, std::string_view name)
+{
+    for (auto const& [key, value] : response.headers)
+        if (key == name)
+            return value;
+    return {};
+}
+
+} // namespace
+
+// Protocol sections 2 and 13.
+BOOST_AUTO_TEST_SUITE(session_service)
+
+BOOST_AUTO_TEST_CASE(session_answers_the_address_of_the_least_loaded_server_with_cors)
+{
+    Fixture fixture;
+    fixture.http.expect("GET http://a:2000/load").reply(200, "60").always();
+    fixture.http.expect("GET http://b/2000/load").reply(200, "10").always();
+    fixture.start({"a:2000", "b/2000"});
+    auto const answer = fixture.get("/session");
+    BOOST_TEST(answer.status == 200);
+    BOOST_TEST(answer.body == "wss://b/2000");
+    BOOST_TEST(answer.content_type == "text/html; charset=UTF-8");
+    BOOST_TEST(header(answer, "Access-Control-Allow-Origin") == "*");
+    BOOST_TEST(header(answer, "Access-Control-Allow-Headers") == "x-requested-with");
+    BOOST_TEST(header(answer, "Access-Control-Allow-Methods") == "POST, GET, OPTIONS");
+}
+
+BOOST_AUTO_TEST_CASE(without_a_server_session_says_so_with_status_200)
+{
+    Fixture fixture;
+    fixture.http.expect("GET http://a:2000/load").reply(200, "95").always();
+    fixture.start({"a:2000"});
+    auto const answer = fixture.get("/session");
+    BOOST_TEST(answer.status == 200);
+    BOOST_TEST(answer.body == "Error: no simulation server available at the moment.");
+}
+
+BOOST_AUTO_TEST_CASE(methods_and_unknown_paths_are_answered_as_ever)
+{
+    Fixture fixture;
+    BOOST_TEST(fixture.get("/session", "OPTIONS").status == 204);
+    BOOST_TEST(header(fixture.get("/session", "OPTIONS"), "Access-Control-Allow-Origin") == "*");
+    auto const refused = fixture.get("/session", "POST");
+    BOOST_TEST(refused.status == 405);
+    BOOST_TEST(refused.body == "<html><title>405: Method Not Allowed</title><body>405: Method Not Allowed</body></html>");
+    BOOST_TEST(header(refused, "Access-Control-Allow-Origin") == "*");
+    BOOST_TEST(header(fixture.get("/load", "PUT"), "Allow") == "GET");
+    BOOST_TEST(fixture.get("/session/").status == 404);
+    BOOST_TEST(fixture.get("/nope").body == "<html><title>404: Not Found</title><body>404: Not Found</body></html>");
+}
+
+BOOST_AUTO_TEST_CASE(load_is_the_mean_of_the_servers_that_are_up)
+{
+    Fixture fixture;
+    fixture.http.expect("GET http://a:2000/load").reply(200, "10").always();
+    fixture.http.expect("GET http://b:2000/load").reply(200, "5.75").always();
+    fixture.http.expect("GET http://c:2000/load").fail(errc::unreachable).always();
+    BOOST_TEST(fixture.get("/load").body == "-1");
+    fixture.start({"a:2000", "b:2000", "c:2000"});
+    BOOST_TEST(fixture.get("/load").body == "7.875");
+}
+
+BOOST_AUTO_TEST_CASE(a_browser_gets_the_current_availability_once_and_then_only_changes)
+{
+    Fixture fixture;
+    fixture.http.expect("GET http://a:2000/load").reply(200, "10");
+    fixture.http.expect("GET http://a:2000/load").reply(200, "20");
+    fixture.http.expect("GET http://a:2000/load").reply(200, "99");
+    fixture.http.expect("GET http://a:2000/load").reply(200, "98");
+    fixture.http.expect("GET http://a:2000/load").fail(errc::unreachable);
+    fixture.http.expect("GET http://a:2000/load").reply(200, "1").always();
+    testing::LoopbackChannel early(fixture.world.executor());
+    fixture.connect(early);
+    fixture.start({"a:2000"});
+    fixture.world.advance(40s);
+    BOOST_TEST(early.sent == (std::vector<std::string>{"0", "1", "0", "1"}), boost::test_tools::per_element());
+    testing::LoopbackChannel late(fixture.world.executor());
+    fixture.connect(late);
+    BOOST_TEST(late.sent == (std::vector<std::string>{"1"}), boost::test_tools::per_element());
+    early.browser_leaves();
+    late.browser_leaves();
+    fixture.world.settle();
+}
+
+BOOST_AUTO_TEST_CASE(who_watches_the_monitor_gets_everything_once_and_then_what_changes)
+{
+    Fixture fixture;
+    fixture.http.expect("GET http://a:2000/load").reply(200, "10");
+    fixture.http.expect("GET http://a:2000/load").reply(200, "96").always();
+    fixture.start({"a:2000"});
+    fixture.world.advance(1s);
+    BOOST_TEST(fixture.upgrades("/monitor"));
+    testing::LoopbackChannel watcher(fixture.world.executor());
+    fixture.connect(watcher, "/monitor");
+    BOOST_TEST(watcher.sent.size() == 1u);
+    BOOST_TEST(watcher.sent[0].find("\"servers\":[{\"address\":\"a:2000\",\"load\":10,") != std::string::npos, watcher.sent[0]);
+    BOOST_TEST(fixture.get("/session").body == "wss://a:2000");
+    fixture.world.advance(1s);
+    BOOST_TEST(watcher.sent.back().find("\"rows\":[{\"row\":0,\"load\":10,\"placed\":1,") != std::string::npos, watcher.sent.back());
+    fixture.world.advance(8s);
+    BOOST_TEST(watcher.sent.size() <= 11u); // at most one a second
+    auto const told = std::count_if(watcher.sent.begin(), watcher.sent.end(),
+                                    [](std::string const& text) { return text.find("\"load\":96,") != std::string::npos; });
+    BOOST_TEST(told >= 1);
+    watcher.browser_leaves();
+    fixture.world.settle();
+    auto const before = watcher.sent.size();
+    fixture.world.advance(20s);
+    BOOST_TEST(watcher.sent.size() == before);
+}
+
+BOOST_AUTO_TEST_CASE(get_on_the_root_tells_availability_too)
+{
+    Fixture fixture;
+    fixture.http.expect("GET http://a:2000/load").reply(200, "10").always();
+    BOOST_TEST(fixture.get("/").body == "0");
+    fixture.start({"a:2000"});
+    BOOST_TEST(fixture.get("/").body == "1");
+}
+
+BOOST_AUTO_TEST_CASE(what_a_browser_says_is_logged_safely_and_ignored)
+{
+    Fixture fixture;
+    testing::LoopbackChannel browser(fixture.world.executor());
+    fixture.connect(browser);
+    browser.browser_says("hello\nfaked line");
+    fixture.world.settle();
+    BOOST_TEST(fixture.log.contains("[localhost:1999] New client"));
+    BOOST_TEST(fixture.log.contains("[localhost:1999] Ignored client message: hello\\x0afaked line"));
+    browser.browser_leaves();
+    fixture.world.settle();
+    BOOST_TEST(fixture.log.contains("[localhost:1999] Client disconnected"));
+    BOOST_TEST(browser.sent.size() == 1u);
+}
+
+BOOST_AUTO_TEST_CASE(session_over_a_websocket_is_one_frame_and_a_normal_close)
+{
+    Fixture fixture;
+    fixture.http.expect("GET http://a:2000/load").reply(200, "10").always();
+    fixture.start({"a:2000"});
+    BOOST_TEST(fixture.upgrades("/session"));
+    BOOST_TEST(fixture.upgrades("/"));
+    testing::LoopbackChannel browser(fixture.world.executor());
+    fixture.connect(browser, "/session");
+    BOOST_TEST(browser.sent == (std::vector<std::string>{"wss://a:2000"}), boost::test_tools::per_element());
+    BOOST_TEST(browser.close_code.value() == 1000);
+}
+
+BOOST_AUTO_TEST_CASE(transitions_are_logged_in_the_words_that_operators_know)
+{
+    Fixture fixture;
+    fixture.http.expect("GET http://a:2000/load").reply(200, "99.5");
+    fixture.http.expect("GET http://a:2000/load").reply(200, "7");
+    fixture.http.expect("GET http://a:2000/load").fail(errc::unreachable);
+    fixture.http.expect("GET http://a:2000/load").reply(200, "8");
+    fixture.http.expect("GET http://a:2000/load").hang();
+    fixture.http.expect("GET http://a:2000/load").reply(200, "9").always();
+    fixture.start({"a:2000"});
+    fixture.world.advance(40s);
+    for (auto const* line : {"a:2000 simulation server has reached maximum load (99.5%)",
+                             "a:2000 simulation server is available again (load = 7.0%)",
+                             "a:2000 simulation server is not responding (assuming 100% load)",
+                             "a:2000 simulation server is up and running again (load = 8.0%)",
+                             "a:2000 simulation server is taking too long to respond (assuming 100% load)",
+                             "a:2000 simulation server is up and running again (load = 9.0%)"})
+        BOOST_TEST(fixture.log.contains(line), line);
+}
+
+BOOST_AUTO_TEST_CASE(an_administrator_is_told_instead_of_the_log_except_of_slowness)
+{
+    std::vector<LoadTransition> told;
+    SessionServiceParams params;
+    params.tell_administrator = [&](LoadEvent const& event) { told.push_back(event.transition); };
+    Fixture fixture(std::move(params));
+    fixture.http.expect("GET http://a:2000/load").reply(200, "99.5");
+    fixture.http.expect("GET http://a:2000/load").reply(200, "7");
+    fixture.http.expect("GET http://a:2000/load").fail(errc::unreachable);
+    fixture.http.expect("GET http://a:2000/load").reply(200, "8");
+    fixture.http.expect("GET http://a:2000/load").hang();
+    fixture.http.expect("GET http://a:2000/load").reply(200, "9").always();
+    fixture.start({"a:2000"});
+    fixture.world.advance(40s);
+    BOOST_TEST((told == std::vector{LoadTransition::reached_maximum, LoadTransition::available_again,
+                                    LoadTransition::not_responding, LoadTransition::working_again,
+                                    LoadTransition::working_again}));
+    BOOST_TEST(fixture.log.lines ==
+                   (std::vector<std::string>{
+                       "a:2000 simulation server is taking too long to respond (assuming 100% load)"}),
+               boost::test_tools::per_element());
+}
+
+// Quirk Q3 of the reference: there, the dead server stays available.
+BOOST_AUTO_TEST_CASE(a_mail_server_that_is_down_does_not_keep_a_dead_server_available)
+{
+    testing::World world;
+    testing::RecordingLog log;
+    testing::RecordingNotifier notifier(world.clock);
+    notifier.failure = Failure(errc::unreachable, "no mail server");
+    OperatorMail mail(OperatorMailParams(), notifier, world.clock, log.logger());
+    async::TaskGroup tasks(world.executor());
+    tasks.spawn(run(mail));
+    {
+        SessionServiceParams params;
+        params.tell_administrator = [&](LoadEvent const& event) { mail.note(event); };
+        Fixture fixture(std::move(params));
+        fixture.http.expect("GET http://a:2000/load").reply(200, "10");
+        fixture.http.expect("GET http://a:2000/load").fail(errc::unreachable).always();
+        fixture.start({"a:2000"});
+        BOOST_TEST(fixture.get("/").body == "1");
+        fixture.world.advance(10s);
+        BOOST_TEST(fixture.get("/").body == "0");
+        world.settle();
+        BOOST_TEST(log.contains("Error: unable to send email to"));
+        BOOST_TEST(fixture.get("/session").body.starts_with("Error:"));
+    }
+    tasks.cancel_all();
+    world.run(join(tasks));
+}
+
+BOOST_AUTO_TEST_CASE(probes_and_figures_tell_the_operator_how_it_is)
+{
+    Fixture fixture;
+    fixture.http.expect("GET http://a:2000/load").reply(200, "10").always();
+    BOOST_TEST(fixture.get("/livez").status == 200);
+    BOOST_TEST(fixture.get("/readyz").status == 503);
+    BOOST_TEST(fixture.get("/session").body.starts_with("Error:"));
+    fixture.start({"a:2000"});
+    BOOST_TEST(fixture.get("/readyz").status == 200);
+    BOOST_TEST(fixture.get("/session").body == "wss://a:2000");
+    auto const figures = fixture.get("/metrics");
+    BOOST_TEST(figures.content_type == "text/plain; version=0.0.4; charset=utf-8");
+    for (auto const* line : {"webots_servers{state=\"up\"} 1\n", "webots_available 1\n",
+                             "webots_placements_total{result=\"placed\"} 1\n",
+                             "webots_placements_total{result=\"refused\"} 1\n", "webots_polls_total{result=\"good\"} 1\n"})
+        BOOST_TEST(figures.body.find(line) != std::string::npos, line);
+}
+
+BOOST_AUTO_TEST_CASE(decisions_are_shown_on_this_machine_only)
+{
+    Fixture fixture;
+    fixture.http.expect("GET http://a:2000/load").reply(200, "10").always();
+    fixture.start({"a:2000"});
+    fixture.get("/session");
+    BOOST_TEST(fixture.get("/api/decisions").status == 403);
+    IncomingRequest request;
+    request.method = "GET";
+    request.path = "/api/decisions";
+    request.from_loopback = true;
+    auto const shown = std::get<HttpResponse>(fixture.service.respond(request));
+    BOOST_TEST(shown.status == 200);
+    BOOST_TEST(shown.body.find("\"a:2000\"") != std::string::npos);
+    std::pair<std::string_view, std::string_view> const forwarded[] = {{"X-Forwarded-For", "203.0.113.7"}};
+    request.headers = forwarded;
+    BOOST_TEST(std::get<HttpResponse>(fixture.service.respond(request)).status == 403);
+}
+
+BOOST_AUTO_TEST_CASE(the_viewer_is_served_with_the_types_that_browsers_insist_on)
+{
+    Fixture fixture;
+    BOOST_TEST(fixture.get("/viewer").status == 301);
+    BOOST_TEST(header(fixture.get("/viewer"), "Location") == "viewer/");
+    BOOST_TEST(fixture.get("/viewer/").content_type == "text/html; charset=UTF-8");
+    BOOST_TEST(fixture.get("/viewer/viewer.js").content_type == "text/javascript");
+    BOOST_TEST(fixture.get("/viewer/../session").status == 404);
+    BOOST_TEST(fixture.get("/viewer/nope.js").status == 404);
+}
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -1,0 +1,235 @@
+"""A session server, a simulation server and a simulator in one thread, scripted by a test of the viewer page.
+
+Each of the three listens on a port of its own of 127.0.0.1. As behind a proxy that rewrites ports to paths, each
+also answers for the others below /1999/, /2000/ and /2001/.
+"""
+
+import asyncio
+import http
+import json
+import os
+import re
+import threading
+
+import websockets
+
+import moving_picture
+
+PAGE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../src/web/viewer")
+TYPES = {".html": "text/html; charset=utf-8", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
+ROLES = {"1999": "session", "2000": "simulation", "2001": "simulator"}
+FRAME_SECONDS = 0.05
+STEP_MS = 32
+
+
+class FakeCloud:
+    """What a test sets and sees. Everything below may be used from the test's thread."""
+
+    def __init__(self):
+        self.answer = None  # Text of /session; None: the address of the fake simulation server.
+        self.defaults = None  # Content of defaults.json; None: 404.
+        self.launch = None  # Messages of the simulation server after "start"; None: the shortest good start.
+        self.world = ["world:worlds/arena.wbt:worlds/arena.wbt"]  # The simulator's messages before it is loaded.
+        self.multimedia = "multimedia: mjpeg pause "
+        self.requests = []  # Paths asked of the session server.
+        self.started = []  # "start" messages as received.
+        self.controls = []  # Texts from the page to the simulator.
+        self.leases = 0  # Sockets open on /client now.
+        self._streaming = set()
+        self._sockets = {"session": set(), "simulation": set(), "simulator": set()}
+        self._available = "1"
+        self._mode, self._time = "pause", 0
+        self._frames = moving_picture.frames(40)
+        self._loop = asyncio.new_event_loop()
+        self._thread = threading.Thread(target=self._loop.run_forever, daemon=True)
+
+    def __enter__(self):
+        self._thread.start()
+        self._servers = {}
+        self.ports = {}
+        for role in ROLES.values():
+            self.open(role)
+        return self
+
+    def __exit__(self, *_):
+        for role in list(self._servers):
+            self.shut(role)
+        self._loop.call_soon_threadsafe(self._loop.stop)
+        self._thread.join()
+        self._loop.close()
+
+    @property
+    def streams(self):
+        """The number of pictures being streamed now."""
+        return len(self._streaming)
+
+    @property
+    def page(self):
+        return f"http://127.0.0.1:{self.ports['session']}/viewer/"
+
+    def address(self, role):
+        return f"ws://127.0.0.1:{self.ports[role]}"
+
+    def open(self, role):
+        """Listens for `role`: on a free port the first time, afterwards on the same port again."""
+        self._servers[role] = self._run(self._listen(role, self.ports.get(role, 0)))
+        self.ports[role] = self._servers[role].sockets[0].getsockname()[1]
+
+    def shut(self, role):
+        """Stops listening and closes every connection of `role`."""
+        self._run(self._end_streams())  # Behind a rewriting proxy they belong to another role's port.
+        self._run(self._stop(self._servers.pop(role)))
+
+    def set_available(self, value):
+        self._available = value
+        self.send("session", value)
+
+    def send(self, role, text):
+        """Sends `text` on every open socket of `role`."""
+        self._run(self._send(role, text))
+
+    def close(self, role):
+        """Closes every open socket of `role` and goes on listening."""
+        self._run(self._close(role))
+
+    def _run(self, coroutine):
+        return asyncio.run_coroutine_threadsafe(coroutine, self._loop).result(20)
+
+    async def _listen(self, role, port):
+        server = self
+
+        class Protocol(websockets.WebSocketServerProtocol):
+            async def process_request(self, path, headers):
+                self.role, self.rest = split_path(path, role)
+                return await server._serve_file(self, headers)
+
+        return await websockets.serve(self._talk, "127.0.0.1", port, create_protocol=Protocol,
+                                      compression=None, ping_interval=None)
+
+    async def _end_streams(self):
+        while self._streaming:
+            for transport in list(self._streaming):
+                transport.abort()
+            await asyncio.sleep(FRAME_SECONDS)
+
+    @staticmethod
+    async def _stop(server):
+        server.close()
+        await server.wait_closed()
+
+    async def _send(self, role, text):
+        for socket in list(self._sockets[role]):
+            await socket.send(text)
+
+    async def _close(self, role):
+        for socket in list(self._sockets[role]):
+            await socket.close()
+
+    async def _talk(self, socket, _path):
+        self._sockets[socket.role].add(socket)
+        try:
+            await getattr(self, f"_talk_{socket.role}")(socket)
+        except websockets.ConnectionClosed:
+            pass
+        finally:
+            self._sockets[socket.role].discard(socket)
+
+    async def _talk_session(self, socket):
+        await socket.send(self._available)
+        async for _ in socket:
+            pass
+
+    async def _talk_simulation(self, socket):
+        self.leases += 1
+        try:
+            async for message in socket:
+                self.started.append(message)
+                for line in self.launch if self.launch is not None else self.good_start():
+                    await socket.send(line)
+        finally:
+            self.leases -= 1
+
+    def good_start(self):
+        return ["shutdownTimeout: 7200", f"webots:{self.address('simulator')}"]
+
+    async def _talk_simulator(self, socket):
+        async for message in socket:
+            self.controls.append(message)
+            for line in self._answers(message):
+                await socket.send(line)
+
+    def _answers(self, message):
+        if message.startswith("mjpeg: "):
+            self._mode, self._time = "pause", 0
+            return [self.multimedia, "pause: 0", *self.world, "scene load completed"]
+        verb = message.split(":")[0]
+        if verb in ("real-time", "fast"):
+            self._mode = verb
+            return [verb]
+        if verb in ("pause", "step"):
+            self._mode = "pause"
+            self._time += STEP_MS if verb == "step" else 0
+            return [f"time: {self._time}", "paused by client"]
+        if verb == "reset":
+            self._time = 0
+            return ["reset finished"]
+        return []
+
+    async def _serve_file(self, protocol, headers):
+        if protocol.role == "simulator" and protocol.rest == "/mjpeg":
+            return await self._stream(protocol.transport)
+        if headers.get("Upgrade", "").lower() == "websocket":
+            return None
+        if protocol.role != "session":
+            return respond(404, "text/plain", b"")
+        self.requests.append(protocol.rest)
+        return self._session_file(protocol.rest.split("?")[0])
+
+    def _session_file(self, path):
+        if path == "/session":
+            text = self.answer if self.answer is not None else self.address("simulation")
+            return respond(200, "text/html; charset=UTF-8", text.encode())
+        if path == "/viewer/defaults.json" and self.defaults is not None:
+            return respond(200, "application/json", json.dumps(self.defaults).encode())
+        name = re.fullmatch(r"/viewer/([a-z]*\.?[a-z]*)", path)
+        file = os.path.join(PAGE, (name[1] or "index.html") if name else "none")
+        if not os.path.isfile(file):
+            return respond(404, "text/plain", b"not found")
+        with open(file, "rb") as content:
+            return respond(200, TYPES[os.path.splitext(file)[1]], content.read())
+
+    async def _stream(self, transport):
+        self._streaming.add(transport)
+        transport.write(b"HTTP/1.0 200 OK\r\nServer: Webots\r\nConnection: close\r\nCache-Control: no-cache, private\r\n"
+                        b"Content-Type: multipart/x-mixed-replace; boundary=WebotsFrame\r\n\r\n")
+        try:
+            while not transport.is_closing():
+                if self._mode != "pause":
+                    self._time += STEP_MS
+                    await self._send("simulator", f"time: {self._time}")
+                frame = self._frames[self._time // STEP_MS % len(self._frames)]
+                for _ in range(2 if self._mode == "pause" else 1):  # Browsers show a part when the next one starts.
+                    transport.write(part(frame))
+                await asyncio.sleep(FRAME_SECONDS)
+        except websockets.ConnectionClosed:
+            pass
+        finally:
+            self._streaming.discard(transport)
+            transport.abort()
+        return respond(200, "text/plain", b"")
+
+
+def split_path(path, role):
+    """'/2001/mjpeg' is the simulator's '/mjpeg'; a path without a known port belongs to the port's own role."""
+    prefix = re.match(r"/(\d+)(/.*)", path)
+    return (ROLES[prefix[1]], prefix[2]) if prefix and prefix[1] in ROLES else (role, path)
+
+
+def part(frame):
+    return b"--WebotsFrame\r\nContent-Type: image/png\r\nContent-Length: %d\r\n\r\n%s\r\n" % (len(frame), frame)
+
+
+def respond(status, content_type, body):
+    headers = [("Content-Type", content_type), ("Access-Control-Allow-Origin", "*"), ("Connection", "close"),
+               ("Content-Length", str(len(body)))]
+    return http.HTTPStatus(status), headers, body

@@ -1,0 +1,383 @@
+#!/usr/bin/python3
+"""Drives the viewer page in headless Chromium against fake servers. Exit code 77: nothing could be tested.
+
+With SCREENSHOTS=<folder> in the environment, pictures of the page are left in that folder.
+"""
+
+import json
+import os
+import sys
+import time
+import unittest
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path[:0] = [HERE, os.path.join(HERE, "../support")]
+
+import browser  # noqa: E402
+
+try:
+    from fake_cloud import FakeCloud
+except ImportError as error:
+    print(f"skipped: {error} (package python3-websockets)")
+    sys.exit(77)
+
+WORLD = "https://github.com/owner/repository/blob/main/worlds/arena.wbt"
+PATIENCE_SECONDS = 20  # For things that must happen; nothing waits this long unless it is about to fail.
+
+
+class ViewerTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.driver = cls.enterClassContext(browser.open_browser(1280, 800))
+
+    def setUp(self):
+        self.cloud = self.enterContext(FakeCloud())
+        self.addCleanup(self.driver.get, "about:blank")
+
+    def wait(self, condition, what):
+        deadline = time.monotonic() + PATIENCE_SECONDS
+        while not (value := condition()):
+            if time.monotonic() > deadline:
+                self.fail(f"{what} did not happen; status: {self.text('status')!r}, body: {self.data()}")
+            time.sleep(0.02)
+        return value
+
+    def element(self, name):
+        return self.driver.find_element("id", name)
+
+    def text(self, name):
+        return self.driver.execute_script("return document.getElementById(arguments[0]).textContent", name)
+
+    def data(self):
+        return self.driver.execute_script("return {...document.body.dataset}")
+
+    def wait_state(self, state):
+        self.wait(lambda: self.data()["state"] == state, f"state {state}")
+
+    def wait_text(self, name, text):
+        self.wait(lambda: text in self.text(name), f"{text!r} in #{name}")
+
+    def wait_control(self, message):
+        self.wait(lambda: message in self.cloud.controls, f"message {message!r} to the simulator")
+
+    def open_page(self, url=WORLD, page=None):
+        self.driver.get(page or self.cloud.page)
+        self.wait(lambda: self.data()["availability"] != "unknown", "the first availability")
+        self.address(url)
+
+    def address(self, url):
+        self.element("connect-to").clear()
+        self.element("connect-to").send_keys(url)
+
+    def click(self, name):
+        self.element(name).click()
+
+    def start(self, url=WORLD):
+        self.open_page(url)
+        self.click("start")
+
+    def run_simulation(self, url=WORLD):
+        self.start(url)
+        self.wait_state("running")
+
+    def picture(self):
+        return self.element("picture").screenshot_as_png
+
+    def keep_screenshot(self, name):
+        if folder := os.environ.get("SCREENSHOTS"):
+            browser.screenshot(self.driver, os.path.join(folder, f"{name}.png"))
+
+
+class Availability(ViewerTest):
+    def test_the_light_follows_the_session_server(self):
+        self.open_page()
+        self.assertEqual(self.data()["availability"], "available")
+        self.assertIn("available", self.text("light"))
+        self.cloud.set_available("0")
+        self.wait(lambda: self.data()["availability"] == "full", "a full light")
+        self.assertIn("busy", self.text("light"))
+
+    def test_the_light_comes_back_after_the_session_server_was_away(self):
+        self.open_page()
+        self.cloud.shut("session")
+        self.wait(lambda: self.data()["availability"] == "unknown", "an unknown light")
+        self.cloud.set_available("0")
+        self.cloud.open("session")
+        self.wait(lambda: self.data()["availability"] == "full", "a new connection")
+
+
+class Start(ViewerTest):
+    def test_one_press_starts_a_moving_picture_and_advancing_time(self):
+        self.run_simulation()
+        self.assertEqual(self.cloud.started, [json.dumps({"start": {"url": WORLD, "mode": "mjpeg"}}, separators=(",", ":"))])
+        self.assertRegex(self.cloud.controls[0], r"^mjpeg: \d+x\d+$")
+        self.assertEqual(self.cloud.controls[1], self.cloud.controls[0].replace("mjpeg", "resize"))
+        first = self.picture()
+        self.wait(lambda: self.picture() != first, "a different frame")
+        before = float(self.data()["time"])
+        self.wait(lambda: float(self.data()["time"]) > before, "progress of the simulated time")
+        self.keep_screenshot("running-wide")
+
+    def test_progress_lines_are_shown_with_their_percentages(self):
+        self.cloud.launch = ["loading: Receiving objects: 42% (42/100)"]
+        self.start()
+        self.wait_text("status", "Receiving objects: 42%")
+        self.assertEqual(self.element("progress").get_property("value"), 42)
+        self.cloud.send("simulation", f"webots:{self.cloud.address('simulator')}")
+        self.wait_state("running")
+        self.assertFalse(self.element("progress").is_displayed())
+
+    def test_the_simulators_own_loading_messages_are_shown(self):
+        self.cloud.world = []
+        self.run_simulation()
+        self.cloud.send("simulator", "loading:Creating nodes:65")
+        self.wait_text("status", "Creating nodes (65 %)")
+        self.assertEqual(self.element("progress").get_property("value"), 65)
+
+    def test_a_session_server_named_in_the_address_is_asked(self):
+        host = self.cloud.page.removesuffix("/viewer/")
+        self.run_simulation(f"{host}/session?url={WORLD}")
+        self.assertIn(f"/session?url={WORLD}", self.cloud.requests)
+        self.assertEqual(json.loads(self.cloud.started[0])["start"]["url"], WORLD)
+
+    def test_a_simulator_is_connected_to_directly_and_left_as_it_is(self):
+        self.start(self.cloud.address("simulator"))
+        self.wait_state("paused")
+        self.assertEqual((self.cloud.started, [c for c in self.cloud.controls if "real-time" in c]), ([], []))
+
+    def test_everything_works_behind_a_proxy_that_rewrites_ports_to_paths(self):
+        host = self.cloud.page.removesuffix("/viewer/")
+        base = host.replace("http", "ws")
+        self.cloud.answer = f"{base}/2000"
+        self.cloud.launch = [f"webots:{base}/2001"]
+        self.open_page(page=f"{host}/1999/viewer/")
+        self.click("start")
+        self.wait_state("running")
+        first = self.picture()
+        self.wait(lambda: self.picture() != first, "a different frame")
+
+    def test_the_address_comes_from_the_page_or_from_the_servers_defaults(self):
+        self.cloud.defaults = {"url": WORLD, "mode": "mjpeg", "notice": "A <b>demo</b> simulator"}
+        self.driver.get(self.cloud.page)
+        self.wait_text("notice", "A <b>demo</b> simulator")
+        self.assertEqual(self.element("connect-to").get_property("value"), WORLD)
+        self.driver.get(f"{self.cloud.page}?url=ws://localhost:1234")
+        self.wait_text("notice", "demo")
+        self.assertEqual(self.element("connect-to").get_property("value"), "ws://localhost:1234")
+
+
+class Failures(ViewerTest):
+    def test_the_session_servers_error_is_shown_capitalised(self):
+        self.cloud.answer = "Error: no simulation server available at the moment."
+        self.start()
+        self.wait_state("failed")
+        self.assertEqual(self.text("status"), "No simulation server available at the moment.")
+        self.assertEqual(self.text("start"), "Start again")
+
+    def test_the_simulation_servers_error_survives_the_close_that_follows(self):
+        self.cloud.launch = ["loading: Error: Wrong Webots simulation URL"]
+        self.start()
+        self.wait_text("status", "Wrong Webots simulation URL")
+        self.cloud.close("simulation")
+        self.wait_state("failed")
+        self.assertEqual(self.text("status"), "Wrong Webots simulation URL")
+
+    def test_an_error_without_the_loading_prefix_is_shown_too(self):
+        self.cloud.launch = ["Error: arena.wbt does not exist."]
+        self.start()
+        self.wait_text("status", "Arena.wbt does not exist.")
+
+    def test_an_unreachable_simulation_server_is_named(self):
+        self.open_page()
+        self.cloud.shut("simulation")
+        self.click("start")
+        self.wait_state("failed")
+        self.assertIn(self.cloud.address("simulation"), self.text("status"))
+        self.cloud.open("simulation")
+
+    def test_a_senseless_address_is_explained(self):
+        self.start("worlds/arena.wbt")
+        self.wait_state("failed")
+        self.assertIn('"worlds/arena.wbt" is not a complete address', self.text("status"))
+        self.assertEqual(self.element("connect-to").get_attribute("aria-invalid"), "true")
+
+    def test_the_loss_of_the_lease_is_told_and_a_new_start_works(self):
+        self.run_simulation()
+        self.cloud.close("simulation")
+        self.wait_state("ended")
+        self.assertIn("simulation server ended the session", self.text("status"))
+        self.wait(lambda: self.cloud.streams == 0, "the end of the picture")
+        self.click("start")
+        self.wait_state("running")
+
+    def test_the_loss_of_the_simulator_is_told_and_gives_the_lease_back(self):
+        self.run_simulation()
+        self.cloud.close("simulator")
+        self.wait_state("ended")
+        self.assertIn("simulator has closed the connection", self.text("status"))
+        self.wait(lambda: self.cloud.leases == 0, "the end of the lease")
+
+    def test_the_simulation_servers_reason_for_a_lost_simulator_wins(self):
+        self.run_simulation()
+        self.cloud.send("simulation", "loading: Error: the simulator crashed")
+        self.cloud.close("simulator")
+        self.wait_state("ended")
+        self.assertEqual(self.text("status"), "The simulator crashed")
+
+
+class Running(ViewerTest):
+    def test_the_buttons_send_their_messages(self):
+        self.run_simulation()
+        self.click("pause")
+        self.wait_state("paused")
+        self.assertIn("pause", self.cloud.controls)
+        before = float(self.data()["time"])
+        self.click("step")
+        self.wait(lambda: float(self.data()["time"]) == before + 32, "one step of simulated time")
+        self.click("fast")
+        self.wait_state("fast")
+        self.wait_control("fast:-1")
+        self.click("pause")
+        self.wait_state("paused")
+        self.click("reset")
+        self.wait(lambda: self.data()["time"] == "0", "time zero")
+        self.assertEqual(self.text("time"), "0:00:00.000")
+        self.click("reload")
+        self.wait_control("reload")
+        self.click("play")
+        self.wait_state("running")
+
+    def test_disconnecting_closes_the_lease_and_the_picture(self):
+        self.run_simulation()
+        self.wait(lambda: self.cloud.streams == 1, "the picture")
+        self.click("start")
+        self.wait_state("idle")
+        self.wait(lambda: (self.cloud.leases, self.cloud.streams) == (0, 0), "the end of all connections")
+        self.assertFalse(self.element("play").is_enabled())
+
+    def test_leaving_the_page_closes_the_lease(self):
+        self.run_simulation()
+        self.driver.get("about:blank")
+        deadline = time.monotonic() + PATIENCE_SECONDS
+        while (self.cloud.leases, self.cloud.streams) != (0, 0) and time.monotonic() < deadline:
+            time.sleep(0.02)
+        self.assertEqual((self.cloud.leases, self.cloud.streams), (0, 0))
+
+    def test_console_lines_are_text_and_never_markup(self):
+        self.run_simulation()
+        self.cloud.send("simulator", "stdout:<script>document.title = 'broken'</script>\nstderr:<b>bad</b>\nstdout:\x1b[31mred\x1b[0m")
+        self.wait_text("console", "red")
+        lines = [line.get_attribute("textContent") for line in self.element("console").find_elements("css selector", "div")]
+        self.assertEqual(lines, ["<script>document.title = 'broken'</script>", "<b>bad</b>", "red"])
+        self.assertNotEqual(self.driver.title, "broken")
+        self.assertEqual(self.element("console").find_elements("css selector", "script, b"), [])
+
+    def test_the_console_keeps_the_last_thousand_lines(self):
+        self.run_simulation()
+        for block in range(3):
+            self.cloud.send("simulator", "\n".join(f"stdout:line {block * 500 + i}" for i in range(500)))
+        self.wait_text("console", "line 1499")
+        count = "const c = document.getElementById('console'); return [c.childElementCount, c.firstElementChild.textContent]"
+        self.assertEqual(self.driver.execute_script(count), [1000, "line 500"])
+
+    def test_a_coming_shutdown_is_announced(self):
+        self.run_simulation()
+        self.assertFalse(self.element("warning").is_displayed())
+        self.cloud.send("simulation", "shutdownTimeout: 301")
+        self.wait_text("warning", "5 minutes")
+        self.assertTrue(self.element("warning").is_displayed())
+
+    def test_the_mouse_on_the_picture_is_forwarded(self):
+        from selenium.webdriver import ActionChains
+        self.run_simulation()
+        self.wait(lambda: self.cloud.streams == 1, "the picture")
+        ActionChains(self.driver).drag_and_drop_by_offset(self.element("picture"), 20, 10).perform()
+        self.wait(lambda: any(c.startswith("mouse 1 ") for c in self.cloud.controls), "the release of the button")
+        kinds = [c.split()[1] for c in self.cloud.controls if c.startswith("mouse ")]
+        self.assertEqual((kinds[0], kinds[-1], set(kinds[1:-1])), ("-1", "1", {"0"}))
+        press, release = [next(c for c in self.cloud.controls if c.startswith(f"mouse {k} ")).split() for k in ("-1", "1")]
+        self.assertEqual((press[2:4], press[6:]), (["0", "1"], ["0", "0"]))
+        moved = [int(after) - int(before) for after, before in zip(release[4:6], press[4:6])]
+        self.assertEqual(moved, [20, 10])
+
+    def test_a_spectators_mouse_is_not_forwarded(self):
+        from selenium.webdriver import ActionChains
+        self.cloud.multimedia = "multimedia: mjpeg pause 640 480"
+        self.run_simulation()
+        ActionChains(self.driver).click(self.element("picture")).perform()
+        self.click("pause")
+        self.wait_state("paused")
+        self.assertEqual([c for c in self.cloud.controls if c.startswith("mouse")], [])
+
+
+class Layout(ViewerTest):
+    def test_a_phone_shows_everything_without_scrolling_sideways(self):
+        self.addCleanup(browser.resize, self.driver, 1280, 800)
+        self.open_page()
+        self.keep_screenshot("idle-wide")
+        browser.resize(self.driver, 360, 740)
+        self.keep_screenshot("idle-narrow")
+        self.click("start")
+        self.wait_state("running")
+        self.cloud.send("simulator", "stdout:" + "word" * 200)
+        self.wait_text("console", "word")
+        self.keep_screenshot("running-narrow")
+        self.assertEqual(self.driver.execute_script("return document.documentElement.scrollWidth"), 360)
+
+    def test_the_simulator_is_told_when_the_window_changes_its_size(self):
+        self.addCleanup(browser.resize, self.driver, 1280, 800)
+        self.run_simulation()
+        browser.resize(self.driver, 700, 800)
+        self.wait(lambda: sum(c.startswith("resize: ") for c in self.cloud.controls) == 2, "a second size")
+        size = self.driver.execute_script("const s = document.getElementById('screen'); return `${s.clientWidth}x${s.clientHeight}`")
+        self.assertEqual(self.cloud.controls[-1], f"resize: {size}")
+
+    def test_the_page_causes_no_complaint_in_the_browsers_console(self):
+        self.cloud.defaults = {}
+        browser.console_messages(self.driver)
+        self.run_simulation()
+        self.assertEqual(browser.console_messages(self.driver), [])
+
+
+class Addresses(ViewerTest):
+    CASES = {
+        WORLD: {"kind": "session", "server": "http://own/", "request": f"http://own/session?url={WORLD}", "world": WORLD},
+        f"http://h:1999/session?url={WORLD}":
+            {"kind": "session", "server": "http://h:1999/", "request": f"http://h:1999/session?url={WORLD}", "world": WORLD},
+        "https://h/1999/session?url=https%3A%2F%2Fg.org%2Fa%2Fworlds%2Fb.wbt&x=1":
+            {"kind": "session", "server": "https://h/1999/", "world": "https://g.org/a/worlds/b.wbt",
+             "request": "https://h/1999/session?url=https%3A%2F%2Fg.org%2Fa%2Fworlds%2Fb.wbt&x=1"},
+        " ws://h:2001/ ": {"kind": "simulator", "url": "ws://h:2001"},
+        "wss://h/2001": {"kind": "simulator", "url": "wss://h/2001"},
+    }
+    REFUSED = ("", "nonsense", "http://h:1999/session", "ftp://h/worlds/a.wbt", "https://h/page", "ws://h/p/worlds/a.wbt")
+
+    def parse(self, address):
+        return self.driver.execute_async_script(
+            "const [address, done] = arguments; import('./address.js').then(({ parseAddress }) => {"
+            "  try { done(parseAddress(address, 'http://own/')); } catch (error) { done(error.message); } })", address)
+
+    def test_each_kind_of_address_is_understood(self):
+        self.open_page()
+        for address, expected in self.CASES.items():
+            with self.subTest(address):
+                self.assertEqual(self.parse(address), expected)
+
+    def test_every_other_address_is_answered_with_what_was_expected(self):
+        self.open_page()
+        for address in self.REFUSED:
+            with self.subTest(address):
+                self.assertIn("Expected the address of a world", self.parse(address))
+
+
+def main():
+    program = unittest.main(exit=False, verbosity=2)
+    result = program.result
+    if result.wasSuccessful() and result.skipped and result.testsRun == 0:
+        print(f"skipped: {result.skipped[0][1]}")
+        return 77
+    return 0 if result.wasSuccessful() else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
