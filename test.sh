@@ -32,27 +32,30 @@ main()
 
 test_preset()
 {
-    local preset=$1 selection=()
+    local preset=$1 log=build/$1/tests selection=()
     [[ $preset == release ]] || selection=(-LE "$without_sanitizers")
     printf '\n--- %s\n' "$preset"
-    rm -f "build/$preset/tests.log"
-    cmake --preset "$preset" &&
-        cmake --build --preset "$preset" &&
-        ctest --preset "$preset" --parallel "$(nproc)" "${selection[@]}" --output-log "build/$preset/tests.log"
+    rm -f "$log.log" "$log.again.log"
+    cmake --preset "$preset" && cmake --build --preset "$preset" || return
+    ctest --preset "$preset" --parallel "$(nproc)" "${selection[@]}" --output-log "$log.log" && return
+    printf '\n--- %s: what failed, once more and one at a time\n' "$preset"
+    ctest --preset "$preset" --rerun-failed --output-log "$log.again.log"
 }
 
-# One line for a preset; below it the tests that failed or were skipped, and why those were skipped.
+# One line for a preset; below it the tests that were skipped and why, those that failed, and what these printed when they ran alone.
+# A test that passes alone fails beside others for a reason that wants to be found: it is named too.
 summarise()
 {
-    local log=build/$1/tests.log outcome
-    if [[ -e $log ]]; then
-        outcome=$(sed -n 's/^\(.*\), \(.*\) out of \(.*\)$/\1 of \3/p' "$log")
-    else
-        outcome="did not build"
-    fi
+    local log=build/$1/tests outcome="did not build"
+    [[ ! -e $log.log ]] || outcome=$(sed -n 's/^\(.*\), \(.*\) out of \(.*\)$/\1 of \3/p' "$log.log")
     printf '%-12s %s, %d min %02d s\n' "$1" "$outcome" $(($2 / 60)) $(($2 % 60))
-    [[ ! -e $log ]] || sed -n -e 's/^[0-9]*: \(skipped: .*\)/             \1/p' \
-        -e 's/^\t *[0-9]* - \(.*\) (\(.*\))$/             \2: \1/p' "$log"
+    [[ ! -e $log.log ]] || sed -n -e 's/^[0-9]*: \(skipped: .*\)/             \1/p' \
+        -e 's/^\t *[0-9]* - \(.*\) (\(.*\))$/             \2: \1/p' "$log.log"
+    if [[ -e $log.again.log ]]; then
+        printf '             alone: '
+        sed -n 's/^\(.*\), \(.*\) out of \(.*\)$/\1 of \3/p' "$log.again.log"
+        grep -A40 -E '^(FAIL|ERROR): |error: in ' "$log.log" | cut -c1-300 | head -120 || true
+    fi
 }
 
 main "$@"

@@ -2,24 +2,19 @@
 
 import os
 import queue
-import socket
 import subprocess
 import sys
 import threading
 import unittest
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
+from support.ports import free_port  # noqa: E402
 
 PROJECTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', 'examples', 'demo_projects')
 ARENA = os.path.join(PROJECTS, 'robots', 'worlds', 'arena.wbt')
 PATIENCE = 20  # seconds; long enough for a machine under load and for sanitizers
 
 binary = None
-
-
-def free_port():
-    """A port that was free a moment ago; the simulator takes the next one when it no longer is."""
-    with socket.socket() as s:
-        s.bind(('127.0.0.1', 0))
-        return s.getsockname()[1]
 
 
 class Simulator:

@@ -7,8 +7,9 @@ import sys
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
+from support.ports import free_port  # noqa: E402
 from support.projects import EXAMPLES  # noqa: E402
-from support.servers import BIN, free_port, main, program, wait_until  # noqa: E402
+from support.servers import BIN, main, program, wait_until  # noqa: E402
 
 FOLDER = os.path.dirname(os.path.abspath(EXAMPLES))
 

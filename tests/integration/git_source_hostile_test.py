@@ -13,9 +13,9 @@ import threading
 import unittest
 import zlib
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
-from git_probe import HEADER, WORLD, Probe, require_probe, tree
-from git_server import GitServer, require_git_server
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+from support.git_probe import HEADER, WORLD, Probe, require_probe, tree  # noqa: E402
+from support.git_server import GitServer, require_git_server  # noqa: E402
 
 WORLDS = "worlds/a.wbt"
 FORBIDDEN = "The project has a file with a forbidden name: "

@@ -9,9 +9,9 @@ import sys
 import time
 import unittest
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
-from git_probe import HEADER, WORLD, Probe, require_probe, tree
-from git_server import GitServer, require_git_server
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+from support.git_probe import HEADER, WORLD, Probe, require_probe, tree  # noqa: E402
+from support.git_server import GitServer, require_git_server  # noqa: E402
 
 FILES = {
     "README.md": "# top\n",

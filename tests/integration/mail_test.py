@@ -14,8 +14,9 @@ import time
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
+from support.ports import free_port  # noqa: E402
 from support.machine import Machine  # noqa: E402
-from support.servers import SessionServer, free_port, main, wait_until  # noqa: E402
+from support.servers import SessionServer, main, wait_until  # noqa: E402
 
 try:
     from support.mailbox import Certificate, Mailbox

@@ -12,8 +12,9 @@ import unittest
 import urllib.request
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
+from support.ports import free_port  # noqa: E402
 from support.machine import Machine  # noqa: E402
-from support.servers import SessionServer, free_port, main, program, wait_until  # noqa: E402
+from support.servers import SessionServer, main, program, wait_until  # noqa: E402
 
 try:
     import websockets

@@ -16,14 +16,11 @@ import time
 import unittest
 import urllib.request
 
+sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
+from support.ports import free_port  # noqa: E402
+
 SCRIPT, PROGRAMS = "", ""
 PATIENCE_SECONDS = 30
-
-
-def free_port():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 def is_running(pid):
@@ -39,7 +36,7 @@ class ServerScriptTest(unittest.TestCase):
         folder = tempfile.TemporaryDirectory(prefix="webots_cloud_script_")
         self.addCleanup(folder.cleanup)
         self.folder = folder.name
-        self.ports = {"session": free_port(), "simulation": free_port()}
+        self.ports = {"session": free_port(), "simulation": free_port(following=100)}
         shutil.copy(SCRIPT, self.folder)
         self.write("cmake/packages/build.txt", "# the programs are built\n")
         shutil.copy(os.path.join(os.path.dirname(SCRIPT), "cmake/packages/install.sh"), self.path("cmake/packages"))

@@ -18,6 +18,8 @@ import tempfile
 import time
 import unittest
 
+from .ports import free_port
+
 GIT_BACKEND = "/usr/lib/git-core/git-http-backend"
 WORKERS = 8
 PROGRAMS = {"git": "git", "nginx": "nginx-light", "fcgiwrap": "fcgiwrap"}
@@ -83,12 +85,6 @@ def _end_with_parent():
     """In the child: ends when the test does, even if that is killed."""
     PR_SET_PDEATHSIG = 1
     ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
-
-
-def free_port():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 class GitServer:

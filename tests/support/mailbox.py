@@ -7,7 +7,7 @@ import subprocess
 from aiosmtpd.controller import Controller
 from aiosmtpd.smtp import AuthResult
 
-from .servers import free_port
+from .ports import free_port
 
 
 class Mail:

@@ -20,6 +20,8 @@ import unittest
 import urllib.error
 import urllib.request
 
+from .ports import free_port
+
 BIN = os.environ.get("WEBOTS_CLOUD_BIN", "")
 PATIENCE = 30  # seconds: only how long a broken server is waited for
 
@@ -30,21 +32,6 @@ def program(name):
     if not os.access(path, os.X_OK):
         raise unittest.SkipTest(f"{name} is not built (WEBOTS_CLOUD_BIN={BIN!r})")
     return path
-
-
-def free_port(following=0):
-    """A port that is free now, and so are the `following` ones after it."""
-    while True:
-        with contextlib.ExitStack() as sockets:
-            first = sockets.enter_context(socket.socket())
-            first.bind(("127.0.0.1", 0))
-            port = first.getsockname()[1]
-            try:
-                for number in range(port + 1, port + 1 + following):
-                    sockets.enter_context(socket.socket()).bind(("0.0.0.0", number))
-                return port
-            except (OSError, OverflowError):
-                continue
 
 
 def wait_until(condition, what, patience=PATIENCE):

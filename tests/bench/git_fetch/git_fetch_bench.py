@@ -21,10 +21,10 @@ import threading
 import time
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-sys.path.insert(0, os.path.join(HERE, "..", "..", "support"))
+sys.path.insert(0, os.path.join(HERE, "..", ".."))
 sys.path.insert(0, HERE)
-from git_probe import Probe
-from git_server import GitServer
+from support.git_probe import Probe
+from support.git_server import GitServer
 from repositories import WANTED, make_all
 
 COPIES = 32
