@@ -307,6 +307,15 @@ class Tls(unittest.IsolatedAsyncioTestCase):
                 self.assertEqual(server.get("/load"), "-1")
                 self.assertEqual(read_all(silent), b"", "a handshake has a deadline")
 
+    async def test_who_speaks_plain_http_to_it_is_told_so(self):
+        with self.server() as server:
+            for request in (b"GET /load HTTP/1.1\r\nHost: h\r\n\r\n", HANDSHAKE.format(path="/").encode(),
+                            b"POST /session HTTP/1.1\r\nHost: h\r\nContent-Length: 5000\r\n\r\n" + b"x" * 5000):
+                answer = exchange(server, request)
+                self.assertTrue(answer.startswith(b"HTTP/1.1 400 "), answer)
+                self.assertIn(b"This port speaks HTTPS", answer)
+            self.assertIn("400 for a request without TLS (", server.log())
+
     async def test_shutdown_closes_with_1001(self):
         with self.server() as server:
             async with websockets.connect(f"wss://localhost:{server.port}/", ssl=self.context()) as browser:
