@@ -5,6 +5,7 @@ import asyncio
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -112,6 +113,42 @@ class Sessions(unittest.IsolatedAsyncioTestCase):
                 self.assertRegex(text, r"(?m)^\d{4}-\d\d-\d\d \d\d:\d\d:\d\d,\d{3} \[INFO   \]  Session server running on port \d+$")
 
 
+    def test_the_log_as_json_is_an_object_a_line(self):
+        for arguments, keys in (([], {"logFormat": "json"}), (["--log-format", "json"], {}),
+                                (["--log-format=json"], {"logFormat": "text"})):
+            with self.subTest(arguments=arguments, keys=keys):
+                server = SessionServer([], debug=False, logDir="logs", **keys)
+                server.arguments = arguments
+                with server:
+                    folder = os.path.join(server.folder, "logs", "session")
+                    self.check_json_log(os.path.join(folder, "output.log"), server.port)
+
+    def check_json_log(self, path, port):
+        with open(path) as file:
+            line = wait_until(lambda: (file.seek(0), file.readline())[1], "the log is empty")
+        entry = json.loads(line)
+        self.assertRegex(entry.pop("time"), r"^\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}Z$")
+        self.assertEqual(entry, {"level": "info", "message": f"Session server running on port {port}"})
+
+    def test_the_log_rotates_at_500000_bytes_and_every_line_of_json_stays_whole(self):
+        with SessionServer([], debug=False, logDir="logs", logFormat="json") as session:
+            folder = os.path.join(session.folder, "logs", "session")
+            path = os.path.join(folder, "output.1.log")
+            requests = (b"GET /" + b"x" * 200 + b" HTTP/1.1\r\nHost: h\r\n\r\n") * 100
+            with socket.create_connection(("127.0.0.1", session.port), timeout=30) as browser:
+                def fill():
+                    browser.sendall(requests)
+                    answers = b""
+                    while answers.count(b"</html>") < 100:
+                        answers += browser.recv(65536)
+                    return os.path.exists(path)
+                wait_until(fill, "an old file")
+            self.assertLessEqual(os.path.getsize(path), 500_000)
+            with open(path) as file:
+                levels = [json.loads(line)["level"] for line in file]
+            self.assertEqual(set(levels[1:]), {"warning"})
+
+
 class Programs(unittest.TestCase):
     def run_program(self, *arguments):
         with tempfile.TemporaryDirectory() as folder:
@@ -128,6 +165,7 @@ class Programs(unittest.TestCase):
 
     def test_wrong_arguments_and_missing_files_are_one_sentence_and_status_2(self):
         for arguments, sentence in ((["--nope"], "unrecognised option '--nope'"), (["a.json", "b.json"], "Too many arguments."),
+                                    (["--log-format", "xml"], '--log-format: expected text or json, found "xml"'),
                                     (["/nonexistent/c.json"], "/nonexistent/c.json: the configuration can't be read: "),
                                     (["/"], "expected a configuration file, found a folder")):
             status, _, text = self.run_program(*arguments)

@@ -86,6 +86,7 @@ class Server:
 
     PROGRAM = ""
 
+    arguments = ()  # of the command line, before the configuration
     descriptors = None  # a limit of open files
 
     def __init__(self, config, port, environment=None):
@@ -116,7 +117,7 @@ class Server:
         environment = {**os.environ, "HOME": self.folder, "TMPDIR": os.path.join(self.folder, "tmp"),
                        "XDG_CACHE_HOME": os.path.join(self.folder, "cache"), **self.environment}
         with open(self.log_path, "ab") as log:
-            self.process = subprocess.Popen([program(self.PROGRAM), path], stdin=subprocess.DEVNULL, stdout=log, stderr=log,
+            self.process = subprocess.Popen([program(self.PROGRAM), *self.arguments, path], stdin=subprocess.DEVNULL, stdout=log, stderr=log,
                                             env=environment, cwd=self.folder, preexec_fn=self._limit)
         wait_until(lambda: self.process.poll() is not None or self.get("/load"), f"{self.PROGRAM} does not answer")
         if self.process.poll() is not None:
