@@ -52,6 +52,9 @@ public:
     /// Outcomes that nobody asks for are dropped, oldest first, beyond 100 000.   Errors: `operation_aborted`.
     boost::asio::awaitable<result<std::vector<LoadEvent>>> next_events();
 
+    /// How many servers are up, and their load. Never waits, copies nothing.
+    LoadTotals totals() const noexcept;
+
     /// What is known of every server, in the order given to `set_servers`. Never waits.
     std::vector<ServerLoad> snapshot() const;
 

@@ -185,6 +185,14 @@ asio::awaitable<result<std::vector<LoadEvent>>> LoadMonitor::next_events()
     co_return events;
 }
 
+LoadTotals LoadMonitor::totals() const noexcept
+{
+    LoadTotals totals;
+    for (auto const& watch : impl_->watches)
+        core::add(totals, watch->load);
+    return totals;
+}
+
 std::vector<ServerLoad> LoadMonitor::snapshot() const
 {
     std::vector<ServerLoad> loads;

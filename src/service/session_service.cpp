@@ -252,17 +252,13 @@ HttpResponse SessionService::Impl::decisions(IncomingRequest const& request) con
 
 HttpResponse SessionService::Impl::metrics() const
 {
-    double up = 0;
-    double down = 0;
-    double unknown = 0;
-    for (auto const& server : monitor.snapshot())
-        ++(server.state == ServerState::up ? up : server.state == ServerState::down ? down : unknown);
+    auto const servers = monitor.totals();
     core::MetricsText text;
     text.family("build_info", "gauge", "Always 1; the version is the label.").add(1, {{"version", version()}});
     text.family("servers", "gauge", "Simulation servers by what their last poll said.")
-        .add(up, {{"state", "up"}})
-        .add(down, {{"state", "down"}})
-        .add(unknown, {{"state", "unknown"}});
+        .add(static_cast<double>(servers.up), {{"state", "up"}})
+        .add(static_cast<double>(servers.down), {{"state", "down"}})
+        .add(static_cast<double>(servers.unknown), {{"state", "unknown"}});
     text.family("available", "gauge", "1 while a simulation server would take a session.").add(available ? 1 : 0);
     text.family("availability_watchers", "gauge", "Browsers that are told about availability.")
         .add(static_cast<double>(browsers.size()));
@@ -297,7 +293,7 @@ Answer SessionService::respond(IncomingRequest const& request)
     if (request.path == "/")
         return impl_->availability(request);
     if (request.path == "/load")
-        return core::page(core::mean_load(impl_->monitor.snapshot()));
+        return core::page(core::mean_load(impl_->monitor.totals()));
     if (request.path == "/monitor")
         return request.upgrade ? Answer(Converse()) : impl_->monitor_page(request);
     return impl_->viewer(request.path);
