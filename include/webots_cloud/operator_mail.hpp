@@ -9,6 +9,7 @@
 
 #include <boost/asio/awaitable.hpp>
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -25,6 +26,17 @@ struct OperatorMailParams
     std::uint16_t port = 0;
     bool ssl = true;          ///< `https://` instead of `http://`.
     bool port_rewrite = true; ///< `/` instead of `:` before the port.
+};
+
+/// What became of mails. All but the first are counts since the start.
+struct OperatorMailStatistics
+{
+    OperatorMailStatistics() = default;
+
+    std::size_t waiting = 0; ///< Mails that are not delivered yet; what a digest collects is none.
+    std::uint64_t sent = 0;
+    std::uint64_t failed = 0;   ///< Attempts; a mail may cost several.
+    std::uint64_t given_up = 0; ///< Mails that were never sent; the log has them.
 };
 
 /// Turns changes of simulation servers into notices and delivers them, one at a time, again and again if need
@@ -50,6 +62,8 @@ public:
     ///
     /// Cancellation: terminal.   Errors: `operation_aborted`.
     boost::asio::awaitable<result<>> run();
+
+    OperatorMailStatistics statistics() const noexcept;
 
 private:
     struct Impl;

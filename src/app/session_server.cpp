@@ -1,4 +1,5 @@
 #include "../core/text.hpp"
+#include "metrics.hpp"
 #include "network.hpp"
 #include "signals.hpp"
 
@@ -111,10 +112,16 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
         mail.emplace(operator_mail_params(config), *notifier, *clock, log);
         service_params.tell_administrator = [&mail](LoadEvent const& event) { mail->note(event); };
     }
+    HttpServer const* network = nullptr;
+    service_params.more_metrics = [&network, &mail] {
+        auto const mails = mail ? mail->statistics() : OperatorMailStatistics();
+        return app::network_metrics(network->statistics()) + app::mail_metrics(mails);
+    };
     SessionService service(std::move(service_params), monitor, scheduler, *clock, log);
     service.set_servers(config.simulation_servers);
 
     auto const server = make_http_server(executor, app::server_params(config.port, config.network), service, log);
+    network = server.get();
     if (auto const listening = server->listen(); !listening)
         co_return listening.error();
     log.info(core::concat("Session server running on port ", std::to_string(config.port)));

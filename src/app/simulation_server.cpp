@@ -2,6 +2,7 @@
 #include "../core/client_protocol.hpp"
 #include "../core/simulator_choice.hpp"
 #include "../core/text.hpp"
+#include "metrics.hpp"
 #include "network.hpp"
 #include "signals.hpp"
 
@@ -157,11 +158,16 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     if (config.monitor_log)
         service_settings.monitor_log = make_line_file(executor, config.log_dir / "simulation" / "monitor.csv",
                                                       core::monitor_csv_header(), log);
+    HttpServer const* network_server = nullptr;
+    service_settings.more_metrics = [&network_server] {
+        return app::network_metrics(network_server->statistics());
+    };
     SimulationService service(std::move(service_settings), fetcher, launcher, *metrics, *clock, log);
 
     auto network = app::server_params(config.port, config.network);
     network.spare_descriptors += descriptors_per_simulation * static_cast<std::size_t>(config.max_connections);
     auto const server = make_http_server(executor, std::move(network), service, log);
+    network_server = server.get();
     if (auto const listening = server->listen(); !listening)
         co_return listening.error();
     log.info(concat("Running simulation server on port ", std::to_string(config.port)));

@@ -46,6 +46,7 @@ struct OperatorMail::Impl
     std::optional<async::Wakeup> changed; // while run() is awaited
     std::optional<Failure> problem;       // why the last attempt failed; none after a good one
     std::uint64_t notices = 0;
+    OperatorMailStatistics counts; // without those that wait
 };
 
 OperatorMail::OperatorMail(OperatorMailParams params, Notifier& notifier, Clock& clock, Logger log)
@@ -63,6 +64,13 @@ void OperatorMail::note(LoadEvent const& event)
         impl_->post(core::news_notice(news, impl_->monitor));
     if (impl_->changed)
         impl_->changed->notify();
+}
+
+OperatorMailStatistics OperatorMail::statistics() const noexcept
+{
+    auto statistics = impl_->counts;
+    statistics.waiting = impl_->queue.waiting().size();
+    return statistics;
 }
 
 asio::awaitable<result<>> OperatorMail::run()
@@ -127,6 +135,7 @@ void OperatorMail::Impl::post_digest()
 
 void OperatorMail::Impl::settle(core::NoticeQueue::Attempt const& attempt, result<> const& outcome)
 {
+    ++(outcome ? counts.sent : counts.failed);
     if (outcome) {
         if (problem)
             log.info(concat("Emails to ", params.administrator, " are sent again"));
@@ -147,6 +156,7 @@ void OperatorMail::Impl::settle(core::NoticeQueue::Attempt const& attempt, resul
 /// The log keeps what the administrator could not be told.
 void OperatorMail::Impl::give_up(Notice const& notice, std::string_view why)
 {
+    ++counts.given_up;
     log.warning(concat("Email to ", params.administrator, " not sent (", why, "): ", notice.summary));
 }
 

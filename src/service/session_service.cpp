@@ -268,7 +268,7 @@ HttpResponse SessionService::Impl::metrics() const
     text.family("polls_total", "counter", "Polls of simulation servers.")
         .add(static_cast<double>(good_polls), {{"result", "good"}})
         .add(static_cast<double>(failed_polls), {{"result", "failed"}});
-    return {200, std::string(core::metrics_type), text.take()};
+    return core::metrics_page(text.take(), params.more_metrics);
 }
 
 Answer SessionService::respond(IncomingRequest const& request)

@@ -286,4 +286,24 @@ BOOST_AUTO_TEST_CASE(cancelled_in_the_middle_of_a_mail_it_ends_and_logs_what_was
     BOOST_TEST(fixture.errors() == 0u);
 }
 
+BOOST_AUTO_TEST_CASE(mails_are_counted_by_what_became_of_them)
+{
+    Fixture fixture;
+    fixture.notifier.failure = Failure(errc::unreachable);
+    fixture.start();
+    fixture.note(LoadTransition::not_responding);
+    fixture.world.advance(50s);
+    BOOST_TEST(fixture.mail.statistics().waiting == 1u);
+    BOOST_TEST(fixture.mail.statistics().failed == 3u); // at 0, 15 and 45 s
+    fixture.notifier.failure.reset();
+    fixture.world.advance(1min);
+    BOOST_TEST(fixture.mail.statistics().waiting == 0u);
+    BOOST_TEST(fixture.mail.statistics().sent == 1u);
+    BOOST_TEST(fixture.mail.statistics().given_up == 0u);
+    fixture.notifier.hangs = true;
+    fixture.note(LoadTransition::not_responding, "b:1");
+    fixture.stop();
+    BOOST_TEST(fixture.mail.statistics().given_up == 1u);
+}
+
 BOOST_AUTO_TEST_SUITE_END()

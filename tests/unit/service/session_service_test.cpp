@@ -324,6 +324,14 @@ BOOST_AUTO_TEST_CASE(probes_and_figures_tell_the_operator_how_it_is)
         BOOST_TEST(figures.body.find(line) != std::string::npos, line);
 }
 
+BOOST_AUTO_TEST_CASE(figures_of_others_follow_its_own)
+{
+    SessionServiceParams params;
+    params.more_metrics = [] { return std::string("more_figures 1\n"); };
+    Fixture fixture(std::move(params));
+    BOOST_TEST(fixture.get("/metrics").body.ends_with("\nmore_figures 1\n"));
+}
+
 BOOST_AUTO_TEST_CASE(decisions_are_shown_on_this_machine_only)
 {
     Fixture fixture;
