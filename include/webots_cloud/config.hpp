@@ -64,6 +64,8 @@ struct ForgeConfig
 
     std::string url;                 ///< Base URL, without a slash at the end.
     std::filesystem::path directory; ///< Not empty: a plain folder of this computer instead of a git server.
+
+    bool operator==(ForgeConfig const&) const = default;
 };
 
 /// `config/simulation/*.json` (protocol section 8.2).

@@ -20,7 +20,8 @@ struct OperatorMailParams
 {
     OperatorMailParams() = default;
 
-    std::string administrator; ///< Who gets the mails: named in the log.
+    /// Who gets the mails: named in the log. Empty: nobody, and changes are not taken note of.
+    std::string administrator;
     // Where the session server is reached, for the link in each mail.
     std::string server = "localhost";
     std::uint16_t port = 0;
@@ -53,6 +54,10 @@ class OperatorMail
 public:
     OperatorMail(OperatorMailParams params, Notifier& notifier, Clock& clock, Logger log);
     ~OperatorMail();
+
+    /// Takes other parameters, and tries at once to deliver what waits: to be called also when `notifier`
+    /// delivers elsewhere from now on. Without an administrator what waits is written to the log.
+    void set_params(OperatorMailParams params);
 
     /// Takes note of a change; those that are not for the administrator (none, merely too slow) are left
     /// alone. Never waits.

@@ -49,6 +49,10 @@ public:
     SessionService(SessionServiceParams params, LoadMonitor& monitor, Scheduler& scheduler, Clock& clock, Logger log);
     ~SessionService() override;
 
+    /// Takes other parameters, but for `port` and `history_step`, which stay. Browsers that are connected
+    /// stay.
+    void set_params(SessionServiceParams params);
+
     /// The simulation servers from now on, for the monitor and the scheduler alike. Browsers that are connected stay.
     void set_servers(std::vector<ServerSpec> const& servers);
 

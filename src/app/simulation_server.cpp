@@ -1,5 +1,5 @@
-#include "../core/monitor_sample.hpp"
 #include "../core/client_protocol.hpp"
+#include "../core/monitor_sample.hpp"
 #include "../core/simulator_choice.hpp"
 #include "../core/text.hpp"
 #include "metrics.hpp"
@@ -171,15 +171,17 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     if (auto const listening = server->listen(); !listening)
         co_return listening.error();
     log.info(concat("Running simulation server on port ", std::to_string(config.port)));
-    std::function<void(SimulationConfig const&)> const apply = [&service, &choice](SimulationConfig const& next) {
+    std::function<result<>(SimulationConfig const&)> const apply = [&service,
+                                                                    &choice](SimulationConfig const& next) {
         service.set_policy(service_params(next, choice->notice));
+        return result<>();
     };
     auto const http = make_http_client(executor);
     Registration registration(registration_params(config), *http, *clock, log);
     std::function<void()> const drain = [&service] { service.drain(false); };
-    auto const ended =
-        co_await (server->run() || service.run() || registration.run() || app::obey_sigusr1(executor, drain) ||
-                  app::obey_sighup(executor, std::move(reread), apply, log));
+    auto const ended = co_await (server->run() || service.run() || registration.run() ||
+                                 app::obey_sigusr1(executor, drain) ||
+                                 app::obey_sighup(executor, std::move(reread), config, apply, log));
     co_return std::visit([](result<> const& outcome) { return outcome; }, ended);
 }
 

@@ -101,6 +101,14 @@ SessionService::SessionService(SessionServiceParams params, LoadMonitor& monitor
 
 SessionService::~SessionService() = default;
 
+void SessionService::set_params(SessionServiceParams params)
+{
+    params.port = impl_->params.port;
+    params.history_step = impl_->params.history_step;
+    impl_->params = std::move(params);
+    impl_->board.set_threshold(impl_->params.threshold);
+}
+
 void SessionService::set_servers(std::vector<ServerSpec> const& servers)
 {
     std::vector<std::string> addresses;

@@ -18,8 +18,9 @@ from support.servers import SessionServer, free_port, main, program, wait_until 
 
 try:
     import websockets
+    from support.mailbox import Mailbox
 except ImportError as error:
-    raise SystemExit(print(f"skipped: {error} (package python3-websockets)") or 77)
+    raise SystemExit(print(f"skipped: {error} (packages python3-websockets, python3-aiosmtpd)") or 77)
 
 
 def server_states(session):
@@ -93,6 +94,27 @@ class Sessions(unittest.IsolatedAsyncioTestCase):
                 wait_until(lambda: "The configuration stays as it was" in session.log(), "the bad file is refused")
                 self.assertEqual(session.get("/session"), f"ws://{second.address}")
                 await browser.ping()
+
+    async def test_sighup_takes_over_what_it_can_and_names_what_needs_a_restart(self):
+        with Machine("60") as machine, Mailbox() as first, Mailbox() as second, \
+                SessionServer([machine.address], loadThreshold=50, administrator="a@example.org", mailServer="localhost",
+                              mailServerPort=first.port, mailSender="s@example.org") as session:
+            wait_until(lambda: first.mails, "it is full")
+            self.assertEqual(session.get("/"), "0")
+            async with websockets.connect(f"ws://localhost:{session.port}/") as browser:
+                self.assertEqual(await browser.recv(), "0")
+                session.reread(loadThreshold=70, mailServerPort=second.port, logDir="elsewhere", scheduling="random")
+                self.assertEqual(await asyncio.wait_for(browser.recv(), 30), "1")
+            wait_until(lambda: "The configuration was read again" in session.log(), "the log line")
+            self.assertIn("These keys have changed, and take effect at the next start: logDir, scheduling\n", session.log())
+            machine.load = "99"
+            wait_until(lambda: second.mails, "a mail through the other server")
+            self.assertEqual(len(first.mails), 1)
+            session.reread(administrator="", mailServerPort=second.port)
+            wait_until(lambda: session.log().count("The configuration was read again") == 2, "read once more")
+            machine.load = "1"
+            wait_until(lambda: "simulation server is available again (load = 1.0%)" in session.log(), "logged, not mailed")
+            self.assertEqual(len(second.mails), 1)
 
     async def test_sigterm_closes_sockets_with_1001_and_exits_with_0(self):
         with Machine() as machine, SessionServer([machine.address]) as session:

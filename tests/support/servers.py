@@ -109,10 +109,20 @@ class Server:
     def __exit__(self, *_):
         self.close()
 
-    def start(self):
+    def configure(self, **keys):
+        """Writes the configuration, with other values of some keys; returns its path."""
         path = os.path.join(self.folder, "config.json")
         with open(path, "w") as file:
-            json.dump(self.config, file)
+            json.dump({**self.config, **keys}, file)
+        return path
+
+    def reread(self, **keys):
+        """Changes the configuration of the running server."""
+        self.configure(**keys)
+        self.process.send_signal(signal.SIGHUP)
+
+    def start(self):
+        path = self.configure()
         os.makedirs(os.path.join(self.folder, "tmp"), exist_ok=True)
         environment = {**os.environ, "HOME": self.folder, "TMPDIR": os.path.join(self.folder, "tmp"),
                        "XDG_CACHE_HOME": os.path.join(self.folder, "cache"), **self.environment}
