@@ -17,10 +17,11 @@ int main(int argc, char** argv)
     auto const [config, status] = load_config(program, *arguments, parse_session_config);
     if (!config)
         return status;
-    auto const log = open_log(program, config->log_dir / "session" / "output.log", config->debug);
+    auto const log =
+        open_log(program, config->log_dir / "session" / "output.log", config->debug, config->json_log);
     if (!log)
         return exit_usage;
-    auto const reread = [&path = arguments->config] { return read_config(path, parse_session_config); };
+    auto const reread = [&given = *arguments] { return read_config(given, parse_session_config); };
     return run_daemon(program.name, [&settings = *config, &reread, &log](boost::asio::any_io_executor executor) {
         return serve_sessions(executor, settings, reread, *log);
     });

@@ -156,9 +156,11 @@ struct LogParams
 
     std::filesystem::path file; ///< Rotated at 500 000 bytes with 10 old files; empty: standard output.
     bool debug = false;         ///< Debug lines too.
+    bool json = false;          ///< An object a line, with `time` (ISO 8601, UTC), `level` and `message`.
 };
 
-/// A log in the format that operators know: `YYYY-MM-DD HH:MM:SS,mmm [LEVEL  ]  message`.   Errors: `invalid_argument`.
+/// A log in the format that operators know, `YYYY-MM-DD HH:MM:SS,mmm [LEVEL  ]  message`, or in JSON. Errors:
+/// `invalid_argument`.
 result<Logger> make_logger(LogParams params);
 
 /// A file that grows line by line, written by a thread of its own: the function it returns never blocks. Copies share the file.

@@ -46,6 +46,7 @@ struct SessionConfig
     std::string mail_sender_password;            ///< `mailSenderPassword`; not empty: STARTTLS and login.
     std::filesystem::path log_dir = "log";       ///< `logDir`
     bool debug = false;                          ///< `debug`: log to standard output instead of the file.
+    bool json_log = false; ///< `logFormat`: `text`, or `json` for programs that collect logs.
     Duration load_refresh = std::chrono::seconds(5); ///< `loadRefresh`, in seconds.
     Duration load_timeout = std::chrono::seconds(5); ///< `loadTimeout`, in seconds.
     double load_threshold = 95;                  ///< `loadThreshold`, percent.
@@ -63,6 +64,8 @@ struct ForgeConfig
 
     std::string url;                 ///< Base URL, without a slash at the end.
     std::filesystem::path directory; ///< Not empty: a plain folder of this computer instead of a git server.
+
+    bool operator==(ForgeConfig const&) const = default;
 };
 
 /// `config/simulation/*.json` (protocol section 8.2).
@@ -89,6 +92,7 @@ struct SimulationConfig
     Duration start_timeout = std::chrono::minutes(5); ///< `startTimeout`, in seconds.
     std::filesystem::path log_dir = "log"; ///< `logDir`
     bool debug = false;               ///< `debug`: log to standard output instead of the file.
+    bool json_log = false;            ///< `logFormat`: `text`, or `json` for programs that collect logs.
     std::string title;                ///< `title`
     std::string description;          ///< `description`
     bool monitor_log = true;          ///< `monitorLogEnabled`: `<logDir>/simulation/monitor.csv`, a line a second.

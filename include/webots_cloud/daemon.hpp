@@ -36,6 +36,7 @@ struct Arguments
 
     std::filesystem::path config; ///< The file to read.
     bool check_config = false;    ///< Read it, say what is wrong, and stop.
+    std::string log_format;       ///< `text` or `json`; empty: what the file says.
 };
 
 /// Exit statuses of both programs.
@@ -52,17 +53,22 @@ std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* c
 result<std::string> read_config_file(std::filesystem::path const& path);
 
 /// Opens the log of a program and prints what is wrong with it, if anything.
-std::optional<Logger> open_log(Program const& program, std::filesystem::path const& file, bool to_stdout);
+std::optional<Logger> open_log(Program const& program, std::filesystem::path const& file, bool to_stdout,
+                               bool json);
 
-/// Reads and parses a configuration.   Errors: `invalid_config`.
+/// Reads and parses a configuration; the command line has the last word.   Errors: `invalid_config`.
 template<class Config>
-result<Configured<Config>> read_config(std::filesystem::path const& path,
-                                       result<Configured<Config>> (*parse)(std::string_view, std::filesystem::path const&))
+result<Configured<Config>> read_config(Arguments const& arguments,
+                                       result<Configured<Config>> (*parse)(std::string_view,
+                                                                           std::filesystem::path const&))
 {
-    auto const text = read_config_file(path);
+    auto const text = read_config_file(arguments.config);
     if (!text)
         return text.error();
-    return parse(*text, path);
+    auto configured = parse(*text, arguments.config);
+    if (configured && !arguments.log_format.empty())
+        configured->config.json_log = arguments.log_format == "json";
+    return configured;
 }
 
 /// Reads a configuration and prints what is wrong with it, if anything, in one line on standard error.
@@ -73,7 +79,7 @@ std::pair<std::optional<Config>, int> load_config(Program const& program, Argume
                                                   result<Configured<Config>> (*parse)(std::string_view,
                                                                                       std::filesystem::path const&))
 {
-    auto configured = read_config(arguments.config, parse);
+    auto configured = read_config(arguments, parse);
     if (!configured) {
         std::cerr << program.name << ": " << configured.error().message() << std::endl;
         return {std::nullopt, exit_usage};

@@ -41,6 +41,11 @@ public:
     LoadMonitor(LoadMonitorParams params, HttpClient& http, Clock& clock, Logger log);
     ~LoadMonitor();
 
+    /// Takes other parameters: each server's next poll obeys them.
+    ///
+    /// Errors: `invalid_argument`, and the old ones stay: an interval or a timeout that is not positive.
+    result<> set_params(LoadMonitorParams params);
+
     /// The servers to watch from now on: added ones are polled at once, removed ones are forgotten, others stay as they are.
     void set_servers(std::vector<std::string> const& addresses);
 
@@ -51,6 +56,9 @@ public:
     ///
     /// Outcomes that nobody asks for are dropped, oldest first, beyond 100 000.   Errors: `operation_aborted`.
     boost::asio::awaitable<result<std::vector<LoadEvent>>> next_events();
+
+    /// How many servers are up, and their load. Never waits, copies nothing.
+    LoadTotals totals() const noexcept;
 
     /// What is known of every server, in the order given to `set_servers`. Never waits.
     std::vector<ServerLoad> snapshot() const;

@@ -9,6 +9,7 @@
 
 #include <boost/asio/awaitable.hpp>
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -19,12 +20,24 @@ struct OperatorMailParams
 {
     OperatorMailParams() = default;
 
-    std::string administrator; ///< Who gets the mails: named in the log.
+    /// Who gets the mails: named in the log. Empty: nobody, and changes are not taken note of.
+    std::string administrator;
     // Where the session server is reached, for the link in each mail.
     std::string server = "localhost";
     std::uint16_t port = 0;
     bool ssl = true;          ///< `https://` instead of `http://`.
     bool port_rewrite = true; ///< `/` instead of `:` before the port.
+};
+
+/// What became of mails. All but the first are counts since the start.
+struct OperatorMailStatistics
+{
+    OperatorMailStatistics() = default;
+
+    std::size_t waiting = 0; ///< Mails that are not delivered yet; what a digest collects is none.
+    std::uint64_t sent = 0;
+    std::uint64_t failed = 0;   ///< Attempts; a mail may cost several.
+    std::uint64_t given_up = 0; ///< Mails that were never sent; the log has them.
 };
 
 /// Turns changes of simulation servers into notices and delivers them, one at a time, again and again if need
@@ -42,6 +55,10 @@ public:
     OperatorMail(OperatorMailParams params, Notifier& notifier, Clock& clock, Logger log);
     ~OperatorMail();
 
+    /// Takes other parameters, and tries at once to deliver what waits: to be called also when `notifier`
+    /// delivers elsewhere from now on. Without an administrator what waits is written to the log.
+    void set_params(OperatorMailParams params);
+
     /// Takes note of a change; those that are not for the administrator (none, merely too slow) are left
     /// alone. Never waits.
     void note(LoadEvent const& event);
@@ -50,6 +67,8 @@ public:
     ///
     /// Cancellation: terminal.   Errors: `operation_aborted`.
     boost::asio::awaitable<result<>> run();
+
+    OperatorMailStatistics statistics() const noexcept;
 
 private:
     struct Impl;

@@ -364,6 +364,11 @@ public:
     /// counts as 1.
     void set_servers(std::vector<ServerSpec> const& servers);
 
+    /// Takes another `threshold` and another `report_lifetime`; what is known about the machines stays.
+    ///
+    /// Errors: `errc::invalid_argument`, as of validate(), and the old ones stay.
+    result<> set_limits(double threshold, Duration report_lifetime);
+
     /// A machine answered a poll. Reports of servers that are not in the list are ignored.
     void report(std::string_view server, LoadReport const& report, TimePoint now);
 

@@ -4,6 +4,7 @@
 #include <webots_cloud/load_report.hpp>
 #include <webots_cloud/time.hpp>
 
+#include <cstddef>
 #include <string>
 #include <utility>
 
@@ -28,6 +29,19 @@ struct ServerLoad
     LoadReport report;   ///< The last good one.
     TimePoint reported;  ///< When `report` came.
     std::string problem; ///< Why the last poll failed; empty while up.
+};
+
+/// A sum over servers.
+struct LoadTotals
+{
+    LoadTotals() = default;
+
+    std::size_t up = 0;
+    std::size_t down = 0;
+    std::size_t unknown = 0;
+    double load = 0; ///< Percent, of those that are up together.
+
+    bool operator==(LoadTotals const&) const = default;
 };
 
 /// What one poll changed (protocol section 3).

@@ -19,7 +19,8 @@ using Reread = std::function<result<Configured<Config>>()>;
 
 /// Runs a session server until cancelled.
 ///
-/// SIGHUP applies a new list of simulation servers; browsers stay connected.
+/// SIGHUP applies everything but `port`, the log, TLS, `connectionsPerAddress`, `scheduling` and `placementTimeout`; browsers
+/// stay connected.
 /// Errors: `operation_aborted` when cancelled; `unavailable` when the port is in use; `invalid_argument`.
 /// Thread-safety: one executor, on one thread.
 boost::asio::awaitable<result<>> serve_sessions(boost::asio::any_io_executor executor, SessionConfig config,

@@ -33,6 +33,9 @@ struct SessionServiceParams
     std::string viewer_defaults;
     /// Told of the changes that `is_mailed` names, which are not logged then. Empty: all are logged. Must not wait.
     std::function<void(LoadEvent const&)> tell_administrator;
+    /// What `GET /metrics` shows below the service's own figures: families in the text format of Prometheus.
+    /// Must not wait.
+    std::function<std::string()> more_metrics;
 };
 
 /// Tells browsers whether there is room and sends each to its machine.
@@ -45,6 +48,10 @@ class SessionService final : public Endpoint
 public:
     SessionService(SessionServiceParams params, LoadMonitor& monitor, Scheduler& scheduler, Clock& clock, Logger log);
     ~SessionService() override;
+
+    /// Takes other parameters, but for `port` and `history_step`, which stay. Browsers that are connected
+    /// stay.
+    void set_params(SessionServiceParams params);
 
     /// The simulation servers from now on, for the monitor and the scheduler alike. Browsers that are connected stay.
     void set_servers(std::vector<ServerSpec> const& servers);

@@ -40,6 +40,9 @@ struct SimulationServiceParams
     /// Takes the lines of monitor.csv, its heading excluded, one a second; must not block. Empty: nobody wants them.
     std::function<void(std::string line)> monitor_log;
     std::string notice;          ///< Shown on the monitor page: for instance that this is the demo simulator.
+    /// What `GET /metrics` shows below the service's own figures: families in the text format of Prometheus.
+    /// Must not wait.
+    std::function<std::string()> more_metrics;
 };
 
 /// Runs one simulation per browser: fetch, launch, relay, clean up.

@@ -1,4 +1,5 @@
 #include "../core/text.hpp"
+#include "name_resolver.hpp"
 
 #include <webots_cloud/adapters.hpp>
 
@@ -31,25 +32,33 @@ using core::concat;
 // Connections kept for the next request: as many servers as one session server may poll.
 constexpr std::size_t most_idle = 16 * 1024;
 
+constexpr std::uint16_t http_port = 80;
+constexpr std::uint16_t https_port = 443;
+
 struct Target
 {
     bool tls = false;
     std::string host;
-    std::string port;
+    std::uint16_t port = 0;
     std::string path;
 
-    std::string origin() const { return concat(tls ? "https://" : "http://", host, ":", port); }
+    std::string origin() const
+    {
+        return concat(tls ? "https://" : "http://", host, ":", std::to_string(port));
+    }
 };
 
 result<Target> parse_target(std::string const& text)
 {
     auto const url = boost::urls::parse_uri(text);
-    if (!url || (url->scheme() != "http" && url->scheme() != "https") || url->host().empty())
+    bool const is_usable = url && (url->scheme() == "http" || url->scheme() == "https") &&
+                           !url->host().empty() && (!url->has_port() || url->port_number() != 0);
+    if (!is_usable)
         return Failure(errc::invalid_url, concat("\"", core::printable(text, 200), "\" is no http or https URL"));
     Target target;
     target.tls = url->scheme() == "https";
     target.host = url->host_address();
-    target.port = url->has_port() ? std::string(url->port()) : target.tls ? "443" : "80";
+    target.port = url->has_port() ? url->port_number() : target.tls ? https_port : http_port;
     auto const path = url->encoded_resource();
     target.path = path.empty() ? "/" : std::string(path.data(), path.size());
     return target;
@@ -112,6 +121,8 @@ Failure explain(beast::error_code error)
 asio::awaitable<result<>> Connection::open(Target const& target, std::vector<tcp::endpoint> addresses)
 {
     auto const [error, endpoint] = co_await lowest().async_connect(addresses, asio::as_tuple(asio::use_awaitable));
+    if (error == beast::error::timeout)
+        co_return Failure(errc::unreachable, "no connection in time");
     if (error)
         co_return explain(error);
     beast::error_code ignored;
@@ -128,7 +139,7 @@ asio::awaitable<result<>> Connection::encrypt(Encrypted& stream, std::string con
     SSL_ctrl(stream.native_handle(), SSL_CTRL_SET_TLSEXT_HOSTNAME, TLSEXT_NAMETYPE_host_name, const_cast<char*>(host.c_str()));
     auto const [error] = co_await stream.async_handshake(asio::ssl::stream_base::client, asio::as_tuple(asio::use_awaitable));
     if (error == beast::error::timeout)
-        co_return Failure(errc::timed_out);
+        co_return Failure(errc::unreachable, "TLS failed: no answer in time");
     if (error)
         co_return Failure(errc::unreachable, concat("TLS failed: ", error.message()));
     co_return result<>();
@@ -180,13 +191,13 @@ public:
     asio::awaitable<result<HttpResponse>> send(HttpRequest request) override;
 
 private:
-    asio::awaitable<result<std::vector<tcp::endpoint>>> resolve(Target const& target);
+    asio::awaitable<result<std::vector<tcp::endpoint>>> resolve(Target const& target, TimePoint deadline);
     std::unique_ptr<Connection> take_idle(std::string const& origin);
     void keep(std::string const& origin, std::unique_ptr<Connection> connection);
 
     asio::any_io_executor executor_;
     asio::ssl::context context_;
-    tcp::resolver resolver_;
+    adapters::NameResolver resolver_;
     std::unordered_map<std::string, std::unique_ptr<Connection>> idle_;
 };
 
@@ -196,8 +207,9 @@ http::request<http::string_body> to_message(HttpRequest const& request, Target c
     message.method_string(request.method);
     message.target(target.path);
     message.version(11);
-    bool const usual_port = target.port == (target.tls ? "443" : "80");
-    message.set(http::field::host, usual_port ? target.host : concat(target.host, ":", target.port));
+    bool const usual_port = target.port == (target.tls ? https_port : http_port);
+    message.set(http::field::host,
+                usual_port ? target.host : concat(target.host, ":", std::to_string(target.port)));
     message.set(http::field::user_agent, "webots_cloud");
     for (auto const& [name, value] : request.headers)
         message.insert(name, value);
@@ -226,7 +238,7 @@ asio::awaitable<result<HttpResponse>> BeastClient::send(HttpRequest request)
         if (!is_stale)
             co_return response;
     }
-    auto addresses = co_await resolve(*target);
+    auto addresses = co_await resolve(*target, deadline);
     if (!addresses)
         co_return addresses.error();
     auto connection = std::make_unique<Connection>(executor_, context_, target->tls);
@@ -240,23 +252,21 @@ asio::awaitable<result<HttpResponse>> BeastClient::send(HttpRequest request)
     co_return response;
 }
 
-asio::awaitable<result<std::vector<tcp::endpoint>>> BeastClient::resolve(Target const& target)
+asio::awaitable<result<std::vector<tcp::endpoint>>> BeastClient::resolve(Target const& target,
+                                                                         TimePoint deadline)
 {
     std::vector<tcp::endpoint> endpoints;
     boost::system::error_code not_numeric;
     auto const address = asio::ip::make_address(target.host, not_numeric);
     if (!not_numeric) {
-        endpoints.emplace_back(address, static_cast<std::uint16_t>(std::stoul(target.port)));
+        endpoints.emplace_back(address, target.port);
         co_return endpoints;
     }
-    auto const [error, found] =
-        co_await resolver_.async_resolve(target.host, target.port, asio::as_tuple(asio::use_awaitable));
-    if (error == asio::error::operation_aborted)
-        co_return Failure(error);
-    if (error)
-        co_return Failure(errc::unreachable, concat("the name ", target.host, " can't be resolved: ", error.message()));
-    for (auto const& entry : found)
-        endpoints.push_back(entry.endpoint());
+    auto const addresses = co_await resolver_.resolve(target.host, deadline);
+    if (!addresses)
+        co_return addresses.error();
+    for (auto const& found : *addresses)
+        endpoints.emplace_back(found, target.port);
     co_return endpoints;
 }
 

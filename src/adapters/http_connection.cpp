@@ -19,6 +19,9 @@ namespace {
 constexpr std::size_t flush_size = 64 * 1024; // answers to pipelined requests are sent together up to here
 constexpr int most_drained = 64;              // reads, after a refusal
 
+constexpr std::string_view speaks_https =
+    "This port speaks HTTPS: put https:// (or wss://) in front of the address.\r\n";
+
 std::uint64_t& refusal_counter(HttpServerStatistics& statistics, int status)
 {
     switch (status) {
@@ -48,6 +51,8 @@ asio::awaitable<bool> HttpConnection::await_first_request()
         auto const failed = co_await stream_.handshake();
         if (failed) {
             ++context_.statistics.tls_failures;
+            if (stream_.turn_plain())
+                co_await refuse(400, "a request without TLS", speaks_https);
             co_return false;
         }
     }
@@ -83,7 +88,7 @@ asio::awaitable<bool> HttpConnection::read_request(Duration patience)
         if (progress == HttpRequestReader::Progress::complete)
             co_return true;
         if (progress == HttpRequestReader::Progress::refused) {
-            co_await refuse(reader_.refusal());
+            co_await refuse(reader_.refusal(), "a malformed or oversized request");
             co_return false;
         }
         if (!out_.empty()) { // answers to earlier requests must not wait for the rest of this one
@@ -154,12 +159,11 @@ asio::awaitable<bool> HttpConnection::flush()
     co_return !error && !is_cut_;
 }
 
-asio::awaitable<void> HttpConnection::refuse(int status)
+asio::awaitable<void> HttpConnection::refuse(int status, std::string_view what, std::string_view advice)
 {
     ++refusal_counter(context_.statistics, status);
-    HttpResponse const response(status, "text/html; charset=UTF-8", {});
-    context_.log.warning(
-        concat(std::to_string(status), " for a malformed or oversized request (", peer_, ")"));
+    HttpResponse const response(status, "text/html; charset=UTF-8", std::string(advice));
+    context_.log.warning(concat(std::to_string(status), " for ", what, " (", peer_, ")"));
     append_response(out_, response, false, true);
     set_deadline(context_.params.header_timeout);
     bool const sent = co_await flush();

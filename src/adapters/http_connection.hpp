@@ -69,7 +69,7 @@ private:
 
     boost::asio::awaitable<bool> read_request(Duration patience);
     boost::asio::awaitable<bool> flush();
-    boost::asio::awaitable<void> refuse(int status);
+    boost::asio::awaitable<void> refuse(int status, std::string_view what, std::string_view advice = {});
     Next answer();
     Next give(HttpResponse const& response, IncomingRequest const& request);
     void set_deadline(Duration from_now) { deadline_ = std::chrono::steady_clock::now() + from_now; }

@@ -63,13 +63,22 @@ asio::awaitable<Error> NetworkStream::handshake()
         int const outcome = SSL_accept(tls_.get());
         if (outcome == 1)
             break;
-        if (auto const error = failure(outcome, needs); error != asio::error::would_block)
+        if (auto const error = failure(outcome, needs); error != asio::error::would_block) {
+            met_plain_http_ = ERR_GET_REASON(ERR_peek_error()) == SSL_R_HTTP_REQUEST;
             co_return error;
+        }
         auto const [error] = co_await socket_.async_wait(needs, as_result);
         if (error)
             co_return error;
     }
     co_return Error();
+}
+
+bool NetworkStream::turn_plain() noexcept
+{
+    if (met_plain_http_)
+        tls_.reset();
+    return met_plain_http_;
 }
 
 asio::awaitable<std::pair<Error, std::size_t>> NetworkStream::read_some(asio::mutable_buffer buffer)

@@ -31,6 +31,10 @@ public:
     /// The TLS handshake. Bounded by whoever closes the stream.
     boost::asio::awaitable<Error> handshake();
 
+    /// After a handshake that failed: true when the peer sent an HTTP request instead. Then the stream is
+    /// plain from here on, so that the peer can be told.
+    bool turn_plain() noexcept;
+
     /// At least one byte, as soon as there is one.
     boost::asio::awaitable<std::pair<Error, std::size_t>> read_some(boost::asio::mutable_buffer buffer);
 
@@ -74,6 +78,7 @@ private:
 
     boost::asio::ip::tcp::socket socket_;
     std::unique_ptr<SSL, TlsDeleter> tls_;
+    bool met_plain_http_ = false;
     // TLS may have to write in order to read, and the other way round.
     Direction read_needs_ = Direction::wait_read;
     Direction write_needs_ = Direction::wait_write;

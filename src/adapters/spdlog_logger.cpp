@@ -1,3 +1,4 @@
+#include "../core/log_line.hpp"
 #include "../core/text.hpp"
 
 #include <webots_cloud/adapters.hpp>
@@ -56,6 +57,45 @@ spdlog::level::level_enum to_spdlog(LogLevel level)
     return spdlog::level::info;
 }
 
+LogLevel from_spdlog(spdlog::level::level_enum level)
+{
+    switch (level) {
+    case spdlog::level::debug:
+        return LogLevel::debug;
+    case spdlog::level::warn:
+        return LogLevel::warning;
+    case spdlog::level::err:
+        return LogLevel::error;
+    default:
+        return LogLevel::info;
+    }
+}
+
+/// An object of JSON a line.
+class JsonFormatter final : public spdlog::formatter
+{
+public:
+    void format(spdlog::details::log_msg const& message, spdlog::memory_buf_t& out) override
+    {
+        auto const when = std::chrono::time_point_cast<WallTime::duration>(message.time);
+        auto line = core::json_log_line(when, from_spdlog(message.level),
+                                        {message.payload.data(), message.payload.size()});
+        line += '\n';
+        out.append(line.data(), line.data() + line.size());
+    }
+
+    std::unique_ptr<spdlog::formatter> clone() const override { return std::make_unique<JsonFormatter>(); }
+};
+
+std::unique_ptr<spdlog::formatter> make_formatter(bool json)
+{
+    if (json)
+        return std::make_unique<JsonFormatter>();
+    auto formatter = std::make_unique<spdlog::pattern_formatter>();
+    formatter->add_flag<PythonLevel>('*').set_pattern(pattern);
+    return formatter;
+}
+
 /// The thread that writes and the logger that feeds it; the last copy of the Logger ends both, after the last line.
 struct Backend
 {
@@ -81,9 +121,7 @@ result<Logger> make_logger(LogParams params)
         return Failure(errc::invalid_argument,
                        core::concat("Log file ", params.file.string(), " cannot be created: ", failure.what()));
     }
-    auto formatter = std::make_unique<spdlog::pattern_formatter>();
-    formatter->add_flag<PythonLevel>('*').set_pattern(pattern);
-    backend->logger->set_formatter(std::move(formatter));
+    backend->logger->set_formatter(make_formatter(params.json));
     backend->logger->set_level(spdlog::level::debug);
     backend->logger->flush_on(spdlog::level::debug);
     auto const sink = [backend](LogLevel level, std::string_view line) {

@@ -37,9 +37,11 @@ std::filesystem::path find_default(std::filesystem::path const& relative)
 std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* const* argv, Program const& program)
 {
     options::options_description shown("Options");
-    shown.add_options()                                                                        //
-        ("check-config", "read the configuration, say what is wrong with it, and stop")        //
-        ("help,h", "show this text")                                                           //
+    shown.add_options()                                                                 //
+        ("check-config", "read the configuration, say what is wrong with it, and stop") //
+        ("help,h", "show this text")                                                    //
+        ("log-format", options::value<std::string>()->value_name("text|json"),          //
+         "how lines of the log are written, whatever the configuration says")           //
         ("version", "show the version");
     options::options_description all;
     all.add(shown).add_options()("config", options::value<std::vector<std::string>>());
@@ -72,12 +74,21 @@ std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* c
     Arguments arguments;
     arguments.config = configs.empty() ? find_default(program.default_config) : std::filesystem::path(configs.front());
     arguments.check_config = given.count("check-config") > 0;
+    if (given.count("log-format"))
+        arguments.log_format = given["log-format"].as<std::string>();
+    if (!arguments.log_format.empty() && arguments.log_format != "text" && arguments.log_format != "json") {
+        std::cerr << program.name << ": --log-format: expected text or json, found \"" << arguments.log_format
+                  << "\".\n";
+        return {std::nullopt, exit_usage};
+    }
     return {arguments, exit_ok};
 }
 
-std::optional<Logger> open_log(Program const& program, std::filesystem::path const& file, bool to_stdout)
+std::optional<Logger> open_log(Program const& program, std::filesystem::path const& file, bool to_stdout,
+                               bool json)
 {
     LogParams params;
+    params.json = json;
     if (!to_stdout)
         params.file = file;
     auto log = make_logger(params);

@@ -1,4 +1,6 @@
 #include "../core/text.hpp"
+#include "current_notifier.hpp"
+#include "metrics.hpp"
 #include "network.hpp"
 #include "signals.hpp"
 
@@ -13,8 +15,8 @@
 #include <boost/json/object.hpp>
 #include <boost/json/serialize.hpp>
 
+#include <functional>
 #include <memory>
-#include <optional>
 #include <random>
 
 namespace webots_cloud {
@@ -43,19 +45,12 @@ SchedulerParams scheduler_params(SessionConfig const& config)
     return params;
 }
 
-SessionServiceParams session_service_params(SessionConfig const& config)
+std::string viewer_defaults(SessionConfig const& config)
 {
-    SessionServiceParams params;
-    params.ssl = config.ssl;
-    params.threshold = config.load_threshold;
-    params.port = config.port;
-    params.history_step = config.load_refresh;
-    params.decisions_for_all = config.decisions_for_all;
     boost::json::object defaults;
     if (!config.viewer_url.empty())
         defaults["url"] = config.viewer_url;
-    params.viewer_defaults = boost::json::serialize(defaults);
-    return params;
+    return boost::json::serialize(defaults);
 }
 
 SmtpParams smtp_params(SessionConfig const& config)
@@ -82,12 +77,46 @@ OperatorMailParams operator_mail_params(SessionConfig const& config)
     return params;
 }
 
-/// Without an administrator: until cancelled, too.
-asio::awaitable<result<>> tell_administrator(OperatorMail* mail, Clock& clock)
+/// Mails to the administrator, if there is one at the moment.
+struct AdministratorMail
 {
-    if (mail)
-        co_return co_await mail->run();
-    co_return co_await clock.wait_until(TimePoint::max());
+    AdministratorMail(SessionConfig const& config, Clock& clock, Logger const& log)
+        : mail(operator_mail_params(config), notifier, clock, log)
+    {}
+
+    /// Errors: as `make_smtp_notifier`; then everything stays as it was.
+    result<> obey(SessionConfig const& config)
+    {
+        std::shared_ptr<Notifier> next;
+        if (!config.administrator.empty()) {
+            auto made = make_smtp_notifier(smtp_params(config));
+            if (!made)
+                return made.error();
+            next = std::move(*made);
+        }
+        notifier.use(std::move(next));
+        mail.set_params(operator_mail_params(config));
+        return {};
+    }
+
+    app::CurrentNotifier notifier;
+    OperatorMail mail;
+};
+
+SessionServiceParams session_service_params(SessionConfig const& config, OperatorMail& mail,
+                                            std::function<std::string()> more_metrics)
+{
+    SessionServiceParams params;
+    params.ssl = config.ssl;
+    params.threshold = config.load_threshold;
+    params.port = config.port;
+    params.history_step = config.load_refresh;
+    params.decisions_for_all = config.decisions_for_all;
+    params.viewer_defaults = viewer_defaults(config);
+    if (!config.administrator.empty())
+        params.tell_administrator = [&mail](LoadEvent const& event) { mail.note(event); };
+    params.more_metrics = std::move(more_metrics);
+    return params;
 }
 
 } // namespace
@@ -100,30 +129,38 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     auto const http = make_http_client(executor);
     LoadMonitor monitor(load_monitor_params(config), *http, *clock, log);
     Scheduler scheduler(scheduler_params(config));
-    std::unique_ptr<Notifier> notifier;
-    std::optional<OperatorMail> mail;
-    auto service_params = session_service_params(config);
-    if (!config.administrator.empty()) {
-        auto made = make_smtp_notifier(smtp_params(config));
-        if (!made)
-            co_return made.error();
-        notifier = std::move(*made);
-        mail.emplace(operator_mail_params(config), *notifier, *clock, log);
-        service_params.tell_administrator = [&mail](LoadEvent const& event) { mail->note(event); };
-    }
-    SessionService service(std::move(service_params), monitor, scheduler, *clock, log);
+    AdministratorMail administrator(config, *clock, log);
+    if (auto const usable = administrator.obey(config); !usable)
+        co_return usable;
+    HttpServer const* network = nullptr;
+    std::function<std::string()> const more_metrics = [&network, &administrator] {
+        return app::network_metrics(network->statistics()) +
+               app::mail_metrics(administrator.mail.statistics());
+    };
+    SessionService service(session_service_params(config, administrator.mail, more_metrics), monitor,
+                           scheduler, *clock, log);
     service.set_servers(config.simulation_servers);
 
     auto const server = make_http_server(executor, app::server_params(config.port, config.network), service, log);
+    network = server.get();
     if (auto const listening = server->listen(); !listening)
         co_return listening.error();
     log.info(core::concat("Session server running on port ", std::to_string(config.port)));
-    std::function<void(SessionConfig const&)> const apply = [&service](SessionConfig const& next) {
+    std::function<result<>(SessionConfig const&)> const apply = [&](SessionConfig const& next) -> result<> {
+        auto const limits = scheduler_params(next);
+        if (auto const usable = administrator.obey(next); !usable)
+            return usable;
+        if (auto const usable = monitor.set_params(load_monitor_params(next)); !usable)
+            return usable;
+        if (auto const usable = scheduler.set_limits(limits.threshold, limits.report_lifetime); !usable)
+            return usable;
+        service.set_params(session_service_params(next, administrator.mail, more_metrics));
         service.set_servers(next.simulation_servers);
+        return {};
     };
-    auto const ended = co_await (server->run() || service.run() || monitor.run() ||
-                                 tell_administrator(mail ? &*mail : nullptr, *clock) ||
-                                 app::obey_sighup(executor, std::move(reread), apply, log));
+    auto const ended =
+        co_await (server->run() || service.run() || monitor.run() || administrator.mail.run() ||
+                  app::obey_sighup(executor, std::move(reread), config, apply, log));
     co_return std::visit([](result<> const& outcome) { return outcome; }, ended);
 }
 

@@ -1,6 +1,7 @@
 // What signals ask of a running server: SIGHUP, to read its configuration again; SIGUSR1, to drain.
 #pragma once
 
+#include "../core/config_changes.hpp"
 #include "../core/text.hpp"
 
 #include <webots_cloud/config.hpp>
@@ -16,12 +17,15 @@
 
 namespace webots_cloud::app {
 
-/// Gives `apply` a new configuration at each SIGHUP; one that is unusable is logged, and the old one stays. Ends when cancelled.
+/// Gives `apply` a new configuration at each SIGHUP; one that is unusable is logged, and the old one stays.
+/// Ends when cancelled.
 ///
-/// Without `reread` SIGHUP is left alone.
+/// Keys that differ from those of `running` and that no `apply` takes over are named in the log. Without
+/// `reread` SIGHUP is left alone.
 template<class Config>
 boost::asio::awaitable<result<>> obey_sighup(boost::asio::any_io_executor executor, Reread<Config> reread,
-                                             std::function<void(Config const&)> apply, Logger log)
+                                             Config const& running,
+                                             std::function<result<>(Config const&)> apply, Logger log)
 {
     boost::asio::signal_set signals(executor);
     if (reread)
@@ -31,14 +35,17 @@ boost::asio::awaitable<result<>> obey_sighup(boost::asio::any_io_executor execut
         if (error)
             co_return Failure(error);
         auto const configured = reread();
-        if (!configured) {
-            log.error(core::concat("The configuration stays as it was: ", configured.error().message()));
+        auto const applied = configured ? apply(configured->config) : result<>(configured.error());
+        if (!applied) {
+            log.error(core::concat("The configuration stays as it was: ", applied.error().message()));
             continue;
         }
         for (auto const& warning : configured->warnings)
             log.warning(warning);
-        apply(configured->config);
-        log.info("The configuration was read again; keys other than those the manual names take effect at the next start");
+        log.info("The configuration was read again");
+        if (auto const keys = core::keys_for_restart(running, configured->config); !keys.empty())
+            log.warning(core::concat("These keys have changed, and take effect at the next start: ",
+                                     core::join(keys, ", ")));
     }
 }
 

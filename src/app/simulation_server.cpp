@@ -1,7 +1,8 @@
-#include "../core/monitor_sample.hpp"
 #include "../core/client_protocol.hpp"
+#include "../core/monitor_sample.hpp"
 #include "../core/simulator_choice.hpp"
 #include "../core/text.hpp"
+#include "metrics.hpp"
 #include "network.hpp"
 #include "signals.hpp"
 
@@ -157,23 +158,30 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     if (config.monitor_log)
         service_settings.monitor_log = make_line_file(executor, config.log_dir / "simulation" / "monitor.csv",
                                                       core::monitor_csv_header(), log);
+    HttpServer const* network_server = nullptr;
+    service_settings.more_metrics = [&network_server] {
+        return app::network_metrics(network_server->statistics());
+    };
     SimulationService service(std::move(service_settings), fetcher, launcher, *metrics, *clock, log);
 
     auto network = app::server_params(config.port, config.network);
     network.spare_descriptors += descriptors_per_simulation * static_cast<std::size_t>(config.max_connections);
     auto const server = make_http_server(executor, std::move(network), service, log);
+    network_server = server.get();
     if (auto const listening = server->listen(); !listening)
         co_return listening.error();
     log.info(concat("Running simulation server on port ", std::to_string(config.port)));
-    std::function<void(SimulationConfig const&)> const apply = [&service, &choice](SimulationConfig const& next) {
+    std::function<result<>(SimulationConfig const&)> const apply = [&service,
+                                                                    &choice](SimulationConfig const& next) {
         service.set_policy(service_params(next, choice->notice));
+        return result<>();
     };
     auto const http = make_http_client(executor);
     Registration registration(registration_params(config), *http, *clock, log);
     std::function<void()> const drain = [&service] { service.drain(false); };
-    auto const ended =
-        co_await (server->run() || service.run() || registration.run() || app::obey_sigusr1(executor, drain) ||
-                  app::obey_sighup(executor, std::move(reread), apply, log));
+    auto const ended = co_await (server->run() || service.run() || registration.run() ||
+                                 app::obey_sigusr1(executor, drain) ||
+                                 app::obey_sighup(executor, std::move(reread), config, apply, log));
     co_return std::visit([](result<> const& outcome) { return outcome; }, ended);
 }
 

@@ -40,6 +40,17 @@ void read_network(ConfigReader& reader, NetworkConfig& network)
     reader.read_integer("connectionsPerAddress", network.connections_per_address, 1, 1'000'000);
 }
 
+/// The keys of both servers.
+template<class Config>
+void read_log(ConfigReader& reader, Config& config)
+{
+    reader.read("logDir", config.log_dir);
+    reader.read("debug", config.debug);
+    std::string format = "text";
+    reader.read_choice("logFormat", format, {"text", "json"});
+    config.json_log = format == "json";
+}
+
 bool is_server_address(std::string const& address)
 {
     auto const separator = address.find_last_of(":/");
@@ -170,8 +181,7 @@ result<Configured<SessionConfig>> parse_session_config(std::string_view text, st
     reader->read("ssl", config.ssl);
     reader->read("portRewrite", config.port_rewrite);
     read_network(*reader, config.network);
-    reader->read("logDir", config.log_dir);
-    reader->read("debug", config.debug);
+    read_log(*reader, config);
     read_seconds(*reader, "loadRefresh", config.load_refresh, 0.1);
     read_seconds(*reader, "loadTimeout", config.load_timeout, 0.1);
     reader->read_number("loadThreshold", config.load_threshold, 1, 1000);
@@ -216,8 +226,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     reader->read_integer("maxConnections", config.max_connections, 1, 10'000);
     read_seconds(*reader, "timeout", config.timeout, 0);
     read_seconds(*reader, "startTimeout", config.start_timeout, 1);
-    reader->read("logDir", config.log_dir);
-    reader->read("debug", config.debug);
+    read_log(*reader, config);
     reader->read("title", config.title);
     reader->read("description", config.description);
     std::string formula = "strict";

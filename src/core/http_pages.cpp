@@ -1,5 +1,6 @@
 #include "http_pages.hpp"
 
+#include "metrics_text.hpp"
 #include "text.hpp"
 
 namespace webots_cloud::core {
@@ -15,6 +16,13 @@ HttpResponse status_page(int status, std::string_view text)
 HttpResponse page(std::string body) { return {200, std::string(html_type), std::move(body)}; }
 
 HttpResponse json_page(std::string body) { return {200, "application/json", std::move(body)}; }
+
+HttpResponse metrics_page(std::string own, std::function<std::string()> const& more)
+{
+    if (more)
+        own += more();
+    return {200, std::string(metrics_type), std::move(own)};
+}
 
 HttpResponse not_found_page() { return status_page(404, "404: Not Found"); }
 

@@ -3,6 +3,8 @@
 
 #include <webots_cloud/transport/http.hpp>
 
+#include <functional>
+#include <string>
 #include <string_view>
 
 namespace webots_cloud::core {
@@ -16,6 +18,9 @@ HttpResponse page(std::string body);
 HttpResponse json_page(std::string body);
 
 HttpResponse not_found_page();
+
+/// The answer to `GET /metrics`: `own` figures, and below them those of `more`, unless that is empty.
+HttpResponse metrics_page(std::string own, std::function<std::string()> const& more);
 
 /// 405, `allow` being the value of the Allow header.
 HttpResponse method_not_allowed_page(std::string_view allow);

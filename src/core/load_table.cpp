@@ -22,6 +22,22 @@ LoadTransition classify(ServerLoad const& before, result<LoadReport> const& outc
     return LoadTransition::none;
 }
 
+void add(LoadTotals& totals, ServerLoad const& server) noexcept
+{
+    switch (server.state) {
+    case ServerState::up:
+        ++totals.up;
+        totals.load += server.report.load;
+        break;
+    case ServerState::down:
+        ++totals.down;
+        break;
+    case ServerState::unknown:
+        ++totals.unknown;
+        break;
+    }
+}
+
 void apply(ServerLoad& known, result<LoadReport> const& outcome, TimePoint now)
 {
     if (outcome) {

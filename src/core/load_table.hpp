@@ -11,6 +11,9 @@ namespace webots_cloud::core {
 /// answer is not.
 LoadTransition classify(ServerLoad const& before, result<LoadReport> const& outcome, double threshold) noexcept;
 
+/// Counts a server in.
+void add(LoadTotals& totals, ServerLoad const& server) noexcept;
+
 /// What is known after the poll.
 void apply(ServerLoad& known, result<LoadReport> const& outcome, TimePoint now);
 

@@ -53,6 +53,6 @@ std::string simulation_monitor_page(SimulationMonitorView const& view);
 
 /// The mean load of the servers that are up, as `GET /load` of the session server answers it: `-1` without
 /// any.
-std::string mean_load(std::vector<ServerLoad> const& servers);
+std::string mean_load(LoadTotals const& totals);
 
 } // namespace webots_cloud::core

@@ -58,6 +58,20 @@ std::optional<Notice> NoticeQueue::failed(Attempt const& attempt, Failure const&
     return pop();
 }
 
+void NoticeQueue::retry() noexcept
+{
+    failures_ = refusals_ = 0;
+    next_ = TimePoint::min();
+}
+
+std::deque<Notice> NoticeQueue::clear()
+{
+    std::deque<Notice> all;
+    while (!empty())
+        all.push_back(pop());
+    return all;
+}
+
 Notice NoticeQueue::pop()
 {
     auto notice = std::move(waiting_.front());

@@ -58,6 +58,12 @@ public:
     /// The attempt failed. What it returns was given up.
     std::optional<Notice> failed(Attempt const& attempt, Failure const& failure, TimePoint now);
 
+    /// Forgets the failures: the next attempt is due at once.
+    void retry() noexcept;
+
+    /// Takes all of them out, oldest first.
+    std::deque<Notice> clear();
+
     bool empty() const noexcept { return waiting_.empty(); }
 
     /// All of them, oldest first.

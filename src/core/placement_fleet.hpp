@@ -23,6 +23,9 @@ public:
     /// `names` own the addresses and outlive their use here: one per entry of `specs`.
     void set_servers(std::vector<ServerSpec> const& specs, std::vector<std::string_view> const& names);
 
+    /// Applies parameters that have changed to what is known.
+    void reassess() { rebuild(); }
+
     void report(std::string_view server, LoadReport const& report, TimePoint now);
     void lost(std::string_view server, TimePoint now);
     void place(std::size_t slot, TimePoint now) noexcept;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 namespace webots_cloud::core {
 namespace {
@@ -41,12 +42,19 @@ std::vector<SessionRow> session_rows(std::vector<ServerLoad> const& servers, Pla
     return rows;
 }
 
+void SessionBoard::set_threshold(double threshold)
+{
+    must_restate_ = must_restate_ || threshold != threshold_;
+    threshold_ = threshold;
+}
+
 void SessionBoard::take(std::vector<SessionRow> rows, TimePoint now, WallTime wall)
 {
     now_ = now;
     wall_ = wall;
     changed_.clear();
     relisted_ =
+        std::exchange(must_restate_, false) ||
         !std::equal(rows.begin(), rows.end(), rows_.begin(), rows_.end(),
                     [](auto const& left, auto const& right) { return left.address == right.address; });
     for (std::size_t i = 0; !relisted_ && i < rows.size(); ++i)

@@ -45,6 +45,9 @@ public:
     /// A point of the history every `step`; `threshold` in percent.
     SessionBoard(Duration step, double threshold) : history_(step), threshold_(threshold) {}
 
+    /// Watchers learn it with the next `take`.
+    void set_threshold(double threshold);
+
     /// Takes the state of now. To be called about once a second.
     void take(std::vector<SessionRow> rows, TimePoint now, WallTime wall);
 
@@ -64,6 +67,7 @@ private:
     std::vector<SessionRow> rows_;
     std::vector<std::size_t> changed_; ///< Rows, by the last `take`.
     bool relisted_ = false;
+    bool must_restate_ = false; ///< The next update is a snapshot.
     bool has_new_point_ = false;
     TimePoint now_{};
     WallTime wall_{};

@@ -43,17 +43,9 @@ std::string average(std::vector<SessionRow> const& servers)
 
 } // namespace
 
-std::string mean_load(std::vector<ServerLoad> const& servers)
+std::string mean_load(LoadTotals const& totals)
 {
-    double sum = 0;
-    std::size_t up = 0;
-    for (auto const& server : servers) {
-        if (server.state != ServerState::up)
-            continue;
-        sum += server.report.load;
-        ++up;
-    }
-    return up == 0 ? "-1" : python_float(sum / static_cast<double>(up));
+    return totals.up == 0 ? "-1" : python_float(totals.load / static_cast<double>(totals.up));
 }
 
 std::string session_monitor_page(SessionMonitorView const& view)

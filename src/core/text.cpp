@@ -86,6 +86,17 @@ std::vector<std::string_view> split(std::string_view text, char separator)
     }
 }
 
+std::string join(std::vector<std::string_view> const& pieces, std::string_view separator)
+{
+    std::string text;
+    for (auto const piece : pieces) {
+        if (!text.empty())
+            text += separator;
+        text += piece;
+    }
+    return text;
+}
+
 std::string_view trim(std::string_view text) noexcept
 {
     constexpr std::string_view blank = " \t\r\n";

@@ -20,6 +20,9 @@ std::string concat(Pieces const&... pieces)
 /// `text` split at each `separator`; always at least one piece.
 std::vector<std::string_view> split(std::string_view text, char separator);
 
+/// All of `pieces` in one string, with `separator` between any two.
+std::string join(std::vector<std::string_view> const& pieces, std::string_view separator);
+
 /// Without spaces, tabs, carriage returns and newlines at both ends.
 std::string_view trim(std::string_view text) noexcept;
 

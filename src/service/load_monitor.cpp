@@ -40,6 +40,13 @@ result<LoadReport> judge(result<HttpResponse> const& response)
     return parse_load_report(response->body);
 }
 
+result<> validate(LoadMonitorParams const& params)
+{
+    if (params.interval <= Duration::zero() || params.timeout <= Duration::zero())
+        return Failure(errc::invalid_argument, "the interval and the timeout of polls must be positive");
+    return {};
+}
+
 bool was_aborted(result<HttpResponse> const& response)
 {
     return !response && response.error().code() == asio::error::operation_aborted;
@@ -81,11 +88,10 @@ struct LoadMonitor::Impl
 asio::awaitable<void> LoadMonitor::Impl::keep_polling(std::shared_ptr<Watch> watch)
 {
     co_await asio::this_coro::throw_if_cancelled(false);
-    auto const url = server_url(watch->load.address, params.tls, "/load");
     auto const began = clock.now();
     auto due = began + std::chrono::duration_cast<Duration>(params.interval * watch->phase);
     while (!watch->removed) {
-        HttpRequest request(url);
+        HttpRequest request(server_url(watch->load.address, params.tls, "/load"));
         request.headers.emplace_back("Accept", "application/json, text/plain;q=0.5");
         request.timeout = params.timeout;
         auto const response = co_await http.send(std::move(request));
@@ -122,6 +128,14 @@ LoadMonitor::LoadMonitor(LoadMonitorParams params, HttpClient& http, Clock& cloc
 
 LoadMonitor::~LoadMonitor() = default;
 
+result<> LoadMonitor::set_params(LoadMonitorParams params)
+{
+    if (auto const usable = validate(params); !usable)
+        return usable;
+    impl_->params = params;
+    return {};
+}
+
 void LoadMonitor::set_servers(std::vector<std::string> const& addresses)
 {
     std::map<std::string_view, std::shared_ptr<Watch>> known;
@@ -151,8 +165,8 @@ void LoadMonitor::set_servers(std::vector<std::string> const& addresses)
 asio::awaitable<result<>> LoadMonitor::run()
 {
     co_await asio::this_coro::throw_if_cancelled(false);
-    if (impl_->params.interval <= Duration::zero() || impl_->params.timeout <= Duration::zero())
-        co_return Failure(errc::invalid_argument, "the interval and the timeout of polls must be positive");
+    if (auto const usable = validate(impl_->params); !usable)
+        co_return usable;
     auto const executor = co_await asio::this_coro::executor;
     impl_->tasks.emplace(executor);
     if (!impl_->happened)
@@ -183,6 +197,14 @@ asio::awaitable<result<std::vector<LoadEvent>>> LoadMonitor::next_events()
                                   std::make_move_iterator(impl_->events.end()));
     impl_->events.clear();
     co_return events;
+}
+
+LoadTotals LoadMonitor::totals() const noexcept
+{
+    LoadTotals totals;
+    for (auto const& watch : impl_->watches)
+        core::add(totals, watch->load);
+    return totals;
 }
 
 std::vector<ServerLoad> LoadMonitor::snapshot() const

@@ -20,11 +20,20 @@ namespace asio = boost::asio;
 
 using core::concat;
 
+namespace {
+
+std::string link_of(OperatorMailParams const& params)
+{
+    return core::monitor_url(params.ssl, params.server, params.port_rewrite, params.port);
+}
+
+} // namespace
+
 struct OperatorMail::Impl
 {
     Impl(OperatorMailParams parameters, Notifier& delivering, Clock& time, Logger logger)
         : params(std::move(parameters)), notifier(delivering), clock(time), log(std::move(logger)),
-          monitor(core::monitor_url(params.ssl, params.server, params.port_rewrite, params.port))
+          monitor(link_of(params))
     {}
 
     std::optional<TimePoint> next_due() const;
@@ -32,7 +41,7 @@ struct OperatorMail::Impl
     void post_digest();
     void settle(core::NoticeQueue::Attempt const& attempt, result<> const& outcome);
     void give_up(Notice const& notice, std::string_view why);
-    void give_up_everything();
+    void give_up_everything(std::string_view why);
     std::string new_id();
     asio::awaitable<void> wait();
 
@@ -46,6 +55,7 @@ struct OperatorMail::Impl
     std::optional<async::Wakeup> changed; // while run() is awaited
     std::optional<Failure> problem;       // why the last attempt failed; none after a good one
     std::uint64_t notices = 0;
+    OperatorMailStatistics counts; // without those that wait
 };
 
 OperatorMail::OperatorMail(OperatorMailParams params, Notifier& notifier, Clock& clock, Logger log)
@@ -54,15 +64,34 @@ OperatorMail::OperatorMail(OperatorMailParams params, Notifier& notifier, Clock&
 
 OperatorMail::~OperatorMail() = default;
 
+void OperatorMail::set_params(OperatorMailParams params)
+{
+    if (params.administrator.empty())
+        impl_->give_up_everything("nobody is to get mails any more");
+    impl_->params = std::move(params);
+    impl_->monitor = link_of(impl_->params);
+    impl_->problem.reset();
+    impl_->queue.retry();
+    if (impl_->changed)
+        impl_->changed->notify();
+}
+
 void OperatorMail::note(LoadEvent const& event)
 {
-    if (!core::is_news(event.transition))
+    if (impl_->params.administrator.empty() || !core::is_news(event.transition))
         return;
     core::News const news(event, impl_->clock.wall());
     if (impl_->digest.at_once(event.server.address, news, impl_->clock.now()))
         impl_->post(core::news_notice(news, impl_->monitor));
     if (impl_->changed)
         impl_->changed->notify();
+}
+
+OperatorMailStatistics OperatorMail::statistics() const noexcept
+{
+    auto statistics = impl_->counts;
+    statistics.waiting = impl_->queue.waiting().size();
+    return statistics;
 }
 
 asio::awaitable<result<>> OperatorMail::run()
@@ -88,7 +117,7 @@ asio::awaitable<result<>> OperatorMail::run()
         }
     }
     impl_->changed.reset();
-    impl_->give_up_everything();
+    impl_->give_up_everything("the session server ends");
     co_return Failure(asio::error::operation_aborted);
 }
 
@@ -127,6 +156,7 @@ void OperatorMail::Impl::post_digest()
 
 void OperatorMail::Impl::settle(core::NoticeQueue::Attempt const& attempt, result<> const& outcome)
 {
+    ++(outcome ? counts.sent : counts.failed);
     if (outcome) {
         if (problem)
             log.info(concat("Emails to ", params.administrator, " are sent again"));
@@ -147,15 +177,16 @@ void OperatorMail::Impl::settle(core::NoticeQueue::Attempt const& attempt, resul
 /// The log keeps what the administrator could not be told.
 void OperatorMail::Impl::give_up(Notice const& notice, std::string_view why)
 {
+    ++counts.given_up;
     log.warning(concat("Email to ", params.administrator, " not sent (", why, "): ", notice.summary));
 }
 
-void OperatorMail::Impl::give_up_everything()
+void OperatorMail::Impl::give_up_everything(std::string_view why)
 {
     if (digest.due())
         post_digest();
-    for (auto const& notice : queue.waiting())
-        give_up(notice, "the session server ends");
+    for (auto const& notice : queue.clear())
+        give_up(notice, why);
 }
 
 /// The microsecond and a count; the port tells session servers of one host apart that write at the same

@@ -123,6 +123,18 @@ Scheduler::~Scheduler() = default;
 Scheduler::Scheduler(Scheduler&&) noexcept = default;
 Scheduler& Scheduler::operator=(Scheduler&&) noexcept = default;
 
+result<> Scheduler::set_limits(double threshold, Duration report_lifetime)
+{
+    auto params = impl_->params;
+    params.threshold = threshold;
+    params.report_lifetime = report_lifetime;
+    if (auto const usable = validate(params); !usable)
+        return usable;
+    impl_->params = std::move(params);
+    impl_->fleet.reassess();
+    return {};
+}
+
 void Scheduler::set_servers(std::vector<ServerSpec> const& servers)
 {
     impl_->set_servers(servers);

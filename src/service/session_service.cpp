@@ -101,6 +101,14 @@ SessionService::SessionService(SessionServiceParams params, LoadMonitor& monitor
 
 SessionService::~SessionService() = default;
 
+void SessionService::set_params(SessionServiceParams params)
+{
+    params.port = impl_->params.port;
+    params.history_step = impl_->params.history_step;
+    impl_->params = std::move(params);
+    impl_->board.set_threshold(impl_->params.threshold);
+}
+
 void SessionService::set_servers(std::vector<ServerSpec> const& servers)
 {
     std::vector<std::string> addresses;
@@ -252,17 +260,13 @@ HttpResponse SessionService::Impl::decisions(IncomingRequest const& request) con
 
 HttpResponse SessionService::Impl::metrics() const
 {
-    double up = 0;
-    double down = 0;
-    double unknown = 0;
-    for (auto const& server : monitor.snapshot())
-        ++(server.state == ServerState::up ? up : server.state == ServerState::down ? down : unknown);
+    auto const servers = monitor.totals();
     core::MetricsText text;
     text.family("build_info", "gauge", "Always 1; the version is the label.").add(1, {{"version", version()}});
     text.family("servers", "gauge", "Simulation servers by what their last poll said.")
-        .add(up, {{"state", "up"}})
-        .add(down, {{"state", "down"}})
-        .add(unknown, {{"state", "unknown"}});
+        .add(static_cast<double>(servers.up), {{"state", "up"}})
+        .add(static_cast<double>(servers.down), {{"state", "down"}})
+        .add(static_cast<double>(servers.unknown), {{"state", "unknown"}});
     text.family("available", "gauge", "1 while a simulation server would take a session.").add(available ? 1 : 0);
     text.family("availability_watchers", "gauge", "Browsers that are told about availability.")
         .add(static_cast<double>(browsers.size()));
@@ -272,7 +276,7 @@ HttpResponse SessionService::Impl::metrics() const
     text.family("polls_total", "counter", "Polls of simulation servers.")
         .add(static_cast<double>(good_polls), {{"result", "good"}})
         .add(static_cast<double>(failed_polls), {{"result", "failed"}});
-    return {200, std::string(core::metrics_type), text.take()};
+    return core::metrics_page(text.take(), params.more_metrics);
 }
 
 Answer SessionService::respond(IncomingRequest const& request)
@@ -297,7 +301,7 @@ Answer SessionService::respond(IncomingRequest const& request)
     if (request.path == "/")
         return impl_->availability(request);
     if (request.path == "/load")
-        return core::page(core::mean_load(impl_->monitor.snapshot()));
+        return core::page(core::mean_load(impl_->monitor.totals()));
     if (request.path == "/monitor")
         return request.upgrade ? Answer(Converse()) : impl_->monitor_page(request);
     return impl_->viewer(request.path);

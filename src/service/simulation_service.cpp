@@ -331,7 +331,7 @@ HttpResponse SimulationService::Impl::figures() const
     text.family("event_loop_lag_seconds", "gauge", "How late the last measurement of the machine was.")
         .add(std::chrono::duration<double>(event_loop_lag).count());
     starts.write(text);
-    return {200, std::string(core::metrics_type), text.take()};
+    return core::metrics_page(text.take(), params.more_metrics);
 }
 
 /// `POST /api/drain`, with `?exit` to end with the last simulation, or `?off` to go on as before.

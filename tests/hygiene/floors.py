@@ -11,7 +11,7 @@ STD = r'[a-z_0-9/]+'  # a header without extension
 VALUES = ['webots_cloud/error.hpp', 'webots_cloud/time.hpp', 'webots_cloud/load_report.hpp', 'webots_cloud/server_load.hpp',
           'webots_cloud/notice.hpp',
           'webots_cloud/project_ref.hpp', 'webots_cloud/config.hpp', 'webots_cloud/version.hpp', 'webots_cloud/scheduler.hpp',
-          'webots_cloud/transport/http.hpp', 'webots_cloud/transport/host_metrics.hpp']
+          'webots_cloud/transport/http.hpp', 'webots_cloud/transport/host_metrics.hpp', 'webots_cloud/transport/logger.hpp']
 ASIO_CORE = ['boost/asio/' + name for name in (
     'any_io_executor', 'as_tuple', 'awaitable', 'bind_cancellation_slot', 'cancellation_signal', 'co_spawn', 'detached',
     'experimental/awaitable_operators', 'experimental/channel', 'this_coro', 'use_awaitable', 'io_context')]
@@ -24,7 +24,7 @@ FLOORS = {
     'src/service': ['webots_cloud/', 'src/core/', 'src/async/', 'src/service/', 'src/web/', *ASIO_CORE],
     'src/testing': ['webots_cloud/', 'src/async/', *ASIO_CORE],
     'src/adapters': ['webots_cloud/', 'src/core/', 'src/async/', 'src/adapters/', 'boost/', 'openssl/', 'spdlog/', 'curl/',
-                     'git2', 'zlib.h', 'archive', 'sys/', 'linux/', 'netinet/', 'unistd.h', 'fcntl.h', 'dirent.h'],
+                     'git2', 'zlib.h', 'archive', 'sys/', 'linux/', 'netinet/', 'netdb.h', 'unistd.h', 'fcntl.h', 'dirent.h'],
     'src/app': ['webots_cloud/', 'src/core/', 'src/app/', 'boost/asio/', 'boost/json/', 'boost/program_options/', 'sys/', 'unistd.h'],
     'apps': ['webots_cloud/daemon.hpp', 'webots_cloud/servers.hpp'],
 }

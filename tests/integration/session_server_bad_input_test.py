@@ -205,6 +205,53 @@ class Crowds(unittest.TestCase):
         wait_until(lambda: self.server.get("/load") == "-1", "there is room again")
 
 
+class Limits(unittest.TestCase):
+    def address(self):
+        """An address of this machine that is not the loopback, which has no limit."""
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            try:
+                probe.connect(("192.0.2.1", 9))  # sends nothing: asks which address would
+            except OSError:
+                self.skipTest("this machine has no address but the loopback")
+            return probe.getsockname()[0]
+
+    def test_connections_over_the_limit_of_an_address_are_refused_and_counted(self):
+        address = self.address()
+        for server in (SessionServer([], connectionsPerAddress=3), SimulationServer(connectionsPerAddress=3)):
+            with self.subTest(server=server.PROGRAM), server:
+                admitted = []
+                for _ in range(3):
+                    admitted.append(socket.create_connection((address, server.port), timeout=PATIENCE))
+                    self.addCleanup(admitted[-1].close)
+                    admitted[-1].sendall(b"GET /livez HTTP/1.1\r\nHost: h\r\n\r\n")
+                    self.assertTrue(read_head(admitted[-1]).startswith(b"HTTP/1.1 200 "))
+                for _ in range(2):
+                    with socket.create_connection((address, server.port), timeout=PATIENCE) as refused:
+                        self.assertTrue(read_all(refused).startswith(b"HTTP/1.1 503 "))
+                figures = server.get("/metrics")
+                self.assertIn('\nwebots_http_connections_refused_total{reason="address_limit"} 2\n', figures)
+                self.assertIn("\nwebots_http_connections 4\n", figures)  # three, and this one
+                self.assertNotIn(address, figures)
+
+    def test_what_the_network_did_is_in_the_figures(self):
+        with SessionServer([]) as server:
+            exchange(server, b"GET /" + b"x" * 9000)
+            exchange(server, b"nonsense\r\n\r\n")
+            with open_websocket(server) as browser:
+                browser.sendall(frame(0x81, b"x", masked=False))
+                read_all(browser)
+            wait_until(lambda: "\nwebots_http_websockets 0\n" in server.get("/metrics"), "the WebSocket is gone")
+            figures = server.get("/metrics")
+            for line in ('webots_http_requests_refused_total{reason="long_request_line"} 1',
+                         'webots_http_requests_refused_total{reason="malformed"} 1',
+                         'webots_http_connections_dropped_total{reason="bad_frame"} 1',
+                         "webots_mails_waiting 0", 'webots_mail_attempts_total{result="sent"} 0'):
+                self.assertIn(f"\n{line}\n", figures)
+            self.assertEqual(len(set(re.findall("# TYPE .*", figures))), len(re.findall("# TYPE .*", figures)))
+            for line in figures.splitlines():
+                self.assertRegex(line, r'^(# (HELP|TYPE) webots_[a-z_]+ .+|webots_[a-z_]+(\{[a-z_]+="[^"]*"\})? [0-9.e+-]+)$')
+
+
 class Shutdown(unittest.TestCase):
     def check(self, server, path, number):
         with server, open_websocket(server, path) as browser, connect(server) as half, connect(server) as kept:
@@ -306,6 +353,15 @@ class Tls(unittest.IsolatedAsyncioTestCase):
                 exchange(server, os.urandom(3000))
                 self.assertEqual(server.get("/load"), "-1")
                 self.assertEqual(read_all(silent), b"", "a handshake has a deadline")
+
+    async def test_who_speaks_plain_http_to_it_is_told_so(self):
+        with self.server() as server:
+            for request in (b"GET /load HTTP/1.1\r\nHost: h\r\n\r\n", HANDSHAKE.format(path="/").encode(),
+                            b"POST /session HTTP/1.1\r\nHost: h\r\nContent-Length: 5000\r\n\r\n" + b"x" * 5000):
+                answer = exchange(server, request)
+                self.assertTrue(answer.startswith(b"HTTP/1.1 400 "), answer)
+                self.assertIn(b"This port speaks HTTPS", answer)
+            self.assertIn("400 for a request without TLS (", server.log())
 
     async def test_shutdown_closes_with_1001(self):
         with self.server() as server:

@@ -5,6 +5,7 @@ import asyncio
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -18,8 +19,9 @@ from support.servers import SessionServer, main, program, wait_until  # noqa: E4
 
 try:
     import websockets
+    from support.mailbox import Mailbox
 except ImportError as error:
-    raise SystemExit(print(f"skipped: {error} (package python3-websockets)") or 77)
+    raise SystemExit(print(f"skipped: {error} (packages python3-websockets, python3-aiosmtpd)") or 77)
 
 
 def server_states(session):
@@ -94,6 +96,27 @@ class Sessions(unittest.IsolatedAsyncioTestCase):
                 self.assertEqual(session.get("/session"), f"ws://{second.address}")
                 await browser.ping()
 
+    async def test_sighup_takes_over_what_it_can_and_names_what_needs_a_restart(self):
+        with Machine("60") as machine, Mailbox() as first, Mailbox() as second, \
+                SessionServer([machine.address], loadThreshold=50, administrator="a@example.org", mailServer="localhost",
+                              mailServerPort=first.port, mailSender="s@example.org") as session:
+            wait_until(lambda: first.mails, "it is full")
+            self.assertEqual(session.get("/"), "0")
+            async with websockets.connect(f"ws://localhost:{session.port}/") as browser:
+                self.assertEqual(await browser.recv(), "0")
+                session.reread(loadThreshold=70, mailServerPort=second.port, logDir="elsewhere", scheduling="random")
+                self.assertEqual(await asyncio.wait_for(browser.recv(), 30), "1")
+            wait_until(lambda: "The configuration was read again" in session.log(), "the log line")
+            self.assertIn("These keys have changed, and take effect at the next start: logDir, scheduling\n", session.log())
+            machine.load = "99"
+            wait_until(lambda: second.mails, "a mail through the other server")
+            self.assertEqual(len(first.mails), 1)
+            session.reread(administrator="", mailServerPort=second.port)
+            wait_until(lambda: session.log().count("The configuration was read again") == 2, "read once more")
+            machine.load = "1"
+            wait_until(lambda: "simulation server is available again (load = 1.0%)" in session.log(), "logged, not mailed")
+            self.assertEqual(len(second.mails), 1)
+
     async def test_sigterm_closes_sockets_with_1001_and_exits_with_0(self):
         with Machine() as machine, SessionServer([machine.address]) as session:
             async with websockets.connect(f"ws://localhost:{session.port}/") as browser:
@@ -113,6 +136,42 @@ class Sessions(unittest.IsolatedAsyncioTestCase):
                 self.assertRegex(text, r"(?m)^\d{4}-\d\d-\d\d \d\d:\d\d:\d\d,\d{3} \[INFO   \]  Session server running on port \d+$")
 
 
+    def test_the_log_as_json_is_an_object_a_line(self):
+        for arguments, keys in (([], {"logFormat": "json"}), (["--log-format", "json"], {}),
+                                (["--log-format=json"], {"logFormat": "text"})):
+            with self.subTest(arguments=arguments, keys=keys):
+                server = SessionServer([], debug=False, logDir="logs", **keys)
+                server.arguments = arguments
+                with server:
+                    folder = os.path.join(server.folder, "logs", "session")
+                    self.check_json_log(os.path.join(folder, "output.log"), server.port)
+
+    def check_json_log(self, path, port):
+        with open(path) as file:
+            line = wait_until(lambda: (file.seek(0), file.readline())[1], "the log is empty")
+        entry = json.loads(line)
+        self.assertRegex(entry.pop("time"), r"^\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}Z$")
+        self.assertEqual(entry, {"level": "info", "message": f"Session server running on port {port}"})
+
+    def test_the_log_rotates_at_500000_bytes_and_every_line_of_json_stays_whole(self):
+        with SessionServer([], debug=False, logDir="logs", logFormat="json") as session:
+            folder = os.path.join(session.folder, "logs", "session")
+            path = os.path.join(folder, "output.1.log")
+            requests = (b"GET /" + b"x" * 200 + b" HTTP/1.1\r\nHost: h\r\n\r\n") * 100
+            with socket.create_connection(("127.0.0.1", session.port), timeout=30) as browser:
+                def fill():
+                    browser.sendall(requests)
+                    answers = b""
+                    while answers.count(b"</html>") < 100:
+                        answers += browser.recv(65536)
+                    return os.path.exists(path)
+                wait_until(fill, "an old file")
+            self.assertLessEqual(os.path.getsize(path), 500_000)
+            with open(path) as file:
+                levels = [json.loads(line)["level"] for line in file]
+            self.assertEqual(set(levels[1:]), {"warning"})
+
+
 class Programs(unittest.TestCase):
     def run_program(self, *arguments):
         with tempfile.TemporaryDirectory() as folder:
@@ -129,6 +188,7 @@ class Programs(unittest.TestCase):
 
     def test_wrong_arguments_and_missing_files_are_one_sentence_and_status_2(self):
         for arguments, sentence in ((["--nope"], "unrecognised option '--nope'"), (["a.json", "b.json"], "Too many arguments."),
+                                    (["--log-format", "xml"], '--log-format: expected text or json, found "xml"'),
                                     (["/nonexistent/c.json"], "/nonexistent/c.json: the configuration can't be read: "),
                                     (["/"], "expected a configuration file, found a folder")):
             status, _, text = self.run_program(*arguments)

@@ -73,6 +73,7 @@ class Server:
 
     PROGRAM = ""
 
+    arguments = ()  # of the command line, before the configuration
     descriptors = None  # a limit of open files
 
     def __init__(self, config, port, environment=None):
@@ -95,15 +96,25 @@ class Server:
     def __exit__(self, *_):
         self.close()
 
-    def start(self):
+    def configure(self, **keys):
+        """Writes the configuration, with other values of some keys; returns its path."""
         path = os.path.join(self.folder, "config.json")
         with open(path, "w") as file:
-            json.dump(self.config, file)
+            json.dump({**self.config, **keys}, file)
+        return path
+
+    def reread(self, **keys):
+        """Changes the configuration of the running server."""
+        self.configure(**keys)
+        self.process.send_signal(signal.SIGHUP)
+
+    def start(self):
+        path = self.configure()
         os.makedirs(os.path.join(self.folder, "tmp"), exist_ok=True)
         environment = {**os.environ, "HOME": self.folder, "TMPDIR": os.path.join(self.folder, "tmp"),
                        "XDG_CACHE_HOME": os.path.join(self.folder, "cache"), **self.environment}
         with open(self.log_path, "ab") as log:
-            self.process = subprocess.Popen([program(self.PROGRAM), path], stdin=subprocess.DEVNULL, stdout=log, stderr=log,
+            self.process = subprocess.Popen([program(self.PROGRAM), *self.arguments, path], stdin=subprocess.DEVNULL, stdout=log, stderr=log,
                                             env=environment, cwd=self.folder, preexec_fn=self._limit)
         wait_until(lambda: self.process.poll() is not None or self.get("/load"), f"{self.PROGRAM} does not answer")
         if self.process.poll() is not None:

@@ -28,13 +28,15 @@ struct HttpRequest
     std::size_t body_limit = 64 * 1024;
 };
 
-/// Sends a request and returns the answer, whatever its status. Redirects are answers like any other: not followed.
+/// Sends a request and returns the answer, whatever its status. Redirects are answers like any other: not
+/// followed.
 ///
 /// Contract: many requests may be in flight at once; two to the same server at the same time need not share a
 /// connection. A connection may be kept for the next request to the same server.
 /// Cancellation: terminal; the exchange is abandoned and `operation_aborted` reported.
-/// Errors: `invalid_url`; `unreachable` (name, connection, TLS); `timed_out`; `too_large`; `protocol_error` (the peer
-/// does not speak HTTP or closes before the end of its answer).   Thread-safety: one executor.
+/// Errors: `invalid_url`; `unreachable` (name, connection or TLS: refused, or not in time); `timed_out` (the
+/// answer); `too_large`; `protocol_error` (the peer does not speak HTTP or closes before the end of its
+/// answer).   Thread-safety: one executor.
 class HttpClient
 {
 public:

@@ -45,6 +45,31 @@ BOOST_AUTO_TEST_CASE(each_failure_in_a_row_doubles_the_wait_up_to_a_quarter_of_a
     BOOST_TEST(queue.attempt().notice.subject == "1");
 }
 
+BOOST_AUTO_TEST_CASE(a_retry_is_due_at_once_and_failures_count_anew)
+{
+    core::NoticeQueue queue;
+    queue.push(notice(1));
+    for (int i = 0; i < 5; ++i)
+        BOOST_TEST(!queue.failed(queue.attempt(), errc::refused, start));
+    queue.retry();
+    BOOST_TEST((*queue.due() <= start));
+    BOOST_TEST(!queue.failed(queue.attempt(), errc::refused, start));
+    BOOST_TEST((*queue.due() == start + 15s));
+}
+
+BOOST_AUTO_TEST_CASE(what_was_taken_out_during_an_attempt_does_not_come_back)
+{
+    core::NoticeQueue queue;
+    queue.push(notice(1));
+    queue.push(notice(2));
+    auto const attempt = queue.attempt();
+    BOOST_TEST(queue.clear().size() == 2u);
+    BOOST_TEST(queue.empty());
+    queue.push(notice(3));
+    queue.delivered(attempt);
+    BOOST_TEST(queue.attempt().notice.subject == "3");
+}
+
 BOOST_AUTO_TEST_CASE(news_do_not_wake_a_mail_server_that_is_down)
 {
     core::NoticeQueue queue;

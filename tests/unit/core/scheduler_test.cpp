@@ -172,4 +172,19 @@ BOOST_AUTO_TEST_CASE(available_says_whether_a_placement_would_succeed)
     BOOST_TEST(refused < 19'000);
 }
 
+BOOST_AUTO_TEST_CASE(new_limits_hold_at_once_and_what_is_known_stays)
+{
+    TimePoint const now{std::chrono::hours(1)};
+    Scheduler scheduler;
+    scheduler.set_servers({ServerSpec("a:1")});
+    scheduler.report("a:1", LoadReport(50), now);
+    BOOST_TEST(scheduler.available(now));
+    BOOST_TEST(scheduler.set_limits(40, std::chrono::seconds(15)).has_value());
+    BOOST_TEST(!scheduler.available(now));
+    BOOST_TEST(scheduler.set_limits(95, std::chrono::hours(1)).has_value());
+    BOOST_TEST(scheduler.available(now + std::chrono::minutes(30)));
+    BOOST_TEST((scheduler.set_limits(0, std::chrono::seconds(15)).error() == errc::invalid_argument));
+    BOOST_TEST(scheduler.available(now + std::chrono::minutes(30)));
+}
+
 BOOST_AUTO_TEST_SUITE_END()

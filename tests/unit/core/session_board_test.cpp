@@ -111,4 +111,18 @@ BOOST_AUTO_TEST_CASE(numbers_are_short_and_never_break_the_text)
     BOOST_TEST(text == "1 0.5 0 100 100000000000000000000 null null ");
 }
 
+BOOST_AUTO_TEST_CASE(watchers_learn_a_new_threshold_with_the_next_state)
+{
+    core::SessionBoard board(std::chrono::seconds(5), 95);
+    TimePoint const now{std::chrono::hours(1)};
+    board.take({}, now, WallTime());
+    board.set_threshold(80);
+    board.take({}, now, WallTime());
+    BOOST_TEST(board.update() == board.snapshot());
+    BOOST_TEST(board.update().find("\"threshold\":80") != std::string::npos);
+    board.set_threshold(80);
+    board.take({}, now, WallTime());
+    BOOST_TEST(board.update() == "");
+}
+
 BOOST_AUTO_TEST_SUITE_END()

@@ -175,6 +175,46 @@ BOOST_AUTO_TEST_CASE(a_poll_asks_for_the_json_of_our_own_servers_and_takes_the_b
     BOOST_TEST(fixture.monitor.snapshot()[0].report.sessions.value() == 2);
 }
 
+BOOST_AUTO_TEST_CASE(the_totals_follow_every_poll_and_every_change_of_the_list)
+{
+    Fixture fixture({"a:2000", "b:2000", "c:2000"});
+    fixture.http.expect("GET http://a:2000/load").reply(200, "1.5").always();
+    fixture.http.expect("GET http://b:2000/load").fail(errc::unreachable).always();
+    fixture.http.expect("GET http://c:2000/load").hang().always();
+    LoadTotals expected;
+    expected.unknown = 3;
+    BOOST_TEST((fixture.monitor.totals() == expected));
+    fixture.start();
+    expected.unknown = expected.up = expected.down = 1;
+    expected.load = 1.5;
+    BOOST_TEST((fixture.monitor.totals() == expected));
+    fixture.monitor.set_servers({"a:2000"});
+    expected.unknown = expected.down = 0;
+    BOOST_TEST((fixture.monitor.totals() == expected));
+}
+
+BOOST_AUTO_TEST_CASE(new_parameters_hold_from_each_servers_next_poll_on)
+{
+    Fixture fixture({"a:2000"});
+    fixture.http.expect("GET http://a:2000/load").reply(200, "50").always();
+    fixture.http.expect("GET https://a:2000/load").reply(200, "50").always();
+    fixture.start();
+    fixture.world.advance(10s);
+    LoadMonitorParams next;
+    next.interval = 1s;
+    next.threshold = 40;
+    next.timeout = 2s;
+    next.tls = true;
+    BOOST_TEST(fixture.monitor.set_params(next).has_value());
+    fixture.events();
+    fixture.world.advance(20s);
+    BOOST_TEST(fixture.polls_of("https://a:2000/load") >= 15u);
+    BOOST_TEST((fixture.http.requests().back().timeout == 2s));
+    BOOST_TEST((fixture.events().back().transition == LoadTransition::none)); // was above already
+    next.interval = Duration::zero();
+    BOOST_TEST((fixture.monitor.set_params(next).error() == errc::invalid_argument));
+}
+
 BOOST_AUTO_TEST_CASE(useless_parameters_end_it_with_a_reason)
 {
     testing::World world;

@@ -286,4 +286,64 @@ BOOST_AUTO_TEST_CASE(cancelled_in_the_middle_of_a_mail_it_ends_and_logs_what_was
     BOOST_TEST(fixture.errors() == 0u);
 }
 
+BOOST_AUTO_TEST_CASE(mails_are_counted_by_what_became_of_them)
+{
+    Fixture fixture;
+    fixture.notifier.failure = Failure(errc::unreachable);
+    fixture.start();
+    fixture.note(LoadTransition::not_responding);
+    fixture.world.advance(50s);
+    BOOST_TEST(fixture.mail.statistics().waiting == 1u);
+    BOOST_TEST(fixture.mail.statistics().failed == 3u); // at 0, 15 and 45 s
+    fixture.notifier.failure.reset();
+    fixture.world.advance(1min);
+    BOOST_TEST(fixture.mail.statistics().waiting == 0u);
+    BOOST_TEST(fixture.mail.statistics().sent == 1u);
+    BOOST_TEST(fixture.mail.statistics().given_up == 0u);
+    fixture.notifier.hangs = true;
+    fixture.note(LoadTransition::not_responding, "b:1");
+    fixture.stop();
+    BOOST_TEST(fixture.mail.statistics().given_up == 1u);
+    BOOST_TEST(fixture.mail.statistics().waiting == 0u);
+}
+
+BOOST_AUTO_TEST_CASE(new_parameters_hold_for_what_waits_and_it_is_tried_at_once)
+{
+    Fixture fixture;
+    fixture.notifier.failure = Failure(errc::unreachable, "no route");
+    fixture.start();
+    fixture.note(LoadTransition::not_responding);
+    fixture.world.advance(30min);
+    auto const attempts = fixture.notifier.attempts.size();
+    fixture.notifier.failure = Failure(errc::unreachable, "still none");
+    auto next = params();
+    next.administrator = "other@b.org";
+    next.port_rewrite = false;
+    fixture.mail.set_params(next);
+    fixture.world.settle();
+    BOOST_TEST(fixture.notifier.attempts.size() == attempts + 1);
+    BOOST_TEST(fixture.log.lines.back() == "Error: unable to send email to other@b.org: still none");
+    fixture.notifier.failure.reset();
+    fixture.world.advance(15s);
+    fixture.note(LoadTransition::working_again);
+    BOOST_TEST_REQUIRE(fixture.notifier.delivered.size() == 2u);
+    BOOST_TEST(fixture.notifier.delivered[1].text.find("https://h.org:1999/monitor") != std::string::npos);
+}
+
+BOOST_AUTO_TEST_CASE(without_an_administrator_what_waits_goes_to_the_log_and_nothing_more_is_taken_in)
+{
+    Fixture fixture;
+    fixture.notifier.failure = Failure(errc::unreachable);
+    fixture.start();
+    fixture.note(LoadTransition::not_responding);
+    fixture.mail.set_params(OperatorMailParams());
+    BOOST_TEST(fixture.log.lines.back().starts_with(
+        "Email to admin@b.org not sent (nobody is to get mails any more): "));
+    fixture.notifier.failure.reset();
+    fixture.note(LoadTransition::working_again);
+    fixture.world.advance(1h);
+    BOOST_TEST(fixture.notifier.delivered.empty());
+    BOOST_TEST(fixture.mail.statistics().waiting == 0u);
+}
+
 BOOST_AUTO_TEST_SUITE_END()

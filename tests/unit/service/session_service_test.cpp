@@ -285,7 +285,9 @@ BOOST_AUTO_TEST_CASE(a_mail_server_that_is_down_does_not_keep_a_dead_server_avai
     testing::RecordingLog log;
     testing::RecordingNotifier notifier(world.clock);
     notifier.failure = Failure(errc::unreachable, "no mail server");
-    OperatorMail mail(OperatorMailParams(), notifier, world.clock, log.logger());
+    OperatorMailParams mail_params;
+    mail_params.administrator = "admin@b.org";
+    OperatorMail mail(mail_params, notifier, world.clock, log.logger());
     async::TaskGroup tasks(world.executor());
     tasks.spawn(run(mail));
     {
@@ -322,6 +324,42 @@ BOOST_AUTO_TEST_CASE(probes_and_figures_tell_the_operator_how_it_is)
                              "webots_placements_total{result=\"placed\"} 1\n",
                              "webots_placements_total{result=\"refused\"} 1\n", "webots_polls_total{result=\"good\"} 1\n"})
         BOOST_TEST(figures.body.find(line) != std::string::npos, line);
+}
+
+BOOST_AUTO_TEST_CASE(figures_of_others_follow_its_own)
+{
+    SessionServiceParams params;
+    params.more_metrics = [] { return std::string("more_figures 1\n"); };
+    Fixture fixture(std::move(params));
+    BOOST_TEST(fixture.get("/metrics").body.ends_with("\nmore_figures 1\n"));
+}
+
+BOOST_AUTO_TEST_CASE(new_parameters_hold_at_once_and_browsers_stay)
+{
+    Fixture fixture;
+    fixture.http.expect("GET http://a:2000/load").reply(200, "10");
+    fixture.http.expect("GET http://a:2000/load").fail(errc::unreachable).always();
+    fixture.start({"a:2000"});
+    testing::LoopbackChannel browser(fixture.world.executor());
+    fixture.connect(browser);
+    std::vector<LoadTransition> told;
+    SessionServiceParams next;
+    next.ssl = false;
+    next.threshold = 5;
+    next.decisions_for_all = true;
+    next.viewer_defaults = "{}";
+    next.tell_administrator = [&](LoadEvent const& event) { told.push_back(event.transition); };
+    fixture.service.set_params(std::move(next));
+    BOOST_TEST(fixture.get("/session").body == "ws://a:2000");
+    BOOST_TEST(fixture.get("/api/decisions").status == 200);
+    BOOST_TEST(fixture.get("/viewer/defaults.json").body == "{}");
+    BOOST_TEST(fixture.get("/monitor").body.find("class=\"full\"") != std::string::npos,
+               fixture.get("/monitor").body);
+    fixture.world.advance(10s);
+    BOOST_TEST((told == std::vector{LoadTransition::not_responding}));
+    BOOST_TEST(browser.sent == (std::vector<std::string>{"1", "0"}), boost::test_tools::per_element());
+    browser.browser_leaves();
+    fixture.world.settle();
 }
 
 BOOST_AUTO_TEST_CASE(decisions_are_shown_on_this_machine_only)

@@ -1,0 +1,17 @@
+// What adapters and mails have counted, as figures for `GET /metrics`.
+#pragma once
+
+#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/operator_mail.hpp>
+
+#include <string>
+
+namespace webots_cloud::app {
+
+/// In the text format of Prometheus; names begin with `webots_http_`.
+std::string network_metrics(HttpServerStatistics const& statistics);
+
+/// Likewise; names begin with `webots_mail`.
+std::string mail_metrics(OperatorMailStatistics const& statistics);
+
+} // namespace webots_cloud::app

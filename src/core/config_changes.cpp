@@ -1,0 +1,68 @@
+#include "config_changes.hpp"
+
+namespace webots_cloud::core {
+namespace {
+
+/// Keys whose values differ.
+class Changes
+{
+public:
+    template<class Value>
+    void compare(std::string_view key, Value const& running, Value const& next)
+    {
+        if (!(running == next))
+            keys_.push_back(key);
+    }
+
+    /// The keys of both servers.
+    template<class Config>
+    void compare_common(Config const& running, Config const& next)
+    {
+        compare("port", running.port, next.port);
+        compare("sslCertificate", running.network.ssl_certificate, next.network.ssl_certificate);
+        compare("sslKey", running.network.ssl_key, next.network.ssl_key);
+        compare("connectionsPerAddress", running.network.connections_per_address,
+                next.network.connections_per_address);
+        compare("logDir", running.log_dir, next.log_dir);
+        compare("debug", running.debug, next.debug);
+        compare("logFormat", running.json_log, next.json_log);
+    }
+
+    std::vector<std::string_view> take() { return std::move(keys_); }
+
+private:
+    std::vector<std::string_view> keys_;
+};
+
+} // namespace
+
+std::vector<std::string_view> keys_for_restart(SessionConfig const& running, SessionConfig const& next)
+{
+    Changes changes;
+    changes.compare_common(running, next);
+    changes.compare("scheduling", running.scheduling, next.scheduling);
+    changes.compare("placementTimeout", running.placement_timeout, next.placement_timeout);
+    return changes.take();
+}
+
+std::vector<std::string_view> keys_for_restart(SimulationConfig const& running, SimulationConfig const& next)
+{
+    Changes changes;
+    changes.compare_common(running, next);
+    changes.compare("server", running.server, next.server);
+    changes.compare("ssl", running.ssl, next.ssl);
+    changes.compare("portRewrite", running.port_rewrite, next.port_rewrite);
+    changes.compare("docker", running.docker, next.docker);
+    changes.compare("forges", running.forges, next.forges);
+    changes.compare("notify", running.notify, next.notify);
+    changes.compare("cacheSize", running.cache_bytes, next.cache_bytes);
+    changes.compare("webotsHome", running.webots_home, next.webots_home);
+    changes.compare("maxConnections", running.max_connections, next.max_connections);
+    changes.compare("timeout", running.timeout, next.timeout);
+    changes.compare("startTimeout", running.start_timeout, next.start_timeout);
+    changes.compare("monitorLogEnabled", running.monitor_log, next.monitor_log);
+    changes.compare("loadFormula", running.strict_load, next.strict_load);
+    return changes.take();
+}
+
+} // namespace webots_cloud::core
