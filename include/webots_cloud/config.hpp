@@ -91,6 +91,7 @@ struct SimulationConfig
     bool debug = false;               ///< `debug`: log to standard output instead of the file.
     std::string title;                ///< `title`
     std::string description;          ///< `description`
+    Duration simulation_log_keep = std::chrono::hours(24 * 7); ///< `simulationLogDays`, in days; 0: none is written.
     bool monitor_log = true;          ///< `monitorLogEnabled`: `<logDir>/simulation/monitor.csv`, a line a second.
     bool strict_load = true;          ///< `loadFormula`: `strict` or `reference`.
 };

@@ -8,6 +8,7 @@
 #include <webots_cloud/transport/endpoint.hpp>
 #include <webots_cloud/transport/host_metrics.hpp>
 #include <webots_cloud/transport/logger.hpp>
+#include <webots_cloud/transport/simulation_logs.hpp>
 
 #include <boost/asio/awaitable.hpp>
 
@@ -39,6 +40,7 @@ struct SimulationServiceParams
     std::vector<std::string> notify; ///< URLs of registries, for the monitor page.
     /// Takes the lines of monitor.csv, its heading excluded, one a second; must not block. Empty: nobody wants them.
     std::function<void(std::string line)> monitor_log;
+    std::shared_ptr<SimulationLogs> simulation_logs; ///< Keeps what simulators print. Null: nobody does.
     std::string notice;          ///< Shown on the monitor page: for instance that this is the demo simulator.
 };
 

@@ -127,6 +127,14 @@ RegistrationParams registration_params(SimulationConfig const& config)
     return params;
 }
 
+SimulationLogsParams logs_params(SimulationConfig const& config)
+{
+    SimulationLogsParams params;
+    params.folder = config.log_dir / "simulation" / "simulations";
+    params.keep = config.simulation_log_keep;
+    return params;
+}
+
 } // namespace
 
 asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, SimulationConfig config,
@@ -157,6 +165,9 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     if (config.monitor_log)
         service_settings.monitor_log = make_line_file(executor, config.log_dir / "simulation" / "monitor.csv",
                                                       core::monitor_csv_header(), log);
+    std::shared_ptr<SimulationLogs> const logs = make_simulation_logs(executor, logs_params(config), *clock, log);
+    if (config.simulation_log_keep > Duration::zero())
+        service_settings.simulation_logs = logs;
     SimulationService service(std::move(service_settings), fetcher, launcher, *metrics, *clock, log);
 
     auto network = app::server_params(config.port, config.network);
@@ -173,7 +184,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     std::function<void()> const drain = [&service] { service.drain(false); };
     auto const ended =
         co_await (server->run() || service.run() || registration.run() || app::obey_sigusr1(executor, drain) ||
-                  app::obey_sighup(executor, std::move(reread), apply, log));
+                  app::obey_sighup(executor, std::move(reread), apply, log) || logs->run());
     co_return std::visit([](result<> const& outcome) { return outcome; }, ended);
 }
 

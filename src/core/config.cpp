@@ -224,6 +224,9 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     reader->read_choice("loadFormula", formula, {"strict", "reference"});
     config.strict_load = formula == "strict";
     reader->read("monitorLogEnabled", config.monitor_log);
+    double days = 7;
+    reader->read_number("simulationLogDays", days, 0, 3650);
+    config.simulation_log_keep = std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::ratio<86400>>(days));
     reader->ignore({"projectsDir", "keyDir", "multimediaServer", "multimediaStream",
                     "publicPort", "persistantDockerImages"});
     if (reader->failure())

@@ -23,6 +23,7 @@ struct SimulationService::Impl
           operators(params, surroundings, sessions, metrics)
     {
         set_policy();
+        surroundings.simulation_logs = params.simulation_logs;
         surroundings.address.host = params.server;
         surroundings.address.ssl = params.ssl;
         surroundings.address.port_rewrite = params.port_rewrite;

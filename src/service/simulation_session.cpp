@@ -75,6 +75,8 @@ core::SimulationRow SimulationSession::row() const
     row.world = core::short_world(core::world_of(request_));
     row.state = name_of(state_);
     row.age = surroundings_.clock.now() - since_;
+    if (output_)
+        row.log = output_->name();
     if (simulation_) {
         row.process = simulation_->process_id();
         row.cpu = cpu_;
@@ -200,6 +202,17 @@ asio::awaitable<result<>> SimulationSession::show_progress(std::shared_ptr<Fetch
     }
 }
 
+/// Has what the simulator prints kept for the operator.
+void SimulationSession::open_output(LaunchSpec& spec)
+{
+    if (!surroundings_.simulation_logs)
+        return;
+    output_ = surroundings_.simulation_logs->open(id_);
+    output_->write(concat("Output of ", core::world_of(request_)));
+    surroundings_.log.info(concat(name(), "What Webots prints is in ", output_->name()));
+    spec.output = [log = output_.get()](std::string_view line) { log->write(line); };
+}
+
 asio::awaitable<result<>> SimulationSession::launch(std::string mode, Channel& channel)
 {
     state_ = State::launching;
@@ -208,6 +221,7 @@ asio::awaitable<result<>> SimulationSession::launch(std::string mode, Channel& c
     spec.world_header = project_->world_header;
     spec.mode = std::move(mode);
     spec.label = std::to_string(id_);
+    open_output(spec);
     auto simulation = co_await surroundings_.launcher.launch(std::move(spec));
     if (!simulation)
         co_return simulation.error();
@@ -259,6 +273,7 @@ asio::awaitable<void> SimulationSession::clean_up()
         }
         simulation_.reset();
     }
+    output_.reset();
     if (project_) {
         auto project = std::move(*project_);
         co_await surroundings_.fetcher.discard(std::move(project));

@@ -11,6 +11,7 @@
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/endpoint.hpp>
 #include <webots_cloud/transport/logger.hpp>
+#include <webots_cloud/transport/simulation_logs.hpp>
 
 #include <boost/asio/awaitable.hpp>
 
@@ -32,6 +33,7 @@ struct SessionSurroundings
     SimulationLauncher& launcher;
     Clock& clock;
     Logger log;
+    std::shared_ptr<SimulationLogs> simulation_logs; ///< Null: what simulators print is not kept.
     core::PublicAddress address;
     core::RepositoryPolicy policy;
     double load = 0;       ///< Of this machine at the last look, in percent.
@@ -79,6 +81,7 @@ private:
     boost::asio::awaitable<void> relay(Channel& channel);
     boost::asio::awaitable<void> clean_up();
     result<> admission(std::string_view url) const;
+    void open_output(LaunchSpec& spec);
     void refuse(Channel& channel, Failure const& failure);
     void tell(Channel& channel, std::string_view error);
     void pass(core::StartStage stage);
@@ -92,6 +95,7 @@ private:
     TimePoint stage_began_;
     bool start_over_ = false; ///< It got ready, or it failed.
     std::optional<Project> project_;
+    std::unique_ptr<SimulationLog> output_; ///< Outlives the simulation, which writes to it.
     std::unique_ptr<Simulation> simulation_;
     bool ended_ = false; ///< The simulation has reported its end.
 

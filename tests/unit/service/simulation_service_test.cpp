@@ -8,6 +8,7 @@
 #include <webots_cloud/testing/loopback_channel.hpp>
 #include <webots_cloud/testing/memory_project_source.hpp>
 #include <webots_cloud/testing/recording_log.hpp>
+#include <webots_cloud/testing/recording_simulation_logs.hpp>
 #include <webots_cloud/testing/scripted_processes.hpp>
 #include <webots_cloud/testing/world.hpp>
 
@@ -29,9 +30,10 @@ asio::awaitable<int> join(async::TaskGroup& tasks)
     co_return 0;
 }
 
-SimulationServiceParams service_params()
+SimulationServiceParams service_params(std::shared_ptr<SimulationLogs> logs)
 {
     SimulationServiceParams params;
+    params.simulation_logs = std::move(logs);
     params.server = "host.org";
     params.ssl = false;
     params.port_rewrite = false;
@@ -61,10 +63,10 @@ ProjectFetcherParams fetcher_params()
 struct Fixture
 {
     Fixture() :
-        processes(world.clock), source(world.clock),
+        processes(world.clock), source(world.clock), logs(std::make_shared<testing::RecordingSimulationLogs>(world.clock)),
         fetcher(fetcher_params(), {Forge("https://github.com", source)}, log.logger()),
         launcher(launcher_params(), processes, world.clock, log.logger()),
-        service(service_params(), fetcher, launcher, metrics, world.clock, log.logger()), tasks(world.executor())
+        service(service_params(logs), fetcher, launcher, metrics, world.clock, log.logger()), tasks(world.executor())
     {
         source.add("o/r", "a.wbt");
         tasks.spawn(run(service));
@@ -80,6 +82,7 @@ struct Fixture
         BOOST_TEST(processes.held() == 0u);
         BOOST_TEST(launcher.running() == 0u);
         BOOST_TEST(source.directories().empty());
+        BOOST_TEST(logs->open_logs == 0);
         BOOST_TEST(service.sessions() == 0u);
         BOOST_TEST(world.clock.pending() == 0u);
     }
@@ -112,6 +115,7 @@ struct Fixture
     testing::RecordingLog log;
     testing::ScriptedProcesses processes;
     testing::MemoryProjectSource source;
+    std::shared_ptr<testing::RecordingSimulationLogs> logs;
     testing::FixedMetrics metrics;
     ProjectFetcher fetcher;
     SimulationLauncher launcher;
@@ -149,6 +153,18 @@ BOOST_AUTO_TEST_CASE(the_happy_path_is_two_frames_and_then_heartbeats)
     BOOST_TEST(fixture.log.contains("Webots world is loaded, ready to receive connections"));
     BOOST_TEST(fixture.log.contains("[1] Webots [1001] was killed"));
     BOOST_TEST(fixture.log.contains("[1] Client disconnected"));
+}
+
+BOOST_AUTO_TEST_CASE(what_a_simulator_prints_is_kept_in_a_log_of_its_own_but_for_heartbeats)
+{
+    Fixture fixture;
+    fixture.processes.expect().prints("loading\n.\n.\nreal-time\nlast words").exits(1);
+    auto& browser = fixture.start();
+    BOOST_TEST(fixture.logs->lines[1] == (Texts{"Output of https://github.com/o/r/blob/main/worlds/a.wbt", "loading",
+                                                "real-time", "last words"}),
+               boost::test_tools::per_element());
+    BOOST_TEST(fixture.log.contains("[1] What Webots prints is in 1.log"));
+    BOOST_TEST(browser.close_code.has_value());
 }
 
 BOOST_AUTO_TEST_CASE(the_browser_may_leave_at_any_moment_and_nothing_stays)
@@ -339,6 +355,7 @@ BOOST_AUTO_TEST_CASE(the_monitor_lists_what_runs)
     auto const page = std::get<HttpResponse>(fixture.service.respond(request)).body;
     BOOST_TEST(page.find("data-label=\"CPU\">50.0%</td>") != std::string::npos);
     BOOST_TEST(page.find("data-label=\"memory\">12.3 MB</td>") != std::string::npos);
+    BOOST_TEST(page.find("data-label=\"log\">1.log</td>") != std::string::npos);
     BOOST_TEST(page.find("https://github.com/o/r/blob/main/worlds/a.wbt") != std::string::npos);
     BOOST_TEST(page.find("<td data-label=\"state\">running</td>") != std::string::npos);
     fixture.leave(browser);
@@ -360,7 +377,7 @@ BOOST_AUTO_TEST_CASE(who_watches_the_monitor_gets_everything_once_and_then_a_poi
     fixture.world.advance(2s);
     BOOST_TEST(watcher.sent.size() == 3u);
     BOOST_TEST(watcher.sent[2].find("\"series\"") == std::string::npos);
-    BOOST_TEST(watcher.sent[2].find("\"state\":\"idle\",\"age\":2,\"process\":1001,\"cpu\":150,\"memory\":1}") !=
+    BOOST_TEST(watcher.sent[2].find("\"state\":\"idle\",\"age\":2,\"log\":\"1.log\",\"process\":1001,\"cpu\":150,\"memory\":1}") !=
                std::string::npos, watcher.sent[2]);
     BOOST_TEST(fixture.service.sessions() == 1u); // a watcher is none
     fixture.leave(browser);
