@@ -24,6 +24,9 @@
 
 namespace webots_cloud {
 
+/// 32 hexadecimal digits from the random numbers of the operating system: nobody guesses them.
+std::string make_token();
+
 /// The clock of this computer.
 std::unique_ptr<Clock> make_steady_clock(boost::asio::any_io_executor executor);
 

@@ -87,6 +87,7 @@ struct SimulationConfig
     int max_connections = 100;        ///< `maxConnections`
     Duration timeout = std::chrono::hours(2);         ///< `timeout`, in seconds; less than 360 counts as 7200.
     Duration start_timeout = std::chrono::minutes(5); ///< `startTimeout`, in seconds.
+    Duration reconnect_grace{};       ///< `reconnectGrace`, in seconds: how long a lost browser may return.
     std::filesystem::path log_dir = "log"; ///< `logDir`
     bool debug = false;               ///< `debug`: log to standard output instead of the file.
     std::string title;                ///< `title`

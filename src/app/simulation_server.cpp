@@ -109,6 +109,8 @@ SimulationServiceParams service_params(SimulationConfig const& config, std::stri
     params.strict_load = config.strict_load;
     params.title = config.title;
     params.description = config.description;
+    params.reconnect_grace = config.reconnect_grace;
+    params.new_token = make_token;
     params.notice = std::move(notice);
     return params;
 }

@@ -216,6 +216,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     reader->read_integer("maxConnections", config.max_connections, 1, 10'000);
     read_seconds(*reader, "timeout", config.timeout, 0);
     read_seconds(*reader, "startTimeout", config.start_timeout, 1);
+    read_seconds(*reader, "reconnectGrace", config.reconnect_grace, 0);
     reader->read("logDir", config.log_dir);
     reader->read("debug", config.debug);
     reader->read("title", config.title);

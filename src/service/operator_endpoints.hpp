@@ -19,8 +19,8 @@
 
 namespace webots_cloud {
 
-/// The sessions of a server, by their number.
-using SimulationSessions = std::map<std::uint64_t, std::unique_ptr<SimulationSession>>;
+/// The sessions of a server, by their number. Shared with the conversations that have them or want them.
+using SimulationSessions = std::map<std::uint64_t, std::shared_ptr<SimulationSession>>;
 
 /// `/load`, `/monitor`, `/metrics`, `/livez`, `/readyz` and `/api/drain`.
 ///

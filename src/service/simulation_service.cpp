@@ -8,12 +8,22 @@
 #include "operator_endpoints.hpp"
 #include "simulation_session.hpp"
 
-#include <optional>
+#include <boost/asio/this_coro.hpp>
+
+#include <algorithm>
+#include <variant>
 
 namespace webots_cloud {
 namespace asio = boost::asio;
 
 using core::concat;
+
+namespace {
+
+/// What a conversation begins with; nothing when the browser left, or did not ask properly or in time.
+using Opening = std::variant<std::monostate, core::SimulationRequest, core::ReconnectMessage>;
+
+} // namespace
 
 struct SimulationService::Impl
 {
@@ -24,14 +34,19 @@ struct SimulationService::Impl
     {
         set_policy();
         surroundings.simulation_logs = params.simulation_logs;
+        surroundings.reconnect_grace = params.reconnect_grace;
+        surroundings.new_token = params.new_token;
         surroundings.address.host = params.server;
         surroundings.address.ssl = params.ssl;
         surroundings.address.port_rewrite = params.port_rewrite;
     }
 
     void set_policy();
-    asio::awaitable<std::optional<core::SimulationRequest>> await_request(std::uint64_t id, Channel& channel);
+    void stop_waiting();
+    asio::awaitable<Opening> await_opening(std::uint64_t id, Channel& channel);
     asio::awaitable<void> simulate(std::uint64_t id, core::SimulationRequest request, Channel& channel);
+    asio::awaitable<void> reconnect(std::uint64_t id, std::string token, Channel& channel);
+    std::shared_ptr<SimulationSession> find_session(std::string_view token) const;
 
     SimulationServiceParams params;
     SessionSurroundings surroundings;
@@ -89,8 +104,10 @@ asio::awaitable<result<>> SimulationService::run()
         // On whole seconds, so that the lines of monitor.csv of several machines can be laid side by side.
         auto const next = clock.now() + core::until_next_second(clock.wall());
         auto const waited = co_await clock.wait_until(next);
-        if (!waited)
+        if (!waited) {
+            impl_->stop_waiting();
             co_return waited;
+        }
         impl_->operators.measure(next, impl_->clients);
         if (impl_->operators.has_finished())
             co_return result<>();
@@ -118,16 +135,23 @@ asio::awaitable<void> SimulationService::converse(ChannelInfo info, Channel& cha
     auto const id = ++impl_->last_id;
     auto const name = concat("[", std::to_string(id), "] ");
     impl_->surroundings.log.info(concat(name, "New client"));
-    auto request = co_await impl_->await_request(id, channel);
-    if (request)
+    auto opening = co_await impl_->await_opening(id, channel);
+    if (auto* request = std::get_if<core::SimulationRequest>(&opening))
         co_await impl_->simulate(id, std::move(*request), channel);
+    else if (auto const* reconnect = std::get_if<core::ReconnectMessage>(&opening))
+        co_await impl_->reconnect(id, reconnect->token, channel);
     --impl_->clients;
     impl_->surroundings.log.info(concat(name, "Client disconnected"));
 }
 
-/// What the browser asks for, or nothing when it left, or did not ask properly or in time.
-asio::awaitable<std::optional<core::SimulationRequest>>
-SimulationService::Impl::await_request(std::uint64_t id, Channel& channel)
+void SimulationService::Impl::stop_waiting()
+{
+    surroundings.stopping = true;
+    for (auto const& [id, session] : sessions)
+        session->stop_waiting();
+}
+
+asio::awaitable<Opening> SimulationService::Impl::await_opening(std::uint64_t id, Channel& channel)
 {
     auto& clock = surroundings.clock;
     auto const deadline = clock.now() + params.handshake_timeout;
@@ -137,15 +161,20 @@ SimulationService::Impl::await_request(std::uint64_t id, Channel& channel)
             (void)channel.send(
                 core::error_message("No simulation was asked for in time: please start again."));
         if (!text)
-            co_return std::nullopt;
+            co_return Opening();
         auto message = core::parse_client_message(*text);
         if (auto* request = std::get_if<core::SimulationRequest>(&message))
             co_return std::move(*request);
+        if (auto* reconnect = std::get_if<core::ReconnectMessage>(&message))
+            co_return std::move(*reconnect);
+        if (std::holds_alternative<core::ResetControllerMessage>(message))
+            (void)channel.send(
+                core::error_message("No simulation was started: there is no controller to reset."));
         if (auto const* malformed = std::get_if<core::MalformedMessage>(&message)) {
             surroundings.log.warning(
                 concat("[", std::to_string(id), "] Malformed message: ", malformed->reason));
             (void)channel.send(core::error_message(concat("Wrong message: ", malformed->reason, ".")));
-            co_return std::nullopt;
+            co_return Opening();
         }
     }
 }
@@ -153,10 +182,38 @@ SimulationService::Impl::await_request(std::uint64_t id, Channel& channel)
 asio::awaitable<void> SimulationService::Impl::simulate(std::uint64_t id, core::SimulationRequest request,
                                                         Channel& channel)
 {
-    auto const entry =
-        sessions.emplace(id, std::make_unique<SimulationSession>(surroundings, id, std::move(request)));
-    co_await entry.first->second->run(channel);
-    sessions.erase(entry.first);
+    auto const executor = co_await asio::this_coro::executor;
+    auto const session = std::make_shared<SimulationSession>(surroundings, executor, id, std::move(request));
+    sessions.emplace(id, session);
+    co_await session->run(channel);
+    if (session->is_over())
+        sessions.erase(id);
+}
+
+std::shared_ptr<SimulationSession> SimulationService::Impl::find_session(std::string_view token) const
+{
+    auto const found = std::find_if(sessions.begin(), sessions.end(), [&](auto const& entry) {
+        return !token.empty() && entry.second->token() == token;
+    });
+    return found == sessions.end() ? nullptr : found->second;
+}
+
+asio::awaitable<void> SimulationService::Impl::reconnect(std::uint64_t id, std::string token,
+                                                         Channel& channel)
+{
+    auto const session = find_session(token);
+    bool taken = false;
+    if (session)
+        taken = co_await session->take_over();
+    if (!taken) {
+        (void)channel.send(core::error_message("This simulation has ended. Please start it again."));
+        co_return;
+    }
+    surroundings.log.info(
+        concat("[", std::to_string(id), "] Returned to simulation ", std::to_string(session->id())));
+    co_await session->resume(channel);
+    if (session->is_over())
+        sessions.erase(session->id());
 }
 
 } // namespace webots_cloud

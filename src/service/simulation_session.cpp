@@ -44,12 +44,21 @@ std::string progress_text(FetchProgress const& progress)
                   megabytes, ")");
 }
 
+/// Stands for the browser while none is there.
+class Nobody final : public Channel
+{
+public:
+    result<> send(std::string) override { return Failure(errc::closed); }
+    asio::awaitable<result<std::string>> receive() override { co_return Failure(errc::closed); }
+    void close(std::uint16_t, std::string) override {}
+};
+
 } // namespace
 
-SimulationSession::SimulationSession(SessionSurroundings& surroundings, std::uint64_t id,
-                                     core::SimulationRequest request)
+SimulationSession::SimulationSession(SessionSurroundings& surroundings, asio::any_io_executor const& executor,
+                                     std::uint64_t id, core::SimulationRequest request)
     : surroundings_(surroundings), id_(id), request_(std::move(request)), since_(surroundings.clock.now()),
-      stage_began_(since_)
+      stage_began_(since_), something_changed_(executor), released_(executor)
 {}
 
 std::string SimulationSession::name() const
@@ -73,7 +82,7 @@ core::SimulationRow SimulationSession::row() const
     core::SimulationRow row;
     row.id = id_;
     row.world = core::short_world(core::world_of(request_));
-    row.state = name_of(state_);
+    row.state = waiting_ ? "waiting for its browser" : name_of(state_);
     row.age = surroundings_.clock.now() - since_;
     if (output_)
         row.log = output_->name();
@@ -88,25 +97,125 @@ core::SimulationRow SimulationSession::row() const
 
 asio::awaitable<void> SimulationSession::run(Channel& channel)
 {
-    // Whichever ends first ends the other: the browser's departure, or the simulation.
-    co_await (host(channel) || watch(channel));
+    // Whichever ends first ends the others: the browser's departure, the simulation, or another browser that
+    // takes over.
+    co_await (host(channel) || watch(channel) || await_successor());
+    co_await part(channel);
+}
+
+asio::awaitable<void> SimulationSession::resume(Channel& channel)
+{
+    lost_ = false;
+    auto const left = std::chrono::duration_cast<std::chrono::seconds>(ends_at_ - surroundings_.clock.now());
+    (void)channel.send(core::shutdown_timeout_message(left.count()));
+    announce(channel);
+    co_await (relay(channel) || watch(channel) || await_successor());
+    co_await part(channel);
+}
+
+bool SimulationSession::can_be_taken_over() const noexcept
+{
+    return !token_.empty() && !ended_ && !over_ && !wanted_;
+}
+
+bool SimulationSession::waits_for_its_browser() const noexcept
+{
+    return can_be_taken_over() && lost_ && !surroundings_.stopping;
+}
+
+asio::awaitable<bool> SimulationSession::take_over()
+{
+    if (!can_be_taken_over())
+        co_return false;
+    wanted_ = true;
+    something_changed_.notify();
+    (void)co_await released_.wait();
+    co_return !over_;
+}
+
+void SimulationSession::stop_waiting()
+{
+    something_changed_.notify();
+}
+
+/// Ends when another conversation takes over, or when nobody is waited for any more.
+asio::awaitable<void> SimulationSession::await_successor()
+{
+    co_await asio::this_coro::throw_if_cancelled(false);
+    for (;;) {
+        bool const cancelled = co_await async::is_cancelled();
+        if (cancelled || wanted_ || (waiting_ && surroundings_.stopping))
+            co_return;
+        (void)co_await something_changed_.wait();
+    }
+}
+
+/// The browser has gone, or the simulation has ended: waits for a lost browser, and cleans up unless one took
+/// over.
+asio::awaitable<void> SimulationSession::part(Channel& channel)
+{
     channel.close(); // what was said is still delivered; the browser need not wait for the cleaning up
+    if (waits_for_its_browser())
+        co_await await_return();
+    over_ = ended_ || !wanted_;
+    if (wanted_)
+        released_.notify();
+    wanted_ = false;
+    if (!over_)
+        co_return;
     if (!start_over_)
         surroundings_.starts.abandoned();
     co_await clean_up();
 }
 
+asio::awaitable<void> SimulationSession::await_return()
+{
+    auto const grace = surroundings_.reconnect_grace;
+    surroundings_.log.info(concat(name(), "The connection to the browser was lost; it may return for ",
+                                  core::python_float(std::chrono::duration<double>(grace).count()), " s"));
+    Nobody nobody;
+    waiting_ = true;
+    auto& clock = surroundings_.clock;
+    co_await (relay(nobody) || await_successor() || clock.wait_until(clock.now() + grace));
+    waiting_ = false;
+}
+
 /// Everything that a browser may still say while its simulation lives. Ends when the browser has gone.
 asio::awaitable<void> SimulationSession::watch(Channel& channel)
 {
+    co_await asio::this_coro::throw_if_cancelled(false);
     for (;;) {
-        auto const text = co_await channel.receive();
-        if (!text)
+        bool const cancelled = co_await async::is_cancelled();
+        if (cancelled)
             co_return;
-        if (std::holds_alternative<core::SimulationRequest>(core::parse_client_message(*text)))
+        auto const text = co_await channel.receive();
+        if (!text) {
+            lost_ = text.error() == errc::unreachable;
+            co_return;
+        }
+        auto const message = core::parse_client_message(*text);
+        if (auto const* reset = std::get_if<core::ResetControllerMessage>(&message))
+            co_await reset_controller(reset->file, channel);
+        else if (auto const* malformed = std::get_if<core::MalformedMessage>(&message))
+            (void)channel.send(core::error_message(concat("Wrong message: ", malformed->reason, ".")));
+        else if (!std::holds_alternative<core::UnknownMessage>(message))
             (void)channel.send(
                 core::error_message("This connection has started a simulation already: open another one."));
     }
+}
+
+asio::awaitable<void> SimulationSession::reset_controller(std::string file, Channel& channel)
+{
+    if (!project_) {
+        (void)channel.send(
+            core::error_message("The project is still being fetched: there is no controller to reset."));
+        co_return;
+    }
+    auto const restored = co_await surroundings_.fetcher.restore(*project_, concat("controllers/", file));
+    if (restored)
+        (void)channel.send(core::reset_controller_message(file));
+    else
+        tell(channel, restored.error().message());
 }
 
 void SimulationSession::tell(Channel& channel, std::string_view error)
@@ -227,6 +336,7 @@ asio::awaitable<result<>> SimulationSession::launch(std::string mode, Channel& c
         co_return simulation.error();
     simulation_ = std::move(*simulation);
     looked_ = surroundings_.clock.now();
+    ends_at_ = looked_ + surroundings_.launcher.params().timeout;
     pass(core::StartStage::launch);
     auto const timeout = surroundings_.launcher.params().timeout;
     (void)channel.send(
@@ -234,8 +344,17 @@ asio::awaitable<result<>> SimulationSession::launch(std::string mode, Channel& c
     co_return result<>();
 }
 
+/// The simulation is ready: where it is, and how a lost browser returns to it.
+void SimulationSession::announce(Channel& channel)
+{
+    (void)channel.send(core::webots_message(surroundings_.address, port_));
+    if (!token_.empty())
+        (void)channel.send(core::reconnect_token_message(token_));
+}
+
 asio::awaitable<void> SimulationSession::relay(Channel& channel)
 {
+    co_await asio::this_coro::throw_if_cancelled(false);
     for (;;) {
         auto const event = co_await simulation_->next_event();
         if (!event)
@@ -244,7 +363,10 @@ asio::awaitable<void> SimulationSession::relay(Channel& channel)
             state_ = State::idle;
             pass(core::StartStage::ready);
             surroundings_.log.info(concat(name(), "Webots world is loaded, ready to receive connections"));
-            (void)channel.send(core::webots_message(surroundings_.address, ready->port));
+            port_ = ready->port;
+            if (surroundings_.reconnect_grace > Duration::zero())
+                token_ = surroundings_.new_token();
+            announce(channel);
         } else if (std::holds_alternative<SimulationHeartbeat>(*event)) {
             (void)channel.send(".");
         } else if (auto const* activity = std::get_if<SimulationActivity>(&*event)) {
