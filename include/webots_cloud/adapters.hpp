@@ -10,6 +10,7 @@
 #include <webots_cloud/transport/notifier.hpp>
 #include <webots_cloud/transport/process_host.hpp>
 #include <webots_cloud/transport/project_source.hpp>
+#include <webots_cloud/transport/simulation_logs.hpp>
 
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/awaitable.hpp>
@@ -22,6 +23,9 @@
 #include <string>
 
 namespace webots_cloud {
+
+/// 32 hexadecimal digits from the random numbers of the operating system: nobody guesses them.
+std::string make_token();
 
 /// The clock of this computer.
 std::unique_ptr<Clock> make_steady_clock(boost::asio::any_io_executor executor);
@@ -169,5 +173,21 @@ result<Logger> make_logger(LogParams params);
 /// lines are dropped; the function is empty when it could not even be opened.
 std::function<void(std::string line)> make_line_file(boost::asio::any_io_executor executor, std::filesystem::path file,
                                                      std::string first_line, Logger log);
+
+struct SimulationLogsParams
+{
+    SimulationLogsParams() = default;
+
+    std::filesystem::path folder;                 ///< Made when the first log is opened.
+    Duration keep = std::chrono::hours(24 * 7);   ///< Since the last line. Default a week: people complain on Mondays.
+    std::size_t most = 1000;                      ///< Logs that are kept at most; the oldest go first.
+};
+
+/// Files `<date>_<time>_<simulation>.log` of at most 576 KiB: the first 512 KiB of an output and the last 64 KiB. Written by a
+/// thread of its own; a file that can't be written costs one line of `log`.
+///
+/// Lifetime: `clock` must outlive it.
+std::unique_ptr<SimulationLogs> make_simulation_logs(boost::asio::any_io_executor executor, SimulationLogsParams params,
+                                                     Clock& clock, Logger log);
 
 } // namespace webots_cloud

@@ -90,11 +90,13 @@ struct SimulationConfig
     int max_connections = 100;        ///< `maxConnections`
     Duration timeout = std::chrono::hours(2);         ///< `timeout`, in seconds; less than 360 counts as 7200.
     Duration start_timeout = std::chrono::minutes(5); ///< `startTimeout`, in seconds.
+    Duration reconnect_grace{};       ///< `reconnectGrace`, in seconds: how long a lost browser may return.
     std::filesystem::path log_dir = "log"; ///< `logDir`
     bool debug = false;               ///< `debug`: log to standard output instead of the file.
     bool json_log = false;            ///< `logFormat`: `text`, or `json` for programs that collect logs.
     std::string title;                ///< `title`
     std::string description;          ///< `description`
+    Duration simulation_log_keep = std::chrono::hours(24 * 7); ///< `simulationLogDays`, in days; 0: none is written.
     bool monitor_log = true;          ///< `monitorLogEnabled`: `<logDir>/simulation/monitor.csv`, a line a second.
     bool strict_load = true;          ///< `loadFormula`: `strict` or `reference`.
 };

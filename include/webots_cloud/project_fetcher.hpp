@@ -41,6 +41,7 @@ struct Project
 {
     Project() = default;
 
+    ProjectRef ref;                  ///< What was asked for.
     std::filesystem::path directory; ///< The instance directory; all of the project is inside.
     std::filesystem::path root;      ///< The folder that holds `worlds/`.
     std::filesystem::path world;     ///< The world file, absolute.
@@ -65,6 +66,11 @@ public:
     /// Cancellation: terminal; completes when nothing of it is left on disk.
     /// Errors: as `ProjectSource::fetch`; `not_found` for the world file.
     boost::asio::awaitable<result<Project>> fetch(ProjectRef project, std::shared_ptr<FetchProgress> progress);
+
+    /// Puts one of its files, named relative to its root, back as it was fetched.   Errors: as `ProjectSource::restore`.
+    ///
+    /// Not cancellable: await it before the project is discarded.
+    boost::asio::awaitable<result<>> restore(Project const& project, std::string file);
 
     /// Removes a project's directory.
     boost::asio::awaitable<void> discard(Project project);

@@ -10,8 +10,10 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -48,6 +50,8 @@ struct LaunchSpec
     std::string world_header;    ///< Its first line, which names the release of Webots it was made with.
     std::string mode;            ///< What the browser asked for: empty, `x3d`, `w3d` or `mjpeg`.
     std::string label;           ///< In front of log lines.
+    /// Gets every line that the simulator prints, but its heartbeats; any bytes. Must not block. Empty: nobody wants them.
+    std::function<void(std::string_view line)> output;
 };
 
 /// The world is loaded, and the simulator listens on `port`.

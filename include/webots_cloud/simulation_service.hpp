@@ -8,6 +8,7 @@
 #include <webots_cloud/transport/endpoint.hpp>
 #include <webots_cloud/transport/host_metrics.hpp>
 #include <webots_cloud/transport/logger.hpp>
+#include <webots_cloud/transport/simulation_logs.hpp>
 
 #include <boost/asio/awaitable.hpp>
 
@@ -34,11 +35,16 @@ struct SimulationServiceParams
     bool strict_load = true;     ///< The load formula: strict, or the one of the Python reference.
     /// From the opening of a socket to its `start`. Default 30 s: an open page that starts nothing costs nothing.
     Duration handshake_timeout = std::chrono::seconds(30);
+    /// How long a simulation waits for a browser that lost its connection. Default 0: it ends at once.
+    Duration reconnect_grace{};
+    /// Makes the tokens by which browsers return: words that nobody guesses. Wanted with a grace only.
+    std::function<std::string()> new_token;
     std::string title;           ///< Heading of the monitor page; empty: a standard one.
     std::string description;     ///< Paragraph of the monitor page.
     std::vector<std::string> notify; ///< URLs of registries, for the monitor page.
     /// Takes the lines of monitor.csv, its heading excluded, one a second; must not block. Empty: nobody wants them.
     std::function<void(std::string line)> monitor_log;
+    std::shared_ptr<SimulationLogs> simulation_logs; ///< Keeps what simulators print. Null: nobody does.
     std::string notice;          ///< Shown on the monitor page: for instance that this is the demo simulator.
     /// What `GET /metrics` shows below the service's own figures: families in the text format of Prometheus.
     /// Must not wait.
@@ -62,7 +68,7 @@ public:
     /// Takes no new simulations from now on, and says so; with `exit_when_empty`, `run()` succeeds when the last has ended.
     void drain(bool exit_when_empty);
 
-    /// Ends when cancelled, or when drained.   Cancellation: terminal.   Errors: `operation_aborted`.
+    /// Ends when cancelled, or when drained; from then on no browser is waited for.   Cancellation: terminal.   Errors: `operation_aborted`.
     boost::asio::awaitable<result<>> run();
 
     Answer respond(IncomingRequest const& request) override;

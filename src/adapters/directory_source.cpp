@@ -1,6 +1,7 @@
 #include "blocking_pool.hpp"
 #include "project_world.hpp"
 #include "remove_tree.hpp"
+#include "restore_file.hpp"
 
 #include "../core/text.hpp"
 
@@ -40,18 +41,26 @@ result<> copy_tree(fs::path const& from, FetchOrder const& order)
     return {};
 }
 
+/// The part of the project's address that names a folder; what is before is a branch, which a plain folder does not have.
+std::string inner_folder(ProjectRef const& project)
+{
+    auto const slash = project.ref_and_folder.find('/');
+    return slash == std::string::npos ? std::string() : project.ref_and_folder.substr(slash);
+}
+
+fs::path root_of(fs::path const& folder, ProjectRef const& project)
+{
+    return folder / project.owner / concat(project.repository, inner_folder(project));
+}
+
 result<FetchedProject> copy_project(fs::path const& folder, FetchOrder const& order)
 {
     auto const& project = order.project;
-    auto root = folder / project.owner / project.repository;
-    auto const slash = project.ref_and_folder.find('/');
-    if (slash != std::string::npos)
-        root /= project.ref_and_folder.substr(slash + 1); // the part before is a branch, which a folder does not have
+    auto const root = root_of(folder, project);
     std::error_code failed;
     if (!fs::is_directory(root / "worlds", failed))
         return Failure(errc::not_found, concat("There is no project ", project.owner, "/", project.repository,
-                                               slash == std::string::npos ? "" : project.ref_and_folder.substr(slash),
-                                               " with a folder \"worlds\" on this server."));
+                                               inner_folder(project), " with a folder \"worlds\" on this server."));
     fs::create_directory(order.directory, failed);
     if (failed)
         return Failure(errc::unavailable, concat("This server can't store the project: ", failed.message(), "."));
@@ -75,6 +84,14 @@ public:
     asio::awaitable<result<FetchedProject>> fetch(FetchOrder order) override
     {
         auto work = [folder = folder_, order = std::move(order)] { return copy_project(folder, order); };
+        co_return co_await pool_.run(std::move(work));
+    }
+
+    asio::awaitable<result<>> restore(RestoreOrder order) override
+    {
+        auto work = [folder = folder_, order = std::move(order)] {
+            return adapters::restore_file(root_of(folder, order.project), order.root, order.file);
+        };
         co_return co_await pool_.run(std::move(work));
     }
 

@@ -68,7 +68,7 @@ std::string_view GitHandOut::describe() const noexcept
     return way_ == GitCopyWay::clone ? "reflinks" : "copying";
 }
 
-result<GitHandedOut> GitHandOut::give(GitSnapshot const& snapshot, fs::path const& directory,
+result<fs::path> GitHandOut::give(GitSnapshot const& snapshot, fs::path const& directory,
                                       std::string const& repository, std::atomic<bool> const& aborted) const
 {
     auto const inner =
@@ -79,17 +79,14 @@ result<GitHandedOut> GitHandOut::give(GitSnapshot const& snapshot, fs::path cons
     auto const source = open_folder(AT_FDCWD, snapshot.files.c_str());
     if (!source)
         return source.error();
-    GitHandedOut given;
-    given.root = directory / inner;
+    auto root = directory / inner;
     // The name begins with a dot, as no repository's does.
-    given.uses_cache =
-        overlay_ && mount_overlay(source->get(), directory / ".overlay", target->get()).has_value();
-    if (given.uses_cache)
-        return given;
+    if (overlay_ && mount_overlay(source->get(), directory / ".overlay", target->get()))
+        return root;
     auto const copied = copy_folder(snapshot.index, source->get(), target->get(), way_, aborted);
     if (!copied)
         return copied.error();
-    return given;
+    return root;
 }
 
 } // namespace webots_cloud::adapters

@@ -13,13 +13,6 @@
 
 namespace webots_cloud::adapters {
 
-/// A project that has been handed out.
-struct GitHandedOut
-{
-    std::filesystem::path root; ///< The project itself.
-    bool uses_cache = false;    ///< The folder must stay in the cache until the project is removed.
-};
-
 /// Whatever the way, nothing that a simulation does to its project changes the cache. `remove_tree` takes a
 /// project back.
 ///
@@ -35,10 +28,10 @@ public:
     std::string_view describe() const noexcept;
 
     /// Makes `directory` (which does not exist) and in it `<repository>[/<folder>]` with the files of the
-    /// snapshot.
+    /// snapshot, which must stay in the cache until the project is removed. Returns the project's root.
     ///
     /// Errors: `invalid_url`, `unavailable`, `protocol_error` (the cache is damaged), `operation_aborted`.
-    result<GitHandedOut> give(GitSnapshot const& snapshot, std::filesystem::path const& directory,
+    result<std::filesystem::path> give(GitSnapshot const& snapshot, std::filesystem::path const& directory,
                               std::string const& repository, std::atomic<bool> const& aborted) const;
 
 private:

@@ -7,6 +7,7 @@
 #include "mounts.hpp"
 #include "project_world.hpp"
 #include "remove_tree.hpp"
+#include "restore_file.hpp"
 
 #include "../core/git_names.hpp"
 #include "../core/text.hpp"
@@ -68,6 +69,17 @@ public:
         co_return co_await deliver(std::move(order), obtained->snapshot);
     }
 
+    asio::awaitable<result<>> restore(RestoreOrder order) override
+    {
+        auto const found = in_use_.find(order.directory.string());
+        if (found == in_use_.end())
+            co_return Failure(errc::not_found, "The project is not here any more.");
+        auto work = [snapshot = found->second, order = std::move(order)] {
+            return adapters::restore_file(snapshot->files, order.root, order.file);
+        };
+        co_return co_await pool_.run(std::move(work));
+    }
+
     asio::awaitable<result<>> discard(fs::path directory) override
     {
         auto work = [directory] { return adapters::remove_tree(directory); };
@@ -108,36 +120,27 @@ private:
         auto made = co_await pool_.run(std::move(work));
         if (slot.is_connected())
             slot.clear();
-        if (!made || !made->uses_cache)
-            in_use_.erase(directory);
         if (!made)
-            co_return made.error();
-        co_return made->project;
+            in_use_.erase(directory);
+        co_return made;
     }
 
-    struct Made
-    {
-        FetchedProject project;
-        bool uses_cache = false;
-    };
-
-    result<Made> make_project(FetchOrder const& order, adapters::GitSnapshot const& snapshot,
+    result<FetchedProject> make_project(FetchOrder const& order, adapters::GitSnapshot const& snapshot,
                               std::atomic<bool> const& aborted) const
     {
-        auto given = hand_out_.give(snapshot, order.directory, order.project.repository, aborted);
-        if (!given)
-            return given.error();
-        auto header = adapters::read_world_header(given->root, order.project.world);
+        auto root = hand_out_.give(snapshot, order.directory, order.project.repository, aborted);
+        if (!root)
+            return root.error();
+        auto header = adapters::read_world_header(*root, order.project.world);
         if (!header) {
             adapters::unmount_below(order.directory);
             return header.error();
         }
-        Made made;
-        made.project.root = std::move(given->root);
-        made.project.revision = to_hex(snapshot.target.commit);
-        made.project.world_header = std::move(*header);
-        made.uses_cache = given->uses_cache;
-        return made;
+        FetchedProject project;
+        project.root = std::move(*root);
+        project.revision = to_hex(snapshot.target.commit);
+        project.world_header = std::move(*header);
+        return project;
     }
 
     GitSourceParams params_;
@@ -146,7 +149,7 @@ private:
     adapters::GitServers servers_;
     adapters::GitCache cache_;
     adapters::GitHandOut hand_out_;
-    std::unordered_map<std::string, GitSnapshotPtr> in_use_; ///< By directory: what must not leave the cache.
+    std::unordered_map<std::string, GitSnapshotPtr> in_use_; ///< By directory: what must not leave the cache, be it mounted or wanted again.
     adapters::BlockingPool pool_; // the last two end their threads before anything that these use goes
     adapters::GitFlights flights_;
 };

@@ -158,8 +158,10 @@ result<> WebSocketChannel::send(std::string text)
 asio::awaitable<result<std::string>> WebSocketChannel::receive()
 {
     while (received_.empty()) {
-        if (lost_ || closing_)
+        if (closing_)
             co_return Failure(errc::closed);
+        if (lost_)
+            co_return Failure(errc::unreachable, "the connection to the browser was lost");
         (void)co_await changed_.async_wait(asio::as_tuple(asio::use_awaitable));
         auto const state = co_await asio::this_coro::cancellation_state;
         if (state.cancelled() != asio::cancellation_type::none)

@@ -110,6 +110,8 @@ SimulationServiceParams service_params(SimulationConfig const& config, std::stri
     params.strict_load = config.strict_load;
     params.title = config.title;
     params.description = config.description;
+    params.reconnect_grace = config.reconnect_grace;
+    params.new_token = make_token;
     params.notice = std::move(notice);
     return params;
 }
@@ -125,6 +127,14 @@ RegistrationParams registration_params(SimulationConfig const& config)
     params.url = core::public_http_url(address, config.port);
     params.share_idle_time = config.share_idle_time;
     params.allowed_repositories = config.allowed_repositories;
+    return params;
+}
+
+SimulationLogsParams logs_params(SimulationConfig const& config)
+{
+    SimulationLogsParams params;
+    params.folder = config.log_dir / "simulation" / "simulations";
+    params.keep = config.simulation_log_keep;
     return params;
 }
 
@@ -162,6 +172,9 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     service_settings.more_metrics = [&network_server] {
         return app::network_metrics(network_server->statistics());
     };
+    std::shared_ptr<SimulationLogs> const logs = make_simulation_logs(executor, logs_params(config), *clock, log);
+    if (config.simulation_log_keep > Duration::zero())
+        service_settings.simulation_logs = logs;
     SimulationService service(std::move(service_settings), fetcher, launcher, *metrics, *clock, log);
 
     auto network = app::server_params(config.port, config.network);
@@ -179,9 +192,9 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     auto const http = make_http_client(executor);
     Registration registration(registration_params(config), *http, *clock, log);
     std::function<void()> const drain = [&service] { service.drain(false); };
-    auto const ended = co_await (server->run() || service.run() || registration.run() ||
-                                 app::obey_sigusr1(executor, drain) ||
-                                 app::obey_sighup(executor, std::move(reread), config, apply, log));
+    auto const ended =
+        co_await (server->run() || service.run() || registration.run() || app::obey_sigusr1(executor, drain) ||
+                  app::obey_sighup(executor, std::move(reread), config, apply, log) || logs->run());
     co_return std::visit([](result<> const& outcome) { return outcome; }, ended);
 }
 

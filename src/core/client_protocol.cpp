@@ -1,9 +1,12 @@
 #include "client_protocol.hpp"
 
+#include "git_names.hpp"
 #include "text.hpp"
 
 #include <boost/json/object.hpp>
 #include <boost/json/parse.hpp>
+
+#include <algorithm>
 
 namespace webots_cloud::core {
 namespace {
@@ -30,7 +33,25 @@ ClientMessage read_start(json::value const& value)
             return MalformedMessage{"the \"mode\" of \"start\" must be a string"};
         message.mode = mode->get_string();
     }
-    return message;
+    return SimulationRequest(std::move(message));
+}
+
+ClientMessage read_reset_controller(json::value const& value)
+{
+    constexpr std::size_t longest = 1024;
+    auto const* file = value.if_string();
+    auto const parts = file ? split(*file, '/') : std::vector<std::string_view>();
+    if (parts.size() < 2 || file->size() > longest || !std::all_of(parts.begin(), parts.end(), is_safe_file_name))
+        return MalformedMessage{"\"reset controller\" must be \"<controller>/<file>\""};
+    return ResetControllerMessage{std::string(*file)};
+}
+
+ClientMessage read_reconnect(json::value const& value)
+{
+    auto const* token = value.if_string();
+    if (!token)
+        return MalformedMessage{"\"reconnect\" must be the token that the server gave"};
+    return ReconnectMessage{std::string(*token)};
 }
 
 } // namespace
@@ -44,9 +65,18 @@ ClientMessage parse_client_message(std::string_view text)
     auto const* object = value.if_object();
     if (!object)
         return MalformedMessage{"a message must be a JSON object"};
+    if (auto const* reset = object->if_contains("reset controller"))
+        return read_reset_controller(*reset);
+    if (auto const* reconnect = object->if_contains("reconnect"))
+        return read_reconnect(*reconnect);
     if (auto const* start = object->if_contains("start"))
         return read_start(*start);
     return UnknownMessage{};
+}
+
+std::string const& world_of(SimulationRequest const& request) noexcept
+{
+    return std::get<StartMessage>(request).url;
 }
 
 std::string error_message(std::string_view text) { return concat("loading: Error: ", text); }
@@ -57,6 +87,10 @@ std::string shutdown_timeout_message(std::int64_t seconds)
 {
     return concat("shutdownTimeout: ", std::to_string(seconds));
 }
+
+std::string reset_controller_message(std::string_view file) { return concat("reset controller: ", file); }
+
+std::string reconnect_token_message(std::string_view token) { return concat("reconnectToken: ", token); }
 
 std::string webots_message(PublicAddress const& address, std::uint16_t port)
 {

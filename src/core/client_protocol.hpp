@@ -33,10 +33,32 @@ struct MalformedMessage
     bool operator==(MalformedMessage const&) const = default;
 };
 
-using ClientMessage = std::variant<StartMessage, UnknownMessage, MalformedMessage>;
+/// `{"reset controller":"<controller>/<file>"}`: puts a file of `controllers/` back as it was fetched.
+struct ResetControllerMessage
+{
+    std::string file; ///< Names separated by `/`, two at least, none of which leads out of the folder.
+
+    bool operator==(ResetControllerMessage const&) const = default;
+};
+
+/// `{"reconnect":"<token>"}`: a browser that lost its connection returns to its simulation.
+struct ReconnectMessage
+{
+    std::string token;
+
+    bool operator==(ReconnectMessage const&) const = default;
+};
+
+/// Everything by which a browser can ask for a simulation.
+using SimulationRequest = std::variant<StartMessage>;
+
+using ClientMessage = std::variant<SimulationRequest, ReconnectMessage, ResetControllerMessage, UnknownMessage, MalformedMessage>;
 
 /// Reads any bytes.
 ClientMessage parse_client_message(std::string_view text);
+
+/// Which world a request asks for, in the browser's words.
+std::string const& world_of(SimulationRequest const& request) noexcept;
 
 /// `loading: Error: <text>`
 std::string error_message(std::string_view text);
@@ -46,6 +68,12 @@ std::string loading_message(std::string_view text);
 
 /// `shutdownTimeout: <seconds>`
 std::string shutdown_timeout_message(std::int64_t seconds);
+
+/// `reset controller: <file>`
+std::string reset_controller_message(std::string_view file);
+
+/// `reconnectToken: <token>`
+std::string reconnect_token_message(std::string_view token);
 
 /// How the world outside reaches this machine (configuration keys `server`, `ssl`, `portRewrite`).
 struct PublicAddress

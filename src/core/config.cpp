@@ -226,6 +226,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     reader->read_integer("maxConnections", config.max_connections, 1, 10'000);
     read_seconds(*reader, "timeout", config.timeout, 0);
     read_seconds(*reader, "startTimeout", config.start_timeout, 1);
+    read_seconds(*reader, "reconnectGrace", config.reconnect_grace, 0);
     read_log(*reader, config);
     reader->read("title", config.title);
     reader->read("description", config.description);
@@ -233,6 +234,9 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     reader->read_choice("loadFormula", formula, {"strict", "reference"});
     config.strict_load = formula == "strict";
     reader->read("monitorLogEnabled", config.monitor_log);
+    double days = 7;
+    reader->read_number("simulationLogDays", days, 0, 3650);
+    config.simulation_log_keep = std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::ratio<86400>>(days));
     reader->ignore({"projectsDir", "keyDir", "multimediaServer", "multimediaStream",
                     "publicPort", "persistantDockerImages"});
     if (reader->failure())

@@ -27,6 +27,10 @@ void append_row(std::string& text, SimulationRow const& row)
     append_quoted(text, row.state);
     append_key(text, "age");
     append_number(text, seconds(row.age), 0);
+    if (!row.log.empty()) {
+        append_key(text, "log");
+        append_quoted(text, row.log);
+    }
     if (row.process != 0) {
         append_key(text, "process");
         append_number(text, row.process, 0);

@@ -96,7 +96,8 @@ std::string simulation_row(SimulationRow const& row)
                   "</td><td class=\"number\" data-label=\"CPU\">", figure(row.cpu, "%"),
                   "</td><td class=\"number\" data-label=\"memory\">", figure(row.memory, " MB"),
                   "</td><td class=\"number\" data-label=\"process\">",
-                  row.process == 0 ? "" : std::to_string(row.process), "</td></tr>\n");
+                  row.process == 0 ? "" : std::to_string(row.process),
+                  "</td><td data-label=\"log\">", escape_html(row.log), "</td></tr>\n");
 }
 
 std::string simulations(SimulationMonitorView const& view)
@@ -107,7 +108,7 @@ std::string simulations(SimulationMonitorView const& view)
                "</h2>\n<div class=\"scroll\"><table class=\"bordered\" id=\"simulations\"",
                view.simulations.empty() ? " hidden" : "",
                ">\n<thead><tr><th>#</th><th>world</th><th>state</th><th>age</th><th>CPU</th><th>memory</th>"
-               "<th>process</th></tr></thead>\n<tbody>\n");
+               "<th>process</th><th>log</th></tr></thead>\n<tbody>\n");
     for (auto const& row : view.simulations)
         html += simulation_row(row);
     return html + "</tbody>\n</table></div>\n</section>\n";

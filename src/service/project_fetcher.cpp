@@ -76,12 +76,23 @@ asio::awaitable<result<Project>> ProjectFetcher::fetch(ProjectRef ref, std::shar
         co_return fetched.error();
     }
     Project project;
+    project.ref = ref;
     project.directory = directory;
     project.world = fetched->root / "worlds" / ref.world;
     project.root = std::move(fetched->root);
     project.world_header = std::move(fetched->world_header);
     project.revision = std::move(fetched->revision);
     co_return project;
+}
+
+asio::awaitable<result<>> ProjectFetcher::restore(Project const& project, std::string file)
+{
+    RestoreOrder order;
+    order.project = project.ref;
+    order.directory = project.directory;
+    order.root = project.root;
+    order.file = std::move(file);
+    return impl_->source_of(project.ref).restore(std::move(order));
 }
 
 asio::awaitable<void> ProjectFetcher::discard(Project project)

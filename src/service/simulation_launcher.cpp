@@ -75,9 +75,9 @@ class RunningSimulation final : public Simulation
 {
 public:
     RunningSimulation(SimulationLauncherParams const& params, PortLease lease, std::unique_ptr<Process> process,
-                      Clock& clock, Logger log, std::string label) :
+                      Clock& clock, Logger log, LaunchSpec spec) :
         lease_(std::move(lease)),
-        process_(std::move(process)), clock_(clock), log_(std::move(log)), label_(std::move(label)),
+        process_(std::move(process)), clock_(clock), log_(std::move(log)), label_(std::move(spec.label)), output_(std::move(spec.output)),
         timeout_(params.timeout), start_timeout_(params.start_timeout), end_of_life_(clock.now() + params.timeout),
         ready_by_(std::min(clock.now() + params.start_timeout, end_of_life_))
     {}
@@ -101,6 +101,7 @@ private:
     Clock& clock_;
     Logger log_;
     std::string label_;
+    std::function<void(std::string_view)> output_;
     Duration timeout_;
     Duration start_timeout_;
     TimePoint end_of_life_;
@@ -166,7 +167,10 @@ void RunningSimulation::on_output(std::string_view bytes)
 
 void RunningSimulation::on_line(std::string_view line)
 {
-    switch (core::classify_output(line)) {
+    auto const kind = core::classify_output(line);
+    if (output_ && kind != core::OutputLine::heartbeat)
+        output_(line);
+    switch (kind) {
     case core::OutputLine::heartbeat:
     case core::OutputLine::open:
         if (ready_)
@@ -278,7 +282,7 @@ asio::awaitable<result<std::unique_ptr<Simulation>>> SimulationLauncher::launch(
     impl_->log.info(concat("[", spec.label, "] Webots [", std::to_string((*started)->id()), "] started: \"",
                            core::printable(command, 1024), "\""));
     co_return std::make_unique<RunningSimulation>(impl_->params, std::move(lease), std::move(*started), impl_->clock,
-                                                  impl_->log, std::move(spec.label));
+                                                  impl_->log, std::move(spec));
 }
 
 std::size_t SimulationLauncher::running() const noexcept { return impl_->ports.lent(); }

@@ -13,6 +13,7 @@ struct LoopbackChannel::Inbox
 
     std::deque<std::string> messages;
     bool closed = false;
+    bool lost = false;
     async::Wakeup happened;
 };
 
@@ -32,6 +33,12 @@ void LoopbackChannel::browser_leaves()
     inbox_->happened.notify();
 }
 
+void LoopbackChannel::browser_is_lost()
+{
+    inbox_->lost = true;
+    browser_leaves();
+}
+
 result<> LoopbackChannel::send(std::string text)
 {
     if (inbox_->closed)
@@ -44,7 +51,7 @@ boost::asio::awaitable<result<std::string>> LoopbackChannel::receive()
 {
     while (inbox_->messages.empty()) {
         if (inbox_->closed)
-            co_return Failure(errc::closed);
+            co_return Failure(inbox_->lost ? errc::unreachable : errc::closed);
         auto const woken = co_await inbox_->happened.wait();
         if (!woken)
             co_return woken.error();

@@ -28,6 +28,16 @@ boost::asio::awaitable<result<FetchedProject>> MemoryProjectSource::fetch(FetchO
     co_return fetched;
 }
 
+boost::asio::awaitable<result<>> MemoryProjectSource::restore(RestoreOrder order)
+{
+    if (auto failure = fuse.strike())
+        co_return std::move(*failure);
+    if (!directories_.contains(order.directory) || !files.contains(order.file))
+        co_return Failure(errc::not_found, "The project has no file " + order.file + ".");
+    restored.push_back((order.root / order.file).string());
+    co_return result<>();
+}
+
 boost::asio::awaitable<result<>> MemoryProjectSource::discard(std::filesystem::path directory)
 {
     directories_.erase(directory);

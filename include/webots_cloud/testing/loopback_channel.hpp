@@ -13,7 +13,7 @@
 
 namespace webots_cloud::testing {
 
-/// What the service says is in `sent`; what the browser does is said with the two functions below.
+/// What the service says is in `sent`; what the browser does is said with the functions below.
 class LoopbackChannel final : public Channel
 {
 public:
@@ -22,6 +22,7 @@ public:
 
     void browser_says(std::string text);
     void browser_leaves();
+    void browser_is_lost(); ///< Its connection breaks without a close frame.
 
     result<> send(std::string text) override;
     boost::asio::awaitable<result<std::string>> receive() override;

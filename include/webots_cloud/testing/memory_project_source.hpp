@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 #include <string>
+#include <vector>
 
 namespace webots_cloud::testing {
 
@@ -25,6 +26,7 @@ public:
     }
 
     boost::asio::awaitable<result<FetchedProject>> fetch(FetchOrder order) override;
+    boost::asio::awaitable<result<>> restore(RestoreOrder order) override;
     boost::asio::awaitable<result<>> discard(std::filesystem::path directory) override;
 
     /// Directories that were fetched into and not discarded; empty at the end of a good test.
@@ -33,6 +35,8 @@ public:
     Duration delay{};        ///< How long a fetch takes.
     int fetching = 0;        ///< Fetches under way.
     int most_fetching = 0;   ///< The highest that `fetching` ever was.
+    std::set<std::string> files; ///< What can be restored, relative to the root of a project.
+    std::vector<std::string> restored;
     Fuse fuse;
 
 private:

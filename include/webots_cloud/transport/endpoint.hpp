@@ -55,7 +55,9 @@ public:
     /// Errors: `closed`; `too_large` when the browser has not read and the queue is full: the channel is then dropped.
     virtual result<> send(std::string text) = 0;
 
-    /// The next message of the browser, text or binary.   Errors: `closed`.   Cancellation: terminal, nothing is lost.
+    /// The next message of the browser, text or binary.   Cancellation: terminal, nothing is lost.
+    ///
+    /// Errors: `closed`, by either side and in order; `unreachable`: the connection was lost without a word.
     virtual boost::asio::awaitable<result<std::string>> receive() = 0;
 
     /// Starts to close: what was queued is sent first. `code` 0 sends an empty close frame. A second call does nothing.

@@ -54,6 +54,17 @@ struct FetchedProject
     std::string world_header;   ///< The first line of the world file, at most 256 bytes of it.
 };
 
+/// One file to put back as it was fetched.
+struct RestoreOrder
+{
+    RestoreOrder() = default;
+
+    ProjectRef project;
+    std::filesystem::path directory; ///< Of the fetch order.
+    std::filesystem::path root;      ///< Of the fetched project.
+    std::string file;                ///< Relative to the root: names separated by `/`, none of them `.` or `..`.
+};
+
 /// Fetches projects from somewhere. Never works on the caller's thread, never outside the order's directory.
 ///
 /// Thread-safety: one executor.
@@ -68,6 +79,14 @@ public:
     /// Errors: `not_found` (repository, branch, folder or world), `unreachable`, `timed_out`, `too_large`, `protocol_error`;
     /// the detail is a sentence for the person who asked.
     virtual boost::asio::awaitable<result<FetchedProject>> fetch(FetchOrder order) = 0;
+
+    /// Puts one file of a fetched project back as it was. Called between `fetch` and `discard` only.
+    ///
+    /// Not cancellable.   Errors: `not_found`: the project has no such file; `unavailable`. Default: `unavailable`.
+    virtual boost::asio::awaitable<result<>> restore(RestoreOrder)
+    {
+        co_return Failure(errc::unavailable, "Files of this project can't be restored.");
+    }
 
     /// Removes a directory that was given to `fetch`, with everything in it, whether or not that succeeded.
     virtual boost::asio::awaitable<result<>> discard(std::filesystem::path directory) = 0;

@@ -131,14 +131,15 @@
       let row = known.get(simulation.id);
       if (!row) {
         row = make("tr", {}, make("td", {class: "number"}), make("td", {class: "world"}), make("td", {"data-label": "state"}),
-                   ...["age", "CPU", "memory", "process"].map(name => make("td", {class: "number", "data-label": name})));
+                   ...["age", "CPU", "memory", "process"].map(name => make("td", {class: "number", "data-label": name})),
+                   make("td", {"data-label": "log"}));
         known.set(simulation.id, row);
         table.tBodies[0].append(row);
       }
       const {cpu, memory} = simulation;
       [String(simulation.id), simulation.world, simulation.state, monitor.age(simulation.age),
        cpu === undefined ? "" : `${cpu.toFixed(1)}%`, memory === undefined ? "" : `${memory.toFixed(1)} MB`,
-       String(simulation.process ?? "")].forEach((text, index) => write(row.cells[index], text));
+       String(simulation.process ?? ""), simulation.log ?? ""].forEach((text, index) => write(row.cells[index], text));
       row.cells[1].title = simulation.world;
     }
     for (const id of left) {

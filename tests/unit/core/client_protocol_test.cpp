@@ -4,16 +4,46 @@
 
 using namespace webots_cloud::core;
 
+namespace {
+
+StartMessage const& start_of(ClientMessage const& message)
+{
+    return std::get<StartMessage>(std::get<SimulationRequest>(message));
+}
+
+} // namespace
+
 // Protocol section 4.1.
 BOOST_AUTO_TEST_SUITE(client_protocol)
 
 BOOST_AUTO_TEST_CASE(the_shipped_clients_start_messages_are_understood)
 {
     auto const plain = parse_client_message(R"({"start":{"url":"https://github.com/o/r/blob/m/worlds/a.wbt"}})");
-    BOOST_TEST(std::get<StartMessage>(plain).url == "https://github.com/o/r/blob/m/worlds/a.wbt");
-    BOOST_TEST(std::get<StartMessage>(plain).mode == "");
+    BOOST_TEST(start_of(plain).url == "https://github.com/o/r/blob/m/worlds/a.wbt");
+    BOOST_TEST(start_of(plain).mode == "");
+    BOOST_TEST(world_of(std::get<SimulationRequest>(plain)) == "https://github.com/o/r/blob/m/worlds/a.wbt");
     auto const video = parse_client_message(R"({"start":{"url":"u","mode":"mjpeg"}})");
-    BOOST_TEST(std::get<StartMessage>(video).mode == "mjpeg");
+    BOOST_TEST(start_of(video).mode == "mjpeg");
+}
+
+BOOST_AUTO_TEST_CASE(a_controller_file_is_named_without_a_way_out_of_its_folder)
+{
+    auto const good = parse_client_message(R"({"reset controller":"walk/lib/gait.py","start":{"url":"u"}})");
+    BOOST_TEST(std::get<ResetControllerMessage>(good).file == "walk/lib/gait.py"); // it comes before `start`
+    for (auto const* value : {R"("walk")", R"("")", R"("/etc/passwd")", R"("walk/")", R"("../worlds/a.wbt")", R"("walk/../x/y")",
+                              R"("walk/./x")", R"("walk//x")", R"("walk/.git/config")", R"("a\\b/c")", R"("a/b\u0000")", "5", "null",
+                              R"(["walk","x"])"}) {
+        auto const message = parse_client_message(std::string(R"({"reset controller":)") + value + "}");
+        BOOST_TEST(std::holds_alternative<MalformedMessage>(message), value);
+    }
+    auto const long_name = R"({"reset controller":"a/)" + std::string(2000, 'b') + R"("})";
+    BOOST_TEST(std::holds_alternative<MalformedMessage>(parse_client_message(long_name)));
+}
+
+BOOST_AUTO_TEST_CASE(a_browser_returns_with_a_token)
+{
+    BOOST_TEST(std::get<ReconnectMessage>(parse_client_message(R"({"reconnect":"abc"})")).token == "abc");
+    BOOST_TEST(std::holds_alternative<MalformedMessage>(parse_client_message(R"({"reconnect":{}})")));
 }
 
 BOOST_AUTO_TEST_CASE(objects_that_ask_for_nothing_are_ignored)
@@ -51,6 +81,8 @@ BOOST_AUTO_TEST_CASE(texts_to_browsers_are_exact)
     BOOST_TEST(error_message("x") == "loading: Error: x");
     BOOST_TEST(loading_message("x") == "loading: x");
     BOOST_TEST(shutdown_timeout_message(7200) == "shutdownTimeout: 7200");
+    BOOST_TEST(reset_controller_message("walk/walk.py") == "reset controller: walk/walk.py");
+    BOOST_TEST(reconnect_token_message("abc") == "reconnectToken: abc");
 }
 
 BOOST_AUTO_TEST_SUITE_END()

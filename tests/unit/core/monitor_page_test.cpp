@@ -89,7 +89,7 @@ BOOST_AUTO_TEST_CASE(every_value_is_escaped)
     simulation.title = simulation.description = simulation.notice = "<script>";
     simulation.allowed = simulation.blocked = {"https://x/\"><script>"};
     SimulationRow hostile_row;
-    hostile_row.world = hostile_row.state = "<script>";
+    hostile_row.world = hostile_row.state = hostile_row.log = "<script>";
     simulation.simulations = {hostile_row};
     simulation.notify = {"https://<script>/x", "<script>"};
     simulation.host.system = simulation.host.name = simulation.host.processor = simulation.host.gpu = "<script>";

@@ -8,6 +8,7 @@
 #include <webots_cloud/testing/loopback_channel.hpp>
 #include <webots_cloud/testing/memory_project_source.hpp>
 #include <webots_cloud/testing/recording_log.hpp>
+#include <webots_cloud/testing/recording_simulation_logs.hpp>
 #include <webots_cloud/testing/scripted_processes.hpp>
 #include <webots_cloud/testing/world.hpp>
 
@@ -29,9 +30,12 @@ asio::awaitable<int> join(async::TaskGroup& tasks)
     co_return 0;
 }
 
-SimulationServiceParams service_params()
+SimulationServiceParams service_params(std::shared_ptr<SimulationLogs> logs, Duration grace)
 {
     SimulationServiceParams params;
+    params.reconnect_grace = grace;
+    params.new_token = [n = 0]() mutable { return "token" + std::to_string(++n); };
+    params.simulation_logs = std::move(logs);
     params.server = "host.org";
     params.ssl = false;
     params.port_rewrite = false;
@@ -60,11 +64,11 @@ ProjectFetcherParams fetcher_params()
 /// A whole simulation server on fakes. At its end nothing may be left: no process, port, directory, task or timer.
 struct Fixture
 {
-    Fixture() :
-        processes(world.clock), source(world.clock),
+    explicit Fixture(Duration grace = {}) :
+        processes(world.clock), source(world.clock), logs(std::make_shared<testing::RecordingSimulationLogs>(world.clock)),
         fetcher(fetcher_params(), {Forge("https://github.com", source)}, log.logger()),
         launcher(launcher_params(), processes, world.clock, log.logger()),
-        service(service_params(), fetcher, launcher, metrics, world.clock, log.logger()), tasks(world.executor())
+        service(service_params(logs, grace), fetcher, launcher, metrics, world.clock, log.logger()), tasks(world.executor())
     {
         source.add("o/r", "a.wbt");
         tasks.spawn(run(service));
@@ -80,6 +84,7 @@ struct Fixture
         BOOST_TEST(processes.held() == 0u);
         BOOST_TEST(launcher.running() == 0u);
         BOOST_TEST(source.directories().empty());
+        BOOST_TEST(logs->open_logs == 0);
         BOOST_TEST(service.sessions() == 0u);
         BOOST_TEST(world.clock.pending() == 0u);
     }
@@ -102,6 +107,15 @@ struct Fixture
         return browser;
     }
 
+    /// A browser that opens its conversation with `message`.
+    testing::LoopbackChannel& reconnect(std::string const& token) { return start(R"({"reconnect":")" + token + R"("})"); }
+
+    void lose(testing::LoopbackChannel& browser)
+    {
+        browser.browser_is_lost();
+        world.settle();
+    }
+
     void leave(testing::LoopbackChannel& browser)
     {
         browser.browser_leaves();
@@ -112,6 +126,7 @@ struct Fixture
     testing::RecordingLog log;
     testing::ScriptedProcesses processes;
     testing::MemoryProjectSource source;
+    std::shared_ptr<testing::RecordingSimulationLogs> logs;
     testing::FixedMetrics metrics;
     ProjectFetcher fetcher;
     SimulationLauncher launcher;
@@ -149,6 +164,18 @@ BOOST_AUTO_TEST_CASE(the_happy_path_is_two_frames_and_then_heartbeats)
     BOOST_TEST(fixture.log.contains("Webots world is loaded, ready to receive connections"));
     BOOST_TEST(fixture.log.contains("[1] Webots [1001] was killed"));
     BOOST_TEST(fixture.log.contains("[1] Client disconnected"));
+}
+
+BOOST_AUTO_TEST_CASE(what_a_simulator_prints_is_kept_in_a_log_of_its_own_but_for_heartbeats)
+{
+    Fixture fixture;
+    fixture.processes.expect().prints("loading\n.\n.\nreal-time\nlast words").exits(1);
+    auto& browser = fixture.start();
+    BOOST_TEST(fixture.logs->lines[1] == (Texts{"Output of https://github.com/o/r/blob/main/worlds/a.wbt", "loading",
+                                                "real-time", "last words"}),
+               boost::test_tools::per_element());
+    BOOST_TEST(fixture.log.contains("[1] What Webots prints is in 1.log"));
+    BOOST_TEST(browser.close_code.has_value());
 }
 
 BOOST_AUTO_TEST_CASE(the_browser_may_leave_at_any_moment_and_nothing_stays)
@@ -339,6 +366,7 @@ BOOST_AUTO_TEST_CASE(the_monitor_lists_what_runs)
     auto const page = std::get<HttpResponse>(fixture.service.respond(request)).body;
     BOOST_TEST(page.find("data-label=\"CPU\">50.0%</td>") != std::string::npos);
     BOOST_TEST(page.find("data-label=\"memory\">12.3 MB</td>") != std::string::npos);
+    BOOST_TEST(page.find("data-label=\"log\">1.log</td>") != std::string::npos);
     BOOST_TEST(page.find("https://github.com/o/r/blob/main/worlds/a.wbt") != std::string::npos);
     BOOST_TEST(page.find("<td data-label=\"state\">running</td>") != std::string::npos);
     fixture.leave(browser);
@@ -360,7 +388,7 @@ BOOST_AUTO_TEST_CASE(who_watches_the_monitor_gets_everything_once_and_then_a_poi
     fixture.world.advance(2s);
     BOOST_TEST(watcher.sent.size() == 3u);
     BOOST_TEST(watcher.sent[2].find("\"series\"") == std::string::npos);
-    BOOST_TEST(watcher.sent[2].find("\"state\":\"idle\",\"age\":2,\"process\":1001,\"cpu\":150,\"memory\":1}") !=
+    BOOST_TEST(watcher.sent[2].find("\"state\":\"idle\",\"age\":2,\"log\":\"1.log\",\"process\":1001,\"cpu\":150,\"memory\":1}") !=
                std::string::npos, watcher.sent[2]);
     BOOST_TEST(fixture.service.sessions() == 1u); // a watcher is none
     fixture.leave(browser);
@@ -420,6 +448,177 @@ BOOST_AUTO_TEST_CASE(a_drained_server_takes_nothing_new_and_ends_with_its_last_s
     fixture.leave(running);
     fixture.world.advance(1s);
     BOOST_TEST(fixture.tasks.size() == 0u);
+}
+
+// Protocol section 4.1.1, item 1.
+BOOST_AUTO_TEST_CASE(reset_controller_puts_a_file_of_the_project_back_and_says_so)
+{
+    Fixture fixture;
+    fixture.source.files = {"controllers/walk/walk.py"};
+    fixture.processes.expect().prints(".\n");
+    auto& browser = fixture.start();
+    browser.browser_says(R"({"reset controller":"walk/walk.py"})");
+    fixture.world.settle();
+    BOOST_TEST(browser.sent.back() == "reset controller: walk/walk.py");
+    BOOST_TEST(fixture.source.restored == (Texts{"/instances/1/project/controllers/walk/walk.py"}),
+               boost::test_tools::per_element());
+    browser.browser_says(R"({"reset controller":"walk/run.py"})");
+    fixture.world.settle();
+    BOOST_TEST(browser.sent.back() == "loading: Error: The project has no file controllers/walk/run.py.");
+    browser.browser_says(R"({"reset controller":"walk/../../worlds/a.wbt"})");
+    fixture.world.settle();
+    BOOST_TEST(browser.sent.back().starts_with("loading: Error: Wrong message: "));
+    BOOST_TEST(fixture.source.restored.size() == 1u);
+    BOOST_TEST(!browser.close_code.has_value()); // the simulation goes on
+    fixture.leave(browser);
+}
+
+BOOST_AUTO_TEST_CASE(without_a_project_there_is_no_controller_to_reset)
+{
+    Fixture fixture;
+    fixture.source.delay = 5s;
+    auto& idle = fixture.start(R"({"reset controller":"walk/walk.py"})");
+    BOOST_TEST(idle.sent.back() == "loading: Error: No simulation was started: there is no controller to reset.");
+    auto& early = fixture.start();
+    early.browser_says(R"({"reset controller":"walk/walk.py"})");
+    fixture.world.settle();
+    BOOST_TEST(early.sent.back().starts_with("loading: Error: The project is still being fetched"));
+    fixture.leave(early);
+    fixture.leave(idle);
+}
+
+BOOST_AUTO_TEST_CASE(without_a_grace_no_token_is_given_and_a_lost_browser_ends_its_simulation)
+{
+    Fixture fixture;
+    fixture.processes.expect().prints(".\n");
+    auto& browser = fixture.start();
+    BOOST_TEST(!browser.was_told("reconnectToken:"));
+    fixture.lose(browser);
+    BOOST_TEST(fixture.service.sessions() == 0u);
+}
+
+BOOST_AUTO_TEST_CASE(a_lost_browser_returns_within_the_grace_and_finds_its_simulation)
+{
+    Fixture fixture(30s);
+    fixture.processes.expect().prints(".\n").after(100s).prints(".\n");
+    auto& browser = fixture.start();
+    BOOST_TEST(browser.sent == (Texts{"shutdownTimeout: 600", "webots:ws://host.org:2001", "reconnectToken: token1"}),
+               boost::test_tools::per_element());
+    fixture.world.advance(50s);
+    fixture.lose(browser);
+    fixture.world.advance(29s);
+    BOOST_TEST(fixture.service.sessions() == 1u);
+    auto& back = fixture.reconnect("token1");
+    BOOST_TEST(back.sent == (Texts{"shutdownTimeout: 521", "webots:ws://host.org:2001", "reconnectToken: token1"}),
+               boost::test_tools::per_element());
+    BOOST_TEST(fixture.browsings.size() == 1u); // the old conversation is over
+    fixture.world.advance(60s);
+    BOOST_TEST(back.sent.back() == ".");
+    fixture.lose(back); // and again
+    fixture.world.advance(29s);
+    auto& again = fixture.reconnect("token1");
+    BOOST_TEST(again.was_told("webots:"));
+    fixture.leave(again);
+    BOOST_TEST(fixture.service.sessions() == 0u);
+    BOOST_TEST(fixture.processes.started().size() == 1u);
+}
+
+BOOST_AUTO_TEST_CASE(after_the_grace_the_simulation_is_ended_and_the_token_worthless)
+{
+    Fixture fixture(30s);
+    fixture.processes.expect().prints(".\n");
+    fixture.lose(fixture.start());
+    fixture.world.advance(30s);
+    BOOST_TEST(fixture.processes.alive() == 0);
+    BOOST_TEST(fixture.service.sessions() == 0u);
+    auto& late = fixture.reconnect("token1");
+    BOOST_TEST(late.sent.back() == "loading: Error: This simulation has ended. Please start it again.");
+    BOOST_TEST(fixture.browsings.size() == 0u);
+}
+
+BOOST_AUTO_TEST_CASE(a_browser_that_closes_is_believed_and_one_that_is_lost_before_ready_has_nothing_to_return_to)
+{
+    Fixture fixture(30s);
+    fixture.processes.expect().prints(".\n");
+    fixture.processes.expect().prints("loading\n");
+    fixture.leave(fixture.start());
+    BOOST_TEST(fixture.service.sessions() == 0u);
+    fixture.lose(fixture.start());
+    BOOST_TEST(fixture.service.sessions() == 0u);
+}
+
+BOOST_AUTO_TEST_CASE(a_return_over_a_connection_that_only_the_browser_knows_to_be_dead_takes_over)
+{
+    Fixture fixture(30s);
+    fixture.processes.expect().prints(".\n");
+    auto& dead = fixture.start();
+    auto& back = fixture.reconnect("token1");
+    BOOST_TEST(back.was_told("webots:"));
+    BOOST_TEST(dead.close_code.has_value());
+    fixture.leave(back);
+}
+
+BOOST_AUTO_TEST_CASE(of_two_returns_at_once_one_gets_the_simulation)
+{
+    Fixture fixture(30s);
+    fixture.processes.expect().prints(".\n");
+    fixture.lose(fixture.start());
+    auto& first = fixture.connect();
+    auto& second = fixture.connect();
+    first.browser_says(R"({"reconnect":"token1"})");
+    second.browser_says(R"({"reconnect":"token1"})");
+    fixture.world.settle();
+    BOOST_TEST(first.was_told("webots:"));
+    BOOST_TEST(second.was_told("loading: Error: This simulation has ended."));
+    BOOST_TEST(fixture.service.sessions() == 1u);
+    fixture.leave(first);
+}
+
+BOOST_AUTO_TEST_CASE(wrong_tokens_find_nothing)
+{
+    Fixture fixture(30s);
+    fixture.processes.expect().prints(".\n");
+    auto& browser = fixture.start();
+    for (auto const* token : {"", "token", "token11", "TOKEN1"}) {
+        auto& stranger = fixture.reconnect(token);
+        BOOST_TEST(stranger.was_told("loading: Error: This simulation has ended."), token);
+    }
+    fixture.leave(browser);
+}
+
+BOOST_AUTO_TEST_CASE(a_simulation_that_ends_while_nobody_watches_is_cleaned_up_at_once)
+{
+    Fixture fixture(300s);
+    fixture.processes.expect().prints(".\n").after(20s).crashes(SIGSEGV);
+    fixture.lose(fixture.start());
+    fixture.world.advance(20s);
+    BOOST_TEST(fixture.service.sessions() == 0u);
+    BOOST_TEST(fixture.log.contains("Webots has quit unexpectedly: it was ended by signal 11."));
+}
+
+BOOST_AUTO_TEST_CASE(a_server_that_stops_waits_for_no_browser)
+{
+    Fixture fixture(300s);
+    fixture.processes.expect().prints(".\n");
+    fixture.lose(fixture.start());
+    BOOST_TEST(fixture.service.sessions() == 1u);
+    fixture.tasks.cancel_all();
+    fixture.world.settle();
+    BOOST_TEST(fixture.service.sessions() == 0u);
+}
+
+BOOST_AUTO_TEST_CASE(the_browser_may_be_lost_and_return_at_any_moment_and_nothing_stays)
+{
+    for (int seconds = 0; seconds < 14; ++seconds) {
+        Fixture fixture(2s);
+        fixture.processes.expect().stubborn().after(3s).prints(".\n").after(4s).prints("real-time\n").after(3s).exits(1);
+        auto& browser = fixture.start();
+        fixture.world.advance(std::chrono::seconds(seconds));
+        fixture.lose(browser);
+        fixture.world.advance(1s);
+        fixture.lose(fixture.reconnect("token1"));
+        fixture.world.advance(5s);
+    }
 }
 
 // Every call of a seam fails in turn: exactly one error reaches the browser, and the fixture checks that nothing is left.

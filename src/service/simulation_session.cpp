@@ -1,0 +1,405 @@
+#include "simulation_session.hpp"
+
+#include "../async/cancellation.hpp"
+#include "../core/text.hpp"
+
+#include <boost/asio/experimental/awaitable_operators.hpp>
+#include <boost/asio/this_coro.hpp>
+
+namespace webots_cloud {
+namespace asio = boost::asio;
+
+using core::concat;
+
+namespace {
+
+using namespace asio::experimental::awaitable_operators;
+
+constexpr auto progress_interval = std::chrono::milliseconds(500);
+
+std::string_view name_of(SimulationSession::State state)
+{
+    switch (state) {
+    case SimulationSession::State::fetching:
+        return "fetching the project";
+    case SimulationSession::State::launching:
+        return "loading the world";
+    case SimulationSession::State::idle:
+        return "idle";
+    case SimulationSession::State::running:
+        return "running";
+    }
+    return {};
+}
+
+std::string progress_text(FetchProgress const& progress)
+{
+    auto const total = progress.objects_total.load();
+    auto const received = progress.objects_received.load();
+    auto const tenths = progress.bytes_received.load() / 100'000;
+    auto const megabytes = concat(std::to_string(tenths / 10), ".", std::to_string(tenths % 10), " MB");
+    if (total == 0)
+        return concat("Receiving objects (", megabytes, ")");
+    return concat("Receiving objects ", std::to_string(std::uint64_t{100} * received / total), "% (",
+                  megabytes, ")");
+}
+
+/// Stands for the browser while none is there.
+class Nobody final : public Channel
+{
+public:
+    result<> send(std::string) override { return Failure(errc::closed); }
+    asio::awaitable<result<std::string>> receive() override { co_return Failure(errc::closed); }
+    void close(std::uint16_t, std::string) override {}
+};
+
+} // namespace
+
+SimulationSession::SimulationSession(SessionSurroundings& surroundings, asio::any_io_executor const& executor,
+                                     std::uint64_t id, core::SimulationRequest request)
+    : surroundings_(surroundings), id_(id), request_(std::move(request)), since_(surroundings.clock.now()),
+      stage_began_(since_), something_changed_(executor), released_(executor)
+{}
+
+std::string SimulationSession::name() const
+{
+    return concat("[", std::to_string(id_), "] ");
+}
+
+void SimulationSession::look_at_processes()
+{
+    if (!simulation_ || ended_)
+        return;
+    auto const now = surroundings_.clock.now();
+    auto const used = simulation_->usage();
+    cpu_ = core::process_cpu_percent(used_.processor, used.processor, now - looked_);
+    used_ = used;
+    looked_ = now;
+}
+
+core::SimulationRow SimulationSession::row() const
+{
+    core::SimulationRow row;
+    row.id = id_;
+    row.world = core::short_world(core::world_of(request_));
+    row.state = waiting_ ? "waiting for its browser" : name_of(state_);
+    row.age = surroundings_.clock.now() - since_;
+    if (output_)
+        row.log = output_->name();
+    if (simulation_) {
+        row.process = simulation_->process_id();
+        row.cpu = cpu_;
+        if (cpu_)
+            row.memory = static_cast<double>(used_.memory_bytes) / 1e6;
+    }
+    return row;
+}
+
+asio::awaitable<void> SimulationSession::run(Channel& channel)
+{
+    // Whichever ends first ends the others: the browser's departure, the simulation, or another browser that
+    // takes over.
+    co_await (host(channel) || watch(channel) || await_successor());
+    co_await part(channel);
+}
+
+asio::awaitable<void> SimulationSession::resume(Channel& channel)
+{
+    lost_ = false;
+    auto const left = std::chrono::duration_cast<std::chrono::seconds>(ends_at_ - surroundings_.clock.now());
+    (void)channel.send(core::shutdown_timeout_message(left.count()));
+    announce(channel);
+    co_await (relay(channel) || watch(channel) || await_successor());
+    co_await part(channel);
+}
+
+bool SimulationSession::can_be_taken_over() const noexcept
+{
+    return !token_.empty() && !ended_ && !over_ && !wanted_;
+}
+
+bool SimulationSession::waits_for_its_browser() const noexcept
+{
+    return can_be_taken_over() && lost_ && !surroundings_.stopping;
+}
+
+asio::awaitable<bool> SimulationSession::take_over()
+{
+    if (!can_be_taken_over())
+        co_return false;
+    wanted_ = true;
+    something_changed_.notify();
+    (void)co_await released_.wait();
+    co_return !over_;
+}
+
+void SimulationSession::stop_waiting()
+{
+    something_changed_.notify();
+}
+
+/// Ends when another conversation takes over, or when nobody is waited for any more.
+asio::awaitable<void> SimulationSession::await_successor()
+{
+    co_await asio::this_coro::throw_if_cancelled(false);
+    for (;;) {
+        bool const cancelled = co_await async::is_cancelled();
+        if (cancelled || wanted_ || (waiting_ && surroundings_.stopping))
+            co_return;
+        (void)co_await something_changed_.wait();
+    }
+}
+
+/// The browser has gone, or the simulation has ended: waits for a lost browser, and cleans up unless one took
+/// over.
+asio::awaitable<void> SimulationSession::part(Channel& channel)
+{
+    channel.close(); // what was said is still delivered; the browser need not wait for the cleaning up
+    if (waits_for_its_browser())
+        co_await await_return();
+    over_ = ended_ || !wanted_;
+    if (wanted_)
+        released_.notify();
+    wanted_ = false;
+    if (!over_)
+        co_return;
+    if (!start_over_)
+        surroundings_.starts.abandoned();
+    co_await clean_up();
+}
+
+asio::awaitable<void> SimulationSession::await_return()
+{
+    auto const grace = surroundings_.reconnect_grace;
+    surroundings_.log.info(concat(name(), "The connection to the browser was lost; it may return for ",
+                                  core::python_float(std::chrono::duration<double>(grace).count()), " s"));
+    Nobody nobody;
+    waiting_ = true;
+    auto& clock = surroundings_.clock;
+    co_await (relay(nobody) || await_successor() || clock.wait_until(clock.now() + grace));
+    waiting_ = false;
+}
+
+/// Everything that a browser may still say while its simulation lives. Ends when the browser has gone.
+asio::awaitable<void> SimulationSession::watch(Channel& channel)
+{
+    co_await asio::this_coro::throw_if_cancelled(false);
+    for (;;) {
+        bool const cancelled = co_await async::is_cancelled();
+        if (cancelled)
+            co_return;
+        auto const text = co_await channel.receive();
+        if (!text) {
+            lost_ = text.error() == errc::unreachable;
+            co_return;
+        }
+        auto const message = core::parse_client_message(*text);
+        if (auto const* reset = std::get_if<core::ResetControllerMessage>(&message))
+            co_await reset_controller(reset->file, channel);
+        else if (auto const* malformed = std::get_if<core::MalformedMessage>(&message))
+            (void)channel.send(core::error_message(concat("Wrong message: ", malformed->reason, ".")));
+        else if (!std::holds_alternative<core::UnknownMessage>(message))
+            (void)channel.send(
+                core::error_message("This connection has started a simulation already: open another one."));
+    }
+}
+
+asio::awaitable<void> SimulationSession::reset_controller(std::string file, Channel& channel)
+{
+    if (!project_) {
+        (void)channel.send(
+            core::error_message("The project is still being fetched: there is no controller to reset."));
+        co_return;
+    }
+    auto const restored = co_await surroundings_.fetcher.restore(*project_, concat("controllers/", file));
+    if (restored)
+        (void)channel.send(core::reset_controller_message(file));
+    else
+        tell(channel, restored.error().message());
+}
+
+void SimulationSession::tell(Channel& channel, std::string_view error)
+{
+    surroundings_.log.error(concat(name(), core::printable(error)));
+    (void)channel.send(core::error_message(error));
+}
+
+/// The start has failed.
+void SimulationSession::refuse(Channel& channel, Failure const& failure)
+{
+    start_over_ = true;
+    surroundings_.starts.failed(failure);
+    tell(channel, failure.message());
+}
+
+/// The start has come through a stage.
+void SimulationSession::pass(core::StartStage stage)
+{
+    auto const now = surroundings_.clock.now();
+    surroundings_.starts.passed(stage, now - stage_began_);
+    stage_began_ = now;
+    start_over_ = stage == core::StartStage::ready;
+}
+
+/// Fetch, launch, relay. Cancelled when the browser has gone; cleaning up is the caller's.
+asio::awaitable<void> SimulationSession::host(Channel& channel)
+{
+    co_await asio::this_coro::throw_if_cancelled(false);
+    auto const& start = std::get<core::StartMessage>(request_);
+    surroundings_.log.info(concat(name(), "Starting simulation from ", core::printable(start.url)));
+    auto const fetched = co_await fetch(start, channel);
+    if (!fetched) {
+        if (fetched.error().code() != asio::error::operation_aborted)
+            refuse(channel, fetched.error());
+        co_return;
+    }
+    auto const launched = co_await launch(start.mode, channel);
+    if (!launched) {
+        refuse(channel, launched.error());
+        co_return;
+    }
+    bool const cancelled = co_await async::is_cancelled(); // a start can't be cancelled halfway: look now
+    if (!cancelled)
+        co_await relay(channel);
+}
+
+/// Whether this machine takes the simulation.
+result<> SimulationSession::admission(std::string_view url) const
+{
+    if (surroundings_.draining)
+        return Failure(errc::refused,
+                       "This simulation server is about to stop. Please start again on another one.");
+    if (auto const refused = core::refusal(surroundings_.policy, url, surroundings_.load))
+        return Failure(errc::refused, *refused);
+    return {};
+}
+
+asio::awaitable<result<>> SimulationSession::fetch(core::StartMessage const& start, Channel& channel)
+{
+    auto const ref = surroundings_.fetcher.parse(start.url);
+    if (!ref)
+        co_return ref.error();
+    auto const admitted = admission(start.url);
+    if (!admitted)
+        co_return admitted.error();
+    auto progress = std::make_shared<FetchProgress>();
+    auto outcome = co_await (surroundings_.fetcher.fetch(*ref, progress) || show_progress(progress, channel));
+    if (outcome.index() == 1)
+        co_return std::get<1>(outcome).error();
+    auto& project = std::get<0>(outcome);
+    if (!project)
+        co_return project.error();
+    project_ = std::move(*project);
+    pass(core::StartStage::fetch);
+    co_return result<>();
+}
+
+/// Tells the browser how far the fetch is, while there is something new. Ends only when cancelled.
+asio::awaitable<result<>> SimulationSession::show_progress(std::shared_ptr<FetchProgress const> progress,
+                                                           Channel& channel)
+{
+    auto& clock = surroundings_.clock;
+    std::string last;
+    for (;;) {
+        auto const waited = co_await clock.wait_until(clock.now() + progress_interval);
+        if (!waited)
+            co_return waited;
+        auto text = progress_text(*progress);
+        if (text != last)
+            (void)channel.send(core::loading_message(text));
+        last = std::move(text);
+    }
+}
+
+/// Has what the simulator prints kept for the operator.
+void SimulationSession::open_output(LaunchSpec& spec)
+{
+    if (!surroundings_.simulation_logs)
+        return;
+    output_ = surroundings_.simulation_logs->open(id_);
+    output_->write(concat("Output of ", core::world_of(request_)));
+    surroundings_.log.info(concat(name(), "What Webots prints is in ", output_->name()));
+    spec.output = [log = output_.get()](std::string_view line) { log->write(line); };
+}
+
+asio::awaitable<result<>> SimulationSession::launch(std::string mode, Channel& channel)
+{
+    state_ = State::launching;
+    LaunchSpec spec;
+    spec.world = project_->world;
+    spec.world_header = project_->world_header;
+    spec.mode = std::move(mode);
+    spec.label = std::to_string(id_);
+    open_output(spec);
+    auto simulation = co_await surroundings_.launcher.launch(std::move(spec));
+    if (!simulation)
+        co_return simulation.error();
+    simulation_ = std::move(*simulation);
+    looked_ = surroundings_.clock.now();
+    ends_at_ = looked_ + surroundings_.launcher.params().timeout;
+    pass(core::StartStage::launch);
+    auto const timeout = surroundings_.launcher.params().timeout;
+    (void)channel.send(
+        core::shutdown_timeout_message(std::chrono::duration_cast<std::chrono::seconds>(timeout).count()));
+    co_return result<>();
+}
+
+/// The simulation is ready: where it is, and how a lost browser returns to it.
+void SimulationSession::announce(Channel& channel)
+{
+    (void)channel.send(core::webots_message(surroundings_.address, port_));
+    if (!token_.empty())
+        (void)channel.send(core::reconnect_token_message(token_));
+}
+
+asio::awaitable<void> SimulationSession::relay(Channel& channel)
+{
+    co_await asio::this_coro::throw_if_cancelled(false);
+    for (;;) {
+        auto const event = co_await simulation_->next_event();
+        if (!event)
+            co_return;
+        if (auto const* ready = std::get_if<SimulationReady>(&*event)) {
+            state_ = State::idle;
+            pass(core::StartStage::ready);
+            surroundings_.log.info(concat(name(), "Webots world is loaded, ready to receive connections"));
+            port_ = ready->port;
+            if (surroundings_.reconnect_grace > Duration::zero())
+                token_ = surroundings_.new_token();
+            announce(channel);
+        } else if (std::holds_alternative<SimulationHeartbeat>(*event)) {
+            (void)channel.send(".");
+        } else if (auto const* activity = std::get_if<SimulationActivity>(&*event)) {
+            state_ = activity->running ? State::running : State::idle;
+        } else {
+            ended_ = true;
+            auto const& ended = std::get<SimulationEnded>(*event);
+            if (ended.was_ready)
+                tell(channel, ended.reason);
+            else
+                refuse(channel, Failure(errc::start_failed, ended.reason));
+            co_return;
+        }
+    }
+}
+
+asio::awaitable<void> SimulationSession::clean_up()
+{
+    if (simulation_) {
+        auto const process = concat("Webots [", std::to_string(simulation_->process_id()), "] ");
+        surroundings_.log.info(concat(name(), process, ended_ ? "exited" : "was killed"));
+        simulation_->terminate();
+        while (!ended_) {
+            auto const event = co_await simulation_->next_event();
+            ended_ = !event || std::holds_alternative<SimulationEnded>(*event);
+        }
+        simulation_.reset();
+    }
+    output_.reset();
+    if (project_) {
+        auto project = std::move(*project_);
+        co_await surroundings_.fetcher.discard(std::move(project));
+    }
+}
+
+} // namespace webots_cloud

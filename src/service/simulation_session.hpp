@@ -1,0 +1,150 @@
+// The life of one browser on /client: from its `start` to the last cleaned-up byte.
+#pragma once
+
+#include "../async/wakeup.hpp"
+#include "../core/client_protocol.hpp"
+#include "../core/repository_policy.hpp"
+#include "../core/simulation_board.hpp"
+#include "../core/start_figures.hpp"
+
+#include <webots_cloud/project_fetcher.hpp>
+#include <webots_cloud/simulation_launcher.hpp>
+#include <webots_cloud/transport/clock.hpp>
+#include <webots_cloud/transport/endpoint.hpp>
+#include <webots_cloud/transport/logger.hpp>
+#include <webots_cloud/transport/simulation_logs.hpp>
+
+#include <boost/asio/awaitable.hpp>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace webots_cloud {
+
+/// What the sessions of a server share: the parts that they work with, and what decides over their starts.
+struct SessionSurroundings
+{
+    SessionSurroundings(ProjectFetcher& projects, SimulationLauncher& simulators, Clock& time, Logger logger)
+        : fetcher(projects), launcher(simulators), clock(time), log(std::move(logger))
+    {}
+
+    ProjectFetcher& fetcher;
+    SimulationLauncher& launcher;
+    Clock& clock;
+    Logger log;
+    std::shared_ptr<SimulationLogs> simulation_logs; ///< Null: what simulators print is not kept.
+    core::PublicAddress address;
+    core::RepositoryPolicy policy;
+    Duration reconnect_grace{}; ///< How long a simulation waits for a browser that lost its connection.
+    std::function<std::string()> new_token; ///< Makes words that nobody guesses; there unless the grace is 0.
+    bool stopping = false;                  ///< The server ends: nobody is waited for.
+    double load = 0;                        ///< Of this machine at the last look, in percent.
+    bool draining = false;                  ///< No new simulation is taken.
+    core::StartFigures starts;
+};
+
+/// What one browser has. A conversation at a time owns it: the one that began it, or the last one that took
+/// it over.
+///
+/// Lifetime: the surroundings must outlive it.   Thread-safety: one executor.
+class SimulationSession
+{
+public:
+    enum class State
+    {
+        fetching,
+        launching,
+        idle,
+        running
+    };
+
+    SimulationSession(SessionSurroundings& surroundings, boost::asio::any_io_executor const& executor,
+                      std::uint64_t id, core::SimulationRequest request);
+
+    /// Fetches, launches and relays until the browser leaves or the simulation ends, then cleans up. Once
+    /// only.
+    ///
+    /// With a grace, a browser that was lost is waited for; then it ends without cleaning up when another
+    /// conversation takes over.   Not cancellable: the browser's leave ends it.
+    boost::asio::awaitable<void> run(Channel& channel);
+
+    /// Takes the session from the conversation that has it; false when there is nothing to return to. Then
+    /// `resume` it.
+    boost::asio::awaitable<bool> take_over();
+
+    /// Goes on as `run` does, from the running simulation.
+    boost::asio::awaitable<void> resume(Channel& channel);
+
+    /// Waits for no browser any more: the server stops.
+    void stop_waiting();
+
+    /// Cleaned up: nothing is left.
+    bool is_over() const noexcept { return over_; }
+
+    /// By which a browser that was lost returns; empty: by none.
+    std::string const& token() const noexcept { return token_; }
+
+    std::uint64_t id() const noexcept { return id_; }
+
+    State state() const noexcept { return state_; }
+    bool is_starting() const noexcept { return state_ == State::fetching || state_ == State::launching; }
+
+    /// Takes a look at what the simulator consumes. Costs some small reads per process.
+    void look_at_processes();
+
+    core::SimulationRow row() const;
+
+private:
+    boost::asio::awaitable<void> host(Channel& channel);
+    boost::asio::awaitable<void> watch(Channel& channel);
+    boost::asio::awaitable<result<>> fetch(core::StartMessage const& start, Channel& channel);
+    boost::asio::awaitable<result<>> launch(std::string mode, Channel& channel);
+    boost::asio::awaitable<result<>> show_progress(std::shared_ptr<FetchProgress const> progress,
+                                                   Channel& channel);
+    boost::asio::awaitable<void> relay(Channel& channel);
+    boost::asio::awaitable<void> await_successor();
+    boost::asio::awaitable<void> part(Channel& channel);
+    boost::asio::awaitable<void> await_return();
+    boost::asio::awaitable<void> clean_up();
+    boost::asio::awaitable<void> reset_controller(std::string file, Channel& channel);
+    bool can_be_taken_over() const noexcept;
+    bool waits_for_its_browser() const noexcept;
+    void announce(Channel& channel);
+    result<> admission(std::string_view url) const;
+    void open_output(LaunchSpec& spec);
+    void refuse(Channel& channel, Failure const& failure);
+    void tell(Channel& channel, std::string_view error);
+    void pass(core::StartStage stage);
+    std::string name() const;
+
+    SessionSurroundings& surroundings_;
+    std::uint64_t id_;
+    core::SimulationRequest request_;
+    State state_ = State::fetching;
+    TimePoint since_;
+    TimePoint stage_began_;
+    bool start_over_ = false; ///< It got ready, or it failed.
+    std::optional<Project> project_;
+    std::unique_ptr<SimulationLog> output_; ///< Outlives the simulation, which writes to it.
+    std::unique_ptr<Simulation> simulation_;
+    TimePoint ends_at_;      ///< The simulation's time limit.
+    std::uint16_t port_ = 0; ///< Where the simulator listens, once it does.
+    bool ended_ = false;     ///< The simulation has reported its end.
+
+    std::string token_;
+    bool lost_ = false;    ///< The browser went without a word.
+    bool waiting_ = false; ///< For the browser to return.
+    bool wanted_ = false;  ///< By a conversation that takes over.
+    bool over_ = false;
+    async::Wakeup something_changed_; ///< `wanted_`, or the server stops.
+    async::Wakeup released_;          ///< Answers `wanted_`.
+
+    ProcessUsage used_;         ///< At the last look.
+    TimePoint looked_;          ///< When that was; at first when the simulator was started.
+    std::optional<double> cpu_; ///< Percent of one processor, between the last two looks.
+};
+
+} // namespace webots_cloud

@@ -1,0 +1,94 @@
+#!/usr/bin/python3
+"""One log per simulation, in files: what it holds, how large it gets, when it goes. Protocol section 9.1."""
+
+import os
+import sys
+import time
+import unittest
+
+sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
+from support.browser_client import Browser, server  # noqa: E402
+from support.servers import main, wait_until  # noqa: E402
+
+DAY = 86400
+
+
+def folder(simulation):
+    return os.path.join(simulation.folder, "log", "simulation", "simulations")
+
+
+def logs(simulation):
+    return sorted(os.listdir(folder(simulation))) if os.path.isdir(folder(simulation)) else []
+
+
+def text_of(simulation, name):
+    with open(os.path.join(folder(simulation), name), "rb") as file:
+        return file.read()
+
+
+class SimulationLogs(unittest.IsolatedAsyncioTestCase):
+    async def test_each_simulation_has_a_file_that_the_main_log_and_the_monitor_name(self):
+        with server() as simulation:
+            for _ in range(2):
+                async with Browser(simulation) as browser:
+                    await browser.start()
+                    await browser.hear("webots:")
+                    last = logs(simulation)[-1]
+                    self.assertIn(last, simulation.get("/monitor"))
+                    self.assertIn(f"What Webots prints is in {last}", simulation.log())
+                simulation.wait_until_clean()
+            self.assertEqual(len(logs(simulation)), 2)
+            for name in logs(simulation):
+                wait_until(lambda: b"demo simulator" in text_of(simulation, name), "nothing is in the log")
+                self.assertIn(b"  Output of local:/demo_projects/robots/", text_of(simulation, name))
+
+    async def test_a_flood_stays_small_and_ends_with_what_came_last(self):
+        with server(faults="flood") as simulation:
+            async with Browser(simulation) as browser:
+                await browser.start()
+                await browser.hear("webots:")
+                wait_until(lambda: len(text_of(simulation, logs(simulation)[0])) > 400_000, "the flood is not written")
+            simulation.wait_until_clean()
+            wait_until(lambda: b"lines are left out here]" in text_of(simulation, logs(simulation)[0]), "no end was written")
+            self.assertLess(len(text_of(simulation, logs(simulation)[0])), 600_000)
+
+    async def test_bytes_that_steer_terminals_are_made_harmless(self):
+        with server(faults="binary-lines") as simulation:
+            async with Browser(simulation) as browser:
+                await browser.start()
+                await browser.hear("webots:")
+            simulation.wait_until_clean()
+            wait_until(lambda: b"\\x1b" in text_of(simulation, logs(simulation)[0]), "the line is missing")
+            self.assertNotIn(b"\x1b", text_of(simulation, logs(simulation)[0]))
+
+    async def test_old_logs_go_at_the_start_and_nothing_else_does(self):
+        with server(simulationLogDays=2) as simulation:
+            simulation.stop()
+            os.makedirs(folder(simulation), exist_ok=True)
+            for name, age in (("2026-01-31_13-59-59_7.log", 3), ("2026-01-31_13-59-59_8.log", 1), ("notes.log", 300)):
+                path = os.path.join(folder(simulation), name)
+                with open(path, "w"):
+                    pass
+                os.utime(path, (time.time() - age * DAY,) * 2)
+            simulation.start()
+            wait_until(lambda: logs(simulation) == ["2026-01-31_13-59-59_8.log", "notes.log"], f"still there: {logs(simulation)}")
+
+    async def test_without_days_nothing_is_written(self):
+        with server(simulationLogDays=0) as simulation:
+            async with Browser(simulation) as browser:
+                await browser.start()
+                await browser.hear("webots:")
+            simulation.wait_until_clean()
+            self.assertEqual(logs(simulation), [])
+
+    async def test_a_folder_that_cannot_be_written_costs_a_line_and_no_simulation(self):
+        with server(logDir="/proc/nowhere", monitorLogEnabled=False) as simulation:
+            async with Browser(simulation) as browser:
+                await browser.start()
+                await browser.hear("webots:")
+            wait_until(lambda: "Simulation log /proc/nowhere/simulation/simulations/" in simulation.log(), "no complaint")
+            simulation.wait_until_clean()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,55 @@
+"""A browser as the simulation server sees it, and a server with the demo projects for it."""
+
+import asyncio
+import json
+import os
+
+from support.projects import EXAMPLES
+from support.servers import SimulationServer
+
+try:
+    import websockets
+except ImportError as error:
+    raise SystemExit(print(f"skipped: {error} (package python3-websockets)") or 77)
+
+WORLD = "local:/demo_projects/robots/blob/main/worlds/arena.wbt"
+LOCAL = {"forges": [{"url": "local:", "directory": os.path.dirname(os.path.abspath(EXAMPLES))}],
+         "allowedRepositories": ["local:/demo_projects"]}
+
+
+def server(**settings):
+    return SimulationServer(**{**LOCAL, **settings})
+
+
+class Browser:
+    """A client of /client that keeps what it was told."""
+
+    def __init__(self, simulation):
+        self.simulation = simulation
+        self.told = []
+
+    async def __aenter__(self):
+        self.socket = await websockets.connect(f"ws://{self.simulation.address}/client")
+        return self
+
+    async def __aexit__(self, *_):
+        await self.socket.close()
+
+    async def start(self, url=WORLD, mode="mjpeg"):
+        await self.socket.send(json.dumps({"start": {"url": url, "mode": mode}}))
+
+    async def hear(self, beginning):
+        """Waits for a message that begins so, and returns it."""
+        while True:
+            message = await asyncio.wait_for(self.socket.recv(), 30)
+            self.told.append(message)
+            if message.startswith(beginning):
+                return message
+
+    async def hear_all(self):
+        """Everything until the server closes; returns the close code."""
+        try:
+            while True:
+                self.told.append(await asyncio.wait_for(self.socket.recv(), 60))
+        except websockets.ConnectionClosed:
+            return self.socket.close_code
