@@ -13,10 +13,48 @@ constexpr std::array<char const*, 4> policies = {"least_reported", "power_of_two
                                                  "least_committed"};
 constexpr std::array<double, 7> ages = {0, 1, 2, 5, 10, 20, 50};
 
-void print_theory(Output& output, std::string const& what, double found, double wanted)
+/// A rule, and what it should reach by a source that does not know our code.
+struct Comparison
 {
-    print_row(output.tables, {what, decimals(found, 3), decimals(wanted, 3),
-                              decimals(100 * (found / wanted - 1), 1) + " %"});
+    std::string rule;
+    std::string label; ///< The same in few words.
+    double simulated = 0;
+    double theory = 0;
+};
+
+std::vector<Comparison> compare_with_theory()
+{
+    std::vector<Comparison> all;
+    QueueModel model;
+    model.arrivals = 10'000'000;
+    model.policy = "random";
+    all.push_back({"random", "random", mean_time_in_system(model), 10});
+    model.policy = "power_of_two";
+    all.push_back({"the shorter of two", "the shorter of two", mean_time_in_system(model), 2.614});
+    model.custom = best_of(3);
+    all.push_back({"the shortest of three", "the shortest of three", mean_time_in_system(model), 2.028});
+    model.custom = nullptr;
+    model.policy = "least_committed";
+    all.push_back({"least_committed against join-the-shortest-queue without our code", "least_committed",
+                   mean_time_in_system(model), shortest_queue_time(model)});
+    return all;
+}
+
+void draw_theory(Output& output, std::vector<Comparison> const& comparisons)
+{
+    Chart chart;
+    chart.title = "The simulator against theory: 100 servers, load 0.9, fresh reports";
+    chart.x_label = "rule";
+    chart.y_label = "mean time in system";
+    Series simulated{"simulated", {}};
+    Series theory{"theory", {}};
+    for (Comparison const& comparison : comparisons) {
+        chart.categories.push_back(comparison.label);
+        simulated.values.push_back(comparison.simulated);
+        theory.values.push_back(comparison.theory);
+    }
+    chart.series = {simulated, theory};
+    std::ofstream(*output.images / "theory.svg") << to_svg(chart);
 }
 
 } // namespace
@@ -26,19 +64,12 @@ void theory(Output& output)
     output.tables << "\n100 servers, arrivals 0.9 per server and service, fresh information, 10,000,000 "
                      "arrivals, seed 1:\n\n";
     print_heading(output.tables, {"rule", "simulated", "theory", "difference"});
-    QueueModel model;
-    model.arrivals = 10'000'000;
-    model.policy = "random";
-    print_theory(output, "random", mean_time_in_system(model), 10);
-    model.policy = "power_of_two";
-    print_theory(output, "the shorter of two", mean_time_in_system(model), 2.614);
-    model.custom = best_of(3);
-    print_theory(output, "the shortest of three", mean_time_in_system(model), 2.028);
-    model.custom = nullptr;
-    model.policy = "least_committed";
-    double const ours = mean_time_in_system(model);
-    print_theory(output, "least_committed against join-the-shortest-queue without our code", ours,
-                 shortest_queue_time(model));
+    std::vector<Comparison> const comparisons = compare_with_theory();
+    for (auto const& [rule, label, simulated, theory] : comparisons)
+        print_row(output.tables, {rule, decimals(simulated, 3), decimals(theory, 3),
+                                  decimals(100 * (simulated / theory - 1), 1) + " %"});
+    if (output.images)
+        draw_theory(output, comparisons);
 }
 
 void stale_reports(Output& output)
