@@ -5,6 +5,8 @@
 #include <boost/json/object.hpp>
 #include <boost/json/parse.hpp>
 
+#include <algorithm>
+
 namespace webots_cloud::core {
 namespace {
 
@@ -33,6 +35,17 @@ ClientMessage read_start(json::value const& value)
     return message;
 }
 
+ClientMessage read_init(json::value const& value)
+{
+    auto const* list = value.if_array();
+    if (!list || !std::all_of(list->begin(), list->end(), [](json::value const& element) { return element.is_string(); }))
+        return MalformedMessage{"\"init\" must be a list of strings"};
+    InitMessage message;
+    for (auto const& element : *list)
+        message.elements.emplace_back(element.get_string());
+    return message;
+}
+
 } // namespace
 
 ClientMessage parse_client_message(std::string_view text)
@@ -44,6 +57,8 @@ ClientMessage parse_client_message(std::string_view text)
     auto const* object = value.if_object();
     if (!object)
         return MalformedMessage{"a message must be a JSON object"};
+    if (auto const* init = object->if_contains("init"))
+        return read_init(*init);
     if (auto const* start = object->if_contains("start"))
         return read_start(*start);
     return UnknownMessage{};

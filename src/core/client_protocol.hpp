@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 #include <variant>
+#include <vector>
 
 namespace webots_cloud::core {
 
@@ -17,6 +18,16 @@ struct StartMessage
     std::string mode; ///< Empty when the browser named none.
 
     bool operator==(StartMessage const&) const = default;
+};
+
+/// `{"init":["<host>","<project>","<file>.wbt",...]}`: what browsers sent until 2021, and a website's page still does.
+struct InitMessage
+{
+    InitMessage() = default;
+
+    std::vector<std::string> elements; ///< As they came: see `parse_init`.
+
+    bool operator==(InitMessage const&) const = default;
 };
 
 /// An object that asks for nothing we know; silently ignored, as ever.
@@ -33,7 +44,7 @@ struct MalformedMessage
     bool operator==(MalformedMessage const&) const = default;
 };
 
-using ClientMessage = std::variant<StartMessage, UnknownMessage, MalformedMessage>;
+using ClientMessage = std::variant<StartMessage, InitMessage, UnknownMessage, MalformedMessage>;
 
 /// Reads any bytes.
 ClientMessage parse_client_message(std::string_view text);
