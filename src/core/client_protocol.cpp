@@ -32,7 +32,7 @@ ClientMessage read_start(json::value const& value)
             return MalformedMessage{"the \"mode\" of \"start\" must be a string"};
         message.mode = mode->get_string();
     }
-    return message;
+    return SimulationRequest(std::move(message));
 }
 
 ClientMessage read_init(json::value const& value)
@@ -62,6 +62,11 @@ ClientMessage parse_client_message(std::string_view text)
     if (auto const* start = object->if_contains("start"))
         return read_start(*start);
     return UnknownMessage{};
+}
+
+std::string const& world_of(SimulationRequest const& request) noexcept
+{
+    return std::get<StartMessage>(request).url;
 }
 
 std::string error_message(std::string_view text) { return concat("loading: Error: ", text); }

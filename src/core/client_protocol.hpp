@@ -44,10 +44,16 @@ struct MalformedMessage
     bool operator==(MalformedMessage const&) const = default;
 };
 
-using ClientMessage = std::variant<StartMessage, InitMessage, UnknownMessage, MalformedMessage>;
+/// Everything by which a browser can ask for a simulation.
+using SimulationRequest = std::variant<StartMessage>;
+
+using ClientMessage = std::variant<SimulationRequest, InitMessage, UnknownMessage, MalformedMessage>;
 
 /// Reads any bytes.
 ClientMessage parse_client_message(std::string_view text);
+
+/// Which world a request asks for, in the browser's words.
+std::string const& world_of(SimulationRequest const& request) noexcept;
 
 /// `loading: Error: <text>`
 std::string error_message(std::string_view text);

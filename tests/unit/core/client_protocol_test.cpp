@@ -4,16 +4,26 @@
 
 using namespace webots_cloud::core;
 
+namespace {
+
+StartMessage const& start_of(ClientMessage const& message)
+{
+    return std::get<StartMessage>(std::get<SimulationRequest>(message));
+}
+
+} // namespace
+
 // Protocol section 4.1.
 BOOST_AUTO_TEST_SUITE(client_protocol)
 
 BOOST_AUTO_TEST_CASE(the_shipped_clients_start_messages_are_understood)
 {
     auto const plain = parse_client_message(R"({"start":{"url":"https://github.com/o/r/blob/m/worlds/a.wbt"}})");
-    BOOST_TEST(std::get<StartMessage>(plain).url == "https://github.com/o/r/blob/m/worlds/a.wbt");
-    BOOST_TEST(std::get<StartMessage>(plain).mode == "");
+    BOOST_TEST(start_of(plain).url == "https://github.com/o/r/blob/m/worlds/a.wbt");
+    BOOST_TEST(start_of(plain).mode == "");
+    BOOST_TEST(world_of(std::get<SimulationRequest>(plain)) == "https://github.com/o/r/blob/m/worlds/a.wbt");
     auto const video = parse_client_message(R"({"start":{"url":"u","mode":"mjpeg"}})");
-    BOOST_TEST(std::get<StartMessage>(video).mode == "mjpeg");
+    BOOST_TEST(start_of(video).mode == "mjpeg");
 }
 
 BOOST_AUTO_TEST_CASE(init_messages_are_lists_of_strings)

@@ -1,0 +1,217 @@
+#include "operator_endpoints.hpp"
+
+#include "../core/http_pages.hpp"
+#include "../core/metrics_text.hpp"
+#include "../core/monitor_page.hpp"
+#include "../core/monitor_sample.hpp"
+#include "../core/text.hpp"
+
+#include <webots_cloud/version.hpp>
+
+#include <algorithm>
+#include <array>
+
+namespace webots_cloud {
+namespace {
+
+constexpr auto usage_interval = std::chrono::seconds(1);
+constexpr std::size_t usages_at_once = 25; // a millisecond or two: more would delay other browsers
+
+} // namespace
+
+OperatorEndpoints::OperatorEndpoints(SimulationServiceParams const& params, SessionSurroundings& surroundings,
+                                     SimulationSessions const& sessions, HostMetrics& metrics)
+    : params_(params), surroundings_(surroundings), sessions_(sessions), metrics_(metrics),
+      description_(metrics.description()), last_sample_(metrics.sample()), measured_(surroundings.clock.now())
+{}
+
+void OperatorEndpoints::measure(TimePoint due, std::size_t clients)
+{
+    auto const& clock = surroundings_.clock;
+    auto const now = clock.now();
+    event_loop_lag_ = now - due;
+    auto sample = metrics_.sample();
+    auto figures = core::machine_figures(last_sample_, sample, now - measured_);
+    measured_ = now;
+    last_sample_ = std::move(sample);
+    auto const formula = params_.strict_load ? core::LoadFormula::strict : core::LoadFormula::reference;
+    surroundings_.load = core::load_of(formula, figures.cpu, last_sample_);
+    average_.add(surroundings_.load);
+
+    figures.running = static_cast<int>(running());
+    figures.idle = static_cast<int>(clients - running());
+    board_.take(figures, average_.value(), now, clock.wall());
+    if (params_.monitor_log)
+        params_.monitor_log(core::monitor_csv_line(clock.wall(), figures));
+    if (feed_.empty())
+        return;
+    look_at_processes();
+    feed_.publish(board_.update(rows(), capacity()));
+}
+
+std::size_t OperatorEndpoints::running() const
+{
+    return static_cast<std::size_t>(std::count_if(sessions_.begin(), sessions_.end(), [](auto const& entry) {
+        return entry.second->state() == SimulationSession::State::running;
+    }));
+}
+
+/// Takes a look at what some simulators consume: those whose turn it is.
+void OperatorEndpoints::look_at_processes()
+{
+    looked_at_processes_ = surroundings_.clock.now();
+    auto next = sessions_.upper_bound(last_looked_at_);
+    for (std::size_t i = 0; i < std::min(usages_at_once, sessions_.size()); ++i, ++next) {
+        if (next == sessions_.end())
+            next = sessions_.begin();
+        last_looked_at_ = next->first;
+        next->second->look_at_processes();
+    }
+}
+
+std::vector<core::SimulationRow> OperatorEndpoints::rows() const
+{
+    std::vector<core::SimulationRow> rows;
+    for (auto const& [id, session] : sessions_)
+        rows.push_back(session->row());
+    return rows;
+}
+
+std::size_t OperatorEndpoints::capacity() const
+{
+    return static_cast<std::size_t>(surroundings_.launcher.params().most_simulations);
+}
+
+LoadReport OperatorEndpoints::report() const
+{
+    LoadReport report(average_.value());
+    report.sessions = static_cast<int>(sessions_.size());
+    report.starting = static_cast<int>(std::count_if(
+        sessions_.begin(), sessions_.end(), [](auto const& entry) { return entry.second->is_starting(); }));
+    report.capacity = surroundings_.launcher.params().most_simulations;
+    report.memory = last_sample_.memory_used;
+    report.draining = surroundings_.draining;
+    return report;
+}
+
+std::string OperatorEndpoints::monitor_snapshot()
+{
+    if (surroundings_.clock.now() - looked_at_processes_ >= usage_interval)
+        look_at_processes();
+    return board_.snapshot(rows(), capacity());
+}
+
+HttpResponse OperatorEndpoints::monitor_page(IncomingRequest const& request)
+{
+    if (request.header("Accept").starts_with(
+            "application/json")) // for pages whose proxy lets no WebSocket through
+        return core::json_page(monitor_snapshot());
+    if (surroundings_.clock.now() - looked_at_processes_ >= usage_interval)
+        look_at_processes();
+    core::SimulationMonitorView view;
+    view.title = params_.title;
+    view.description = params_.description;
+    view.notice = params_.notice;
+    view.load = average_.value();
+    view.host = description_;
+    view.sample = board_.sample();
+    view.allowed = params_.allowed_repositories;
+    view.blocked = params_.blocked_repositories;
+    view.notify = params_.notify;
+    view.share_idle_time = params_.share_idle_time;
+    view.capacity = surroundings_.launcher.params().most_simulations;
+    view.simulations = rows();
+    view.assets = monitor_assets("simulation.js", params_.port);
+    return core::page(core::simulation_monitor_page(view));
+}
+
+boost::asio::awaitable<void> OperatorEndpoints::watch(Channel& channel)
+{
+    return feed_.serve(monitor_snapshot(), channel);
+}
+
+HttpResponse OperatorEndpoints::figures() const
+{
+    core::MetricsText text;
+    text.family("build_info", "gauge", "Always 1; the version is the label.")
+        .add(1, {{"version", version()}});
+    text.family("load_ratio", "gauge", "The load that GET /load answers; 1 is full.")
+        .add(average_.value() / 100);
+    auto const starting = static_cast<double>(report().starting.value_or(0));
+    auto const active = static_cast<double>(running());
+    text.family("simulations", "gauge", "Simulations by state.")
+        .add(starting, {{"state", "starting"}})
+        .add(active, {{"state", "running"}})
+        .add(static_cast<double>(sessions_.size()) - starting - active, {{"state", "idle"}});
+    text.family("simulations_most", "gauge", "Simulations that may run at once.")
+        .add(static_cast<double>(capacity()));
+    text.family("fetches_waiting", "gauge", "Fetches that wait for their turn.")
+        .add(static_cast<double>(surroundings_.fetcher.waiting()));
+    text.family("draining", "gauge", "1 while no new simulation is taken.")
+        .add(surroundings_.draining ? 1 : 0);
+    text.family("event_loop_lag_seconds", "gauge", "How late the last measurement of the machine was.")
+        .add(std::chrono::duration<double>(event_loop_lag_).count());
+    surroundings_.starts.write(text);
+    return {200, std::string(core::metrics_type), text.take()};
+}
+
+/// `POST /api/drain`, with `?exit` to end with the last simulation, or `?off` to go on as before.
+HttpResponse OperatorEndpoints::drain_answer(IncomingRequest const& request)
+{
+    if (request.method != "POST")
+        return core::method_not_allowed_page("POST");
+    if (!request.is_operators())
+        return {403, std::string(core::html_type), "Draining is asked for on this machine only."};
+    if (request.query != "off") {
+        drain(request.query == "exit");
+        return core::page("draining");
+    }
+    surroundings_.draining = exit_when_empty_ = false;
+    surroundings_.log.warning("New simulations are taken again");
+    return core::page("serving");
+}
+
+void OperatorEndpoints::drain(bool exit_when_empty)
+{
+    surroundings_.draining = true;
+    exit_when_empty_ = exit_when_empty;
+    surroundings_.log.warning("Draining: no new simulation is taken");
+}
+
+HttpResponse OperatorEndpoints::readiness() const
+{
+    if (surroundings_.draining || sessions_.size() >= capacity())
+        return {503, std::string(core::html_type), surroundings_.draining ? "draining" : "full"};
+    return core::page("ready");
+}
+
+Answer OperatorEndpoints::load_answer(IncomingRequest const& request) const
+{
+    bool const wants_json = request.header("Accept").find("application/json") != std::string_view::npos;
+    return wants_json ? core::json_page(to_json(report(), version()))
+                      : core::page(core::python_float(average_.value()));
+}
+
+bool OperatorEndpoints::serves(std::string_view path) noexcept
+{
+    constexpr auto paths =
+        std::to_array<std::string_view>({"/load", "/monitor", "/metrics", "/livez", "/readyz", "/api/drain"});
+    return std::find(paths.begin(), paths.end(), path) != paths.end();
+}
+
+Answer OperatorEndpoints::answer(IncomingRequest const& request)
+{
+    if (request.path == "/api/drain")
+        return drain_answer(request);
+    if (request.method != "GET")
+        return core::method_not_allowed_page("GET");
+    if (request.path == "/monitor")
+        return request.upgrade ? Answer(Converse()) : monitor_page(request);
+    if (request.path == "/load")
+        return load_answer(request);
+    if (request.path == "/metrics")
+        return figures();
+    return request.path == "/livez" ? core::page("alive") : readiness();
+}
+
+} // namespace webots_cloud

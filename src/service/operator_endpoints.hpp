@@ -1,0 +1,82 @@
+// What operators, their tools and session servers ask a simulation server, and the measuring behind the
+// answers.
+#pragma once
+
+#include "../core/load_formula.hpp"
+#include "../core/simulation_board.hpp"
+#include "monitor_feed.hpp"
+#include "simulation_session.hpp"
+
+#include <webots_cloud/load_report.hpp>
+#include <webots_cloud/simulation_service.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace webots_cloud {
+
+/// The sessions of a server, by their number.
+using SimulationSessions = std::map<std::uint64_t, std::unique_ptr<SimulationSession>>;
+
+/// `/load`, `/monitor`, `/metrics`, `/livez`, `/readyz` and `/api/drain`.
+///
+/// Lifetime: everything passed by reference must outlive it.   Thread-safety: one executor.
+class OperatorEndpoints
+{
+public:
+    OperatorEndpoints(SimulationServiceParams const& params, SessionSurroundings& surroundings,
+                      SimulationSessions const& sessions, HostMetrics& metrics);
+
+    /// Looks at the machine; `due` is when that was to happen, `clients` the browsers on /client.
+    void measure(TimePoint due, std::size_t clients);
+
+    /// True when the path of a request is one of ours.
+    static bool serves(std::string_view path) noexcept;
+    Answer answer(IncomingRequest const& request);
+
+    /// Keeps a browser that watches /monitor informed until it leaves.
+    boost::asio::awaitable<void> watch(Channel& channel);
+
+    void drain(bool exit_when_empty);
+
+    /// Drained, and asked to end with the last simulation.
+    bool has_finished() const noexcept { return exit_when_empty_ && sessions_.empty(); }
+
+    double load() const noexcept { return average_.value(); }
+
+private:
+    void look_at_processes();
+    std::size_t running() const;
+    std::vector<core::SimulationRow> rows() const;
+    std::size_t capacity() const;
+    LoadReport report() const;
+    Answer load_answer(IncomingRequest const& request) const;
+    HttpResponse figures() const;
+    HttpResponse drain_answer(IncomingRequest const& request);
+    HttpResponse readiness() const;
+    std::string monitor_snapshot();
+    HttpResponse monitor_page(IncomingRequest const& request);
+
+    SimulationServiceParams const& params_;
+    SessionSurroundings& surroundings_;
+    SimulationSessions const& sessions_;
+    HostMetrics& metrics_;
+
+    HostDescription description_;
+    HostSample last_sample_;
+    TimePoint measured_;
+    core::MovingAverage average_;
+    Duration event_loop_lag_{}; ///< How late the last measurement was.
+
+    core::SimulationBoard board_;
+    MonitorFeed feed_; ///< To those that watch the monitor page.
+    TimePoint looked_at_processes_;
+    std::uint64_t last_looked_at_ = 0; ///< The session whose processes were looked at last: they take turns.
+    bool exit_when_empty_ = false;
+};
+
+} // namespace webots_cloud
