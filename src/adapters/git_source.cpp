@@ -1,9 +1,9 @@
 #include "blocking_pool.hpp"
+#include "curl_http.hpp"
 #include "git_cache.hpp"
 #include "git_fetch.hpp"
 #include "git_flights.hpp"
 #include "git_hand_out.hpp"
-#include "git_http.hpp"
 #include "mounts.hpp"
 #include "project_world.hpp"
 #include "remove_tree.hpp"
@@ -142,7 +142,7 @@ private:
 
     GitSourceParams params_;
     Logger log_;
-    adapters::GitHttp http_;
+    adapters::CurlHttp http_;
     adapters::GitServers servers_;
     adapters::GitCache cache_;
     adapters::GitHandOut hand_out_;
