@@ -4,6 +4,7 @@
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/project_ref.hpp>
 #include <webots_cloud/transport/clock.hpp>
+#include <webots_cloud/website_project.hpp>
 
 #include <boost/asio/awaitable.hpp>
 
@@ -11,6 +12,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace webots_cloud {
@@ -38,7 +40,8 @@ struct FetchOrder
 {
     FetchOrder() = default;
 
-    ProjectRef project;
+    ProjectRef project; ///< For the sources of forges.
+    std::optional<WebsiteProject> website; ///< For the source of websites' projects, instead.
     std::filesystem::path directory; ///< Does not exist yet, its parent does; on failure it may hold anything.
     FetchLimits limits;
     std::shared_ptr<FetchProgress> progress = std::make_shared<FetchProgress>();
@@ -65,7 +68,8 @@ public:
     /// Puts the project into the order's directory and makes sure that its world is there.
     ///
     /// Cancellation: terminal; completes only when nothing writes into the directory any more.
-    /// Errors: `not_found` (repository, branch, folder or world), `unreachable`, `timed_out`, `too_large`, `protocol_error`;
+    /// Errors: `not_found` (repository, branch, folder or world), `unreachable`, `timed_out`, `too_large`, `protocol_error`, and
+    /// `refused` by the website;
     /// the detail is a sentence for the person who asked.
     virtual boost::asio::awaitable<result<FetchedProject>> fetch(FetchOrder order) = 0;
 
