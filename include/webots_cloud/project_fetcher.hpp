@@ -54,7 +54,8 @@ struct Project
 class ProjectFetcher
 {
 public:
-    ProjectFetcher(ProjectFetcherParams params, std::vector<Forge> forges, Logger log); // at least one forge
+    /// At least one forge. `websites`: the source of the projects of websites; null: they are refused.
+    ProjectFetcher(ProjectFetcherParams params, std::vector<Forge> forges, Logger log, ProjectSource* websites = nullptr);
     ~ProjectFetcher();
 
     /// Takes a world URL apart.   Errors: as `parse_world_url`.
@@ -65,6 +66,9 @@ public:
     /// Cancellation: terminal; completes when nothing of it is left on disk.
     /// Errors: as `ProjectSource::fetch`; `not_found` for the world file.
     boost::asio::awaitable<result<Project>> fetch(ProjectRef project, std::shared_ptr<FetchProgress> progress);
+
+    /// The same for a project that a website's page asked for.   Errors: `refused` too.
+    boost::asio::awaitable<result<Project>> fetch(WebsiteProject project, std::shared_ptr<FetchProgress> progress);
 
     /// Removes a project's directory.
     boost::asio::awaitable<void> discard(Project project);

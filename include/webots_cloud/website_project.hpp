@@ -29,6 +29,10 @@ struct WebsiteProject
     /// The website's name without scheme and port: what its key is filed under.
     std::string host() const;
 
+    /// Whether its user may edit controllers: visitors in their copy of the template, and users that can
+    /// prove who they are.
+    bool may_edit() const noexcept;
+
     /// `<origin>/<project>/worlds/<world>`: for logs and pages.
     std::string url() const;
 
@@ -38,7 +42,7 @@ struct WebsiteProject
 /// Takes the elements of an `init` apart: three (origin, project, world) to nine (what the browsers of 2018
 /// to 2021 send).
 ///
-/// Errors: `invalid_url`; the detail is a sentence for the browser.
+/// Errors: `invalid_url`; the detail is what is wrong, without a full stop.
 result<WebsiteProject> parse_init(std::vector<std::string> const& elements);
 
 } // namespace webots_cloud

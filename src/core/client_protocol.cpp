@@ -40,10 +40,13 @@ ClientMessage read_init(json::value const& value)
     auto const* list = value.if_array();
     if (!list || !std::all_of(list->begin(), list->end(), [](json::value const& element) { return element.is_string(); }))
         return MalformedMessage{"\"init\" must be a list of strings"};
-    InitMessage message;
+    std::vector<std::string> elements;
     for (auto const& element : *list)
-        message.elements.emplace_back(element.get_string());
-    return message;
+        elements.emplace_back(element.get_string());
+    auto project = parse_init(elements);
+    if (!project)
+        return MalformedMessage{project.error().message()};
+    return SimulationRequest(std::move(*project));
 }
 
 } // namespace
@@ -64,8 +67,10 @@ ClientMessage parse_client_message(std::string_view text)
     return UnknownMessage{};
 }
 
-std::string const& world_of(SimulationRequest const& request) noexcept
+std::string world_of(SimulationRequest const& request)
 {
+    if (auto const* project = std::get_if<WebsiteProject>(&request))
+        return project->url();
     return std::get<StartMessage>(request).url;
 }
 

@@ -1,11 +1,12 @@
 // The texts of the WebSocket /client (protocol section 4.1): what browsers say, and what they are told.
 #pragma once
 
+#include <webots_cloud/website_project.hpp>
+
 #include <cstdint>
 #include <string>
 #include <string_view>
 #include <variant>
-#include <vector>
 
 namespace webots_cloud::core {
 
@@ -18,16 +19,6 @@ struct StartMessage
     std::string mode; ///< Empty when the browser named none.
 
     bool operator==(StartMessage const&) const = default;
-};
-
-/// `{"init":["<host>","<project>","<file>.wbt",...]}`: what browsers sent until 2021, and a website's page still does.
-struct InitMessage
-{
-    InitMessage() = default;
-
-    std::vector<std::string> elements; ///< As they came: see `parse_init`.
-
-    bool operator==(InitMessage const&) const = default;
 };
 
 /// An object that asks for nothing we know; silently ignored, as ever.
@@ -44,16 +35,17 @@ struct MalformedMessage
     bool operator==(MalformedMessage const&) const = default;
 };
 
-/// Everything by which a browser can ask for a simulation.
-using SimulationRequest = std::variant<StartMessage>;
+/// Everything by which a browser can ask for a simulation: `start`, or `{"init":["<host>","<project>","<file>.wbt",...]}`, which
+/// browsers sent until 2021 and the pages of websites still do.
+using SimulationRequest = std::variant<StartMessage, WebsiteProject>;
 
-using ClientMessage = std::variant<SimulationRequest, InitMessage, UnknownMessage, MalformedMessage>;
+using ClientMessage = std::variant<SimulationRequest, UnknownMessage, MalformedMessage>;
 
 /// Reads any bytes.
 ClientMessage parse_client_message(std::string_view text);
 
 /// Which world a request asks for, in the browser's words.
-std::string const& world_of(SimulationRequest const& request) noexcept;
+std::string world_of(SimulationRequest const& request);
 
 /// `loading: Error: <text>`
 std::string error_message(std::string_view text);

@@ -224,8 +224,9 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     reader->read_choice("loadFormula", formula, {"strict", "reference"});
     config.strict_load = formula == "strict";
     reader->read("monitorLogEnabled", config.monitor_log);
-    reader->ignore({"projectsDir", "keyDir", "multimediaServer", "multimediaStream",
-                    "publicPort", "persistantDockerImages"});
+    reader->read("projectsDir", config.projects_dir);
+    reader->read("keyDir", config.key_dir);
+    reader->ignore({"multimediaServer", "multimediaStream", "publicPort", "persistantDockerImages"});
     if (reader->failure())
         return *reader->failure();
     configured.warnings = reader->unknown_keys();

@@ -76,8 +76,7 @@ bool is_world(std::string_view file)
 
 Failure wrong(std::string_view what, std::string_view found)
 {
-    return {errc::invalid_url,
-            concat("Wrong init message: \"", core::printable(found, 60), "\" is no ", what, ".")};
+    return {errc::invalid_url, concat("\"", core::printable(found, 60), "\" is no ", what)};
 }
 
 } // namespace
@@ -88,6 +87,11 @@ std::string WebsiteProject::host() const
     return std::string(authority.substr(0, authority.find(':')));
 }
 
+bool WebsiteProject::may_edit() const noexcept
+{
+    return user1_id.empty() || !user1_authentication.empty();
+}
+
 std::string WebsiteProject::url() const
 {
     return concat(origin, "/", project, "/worlds/", world);
@@ -96,9 +100,8 @@ std::string WebsiteProject::url() const
 result<WebsiteProject> parse_init(std::vector<std::string> const& elements)
 {
     if (elements.size() < fewest_elements || elements.size() > most_elements)
-        return Failure(errc::invalid_url,
-                       concat("Wrong init message: three to nine elements were expected, there are ",
-                              std::to_string(elements.size()), "."));
+        return Failure(errc::invalid_url, concat("\"init\" must have three to nine elements, not ",
+                                                 std::to_string(elements.size())));
     WebsiteProject project;
     std::array<std::string*, most_elements> const members{
         &project.origin,   &project.project,    &project.world,

@@ -53,7 +53,7 @@ BOOST_AUTO_TEST_CASE(three_to_nine_elements_are_understood_and_missing_ones_are_
         BOOST_TEST(parse_init(elements).has_value() == (count >= 3 && count <= 9), count);
     }
     BOOST_TEST(parse_init({nine[0], nine[1], nine[2]})->user1_id == "");
-    BOOST_TEST(complaint({}) == "Wrong init message: three to nine elements were expected, there are 0.");
+    BOOST_TEST(complaint({}) == "\"init\" must have three to nine elements, not 0");
 }
 
 BOOST_AUTO_TEST_CASE(the_host_is_the_origin_without_scheme_and_port)
@@ -68,6 +68,17 @@ BOOST_AUTO_TEST_CASE(the_host_is_the_origin_without_scheme_and_port)
         BOOST_TEST_REQUIRE(project.has_value(), origin);
         BOOST_TEST(project->host() == host);
     }
+}
+
+// Section 6.2.
+BOOST_AUTO_TEST_CASE(controllers_are_edited_by_visitors_and_by_users_who_prove_themselves)
+{
+    WebsiteProject project;
+    BOOST_TEST(project.may_edit());
+    project.user1_id = "42";
+    BOOST_TEST(!project.may_edit());
+    project.user1_authentication = "secret";
+    BOOST_TEST(project.may_edit());
 }
 
 // Quirk Q26: the host became the name of a file.
@@ -96,7 +107,7 @@ BOOST_AUTO_TEST_CASE(hosts_that_are_no_names_are_refused)
                                      "file:///etc",
                                      "//w.org"})
         BOOST_TEST(complaint({origin, "p", "a.wbt"})
-                       .ends_with("is no address of a website, such as https://example.org."),
+                       .ends_with("is no address of a website, such as https://example.org"),
                    origin);
     BOOST_TEST(!parse_init({"https://" + std::string(70, 'a'), "p", "a.wbt"}));
     BOOST_TEST(!parse_init({std::string("https://w.org\0", 14), "p", "a.wbt"}));
@@ -107,7 +118,7 @@ BOOST_AUTO_TEST_CASE(projects_are_folders_that_stay_inside)
     BOOST_TEST(parse_init({nine[0], "benchmarks/square one", "a.wbt"})->project == "benchmarks/square one");
     for (std::string const project :
          {"", "..", ".", "../x", "x/..", "x/../y", "/etc", "x//y", "x/", ".git", "a\\b", "a\nb", "\xff"})
-        BOOST_TEST(complaint({nine[0], project, "a.wbt"}).ends_with("is no name of a project."), project);
+        BOOST_TEST(complaint({nine[0], project, "a.wbt"}).ends_with("is no name of a project"), project);
     BOOST_TEST(!parse_init({nine[0], std::string(256, 'a'), "a.wbt"}));
 }
 
@@ -116,7 +127,7 @@ BOOST_AUTO_TEST_CASE(worlds_are_files_of_the_folder_worlds)
     BOOST_TEST(parse_init({nine[0], "p", "my world.wbt"})->world == "my world.wbt");
     for (std::string const world :
          {"", ".wbt", "a", "a.proto", "../a.wbt", "sub/a.wbt", "a\\b.wbt", "a\n.wbt"})
-        BOOST_TEST(complaint({nine[0], "p", world}).ends_with("is no name of a world file."), world);
+        BOOST_TEST(complaint({nine[0], "p", world}).ends_with("is no name of a world file"), world);
 }
 
 BOOST_AUTO_TEST_SUITE_END()
