@@ -130,6 +130,23 @@ struct GitSourceParams
 };
 std::unique_ptr<ProjectSource> make_git_source(boost::asio::any_io_executor executor, GitSourceParams params, Logger log);
 
+/// Templates of this computer, over which websites lay what their users have changed.
+struct WebsiteSourceParams
+{
+    WebsiteSourceParams() = default;
+
+    std::filesystem::path projects; ///< Folder of the templates.
+    /// Folder with a file for each website, named as its host, whose first line is our key. Read anew for each fetch. Other
+    /// websites are sent nothing.
+    std::filesystem::path keys;
+    std::uint64_t low_speed = 1'000; ///< Bytes per second. A website that stays below is given up; 0: never.
+    Duration low_speed_time = std::chrono::seconds(60); ///< For how long it may.
+};
+
+/// The projects that `init` asks for (`FetchOrder::website`): a copy of the template and, for a user of the website, the zip
+/// file that it answers with laid over it. Certificates are verified. Errors besides those of `ProjectSource`: `refused`.
+std::unique_ptr<ProjectSource> make_website_source(boost::asio::any_io_executor executor, WebsiteSourceParams params, Logger log);
+
 /// A mailbox of the administrator, and the mail server that takes mails for it.
 struct SmtpParams
 {

@@ -87,6 +87,9 @@ struct SimulationConfig
     std::vector<std::string> notify{"https://webots.cloud/ajax/server/setup.php"};
     std::uint64_t cache_bytes = std::uint64_t{10} << 30; ///< `cacheSize`, in gigabytes: fetched projects that are kept.
     std::filesystem::path webots_home; ///< `webotsHome`
+    /// `projectsDir`: templates that websites start with `init`. Empty: those that came with Webots.
+    std::filesystem::path projects_dir;
+    std::filesystem::path key_dir = "key"; ///< `keyDir`: a file per website, named as its host, with its key.
     int max_connections = 100;        ///< `maxConnections`
     Duration timeout = std::chrono::hours(2);         ///< `timeout`, in seconds; less than 360 counts as 7200.
     Duration start_timeout = std::chrono::minutes(5); ///< `startTimeout`, in seconds.

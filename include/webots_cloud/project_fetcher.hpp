@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,7 +42,8 @@ struct Project
 {
     Project() = default;
 
-    ProjectRef ref;                  ///< What was asked for.
+    ProjectRef ref;                        ///< What was asked for.
+    std::optional<WebsiteProject> website; ///< What was asked for instead.
     std::filesystem::path directory; ///< The instance directory; all of the project is inside.
     std::filesystem::path root;      ///< The folder that holds `worlds/`.
     std::filesystem::path world;     ///< The world file, absolute.
@@ -55,7 +57,8 @@ struct Project
 class ProjectFetcher
 {
 public:
-    ProjectFetcher(ProjectFetcherParams params, std::vector<Forge> forges, Logger log); // at least one forge
+    /// At least one forge. `websites`: the source of the projects of websites; null: they are refused.
+    ProjectFetcher(ProjectFetcherParams params, std::vector<Forge> forges, Logger log, ProjectSource* websites = nullptr);
     ~ProjectFetcher();
 
     /// Takes a world URL apart.   Errors: as `parse_world_url`.
@@ -71,6 +74,8 @@ public:
     ///
     /// Not cancellable: await it before the project is discarded.
     boost::asio::awaitable<result<>> restore(Project const& project, std::string file);
+    /// The same for a project that a website's page asked for.   Errors: `refused` too.
+    boost::asio::awaitable<result<Project>> fetch(WebsiteProject project, std::shared_ptr<FetchProgress> progress);
 
     /// Removes a project's directory.
     boost::asio::awaitable<void> discard(Project project);

@@ -37,6 +37,8 @@ struct SimulationLauncherParams
     Duration grace = std::chrono::milliseconds(1500);
     /// What `DISPLAY` is set to. Default `:0`.
     std::string display = ":0";
+    /// Webots R2021b and older shall speak TLS themselves, with the certificate in their own folders.
+    bool old_webots_tls = false;
     /// Our own environment, of which simulators get what they need.
     std::vector<std::pair<std::string, std::string>> environment;
 };
@@ -49,6 +51,8 @@ struct LaunchSpec
     std::filesystem::path world; ///< The world file, absolute.
     std::string world_header;    ///< Its first line, which names the release of Webots it was made with.
     std::string mode;            ///< What the browser asked for: empty, `x3d`, `w3d` or `mjpeg`.
+    bool old_command_line = false; ///< Webots R2021b or older is started, for a browser that expects it; it has no modes.
+    bool controller_edit = false;  ///< With the old command line: the browser may edit controllers.
     std::string label;           ///< In front of log lines.
     /// Gets every line that the simulator prints, but its heartbeats; any bytes. Must not block. Empty: nobody wants them.
     std::function<void(std::string_view line)> output;

@@ -4,13 +4,17 @@
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/async_result.hpp>
 #include <boost/asio/awaitable.hpp>
+#include <boost/asio/cancellation_signal.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/prefer.hpp>
 #include <boost/asio/this_coro.hpp>
 #include <boost/asio/thread_pool.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
+#include <atomic>
 #include <cstddef>
+#include <memory>
+#include <type_traits>
 #include <utility>
 
 namespace webots_cloud::adapters {
@@ -34,7 +38,32 @@ public:
             std::move(initiation), boost::asio::use_awaitable);
     }
 
+    /// As `run`, for work that looks at a flag: it becomes true when the caller is cancelled, and the work should end soon then.
+    template<class Work>
+    boost::asio::awaitable<std::invoke_result_t<Work&, std::atomic<bool> const&>> run_abortable(Work work)
+    {
+        auto const state = co_await boost::asio::this_coro::cancellation_state;
+        auto const aborted = std::make_shared<std::atomic<bool>>(state.cancelled() != boost::asio::cancellation_type::none);
+        // The job itself is not cancellable, so the slot is free for the flag that makes it end early.
+        SetFlag on_cancel{aborted};
+        auto slot = state.slot();
+        if (slot.is_connected())
+            slot.assign(std::move(on_cancel));
+        auto job = [aborted, work = std::move(work)]() mutable { return work(*aborted); };
+        auto outcome = co_await run(std::move(job));
+        if (slot.is_connected())
+            slot.clear();
+        co_return outcome;
+    }
+
 private:
+    struct SetFlag
+    {
+        void operator()(boost::asio::cancellation_type) const { *flag = true; }
+
+        std::shared_ptr<std::atomic<bool>> flag;
+    };
+
     // A class instead of a lambda with captures: those near a co_await are destroyed twice by g++ 12.
     template<class Work>
     class Initiation

@@ -1,4 +1,5 @@
 #include "blocking_pool.hpp"
+#include "copy_tree.hpp"
 #include "project_world.hpp"
 #include "remove_tree.hpp"
 #include "restore_file.hpp"
@@ -14,33 +15,6 @@ namespace asio = boost::asio;
 namespace fs = std::filesystem;
 using core::concat;
 
-/// Copies folders, links and files; what is neither (devices, sockets, pipes) is left out.
-result<> copy_tree(fs::path const& from, FetchOrder const& order)
-{
-    std::error_code failed;
-    std::uint32_t files = 0;
-    std::uint64_t bytes = 0;
-    for (auto entry = fs::recursive_directory_iterator(from, failed); !failed && entry != fs::end(entry); entry.increment(failed)) {
-        auto const target = order.directory / fs::relative(entry->path(), from, failed);
-        if (failed)
-            break;
-        if (++files > order.limits.files)
-            return Failure(errc::too_large, concat("The project has more than ", std::to_string(order.limits.files), " files."));
-        if (entry->is_directory() && !entry->is_symlink()) {
-            fs::create_directory(target, failed);
-        } else if (entry->is_regular_file() && !entry->is_symlink()) {
-            bytes += entry->file_size(failed);
-            if (bytes > order.limits.bytes)
-                return Failure(errc::too_large, concat("The project is larger than ", std::to_string(order.limits.bytes >> 20), " MB."));
-            order.progress->bytes_received = bytes;
-            fs::copy_file(entry->path(), target, failed);
-        }
-    }
-    if (failed)
-        return Failure(errc::unavailable, concat("This server can't copy the project: ", failed.message(), "."));
-    return {};
-}
-
 /// The part of the project's address that names a folder; what is before is a branch, which a plain folder does not have.
 std::string inner_folder(ProjectRef const& project)
 {
@@ -53,7 +27,8 @@ fs::path root_of(fs::path const& folder, ProjectRef const& project)
     return folder / project.owner / concat(project.repository, inner_folder(project));
 }
 
-result<FetchedProject> copy_project(fs::path const& folder, FetchOrder const& order)
+result<FetchedProject> copy_project(fs::path const& folder, FetchOrder const& order,
+                                    std::atomic<bool> const& aborted)
 {
     auto const& project = order.project;
     auto const root = root_of(folder, project);
@@ -64,7 +39,8 @@ result<FetchedProject> copy_project(fs::path const& folder, FetchOrder const& or
     fs::create_directory(order.directory, failed);
     if (failed)
         return Failure(errc::unavailable, concat("This server can't store the project: ", failed.message(), "."));
-    if (auto const copied = copy_tree(root, order); !copied)
+    if (auto const copied = adapters::copy_tree(root, order.directory, order.limits, *order.progress, aborted);
+        !copied)
         return copied.error();
     auto header = adapters::read_world_header(order.directory, project.world);
     if (!header)
@@ -83,8 +59,11 @@ public:
 
     asio::awaitable<result<FetchedProject>> fetch(FetchOrder order) override
     {
-        auto work = [folder = folder_, order = std::move(order)] { return copy_project(folder, order); };
-        co_return co_await pool_.run(std::move(work));
+        co_await asio::this_coro::throw_if_cancelled(false);
+        auto work = [folder = folder_, order = std::move(order)](std::atomic<bool> const& aborted) {
+            return copy_project(folder, order, aborted);
+        };
+        co_return co_await pool_.run_abortable(std::move(work));
     }
 
     asio::awaitable<result<>> restore(RestoreOrder order) override

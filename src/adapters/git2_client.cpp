@@ -236,7 +236,7 @@ private:
     std::unique_ptr<git_remote, FreeWith<git_remote_free>> remote_;
 };
 
-Git2Client::Git2Client(GitHttp& http, GitRemote remote, GitHttpLimits limits, GitIncoming scratch)
+Git2Client::Git2Client(CurlHttp& http, GitRemote remote, CurlLimits limits, GitIncoming scratch)
     : scratch_(std::move(scratch)), transport_(http, std::move(remote), limits)
 {}
 

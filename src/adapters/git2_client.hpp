@@ -17,13 +17,13 @@
 namespace webots_cloud::adapters {
 
 /// One conversation with one server in version 0 or 1 of the protocol, which libgit2 speaks. The requests are
-/// `GitHttp`'s, and the pack goes to a `GitPackReader`: libgit2 sees neither the network nor the disk, so
+/// `CurlHttp`'s, and the pack goes to a `GitPackReader`: libgit2 sees neither the network nor the disk, so
 /// that every limit holds here too.   Thread-safety: one thread at a time.
 class Git2Client
 {
 public:
     /// `scratch`: for the bare repository that libgit2 wants to have; it stays empty.
-    Git2Client(GitHttp& http, GitRemote remote, GitHttpLimits limits, GitIncoming scratch);
+    Git2Client(CurlHttp& http, GitRemote remote, CurlLimits limits, GitIncoming scratch);
     ~Git2Client();
 
     /// All refs of the repository. One round trip, the first time.   Errors: as `GitClient::ls_refs`.

@@ -25,7 +25,7 @@ namespace webots_cloud::adapters {
 class Git2Transport
 {
 public:
-    Git2Transport(GitHttp& http, GitRemote remote, GitHttpLimits limits)
+    Git2Transport(CurlHttp& http, GitRemote remote, CurlLimits limits)
         : http_(http), remote_(std::move(remote)), limits_(limits)
     {}
 
@@ -36,18 +36,18 @@ public:
     /// first.
     int attempt(std::function<result<>()> const& work) noexcept;
 
-    GitHttp& http() const noexcept { return http_; }
+    CurlHttp& http() const noexcept { return http_; }
     GitRemote const& remote() const noexcept { return remote_; }
-    GitHttpLimits const& limits() const noexcept { return limits_; }
+    CurlLimits const& limits() const noexcept { return limits_; }
 
     bool shallow = false;
     bool asked = false;             ///< A pack was asked for.
     std::optional<Failure> failure; ///< Why libgit2 was told that something failed.
 
 private:
-    GitHttp& http_;
+    CurlHttp& http_;
     GitRemote remote_;
-    GitHttpLimits limits_;
+    CurlLimits limits_;
 };
 
 /// A request of libgit2's for one commit without its history: `deepen 1` after what it wants.

@@ -1,8 +1,8 @@
 #include "git_cache.hpp"
 
+#include "folder_walk.hpp"
 #include "git_digest.hpp"
-#include "git_files.hpp"
-#include "git_folder_walk.hpp"
+#include "project_files.hpp"
 #include "remove_tree.hpp"
 
 #include "../core/text.hpp"
@@ -62,7 +62,7 @@ bool is_intact(GitIndex const& index, fs::path const& files)
     auto const root = open_folder(AT_FDCWD, files.c_str());
     if (!root)
         return false;
-    GitFolderWalk walk(root->get());
+    FolderWalk walk(root->get());
     return std::all_of(index.entries.begin(), index.entries.end(), [&](GitIndexEntry const& entry) {
         auto const folder = walk.parent_of(entry.path);
         struct stat status;

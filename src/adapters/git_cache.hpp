@@ -1,7 +1,7 @@
 // The cache of fetched folders on disk.
 #pragma once
 
-#include "git_file_descriptor.hpp"
+#include "file_descriptor.hpp"
 #include "git_index.hpp"
 
 #include "../core/git_refs.hpp"

@@ -136,11 +136,18 @@ result<> check_for_git_error(std::string_view line)
 
 result<> GitClient::ask(std::string url, std::string body, Sink sink)
 {
-    GitHttpRequest request;
+    CurlRequest request;
+    request.peer = "the git server";
     request.base = remote_.base;
     request.url = std::move(url);
+    request.agent = "git/webots_cloud";
+    if (remote_.version_2)
+        request.headers.emplace_back("Git-Protocol: version=2");
+    if (!body.empty()) {
+        request.headers.emplace_back("Content-Type: application/x-git-upload-pack-request");
+        request.headers.emplace_back("Accept: application/x-git-upload-pack-result");
+    }
     request.body = std::move(body);
-    request.version_2 = remote_.version_2;
     request.sink = std::move(sink);
     auto const status = http_.send(request, limits_);
     if (!status)

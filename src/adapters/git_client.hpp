@@ -1,7 +1,7 @@
 // The smart protocol of git, version 2, as far as a reader of one commit needs it.
 #pragma once
 
-#include "git_http.hpp"
+#include "curl_http.hpp"
 #include "git_pack_reader.hpp"
 
 #include "../core/git_object_id.hpp"
@@ -53,13 +53,13 @@ public:
     using Progress = std::function<void(GitPackReader const& pack, std::uint64_t received)>;
     using Sink = std::function<result<>(std::string_view)>;
 
-    GitClient(GitHttp& http, GitRemote remote, GitHttpLimits limits)
+    GitClient(CurlHttp& http, GitRemote remote, CurlLimits limits)
         : http_(http), remote_(std::move(remote)), limits_(limits)
     {}
 
     /// The refs whose names begin with one of `prefixes`. One round trip.
     ///
-    /// Errors: `not_found` (no such repository), `protocol_error`, as `GitHttp::send`.
+    /// Errors: `not_found` (no such repository), `protocol_error`, as `CurlHttp::send`.
     result<std::vector<core::GitRef>> ls_refs(std::vector<std::string> const& prefixes);
 
     /// What the server says it can do. One round trip.   Errors: as `ls_refs`.
@@ -69,16 +69,16 @@ public:
     result<> fetch(GitWants const& wants, GitPackReader& pack, Progress const& progress);
 
     /// The two requests that there are, for somebody else who speaks the protocol: a GET of what the server
-    /// offers, and a POST to git-upload-pack.   Errors: `not_found`, as `GitHttp::send`.
+    /// offers, and a POST to git-upload-pack.   Errors: `not_found`, as `CurlHttp::send`.
     result<> advertise(Sink sink);
     result<> post(std::string body, Sink sink);
 
 private:
     result<> ask(std::string url, std::string body, Sink sink);
 
-    GitHttp& http_;
+    CurlHttp& http_;
     GitRemote remote_;
-    GitHttpLimits limits_;
+    CurlLimits limits_;
 };
 
 } // namespace webots_cloud::adapters

@@ -1,7 +1,7 @@
 #include "git_copy.hpp"
 
-#include "git_files.hpp"
-#include "git_folder_walk.hpp"
+#include "folder_walk.hpp"
+#include "project_files.hpp"
 
 #include <boost/asio/error.hpp>
 
@@ -81,8 +81,8 @@ result<> copy_file(int from, char const* from_name, int to, char const* to_name,
 result<> copy_folder(GitIndex const& index, int from, int to, GitCopyWay way,
                      std::atomic<bool> const& aborted)
 {
-    GitFolderWalk sources(from);
-    GitFolderWalk targets(to);
+    FolderWalk sources(from);
+    FolderWalk targets(to);
     for (auto const& entry : index.entries) {
         if (aborted.load(std::memory_order_relaxed))
             return Failure(boost::asio::error::operation_aborted);

@@ -1,6 +1,6 @@
 #include "git_fetch.hpp"
 
-#include "git_files.hpp"
+#include "project_files.hpp"
 
 #include "../core/text.hpp"
 
@@ -71,16 +71,16 @@ struct GitFetch::Download
     std::uint64_t unpacked = 0;
 };
 
-GitFetch::GitFetch(GitHttp& http, GitCache& cache, GitServers& servers, GitSourceParams const& params,
+GitFetch::GitFetch(CurlHttp& http, GitCache& cache, GitServers& servers, GitSourceParams const& params,
                    GitFetchOrder order)
     : http_(http), cache_(cache), servers_(servers), params_(params), order_(std::move(order)),
       url_(order_.project.clone_url()),
       deadline_(std::chrono::steady_clock::now() + std::min<Duration>(order_.limits.timeout, longest_fetch))
 {}
 
-GitHttpLimits GitFetch::http_limits(std::uint64_t bytes) const
+CurlLimits GitFetch::http_limits(std::uint64_t bytes) const
 {
-    GitHttpLimits limits;
+    CurlLimits limits;
     limits.aborted = order_.aborted;
     limits.deadline = deadline_;
     limits.bytes = bytes;

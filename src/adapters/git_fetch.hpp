@@ -1,10 +1,10 @@
 // How a folder of a repository gets into the cache: which questions are asked of the server, in which order.
 #pragma once
 
+#include "curl_http.hpp"
 #include "git2_client.hpp"
 #include "git_cache.hpp"
 #include "git_client.hpp"
-#include "git_http.hpp"
 #include "git_progress.hpp"
 #include "git_servers.hpp"
 #include "git_unpack.hpp"
@@ -41,7 +41,7 @@ struct GitFetched
 class GitFetch
 {
 public:
-    GitFetch(GitHttp& http, GitCache& cache, GitServers& servers, GitSourceParams const& params,
+    GitFetch(CurlHttp& http, GitCache& cache, GitServers& servers, GitSourceParams const& params,
              GitFetchOrder order);
 
     /// Errors: as `ProjectSource::fetch`, less those about worlds.
@@ -62,13 +62,13 @@ private:
     result<> fetch_pack(Download& state, GitWants const& wants);
     result<> fetch_pack_with_libgit2(Download& state, GitWants const& wants, GitPackReader& pack,
                                      GitClient::Progress const& progress);
-    GitHttpLimits http_limits(std::uint64_t bytes) const;
+    CurlLimits http_limits(std::uint64_t bytes) const;
     GitRemote remote() const;
     GitClient client(std::uint64_t bytes);
     result<Git2Client*> libgit2();
     Failure explain(Failure const& failure) const;
 
-    GitHttp& http_;
+    CurlHttp& http_;
     GitCache& cache_;
     GitServers& servers_;
     GitSourceParams const& params_;

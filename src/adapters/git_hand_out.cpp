@@ -1,7 +1,7 @@
 #include "git_hand_out.hpp"
 
-#include "git_files.hpp"
 #include "git_overlay.hpp"
+#include "project_files.hpp"
 #include "remove_tree.hpp"
 
 #include "../core/git_names.hpp"

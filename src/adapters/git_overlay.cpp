@@ -1,6 +1,6 @@
 #include "git_overlay.hpp"
 
-#include "git_files.hpp"
+#include "project_files.hpp"
 #include "remove_tree.hpp"
 
 #include "../core/text.hpp"

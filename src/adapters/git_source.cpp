@@ -1,9 +1,9 @@
 #include "blocking_pool.hpp"
+#include "curl_http.hpp"
 #include "git_cache.hpp"
 #include "git_fetch.hpp"
 #include "git_flights.hpp"
 #include "git_hand_out.hpp"
-#include "git_http.hpp"
 #include "mounts.hpp"
 #include "project_world.hpp"
 #include "remove_tree.hpp"
@@ -13,9 +13,6 @@
 #include "../core/text.hpp"
 
 #include <webots_cloud/adapters.hpp>
-
-#include <boost/asio/cancellation_signal.hpp>
-#include <boost/asio/error.hpp>
 
 #include <algorithm>
 #include <atomic>
@@ -31,14 +28,6 @@ using core::concat;
 
 constexpr std::size_t downloads = 8; // threads that mostly wait for the network
 constexpr std::size_t copies = 2;    // threads that keep a disk busy
-
-/// Tells a job on another thread to end.
-struct SetFlag
-{
-    void operator()(asio::cancellation_type) const { *flag = true; }
-
-    std::shared_ptr<std::atomic<bool>> flag;
-};
 
 class GitSource final : public ProjectSource
 {
@@ -105,21 +94,12 @@ private:
     /// Puts a folder of the cache into the order's directory.
     asio::awaitable<result<FetchedProject>> deliver(FetchOrder order, GitSnapshotPtr snapshot)
     {
-        auto const aborted = std::make_shared<std::atomic<bool>>(false);
-        auto state = co_await asio::this_coro::cancellation_state;
-        if (state.cancelled() != asio::cancellation_type::none)
-            co_return Failure(asio::error::operation_aborted);
-        // The job itself is not cancellable, so the slot is free for the flag that makes it end early.
-        SetFlag on_cancel{aborted};
-        auto slot = state.slot();
-        if (slot.is_connected())
-            slot.assign(std::move(on_cancel));
         auto const directory = order.directory.string();
         in_use_[directory] = snapshot;
-        auto work = [this, order, snapshot, aborted] { return make_project(order, *snapshot, *aborted); };
-        auto made = co_await pool_.run(std::move(work));
-        if (slot.is_connected())
-            slot.clear();
+        auto work = [this, order, snapshot](std::atomic<bool> const& aborted) {
+            return make_project(order, *snapshot, aborted);
+        };
+        auto made = co_await pool_.run_abortable(std::move(work));
         if (!made)
             in_use_.erase(directory);
         co_return made;
@@ -145,7 +125,7 @@ private:
 
     GitSourceParams params_;
     Logger log_;
-    adapters::GitHttp http_;
+    adapters::CurlHttp http_;
     adapters::GitServers servers_;
     adapters::GitCache cache_;
     adapters::GitHandOut hand_out_;

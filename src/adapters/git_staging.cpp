@@ -1,6 +1,6 @@
 #include "git_staging.hpp"
 
-#include "git_files.hpp"
+#include "project_files.hpp"
 
 #include <fcntl.h>
 #include <sys/stat.h>

@@ -1,7 +1,7 @@
 // Objects of a repository on their way from the network into a folder.
 #pragma once
 
-#include "git_file_descriptor.hpp"
+#include "file_descriptor.hpp"
 
 #include "../core/git_object_id.hpp"
 

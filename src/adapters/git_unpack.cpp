@@ -1,8 +1,8 @@
 #include "git_unpack.hpp"
 
+#include "folder_walk.hpp"
 #include "git_copy.hpp"
-#include "git_files.hpp"
-#include "git_folder_walk.hpp"
+#include "project_files.hpp"
 
 #include "../core/git_names.hpp"
 
@@ -121,7 +121,7 @@ private:
     result<std::uint64_t> share(GitDonors::File const& file, int root, GitPlanItem const& item, int folder,
                                 char const* name)
     {
-        GitFolderWalk walk(root);
+        FolderWalk walk(root);
         auto const parent = walk.parent_of(file.path);
         if (!parent)
             return parent.error();
@@ -157,7 +157,7 @@ private:
     GitStaging const& staging_;
     GitDonors const& donors_;
     int root_;
-    GitFolderWalk targets_;
+    FolderWalk targets_;
     std::unordered_map<core::GitObjectId, GitDonors::File, core::GitObjectIdHash> placed_;
     std::unordered_map<core::GitObjectId, std::string, core::GitObjectIdHash> links_;
 };

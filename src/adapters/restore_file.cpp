@@ -1,7 +1,7 @@
 #include "restore_file.hpp"
 
 #include "../core/text.hpp"
-#include "git_files.hpp"
+#include "project_files.hpp"
 
 #include <fcntl.h>
 #include <sys/stat.h>

@@ -81,6 +81,16 @@ struct Sources
     std::vector<Forge> forges;
 };
 
+WebsiteSourceParams website_params(SimulationConfig const& config, fs::path const& simulator)
+{
+    WebsiteSourceParams params;
+    params.keys = config.key_dir;
+    params.projects = config.projects_dir;
+    if (params.projects.empty())
+        params.projects = simulator.parent_path() / "projects" / "samples" / "robotbenchmark";
+    return params;
+}
+
 SimulationLauncherParams launcher_params(SimulationConfig const& config, fs::path simulator)
 {
     SimulationLauncherParams params;
@@ -89,6 +99,7 @@ SimulationLauncherParams launcher_params(SimulationConfig const& config, fs::pat
     params.most_simulations = config.max_connections;
     params.timeout = config.timeout;
     params.start_timeout = config.start_timeout;
+    params.old_webots_tls = !config.network.ssl_certificate.empty() && !config.port_rewrite;
     params.environment = current_environment();
     if (auto const display = environment("DISPLAY"); !display.empty())
         params.display = display;
@@ -162,7 +173,8 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     Sources sources(executor, config, log);
     ProjectFetcherParams fetching;
     fetching.instances = instances;
-    ProjectFetcher fetcher(fetching, sources.forges, log);
+    auto const websites = make_website_source(executor, website_params(config, choice->program), log);
+    ProjectFetcher fetcher(fetching, sources.forges, log, websites.get());
     SimulationLauncher launcher(launcher_params(config, choice->program), *processes, *clock, log);
     auto service_settings = service_params(config, choice->notice);
     if (config.monitor_log)

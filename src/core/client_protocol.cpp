@@ -54,6 +54,20 @@ ClientMessage read_reconnect(json::value const& value)
     return ReconnectMessage{std::string(*token)};
 }
 
+ClientMessage read_init(json::value const& value)
+{
+    auto const* list = value.if_array();
+    if (!list || !std::all_of(list->begin(), list->end(), [](json::value const& element) { return element.is_string(); }))
+        return MalformedMessage{"\"init\" must be a list of strings"};
+    std::vector<std::string> elements;
+    for (auto const& element : *list)
+        elements.emplace_back(element.get_string());
+    auto project = parse_init(elements);
+    if (!project)
+        return MalformedMessage{project.error().message()};
+    return SimulationRequest(std::move(*project));
+}
+
 } // namespace
 
 ClientMessage parse_client_message(std::string_view text)
@@ -69,13 +83,17 @@ ClientMessage parse_client_message(std::string_view text)
         return read_reset_controller(*reset);
     if (auto const* reconnect = object->if_contains("reconnect"))
         return read_reconnect(*reconnect);
+    if (auto const* init = object->if_contains("init"))
+        return read_init(*init);
     if (auto const* start = object->if_contains("start"))
         return read_start(*start);
     return UnknownMessage{};
 }
 
-std::string const& world_of(SimulationRequest const& request) noexcept
+std::string world_of(SimulationRequest const& request)
 {
+    if (auto const* project = std::get_if<WebsiteProject>(&request))
+        return project->url();
     return std::get<StartMessage>(request).url;
 }
 

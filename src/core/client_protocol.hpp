@@ -1,6 +1,8 @@
 // The texts of the WebSocket /client (protocol section 4.1): what browsers say, and what they are told.
 #pragma once
 
+#include <webots_cloud/website_project.hpp>
+
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -49,8 +51,9 @@ struct ReconnectMessage
     bool operator==(ReconnectMessage const&) const = default;
 };
 
-/// Everything by which a browser can ask for a simulation.
-using SimulationRequest = std::variant<StartMessage>;
+/// Everything by which a browser can ask for a simulation: `start`, or `{"init":["<host>","<project>","<file>.wbt",...]}`, which
+/// browsers sent until 2021 and the pages of websites still do.
+using SimulationRequest = std::variant<StartMessage, WebsiteProject>;
 
 using ClientMessage = std::variant<SimulationRequest, ReconnectMessage, ResetControllerMessage, UnknownMessage, MalformedMessage>;
 
@@ -58,7 +61,7 @@ using ClientMessage = std::variant<SimulationRequest, ReconnectMessage, ResetCon
 ClientMessage parse_client_message(std::string_view text);
 
 /// Which world a request asks for, in the browser's words.
-std::string const& world_of(SimulationRequest const& request) noexcept;
+std::string world_of(SimulationRequest const& request);
 
 /// `loading: Error: <text>`
 std::string error_message(std::string_view text);

@@ -237,8 +237,9 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     double days = 7;
     reader->read_number("simulationLogDays", days, 0, 3650);
     config.simulation_log_keep = std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::ratio<86400>>(days));
-    reader->ignore({"projectsDir", "keyDir", "multimediaServer", "multimediaStream",
-                    "publicPort", "persistantDockerImages"});
+    reader->read("projectsDir", config.projects_dir);
+    reader->read("keyDir", config.key_dir);
+    reader->ignore({"multimediaServer", "multimediaStream", "publicPort", "persistantDockerImages"});
     if (reader->failure())
         return *reader->failure();
     configured.warnings = reader->unknown_keys();

@@ -67,6 +67,14 @@ std::vector<std::string> webots_command(std::filesystem::path const& webots, std
     return argv;
 }
 
+std::vector<std::string> old_webots_command(std::filesystem::path const& webots, OldStream const& stream, std::uint16_t port,
+                                            std::filesystem::path const& world)
+{
+    auto const options = concat("--stream=\"port=", std::to_string(port), ";monitorActivity",
+                                stream.controller_edit ? ";controllerEdit" : "", stream.ssl ? ";ssl" : "", "\"");
+    return {webots.string(), "--batch", "--mode=pause", "--minimize", "--no-rendering", options, world.string()};
+}
+
 std::vector<std::pair<std::string, std::string>>
 webots_environment(std::vector<std::pair<std::string, std::string>> const& ours, std::string_view display)
 {

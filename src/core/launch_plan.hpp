@@ -1,4 +1,4 @@
-// How Webots is started for a world (protocol section 6.1): the argument vector and the environment.
+// How Webots is started for a world (protocol sections 6.1 and 6.2): the argument vector and the environment.
 #pragma once
 
 #include <cstdint>
@@ -31,9 +31,27 @@ std::string stream_mode(std::string_view requested, std::optional<WebotsVersion>
 /// True for the modes that some Webots knows.
 bool is_known_mode(std::string_view mode) noexcept;
 
+/// What the `--stream` of R2021b and older is told besides the port.
+struct OldStream
+{
+    OldStream() = default;
+
+    bool controller_edit = false; ///< The browser may edit controllers.
+    bool ssl = false;             ///< Webots speaks TLS itself, with a certificate of its own.
+
+    bool operator==(OldStream const&) const = default;
+};
+
 /// The command line, one argument an element; `world` is absolute.
 std::vector<std::string> webots_command(std::filesystem::path const& webots, std::string_view mode, std::uint16_t port,
                                         std::filesystem::path const& world);
+
+/// The same in the language of R2021b and older, which browsers that send `init` expect; quotes and all.
+std::vector<std::string> old_webots_command(std::filesystem::path const& webots, OldStream const& stream, std::uint16_t port,
+                                            std::filesystem::path const& world);
+
+/// What R2021b and older need besides: they shut controllers, which a website's user may have written, in a sandbox (firejail).
+inline constexpr std::pair<char const*, char const*> old_webots_sandbox{"WEBOTS_FIREJAIL_CONTROLLERS", "1"};
 
 /// The environment of a simulator: what it needs of ours, and nothing else (no secrets of the operator's session).
 std::vector<std::pair<std::string, std::string>>

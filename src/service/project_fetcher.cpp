@@ -15,8 +15,9 @@ using core::concat;
 
 struct ProjectFetcher::Impl
 {
-    Impl(ProjectFetcherParams parameters, std::vector<Forge> sources, Logger logger) :
-        params(std::move(parameters)), forges(std::move(sources)), log(std::move(logger)), turns(params.parallel)
+    Impl(ProjectFetcherParams parameters, std::vector<Forge> sources, Logger logger, ProjectSource* others) :
+        params(std::move(parameters)), forges(std::move(sources)), log(std::move(logger)), websites(others),
+        turns(params.parallel)
     {}
 
     /// The source of a world's forge; `parse` has made sure that there is one.
@@ -25,6 +26,34 @@ struct ProjectFetcher::Impl
         auto const found = std::find_if(forges.begin(), forges.end(),
                                         [&](Forge const& forge) { return forge.url == project.forge; });
         return found == forges.end() ? forges.front().source.get() : found->source.get();
+    }
+
+    /// `order` lacks its directory and limits.
+    asio::awaitable<result<Project>> fetch(ProjectSource& source, FetchOrder order, std::string world)
+    {
+        auto const pass = co_await turns.acquire();
+        if (!pass)
+            co_return pass.error();
+        order.limits = params.limits;
+        order.directory = params.instances / std::to_string(++next);
+        auto const directory = order.directory;
+        Project project;
+        project.ref = order.project;
+        project.website = order.website;
+
+        co_await asio::this_coro::throw_if_cancelled(false);
+        auto fetched = co_await source.fetch(std::move(order));
+        if (!fetched) {
+            co_await asio::this_coro::reset_cancellation_state(asio::disable_cancellation());
+            co_await remove(directory);
+            co_return fetched.error();
+        }
+        project.directory = directory;
+        project.world = fetched->root / "worlds" / world;
+        project.root = std::move(fetched->root);
+        project.world_header = std::move(fetched->world_header);
+        project.revision = std::move(fetched->revision);
+        co_return project;
     }
 
     asio::awaitable<void> remove(fs::path directory)
@@ -38,12 +67,14 @@ struct ProjectFetcher::Impl
     ProjectFetcherParams params;
     std::vector<Forge> forges;
     Logger log;
+    ProjectSource* websites;
     async::Semaphore turns;
     std::uint64_t next = 0;
 };
 
-ProjectFetcher::ProjectFetcher(ProjectFetcherParams params, std::vector<Forge> forges, Logger log) :
-    impl_(std::make_unique<Impl>(std::move(params), std::move(forges), std::move(log)))
+ProjectFetcher::ProjectFetcher(ProjectFetcherParams params, std::vector<Forge> forges, Logger log,
+                               ProjectSource* websites) :
+    impl_(std::make_unique<Impl>(std::move(params), std::move(forges), std::move(log), websites))
 {}
 
 ProjectFetcher::~ProjectFetcher() = default;
@@ -58,41 +89,35 @@ result<ProjectRef> ProjectFetcher::parse(std::string_view url) const
 
 asio::awaitable<result<Project>> ProjectFetcher::fetch(ProjectRef ref, std::shared_ptr<FetchProgress> progress)
 {
-    auto const pass = co_await impl_->turns.acquire();
-    if (!pass)
-        co_return pass.error();
+    auto& source = impl_->source_of(ref);
+    auto world = ref.world;
     FetchOrder order;
-    order.project = ref;
-    order.limits = impl_->params.limits;
+    order.project = std::move(ref);
     order.progress = std::move(progress);
-    order.directory = impl_->params.instances / std::to_string(++impl_->next);
-    auto const directory = order.directory;
+    co_return co_await impl_->fetch(source, std::move(order), std::move(world));
+}
 
-    co_await asio::this_coro::throw_if_cancelled(false);
-    auto fetched = co_await impl_->source_of(ref).fetch(std::move(order));
-    if (!fetched) {
-        co_await asio::this_coro::reset_cancellation_state(asio::disable_cancellation());
-        co_await impl_->remove(directory);
-        co_return fetched.error();
-    }
-    Project project;
-    project.ref = ref;
-    project.directory = directory;
-    project.world = fetched->root / "worlds" / ref.world;
-    project.root = std::move(fetched->root);
-    project.world_header = std::move(fetched->world_header);
-    project.revision = std::move(fetched->revision);
-    co_return project;
+asio::awaitable<result<Project>> ProjectFetcher::fetch(WebsiteProject website, std::shared_ptr<FetchProgress> progress)
+{
+    if (!impl_->websites)
+        co_return Failure(errc::refused, "This simulation server runs no projects of websites.");
+    auto world = website.world;
+    FetchOrder order;
+    order.website = std::move(website);
+    order.progress = std::move(progress);
+    co_return co_await impl_->fetch(*impl_->websites, std::move(order), std::move(world));
 }
 
 asio::awaitable<result<>> ProjectFetcher::restore(Project const& project, std::string file)
 {
     RestoreOrder order;
     order.project = project.ref;
+    order.website = project.website;
     order.directory = project.directory;
     order.root = project.root;
     order.file = std::move(file);
-    return impl_->source_of(project.ref).restore(std::move(order));
+    auto& source = project.website ? *impl_->websites : impl_->source_of(project.ref);
+    return source.restore(std::move(order));
 }
 
 asio::awaitable<void> ProjectFetcher::discard(Project project)

@@ -4,6 +4,7 @@
 #include "../async/task_group.hpp"
 #include "../core/registration_form.hpp"
 #include "../core/text.hpp"
+#include "../core/web_form.hpp"
 
 #include <boost/asio/this_coro.hpp>
 
@@ -43,7 +44,7 @@ asio::awaitable<void> Registration::register_at(std::string registry)
     for (;;) {
         HttpRequest request(registry);
         request.method = "POST";
-        request.headers.emplace_back("Content-Type", "application/x-www-form-urlencoded");
+        request.headers.emplace_back("Content-Type", std::string(core::form_type));
         request.body = core::registration_form(params_.url, params_.share_idle_time, params_.allowed_repositories);
         request.timeout = std::chrono::seconds(10);
         auto const answer = co_await http_.send(std::move(request));

@@ -37,6 +37,8 @@ std::string describe(ExitStatus const& status)
 
 struct SimulationLauncher::Impl
 {
+    ProcessSpec process_for(LaunchSpec const& spec, std::uint16_t port) const;
+
     Impl(SimulationLauncherParams parameters, ProcessHost& host, Clock& time, Logger logger) :
         params(std::move(parameters)), processes(host), clock(time), log(std::move(logger)),
         ports(params.first_port, params.most_simulations)
@@ -48,6 +50,25 @@ struct SimulationLauncher::Impl
     Logger log;
     core::PortPool ports;
 };
+
+ProcessSpec SimulationLauncher::Impl::process_for(LaunchSpec const& spec, std::uint16_t port) const
+{
+    ProcessSpec process;
+    process.environment = core::webots_environment(params.environment, params.display);
+    process.directory = spec.world.parent_path();
+    process.grace = params.grace;
+    if (spec.old_command_line) {
+        core::OldStream stream;
+        stream.controller_edit = spec.controller_edit;
+        stream.ssl = params.old_webots_tls;
+        process.argv = core::old_webots_command(params.webots, stream, port, spec.world);
+        process.environment.emplace_back(core::old_webots_sandbox);
+    } else {
+        auto const mode = core::stream_mode(spec.mode, core::parse_world_header(spec.world_header));
+        process.argv = core::webots_command(params.webots, mode, port, spec.world);
+    }
+    return process;
+}
 
 namespace {
 
@@ -265,12 +286,7 @@ asio::awaitable<result<std::unique_ptr<Simulation>>> SimulationLauncher::launch(
         co_return port.error();
     PortLease lease(impl_->ports, *port);
 
-    auto const mode = core::stream_mode(spec.mode, core::parse_world_header(spec.world_header));
-    ProcessSpec process;
-    process.argv = core::webots_command(impl_->params.webots, mode, *port, spec.world);
-    process.environment = core::webots_environment(impl_->params.environment, impl_->params.display);
-    process.directory = spec.world.parent_path();
-    process.grace = impl_->params.grace;
+    auto process = impl_->process_for(spec, *port);
     std::string command;
     for (auto const& argument : process.argv)
         command.append(command.empty() ? "" : " ").append(argument);

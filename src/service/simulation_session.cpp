@@ -245,15 +245,15 @@ void SimulationSession::pass(core::StartStage stage)
 asio::awaitable<void> SimulationSession::host(Channel& channel)
 {
     co_await asio::this_coro::throw_if_cancelled(false);
-    auto const& start = std::get<core::StartMessage>(request_);
-    surroundings_.log.info(concat(name(), "Starting simulation from ", core::printable(start.url)));
-    auto const fetched = co_await fetch(start, channel);
+    surroundings_.log.info(
+        concat(name(), "Starting simulation from ", core::printable(core::world_of(request_))));
+    auto const fetched = co_await fetch(channel);
     if (!fetched) {
         if (fetched.error().code() != asio::error::operation_aborted)
             refuse(channel, fetched.error());
         co_return;
     }
-    auto const launched = co_await launch(start.mode, channel);
+    auto const launched = co_await launch(channel);
     if (!launched) {
         refuse(channel, launched.error());
         co_return;
@@ -263,27 +263,41 @@ asio::awaitable<void> SimulationSession::host(Channel& channel)
         co_await relay(channel);
 }
 
-/// Whether this machine takes the simulation.
-result<> SimulationSession::admission(std::string_view url) const
+/// Whether this machine takes the simulation. The projects of websites are the operator's own: no policy is
+/// needed.
+result<> SimulationSession::admission() const
 {
     if (surroundings_.draining)
         return Failure(errc::refused,
                        "This simulation server is about to stop. Please start again on another one.");
-    if (auto const refused = core::refusal(surroundings_.policy, url, surroundings_.load))
+    auto const* start = std::get_if<core::StartMessage>(&request_);
+    if (!start)
+        return {};
+    if (auto const refused = core::refusal(surroundings_.policy, start->url, surroundings_.load))
         return Failure(errc::refused, *refused);
     return {};
 }
 
-asio::awaitable<result<>> SimulationSession::fetch(core::StartMessage const& start, Channel& channel)
+asio::awaitable<result<Project>> SimulationSession::fetch_requested(std::shared_ptr<FetchProgress> progress)
 {
-    auto const ref = surroundings_.fetcher.parse(start.url);
+    auto const admitted = admission();
+    if (auto const* website = std::get_if<WebsiteProject>(&request_)) {
+        if (!admitted)
+            co_return admitted.error();
+        co_return co_await surroundings_.fetcher.fetch(*website, std::move(progress));
+    }
+    auto const ref = surroundings_.fetcher.parse(std::get<core::StartMessage>(request_).url);
     if (!ref)
         co_return ref.error();
-    auto const admitted = admission(start.url);
     if (!admitted)
         co_return admitted.error();
+    co_return co_await surroundings_.fetcher.fetch(*ref, std::move(progress));
+}
+
+asio::awaitable<result<>> SimulationSession::fetch(Channel& channel)
+{
     auto progress = std::make_shared<FetchProgress>();
-    auto outcome = co_await (surroundings_.fetcher.fetch(*ref, progress) || show_progress(progress, channel));
+    auto outcome = co_await (fetch_requested(progress) || show_progress(progress, channel));
     if (outcome.index() == 1)
         co_return std::get<1>(outcome).error();
     auto& project = std::get<0>(outcome);
@@ -322,14 +336,25 @@ void SimulationSession::open_output(LaunchSpec& spec)
     spec.output = [log = output_.get()](std::string_view line) { log->write(line); };
 }
 
-asio::awaitable<result<>> SimulationSession::launch(std::string mode, Channel& channel)
+LaunchSpec SimulationSession::launch_spec() const
 {
-    state_ = State::launching;
     LaunchSpec spec;
     spec.world = project_->world;
     spec.world_header = project_->world_header;
-    spec.mode = std::move(mode);
     spec.label = std::to_string(id_);
+    if (auto const* website = std::get_if<WebsiteProject>(&request_)) {
+        spec.old_command_line = true;
+        spec.controller_edit = website->may_edit();
+    } else {
+        spec.mode = std::get<core::StartMessage>(request_).mode;
+    }
+    return spec;
+}
+
+asio::awaitable<result<>> SimulationSession::launch(Channel& channel)
+{
+    state_ = State::launching;
+    auto spec = launch_spec();
     open_output(spec);
     auto simulation = co_await surroundings_.launcher.launch(std::move(spec));
     if (!simulation)
@@ -338,9 +363,11 @@ asio::awaitable<result<>> SimulationSession::launch(std::string mode, Channel& c
     looked_ = surroundings_.clock.now();
     ends_at_ = looked_ + surroundings_.launcher.params().timeout;
     pass(core::StartStage::launch);
-    auto const timeout = surroundings_.launcher.params().timeout;
-    (void)channel.send(
-        core::shutdown_timeout_message(std::chrono::duration_cast<std::chrono::seconds>(timeout).count()));
+    auto const timeout =
+        std::chrono::duration_cast<std::chrono::seconds>(surroundings_.launcher.params().timeout);
+    // Browsers that send `init` don't know the message.
+    if (std::holds_alternative<core::StartMessage>(request_))
+        (void)channel.send(core::shutdown_timeout_message(timeout.count()));
     co_return result<>();
 }
 

@@ -100,8 +100,10 @@ public:
 private:
     boost::asio::awaitable<void> host(Channel& channel);
     boost::asio::awaitable<void> watch(Channel& channel);
-    boost::asio::awaitable<result<>> fetch(core::StartMessage const& start, Channel& channel);
-    boost::asio::awaitable<result<>> launch(std::string mode, Channel& channel);
+    boost::asio::awaitable<result<>> fetch(Channel& channel);
+    boost::asio::awaitable<result<Project>> fetch_requested(std::shared_ptr<FetchProgress> progress);
+    boost::asio::awaitable<result<>> launch(Channel& channel);
+    LaunchSpec launch_spec() const;
     boost::asio::awaitable<result<>> show_progress(std::shared_ptr<FetchProgress const> progress,
                                                    Channel& channel);
     boost::asio::awaitable<void> relay(Channel& channel);
@@ -113,7 +115,7 @@ private:
     bool can_be_taken_over() const noexcept;
     bool waits_for_its_browser() const noexcept;
     void announce(Channel& channel);
-    result<> admission(std::string_view url) const;
+    result<> admission() const;
     void open_output(LaunchSpec& spec);
     void refuse(Channel& channel, Failure const& failure);
     void tell(Channel& channel, std::string_view error);

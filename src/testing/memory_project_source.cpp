@@ -17,10 +17,11 @@ boost::asio::awaitable<result<FetchedProject>> MemoryProjectSource::fetch(FetchO
     --fetching;
     if (!waited)
         co_return waited.error();
-    auto const& project = order.project;
-    auto const found = worlds_.find(project.owner + "/" + project.repository + "/" + project.world);
+    auto const& world = order.website ? order.website->world : order.project.world;
+    auto const project = order.website ? order.website->project : order.project.owner + "/" + order.project.repository;
+    auto const found = worlds_.find(project + "/" + world);
     if (found == worlds_.end())
-        co_return Failure(errc::not_found, project.world + " does not exist.");
+        co_return Failure(errc::not_found, world + " does not exist.");
     FetchedProject fetched;
     fetched.root = order.directory / "project";
     fetched.revision = "0123456789";

@@ -127,14 +127,16 @@ public:
 private:
     static std::vector<std::uint16_t> ports_of(ProcessSpec const& spec)
     {
-        constexpr std::string_view option = "--port=";
-        for (auto const& argument : spec.argv) {
-            std::uint16_t port = 0;
-            if (argument.starts_with(option)) {
+        constexpr std::string_view port_option = "--port=";
+        constexpr std::string_view old_option = "--stream=\"port=";
+        for (std::string_view const argument : spec.argv)
+            for (auto const option : {port_option, old_option}) {
+                std::uint16_t port = 0;
+                if (!argument.starts_with(option))
+                    continue;
                 std::from_chars(argument.data() + option.size(), argument.data() + argument.size(), port);
                 return {port};
             }
-        }
         return {};
     }
 

@@ -19,7 +19,7 @@ class MemoryProjectSource final : public ProjectSource
 public:
     explicit MemoryProjectSource(Clock& clock) : clock_(clock) {}
 
-    /// The project `owner/repository` has this world, whose first line is `header`.
+    /// The project `owner/repository`, or the website's project of that name, has this world, whose first line is `header`.
     void add(std::string const& repository, std::string const& world, std::string header = "#VRML_SIM R2025a utf8")
     {
         worlds_[repository + "/" + world] = std::move(header);

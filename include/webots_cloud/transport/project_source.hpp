@@ -4,6 +4,7 @@
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/project_ref.hpp>
 #include <webots_cloud/transport/clock.hpp>
+#include <webots_cloud/website_project.hpp>
 
 #include <boost/asio/awaitable.hpp>
 
@@ -11,6 +12,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace webots_cloud {
@@ -38,7 +40,8 @@ struct FetchOrder
 {
     FetchOrder() = default;
 
-    ProjectRef project;
+    ProjectRef project; ///< For the sources of forges.
+    std::optional<WebsiteProject> website; ///< For the source of websites' projects, instead.
     std::filesystem::path directory; ///< Does not exist yet, its parent does; on failure it may hold anything.
     FetchLimits limits;
     std::shared_ptr<FetchProgress> progress = std::make_shared<FetchProgress>();
@@ -60,9 +63,10 @@ struct RestoreOrder
     RestoreOrder() = default;
 
     ProjectRef project;
-    std::filesystem::path directory; ///< Of the fetch order.
-    std::filesystem::path root;      ///< Of the fetched project.
-    std::string file;                ///< Relative to the root: names separated by `/`, none of them `.` or `..`.
+    std::optional<WebsiteProject> website; ///< As in the fetch order.
+    std::filesystem::path directory;       ///< Of the fetch order.
+    std::filesystem::path root;            ///< Of the fetched project.
+    std::string file;                      ///< Relative to the root: names separated by `/`, none of them `.` or `..`.
 };
 
 /// Fetches projects from somewhere. Never works on the caller's thread, never outside the order's directory.
@@ -76,7 +80,8 @@ public:
     /// Puts the project into the order's directory and makes sure that its world is there.
     ///
     /// Cancellation: terminal; completes only when nothing writes into the directory any more.
-    /// Errors: `not_found` (repository, branch, folder or world), `unreachable`, `timed_out`, `too_large`, `protocol_error`;
+    /// Errors: `not_found` (repository, branch, folder or world), `unreachable`, `timed_out`, `too_large`, `protocol_error`, and
+    /// `refused` by the website;
     /// the detail is a sentence for the person who asked.
     virtual boost::asio::awaitable<result<FetchedProject>> fetch(FetchOrder order) = 0;
 

@@ -2,7 +2,7 @@
 #include "unit_test.hpp"
 
 #include "adapters/git_digest.hpp"
-#include "adapters/git_files.hpp"
+#include "adapters/project_files.hpp"
 #include "adapters/git_pack_reader.hpp"
 #include "adapters/remove_tree.hpp"
 

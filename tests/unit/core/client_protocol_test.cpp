@@ -46,6 +46,25 @@ BOOST_AUTO_TEST_CASE(a_browser_returns_with_a_token)
     BOOST_TEST(std::holds_alternative<MalformedMessage>(parse_client_message(R"({"reconnect":{}})")));
 }
 
+// Section 5.1.
+BOOST_AUTO_TEST_CASE(init_messages_are_lists_of_strings)
+{
+    auto const message = parse_client_message(R"({ "init" : [ "https://w.org", "p", "a.wbt", "", "\u00e9" ] })");
+    auto const& request = std::get<SimulationRequest>(message);
+    auto const& project = std::get<webots_cloud::WebsiteProject>(request);
+    BOOST_TEST(project.project == "p");
+    BOOST_TEST(project.user1_name == "\u00e9");
+    BOOST_TEST(world_of(request) == "https://w.org/p/worlds/a.wbt");
+    for (auto const* text : {R"({"init":"p"})", R"({"init":{}})", R"({"init":["h","p",5]})", R"({"init":["h",null,"a.wbt"]})"})
+        BOOST_TEST((parse_client_message(text) == ClientMessage(MalformedMessage{"\"init\" must be a list of strings"})), text);
+}
+
+BOOST_AUTO_TEST_CASE(init_goes_before_start)
+{
+    auto const message = parse_client_message(R"({"start":{"url":"u"},"init":["h"]})");
+    BOOST_TEST((message == ClientMessage(MalformedMessage{"\"init\" must have three to nine elements, not 1"})));
+}
+
 BOOST_AUTO_TEST_CASE(objects_that_ask_for_nothing_are_ignored)
 {
     BOOST_TEST(std::holds_alternative<UnknownMessage>(parse_client_message("{}")));

@@ -95,6 +95,16 @@ BOOST_AUTO_TEST_CASE(simulation_defaults_are_those_of_the_reference)
     BOOST_TEST((config.timeout == std::chrono::seconds(7200)));
     BOOST_TEST_REQUIRE(config.forges.size() == 1u);
     BOOST_TEST(config.forges[0].url == "https://github.com");
+    BOOST_TEST(config.projects_dir.empty());
+    BOOST_TEST(config.key_dir == "key");
+}
+
+BOOST_AUTO_TEST_CASE(folders_of_templates_and_keys_are_those_of_the_first_generations)
+{
+    auto const configured = parse_simulation_config(R"({"projectsDir":"/p","keyDir":"/k"})", "c.json").value();
+    BOOST_TEST(configured.warnings.empty());
+    BOOST_TEST(configured.config.projects_dir == "/p");
+    BOOST_TEST(configured.config.key_dir == "/k");
 }
 
 BOOST_AUTO_TEST_CASE(a_short_timeout_counts_as_two_hours_as_it_always_did)

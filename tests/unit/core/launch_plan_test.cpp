@@ -18,7 +18,7 @@ std::string joined(std::vector<std::string> const& argv)
 
 } // namespace
 
-// Protocol section 6.1 and quirk Q22.
+// Protocol sections 6.1 and 6.2, and quirk Q22.
 BOOST_AUTO_TEST_SUITE(launch_plan)
 
 BOOST_AUTO_TEST_CASE(without_a_mode_webots_runs_minimised_with_a_bare_stream_option)
@@ -32,6 +32,18 @@ BOOST_AUTO_TEST_CASE(video_runs_unminimised)
 {
     BOOST_TEST(joined(webots_command("/w/webots", "mjpeg", 2002, "/p/worlds/a.wbt")) ==
                "/w/webots|--batch|--mode=pause|--port=2002|--heartbeat=5000|--stream=mjpeg|/p/worlds/a.wbt");
+}
+
+BOOST_AUTO_TEST_CASE(the_old_command_line_has_one_stream_option_in_literal_quotes)
+{
+    OldStream stream;
+    BOOST_TEST(joined(old_webots_command("/w/webots", stream, 2003, "/p/worlds/a.wbt")) ==
+               "/w/webots|--batch|--mode=pause|--minimize|--no-rendering|--stream=\"port=2003;monitorActivity\"|"
+               "/p/worlds/a.wbt");
+    stream.controller_edit = true;
+    stream.ssl = true;
+    BOOST_TEST(old_webots_command("/w/webots", stream, 2003, "/p/worlds/a.wbt")[5] ==
+               "--stream=\"port=2003;monitorActivity;controllerEdit;ssl\"");
 }
 
 BOOST_AUTO_TEST_CASE(the_scene_mode_has_the_name_that_this_generation_of_webots_knows)

@@ -22,6 +22,8 @@ namespace {
 
 constexpr auto start_message = R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/a.wbt","mode":"mjpeg"}})";
 
+constexpr auto init_message = R"({ "init" : [ "https://w.org", "robots", "a.wbt", "", "", "", "", "", "" ] })";
+
 asio::awaitable<void> run(SimulationService& service) { (void)co_await service.run(); }
 
 asio::awaitable<int> join(async::TaskGroup& tasks)
@@ -66,11 +68,12 @@ struct Fixture
 {
     explicit Fixture(Duration grace = {}) :
         processes(world.clock), source(world.clock), logs(std::make_shared<testing::RecordingSimulationLogs>(world.clock)),
-        fetcher(fetcher_params(), {Forge("https://github.com", source)}, log.logger()),
+        fetcher(fetcher_params(), {Forge("https://github.com", source)}, log.logger(), &source),
         launcher(launcher_params(), processes, world.clock, log.logger()),
         service(service_params(logs, grace), fetcher, launcher, metrics, world.clock, log.logger()), tasks(world.executor())
     {
         source.add("o/r", "a.wbt");
+        source.add("robots", "a.wbt");
         tasks.spawn(run(service));
         world.settle();
     }
@@ -176,6 +179,70 @@ BOOST_AUTO_TEST_CASE(what_a_simulator_prints_is_kept_in_a_log_of_its_own_but_for
                boost::test_tools::per_element());
     BOOST_TEST(fixture.log.contains("[1] What Webots prints is in 1.log"));
     BOOST_TEST(browser.close_code.has_value());
+}
+
+// Protocol sections 5.2 and 6.2.
+BOOST_AUTO_TEST_CASE(init_is_answered_with_the_address_alone_and_then_heartbeats)
+{
+    Fixture fixture;
+    fixture.processes.expect().prints("noise\nopen\n").after(5s).prints(".\n");
+    auto& browser = fixture.start(init_message);
+    BOOST_TEST(browser.sent == (Texts{"webots:ws://host.org:2001"}), boost::test_tools::per_element());
+    fixture.world.advance(5s);
+    BOOST_TEST(browser.sent == (Texts{"webots:ws://host.org:2001", "."}), boost::test_tools::per_element());
+    auto const& process = fixture.processes.started().front();
+    BOOST_TEST(process.argv == (Texts{"/opt/webots/webots", "--batch", "--mode=pause", "--minimize", "--no-rendering",
+                                      "--stream=\"port=2001;monitorActivity;controllerEdit\"",
+                                      "/instances/1/project/worlds/a.wbt"}),
+               boost::test_tools::per_element());
+    std::pair<std::string, std::string> const sandbox("WEBOTS_FIREJAIL_CONTROLLERS", "1");
+    BOOST_TEST(std::count(process.environment.begin(), process.environment.end(), sandbox) == 1);
+    BOOST_TEST(fixture.log.contains("Starting simulation from https://w.org/robots/worlds/a.wbt"));
+    fixture.leave(browser);
+}
+
+BOOST_AUTO_TEST_CASE(init_needs_no_allowed_repository_but_a_server_that_is_not_draining)
+{
+    Fixture fixture;
+    auto params = service_params(fixture.logs, {});
+    params.allowed_repositories.clear();
+    fixture.service.set_policy(params);
+    fixture.processes.expect().prints("open\n");
+    auto& first = fixture.start(init_message);
+    BOOST_TEST(first.sent.back() == "webots:ws://host.org:2001");
+    fixture.service.drain(false);
+    auto& second = fixture.start(init_message);
+    BOOST_TEST(second.sent.back().starts_with("loading: Error: This simulation server is about to stop."));
+    fixture.leave(first);
+}
+
+BOOST_AUTO_TEST_CASE(an_init_that_fails_says_why_and_closes)
+{
+    Fixture fixture;
+    auto& missing = fixture.start(R"({"init":["https://w.org","other","a.wbt"]})");
+    BOOST_TEST(missing.sent == (Texts{"loading: Error: a.wbt does not exist."}), boost::test_tools::per_element());
+    BOOST_TEST(missing.close_code.has_value());
+    auto& wrong = fixture.start(R"({"init":["https://w.org","../other","a.wbt"]})");
+    BOOST_TEST(wrong.sent == (Texts{"loading: Error: Wrong message: \"../other\" is no name of a project."}),
+               boost::test_tools::per_element()); // and the adapter closes
+    BOOST_TEST(fixture.browsings.size() == 0u);
+}
+
+BOOST_AUTO_TEST_CASE(a_server_without_websites_refuses_init_in_words)
+{
+    Fixture fixture;
+    ProjectFetcher without(fetcher_params(), {Forge("https://github.com", fixture.source)}, fixture.log.logger());
+    SimulationService service(service_params(fixture.logs, {}), without, fixture.launcher, fixture.metrics, fixture.world.clock,
+                              fixture.log.logger());
+    testing::LoopbackChannel browser(fixture.world.executor());
+    ChannelInfo info;
+    info.path = "/client";
+    fixture.browsings.spawn(service.converse(std::move(info), browser));
+    fixture.world.settle();
+    browser.browser_says(init_message);
+    fixture.world.settle();
+    BOOST_TEST(browser.sent == (Texts{"loading: Error: This simulation server runs no projects of websites."}),
+               boost::test_tools::per_element());
 }
 
 BOOST_AUTO_TEST_CASE(the_browser_may_leave_at_any_moment_and_nothing_stays)

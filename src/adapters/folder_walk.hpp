@@ -1,8 +1,8 @@
 // Folders below an open root, opened one at a time and never through a symbolic link.
 #pragma once
 
-#include "git_file_descriptor.hpp"
-#include "git_files.hpp"
+#include "file_descriptor.hpp"
+#include "project_files.hpp"
 
 #include <webots_cloud/error.hpp>
 
@@ -14,11 +14,11 @@ namespace webots_cloud::adapters {
 
 /// Finds the open folder of a path. Fast when paths come in the order of a walk.   Thread-safety: one thread
 /// at a time.
-class GitFolderWalk
+class FolderWalk
 {
 public:
     /// `root` must outlive it.
-    explicit GitFolderWalk(int root) : root_(root) {}
+    explicit FolderWalk(int root) : root_(root) {}
 
     /// The folder that holds `path`: its descriptor is valid until the next call.   Errors: `unavailable`.
     result<int> parent_of(std::string_view path);

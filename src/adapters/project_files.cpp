@@ -1,4 +1,4 @@
-#include "git_files.hpp"
+#include "project_files.hpp"
 
 #include "../core/text.hpp"
 

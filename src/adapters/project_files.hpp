@@ -1,7 +1,7 @@
 // Reading and writing whole files below an open folder.
 #pragma once
 
-#include "git_file_descriptor.hpp"
+#include "file_descriptor.hpp"
 
 #include <webots_cloud/error.hpp>
 

@@ -1,8 +1,8 @@
-#include "git_folder_walk.hpp"
+#include "folder_walk.hpp"
 
 namespace webots_cloud::adapters {
 
-result<int> GitFolderWalk::parent_of(std::string_view path)
+result<int> FolderWalk::parent_of(std::string_view path)
 {
     while (!levels_.empty() && !path.starts_with(levels_.back().path))
         levels_.pop_back();

@@ -1,4 +1,4 @@
-// HTTP for git: blocking requests over libcurl that stop when they must.
+// HTTP for project sources: blocking requests over libcurl that stop when they must.
 #pragma once
 
 #include <webots_cloud/error.hpp>
@@ -16,7 +16,7 @@
 namespace webots_cloud::adapters {
 
 /// When a request has to stop.
-struct GitHttpLimits
+struct CurlLimits
 {
     std::atomic<bool> const* aborted =
         nullptr; ///< Stops soon after it becomes true.   Lifetime: outlives the request.
@@ -28,28 +28,30 @@ struct GitHttpLimits
 };
 
 /// What goes out.
-struct GitHttpRequest
+struct CurlRequest
 {
-    std::string base;      ///< The forge: no other host is ever contacted, redirected or not.
-    std::string url;       ///< Begins with `base` and a slash.
-    std::string body;      ///< Of a POST to git-upload-pack; empty: GET.
-    bool version_2 = true; ///< Asks for version 2 of git's protocol.
+    std::string peer;                 ///< Who is asked, for messages: "the git server".
+    std::string base;                 ///< No other host is ever contacted, redirected or not.
+    std::string url;                  ///< Begins with `base` and a slash.
+    std::string agent;                ///< What we call ourselves.
+    std::vector<std::string> headers; ///< Lines without line ends.
+    std::string body;                 ///< Of a POST; empty: GET.
     /// Gets the answer's body piece by piece when the status is 200; a failure stops the request and is its
     /// result.
     std::function<result<>(std::string_view)> sink;
 };
 
 /// Sends requests and keeps connections open between them.   Thread-safety: any thread.
-class GitHttp
+class CurlHttp
 {
 public:
-    GitHttp();
-    ~GitHttp();
+    CurlHttp();
+    ~CurlHttp();
 
     /// The status of the answer; the body has gone to the sink when it is 200. Blocks.
     ///
     /// Errors: `unreachable`, `timed_out`, `too_large`, `operation_aborted`, what the sink returned.
-    result<int> send(GitHttpRequest const& request, GitHttpLimits const& limits);
+    result<int> send(CurlRequest const& request, CurlLimits const& limits);
 
 private:
     class Handle;

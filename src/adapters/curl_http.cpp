@@ -1,4 +1,4 @@
-#include "git_http.hpp"
+#include "curl_http.hpp"
 
 #include "../core/text.hpp"
 
@@ -24,8 +24,8 @@ bool is_set(std::atomic<bool> const* flag)
 /// One attempt: what libcurl's callbacks need to know.
 struct Exchange
 {
-    GitHttpRequest const& request;
-    GitHttpLimits const& limits;
+    CurlRequest const& request;
+    CurlLimits const& limits;
     CURL* curl = nullptr;
     std::uint64_t received = 0;
     result<> outcome{};
@@ -35,7 +35,7 @@ struct Exchange
         if (is_set(limits.aborted) || is_set(limits.abandoned))
             outcome = Failure(boost::asio::error::operation_aborted);
         else if (std::chrono::steady_clock::now() > limits.deadline)
-            outcome = Failure(errc::timed_out, "the git server took too long");
+            outcome = Failure(errc::timed_out, concat(request.peer, " took too long"));
         return outcome.has_error();
     }
 };
@@ -50,7 +50,7 @@ std::size_t on_body(char* bytes, std::size_t, std::size_t count, void* user)
     exchange.received += count;
     if (exchange.received > exchange.limits.bytes)
         exchange.outcome =
-            Failure(errc::too_large, concat("the answer of the git server is larger than ",
+            Failure(errc::too_large, concat("the answer of ", exchange.request.peer, " is larger than ",
                                             std::to_string(exchange.limits.bytes >> 20), " MB"));
     else if (!exchange.must_stop())
         exchange.outcome = exchange.request.sink(std::string_view(bytes, count));
@@ -75,7 +75,7 @@ Failure failure_of(CURLcode code, char const* words)
 } // namespace
 
 /// A libcurl handle with its connections.
-class GitHttp::Handle
+class CurlHttp::Handle
 {
 public:
     Handle() : curl_(curl_easy_init()) {}
@@ -87,36 +87,32 @@ public:
     }
 
     /// `redirected` gets the address that the answer points to, or empty.
-    result<int> send(GitHttpRequest const& request, GitHttpLimits const& limits, std::string const& url,
+    result<int> send(CurlRequest const& request, CurlLimits const& limits, std::string const& url,
                      std::string& redirected);
 
 private:
-    void prepare(GitHttpRequest const& request, GitHttpLimits const& limits, std::string const& url);
-    void add_header(char const* line) { headers_ = curl_slist_append(headers_, line); }
+    void prepare(CurlRequest const& request, CurlLimits const& limits, std::string const& url);
 
     CURL* curl_;
     curl_slist* headers_ = nullptr;
     std::array<char, CURL_ERROR_SIZE> words_{};
 };
 
-void GitHttp::Handle::prepare(GitHttpRequest const& request, GitHttpLimits const& limits,
-                              std::string const& url)
+void CurlHttp::Handle::prepare(CurlRequest const& request, CurlLimits const& limits, std::string const& url)
 {
     curl_easy_reset(curl_); // keeps the connections
     curl_slist_free_all(headers_);
     headers_ = nullptr;
-    if (request.version_2)
-        add_header("Git-Protocol: version=2");
+    for (auto const& line : request.headers)
+        headers_ = curl_slist_append(headers_, line.c_str());
     if (!request.body.empty()) {
-        add_header("Content-Type: application/x-git-upload-pack-request");
-        add_header("Accept: application/x-git-upload-pack-result");
-        add_header("Expect:"); // no round trip before the body
+        headers_ = curl_slist_append(headers_, "Expect:"); // no round trip before the body
         curl_easy_setopt(curl_, CURLOPT_POSTFIELDS, request.body.data());
         curl_easy_setopt(curl_, CURLOPT_POSTFIELDSIZE_LARGE, static_cast<curl_off_t>(request.body.size()));
     }
     curl_easy_setopt(curl_, CURLOPT_HTTPHEADER, headers_);
     curl_easy_setopt(curl_, CURLOPT_URL, url.c_str());
-    curl_easy_setopt(curl_, CURLOPT_USERAGENT, "git/webots_cloud");
+    curl_easy_setopt(curl_, CURLOPT_USERAGENT, request.agent.c_str());
     curl_easy_setopt(curl_, CURLOPT_PROTOCOLS_STR, "http,https");
     curl_easy_setopt(curl_, CURLOPT_FOLLOWLOCATION, 0L);
     curl_easy_setopt(curl_, CURLOPT_NOSIGNAL, 1L);
@@ -132,8 +128,8 @@ void GitHttp::Handle::prepare(GitHttpRequest const& request, GitHttpLimits const
     curl_easy_setopt(curl_, CURLOPT_ERRORBUFFER, words_.data());
 }
 
-result<int> GitHttp::Handle::send(GitHttpRequest const& request, GitHttpLimits const& limits,
-                                  std::string const& url, std::string& redirected)
+result<int> CurlHttp::Handle::send(CurlRequest const& request, CurlLimits const& limits,
+                                   std::string const& url, std::string& redirected)
 {
     prepare(request, limits, url);
     Exchange exchange{.request = request, .limits = limits, .curl = curl_};
@@ -155,15 +151,15 @@ result<int> GitHttp::Handle::send(GitHttpRequest const& request, GitHttpLimits c
     return static_cast<int>(status);
 }
 
-GitHttp::GitHttp()
+CurlHttp::CurlHttp()
 {
     static auto const initialized = curl_global_init(CURL_GLOBAL_DEFAULT);
     (void)initialized;
 }
 
-GitHttp::~GitHttp() = default;
+CurlHttp::~CurlHttp() = default;
 
-std::unique_ptr<GitHttp::Handle> GitHttp::take()
+std::unique_ptr<CurlHttp::Handle> CurlHttp::take()
 {
     std::lock_guard const lock(mutex_);
     if (idle_.empty())
@@ -173,13 +169,13 @@ std::unique_ptr<GitHttp::Handle> GitHttp::take()
     return handle;
 }
 
-void GitHttp::give_back(std::unique_ptr<Handle> handle)
+void CurlHttp::give_back(std::unique_ptr<Handle> handle)
 {
     std::lock_guard const lock(mutex_);
     idle_.push_back(std::move(handle));
 }
 
-result<int> GitHttp::send(GitHttpRequest const& request, GitHttpLimits const& limits)
+result<int> CurlHttp::send(CurlRequest const& request, CurlLimits const& limits)
 {
     auto handle = take();
     auto url = request.url;
@@ -189,9 +185,9 @@ result<int> GitHttp::send(GitHttpRequest const& request, GitHttpLimits const& li
         status = handle->send(request, limits, url, redirected);
         if (!status || redirected.empty())
             break;
-        status = Failure(errc::protocol_error, "the git server redirects in circles");
+        status = Failure(errc::protocol_error, concat(request.peer, " redirects in circles"));
         if (!redirected.starts_with(request.base + "/")) {
-            status = Failure(errc::protocol_error, "the git server redirects to another host");
+            status = Failure(errc::protocol_error, concat(request.peer, " redirects to another host"));
             break;
         }
         url = redirected;

@@ -1,0 +1,29 @@
+// Unpacks zip files that strangers have made, with libarchive.
+#pragma once
+
+#include <webots_cloud/error.hpp>
+
+#include <atomic>
+#include <cstdint>
+
+namespace webots_cloud::adapters {
+
+struct UnpackLimits
+{
+    std::uint32_t entries = 50'000;
+    std::uint64_t bytes = std::uint64_t{2} << 30; ///< Unpacked.
+    /// Unpacked bytes for each byte of the archive. Texts of worlds shrink to a twentieth, a bomb to a
+    /// thousandth.
+    std::uint64_t growth = 200;
+    std::uint64_t free_growth = std::uint64_t{64} << 20; ///< Unpacked bytes that are no bomb in any case.
+};
+
+/// Unpacks the zip in the open file `archive`, from its beginning, into the open folder `root`, over what is
+/// there: files are replaced. Nothing but files and folders is made, and nothing outside of `root`. Blocks.
+///
+/// Errors: `protocol_error` (no zip, damaged, encrypted, forbidden names, links, devices), `too_large`,
+/// `unavailable` (disk), `operation_aborted` soon after `aborted` becomes true; the detail is a sentence.
+/// What was unpacked before stays.
+result<> unpack_zip(int archive, int root, UnpackLimits const& limits, std::atomic<bool> const& aborted);
+
+} // namespace webots_cloud::adapters

@@ -1,0 +1,61 @@
+// What a website's project is made of, and what the website's answer means (protocol section 5).
+#pragma once
+
+#include <webots_cloud/error.hpp>
+#include <webots_cloud/website_project.hpp>
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace webots_cloud::core {
+
+/// The key in the text of a key file: its first line, without spaces around; empty when there is none.
+std::string website_key(std::string_view key_file);
+
+/// A question to `download-project.php`.
+struct DownloadRequest
+{
+    DownloadRequest() = default;
+
+    std::string url;
+    std::string form; ///< The body: a web form.
+
+    bool operator==(DownloadRequest const&) const = default;
+};
+
+/// What to do for an `init`.
+struct WebsitePlan
+{
+    WebsitePlan() = default;
+
+    std::filesystem::path project; ///< The template, relative to the folder of all templates.
+    std::string host_file;         ///< The text of `host.txt` in the project's root.
+    std::optional<DownloadRequest>
+        download; ///< What the user has changed; nothing when nobody has logged in.
+};
+
+/// `key`: the website's key, empty when the operator has filed none. A website without a key is sent nothing.
+///
+/// Errors: `refused`; the detail is a sentence for the browser.
+result<WebsitePlan> plan_website_project(WebsiteProject const& project, std::string_view key);
+
+/// The kinds of answer of `download-project.php`.
+enum class DownloadAnswer
+{
+    unchanged, ///< The user has no files: the template it is.
+    refused,   ///< Words that begin with `Error:`.
+    archive    ///< Anything else: it should be a zip.
+};
+
+/// Judges by the first bytes of an answer; 200 are enough.
+DownloadAnswer classify_download(std::string_view beginning) noexcept;
+
+/// The sentence for a browser whose download was refused with these words.
+Failure download_refusal(std::string_view words);
+
+/// True for files and folders that get the permissions 0775: `.py`, and names without an extension.
+bool is_runnable_name(std::string_view name) noexcept;
+
+} // namespace webots_cloud::core

@@ -1,0 +1,23 @@
+// The end of a zip file: says where the list of its entries is, and how long.
+#pragma once
+
+#include <webots_cloud/error.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+namespace webots_cloud::core {
+
+/// How many bytes at the end of a zip file hold what `check_zip_directory` looks for, a comment included.
+inline constexpr std::size_t zip_tail = 22 + 65535;
+
+/// Makes sure that the list of entries is one that a reader can take into memory: a reader takes all of it
+/// before it hands out the first entry.
+///
+/// `tail`: the last `zip_tail` bytes of the file, or all of it; `size`: of the file.
+/// Errors: `protocol_error` (no zip), `too_large` (more than `most_entries`, or a list too long for them);
+/// the detail is a sentence.
+result<> check_zip_directory(std::string_view tail, std::uint64_t size, std::uint32_t most_entries);
+
+} // namespace webots_cloud::core
