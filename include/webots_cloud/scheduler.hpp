@@ -166,8 +166,8 @@ struct SchedulerParams
     double memory_threshold = 90;
 
     /// Percent of a machine, default 12, positive: what a session costs until the machine has taught better.
-    /// A machine that reports its capacity starts with `threshold` / capacity instead. Too much
-    /// refuses some users of a first burst, too little crowds them; reports correct either within a minute.
+    /// A machine that reports its capacity starts with `threshold` / capacity instead. A guess chooses between
+    /// machines but sends nobody away: `Refusal::committed` begins when sessions have been seen to come or go.
     double session_cost = 12;
     /// Percent of a machine's memory, default 2, not negative: likewise.
     double session_memory = 2;

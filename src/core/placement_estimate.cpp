@@ -48,6 +48,11 @@ void FleetCost::learn(Evidence const& sample, Evidence const& own, TimePoint now
     strength_ = std::clamp(variety / disagreement_, least_strength, most_strength);
 }
 
+bool FleetCost::is_taught() const noexcept
+{
+    return sum_.xx >= fleet_strength;
+}
+
 Evidence SessionCost::learn(double load, double sessions, Seconds since_last, bool settled) noexcept
 {
     double const step = since_last.count();

@@ -28,6 +28,8 @@ public:
     double ratio() const noexcept { return ratio_; }
     /// How much evidence (in its `xx`) of its own outweighs the fleet's word about a machine.
     double strength() const noexcept { return strength_; }
+    /// Sessions were seen to come or go: the ratio is more than what was assumed.
+    bool is_taught() const noexcept;
 
     /// `sample`: new evidence of one machine; `own`: all of it.
     void learn(Evidence const& sample, Evidence const& own, TimePoint now) noexcept;

@@ -175,7 +175,9 @@ double Machine::readiness(TimePoint now, SchedulerParams const& params) const no
     return std::clamp(passed, least_readiness, 1.0);
 }
 
-Refusal Machine::refusal(double committed, double committed_memory,
+/// A guess decides between machines, but sends nobody away: until the fleet has shown what sessions cost,
+/// only reports do.
+Refusal Machine::refusal(double committed, double committed_memory, bool is_taught,
                          SchedulerParams const& params) const noexcept
 {
     if (contact_ == Contact::unknown)
@@ -192,7 +194,7 @@ Refusal Machine::refusal(double committed, double committed_memory,
         return Refusal::memory;
     if (last_.load >= params.threshold)
         return Refusal::load;
-    if (committed >= params.threshold && params.policy != reports_only)
+    if (is_taught && committed >= params.threshold && params.policy != reports_only)
         return Refusal::committed;
     return Refusal::none;
 }
@@ -215,7 +217,7 @@ void Machine::assess(TimePoint now, Lessons const& lessons, SchedulerParams cons
     view_.committed = std::max(0.0, level_ + cost * unseen);
     view_.score = std::max(0.0, level_ + cost * next / room) / weight_;
     double const memory = last_.memory.value_or(0) + memory_cost_.value() * unseen;
-    view_.refusal = refusal(view_.committed, memory, params);
+    view_.refusal = refusal(view_.committed, memory, lessons.cost.is_taught(), params);
 }
 
 } // namespace webots_cloud::placement

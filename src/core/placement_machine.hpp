@@ -74,7 +74,8 @@ private:
     std::optional<double> surprise(double load, int more_visible, TimePoint now) noexcept;
     bool settling(TimePoint now) const noexcept;
     Evidence learn(LoadReport const& report, Seconds since_last) noexcept;
-    Refusal refusal(double committed, double committed_memory, SchedulerParams const& params) const noexcept;
+    Refusal refusal(double committed, double committed_memory, bool is_taught,
+                    SchedulerParams const& params) const noexcept;
     double readiness(TimePoint now, SchedulerParams const& params) const noexcept;
 
     std::string_view address_;

@@ -62,6 +62,16 @@ struct Fixture
 struct OneMachine : Fixture
 {
     explicit OneMachine(SchedulerParams params = {}) : Fixture(std::move(params), {"a"}) {}
+
+    /// A minute without sessions, and one with four that cost 12 % each. Returns the time of the last report of that.
+    TimePoint teach_cost()
+    {
+        TimePoint now = start;
+        for (int const sessions : {0, 4})
+            for (int seen = 0; seen != 12; ++seen)
+                scheduler.report("a", counted(12 * sessions, sessions), now += std::chrono::seconds(5));
+        return now;
+    }
 };
 
 } // namespace webots_cloud::placement_test

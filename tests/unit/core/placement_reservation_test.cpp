@@ -49,7 +49,7 @@ BOOST_AUTO_TEST_CASE(only_reports_settle_reservations)
     SchedulerParams params;
     params.report_lifetime = Duration::zero();
     OneMachine fixture(params);
-    fixture.place(8);
+    fixture.place(4, fixture.teach_cost());
     BOOST_TEST(!fixture.scheduler.available(start + std::chrono::hours(1)));
     fixture.scheduler.report("a", counted(0, 0), start + std::chrono::hours(1));
     BOOST_TEST(fixture.scheduler.available(start + std::chrono::hours(1)));

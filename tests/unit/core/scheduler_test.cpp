@@ -116,10 +116,19 @@ BOOST_FIXTURE_TEST_CASE(a_server_at_the_threshold_is_not_offered, OneMachine)
 
 BOOST_FIXTURE_TEST_CASE(what_is_committed_alone_makes_a_server_unavailable, OneMachine)
 {
-    place(8); // 8 * 12 % reach 95 %
-    BOOST_TEST(!scheduler.available(start));
+    TimePoint const now = teach_cost();
+    place(4, now); // with the four that are there: 8 * 12 % reach 95 %
+    BOOST_TEST(!scheduler.available(now));
     BOOST_TEST((machine("a").refusal == Refusal::committed));
-    BOOST_TEST(scheduler.place(start).has_error());
+    BOOST_TEST(scheduler.place(now).has_error());
+}
+
+BOOST_FIXTURE_TEST_CASE(a_guess_of_what_sessions_cost_sends_nobody_away, OneMachine)
+{
+    place(30);
+    BOOST_TEST(machine("a").committed > 95);
+    BOOST_TEST(scheduler.available(start));
+    BOOST_TEST(scheduler.place(start).has_value());
 }
 
 BOOST_AUTO_TEST_CASE(unusable_parameters_are_named)
