@@ -8,11 +8,11 @@
 #include <boost/asio/ssl/context.hpp>
 #include <boost/asio/ssl/host_name_verification.hpp>
 #include <boost/asio/use_awaitable.hpp>
+#include <boost/asio/write.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/core/tcp_stream.hpp>
 #include <boost/beast/http/read.hpp>
 #include <boost/beast/http/string_body.hpp>
-#include <boost/beast/http/write.hpp>
 #include <boost/beast/ssl/ssl_stream.hpp>
 #include <boost/url/parse.hpp>
 
@@ -54,7 +54,8 @@ result<Target> parse_target(std::string const& text)
     bool const is_usable = url && (url->scheme() == "http" || url->scheme() == "https") &&
                            !url->host().empty() && (!url->has_port() || url->port_number() != 0);
     if (!is_usable)
-        return Failure(errc::invalid_url, concat("\"", core::printable(text, 200), "\" is no http or https URL"));
+        return Failure(errc::invalid_url,
+                       concat("\"", core::printable(text, 200), "\" is no http or https URL"));
     Target target;
     target.tls = url->scheme() == "https";
     target.host = url->host_address();
@@ -71,16 +72,15 @@ public:
     using Plain = beast::tcp_stream;
     using Encrypted = beast::ssl_stream<beast::tcp_stream>;
 
-    Connection(asio::any_io_executor const& executor, asio::ssl::context& context, bool tls)
+    explicit Connection(asio::any_io_executor const& executor) { stream_.emplace<Plain>(executor); }
+    Connection(asio::any_io_executor const& executor, asio::ssl::context& context)
     {
-        if (tls)
-            stream_.emplace<Encrypted>(executor, context);
-        else
-            stream_.emplace<Plain>(executor);
+        stream_.emplace<Encrypted>(executor, context);
     }
 
     asio::awaitable<result<>> open(Target const& target, std::vector<tcp::endpoint> addresses);
-    asio::awaitable<result<HttpResponse>> exchange(http::request<http::string_body> const& request, std::size_t body_limit);
+    asio::awaitable<result<HttpResponse>> exchange(std::string const& request,
+                                                   std::size_t body_limit);
 
     void expires_at(TimePoint when) { lowest().expires_at(when); }
     bool is_reusable() const noexcept { return reusable_; }
@@ -96,8 +96,8 @@ private:
     }
     asio::awaitable<result<>> encrypt(Encrypted& stream, std::string const& host);
     template<class Stream>
-    asio::awaitable<result<HttpResponse>> exchange_on(Stream& stream, http::request<http::string_body> const& request,
-                                                      std::size_t body_limit);
+    asio::awaitable<result<HttpResponse>>
+    exchange_on(Stream& stream, std::string const& request, std::size_t body_limit);
 
     std::variant<std::monostate, Plain, Encrypted> stream_;
     beast::flat_buffer buffer_;
@@ -120,7 +120,8 @@ Failure explain(beast::error_code error)
 
 asio::awaitable<result<>> Connection::open(Target const& target, std::vector<tcp::endpoint> addresses)
 {
-    auto const [error, endpoint] = co_await lowest().async_connect(addresses, asio::as_tuple(asio::use_awaitable));
+    auto const [error, endpoint] =
+        co_await lowest().async_connect(addresses, asio::as_tuple(asio::use_awaitable));
     if (error == beast::error::timeout)
         co_return Failure(errc::unreachable, "no connection in time");
     if (error)
@@ -136,8 +137,10 @@ asio::awaitable<result<>> Connection::encrypt(Encrypted& stream, std::string con
 {
     stream.set_verify_callback(asio::ssl::host_name_verification(host));
     // What the macro SSL_set_tlsext_host_name does, without its C casts.
-    SSL_ctrl(stream.native_handle(), SSL_CTRL_SET_TLSEXT_HOSTNAME, TLSEXT_NAMETYPE_host_name, const_cast<char*>(host.c_str()));
-    auto const [error] = co_await stream.async_handshake(asio::ssl::stream_base::client, asio::as_tuple(asio::use_awaitable));
+    SSL_ctrl(stream.native_handle(), SSL_CTRL_SET_TLSEXT_HOSTNAME, TLSEXT_NAMETYPE_host_name,
+             const_cast<char*>(host.c_str()));
+    auto const [error] =
+        co_await stream.async_handshake(asio::ssl::stream_base::client, asio::as_tuple(asio::use_awaitable));
     if (error == beast::error::timeout)
         co_return Failure(errc::unreachable, "TLS failed: no answer in time");
     if (error)
@@ -145,7 +148,7 @@ asio::awaitable<result<>> Connection::encrypt(Encrypted& stream, std::string con
     co_return result<>();
 }
 
-asio::awaitable<result<HttpResponse>> Connection::exchange(http::request<http::string_body> const& request,
+asio::awaitable<result<HttpResponse>> Connection::exchange(std::string const& request,
                                                            std::size_t body_limit)
 {
     if (auto* plain = std::get_if<Plain>(&stream_))
@@ -154,17 +157,20 @@ asio::awaitable<result<HttpResponse>> Connection::exchange(http::request<http::s
 }
 
 template<class Stream>
-asio::awaitable<result<HttpResponse>> Connection::exchange_on(Stream& stream, http::request<http::string_body> const& request,
+asio::awaitable<result<HttpResponse>> Connection::exchange_on(Stream& stream,
+                                                              std::string const& request,
                                                               std::size_t body_limit)
 {
     reusable_ = false;
     answered_ = false;
-    auto const [write_error, written] = co_await http::async_write(stream, request, asio::as_tuple(asio::use_awaitable));
+    auto const [write_error, written] =
+        co_await asio::async_write(stream, asio::buffer(request), asio::as_tuple(asio::use_awaitable));
     if (write_error)
         co_return explain(write_error);
     http::response_parser<http::string_body> parser;
     parser.body_limit(body_limit);
-    auto const [read_error, read] = co_await http::async_read(stream, buffer_, parser, asio::as_tuple(asio::use_awaitable));
+    auto const [read_error, read] =
+        co_await http::async_read(stream, buffer_, parser, asio::as_tuple(asio::use_awaitable));
     answered_ = parser.got_some();
     if (read_error)
         co_return explain(read_error);
@@ -181,41 +187,36 @@ asio::awaitable<result<HttpResponse>> Connection::exchange_on(Stream& stream, ht
 class BeastClient final : public HttpClient
 {
 public:
-    explicit BeastClient(asio::any_io_executor executor) :
-        executor_(std::move(executor)), context_(asio::ssl::context::tls_client), resolver_(executor_)
-    {
-        context_.set_default_verify_paths();
-        context_.set_verify_mode(asio::ssl::verify_peer);
-    }
+    explicit BeastClient(asio::any_io_executor executor)
+        : executor_(std::move(executor)), resolver_(executor_)
+    {}
 
     asio::awaitable<result<HttpResponse>> send(HttpRequest request) override;
 
 private:
+    std::unique_ptr<Connection> make_connection(bool tls);
     asio::awaitable<result<std::vector<tcp::endpoint>>> resolve(Target const& target, TimePoint deadline);
-    std::unique_ptr<Connection> take_idle(std::string const& origin);
-    void keep(std::string const& origin, std::unique_ptr<Connection> connection);
+    bool may_keep(Connection& connection) const;
 
     asio::any_io_executor executor_;
-    asio::ssl::context context_;
+    std::optional<asio::ssl::context>
+        context_; ///< Made when first needed: it reads every certificate authority of the system.
     adapters::NameResolver resolver_;
     std::unordered_map<std::string, std::unique_ptr<Connection>> idle_;
 };
 
-http::request<http::string_body> to_message(HttpRequest const& request, Target const& target)
+// Not through Beast's serializer, which takes as long as all the rest of a poll.
+std::string to_text(HttpRequest const& request, Target const& target)
 {
-    http::request<http::string_body> message;
-    message.method_string(request.method);
-    message.target(target.path);
-    message.version(11);
     bool const usual_port = target.port == (target.tls ? https_port : http_port);
-    message.set(http::field::host,
-                usual_port ? target.host : concat(target.host, ":", std::to_string(target.port)));
-    message.set(http::field::user_agent, "webots_cloud");
+    auto text = concat(request.method, " ", target.path, " HTTP/1.1\r\nHost: ", target.host,
+                       usual_port ? "" : concat(":", std::to_string(target.port)), "\r\nUser-Agent: webots_cloud\r\n");
     for (auto const& [name, value] : request.headers)
-        message.insert(name, value);
-    message.body() = request.body;
-    message.prepare_payload();
-    return message;
+        text += concat(name, ": ", value, "\r\n");
+    if (!request.body.empty() || request.method != "GET")
+        text += concat("Content-Length: ", std::to_string(request.body.size()), "\r\n");
+    text += concat("\r\n", request.body);
+    return text;
 }
 
 asio::awaitable<result<HttpResponse>> BeastClient::send(HttpRequest request)
@@ -225,30 +226,33 @@ asio::awaitable<result<HttpResponse>> BeastClient::send(HttpRequest request)
     if (!target)
         co_return target.error();
     auto const origin = target->origin();
-    auto const message = to_message(request, *target);
+    auto const text = to_text(request, *target);
 
-    // The peer may close a kept connection just when we use it: then, and only then, the request goes out once more.
-    if (auto kept = take_idle(origin)) {
-        kept->expires_at(deadline);
-        auto response = co_await kept->exchange(message, request.body_limit);
-        bool const is_stale = !response && !kept->has_answered() && response.error().code() != asio::error::operation_aborted &&
+    // The peer may close a kept connection just when we use it: then, and only then, the request goes out
+    // once more.
+    if (auto kept = idle_.extract(origin)) {
+        auto& connection = *kept.mapped();
+        connection.expires_at(deadline);
+        auto response = co_await connection.exchange(text, request.body_limit);
+        bool const is_stale = !response && !connection.has_answered() &&
+                              response.error().code() != asio::error::operation_aborted &&
                               std::chrono::steady_clock::now() < deadline;
-        if (response)
-            keep(origin, std::move(kept));
+        if (response && may_keep(connection))
+            idle_.insert(std::move(kept));
         if (!is_stale)
             co_return response;
     }
     auto addresses = co_await resolve(*target, deadline);
     if (!addresses)
         co_return addresses.error();
-    auto connection = std::make_unique<Connection>(executor_, context_, target->tls);
+    auto connection = make_connection(target->tls);
     connection->expires_at(deadline);
     auto const opened = co_await connection->open(*target, std::move(*addresses));
     if (!opened)
         co_return opened.error();
-    auto response = co_await connection->exchange(message, request.body_limit);
-    if (response)
-        keep(origin, std::move(connection));
+    auto response = co_await connection->exchange(text, request.body_limit);
+    if (response && may_keep(*connection))
+        idle_.insert_or_assign(origin, std::move(connection));
     co_return response;
 }
 
@@ -270,22 +274,25 @@ asio::awaitable<result<std::vector<tcp::endpoint>>> BeastClient::resolve(Target 
     co_return endpoints;
 }
 
-std::unique_ptr<Connection> BeastClient::take_idle(std::string const& origin)
+std::unique_ptr<Connection> BeastClient::make_connection(bool tls)
 {
-    auto const found = idle_.find(origin);
-    if (found == idle_.end())
-        return nullptr;
-    auto connection = std::move(found->second);
-    idle_.erase(found);
-    return connection;
+    if (!tls)
+        return std::make_unique<Connection>(executor_);
+    if (!context_) {
+        context_.emplace(asio::ssl::context::tls_client);
+        context_->set_default_verify_paths();
+        context_->set_verify_mode(asio::ssl::verify_peer);
+    }
+    return std::make_unique<Connection>(executor_, *context_);
 }
 
-void BeastClient::keep(std::string const& origin, std::unique_ptr<Connection> connection)
+/// Takes the deadline off a connection that may be used again.
+bool BeastClient::may_keep(Connection& connection) const
 {
-    if (connection->is_reusable() && idle_.size() < most_idle) {
-        connection->expires_at(TimePoint::max());
-        idle_.insert_or_assign(origin, std::move(connection));
-    }
+    if (!connection.is_reusable() || idle_.size() >= most_idle)
+        return false;
+    connection.expires_at(TimePoint::max());
+    return true;
 }
 
 } // namespace
