@@ -1,0 +1,163 @@
+#!/usr/bin/python3
+"""The servers behind a real Apache that ends TLS and rewrites ports: config/apache, and the rules that operators have had for
+years. Protocol sections 2, 4.1 and 8.4."""
+
+import asyncio
+import contextlib
+import json
+import os
+import shutil
+import ssl
+import sys
+import tempfile
+import unittest
+import urllib.error
+import urllib.request
+
+sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
+from support import apache  # noqa: E402
+from support.projects import EXAMPLES  # noqa: E402
+from support.servers import SessionServer, SimulationServer, free_port, main, wait_until  # noqa: E402
+
+try:
+    import websockets
+    from support.mailbox import Certificate
+except ImportError as error:
+    raise SystemExit(print(f"skipped: {error} (packages python3-websockets, python3-aiosmtpd)") or 77)
+
+WORLD = "local:/demo_projects/robots/blob/main/worlds/arena.wbt"
+LOCAL = {"forges": [{"url": "local:", "directory": os.path.dirname(os.path.abspath(EXAMPLES))}],
+         "allowedRepositories": ["local:/demo_projects"]}
+PATIENCE = 30
+
+# As the guide of Webots has them. For /monitor there is no WebSocket: the page finds its own way.
+RULES_OF_THE_GUIDE = r"""
+    RewriteEngine on
+    RewriteCond %{{HTTP:Upgrade}} websocket [NC]
+    RewriteCond %{{HTTP:Connection}} upgrade [NC]
+    RewriteRule ^/(\d*)/(.*)$ "ws://localhost:$1/$2" [P,L]
+    RewriteRule ^/load$ "http://localhost:{port}/load" [P,L]
+    RewriteRule ^/monitor$ "http://localhost:{port}/monitor" [P,L]
+    RewriteRule ^/session$ "http://localhost:{port}/session" [P,L]
+    RewriteRule ^/(\d*)/(.*)$ "http://localhost:$1/$2" [P,L]
+"""
+
+
+class Site:
+    """A session server that knows one simulation server, each through Apache only."""
+
+    def __init__(self, folder, rules):
+        self.certificate = Certificate(folder)
+        self.context = ssl.create_default_context(cafile=self.certificate.authority)
+        self.rules = rules
+        self.port = free_port()
+
+    def __enter__(self):
+        with contextlib.ExitStack() as stack:
+            public = {"server": f"localhost:{self.port}", "ssl": True, "portRewrite": True}
+            self.simulation = SimulationServer(**public, **LOCAL)
+            self.session = SessionServer([f"localhost:{self.port}/{self.simulation.port}"], **public)
+            self.session.environment["SSL_CERT_FILE"] = self.certificate.authority
+            simulation_ports = range(self.simulation.port, self.simulation.port + 21)
+            rules = self.rules(self.session.port, simulation_ports)
+            self.apache = stack.enter_context(apache.Apache(rules, self.port, self.certificate))
+            stack.enter_context(self.simulation)
+            stack.enter_context(self.session)
+            wait_until(lambda: self.session.get("/") == "1", "the session server finds the simulation server")
+            self.stack = stack.pop_all()
+        return self
+
+    def __exit__(self, *_):
+        self.stack.close()
+
+    def get(self, path, **headers):
+        """Status and body."""
+        request = urllib.request.Request(f"https://localhost:{self.port}{path}", headers=headers)
+        try:
+            with urllib.request.urlopen(request, timeout=PATIENCE, context=self.context) as answer:
+                return answer.status, answer.read().decode()
+        except urllib.error.HTTPError as refusal:
+            return refusal.code, refusal.read().decode()
+
+    def websocket(self, path):
+        return self.follow(f"wss://localhost:{self.port}{path}")
+
+    def follow(self, address):
+        return websockets.connect(address, ssl=self.context, open_timeout=PATIENCE)
+
+
+async def hear(socket):
+    return await asyncio.wait_for(socket.recv(), PATIENCE)
+
+
+class BehindApache(unittest.IsolatedAsyncioTestCase):
+    def setUp(self):
+        apache.program()
+        if not shutil.which("openssl"):
+            self.skipTest("openssl is missing (package openssl)")
+        self.folder = tempfile.mkdtemp(prefix="webots_cloud_apache_test_")
+        self.addCleanup(shutil.rmtree, self.folder)
+
+    def site(self, rules):
+        site = Site(self.folder, rules)
+        site.__enter__()
+        self.addCleanup(site.__exit__)
+        return site
+
+    async def check_a_visit(self, site):
+        """What a browser does: is there room, where, start, watch, leave."""
+        async with site.websocket(f"/{site.session.port}/") as availability:
+            self.assertEqual(await hear(availability), "1")
+            place = f"wss://localhost:{site.port}/{site.simulation.port}"
+            self.assertEqual(site.get(f"/session?url={WORLD}"), (200, place))
+            async with site.follow(f"{place}/client") as browser:
+                await browser.send(json.dumps({"start": {"url": WORLD, "mode": "mjpeg"}}))
+                told = []
+                while not told or not told[-1].startswith("webots:"):
+                    told.append(await hear(browser))
+                async with site.follow(told[-1].removeprefix("webots:") + "/") as simulator:
+                    await simulator.send("mjpeg: 320x240")
+                    self.assertTrue(await hear(simulator))
+                self.assertIn("arena.wbt", site.get(f"/{site.simulation.port}/monitor")[1])
+            await asyncio.to_thread(site.simulation.wait_until_clean)
+        self.assertRegex(site.get("/load")[1], r"^[0-9.]+$")
+        self.assertIn("<h1>Webots session server</h1>", site.get("/monitor")[1])
+
+    async def check_live_monitor(self, site, path):
+        async with site.websocket(path) as watcher:
+            first = json.loads(await hear(watcher))
+            self.assertEqual(first["servers"][0]["address"], f"localhost:{site.port}/{site.simulation.port}")
+            placed = first["servers"][0]["placed"]
+            site.get("/session")
+            for _ in range(PATIENCE):  # at most one a second
+                update = json.loads(await hear(watcher))
+                if any(row["placed"] > placed for row in update.get("rows", [])):
+                    return
+            self.fail("the placement never showed")
+
+    async def test_our_configuration_carries_a_whole_visit_and_opens_nothing_else(self):
+        site = self.site(apache.sample)
+        await self.check_a_visit(site)
+        await self.check_live_monitor(site, "/monitor")
+        await self.check_live_monitor(site, f"/{site.session.port}/monitor")
+        async with site.websocket(f"/{site.session.port}") as browser:
+            self.assertEqual(await hear(browser), "1", "an address without a slash at its end")
+        async with site.websocket("/session") as browser:
+            self.assertEqual(await hear(browser), f"wss://localhost:{site.port}/{site.simulation.port}")
+        self.assertEqual(site.get("/viewer/")[0], 200)
+        for path in (f"/{site.port}/load", "/22/", "/3000x/", "/nope"):
+            self.assertEqual(site.get(path)[0], 404, path)
+        self.assertEqual(site.get(f"/{site.session.port}/api/decisions")[0], 403, "the operator's, not the world's")
+
+    async def test_the_rules_of_the_guide_carry_it_too_and_the_monitor_page_finds_its_way(self):
+        site = self.site(lambda port, _: RULES_OF_THE_GUIDE.format(port=port))
+        await self.check_a_visit(site)
+        with self.assertRaises(websockets.InvalidStatusCode):
+            await site.websocket("/monitor")
+        await self.check_live_monitor(site, f"/{site.session.port}/monitor")
+        snapshot = json.loads(site.get("/monitor", Accept="application/json")[1])
+        self.assertEqual(len(snapshot["servers"]), 1)
+
+
+if __name__ == "__main__":
+    main()

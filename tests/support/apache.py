@@ -1,0 +1,90 @@
+"""An Apache of the test's own in front of the servers: its root, its port on the loopback, in the foreground.
+
+    with Apache(virtual_host, port, certificate) as apache:
+        apache.url
+"""
+
+import os
+import shutil
+import socket
+import subprocess
+import tempfile
+import unittest
+
+from .servers import PATIENCE, wait_until
+
+MODULES = "/usr/lib/apache2/modules"
+WANTED = ("mpm_event", "authz_core", "ssl", "socache_shmcb", "rewrite", "proxy", "proxy_http", "proxy_wstunnel")
+SAMPLE = os.path.join(os.path.dirname(__file__), "..", "..", "config", "apache", "webots_cloud.conf")
+
+
+def program():
+    """The path of Apache; SkipTest where it is not installed."""
+    found = shutil.which("apache2", path=os.environ.get("PATH", "") + ":/usr/sbin")
+    if not found or not os.path.isdir(MODULES):
+        raise unittest.SkipTest("apache2 is missing (package apache2-bin)")
+    return found
+
+
+def sample(session_port, simulation_ports):
+    """The rules of config/apache, with the ports of the test instead of 1999 and 2000 to 2999."""
+    with open(SAMPLE) as file:
+        text = file.read()
+    inside = text[text.index("    ProxyPreserveHost"):text.index("</VirtualHost>")]
+    for theirs, ours in ((r"2\d{3}", "|".join(map(str, simulation_ports))), ("1999", str(session_port))):
+        assert theirs in inside, f"{SAMPLE} does not mention {theirs} any more"
+        inside = inside.replace(theirs, ours)
+    return inside
+
+
+class Apache:
+    def __init__(self, rules, port, certificate):
+        self.port = port
+        self.url = f"https://localhost:{port}"
+        self.folder = tempfile.mkdtemp(prefix="webots_cloud_apache_")
+        self.process = None
+        loads = "\n".join(f"LoadModule {name}_module {MODULES}/mod_{name}.so" for name in WANTED)
+        with open(self.path("apache.conf"), "w") as file:
+            # As root it would become somebody else, who may not exist: the user nobody does everywhere.
+            user = "User nobody\nGroup nogroup\n" if os.geteuid() == 0 else ""
+            file.write(f"{loads}\n{user}ServerRoot {self.folder}\nServerName localhost\nPidFile {self.path('apache.pid')}\n"
+                       f"DefaultRuntimeDir {self.folder}\nErrorLog {self.path('error.log')}\nMutex posixsem\n"
+                       f"Listen 127.0.0.1:{port}\n<VirtualHost 127.0.0.1:{port}>\nSSLEngine on\n"
+                       f"SSLCertificateFile {certificate.certificate}\nSSLCertificateKeyFile {certificate.key}\n"
+                       f"{rules}</VirtualHost>\n")
+
+    def path(self, name):
+        return os.path.join(self.folder, name)
+
+    def __enter__(self):
+        self.process = subprocess.Popen([program(), "-f", self.path("apache.conf"), "-DFOREGROUND"], stdin=subprocess.DEVNULL)
+        try:
+            wait_until(lambda: self.process.poll() is not None or self.listens(), f"Apache does not answer\n{self.log()}")
+            assert self.process.poll() is None, f"Apache ended at once:\n{self.log()}"
+        except BaseException:
+            self.close()
+            raise
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def listens(self):
+        with socket.socket() as probe:
+            return probe.connect_ex(("127.0.0.1", self.port)) == 0
+
+    def close(self):
+        self.process.terminate()
+        try:
+            self.process.wait(PATIENCE)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def log(self):
+        try:
+            with open(self.path("error.log"), errors="replace") as file:
+                return file.read()
+        except OSError:
+            return ""
