@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::uint64_t budget = 1 << 20;
+constexpr std::uint64_t budget = 100'000;
 
 /// A folder for the files of a pack.
 struct Scratch
