@@ -144,7 +144,8 @@ int HttpRequestReader::read_request_line(std::string_view line)
 {
     auto const first = line.find(' ');
     auto const last = line.rfind(' ');
-    if (first == std::string_view::npos || first == last || !is_token(line.substr(0, first)))
+    if (first == std::string_view::npos || first == last || first > longest_method ||
+        !is_token(line.substr(0, first)))
         return 400;
     auto const version = line.substr(last + 1);
     if (version.size() != 8 || !version.starts_with("HTTP/") || !is_digit(version[5]) || version[6] != '.' ||

@@ -6,8 +6,10 @@ import asyncio
 import io
 import json
 import os
+import ssl
 import stat
 import struct
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -217,6 +219,28 @@ class Refusals(WebsiteTest):
             await browser.hear("webots:")
             self.assertIn("No key for: 127.0.0.1", self.simulation.log())
         stranger.close()
+        self.assertEqual(asked, [])
+
+    async def test_a_certificate_that_nobody_vouches_for_is_refused_and_the_key_stays_here(self):
+        with tempfile.TemporaryDirectory() as folder:
+            certificate, key = os.path.join(folder, "c.pem"), os.path.join(folder, "k.pem")
+            made = subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-subj", "/CN=localhost", "-days", "2",
+                                   "-keyout", key, "-out", certificate], capture_output=True)
+            if made.returncode != 0:
+                self.skipTest("openssl makes no certificate (package openssl)")
+            tls = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+            tls.load_cert_chain(certificate, key)
+        asked = []
+
+        async def note(reader, writer):
+            asked.append(await reader.read(100))
+            writer.close()
+
+        impostor = await asyncio.start_server(note, "localhost", 0, ssl=tls)
+        sentence = await self.fails(origin=f"https://localhost:{impostor.sockets[0].getsockname()[1]}")
+        impostor.close()
+        self.assertIn("Failed to download project from localhost: ", sentence)
+        self.assertIn("certificate", sentence)
         self.assertEqual(asked, [])
 
     async def test_a_wrong_key_is_told_in_the_websites_words(self):

@@ -184,6 +184,14 @@ BOOST_AUTO_TEST_CASE(bodies_are_refused_however_they_are_announced)
         BOOST_TEST(verdict_of_field("Content-Length: " + std::string(bad)) == 400, bad);
 }
 
+BOOST_AUTO_TEST_CASE(long_methods_are_refused_however_much_of_the_request_has_come)
+{
+    std::string const rest = " / HTTP/1.1\r\nHost: h\r\n\r\n";
+    BOOST_TEST(verdict(std::string(32, 'X') + rest) == 0);
+    BOOST_TEST(verdict(std::string(33, 'X')) == 400);
+    BOOST_TEST(verdict(std::string(33, 'X') + rest) == 400);
+}
+
 BOOST_AUTO_TEST_CASE(garbage_is_refused_at_once)
 {
     BOOST_TEST(verdict("\x16\x03\x01\x02") == 400); // a TLS client hello

@@ -1,0 +1,67 @@
+// Heads of HTTP requests: the same are accepted in one piece as byte by byte, and nothing that could split an
+// answer.
+#include "fuzz.hpp"
+
+#include "adapters/http_request_reader.hpp"
+#include "adapters/websocket_handshake.hpp"
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+using namespace webots_cloud;
+using adapters::HttpRequestReader;
+using Progress = HttpRequestReader::Progress;
+
+namespace {
+
+void check(HttpRequestReader const& reader)
+{
+    auto const& request = reader.request();
+    fuzz::require(!request.method.empty() && request.path.starts_with('/'));
+    auto const splits = [](std::string_view text) {
+        return text.find_first_of(std::string_view("\r\n\0", 3)) != std::string_view::npos;
+    };
+    fuzz::require(!splits(request.path) && !splits(request.query));
+    for (auto const& [name, value] : request.headers)
+        fuzz::require(!name.empty() && !splits(name) && !splits(value));
+    if (adapters::wants_websocket(reader))
+        (void)adapters::refuse_handshake(reader);
+}
+
+/// The requests that are accepted, when the text comes in pieces. What is wrong may be seen earlier in small
+/// pieces.
+std::vector<std::string> read(std::string_view text, std::size_t piece)
+{
+    std::vector<std::string> found;
+    HttpRequestReader reader;
+    while (!text.empty()) {
+        auto const space = reader.prepare();
+        fuzz::require(!space.empty());
+        auto const bytes = fuzz::take(text, std::min(space.size(), piece));
+        std::copy(bytes.begin(), bytes.end(), space.begin());
+        reader.commit(bytes.size());
+        for (;;) {
+            auto const progress = reader.parse();
+            if (progress == Progress::need_more)
+                break;
+            if (progress == Progress::refused) {
+                fuzz::require(reader.refusal() >= 400);
+                return found;
+            }
+            check(reader);
+            found.emplace_back(reader.request().method).append(" ").append(reader.request().path);
+            reader.next();
+        }
+    }
+    return found;
+}
+
+} // namespace
+
+int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
+{
+    auto const text = fuzz::text_of(data, size);
+    fuzz::require(read(text, size + 1) == read(text, 1));
+    return 0;
+}

@@ -1,0 +1,26 @@
+// Addresses of worlds: what is understood stays inside, and says the same again.
+#include "fuzz.hpp"
+
+#include "core/text.hpp"
+
+#include <webots_cloud/project_ref.hpp>
+
+using namespace webots_cloud;
+
+int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
+{
+    auto const url = fuzz::text_of(data, size);
+    auto const project = parse_world_url(url, {"https://github.com", "local:"});
+    if (!project) {
+        fuzz::require(!project.error().message().empty());
+        return 0;
+    }
+    fuzz::require(url.starts_with(project->forge + "/"));
+    fuzz::require(project->owner.find('/') == std::string::npos && fuzz::stays_inside(project->owner));
+    fuzz::require(project->repository.find('/') == std::string::npos &&
+                  fuzz::stays_inside(project->repository));
+    fuzz::require(fuzz::stays_inside(project->ref_and_folder));
+    fuzz::require(project->world.find('/') == std::string::npos && fuzz::stays_inside(project->world));
+    fuzz::require(core::is_utf8(project->ref_and_folder) && core::is_utf8(project->world));
+    return 0;
+}
