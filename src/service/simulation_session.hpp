@@ -102,6 +102,7 @@ private:
     boost::asio::awaitable<void> watch(Channel& channel);
     boost::asio::awaitable<result<>> fetch(core::StartMessage const& start, Channel& channel);
     boost::asio::awaitable<result<>> launch(std::string mode, Channel& channel);
+    boost::asio::awaitable<result<>> obtain(ProjectRef ref, std::shared_ptr<FetchProgress> progress);
     boost::asio::awaitable<result<>> show_progress(std::shared_ptr<FetchProgress const> progress,
                                                    Channel& channel);
     boost::asio::awaitable<void> relay(Channel& channel);
