@@ -1,6 +1,5 @@
 #include <webots_cloud/testing/memory_project_source.hpp>
 
-#include <boost/asio/cancellation_state.hpp>
 #include <boost/asio/this_coro.hpp>
 
 #include <algorithm>
