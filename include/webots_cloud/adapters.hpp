@@ -10,6 +10,7 @@
 #include <webots_cloud/transport/notifier.hpp>
 #include <webots_cloud/transport/process_host.hpp>
 #include <webots_cloud/transport/project_source.hpp>
+#include <webots_cloud/transport/service_manager.hpp>
 #include <webots_cloud/transport/simulation_logs.hpp>
 
 #include <boost/asio/any_io_executor.hpp>
@@ -150,6 +151,9 @@ struct SmtpParams
 /// E-mail over SMTP with libcurl. Certificates are verified against those of this computer, or against the file that the
 /// environment variable `SSL_CERT_FILE` names.   Errors: `invalid_argument`: host, sender or recipient is unusable.
 result<std::unique_ptr<Notifier>> make_smtp_notifier(SmtpParams params);
+
+/// The service manager that the environment names (`NOTIFY_SOCKET`, `WATCHDOG_USEC`), as systemd does; without one it hears nothing.
+std::unique_ptr<ServiceManager> make_service_manager();
 
 /// This computer, as `/proc` and the NVIDIA library (if there is one) describe it.
 std::unique_ptr<HostMetrics> make_host_metrics();

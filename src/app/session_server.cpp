@@ -7,6 +7,7 @@
 #include <webots_cloud/operator_mail.hpp>
 #include <webots_cloud/scheduler.hpp>
 #include <webots_cloud/servers.hpp>
+#include <webots_cloud/service_report.hpp>
 #include <webots_cloud/session_service.hpp>
 
 #include <boost/asio/experimental/awaitable_operators.hpp>
@@ -121,7 +122,8 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     std::function<void(SessionConfig const&)> const apply = [&service](SessionConfig const& next) {
         service.set_servers(next.simulation_servers);
     };
-    auto const ended = co_await (server->run() || service.run() || monitor.run() ||
+    auto const manager = make_service_manager();
+    auto const ended = co_await (server->run() || report_to(*manager, *clock) || service.run() || monitor.run() ||
                                  tell_administrator(mail ? &*mail : nullptr, *clock) ||
                                  app::obey_sighup(executor, std::move(reread), apply, log));
     co_return std::visit([](result<> const& outcome) { return outcome; }, ended);

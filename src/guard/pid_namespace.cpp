@@ -65,7 +65,8 @@ int reap_until_end(pid_t program, sigset_t const& watched)
     }
 }
 
-/// The first process of the namespace. `report` is how the guard hears from us; its other end closes when the guard dies.
+/// The first process of the namespace. `report` is how the guard hears from us; its other end closes when the
+/// guard dies.
 [[noreturn]] void be_first(char** argv, sigset_t const& signals, Become become, int report, pid_t number)
 {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
