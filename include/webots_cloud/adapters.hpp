@@ -10,6 +10,7 @@
 #include <webots_cloud/transport/notifier.hpp>
 #include <webots_cloud/transport/process_host.hpp>
 #include <webots_cloud/transport/project_source.hpp>
+#include <webots_cloud/transport/service_manager.hpp>
 #include <webots_cloud/transport/simulation_logs.hpp>
 
 #include <boost/asio/any_io_executor.hpp>
@@ -168,8 +169,21 @@ struct SmtpParams
 /// environment variable `SSL_CERT_FILE` names.   Errors: `invalid_argument`: host, sender or recipient is unusable.
 result<std::unique_ptr<Notifier>> make_smtp_notifier(SmtpParams params);
 
-/// This computer, as `/proc` and the NVIDIA library (if there is one) describe it.
-std::unique_ptr<HostMetrics> make_host_metrics();
+/// The service manager that the environment names (`NOTIFY_SOCKET`, `WATCHDOG_USEC`), as systemd does; without one it hears nothing.
+std::unique_ptr<ServiceManager> make_service_manager();
+
+/// Where the state of this computer is found.
+struct HostMetricsParams
+{
+    HostMetricsParams() = default;
+
+    std::filesystem::path control_groups = "/sys/fs/cgroup";       ///< Of version 2; others have no say.
+    std::filesystem::path own_control_group = "/proc/self/cgroup"; ///< The file that names ours.
+    std::string nvidia_library = "libnvidia-ml.so.1";              ///< Loaded if there is one.
+};
+
+/// This computer, as `/proc`, control groups and the NVIDIA library describe it. With that library it may take three seconds to make.
+std::unique_ptr<HostMetrics> make_host_metrics(HostMetricsParams params = HostMetricsParams());
 
 struct LogParams
 {

@@ -1,3 +1,6 @@
+#include "cgroup_limits.hpp"
+#include "nvml.hpp"
+
 #include <webots_cloud/adapters.hpp>
 
 #include <sys/statvfs.h>
@@ -33,9 +36,22 @@ std::string value_of(char const* file, std::string_view key, char separator)
 class ProcfsMetrics final : public HostMetrics
 {
 public:
+    explicit ProcfsMetrics(HostMetricsParams const& params) :
+        limits_(params.control_groups, params.own_control_group), gpus_(params.nvidia_library)
+    {}
+
     HostSample sample() override;
     HostDescription description() override;
+
+private:
+    adapters::CgroupLimits limits_;
+    adapters::NvidiaGpus gpus_;
 };
+
+std::uint64_t memory_bytes()
+{
+    return static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
+}
 
 void read_processors(HostSample& sample)
 {
@@ -108,6 +124,8 @@ HostSample ProcfsMetrics::sample()
     struct statvfs disk;
     if (::statvfs("/", &disk) == 0)
         sample.disk_used = percent(static_cast<double>(disk.f_blocks - disk.f_bavail), static_cast<double>(disk.f_blocks));
+    limits_.apply(sample, static_cast<int>(std::thread::hardware_concurrency()), memory_bytes());
+    sample.gpu = gpus_.sample();
     return sample;
 }
 
@@ -129,7 +147,8 @@ HostDescription ProcfsMetrics::description()
     host.processor = value_of("/proc/cpuinfo", "model name", ':');
     host.cores = static_cast<int>(std::thread::hardware_concurrency());
     host.threads_per_core = threads_per_core();
-    host.memory_bytes = static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
+    host.memory_bytes = memory_bytes();
+    host.gpu = gpus_.description();
     char name[256] = {};
     if (::gethostname(name, sizeof name - 1) == 0)
         host.name = name;
@@ -138,6 +157,9 @@ HostDescription ProcfsMetrics::description()
 
 } // namespace
 
-std::unique_ptr<HostMetrics> make_host_metrics() { return std::make_unique<ProcfsMetrics>(); }
+std::unique_ptr<HostMetrics> make_host_metrics(HostMetricsParams params)
+{
+    return std::make_unique<ProcfsMetrics>(params);
+}
 
 } // namespace webots_cloud

@@ -9,6 +9,7 @@
 #include <webots_cloud/operator_mail.hpp>
 #include <webots_cloud/scheduler.hpp>
 #include <webots_cloud/servers.hpp>
+#include <webots_cloud/service_report.hpp>
 #include <webots_cloud/session_service.hpp>
 
 #include <boost/asio/experimental/awaitable_operators.hpp>
@@ -158,9 +159,10 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
         service.set_servers(next.simulation_servers);
         return {};
     };
-    auto const ended =
-        co_await (server->run() || service.run() || monitor.run() || administrator.mail.run() ||
-                  app::obey_sighup(executor, std::move(reread), config, apply, log));
+    auto const manager = make_service_manager();
+    auto const ended = co_await (server->run() || report_to(*manager, *clock) || service.run() || monitor.run() ||
+                                 administrator.mail.run() ||
+                                 app::obey_sighup(executor, std::move(reread), config, apply, log));
     co_return std::visit([](result<> const& outcome) { return outcome; }, ended);
 }
 

@@ -12,6 +12,7 @@
 #include <webots_cloud/project_fetcher.hpp>
 #include <webots_cloud/registration.hpp>
 #include <webots_cloud/servers.hpp>
+#include <webots_cloud/service_report.hpp>
 #include <webots_cloud/simulation_launcher.hpp>
 #include <webots_cloud/simulation_service.hpp>
 
@@ -204,8 +205,10 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     auto const http = make_http_client(executor);
     Registration registration(registration_params(config), *http, *clock, log);
     std::function<void()> const drain = [&service] { service.drain(false); };
+    auto const manager = make_service_manager();
     auto const ended =
-        co_await (server->run() || service.run() || registration.run() || app::obey_sigusr1(executor, drain) ||
+        co_await (server->run() || report_to(*manager, *clock) || service.run() || registration.run() ||
+                  app::obey_sigusr1(executor, drain) ||
                   app::obey_sighup(executor, std::move(reread), config, apply, log) || logs->run());
     co_return std::visit([](result<> const& outcome) { return outcome; }, ended);
 }

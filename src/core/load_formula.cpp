@@ -5,13 +5,26 @@
 
 namespace webots_cloud::core {
 
-double cpu_percent(HostSample const& before, HostSample const& after) noexcept
+namespace {
+
+double growth_percent(std::uint64_t busy_before, std::uint64_t busy_after, std::uint64_t total_before,
+                      std::uint64_t total_after) noexcept
 {
     // Counters of a virtual machine may step back a little when it is moved: then nothing is known.
-    if (after.cpu_total <= before.cpu_total || after.cpu_busy < before.cpu_busy)
+    if (total_after <= total_before || busy_after < busy_before)
         return 0;
-    auto const busy = static_cast<double>(after.cpu_busy - before.cpu_busy);
-    return std::min(100.0, 100 * busy / static_cast<double>(after.cpu_total - before.cpu_total));
+    auto const busy = static_cast<double>(busy_after - busy_before);
+    return std::min(100.0, 100 * busy / static_cast<double>(total_after - total_before));
+}
+
+} // namespace
+
+double cpu_percent(HostSample const& before, HostSample const& after) noexcept
+{
+    auto const machine = growth_percent(before.cpu_busy, after.cpu_busy, before.cpu_total, after.cpu_total);
+    if (before.share_total == 0) // no limit, or one that has just come
+        return machine;
+    return std::max(machine, growth_percent(before.share_busy, after.share_busy, before.share_total, after.share_total));
 }
 
 double load_of(LoadFormula formula, double cpu, HostSample const& sample) noexcept

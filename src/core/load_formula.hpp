@@ -18,7 +18,8 @@ enum class LoadFormula
     strict
 };
 
-/// Percent of the processors' time that was not idle between two looks; 0 when no time passed.
+/// Percent of the processors' time that was not idle between two looks, or of the share that a control group leaves us: the higher
+/// one; 0 when no time passed.
 double cpu_percent(HostSample const& before, HostSample const& after) noexcept;
 
 /// The load of one look, in percent.

@@ -7,7 +7,12 @@
 // leave their parents (fork twice, setsid) fall to the guard, which is their sub-reaper, so none is missed and no name is ever
 // looked up. The guard ends only when no process of the tree is left, in the same way as the program did.
 //
+// Where the kernel allows it the tree lives in a PID namespace of its own. Then it dies even when somebody kills the guard, and no
+// process of it can see the guard, the server or another simulation, let alone signal them.
+//
 // Plain system calls and nothing of the library: it runs once per simulation, and its few pages are all that each one costs.
+
+#include "pid_namespace.hpp"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -66,7 +71,9 @@ void kill_children()
 class Guard
 {
 public:
-    Guard(pid_t program, long grace_ms) : program_(program), grace_ms_(grace_ms) {}
+    Guard(webots_cloud::guard::Started started, long grace_ms) :
+        program_(started.process), report_(started.report), grace_ms_(grace_ms)
+    {}
 
     /// Returns the status of the program when no process is left.
     int watch(int signals);
@@ -78,6 +85,7 @@ private:
     int wait_time() const;
 
     pid_t program_;
+    int report_;
     long grace_ms_;
     long kill_at_ = -1; ///< When patience ends; -1: nobody has asked for an end.
     int status_ = 0;
@@ -114,7 +122,9 @@ void Guard::reap()
     while ((ended = waitpid(-1, &status, WNOHANG)) > 0) {
         if (ended != program_)
             continue;
-        status_ = status;
+        int reported = 0;
+        bool const has_report = report_ >= 0 && read(report_, &reported, sizeof reported) == static_cast<ssize_t>(sizeof reported);
+        status_ = has_report ? reported : status;
         program_ = -1;
         killing_ = true; // what the program leaves behind has nobody to serve any more
     }
@@ -187,12 +197,14 @@ int main(int argc, char** argv)
         sigaddset(&handled, number);
     sigprocmask(SIG_BLOCK, &handled, &original);
     int const signals = signalfd(-1, &handled, SFD_CLOEXEC | SFD_NONBLOCK);
-    pid_t const program = fork();
-    if (program == 0)
+    auto started = webots_cloud::guard::start_in_namespace(argv + 2, original, become);
+    if (started.process < 0)
+        started.process = fork();
+    if (started.process == 0)
         become(argv + 2, original);
-    if (program < 0 || signals < 0) {
+    if (started.process < 0 || signals < 0) {
         std::printf("can't start %s: %s\n", argv[2], std::strerror(errno));
         return exec_failed;
     }
-    end_like(Guard(program, std::strtol(argv[1], nullptr, 10)).watch(signals));
+    end_like(Guard(started, std::strtol(argv[1], nullptr, 10)).watch(signals));
 }

@@ -297,14 +297,23 @@ asio::awaitable<result<Project>> SimulationSession::fetch_requested(std::shared_
 asio::awaitable<result<>> SimulationSession::fetch(Channel& channel)
 {
     auto progress = std::make_shared<FetchProgress>();
-    auto outcome = co_await (fetch_requested(progress) || show_progress(progress, channel));
-    if (outcome.index() == 1)
-        co_return std::get<1>(outcome).error();
-    auto& project = std::get<0>(outcome);
+    auto const outcome = co_await (obtain(progress) || show_progress(progress, channel));
+    auto const fetched = std::visit([](result<> const& either) { return either; }, outcome);
+    if (!fetched)
+        co_return fetched.error();
+    pass(core::StartStage::fetch);
+    co_return result<>();
+}
+
+/// Fetches the project, and keeps it where it is found again: when the browser leaves at the moment of
+/// success, the race with the progress is lost, and its result with it.
+asio::awaitable<result<>> SimulationSession::obtain(std::shared_ptr<FetchProgress> progress)
+{
+    co_await asio::this_coro::throw_if_cancelled(false);
+    auto project = co_await fetch_requested(std::move(progress));
     if (!project)
         co_return project.error();
     project_ = std::move(*project);
-    pass(core::StartStage::fetch);
     co_return result<>();
 }
 

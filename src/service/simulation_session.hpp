@@ -102,6 +102,7 @@ private:
     boost::asio::awaitable<void> watch(Channel& channel);
     boost::asio::awaitable<result<>> fetch(Channel& channel);
     boost::asio::awaitable<result<Project>> fetch_requested(std::shared_ptr<FetchProgress> progress);
+    boost::asio::awaitable<result<>> obtain(std::shared_ptr<FetchProgress> progress);
     boost::asio::awaitable<result<>> launch(Channel& channel);
     LaunchSpec launch_spec() const;
     boost::asio::awaitable<result<>> show_progress(std::shared_ptr<FetchProgress const> progress,

@@ -1,5 +1,7 @@
 #include <webots_cloud/testing/memory_project_source.hpp>
 
+#include <boost/asio/this_coro.hpp>
+
 #include <algorithm>
 
 namespace webots_cloud::testing {
@@ -7,6 +9,8 @@ namespace webots_cloud::testing {
 boost::asio::awaitable<result<FetchedProject>> MemoryProjectSource::fetch(FetchOrder order)
 {
     directories_.insert(order.directory);
+    if (finishes)
+        co_await boost::asio::this_coro::reset_cancellation_state(boost::asio::disable_cancellation());
     if (auto failure = fuse.strike())
         co_return std::move(*failure);
     most_fetching = std::max(most_fetching, ++fetching);

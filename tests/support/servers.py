@@ -162,10 +162,10 @@ class Server:
 class SessionServer(Server):
     PROGRAM = "webots-session-server"
 
-    def __init__(self, simulation_servers, port=0, **config):
+    def __init__(self, simulation_servers, port=0, environment=None, **config):
         # The machine that runs the tests may be busy: that is not what most of them are about.
         super().__init__({"simulationServers": simulation_servers, "loadRefresh": 0.5, "loadThreshold": 1000, **config},
-                         port or free_port())
+                         port or free_port(), environment)
 
 
 class SimulationServer(Server):

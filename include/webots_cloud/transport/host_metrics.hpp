@@ -28,7 +28,10 @@ struct HostSample
 
     std::uint64_t cpu_busy = 0;  ///< Ticks of all processors that were not idle, since boot.
     std::uint64_t cpu_total = 0; ///< Ticks of all processors, since boot.
-    double memory_used = 0;      ///< Percent.
+    /// The same of the share that a control group leaves us, in microseconds; both 0 when it leaves us all processors.
+    std::uint64_t share_busy = 0;
+    std::uint64_t share_total = 0;
+    double memory_used = 0;      ///< Percent, of the machine or of what control groups leave us: the higher one.
     double swap_used = 0;        ///< Percent; 0 without swap.
     double disk_used = 0;        ///< Percent of the root file system.
     std::uint64_t bytes_sent = 0;     ///< Over all interfaces but loopback, since boot.

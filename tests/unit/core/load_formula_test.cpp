@@ -21,6 +21,24 @@ BOOST_AUTO_TEST_CASE(processor_load_is_the_share_of_busy_ticks)
     BOOST_TEST(cpu_percent(after, before) == 0);
 }
 
+BOOST_AUTO_TEST_CASE(of_the_machine_and_the_share_of_a_control_group_the_fuller_one_counts)
+{
+    HostSample before;
+    before.cpu_total = 1000;
+    before.share_total = 1'000'000;
+    auto after = before;
+    after.cpu_total += 100;
+    after.cpu_busy += 30;
+    after.share_total += 500'000;
+    after.share_busy += 450'000;
+    BOOST_TEST(cpu_percent(before, after) == 90);
+    after.share_busy = 0;
+    BOOST_TEST(cpu_percent(before, after) == 30);
+    before.share_total = 0; // the limit has just come
+    after.share_busy = 10'000'000;
+    BOOST_TEST(cpu_percent(before, after) == 30);
+}
+
 BOOST_AUTO_TEST_CASE(the_reference_formula_hides_full_memory_and_the_strict_one_does_not)
 {
     HostSample sample;

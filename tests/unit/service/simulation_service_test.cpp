@@ -258,6 +258,18 @@ BOOST_AUTO_TEST_CASE(the_browser_may_leave_at_any_moment_and_nothing_stays)
     }
 }
 
+BOOST_AUTO_TEST_CASE(a_project_that_arrives_although_its_browser_has_left_is_removed)
+{
+    Fixture fixture;
+    fixture.source.finishes = true;
+    fixture.source.delay = 3s;
+    auto& browser = fixture.start();
+    fixture.world.advance(1s);
+    fixture.leave(browser);
+    fixture.world.advance(3s);
+    BOOST_TEST(fixture.processes.started().empty());
+}
+
 BOOST_AUTO_TEST_CASE(when_webots_quits_the_browser_is_told_and_the_socket_closed)
 {
     Fixture fixture;

@@ -1,0 +1,164 @@
+#!/usr/bin/python3
+"""webots-process-guard alone: a program ends as it would without, and nothing that it started outlives it, the guard or the owner.
+
+Every case runs as whoever runs the tests, as somebody without privileges, and where no PID namespace may be made.
+Protocol section 6.5, quirk Q10.
+"""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
+from support.servers import is_alive, main, program, wait_until  # noqa: E402
+
+NOBODY = 65534
+# Children of every kind, whose numbers are learned from a mark in their command lines; the shell then waits.
+FAMILY = "trap '' TERM; setsid sleep 600.{mark} & (setsid sleep 600.{mark} &) ; sleep 600.{mark} & echo ready; wait"
+
+
+def find(mark):
+    """Living processes with this in their command line."""
+    found = []
+    for entry in os.listdir("/proc"):
+        try:
+            with open(f"/proc/{entry}/cmdline", "rb") as line:
+                if mark.encode() in line.read() and is_alive(int(entry)):
+                    found.append(int(entry))
+        except (OSError, ValueError):
+            pass
+    return found
+
+
+class Guard(unittest.TestCase):
+    arguments = []  # in front of the guard's own
+    user = None
+    namespace = None  # True or False where it is known
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.mkdtemp(prefix="webots_cloud_guard_")
+        cls.addClassCleanup(shutil.rmtree, cls.folder)
+        os.chmod(cls.folder, 0o755)
+        cls.guard = shutil.copy(program("webots-process-guard"), cls.folder)  # where everybody may reach it
+        cls.count = 0
+
+    def start(self, script, grace=200):
+        started = subprocess.Popen([*self.arguments, self.guard, str(grace), "/bin/sh", "-c", script], stdin=subprocess.PIPE,
+                                   stdout=subprocess.PIPE, text=True, user=self.user, group=self.user, extra_groups=self.user and [])
+        self.addCleanup(self.end, started)
+        return started
+
+    def end(self, started):
+        for pipe in (started.stdin, started.stdout):
+            pipe.close()
+        started.wait(30)
+
+    def start_family(self):
+        """A program with children that flee; returns it and the mark of its processes."""
+        type(self).count += 1
+        mark = f"{os.getpid()}{type(self).count}{abs(hash(type(self).__name__)) % 10000}"
+        started = self.start(FAMILY.format(mark=mark))
+        self.assertEqual(started.stdout.readline(), "ready\n")
+        wait_until(lambda: len(find(f"600.{mark}")) >= 4, "the family is not complete")  # the shell has it in its arguments too
+        return started, f"600.{mark}"
+
+    def is_in_namespace(self):
+        started = self.start("grep NSpid /proc/self/status; grep NSpid /proc/$PPID/status")
+        inside = started.stdout.readline().split()
+        started.wait(30)
+        with open("/proc/self/status") as status:
+            outside = next(line.split() for line in status if line.startswith("NSpid"))
+        return len(inside) > len(outside)
+
+    def test_it_ends_as_the_program_does(self):
+        for script, status in (("exit 0", 0), ("exit 3", 3), ("kill -SEGV $$", -signal.SIGSEGV), ("kill -TERM $$", -signal.SIGTERM),
+                               ("exec /nowhere", 127)):
+            with self.subTest(script):
+                self.assertEqual(self.start(script).wait(30), status)
+
+    def test_a_byte_on_the_leash_asks_the_program_to_end(self):
+        started = self.start("trap 'exit 7' TERM; echo ready; while :; do sleep 0.05; done", grace=30_000)
+        self.assertEqual(started.stdout.readline(), "ready\n")
+        started.stdin.write("T")
+        started.stdin.flush()
+        self.assertEqual(started.wait(30), 7)
+
+    def test_after_the_grace_the_whole_family_is_killed(self):
+        started, mark = self.start_family()
+        started.stdin.write("T")
+        started.stdin.flush()
+        self.assertEqual(started.wait(30), -signal.SIGKILL)
+        self.assertEqual(find(mark), [])
+
+    def test_the_end_of_the_leash_kills_the_whole_family(self):
+        started, mark = self.start_family()
+        started.stdin.close()
+        self.assertEqual(started.wait(30), -signal.SIGKILL)
+        self.assertEqual(find(mark), [])
+
+    def test_the_end_of_the_program_is_the_end_of_its_children(self):
+        started, mark = self.start_family()
+        shell = next(pid for pid in find(mark) if b"trap" in self.command_line(pid) and b"guard" not in self.command_line(pid))
+        os.kill(shell, signal.SIGKILL)
+        started.wait(30)
+        self.assertEqual(find(mark), [])
+
+    @staticmethod
+    def command_line(pid):
+        with open(f"/proc/{pid}/cmdline", "rb") as line:
+            return line.read()
+
+    def test_a_guard_that_is_killed_itself_takes_the_family_along(self):
+        if not self.is_in_namespace():
+            self.skipTest("no PID namespace may be made here")
+        started, mark = self.start_family()
+        started.kill()
+        started.wait(30)
+        wait_until(lambda: not find(mark), "the family lives on")
+
+    def test_the_program_can_signal_nobody_outside_and_its_number_is_unique_outside(self):
+        if not self.is_in_namespace():
+            self.skipTest("no PID namespace may be made here")
+        with subprocess.Popen(["sleep", "600"], user=self.user, group=self.user) as stranger:
+            started = self.start(f"kill -KILL {stranger.pid} 2>/dev/null && echo killed; echo $$")
+            self.assertEqual(started.stdout.read(), f"{started.pid}\n")
+            self.assertIsNone(stranger.poll())
+            stranger.kill()
+
+
+class WithoutPrivileges(Guard):
+    """In a user namespace, where that is allowed."""
+
+    user = NOBODY
+
+    @classmethod
+    def setUpClass(cls):
+        if os.geteuid() != 0:
+            raise unittest.SkipTest("the tests run without privileges anyway")
+        super().setUpClass()
+
+
+class WithoutNamespaces(Guard):
+    """As in containers and kernels that allow none: the guard alone, as sub-reaper."""
+
+    # Within a user namespace of its own the test may forbid itself all others.
+    arguments = ["unshare", "--user", "--map-root-user", "sh", "-c",
+                 'echo 0 > /proc/sys/user/max_pid_namespaces && exec "$@"', "sh"]
+
+    @classmethod
+    def setUpClass(cls):
+        if subprocess.run([*cls.arguments, "true"], stderr=subprocess.DEVNULL).returncode != 0:
+            raise unittest.SkipTest("user namespaces, with which this is arranged, are not allowed here")
+        super().setUpClass()
+
+    def test_there_is_none(self):
+        self.assertFalse(self.is_in_namespace())
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,56 @@
+// A library of NVIDIA's name and functions with two graphics processors, one of which does not tell its load.
+#include <cstdio>
+
+extern "C" {
+struct Utilization
+{
+    unsigned gpu;
+    unsigned memory;
+};
+struct Memory
+{
+    unsigned long long total;
+    unsigned long long free;
+    unsigned long long used;
+};
+
+static int devices[2];
+
+int nvmlInit_v2()
+{
+    return 0;
+}
+
+int nvmlDeviceGetCount_v2(unsigned* count)
+{
+    *count = 2;
+    return 0;
+}
+
+int nvmlDeviceGetHandleByIndex_v2(unsigned index, void** device)
+{
+    *device = &devices[index];
+    return 0;
+}
+
+int nvmlDeviceGetName(void*, char* name, unsigned length)
+{
+    std::snprintf(name, length, "NVIDIA Fake");
+    return 0;
+}
+
+int nvmlDeviceGetUtilizationRates(void* device, Utilization* utilization)
+{
+    constexpr int not_supported = 3;
+    if (device == &devices[1])
+        return not_supported;
+    *utilization = {35, 20};
+    return 0;
+}
+
+int nvmlDeviceGetMemoryInfo(void* device, Memory* memory)
+{
+    *memory = {1000, 0, device == &devices[0] ? 100ULL : 750ULL};
+    return 0;
+}
+}
