@@ -1,3 +1,4 @@
+#include "run.hpp"
 #include "unit_test.hpp"
 
 #include "async/task_group.hpp"
@@ -12,19 +13,8 @@
 
 using namespace webots_cloud;
 using namespace std::chrono_literals;
-namespace asio = boost::asio;
 
 namespace {
-
-asio::awaitable<void> run(LoadMonitor& monitor) { (void)co_await monitor.run(); }
-asio::awaitable<void> run(SessionService& service) { (void)co_await service.run(); }
-asio::awaitable<void> run(OperatorMail& mail) { (void)co_await mail.run(); }
-
-asio::awaitable<int> join(async::TaskGroup& tasks)
-{
-    co_await tasks.join();
-    co_return 0;
-}
 
 struct Fixture
 {
@@ -36,7 +26,7 @@ struct Fixture
     ~Fixture()
     {
         tasks.cancel_all();
-        world.run(join(tasks));
+        world.run(tasks.join());
         BOOST_TEST(world.clock.pending() == 0u);
     }
 
@@ -303,7 +293,7 @@ BOOST_AUTO_TEST_CASE(a_mail_server_that_is_down_does_not_keep_a_dead_server_avai
         BOOST_TEST(fixture.get("/session").body.starts_with("Error:"));
     }
     tasks.cancel_all();
-    world.run(join(tasks));
+    world.run(tasks.join());
 }
 
 BOOST_AUTO_TEST_CASE(probes_and_figures_tell_the_operator_how_it_is)

@@ -1,3 +1,4 @@
+#include "run.hpp"
 #include "unit_test.hpp"
 
 #include "async/task_group.hpp"
@@ -15,19 +16,11 @@
 
 using namespace webots_cloud;
 using namespace std::chrono_literals;
-namespace asio = boost::asio;
 
 namespace {
 
 constexpr auto start_message = R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/a.wbt","mode":"mjpeg"}})";
 
-asio::awaitable<void> run(SimulationService& service) { (void)co_await service.run(); }
-
-asio::awaitable<int> join(async::TaskGroup& tasks)
-{
-    co_await tasks.join();
-    co_return 0;
-}
 
 SimulationServiceParams service_params()
 {
@@ -74,7 +67,7 @@ struct Fixture
     ~Fixture()
     {
         tasks.cancel_all();
-        world.run(join(tasks));
+        world.run(tasks.join());
         BOOST_TEST(browsings.size() == 0u);
         BOOST_TEST(processes.alive() == 0);
         BOOST_TEST(processes.held() == 0u);
