@@ -333,6 +333,15 @@ BOOST_AUTO_TEST_CASE(decisions_are_shown_on_this_machine_only)
     BOOST_TEST(std::get<HttpResponse>(fixture.service.respond(request)).status == 403);
 }
 
+BOOST_AUTO_TEST_CASE(decisions_are_shown_to_everybody_where_the_operator_says_so)
+{
+    SessionServiceParams params;
+    params.decisions_for_all = true;
+    Fixture fixture(std::move(params));
+    BOOST_TEST(fixture.get("/api/decisions").status == 200);
+    BOOST_TEST(fixture.get("/api/decisions").body == R"({"decisions":[]})");
+}
+
 BOOST_AUTO_TEST_CASE(the_viewer_is_served_with_the_types_that_browsers_insist_on)
 {
     Fixture fixture;
