@@ -43,6 +43,14 @@ BOOST_FIXTURE_TEST_CASE(a_machine_learns_what_its_sessions_cost, OneMachine)
     BOOST_TEST(machine("a", now).cost == 24, tolerance(0.05));
 }
 
+BOOST_FIXTURE_TEST_CASE(a_report_that_shows_newcomers_in_part_does_not_tell_their_cost, OneMachine)
+{
+    constexpr std::array<int, 4> coming_and_going = {0, 2, 4, 2};
+    for (std::size_t report = 0; report != 720; ++report)
+        scheduler.report("a", counted(60, coming_and_going[report % 4]), start + seconds(5) * report);
+    BOOST_TEST(machine("a", start + seconds(3600)).cost == 12, tolerance(1e-9));
+}
+
 BOOST_FIXTURE_TEST_CASE(what_one_machine_learns_its_fleet_believes, Fixture)
 {
     TimePoint const now = teach(scheduler, "a", [](int sessions, int) { return each(24, sessions); });
@@ -170,6 +178,17 @@ BOOST_FIXTURE_TEST_CASE(sessions_that_show_in_part_tell_nothing_about_variety, O
         scheduler.report("a", counted(12 * sessions, sessions), now += seconds(5));
     }
     BOOST_TEST(variety(machine("a", now)) == 0.5, tolerance(1e-9));
+}
+
+BOOST_AUTO_TEST_CASE(how_far_a_bare_number_misses_says_nothing_about_variety)
+{
+    Scheduler scheduler;
+    scheduler.set_servers(named({"a"}));
+    scheduler.report("a", LoadReport(0), start);
+    (void)scheduler.place(start);
+    for (int const time : {5, 15}) // or two of somebody else's have come
+        scheduler.report("a", LoadReport(40), start + seconds(time));
+    BOOST_TEST(variety(scheduler.machines(start + seconds(15)).front()) == 0.5, tolerance(1e-9));
 }
 
 BOOST_AUTO_TEST_CASE(no_shows_of_machines_that_report_a_bare_number_say_nothing_about_others)
