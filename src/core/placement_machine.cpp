@@ -52,8 +52,7 @@ Arrivals Machine::report(LoadReport const& report, TimePoint now, bool establish
         int const more_visible =
             report.sessions ? count_arrivals(report, arrivals) : infer_arrivals(report, arrivals);
         arrivals.cost = learn(report, arrivals.since_last);
-        if (report.sessions)
-            arrivals.surprise = surprise(report.load, more_visible, now);
+        arrivals.surprise = surprise(report.load, more_visible, now);
         follow(report.load, more_visible, now);
     } else {
         if (contact_ == Contact::unknown && report.capacity.value_or(0) > 0)
