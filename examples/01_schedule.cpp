@@ -6,7 +6,6 @@
 
 #include <iostream>
 
-// [snippet]
 int main()
 {
     using namespace webots_cloud;
@@ -21,4 +20,3 @@ int main()
     for (int browser = 1; browser <= 5; ++browser)
         std::cout << "browser " << browser << ": " << scheduler.place(now).value().address << '\n';
 }
-// [snippet]

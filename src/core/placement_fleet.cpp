@@ -88,7 +88,6 @@ void Fleet::lost(std::string_view server, TimePoint now)
     if (found == slots_.end())
         return;
     machines_[found->second].lost();
-    unlink(found->second);
     assess(found->second, now);
 }
 

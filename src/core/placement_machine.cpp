@@ -49,12 +49,9 @@ Arrivals Machine::report(LoadReport const& report, TimePoint now, bool establish
     bool const continues = reporting() && last_.sessions.has_value() == report.sessions.has_value();
     if (continues) {
         arrivals.since_last = now - reported_at_;
-        if (report.sessions)
-            count_arrivals(report, arrivals);
-        else
-            infer_arrivals(report, arrivals, now);
+        int const more_visible =
+            report.sessions ? count_arrivals(report, arrivals) : infer_arrivals(report, arrivals);
         arrivals.cost = learn(report, arrivals.since_last);
-        int const more_visible = visible(report) - visible(last_);
         arrivals.surprise = surprise(report.load, more_visible, now);
         follow(report.load, more_visible, now);
     } else {
@@ -79,28 +76,23 @@ Arrivals Machine::report(LoadReport const& report, TimePoint now, bool establish
 }
 
 /// Departures hide arrivals in the number of sessions, ends of starts hide them in the number of starts: the
-/// larger rise of the two is the better lower bound.
-void Machine::count_arrivals(LoadReport const& report, Arrivals& arrivals) noexcept
+/// larger rise of the two is the better lower bound. Returns how many more are visible in the load.
+int Machine::count_arrivals(LoadReport const& report, Arrivals& arrivals) noexcept
 {
     int const more_sessions = *report.sessions - *last_.sessions;
     int const more_starting = report.starting.value_or(0) - last_.starting.value_or(0);
     auto const arrived = static_cast<std::uint32_t>(std::max({more_sessions, more_starting, 0}));
     std::uint32_t const ours = reservations_.confirm(arrived, true, arrivals.confirmed);
     arrivals.foreign = arrived - ours;
+    return visible(report) - visible(last_);
 }
 
-/// A load that rose by n sessions' worth confirms n.
-void Machine::infer_arrivals(LoadReport const& report, Arrivals& arrivals, TimePoint now) noexcept
+/// A load that rose by n sessions' worth confirms n. Returns how many of them are ours.
+int Machine::infer_arrivals(LoadReport const& report, Arrivals& arrivals) noexcept
 {
     double const rise = (report.load - level_) / cost_.value();
-    if (rise < 0.5 || reservations_.count() == 0)
-        return;
-    auto const arrived = static_cast<std::uint32_t>(std::min(std::round(rise), 1e6));
-    std::uint32_t const ours = reservations_.confirm(arrived, false, arrivals.confirmed);
-    if (!settling(now))
-        level_before_ = level_;
-    stepped_at_ = now;
-    level_ += cost_.value() * ours;
+    auto const arrived = static_cast<std::uint32_t>(std::clamp(std::round(rise), 0.0, 1e6));
+    return static_cast<int>(reservations_.confirm(arrived, false, arrivals.confirmed));
 }
 
 /// Moves the level by what became visible, then towards the report as far as that leaves it unexplained.

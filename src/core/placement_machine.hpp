@@ -68,8 +68,8 @@ private:
     };
 
     int visible(LoadReport const& report) const noexcept;
-    void count_arrivals(LoadReport const& report, Arrivals& arrivals) noexcept;
-    void infer_arrivals(LoadReport const& report, Arrivals& arrivals, TimePoint now) noexcept;
+    int count_arrivals(LoadReport const& report, Arrivals& arrivals) noexcept;
+    int infer_arrivals(LoadReport const& report, Arrivals& arrivals) noexcept;
     void follow(double load, int more_visible, TimePoint now) noexcept;
     std::optional<double> surprise(double load, int more_visible, TimePoint now) noexcept;
     bool settling(TimePoint now) const noexcept;

@@ -22,7 +22,7 @@ constexpr double most_parts = 1 << 20;
 std::size_t least_committed(PlacementSnapshot const& machines, RandomSource& random)
 {
     double unseen = machines.unseen_arrivals();
-    if (unseen < negligible || machines.size() == 1)
+    if (unseen < negligible)
         return machines.least_committed();
     // In a fleet where much goes on, a random part of it where less goes on gives the same answer for less.
     auto const parts = std::bit_ceil(static_cast<std::size_t>(std::min(1 + unseen / much, most_parts)));

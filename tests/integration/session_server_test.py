@@ -51,6 +51,17 @@ class Sessions(unittest.IsolatedAsyncioTestCase):
                     await browser.recv()
                 self.assertEqual(browser.close_code, 1000)
 
+    async def test_decisions_are_shown_with_their_reasons_to_this_machine_only(self):
+        with Machine("80") as busy, Machine("97") as full, SessionServer([busy.address, full.address],
+                                                                          loadThreshold=95) as session:
+            wait_until(lambda: 'webots_servers{state="up"} 2' in server_states(session), "both are up")
+            self.assertEqual(session.get("/session"), f"ws://{busy.address}")
+            last = json.loads(session.get("/api/decisions"))["decisions"][0]
+            self.assertEqual((last["chosen"], last["policy"]), (busy.address, "least_committed"))
+            self.assertEqual([machine.get("refused") for machine in last["machines"]], [None, "load"])
+            self.assertIsNone(session.get("/api/decisions", {"X-Forwarded-For": "203.0.113.7"}))
+            self.assertIsNotNone(session.get("/livez", {"X-Forwarded-For": "203.0.113.7"}))
+
     async def test_the_order_of_starting_does_not_matter(self):
         before = Machine()
         late_port = free_port()

@@ -69,6 +69,8 @@ public:
         return std::move(*outcome->value);
     }
 
+    void run(boost::asio::awaitable<void> body) { run(with_value(std::move(body))); }
+
     /// Starts a coroutine beside the test.
     template<class T>
     void spawn(boost::asio::awaitable<T> body)
@@ -80,6 +82,12 @@ public:
     }
 
 private:
+    static boost::asio::awaitable<bool> with_value(boost::asio::awaitable<void> body)
+    {
+        co_await std::move(body);
+        co_return true;
+    }
+
     boost::asio::io_context context_{1};
 
 public:

@@ -70,7 +70,7 @@ struct Fixture
     {
         if (staging)
             remove_tree(path + "/objects");
-        folder = std::move(make_folder(AT_FDCWD, (path + "/objects").c_str()).value());
+        folder = make_folder(AT_FDCWD, (path + "/objects").c_str()).value();
         staging.emplace(folder.get());
         GitPackReader reader(*staging, budget);
         for (std::size_t i = 0; i < bytes.size(); i += piece)

@@ -43,7 +43,7 @@ struct Fixture
         params.sender = "from@a.org";
         params.recipient = "to@b.org";
         params.timeout = timeout;
-        notifier = std::move(make_smtp_notifier(std::move(params)).value());
+        notifier = make_smtp_notifier(std::move(params)).value();
     }
 
     void begin(std::string text = "Text\n")

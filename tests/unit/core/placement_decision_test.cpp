@@ -93,6 +93,44 @@ BOOST_AUTO_TEST_CASE(a_policy_that_looks_at_a_huge_fleet_is_recorded_in_part_and
     BOOST_TEST(small.replay(whole).value() == whole.chosen);
 }
 
+BOOST_AUTO_TEST_CASE(a_policy_that_looked_at_more_than_is_recorded_is_not_replayed_by_guessing)
+{
+    auto const survey = [](PlacementSnapshot const& machines, RandomSource&) {
+        double sum = 0;
+        for (std::size_t position = 0; position != machines.size(); ++position)
+            sum += machines[position].load;
+        return sum < 0 ? std::size_t(1) : std::size_t(0);
+    };
+    Scheduler scheduler = busy_fleet("survey", 200, survey);
+    Decision const decision = scheduler.explain(scheduler.place(after).value().decision).value();
+    BOOST_REQUIRE(scheduler.replay(decision).has_error());
+    BOOST_TEST((scheduler.replay(decision).error() == errc::not_found));
+}
+
+BOOST_AUTO_TEST_CASE(names_in_explanations_outlive_the_list_wherever_the_policy_looked)
+{
+    // Looks at the 64 that are recorded, and chooses another.
+    auto const beyond = [](PlacementSnapshot const& machines, RandomSource&) {
+        for (std::size_t position = 0; position != 64; ++position)
+            (void)machines[position];
+        return std::size_t(150);
+    };
+    Scheduler scheduler = busy_fleet("beyond", 200, beyond);
+    Placement const placement = scheduler.place(after).value();
+    Decision const before = scheduler.explain(placement.decision).value();
+    for (char const* const prefix : {"others-", "more-", "again-"}) {
+        std::vector<ServerSpec> others;
+        for (std::string const& name : names(200))
+            others.emplace_back(prefix + name);
+        scheduler.set_servers(others);
+    }
+    Decision const later = scheduler.explain(placement.decision).value();
+    BOOST_TEST(later.chosen == before.chosen);
+    BOOST_REQUIRE(later.machines.size() == 64u);
+    for (std::size_t entry = 0; entry != 64; ++entry)
+        BOOST_TEST(later.machines[entry].address == before.machines[entry].address);
+}
+
 BOOST_AUTO_TEST_CASE(the_last_hundred_decisions_are_kept)
 {
     Scheduler scheduler = busy_fleet("random", 64);
@@ -158,6 +196,9 @@ BOOST_AUTO_TEST_CASE(decisions_are_json_for_operators_newest_first)
     BOOST_TEST(list[0].at("chosen").is_null());
     BOOST_TEST(list[0].at("secondsAgo").as_double() == 1);
     BOOST_TEST(list[0].at("refused").at("lost").to_number<int>() == 1);
+    BOOST_TEST(list[0].at("complete").as_bool());
+    BOOST_TEST(list[1].at("policy").as_string() == "least_committed");
+    BOOST_TEST(list[1].at("random").as_string() == std::to_string(scheduler.explain(1)->random));
     BOOST_TEST(list[1].at("chosen").as_string() == "a");
     BOOST_TEST(list[1].at("machines").at(0).at("load").as_double() == 12.35,
                boost::test_tools::tolerance(1e-3));

@@ -136,4 +136,79 @@ BOOST_AUTO_TEST_CASE(placements_become_visible_in_a_bare_number_after_some_time)
     BOOST_TEST(placed.visible() == 1);
 }
 
+BOOST_AUTO_TEST_CASE(a_sample_that_shows_a_session_in_part_teaches_nothing)
+{
+    SessionCost estimate(12);
+    estimate.learn(0, 0, Seconds(5), true);
+    estimate.learn(0, 0, Seconds(5), true);
+    BOOST_TEST(estimate.learn(1, 3, Seconds(5), false).xx == 0);
+    estimate.combine(1, 60);
+    BOOST_TEST(estimate.value() == 12, boost::test_tools::tolerance(1e-9));
+}
+
+BOOST_AUTO_TEST_CASE(what_happened_in_a_long_silence_teaches_nothing)
+{
+    SessionCost estimate(12);
+    estimate.learn(0, 0, Seconds(5), true);
+    estimate.learn(0, 0, Seconds(5), true);
+    BOOST_TEST(estimate.learn(80, 1, Seconds(31), true).xx == 0);
+    BOOST_TEST(estimate.learn(80, 1, Seconds(5), true).xx == 0);
+}
+
+BOOST_AUTO_TEST_CASE(one_wild_sample_counts_as_three_sessions_at_most)
+{
+    SessionCost estimate(12);
+    for (int quiet = 0; quiet != 100; ++quiet)
+        estimate.learn(0, 0, Seconds(5), true);
+    Evidence const wild = estimate.learn(500, 1, Seconds(5), true);
+    BOOST_TEST(wild.xy / wild.xx < 3.2); // the filter lets 0.96 of the session pass
+}
+
+BOOST_AUTO_TEST_CASE(what_a_machine_taught_fades_within_hours)
+{
+    SessionCost estimate(12);
+    for (int time = 0; time <= 600; time += 5)
+        estimate.learn(12 * (time / 60 % 2), time / 60 % 2, Seconds(5), true);
+    double const fresh = estimate.evidence().xx;
+    for (int time = 0; time <= 7200; time += 5)
+        estimate.learn(0, 0, Seconds(5), true);
+    BOOST_TEST(estimate.evidence().xx < fresh / 4);
+}
+
+BOOST_AUTO_TEST_CASE(a_few_light_sessions_say_little_by_the_load_itself)
+{
+    SessionCost estimate(12);
+    estimate.weigh(5 + 10 * 0.1, 10); // the five percent that the machine carries besides are most of it
+    estimate.combine(1, 60);
+    BOOST_TEST(estimate.value() > 10);
+}
+
+BOOST_AUTO_TEST_CASE(one_absurd_machine_does_not_make_the_fleet_disagree)
+{
+    FleetCost fleet;
+    fleet.learn({}, {1000, 1e6}, start);
+    BOOST_TEST(fleet.strength() > 100);
+}
+
+BOOST_AUTO_TEST_CASE(one_absurd_session_does_not_make_all_look_different)
+{
+    SessionVariety variety;
+    variety.record(1e6);
+    BOOST_TEST(variety.value() < 1);
+}
+
+BOOST_AUTO_TEST_CASE(who_came_long_ago_says_little_about_who_comes_now)
+{
+    ShowRate rate;
+    AgeCounts came{};
+    came[0] = 100;
+    for (int good = 0; good != 100; ++good)
+        rate.record(came, 0);
+    for (int bad = 0; bad != 20; ++bad)
+        rate.record({}, 100);
+    AgeCounts unseen{};
+    unseen[0] = 1;
+    BOOST_TEST(rate.expected(unseen) < 0.1); // of all who were ever counted more than 4 of 5 came
+}
+
 BOOST_AUTO_TEST_SUITE_END()

@@ -89,4 +89,39 @@ BOOST_AUTO_TEST_CASE(a_rise_of_a_bare_number_confirms_what_it_is_worth)
     BOOST_TEST(scheduler.machines(start + seconds(70)).front().pending == 0);
 }
 
+BOOST_FIXTURE_TEST_CASE(a_newly_counted_session_is_the_newest_placement, OneMachine)
+{
+    place(1);
+    scheduler.report("a", counted(0, 0), start + seconds(30));
+    place(1, start + seconds(30));
+    scheduler.report("a", counted(0, 1, 1), start + seconds(35));
+    scheduler.report("a", counted(0, 1, 1), start + seconds(65));
+    BOOST_TEST(machine("a", start + seconds(65)).pending == 0, "the first never came");
+}
+
+BOOST_AUTO_TEST_CASE(a_rise_of_a_bare_number_is_the_oldest_placement)
+{
+    Scheduler scheduler;
+    scheduler.set_servers(named({"a"}));
+    TimePoint now = start;
+    scheduler.report("a", LoadReport(0), now);
+    (void)scheduler.place(now);
+    scheduler.report("a", LoadReport(0), now += seconds(30));
+    (void)scheduler.place(now);
+    scheduler.report("a", LoadReport(12), now += seconds(5));
+    scheduler.report("a", LoadReport(12), now += seconds(30));
+    BOOST_TEST(scheduler.machines(now).front().pending == 1, "the second is still on its way");
+}
+
+BOOST_AUTO_TEST_CASE(without_a_placement_timeout_the_next_report_shows_whoever_came)
+{
+    SchedulerParams params;
+    params.placement_timeout = Duration::zero();
+    OneMachine fixture(params);
+    fixture.place(3);
+    BOOST_TEST(fixture.machine("a").pending == 3);
+    fixture.scheduler.report("a", counted(0, 0), start + seconds(1));
+    BOOST_TEST(fixture.machine("a", start + seconds(1)).pending == 0);
+}
+
 BOOST_AUTO_TEST_SUITE_END()

@@ -91,6 +91,56 @@ BOOST_AUTO_TEST_CASE(equal_servers_take_turns)
     }
 }
 
+BOOST_AUTO_TEST_CASE(of_equal_servers_whoever_was_served_longest_ago_is_next)
+{
+    for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+        SchedulerParams params;
+        params.seed = seed;
+        Fixture fixture(params);
+        for (char const* const chosen : {"c", "a", "b"}) {
+            for (char const* const name : {"a", "b", "c"})
+                fixture.scheduler.report(name, counted(*name == *chosen ? 0 : 80, 0), start);
+            BOOST_TEST(fixture.scheduler.place(start).value().address == chosen);
+        }
+        for (char const* const name : {"a", "b", "c"})
+            fixture.scheduler.report(name, counted(0, 0), start);
+        for (char const* const next : {"c", "a", "b"})
+            BOOST_TEST(fixture.scheduler.place(start).value().address == next, "seed " << seed);
+    }
+}
+
+BOOST_AUTO_TEST_CASE(of_equal_servers_those_that_were_never_served_come_first)
+{
+    for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+        SchedulerParams params;
+        params.seed = seed;
+        Fixture fixture(params);
+        std::string const served(fixture.scheduler.place(start).value().address);
+        for (char const* const name : {"a", "b", "c"}) // all with one visible session
+            fixture.scheduler.report(name, counted(12, 1), start);
+        BOOST_TEST(!fixture.place(2).contains(served), "seed " << seed);
+    }
+}
+
+BOOST_AUTO_TEST_CASE(another_seed_gives_other_decisions)
+{
+    auto const history = [](std::uint64_t seed) {
+        SchedulerParams params;
+        params.policy = "power_of_two";
+        params.threshold = 1e9;
+        params.seed = seed;
+        Fixture fixture(params);
+        // Loads differ, so that only the random numbers of decisions matter and not who is served first.
+        for (char const* const name : {"a", "b", "c"})
+            fixture.scheduler.report(name, counted(*name, 0), start);
+        std::string all;
+        for (int session = 0; session != 40; ++session)
+            all += fixture.scheduler.place(start).value().address;
+        return all;
+    };
+    BOOST_TEST(history(1) != history(2));
+}
+
 BOOST_AUTO_TEST_CASE(the_same_seed_and_calls_give_the_same_decisions)
 {
     auto const history = [] {

@@ -38,12 +38,6 @@ asio::awaitable<void> work(async::Semaphore& places, Clock& clock, std::vector<i
 
 asio::awaitable<void> wait_for_ever(async::Wakeup& event) { (void)co_await event.wait(); }
 
-asio::awaitable<int> join(async::TaskGroup& tasks)
-{
-    co_await tasks.join();
-    co_return 0;
-}
-
 } // namespace
 
 BOOST_AUTO_TEST_SUITE(async_primitives)
@@ -93,7 +87,7 @@ BOOST_AUTO_TEST_CASE(who_stops_waiting_leaves_the_queue)
     world.settle();
     world.advance(1s);
     BOOST_TEST(log == (std::vector<int>{1, -2, 3}), boost::test_tools::per_element());
-    world.run(join(tasks));
+    world.run(tasks.join());
 }
 
 BOOST_AUTO_TEST_CASE(a_deadlock_in_a_test_is_a_failure)
@@ -102,7 +96,7 @@ BOOST_AUTO_TEST_CASE(a_deadlock_in_a_test_is_a_failure)
     async::TaskGroup tasks(world.executor());
     async::Wakeup never(world.executor());
     tasks.spawn(wait_for_ever(never));
-    BOOST_CHECK_THROW(world.run(join(tasks)), std::logic_error);
+    BOOST_CHECK_THROW(world.run(tasks.join()), std::logic_error);
     tasks.cancel_all();
     world.settle();
 }

@@ -1,3 +1,4 @@
+#include "run.hpp"
 #include "unit_test.hpp"
 
 #include "async/task_group.hpp"
@@ -9,17 +10,8 @@
 
 using namespace webots_cloud;
 using namespace std::chrono_literals;
-namespace asio = boost::asio;
 
 namespace {
-
-asio::awaitable<void> run(LoadMonitor& monitor) { (void)co_await monitor.run(); }
-
-asio::awaitable<int> join(async::TaskGroup& tasks)
-{
-    co_await tasks.join();
-    co_return 0;
-}
 
 /// A monitor that runs; at its end it is cancelled, and no task or timer may be left.
 struct Fixture
@@ -33,7 +25,7 @@ struct Fixture
     ~Fixture()
     {
         tasks.cancel_all();
-        world.run(join(tasks));
+        world.run(tasks.join());
         BOOST_TEST(world.clock.pending() == 0u);
     }
 

@@ -21,12 +21,6 @@ asio::awaitable<void> run(OperatorMail& mail, result<>& outcome)
     outcome = co_await mail.run();
 }
 
-asio::awaitable<int> join(async::TaskGroup& tasks)
-{
-    co_await tasks.join();
-    co_return 0;
-}
-
 OperatorMailParams params()
 {
     OperatorMailParams params;
@@ -57,7 +51,7 @@ struct Fixture
     void stop()
     {
         tasks.cancel_all();
-        world.run(join(tasks));
+        world.run(tasks.join());
     }
 
     void note(LoadTransition transition, std::string address = "a:2000", double load = 99)

@@ -1,3 +1,4 @@
+#include "run.hpp"
 #include "unit_test.hpp"
 
 #include "async/task_group.hpp"
@@ -10,19 +11,6 @@
 
 using namespace webots_cloud;
 using namespace std::chrono_literals;
-namespace asio = boost::asio;
-
-namespace {
-
-asio::awaitable<void> run(Registration& registration) { (void)co_await registration.run(); }
-
-asio::awaitable<int> join(async::TaskGroup& tasks)
-{
-    co_await tasks.join();
-    co_return 0;
-}
-
-} // namespace
 
 // Protocol section 11 and quirk Q16.
 BOOST_AUTO_TEST_SUITE(registration)
@@ -61,7 +49,7 @@ BOOST_AUTO_TEST_CASE(an_unreachable_registry_is_tried_again_ever_less_often_and_
     world.advance(1h);
     BOOST_TEST(http.requests().size() == 6u);
     tasks.cancel_all();
-    world.run(join(tasks));
+    world.run(tasks.join());
 }
 
 BOOST_AUTO_TEST_SUITE_END()

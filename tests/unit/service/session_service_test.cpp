@@ -1,3 +1,4 @@
+#include "run.hpp"
 #include "unit_test.hpp"
 
 #include "async/task_group.hpp"
@@ -12,19 +13,8 @@
 
 using namespace webots_cloud;
 using namespace std::chrono_literals;
-namespace asio = boost::asio;
 
 namespace {
-
-asio::awaitable<void> run(LoadMonitor& monitor) { (void)co_await monitor.run(); }
-asio::awaitable<void> run(SessionService& service) { (void)co_await service.run(); }
-asio::awaitable<void> run(OperatorMail& mail) { (void)co_await mail.run(); }
-
-asio::awaitable<int> join(async::TaskGroup& tasks)
-{
-    co_await tasks.join();
-    co_return 0;
-}
 
 struct Fixture
 {
@@ -36,7 +26,7 @@ struct Fixture
     ~Fixture()
     {
         tasks.cancel_all();
-        world.run(join(tasks));
+        world.run(tasks.join());
         BOOST_TEST(world.clock.pending() == 0u);
     }
 
@@ -305,7 +295,7 @@ BOOST_AUTO_TEST_CASE(a_mail_server_that_is_down_does_not_keep_a_dead_server_avai
         BOOST_TEST(fixture.get("/session").body.starts_with("Error:"));
     }
     tasks.cancel_all();
-    world.run(join(tasks));
+    world.run(tasks.join());
 }
 
 BOOST_AUTO_TEST_CASE(probes_and_figures_tell_the_operator_how_it_is)
@@ -379,6 +369,15 @@ BOOST_AUTO_TEST_CASE(decisions_are_shown_on_this_machine_only)
     std::pair<std::string_view, std::string_view> const forwarded[] = {{"X-Forwarded-For", "203.0.113.7"}};
     request.headers = forwarded;
     BOOST_TEST(std::get<HttpResponse>(fixture.service.respond(request)).status == 403);
+}
+
+BOOST_AUTO_TEST_CASE(decisions_are_shown_to_everybody_where_the_operator_says_so)
+{
+    SessionServiceParams params;
+    params.decisions_for_all = true;
+    Fixture fixture(std::move(params));
+    BOOST_TEST(fixture.get("/api/decisions").status == 200);
+    BOOST_TEST(fixture.get("/api/decisions").body == R"({"decisions":[]})");
 }
 
 BOOST_AUTO_TEST_CASE(the_viewer_is_served_with_the_types_that_browsers_insist_on)

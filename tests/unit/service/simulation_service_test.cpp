@@ -1,3 +1,4 @@
+#include "run.hpp"
 #include "unit_test.hpp"
 
 #include "async/task_group.hpp"
@@ -16,7 +17,6 @@
 
 using namespace webots_cloud;
 using namespace std::chrono_literals;
-namespace asio = boost::asio;
 
 namespace {
 
@@ -24,13 +24,6 @@ constexpr auto start_message = R"({"start":{"url":"https://github.com/o/r/blob/m
 
 constexpr auto init_message = R"({ "init" : [ "https://w.org", "robots", "a.wbt", "", "", "", "", "", "" ] })";
 
-asio::awaitable<void> run(SimulationService& service) { (void)co_await service.run(); }
-
-asio::awaitable<int> join(async::TaskGroup& tasks)
-{
-    co_await tasks.join();
-    co_return 0;
-}
 
 SimulationServiceParams service_params(std::shared_ptr<SimulationLogs> logs, Duration grace)
 {
@@ -81,7 +74,7 @@ struct Fixture
     ~Fixture()
     {
         tasks.cancel_all();
-        world.run(join(tasks));
+        world.run(tasks.join());
         BOOST_TEST(browsings.size() == 0u);
         BOOST_TEST(processes.alive() == 0);
         BOOST_TEST(processes.held() == 0u);
