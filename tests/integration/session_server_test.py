@@ -131,6 +131,7 @@ class Sessions(unittest.IsolatedAsyncioTestCase):
         with Machine() as machine, SessionServer([machine.address], debug=False, logDir="logs") as session:
             wait_until(lambda: session.get("/") == "1", "up")
             session.get("/nope")
+            self.assertIsNone(session.get("/no%0Ape"))
             with open(os.path.join(session.folder, "logs", "session", "output.log")) as file:
                 def lines():
                     file.seek(0)
