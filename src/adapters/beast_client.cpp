@@ -16,6 +16,7 @@
 #include <boost/beast/ssl/ssl_stream.hpp>
 #include <boost/url/parse.hpp>
 
+#include <charconv>
 #include <optional>
 #include <unordered_map>
 #include <variant>
@@ -48,18 +49,29 @@ struct Target
     }
 };
 
+/// 0 when `text` is no port.
+std::uint16_t parse_port(std::string_view text)
+{
+    std::uint16_t port = 0;
+    auto const* const end = text.data() + text.size();
+    return std::from_chars(text.data(), end, port).ptr == end ? port : 0;
+}
+
 result<Target> parse_target(std::string const& text)
 {
+    Failure const unusable(errc::invalid_url,
+                           concat("\"", core::printable(text, 200), "\" is no http or https URL"));
     auto const url = boost::urls::parse_uri(text);
-    bool const is_usable = url && (url->scheme() == "http" || url->scheme() == "https") &&
-                           !url->host().empty() && (!url->has_port() || url->port_number() != 0);
-    if (!is_usable)
-        return Failure(errc::invalid_url,
-                       concat("\"", core::printable(text, 200), "\" is no http or https URL"));
+    if (!url || (url->scheme() != "http" && url->scheme() != "https") || url->host().empty())
+        return unusable;
     Target target;
     target.tls = url->scheme() == "https";
     target.host = url->host_address();
-    target.port = url->has_port() ? url->port_number() : target.tls ? https_port : http_port;
+    target.port = target.tls ? https_port : http_port;
+    if (url->has_port())
+        target.port = parse_port({url->port().data(), url->port().size()});
+    if (target.port == 0)
+        return unusable;
     auto const path = url->encoded_resource();
     target.path = path.empty() ? "/" : std::string(path.data(), path.size());
     return target;

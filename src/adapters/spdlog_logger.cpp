@@ -1,12 +1,12 @@
 #include "../core/log_line.hpp"
 #include "../core/text.hpp"
+#include "rotating_file.hpp"
 
 #include <webots_cloud/adapters.hpp>
 
 #include <spdlog/async.h>
 #include <spdlog/async_logger.h>
 #include <spdlog/pattern_formatter.h>
-#include <spdlog/sinks/rotating_file_sink.h>
 #include <spdlog/sinks/stdout_sinks.h>
 
 namespace webots_cloud {
@@ -15,7 +15,7 @@ namespace {
 // As operators know it: 2026-01-02 03:04:05,678 [INFO   ]  message
 constexpr auto pattern = "%Y-%m-%d %H:%M:%S,%e [%*]  %v";
 constexpr std::size_t file_size = 500'000;
-constexpr std::size_t old_files = 10;
+constexpr int old_files = 10;
 constexpr std::size_t queue_lines = 2048; // a disk that stalls costs old lines, never the event loop
 
 /// The level as Python prints it, seven wide.
@@ -113,7 +113,7 @@ result<Logger> make_logger(LogParams params)
         if (params.file.empty())
             sink = std::make_shared<spdlog::sinks::stdout_sink_mt>();
         else
-            sink = std::make_shared<spdlog::sinks::rotating_file_sink_mt>(params.file.string(), file_size, old_files);
+            sink = std::make_shared<adapters::RotatingFile>(params.file, file_size, old_files);
         backend->thread = std::make_shared<spdlog::details::thread_pool>(queue_lines, 1);
         backend->logger = std::make_shared<spdlog::async_logger>("webots_cloud", std::move(sink), backend->thread,
                                                                  spdlog::async_overflow_policy::overrun_oldest);

@@ -4,6 +4,7 @@
 import asyncio
 import json
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -142,9 +143,26 @@ class Sessions(unittest.IsolatedAsyncioTestCase):
         with Machine() as machine, SessionServer([machine.address], debug=False, logDir="logs") as session:
             wait_until(lambda: session.get("/") == "1", "up")
             session.get("/nope")
+            self.assertIsNone(session.get("/no%0Ape"))
             with open(os.path.join(session.folder, "logs", "session", "output.log")) as file:
-                text = wait_until(lambda: (file.seek(0), file.read())[1], "the log is empty")
-                self.assertRegex(text, r"(?m)^\d{4}-\d\d-\d\d \d\d:\d\d:\d\d,\d{3} \[INFO   \]  Session server running on port \d+$")
+                def lines():
+                    file.seek(0)
+                    return file.read().splitlines()
+                wait_until(lambda: len(lines()) >= 3, "the log is too short")
+                moment = r"^\d{4}-\d\d-\d\d \d\d:\d\d:\d\d,\d{3} "
+                for pattern in (r"\[INFO   \]  Session server running on port \d+$", r"\[WARNING\]  404 GET /nope \(127\.0\.0\.1\)$",
+                                r"\[WARNING\]  404 GET /no%0Ape \(127\.0\.0\.1\)$"):
+                    self.assertTrue(any(re.match(moment + pattern, line) for line in lines()), lines())
+
+    def test_a_log_file_that_can_not_be_written_is_one_sentence_and_status_2(self):
+        server = SessionServer([], debug=False, logDir="/proc/nowhere")
+        self.addCleanup(server.close)
+        with self.assertRaises(AssertionError) as raised:
+            server.start()
+        lines = str(raised.exception).strip().splitlines()[1:]
+        self.assertEqual(len(lines), 1, lines)
+        self.assertIn("Log file /proc/nowhere/session/output.log cannot be created: ", lines[0])
+        self.assertEqual(server.process.returncode, 2)
 
 
     def test_the_log_as_json_is_an_object_a_line(self):
@@ -167,7 +185,7 @@ class Sessions(unittest.IsolatedAsyncioTestCase):
     def test_the_log_rotates_at_500000_bytes_and_every_line_of_json_stays_whole(self):
         with SessionServer([], debug=False, logDir="logs", logFormat="json") as session:
             folder = os.path.join(session.folder, "logs", "session")
-            path = os.path.join(folder, "output.1.log")
+            path = os.path.join(folder, "output.log.1")
             requests = (b"GET /" + b"x" * 200 + b" HTTP/1.1\r\nHost: h\r\n\r\n") * 100
             with socket.create_connection(("127.0.0.1", session.port), timeout=30) as browser:
                 def fill():

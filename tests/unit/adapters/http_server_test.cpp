@@ -151,6 +151,20 @@ BOOST_AUTO_TEST_CASE(a_browser_that_does_not_read_is_dropped_and_slows_nobody)
     BOOST_TEST(server.eventually_counts(&HttpServerStatistics::connections, 0));
 }
 
+BOOST_AUTO_TEST_CASE(a_handshake_is_taken_from_every_origin_and_negotiates_nothing)
+{
+    RunningServer server;
+    Client client(server);
+    client.say(
+        "GET /echo HTTP/1.1\r\nHost: h\r\nOrigin: https://elsewhere.example.org\r\nUpgrade: websocket\r\n"
+        "Connection: keep-alive, Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Protocol: chat\r\n"
+        "Sec-WebSocket-Extensions: permessage-deflate\r\nSec-WebSocket-Key: "
+        "dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n");
+    BOOST_TEST(client.read_to("\r\n\r\n") == "HTTP/1.1 101 Switching Protocols\r\nServer: "
+                                             "webots_cloud\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+                                             "Sec-WebSocket-Accept: s3pPLMBiTxaQ9kYGzzhZRbK+xOo=\r\n\r\n");
+}
+
 BOOST_AUTO_TEST_CASE(messages_that_came_with_the_handshake_are_answered_in_order)
 {
     RunningServer server;

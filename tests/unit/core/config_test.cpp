@@ -82,6 +82,58 @@ BOOST_AUTO_TEST_CASE(unknown_keys_are_warned_about_with_the_nearest_known_one)
     BOOST_TEST(configured.warnings[0] == "c.json: unknown key \"portRewrit\" is ignored; did you mean \"portRewrite\"?");
 }
 
+BOOST_AUTO_TEST_CASE(session_defaults_are_those_of_the_reference)
+{
+    auto const configured =
+        parse_session_config(R"({"port":1999,"simulationServers":["a:2000"]})", "c.json").value();
+    auto const& config = configured.config;
+    BOOST_TEST(configured.warnings.empty());
+    BOOST_TEST(config.server == "localhost");
+    BOOST_TEST(config.ssl);
+    BOOST_TEST(config.port_rewrite);
+    BOOST_TEST(config.administrator.empty());
+    BOOST_TEST(config.log_dir == "log");
+    BOOST_TEST(!config.debug);
+    BOOST_TEST(!config.json_log);
+    BOOST_TEST((config.load_refresh == std::chrono::seconds(5)));
+    BOOST_TEST((config.load_timeout == std::chrono::seconds(5)));
+    BOOST_TEST(config.load_threshold == 95);
+}
+
+BOOST_AUTO_TEST_CASE(every_session_key_of_the_reference_is_obeyed)
+{
+    auto const configured =
+        parse_session_config(R"({"server":"h.org","ssl":false,"sslKey":"k","sslCertificate":"c","port":7,
+        "portRewrite":false,"simulationServers":["a:2000","b/2000"],"administrator":"a@b","mailServer":"m","mailServerPort":587,
+        "mailSender":"s@b","mailSenderUser":"u","mailSenderPassword":"p","logDir":"logs","debug":true})",
+                             "c.json")
+            .value();
+    auto const& config = configured.config;
+    BOOST_TEST(configured.warnings.empty());
+    BOOST_TEST(config.server == "h.org");
+    BOOST_TEST(!config.ssl);
+    BOOST_TEST(config.network.ssl_key == "k");
+    BOOST_TEST(config.network.ssl_certificate == "c");
+    BOOST_TEST(config.port == 7);
+    BOOST_TEST(!config.port_rewrite);
+    BOOST_TEST(config.simulation_servers.size() == 2u);
+    BOOST_TEST(config.administrator == "a@b");
+    BOOST_TEST(config.mail_server == "m");
+    BOOST_TEST(config.mail_server_port == 587);
+    BOOST_TEST(config.mail_sender == "s@b");
+    BOOST_TEST(config.mail_sender_user == "u");
+    BOOST_TEST(config.mail_sender_password == "p");
+    BOOST_TEST(config.log_dir == "logs");
+    BOOST_TEST(config.debug);
+}
+
+BOOST_AUTO_TEST_CASE(the_log_is_text_or_json)
+{
+    BOOST_TEST(parse_simulation_config(R"({"logFormat":"json"})", "c.json")->config.json_log);
+    BOOST_TEST(!parse_simulation_config(R"({"logFormat":"text"})", "c.json")->config.json_log);
+    BOOST_TEST(!parse_simulation_config(R"({"logFormat":"xml"})", "c.json"));
+}
+
 BOOST_AUTO_TEST_CASE(simulation_defaults_are_those_of_the_reference)
 {
     auto const configured = parse_simulation_config("{}", "c.json").value();

@@ -3,6 +3,8 @@
 #include "core/load_table.hpp"
 #include "core/monitor_page.hpp"
 
+#include <regex>
+
 using namespace webots_cloud;
 using namespace webots_cloud::core;
 
@@ -60,6 +62,10 @@ BOOST_AUTO_TEST_CASE(the_table_has_links_loads_and_an_average_with_one_percent_s
     BOOST_TEST(contains(page, "<title>Webots simulation server</title>"));
     BOOST_TEST(contains(page, "<h1>Webots session server</h1>"));
     BOOST_TEST(contains(page, "Managing 2 simulation servers:"));
+    auto const started = page.find("Started on ");
+    BOOST_TEST_REQUIRE(started != std::string::npos);
+    std::regex const moment("Started on [A-Z][a-z]+day, [A-Z][a-z]+ \\d\\d, \\d{4} at \\d\\d:\\d\\d:\\d\\d");
+    BOOST_TEST(std::regex_search(page, moment), page.substr(started, 60));
     BOOST_TEST(contains(page, "<a href=\"http://a:2000/monitor\">a:2000</a>"));
     BOOST_TEST(contains(page, "N/A"));
     BOOST_TEST(contains(page, "<b id=\"average\">7.88%</b>"));

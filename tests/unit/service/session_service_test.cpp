@@ -128,6 +128,31 @@ BOOST_AUTO_TEST_CASE(methods_and_unknown_paths_are_answered_as_ever)
     BOOST_TEST(fixture.get("/nope").body == "<html><title>404: Not Found</title><body>404: Not Found</body></html>");
 }
 
+BOOST_AUTO_TEST_CASE(every_text_is_html_and_only_session_is_for_other_origins)
+{
+    Fixture fixture;
+    for (auto const* path :
+         {"/", "/load", "/monitor", "/livez", "/readyz", "/session", "/session/", "/nope"}) {
+        auto const answer = fixture.get(path);
+        BOOST_TEST(answer.content_type == "text/html; charset=UTF-8", path);
+        BOOST_TEST((header(answer, "Access-Control-Allow-Origin") == "*") ==
+                       (path == std::string_view("/session")),
+                   path);
+    }
+}
+
+BOOST_AUTO_TEST_CASE(whatever_follows_the_question_mark_is_ignored)
+{
+    Fixture fixture;
+    IncomingRequest request;
+    request.method = "GET";
+    for (auto const* path : {"/", "/load", "/session", "/livez"}) {
+        request.path = path;
+        request.query = "url=https://github.com/o/r/blob/main/worlds/w.wbt";
+        BOOST_TEST((std::get<HttpResponse>(fixture.service.respond(request)) == fixture.get(path)), path);
+    }
+}
+
 BOOST_AUTO_TEST_CASE(load_is_the_mean_of_the_servers_that_are_up)
 {
     Fixture fixture;

@@ -1,0 +1,38 @@
+// A log file that is set aside when it is full, under the names that operators know.
+#pragma once
+
+#include <spdlog/details/file_helper.h>
+#include <spdlog/details/null_mutex.h>
+#include <spdlog/sinks/base_sink.h>
+
+#include <cstddef>
+#include <filesystem>
+
+namespace webots_cloud::adapters {
+
+/// As Python's RotatingFileHandler names them: `output.log` is written, `output.log.1` is the last that was
+/// full, and so on; spdlog's own sink has `output.1.log`. Throws spdlog_ex when the file can't be opened or
+/// written.
+///
+/// Thread-safety: one thread.
+class RotatingFile final : public spdlog::sinks::base_sink<spdlog::details::null_mutex>
+{
+public:
+    /// `size` in bytes; `old_files` are kept. Folders are made.
+    RotatingFile(std::filesystem::path file, std::size_t size, int old_files);
+
+private:
+    void sink_it_(spdlog::details::log_msg const& message) override;
+    void flush_() override { open_.flush(); }
+
+    void rotate();
+    std::filesystem::path name(int age) const;
+
+    std::filesystem::path file_;
+    std::size_t most_;
+    int old_files_;
+    spdlog::details::file_helper open_;
+    std::size_t size_ = 0;
+};
+
+} // namespace webots_cloud::adapters
