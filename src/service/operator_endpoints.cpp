@@ -30,6 +30,7 @@ void OperatorEndpoints::measure(TimePoint due, std::size_t clients)
     auto const& clock = surroundings_.clock;
     auto const now = clock.now();
     event_loop_lag_ = now - due;
+    event_loop_lags_[measurements_++ % event_loop_lags_.size()] = event_loop_lag_;
     auto sample = metrics_.sample();
     auto figures = core::machine_figures(last_sample_, sample, now - measured_);
     measured_ = now;
@@ -151,6 +152,9 @@ HttpResponse OperatorEndpoints::figures() const
         .add(surroundings_.draining ? 1 : 0);
     text.family("event_loop_lag_seconds", "gauge", "How late the last measurement of the machine was.")
         .add(std::chrono::duration<double>(event_loop_lag_).count());
+    auto const highest = *std::max_element(event_loop_lags_.begin(), event_loop_lags_.end());
+    text.family("event_loop_lag_highest_seconds", "gauge", "The highest of the last 60 measurements.")
+        .add(std::chrono::duration<double>(highest).count());
     surroundings_.starts.write(text);
     return core::metrics_page(text.take(), params_.more_metrics);
 }

@@ -10,6 +10,7 @@
 #include <webots_cloud/load_report.hpp>
 #include <webots_cloud/simulation_service.hpp>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -71,6 +72,9 @@ private:
     TimePoint measured_;
     core::MovingAverage average_;
     Duration event_loop_lag_{}; ///< How late the last measurement was.
+    /// The same of the last minute, a second each, so that a scrape misses no pause.
+    std::array<Duration, 60> event_loop_lags_{};
+    std::size_t measurements_ = 0;
 
     core::SimulationBoard board_;
     MonitorFeed feed_; ///< To those that watch the monitor page.

@@ -15,7 +15,7 @@ from support.servers import SessionServer, main, program  # noqa: E402
 
 UNITS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "config", "systemd")
 # How exposed systemd may find them, in tenths: a server that decides and one that runs strangers' programs on a display.
-EXPOSURE = {"webots-session-server": 15, "webots-simulation-server": 45}
+EXPOSURE = {"webots-session-server": 15, "webots-simulation-server": 30}
 
 
 class Units(unittest.TestCase):

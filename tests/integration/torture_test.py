@@ -9,16 +9,18 @@ small as before. Protocol sections 4.1.4, 6.5 and quirks Q7, Q10, Q11, Q14.
 
 import asyncio
 import contextlib
+import json
 import os
 import random
 import signal
 import subprocess
 import sys
+import time
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser_client import WORLD, Browser, server  # noqa: E402
-from support.servers import descendants, main, port_is_free, wait_until  # noqa: E402
+from support.servers import SimulationServer, descendants, main, port_is_free, wait_until  # noqa: E402
 
 try:
     import websockets
@@ -200,6 +202,51 @@ class KilledServer(unittest.IsolatedAsyncioTestCase):
                 wait_until(lambda: not processes_of(simulation), f"orphans live on (seed {SEED})")
                 await asyncio.to_thread(simulation.start)
                 self.assertEqual(simulation.instances(), [], f"seed {SEED}")
+            check_clean(simulation)
+
+
+class LoadMeanwhile(unittest.IsolatedAsyncioTestCase):
+    """/load is answered while others fetch and start: the event loop waits for nobody. Protocol section 4.2, quirk Q4."""
+
+    def ask(self, simulation, times):
+        """Asks so often; returns the reports, and prints how long the answers took, for those who want to know."""
+        reports, took = [], []
+        for _ in range(times):
+            began = time.perf_counter()
+            reports.append(json.loads(simulation.get("/load", {"Accept": "application/json"})))
+            took.append(1000 * (time.perf_counter() - began))
+        took.sort()
+        print(f"/load: median {took[len(took) // 2]:.1f} ms, 99 % {took[len(took) * 99 // 100]:.1f} ms")
+        return reports
+
+    async def test_of_a_forge_that_never_answers(self):
+        forge = await asyncio.start_server(lambda *_: asyncio.sleep(600), "127.0.0.1", 0)
+        url = "http://127.0.0.1:%d" % forge.sockets[0].getsockname()[1]
+        with SimulationServer(forges=[url], allowedRepositories=[url], maxConnections=AT_ONCE) as simulation:
+            async with contextlib.AsyncExitStack() as browsers:
+                for _ in range(AT_ONCE):
+                    browser = await browsers.enter_async_context(Browser(simulation))
+                    await browser.start(f"{url}/o/r/blob/main/worlds/a.wbt")
+                wait_until(lambda: f'webots_simulations{{state="starting"}} {AT_ONCE}\n' in simulation.get("/metrics"), "they do not start")
+                reports = await asyncio.to_thread(self.ask, simulation, 200)
+                self.assertEqual({(report["sessions"], report["starting"]) for report in reports}, {(AT_ONCE, AT_ONCE)})
+            check_clean(simulation)
+        forge.close()
+
+    async def test_of_simulations_that_start_and_end(self):
+        async def start_again_and_again(simulation):
+            while self.starting:
+                async with Browser(simulation) as browser:
+                    await browser.start()
+                    await browser.hear("webots:")
+
+        with server(maxConnections=AT_ONCE) as simulation:
+            self.starting = True
+            browsers = [asyncio.create_task(start_again_and_again(simulation)) for _ in range(AT_ONCE // 2)]
+            reports = await asyncio.to_thread(self.ask, simulation, 200)
+            self.starting = False
+            await asyncio.gather(*browsers)
+            self.assertEqual(len(reports), 200)
             check_clean(simulation)
 
 

@@ -159,6 +159,56 @@ BOOST_AUTO_TEST_CASE(folders_of_templates_and_keys_are_those_of_the_first_genera
     BOOST_TEST(configured.config.key_dir == "/k");
 }
 
+// Section 8.2, a key a row: read without a warning, and where it goes.
+BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
+{
+    using Texts = std::vector<std::string>;
+    struct Row
+    {
+        char const* text;
+        bool (*arrived)(SimulationConfig const& config);
+    };
+    Row const rows[] = {
+        {R"("server":"h")", [](auto const& c) { return c.server == "h"; }},
+        {R"("fullyQualifiedDomainName":"h")", [](auto const& c) { return c.server == "h"; }},
+        {R"("ssl":false)", [](auto const& c) { return !c.ssl; }},
+        {R"("sslKey":"/k","sslCertificate":"/c")",
+         [](auto const& c) { return c.network.ssl_key == "/k" && c.network.ssl_certificate == "/c"; }},
+        {R"("port":3000)", [](auto const& c) { return c.port == 3000; }},
+        {R"("portRewrite":false)", [](auto const& c) { return !c.port_rewrite; }},
+        {R"("docker":true)", [](auto const& c) { return c.docker; }},
+        {R"("allowedRepositories":["a","b"])", [](auto const& c) { return c.allowed_repositories == Texts{"a", "b"}; }},
+        {R"("blockedRepositories":["a"])", [](auto const& c) { return c.blocked_repositories == Texts{"a"}; }},
+        {R"("shareIdleTime":12.5)", [](auto const& c) { return c.share_idle_time == 12.5; }},
+        {R"("notify":["http://a"])", [](auto const& c) { return c.notify == Texts{"http://a"}; }},
+        {R"("projectsDir":"/p")", [](auto const&) { return true; }},
+        {R"("webotsHome":"/w")", [](auto const& c) { return c.webots_home == "/w"; }},
+        {R"("maxConnections":7)", [](auto const& c) { return c.max_connections == 7; }},
+        {R"("timeout":400)", [](auto const& c) { return c.timeout == std::chrono::seconds(400); }},
+        {R"("logDir":"/l")", [](auto const& c) { return c.log_dir == "/l"; }},
+        {R"("monitorLogEnabled":false)", [](auto const& c) { return !c.monitor_log; }},
+        {R"("debug":true)", [](auto const& c) { return c.debug; }},
+        {R"("title":"t","description":"d")", [](auto const& c) { return c.title == "t" && c.description == "d"; }},
+        {R"("persistantDockerImages":["r:t"])", [](auto const&) { return true; }},
+        {R"("keyDir":"/k")", [](auto const&) { return true; }},
+        {R"("multimediaServer":"m","multimediaStream":"s")", [](auto const&) { return true; }},
+        {R"("publicPort":80)", [](auto const&) { return true; }},
+        // ours
+        {R"("startTimeout":20)", [](auto const& c) { return c.start_timeout == std::chrono::seconds(20); }},
+        {R"("reconnectGrace":1.5)", [](auto const& c) { return c.reconnect_grace == std::chrono::milliseconds(1500); }},
+        {R"("simulationLogDays":0.5)", [](auto const& c) { return c.simulation_log_keep == std::chrono::hours(12); }},
+        {R"("loadFormula":"reference")", [](auto const& c) { return !c.strict_load; }},
+        {R"("cacheSize":1)", [](auto const& c) { return c.cache_bytes == std::uint64_t{1} << 30; }},
+        {R"("connectionsPerAddress":3)", [](auto const& c) { return c.network.connections_per_address == 3; }},
+    };
+    for (auto const& [text, arrived] : rows) {
+        auto const configured = parse_simulation_config(std::string("{") + text + "}", "c.json");
+        BOOST_TEST_REQUIRE(configured.has_value(), text);
+        BOOST_TEST(configured->warnings.empty(), text);
+        BOOST_TEST(arrived(configured->config), text);
+    }
+}
+
 BOOST_AUTO_TEST_CASE(a_short_timeout_counts_as_two_hours_as_it_always_did)
 {
     auto const configured = parse_simulation_config(R"({"timeout":359})", "c.json").value();

@@ -23,6 +23,51 @@ BOOST_AUTO_TEST_CASE(the_form_is_what_registries_have_always_got)
     BOOST_TEST(core::registration_form("http://h:1", 12.5, {}) == "url=http%3A%2F%2Fh%3A1&shareIdleTime=12.5&allowedRepositories=");
 }
 
+BOOST_AUTO_TEST_CASE(a_registry_is_asked_once_by_a_form_and_its_answer_logged_but_not_interpreted)
+{
+    testing::World world;
+    testing::RecordingLog log;
+    testing::ScriptedHttp http(world.clock);
+    http.expect("POST http://r/").reply(200, "{\"error\":\"Server name mismatch: x\"}");
+    RegistrationParams params;
+    params.registries = {"http://r/"};
+    params.url = "https://host/2000";
+    params.share_idle_time = 50;
+    Registration registration(params, http, world.clock, log.logger());
+    async::TaskGroup tasks(world.executor());
+    tasks.spawn(run(registration));
+    world.advance(24h);
+    BOOST_TEST_REQUIRE(http.requests().size() == 1u); // no heartbeat, no second try
+    auto const& request = http.requests().front();
+    BOOST_TEST(request.body == "url=https%3A%2F%2Fhost%2F2000&shareIdleTime=50&allowedRepositories=");
+    BOOST_TEST(request.headers.front().first == "Content-Type");
+    BOOST_TEST(request.headers.front().second == "application/x-www-form-urlencoded");
+    BOOST_TEST(log.contains("Registered at http://r/: {\"error\":\"Server name mismatch: x\"}"));
+    tasks.cancel_all();
+    world.run(join(tasks));
+}
+
+BOOST_AUTO_TEST_CASE(a_registry_that_hangs_is_given_up_and_the_end_of_the_server_waits_for_none)
+{
+    testing::World world;
+    testing::RecordingLog log;
+    testing::ScriptedHttp http(world.clock);
+    http.expect("POST http://r/").hang();
+    http.expect("POST http://r/").hang();
+    RegistrationParams params;
+    params.registries = {"http://r/"};
+    Registration registration(params, http, world.clock, log.logger());
+    async::TaskGroup tasks(world.executor());
+    tasks.spawn(run(registration));
+    world.advance(10s);
+    BOOST_TEST(log.contains("Could not register at http://r/: "));
+    world.advance(6s);
+    BOOST_TEST(http.requests().size() == 2u);
+    tasks.cancel_all();
+    world.settle();
+    BOOST_TEST(tasks.size() == 0u);
+}
+
 BOOST_AUTO_TEST_CASE(an_unreachable_registry_is_tried_again_ever_less_often_and_delays_no_other)
 {
     testing::World world;

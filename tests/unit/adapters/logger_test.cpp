@@ -1,0 +1,77 @@
+#include "unit_test.hpp"
+
+#include <webots_cloud/adapters.hpp>
+
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <regex>
+
+using namespace webots_cloud;
+namespace fs = std::filesystem;
+
+namespace {
+
+struct Fixture
+{
+    Fixture()
+    {
+        std::string name = (fs::temp_directory_path() / "webots_cloud_logger_XXXXXX").string();
+        folder = ::mkdtemp(name.data());
+        params.file = folder / "log" / "output.log";
+    }
+    ~Fixture() { fs::remove_all(folder); }
+
+    std::string text() const
+    {
+        std::ifstream file(params.file);
+        return {std::istreambuf_iterator<char>(file), {}};
+    }
+
+    fs::path folder;
+    LogParams params;
+};
+
+} // namespace
+
+// Protocol section 9.1.
+BOOST_FIXTURE_TEST_SUITE(logger, Fixture)
+
+BOOST_AUTO_TEST_CASE(lines_have_the_format_that_operators_know)
+{
+    {
+        auto const log = make_logger(params).value();
+        log.debug("nobody wants this");
+        log.info("one");
+        log.warning("two");
+        log.error("three");
+    }
+    std::regex const expected(R"((\d{4}-\d\d-\d\d \d\d:\d\d:\d\d,\d{3} \[INFO   \]  one\n)"
+                              R"(\d{4}-\d\d-\d\d \d\d:\d\d:\d\d,\d{3} \[WARNING\]  two\n)"
+                              R"(\d{4}-\d\d-\d\d \d\d:\d\d:\d\d,\d{3} \[ERROR  \]  three\n))");
+    BOOST_TEST(std::regex_match(text(), expected), text());
+}
+
+BOOST_AUTO_TEST_CASE(a_file_is_full_at_500_000_bytes_and_ten_old_ones_are_kept)
+{
+    {
+        auto const log = make_logger(params).value();
+        for (int i = 0; i < 14 * 1024; ++i) // some may be lost: the queue is bounded
+            log.info(std::string(450, 'x'));
+    }
+    BOOST_TEST(fs::file_size(params.file) <= 500'000u);
+    BOOST_TEST(!fs::exists(folder / "log" / "output.11.log"));
+    auto const files = std::distance(fs::directory_iterator(folder / "log"), {});
+    BOOST_TEST(files <= 11);
+    BOOST_TEST(files >= 2);
+}
+
+BOOST_AUTO_TEST_CASE(a_file_that_cannot_be_written_is_named_with_the_reason)
+{
+    params.file = "/proc/nowhere/output.log";
+    auto const log = make_logger(params);
+    BOOST_TEST((log.error() == errc::invalid_argument));
+    BOOST_TEST(log.error().message().starts_with("Log file /proc/nowhere/output.log cannot be created: "));
+}
+
+BOOST_AUTO_TEST_SUITE_END()
