@@ -44,7 +44,7 @@ BOOST_AUTO_TEST_CASE(a_registry_is_asked_once_by_a_form_and_its_answer_logged_bu
     BOOST_TEST(request.headers.front().second == "application/x-www-form-urlencoded");
     BOOST_TEST(log.contains("Registered at http://r/: {\"error\":\"Server name mismatch: x\"}"));
     tasks.cancel_all();
-    world.run(join(tasks));
+            world.run(tasks.join());
 }
 
 BOOST_AUTO_TEST_CASE(a_registry_that_hangs_is_given_up_and_the_end_of_the_server_waits_for_none)
