@@ -118,8 +118,8 @@ class Sessions(unittest.IsolatedAsyncioTestCase):
                 self.assertEqual(await browser.recv(), "0")
                 session.reread(loadThreshold=70, mailServerPort=second.port, logDir="elsewhere", scheduling="random")
                 self.assertEqual(await asyncio.wait_for(browser.recv(), 30), "1")
-            wait_until(lambda: "The configuration was read again" in session.log(), "the log line")
-            self.assertIn("These keys have changed, and take effect at the next start: logDir, scheduling\n", session.log())
+            keys = "These keys have changed, and take effect at the next start: logDir, scheduling\n"
+            wait_until(lambda: "The configuration was read again" in session.log() and keys in session.log(), "the log lines")
             machine.load = "99"
             wait_until(lambda: second.mails, "a mail through the other server")
             self.assertEqual(len(first.mails), 1)
