@@ -1,1 +1,143 @@
-ROWS = []
+"""The simulation server's rows. Simulators are stand-ins that are ready at once, so that what is left is the server's."""
+
+import asyncio
+import contextlib
+import os
+import re
+import shutil
+import statistics
+import subprocess
+import tempfile
+import time
+
+from git_fetch.repositories import WANTED, make_all
+from peers import FreeSimulationServer, Tool, cpu_seconds, memory
+from row import Row, itself
+from support.browser_client import LOCAL, Browser
+from support.git_server import GitServer
+from support.ports import free_port
+from support.servers import program
+
+
+def stage_milliseconds(server, stage):
+    """What a stage of all starts took together, as /metrics tells it."""
+    found = re.search(rf'^webots_start_stage_seconds_sum{{stage="{stage}"}} (\S+)$', server.get("/metrics"), re.MULTILINE)
+    return float(found[1]) * 1e3
+
+
+def own_start_milliseconds():
+    """The stand-in by itself: from fork to its ready line."""
+    began = time.monotonic()
+    process = subprocess.Popen([program("speed_simulator"), f"--port={free_port()}"], stdout=subprocess.PIPE)
+    process.stdout.readline()
+    took = (time.monotonic() - began) * 1e3
+    process.kill()
+    process.wait()
+    process.stdout.close()
+    return took
+
+
+@contextlib.contextmanager
+def overhead_of_start(quick):
+    """From `start` to `webots:`, less the fetch and less the stand-in's own start."""
+    starts = 3 if quick else 20
+
+    async def start(server):
+        async with Browser(server) as browser:
+            await browser.start()
+            began = time.monotonic()
+            await browser.hear("webots:")
+            return (time.monotonic() - began) * 1e3
+
+    def measure():
+        with FreeSimulationServer(**LOCAL) as server:
+            asyncio.run(start(server))  # what a process does once
+            overheads, whole = [], []
+            for _ in range(starts):
+                fetched = stage_milliseconds(server, "fetch")
+                took = asyncio.run(start(server))
+                whole.append(took)
+                overheads.append(took - (stage_milliseconds(server, "fetch") - fetched) - own_start_milliseconds())
+                server.wait_until_clean()
+        return {"ours": statistics.median(overheads), "whole start": statistics.median(whole)}
+    yield measure
+
+
+async def with_running(server, count, action):
+    """Runs `action` while `count` simulations run."""
+    async with contextlib.AsyncExitStack() as stack:
+        browsers = [await stack.enter_async_context(Browser(server)) for _ in range(count)]
+        for first in range(0, count, 16):
+            some = browsers[first:first + 16]
+            for browser in some:
+                await browser.start()
+            for browser in some:
+                await browser.hear("webots:")
+        return action()
+
+
+def cost_of_running(count, seconds=10):
+    """Percent of a core and kB in the server for each of `count` simulations that run and say nothing."""
+    def used(server):
+        before = cpu_seconds(server.pid)
+        time.sleep(seconds)
+        return (cpu_seconds(server.pid) - before) / seconds * 100
+
+    with FreeSimulationServer(maxConnections=count + 1, loadFormula="reference", **LOCAL) as server:
+        idle, held = used(server), memory(server.pid)
+        busy, full = asyncio.run(with_running(server, count, lambda: (used(server), memory(server.pid))))
+    return {"cpu": max(busy - idle, 0) / count, "memory": (full - held) / count / 1e3, "idle": idle * 10}
+
+
+def of_running(key, most=100, peers=()):
+    @contextlib.contextmanager
+    def setting(quick):
+        def measure():
+            cost = cost_of_running(min(most, 10) if quick else most, 3 if quick else 10)
+            return {"ours": cost[key], **{name: cost[other] for name, other in peers}}
+        yield measure
+    return setting
+
+
+@contextlib.contextmanager
+def load_while_fetching(quick):
+    """The 99th percentile of GET /load while 32 browsers start 32 different projects of 20 MB."""
+    count = 4 if quick else 32
+    folder = tempfile.mkdtemp(prefix="webots_cloud_speed_")
+    make_all(folder)
+    try:
+        with GitServer() as git:
+            for number in range(count):
+                git.link_repository(f"bench{number}", "medium", os.path.join(folder, "medium.git"))
+
+            async def crowd(server):
+                async with contextlib.AsyncExitStack() as stack:
+                    browsers = [await stack.enter_async_context(Browser(server)) for _ in range(count)]
+                    for number, browser in enumerate(browsers):
+                        await browser.start(f"{git.url}/bench{number}/medium/blob/main/{WANTED['medium']}worlds/demo.wbt")
+                    for browser in browsers:
+                        await browser.hear("webots:")
+
+            def measure():
+                with FreeSimulationServer(forges=[git.url], allowedRepositories=[git.url]) as server:
+                    with Tool("probe", server.port, "/load", 200, 2 if quick else 6) as probe:
+                        time.sleep(0.2)  # its connections
+                        asyncio.run(crowd(server))
+                        _, lost, median, percentile, longest = probe.hear("requests")
+                    if lost:
+                        raise AssertionError(f"{lost} requests got no answer")
+                return {"ours": percentile / 1e3, "median": median / 1e3, "longest": longest / 1e3}
+            yield measure
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+ROWS = [
+    Row("from `start` to `webots:` beyond fetch and simulator", "ms", "at most 5 ms", 5, itself, overhead_of_start),
+    Row("a running simulation, 100 of them", "% of a core", "under 0.1 %", 0.1, itself, of_running("cpu")),
+    Row("a running simulation in the server's memory, 100 of them", "kB", "at most 64 kB", 64, itself, of_running("memory")),
+    Row("a running simulation, 1,000 of them", "% of a core", "under 0.1 %", 0.1, itself, of_running("cpu", 1000)),
+    Row("`GET /load`, 99th percentile while 32 projects are fetched", "ms", "at most 5 ms", 5, itself, load_while_fetching),
+    Row("measuring the machine, once a second, and all else an idle server does", "ms of processor a second", "under 1 ms", 1, itself,
+        of_running("idle", 1)),
+]

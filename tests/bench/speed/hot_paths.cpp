@@ -1,0 +1,132 @@
+// What runs for every request, report, frame and message, alone and N times, for instruction_counts.py to count its instructions.
+//
+//     hot_paths NAME N        (without arguments: the names, one a line)
+#include "adapters/http_request_reader.hpp"
+#include "adapters/http_response_text.hpp"
+#include "adapters/websocket_frames.hpp"
+#include "core/client_protocol.hpp"
+
+#include <webots_cloud/load_report.hpp>
+#include <webots_cloud/project_ref.hpp>
+#include <webots_cloud/scheduler.hpp>
+#include <webots_cloud/session_service.hpp>
+#include <webots_cloud/testing/scripted_http.hpp>
+#include <webots_cloud/testing/world.hpp>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <string>
+
+using namespace webots_cloud;
+
+namespace {
+
+std::size_t sink = 0; // what was computed is used
+
+/// A scheduler of idle machines.
+Scheduler fleet(int machines)
+{
+    Scheduler scheduler;
+    std::vector<ServerSpec> specs;
+    for (int i = 0; i < machines; ++i)
+        specs.emplace_back("machine" + std::to_string(i) + ":2000");
+    scheduler.set_servers(specs);
+    for (auto const& spec : specs)
+        scheduler.report(spec.address, LoadReport(10), TimePoint(std::chrono::hours(1)));
+    return scheduler;
+}
+
+void place(int times)
+{
+    auto scheduler = fleet(1000);
+    for (int i = 0; i < times; ++i)
+        sink += scheduler.place(TimePoint(std::chrono::hours(1))).value().address.size();
+}
+
+void report(int times)
+{
+    auto scheduler = fleet(1000);
+    TimePoint now(std::chrono::hours(1));
+    for (int i = 0; i < times; ++i) {
+        scheduler.report("machine" + std::to_string(i % 1000) + ":2000", LoadReport(10 + i % 7), now);
+        now += std::chrono::milliseconds(5);
+    }
+}
+
+/// From the bytes of GET /session to those of its answer.
+void session(int times)
+{
+    testing::World world;
+    testing::ScriptedHttp http(world.clock);
+    LoadMonitor monitor(LoadMonitorParams(), http, world.clock, Logger());
+    auto scheduler = fleet(10);
+    SessionService service(SessionServiceParams(), monitor, scheduler, world.clock, Logger());
+    adapters::HttpRequestReader reader;
+    std::string const request = "GET /session?url=https://github.com/o/r/blob/main/worlds/a.wbt HTTP/1.1\r\nHost: localhost:1999\r\n"
+                                "User-Agent: Mozilla/5.0\r\nAccept: */*\r\n\r\n";
+    std::string answer;
+    for (int i = 0; i < times; ++i) {
+        auto const room = reader.prepare();
+        std::copy(request.begin(), request.end(), room.begin());
+        reader.commit(request.size());
+        if (reader.parse() != adapters::HttpRequestReader::Progress::complete)
+            std::abort();
+        answer.clear();
+        adapters::append_response(answer, std::get<HttpResponse>(service.respond(reader.request())), true, true);
+        sink += answer.size();
+        reader.next();
+    }
+}
+
+void load_report(int times)
+{
+    for (int i = 0; i < times; ++i)
+        sink += parse_load_report(R"({"load":12.5,"sessions":3,"starting":1,"capacity":100,"draining":false,"version":"1"})")
+                    .has_value();
+}
+
+void client_message(int times)
+{
+    for (int i = 0; i < times; ++i)
+        sink += core::parse_client_message(R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/a.wbt","mode":"mjpeg"}})").index();
+}
+
+void world_url(int times)
+{
+    for (int i = 0; i < times; ++i)
+        sink += parse_world_url("https://github.com/owner/repository/blob/main/projects/robots/worlds/arena.wbt", {"https://github.com"})
+                    .has_value();
+}
+
+void browser_frame(int times)
+{
+    adapters::WebSocketFrameReader reader(64 * 1024);
+    std::string const frame("\x81\x85\x01\x02\x03\x04ifokn", 11);
+    for (int i = 0; i < times; ++i) {
+        std::string_view bytes = frame;
+        sink += reader.next(bytes).payload.size();
+    }
+}
+
+std::map<std::string, void (*)(int)> const paths = {
+    {"place, 1,000 machines", place}, {"report, 1,000 machines", report}, {"GET /session, from bytes to bytes", session},
+    {"read a load report", load_report}, {"read a start message", client_message}, {"read the URL of a world", world_url},
+    {"read a frame of a browser", browser_frame}};
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    if (argc == 1)
+        for (auto const& [name, path] : paths)
+            std::puts(name.c_str());
+    if (argc != 3)
+        return argc == 1 ? 0 : 2;
+    auto const found = paths.find(argv[1]);
+    if (found == paths.end())
+        return 2;
+    found->second(std::atoi(argv[2]));
+    return sink == static_cast<std::size_t>(-1);
+}
