@@ -21,7 +21,7 @@ from simulation_rows import cost_of_running
 from support.servers import wait_until
 
 
-def cost_of_session(count):
+def cost_of_session(count, _run):
     with Machines(count) as machines, PinnedSessionServer(machines, **RARELY) as server:
         server.wait_for_polls(machines)
         before = cpu_seconds(server.pid)
@@ -29,7 +29,7 @@ def cost_of_session(count):
         return (cpu_seconds(server.pid) - before) * 1e6 / requests
 
 
-def cost_of_poll(count):
+def cost_of_poll(count, _run):
     with Machines(count) as machines, PinnedSessionServer(machines, loadRefresh=2) as server:
         server.wait_for_polls(machines)
         before, polls = cpu_seconds(server.pid), machines.polls()
@@ -41,9 +41,9 @@ MACHINES, BROWSERS, SIMULATIONS = [10, 100, 1000, 10_000], [100, 1000, 10_000, 2
 CURVES = [
     ("machines", "GET /session", "µs of processor", MACHINES, cost_of_session),
     ("machines", "a poll", "µs of processor", MACHINES, cost_of_poll),
-    ("browsers", "a change, for each browser", "µs", BROWSERS, lambda count: crowd(count)["ours"]["flip"] * 1e3 / count),
-    ("browsers", "memory of each browser", "kB", BROWSERS, lambda count: crowd(count)["ours"]["memory"]),
-    ("simulations", "each running simulation", "‰ of a core", SIMULATIONS, lambda count: cost_of_running(count, 5)["cpu"] * 10),
+    ("browsers", "a change, for each browser", "µs", BROWSERS, lambda count, run: crowd(count, run)["ours"]["flip"] * 1e3 / count),
+    ("browsers", "memory of each browser", "kB", BROWSERS, lambda count, run: crowd(count, run)["ours"]["memory"]),
+    ("simulations", "each running simulation", "‰ of a core", SIMULATIONS, lambda count, run: cost_of_running(count, 6, run)["cpu"] * 10),
 ]
 
 
@@ -70,7 +70,7 @@ def main():
     curves = []
     for unit, name, measured_in, counts, measure in CURVES:
         counts = sorted({min(count, most_files if unit == "browsers" else count) for count in counts[:2 if options.quick else None]})
-        values = [statistics.median(measure(count) for _ in range(1 if options.quick else options.runs)) for count in counts]
+        values = [statistics.median(measure(count, run) for run in range(1 if options.quick else options.runs)) for count in counts]
         print(f"| {name}, {measured_in} | " + " | ".join(f"{count:,}: {value:.3g}" for count, value in zip(counts, values)) + " |",
               flush=True)
         curves.append((unit, name, measured_in, counts, values))

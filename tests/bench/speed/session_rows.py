@@ -1,6 +1,8 @@
 """The session server's rows."""
 
 import contextlib
+import functools
+import itertools
 import re
 import socket
 import statistics
@@ -50,7 +52,7 @@ def cost_of_session(quick, machines=10):
             sample = {}
             for name, server in running.items():
                 before = cpu_seconds(server.pid)
-                requests, _ = wrk(server.port, 64, 1 if quick else 3)
+                requests, _ = wrk(server.port, 64, 1 if quick else 2)
                 sample[name] = (cpu_seconds(server.pid) - before) * 1e6 / requests
             return sample
         yield measure
@@ -59,7 +61,7 @@ def cost_of_session(quick, machines=10):
 @contextlib.contextmanager
 def tail_of_session(quick):
     with servers() as running:
-        yield lambda: {name: wrk(server.port, 256, 1 if quick else 3)[1] for name, server in running.items()}
+        yield lambda: {name: wrk(server.port, 256, 1 if quick else 2)[1] for name, server in running.items()}
 
 
 @contextlib.contextmanager
@@ -73,8 +75,9 @@ def idle_memory(_quick):
     yield measure
 
 
-def crowd(count):
-    """Connects browsers to ours and to the floor, flips the availability five times on each."""
+@functools.cache  # three rows look at the same runs
+def crowd(count, _run):
+    """Connects browsers to ours and to the floor, flips the availability six times on each."""
     with Machines(1) as machines, PinnedSessionServer(machines, loadRefresh=0.1) as server, Floor("websocket") as floor:
         server.wait_for_polls(machines)
         sample = {}
@@ -96,10 +99,11 @@ def crowd(count):
 
 
 def of_crowd(key):
-    """A setting whose samples are one figure of `crowd`; the three rows that use it do not share runs, so that each can run alone."""
+    """A setting whose samples are one figure of `crowd`."""
     @contextlib.contextmanager
     def setting(quick):
-        yield lambda: {name: values[key] for name, values in crowd(500 if quick else 10_000).items()}
+        runs = itertools.count()
+        yield lambda: {name: values[key] for name, values in crowd(500 if quick else 10_000, next(runs)).items()}
     return setting
 
 
@@ -134,7 +138,7 @@ def wait_while_polled(count, hanging):
                     machines.ask("hang 0")
                 with PinnedSessionServer(machines) as server:
                     wait_until(lambda: machines.polls() >= machines_count - hanging, "not all were polled", patience=60)
-                    with Tool("probe", server.port, "/session", 100, 2 if quick else 12) as probe:
+                    with Tool("probe", server.port, "/session", 100, 2 if quick else 8) as probe:
                         _, lost, median, _, longest = probe.hear("requests")
             if lost:
                 raise AssertionError(f"{lost} requests got no answer")
