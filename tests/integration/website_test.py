@@ -17,14 +17,13 @@ import warnings
 import zipfile
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
+from support.browser_client import Browser  # noqa: E402
 from support.projects import EXAMPLES  # noqa: E402
 from support.servers import SimulationServer, free_port, main, wait_until  # noqa: E402
 from support.website import Website, require_php, zip_of  # noqa: E402
 
-try:
-    import websockets
-except ImportError as error:
-    raise SystemExit(print(f"skipped: {error} (package python3-websockets)") or 77)
+import websockets  # noqa: E402, support.browser_client has made sure that it is there
+
 require_php()
 
 WORLD = "#VRML_SIM R2021b utf8\nWorldInfo {\n}\n"
@@ -32,38 +31,17 @@ USER = ["42", "Ada", "secret", "", "", "custom"]
 VISITOR = [""] * 6
 
 
-class Browser:
-    """A page that sends `init` and keeps what it was told."""
-
-    def __init__(self, simulation):
-        self.simulation = simulation
-        self.told = []
-
-    async def __aenter__(self):
-        self.socket = await websockets.connect(f"ws://{self.simulation.address}/client")
-        return self
-
-    async def __aexit__(self, *_):
-        await self.socket.close()
+class Page(Browser):
+    """A page that sends `init`."""
 
     async def init(self, origin, user=VISITOR, project="robots", world="arena.wbt"):
         elements = ", ".join(json.dumps(each) for each in [origin, project, world, *user])
         await self.socket.send('{ "init" : [ %s ] }' % elements)
 
-    async def hear(self, beginning):
-        while True:
-            message = await asyncio.wait_for(self.socket.recv(), 60)
-            self.told.append(message)
-            if message.startswith(beginning):
-                return message
-
-    async def hear_all(self):
-        """Everything until the server closes; the last message."""
-        try:
-            while True:
-                self.told.append(await asyncio.wait_for(self.socket.recv(), 60))
-        except websockets.ConnectionClosed:
-            return self.told[-1] if self.told else ""
+    async def last_words(self):
+        """The last message before the server closes."""
+        await self.hear_all()
+        return self.told[-1] if self.told else ""
 
 
 class WebsiteTest(unittest.IsolatedAsyncioTestCase):
@@ -100,9 +78,9 @@ class WebsiteTest(unittest.IsolatedAsyncioTestCase):
         """Starts with this archive, and returns the sentence that the browser got, alone."""
         if archive is not None:
             self.website.set_archive(archive)
-        async with Browser(self.simulation) as browser:
+        async with Page(self.simulation) as browser:
             await browser.init(init.pop("origin", self.website.origin), user, **init)
-            sentence = await browser.hear_all()
+            sentence = await browser.last_words()
         self.assertEqual([message for message in browser.told if not message.startswith("loading: Receiving")], [sentence])
         self.assertTrue(sentence.startswith("loading: Error: "), sentence)
         self.simulation.wait_until_clean()
@@ -115,7 +93,7 @@ class WebsiteTest(unittest.IsolatedAsyncioTestCase):
 class Starts(WebsiteTest):
     async def test_a_visitor_gets_the_template_and_the_website_is_not_asked(self):
         before = len(self.website.requests())
-        async with Browser(self.simulation) as browser:
+        async with Page(self.simulation) as browser:
             await browser.init(self.website.origin)
             await browser.hear("webots:")
             self.assertEqual(browser.told, [f"webots:ws://localhost:{self.simulation.port + 1}"])
@@ -132,7 +110,7 @@ class Starts(WebsiteTest):
         self.assertEqual(len(self.website.requests()), before)
 
     async def test_three_elements_are_enough(self):
-        async with Browser(self.simulation) as browser:
+        async with Page(self.simulation) as browser:
             await browser.init(self.website.origin, user=[])
             await browser.hear("webots:")
 
@@ -140,7 +118,7 @@ class Starts(WebsiteTest):
         def state():
             return [row for row in self.simulation.get("/monitor").split("<tr") if "arena.wbt" in row]
 
-        async with Browser(self.simulation) as browser:
+        async with Page(self.simulation) as browser:
             await browser.init(self.website.origin)
             address = (await browser.hear("webots:"))[len("webots:"):]
             self.assertIn(">idle<", state()[0])
@@ -156,7 +134,7 @@ class Starts(WebsiteTest):
         self.website.set_archive({"worlds/arena.wbt": WORLD, "controllers/new/": "", "controllers/new/new.py": "print(1)\n",
                                   "controllers/binary/binary": "\x7fELF", "controllers/binary/readme.txt": "text",
                                   "protos/caf\u00e9 \u65e5.proto": "PROTO", "host.txt": "https://evil.example"})
-        async with Browser(self.simulation) as browser:
+        async with Page(self.simulation) as browser:
             await browser.init(self.website.origin, USER)
             await browser.hear("webots:")
             fields = self.website.requests()[-1]
@@ -176,7 +154,7 @@ class Starts(WebsiteTest):
     async def test_a_user_without_changes_gets_the_template(self):
         for user in ("0", "7"):  # "0" is logged in too
             before = len(self.website.requests())
-            async with Browser(self.simulation) as browser:
+            async with Page(self.simulation) as browser:
                 await browser.init(self.website.origin, [user, "", "secret", "", "", ""])
                 await browser.hear("webots:")
                 self.assertIn(b"WorldInfo", self.read("worlds/arena.wbt"))
@@ -187,7 +165,7 @@ class Starts(WebsiteTest):
         self.website.write("big.zip", zip_of({"worlds/arena.wbt": WORLD, "noise.bin": os.urandom(3_000_000)}))
         self.website.set_behaviour('$bytes = file_get_contents("$root/big.zip"); while (ob_get_level()) ob_end_flush();'
                                    'foreach (str_split($bytes, 700000) as $piece) { echo $piece; flush(); usleep(400000); } exit;')
-        async with Browser(self.simulation) as browser:
+        async with Page(self.simulation) as browser:
             await browser.init(self.website.origin, USER)
             await browser.hear("webots:")
         self.assertTrue([text for text in browser.told if text.startswith("loading: Receiving objects (")], browser.told)
@@ -195,7 +173,7 @@ class Starts(WebsiteTest):
     async def test_a_browser_that_leaves_during_the_download_leaves_nothing(self):
         self.website.set_behaviour('echo str_repeat("x", 100000); flush(); sleep(60);')
         before = len(self.website.requests())
-        async with Browser(self.simulation) as browser:
+        async with Page(self.simulation) as browser:
             await browser.init(self.website.origin, USER)
             await asyncio.to_thread(wait_until, lambda: len(self.website.requests()) > before, "the website is not asked")
         self.simulation.wait_until_clean()
@@ -214,7 +192,7 @@ class Refusals(WebsiteTest):
         sentence = await self.fails(origin=f"http://127.0.0.1:{port}")
         self.assertEqual(sentence, "This simulation server has no key for 127.0.0.1: its operator must file one before users of "
                                    "that website can start simulations.")
-        async with Browser(self.simulation) as browser:  # visitors need none
+        async with Page(self.simulation) as browser:  # visitors need none
             await browser.init(f"http://127.0.0.1:{port}")
             await browser.hear("webots:")
             self.assertIn("No key for: 127.0.0.1", self.simulation.log())
@@ -317,7 +295,7 @@ class HostileArchives(WebsiteTest):
 
     async def test_names_that_differ_in_case_are_different_files(self):
         self.website.set_archive({"worlds/arena.wbt": WORLD, "A": "A", "a": "a"})
-        async with Browser(self.simulation) as browser:
+        async with Page(self.simulation) as browser:
             await browser.init(self.website.origin, USER)
             await browser.hear("webots:")
             self.assertEqual((self.read("A"), self.read("a")), (b"A", b"a"))

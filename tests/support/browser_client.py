@@ -41,7 +41,7 @@ class Browser:
     async def hear(self, beginning):
         """Waits for a message that begins so, and returns it."""
         while True:
-            message = await asyncio.wait_for(self.socket.recv(), 30)
+            message = await asyncio.wait_for(self.socket.recv(), 60)
             self.told.append(message)
             if message.startswith(beginning):
                 return message
