@@ -37,6 +37,8 @@ main()
         command -v "$program" >/dev/null || fail "$program is not installed."
     done
     folder=${folder:-$(mktemp -d /var/tmp/bare_tree.XXXXXX)}
+    mkdir -p "$folder"
+    chmod 755 "$folder" # a root that others may not enter leaves web servers without /etc/hosts
     trap 'rm -rf --one-file-system "$folder"' EXIT
 
     step "A bare Debian: $suite"

@@ -49,7 +49,8 @@ void append_response(std::string& out, HttpResponse const& response, bool keep_a
         out.append("\r\nContent-Length: ");
         append_number(out, response.body.size());
     }
-    out.append(keep_alive ? "\r\nConnection: keep-alive\r\n\r\n" : "\r\nConnection: close\r\n\r\n");
+    out.append("\r\n").append(response.fixed_headers);
+    out.append(keep_alive ? "Connection: keep-alive\r\n\r\n" : "Connection: close\r\n\r\n");
     if (with_body)
         out.append(response.body);
 }

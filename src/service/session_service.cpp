@@ -46,12 +46,9 @@ std::string transition_line(LoadEvent const& event)
     return {};
 }
 
-void allow_any_origin(HttpResponse& response)
-{
-    response.headers.emplace_back("Access-Control-Allow-Origin", "*");
-    response.headers.emplace_back("Access-Control-Allow-Headers", "x-requested-with");
-    response.headers.emplace_back("Access-Control-Allow-Methods", "POST, GET, OPTIONS");
-}
+constexpr std::string_view any_origin = "Access-Control-Allow-Origin: *\r\n"
+                                        "Access-Control-Allow-Headers: x-requested-with\r\n"
+                                        "Access-Control-Allow-Methods: POST, GET, OPTIONS\r\n";
 
 } // namespace
 
@@ -196,7 +193,7 @@ Answer SessionService::Impl::session(IncomingRequest const& request)
         response = HttpResponse(204, {}, {});
     else
         response = core::method_not_allowed_page("GET, OPTIONS");
-    allow_any_origin(response);
+    response.fixed_headers = any_origin;
     return response;
 }
 

@@ -22,6 +22,8 @@ struct HttpResponse
     int status = 200;
     std::string content_type; ///< Empty: no such header.
     HttpHeaders headers;      ///< The other headers.
+    /// Headers that never differ, as lines with their line ends (CR LF): of static lifetime, so that busy answers need not build them.
+    std::string_view fixed_headers;
     std::string body;
 
     bool operator==(HttpResponse const&) const = default;

@@ -2,6 +2,7 @@
 #include "unit_test.hpp"
 
 #include "async/task_group.hpp"
+#include "core/text.hpp"
 
 #include <webots_cloud/operator_mail.hpp>
 #include <webots_cloud/session_service.hpp>
@@ -81,6 +82,9 @@ std::string header(HttpResponse const& response, std::string_view name)
     for (auto const& [key, value] : response.headers)
         if (key == name)
             return value;
+    for (auto const& line : webots_cloud::core::split(response.fixed_headers, '\n'))
+        if (line.starts_with(name) && line.substr(name.size()).starts_with(": "))
+            return std::string(webots_cloud::core::trim(line.substr(name.size() + 2)));
     return {};
 }
 
