@@ -1,4 +1,5 @@
 #include "../core/text.hpp"
+#include "blocking_pool.hpp"
 #include "listening_ports.hpp"
 #include "process_usage.hpp"
 
@@ -6,24 +7,23 @@
 
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
+#include <boost/asio/connect_pipe.hpp>
 #include <boost/asio/detached.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/readable_pipe.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/writable_pipe.hpp>
-#include <boost/process/v2/environment.hpp>
 #include <boost/process/v2/process.hpp>
-#include <boost/process/v2/start_dir.hpp>
-#include <boost/process/v2/stdio.hpp>
-// Boost 1.81 forgets to include this one itself when its libraries are used as headers.
-#include <boost/process/v2/impl/environment.ipp>
 
-#include <linux/close_range.h>
+#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
 #include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace webots_cloud {
 namespace {
@@ -44,8 +44,8 @@ asio::awaitable<void> await_end(process::process guard)
 class GuardedProcess final : public Process
 {
 public:
-    GuardedProcess(process::process guard, asio::writable_pipe leash, asio::readable_pipe output) :
-        guard_(std::move(guard)), leash_(std::move(leash)), output_(std::move(output))
+    GuardedProcess(process::process guard, asio::writable_pipe leash, asio::readable_pipe output)
+        : guard_(std::move(guard)), leash_(std::move(leash)), output_(std::move(output))
     {}
 
     ~GuardedProcess() override
@@ -61,8 +61,14 @@ public:
     int id() const noexcept override { return guard_.id(); }
     asio::awaitable<result<ProcessEvent>> next_event() override;
     void terminate() noexcept override;
-    std::vector<std::uint16_t> listening_ports() const override { return adapters::listening_ports(guard_.id()); }
-    ProcessUsage usage() const override { return status_ ? ProcessUsage() : adapters::process_usage(guard_.id()); }
+    std::vector<std::uint16_t> listening_ports() const override
+    {
+        return adapters::listening_ports(guard_.id());
+    }
+    ProcessUsage usage() const override
+    {
+        return status_ ? ProcessUsage() : adapters::process_usage(guard_.id());
+    }
 
 private:
     process::process guard_;
@@ -83,7 +89,8 @@ asio::awaitable<result<ProcessEvent>> GuardedProcess::next_event()
             co_return Failure(error);
         if (!error)
             co_return ProcessEvent(ProcessOutput(std::string(buffer_.data(), size)));
-        // The guard holds the other end until nobody of the tree is left: the end of the output is the end of all.
+        // The guard holds the other end until nobody of the tree is left: the end of the output is the end of
+        // all.
         boost::system::error_code ignored;
         output_.close(ignored);
     }
@@ -91,7 +98,8 @@ asio::awaitable<result<ProcessEvent>> GuardedProcess::next_event()
     if (error == asio::error::operation_aborted)
         co_return Failure(error);
     int const status = guard_.native_exit_code();
-    status_ = WIFSIGNALED(status) ? ExitStatus(WTERMSIG(status), true) : ExitStatus(WEXITSTATUS(status), false);
+    status_ =
+        WIFSIGNALED(status) ? ExitStatus(WTERMSIG(status), true) : ExitStatus(WEXITSTATUS(status), false);
     co_return ProcessEvent(*status_);
 }
 
@@ -102,19 +110,51 @@ void GuardedProcess::terminate() noexcept
         leash_.write_some(asio::buffer("T", 1), ignored); // one byte always fits into an empty pipe
 }
 
-/// Lets the new program have standard input, output and error, and nothing else of ours.
+/// Starts the guard on a thread that may wait: until the new program runs, which takes its time where every
+/// core is busy.
 ///
-/// Boost 1.81 means to close the rest itself, but compares each descriptor with itself instead of the next: everything below its
-/// own highest pipe stays open, the leash among it, and then no guard would ever notice our death.
-struct CloseOtherDescriptors
+/// Not by the launcher of Boost.Process, which forks: that copies our page tables, tells the io_context,
+/// which must not run meanwhile, and (in 1.81) leaves the new program descriptors of ours, the leash among
+/// them.
+struct Spawn
 {
-    template<class Launcher>
-    boost::system::error_code on_exec_setup(Launcher&, boost::filesystem::path const&, char const* const*)
+    std::string program;
+    std::vector<std::string> arguments; ///< Without the program's name.
+    std::vector<std::string> environment;
+    std::string directory;
+    int input = -1;
+    int output = -1; ///< Also for errors.
+
+    Spawn() = default;
+
+    /// The errno of a failure or 0, and the number of the new process.
+    std::pair<int, pid_t> operator()() const
     {
-        // Closed by exec, not now: the launcher still needs its pipe to report a failure.
-        if (::close_range(STDERR_FILENO + 1, ~0U, CLOSE_RANGE_CLOEXEC) != 0)
-            return {errno, boost::system::system_category()};
-        return {};
+        posix_spawn_file_actions_t actions;
+        posix_spawn_file_actions_init(&actions);
+        posix_spawn_file_actions_adddup2(&actions, input, STDIN_FILENO);
+        posix_spawn_file_actions_adddup2(&actions, output, STDOUT_FILENO);
+        posix_spawn_file_actions_adddup2(&actions, output, STDERR_FILENO);
+        posix_spawn_file_actions_addclosefrom_np(&actions, STDERR_FILENO + 1);
+        posix_spawn_file_actions_addchdir_np(&actions, directory.c_str());
+        pid_t process = -1;
+        int const error =
+            posix_spawn(&process, program.c_str(), &actions, nullptr, pointers(&program, arguments).data(),
+                        pointers(nullptr, environment).data());
+        posix_spawn_file_actions_destroy(&actions);
+        return {error, process};
+    }
+
+private:
+    static std::vector<char*> pointers(std::string const* first, std::vector<std::string> const& texts)
+    {
+        std::vector<char*> all;
+        if (first)
+            all.push_back(const_cast<char*>(first->c_str()));
+        for (auto const& text : texts)
+            all.push_back(const_cast<char*>(text.c_str()));
+        all.push_back(nullptr);
+        return all;
     }
 };
 
@@ -131,8 +171,8 @@ private:
 class LocalProcessHost final : public ProcessHost
 {
 public:
-    LocalProcessHost(asio::any_io_executor executor, std::filesystem::path guard) :
-        executor_(std::move(executor)), guard_(std::move(guard))
+    LocalProcessHost(asio::any_io_executor executor, std::filesystem::path guard)
+        : executor_(std::move(executor)), guard_(std::move(guard))
     {}
 
     asio::awaitable<result<std::unique_ptr<Process>>> start(ProcessSpec spec) override;
@@ -141,6 +181,7 @@ public:
 private:
     asio::any_io_executor executor_;
     std::filesystem::path guard_;
+    adapters::BlockingPool pool_{1};
 };
 
 asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(ProcessSpec spec)
@@ -148,10 +189,12 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
     for (auto const& program : {guard_.string(), spec.argv.at(0)})
         if (::access(program.c_str(), X_OK) != 0)
             co_return Failure(errc::start_failed,
-                              concat(program, " can't be run: ", std::error_code(errno, std::generic_category()).message()));
+                              concat(program, " can't be run: ",
+                                     std::error_code(errno, std::generic_category()).message()));
 
     std::vector<std::string> arguments;
-    arguments.push_back(std::to_string(std::chrono::duration_cast<std::chrono::milliseconds>(spec.grace).count()));
+    arguments.push_back(
+        std::to_string(std::chrono::duration_cast<std::chrono::milliseconds>(spec.grace).count()));
     arguments.insert(arguments.end(), spec.argv.begin(), spec.argv.end());
     std::vector<std::string> environment;
     for (auto const& [name, value] : spec.environment)
@@ -168,16 +211,20 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
     if (error)
         co_return Failure(errc::start_failed, concat("no pipe: ", error.message()));
 
-    process::process_stdio stdio;
-    stdio.in = leash_end.native_handle();
-    stdio.out = output_end.native_handle();
-    stdio.err = output_end.native_handle();
-    process::default_process_launcher launcher;
     auto const directory = spec.directory.empty() ? std::filesystem::current_path(error) : spec.directory;
-    auto guard = launcher(executor_, error, guard_.string(), arguments, stdio, process::process_start_dir(directory.string()),
-                          process::process_environment(environment), CloseOtherDescriptors());
-    if (error)
-        co_return Failure(errc::start_failed, concat(spec.argv.front(), " can't be started: ", error.message()));
+    Spawn spawn;
+    spawn.program = guard_.string();
+    spawn.arguments = std::move(arguments);
+    spawn.environment = std::move(environment);
+    spawn.directory = directory.string();
+    spawn.input = leash_end.native_handle();
+    spawn.output = output_end.native_handle();
+    auto const [failure, id] = co_await pool_.run(std::move(spawn));
+    if (failure != 0)
+        co_return Failure(errc::start_failed,
+                          concat(spec.argv.front(), " can't be started: ",
+                                 std::error_code(failure, std::generic_category()).message()));
+    process::process guard(executor_, id);
     co_return std::make_unique<GuardedProcess>(std::move(guard), std::move(leash), std::move(output));
 }
 

@@ -4,13 +4,15 @@ A bind to port 0 takes from the range that outgoing connections use too, of whic
 blocks of ports below that range. A lease is an abstract Unix socket: no other test can have it, and it ends with the process that holds it.
 """
 
+import atexit
 import contextlib
 import random
 import socket
 
 FIRST, BLOCK = 10000, 16
 
-_leases = []
+_leases = contextlib.ExitStack()
+atexit.register(_leases.close)
 
 
 def free_port(following=0):
@@ -27,7 +29,7 @@ def free_port(following=0):
             with contextlib.ExitStack() as probes:
                 for port in range(first, first + following + 1):
                     probes.enter_context(socket.socket()).bind(("0.0.0.0", port))
-            _leases.append(attempt.pop_all())
+            _leases.enter_context(attempt.pop_all())
             return first
     raise AssertionError(f"no {following + 1} free ports in a row between {FIRST} and {_first_of_outgoing_connections()}")
 
