@@ -2,8 +2,8 @@
 //
 //     speed_browsers PORT N
 //
-// Prints "connected SECONDS" when each has its first frame, and then "all NANOSECONDS" (monotonic) whenever each has got one more.
-// Ends with its standard input.
+// Prints "connected SECONDS" when each has its first frame, and then "all NANOSECONDS" (monotonic) whenever
+// each has got one more. Ends with its standard input.
 #include "sockets.hpp"
 
 #include <algorithm>
@@ -40,7 +40,12 @@ public:
     }
 
 private:
-    enum class State { connecting, shaking_hands, open };
+    enum class State
+    {
+        connecting,
+        shaking_hands,
+        open
+    };
 
     void open()
     {
@@ -56,8 +61,9 @@ private:
     {
         auto& state = states_[static_cast<std::size_t>(connection)];
         if (state == State::connecting) {
-            send_text(connection, "GET / HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-                                  "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n\r\n");
+            send_text(connection,
+                      "GET / HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+                      "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n\r\n");
             poller_.watch(connection, EPOLLIN, EPOLL_CTL_MOD);
             state = State::shaking_hands;
             return;

@@ -1,7 +1,9 @@
-// The least that a server can do: the same work as ours by the bare system calls, without a protocol's rules, limits or deadlines.
+// The least that a server can do: the same work as ours by the bare system calls, without a protocol's rules,
+// limits or deadlines.
 //
 //     speed_floor http PORT             answers every GET alike
-//     speed_floor websocket PORT        accepts WebSockets; a line on standard input sends a frame to each and prints "sent NANOSECONDS",
+//     speed_floor websocket PORT        accepts WebSockets; a line on standard input sends a frame to each
+//     and prints "sent NANOSECONDS",
 //                                       the monotonic time at which it began
 //     speed_floor poll PORT N ROUNDS kept|closing
 //                                       asks N machines ROUNDS times, prints "cpu_us_per_poll X"
@@ -13,8 +15,9 @@ namespace {
 
 void serve_http(int port)
 {
-    constexpr std::string_view answer = "HTTP/1.1 200 OK\r\nContent-Type: text/html; charset=UTF-8\r\nContent-Length: 19\r\n\r\n"
-                                        "ws://localhost:2000";
+    constexpr std::string_view answer =
+        "HTTP/1.1 200 OK\r\nContent-Type: text/html; charset=UTF-8\r\nContent-Length: 19\r\n\r\n"
+        "ws://localhost:2000";
     Poller poller;
     int const listener = listen_on(port);
     poller.watch(listener);
@@ -36,8 +39,9 @@ void serve_http(int port)
 void serve_websockets(int port)
 {
     // The answer to the one key that speed_browsers sends.
-    constexpr std::string_view handshake = "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-                                           "Sec-WebSocket-Accept: ICX+Yqv66kxgM0FcWaLWlFLwTAI=\r\n\r\n\x81\x01";
+    constexpr std::string_view handshake =
+        "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+        "Sec-WebSocket-Accept: ICX+Yqv66kxgM0FcWaLWlFLwTAI=\r\n\r\n\x81\x01";
     Poller poller;
     int const listener = listen_on(port);
     poller.watch(listener);
@@ -78,7 +82,8 @@ void poll_machines(int port, int count, int rounds, bool closing)
                 kept.push_back(connect_to(machine_address(number), port));
                 poller.watch(kept.back(), EPOLLOUT);
             } else {
-                send_text(kept[static_cast<std::size_t>(number)], "GET /load HTTP/1.1\r\nHost: localhost\r\n\r\n");
+                send_text(kept[static_cast<std::size_t>(number)],
+                          "GET /load HTTP/1.1\r\nHost: localhost\r\n\r\n");
             }
         std::vector<bool> asked(static_cast<std::size_t>(kept.back()) + 1, !closing && round > 0);
         for (int answered = 0; answered < count;)
@@ -98,8 +103,8 @@ void poll_machines(int port, int count, int rounds, bool closing)
         if (closing)
             kept.clear();
     }
-    std::printf("cpu_us_per_poll %.2f\n",
-                static_cast<double>(nanoseconds(CLOCK_PROCESS_CPUTIME_ID) - cpu) / 1e3 / (static_cast<double>(count) * rounds));
+    std::printf("cpu_us_per_poll %.2f\n", static_cast<double>(nanoseconds(CLOCK_PROCESS_CPUTIME_ID) - cpu) /
+                                              1e3 / (static_cast<double>(count) * rounds));
 }
 
 } // namespace
@@ -113,9 +118,11 @@ int main(int argc, char** argv)
     else if (what == "websocket" && argc == 3)
         serve_websockets(std::atoi(argv[2]));
     else if (what == "poll" && argc == 6)
-        poll_machines(std::atoi(argv[2]), std::atoi(argv[3]), std::atoi(argv[4]), std::string_view(argv[5]) == "closing");
+        poll_machines(std::atoi(argv[2]), std::atoi(argv[3]), std::atoi(argv[4]),
+                      std::string_view(argv[5]) == "closing");
     else {
-        std::fputs("usage: speed_floor http PORT | websocket PORT | poll PORT N ROUNDS kept|closing\n", stderr);
+        std::fputs("usage: speed_floor http PORT | websocket PORT | poll PORT N ROUNDS kept|closing\n",
+                   stderr);
         return 2;
     }
 }

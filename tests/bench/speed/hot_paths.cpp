@@ -1,4 +1,5 @@
-// What runs for every request, report, frame and message, alone and N times, for instruction_counts.py to count its instructions.
+// What runs for every request, report, frame and message, alone and N times, for instruction_counts.py to
+// count its instructions.
 //
 //     hot_paths NAME N        (without arguments: the names, one a line)
 #include "adapters/http_request_reader.hpp"
@@ -64,8 +65,9 @@ void session(int times)
     auto scheduler = fleet(10);
     SessionService service(SessionServiceParams(), monitor, scheduler, world.clock, Logger());
     adapters::HttpRequestReader reader;
-    std::string const request = "GET /session?url=https://github.com/o/r/blob/main/worlds/a.wbt HTTP/1.1\r\nHost: localhost:1999\r\n"
-                                "User-Agent: Mozilla/5.0\r\nAccept: */*\r\n\r\n";
+    std::string const request =
+        "GET /session?url=https://github.com/o/r/blob/main/worlds/a.wbt HTTP/1.1\r\nHost: localhost:1999\r\n"
+        "User-Agent: Mozilla/5.0\r\nAccept: */*\r\n\r\n";
     std::string answer;
     for (int i = 0; i < times; ++i) {
         auto const room = reader.prepare();
@@ -74,7 +76,8 @@ void session(int times)
         if (reader.parse() != adapters::HttpRequestReader::Progress::complete)
             std::abort();
         answer.clear();
-        adapters::append_response(answer, std::get<HttpResponse>(service.respond(reader.request())), true, true);
+        adapters::append_response(answer, std::get<HttpResponse>(service.respond(reader.request())), true,
+                                  true);
         sink += answer.size();
         reader.next();
     }
@@ -83,21 +86,27 @@ void session(int times)
 void load_report(int times)
 {
     for (int i = 0; i < times; ++i)
-        sink += parse_load_report(R"({"load":12.5,"sessions":3,"starting":1,"capacity":100,"draining":false,"version":"1"})")
-                    .has_value();
+        sink +=
+            parse_load_report(
+                R"({"load":12.5,"sessions":3,"starting":1,"capacity":100,"draining":false,"version":"1"})")
+                .has_value();
 }
 
 void client_message(int times)
 {
     for (int i = 0; i < times; ++i)
-        sink += core::parse_client_message(R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/a.wbt","mode":"mjpeg"}})").index();
+        sink += core::parse_client_message(
+                    R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/a.wbt","mode":"mjpeg"}})")
+                    .index();
 }
 
 void world_url(int times)
 {
     for (int i = 0; i < times; ++i)
-        sink += parse_world_url("https://github.com/owner/repository/blob/main/projects/robots/worlds/arena.wbt", {"https://github.com"})
-                    .has_value();
+        sink +=
+            parse_world_url("https://github.com/owner/repository/blob/main/projects/robots/worlds/arena.wbt",
+                            {"https://github.com"})
+                .has_value();
 }
 
 void browser_frame(int times)
@@ -110,10 +119,13 @@ void browser_frame(int times)
     }
 }
 
-std::map<std::string, void (*)(int)> const paths = {
-    {"place, 1,000 machines", place}, {"report, 1,000 machines", report}, {"GET /session, from bytes to bytes", session},
-    {"read a load report", load_report}, {"read a start message", client_message}, {"read the URL of a world", world_url},
-    {"read a frame of a browser", browser_frame}};
+std::map<std::string, void (*)(int)> const paths = {{"place, 1,000 machines", place},
+                                                    {"report, 1,000 machines", report},
+                                                    {"GET /session, from bytes to bytes", session},
+                                                    {"read a load report", load_report},
+                                                    {"read a start message", client_message},
+                                                    {"read the URL of a world", world_url},
+                                                    {"read a frame of a browser", browser_frame}};
 
 } // namespace
 

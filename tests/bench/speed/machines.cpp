@@ -1,15 +1,14 @@
-// Thousands of simulation servers as far as a session server sees them: one process that answers GET /load on every address of the
-// loopback.
+// Thousands of simulation servers as far as a session server sees them: one process that answers GET /load on
+// every address of the loopback.
 //
 //     speed_machines PORT
 //
 // Lines on standard input, each answered by a line on standard output:
-//     load VALUE        from now on; "answered NANOSECONDS" (monotonic) when the first poll after it got the value
-//     closing on|off    close the connection after each answer; "ok"
-//     hang NUMBER       the machine with this number (from 0) accepts and never answers; "ok"
-//     polls             "polls COUNT" answered since the start
+//     load VALUE        from now on; "answered NANOSECONDS" (monotonic) when the first poll after it got the
+//     value closing on|off    close the connection after each answer; "ok" hang NUMBER       the machine with
+//     this number (from 0) accepts and never answers; "ok" polls             "polls COUNT" answered since the
+//     start
 #include "sockets.hpp"
-
 
 using namespace speed;
 
@@ -55,7 +54,8 @@ private:
         if (number_of(connection) == hanging_)
             return;
         std::string text = "HTTP/1.1 200 OK\r\nContent-Type: text/html; charset=UTF-8\r\nContent-Length: ";
-        text += std::to_string(load_.size()) + (closing_ ? "\r\nConnection: close\r\n\r\n" : "\r\n\r\n") + load_;
+        text +=
+            std::to_string(load_.size()) + (closing_ ? "\r\nConnection: close\r\n\r\n" : "\r\n\r\n") + load_;
         send_text(connection, text);
         ++polls_;
         if (closing_)

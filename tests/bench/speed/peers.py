@@ -117,11 +117,11 @@ def stand_in_home():
 
 
 class Floor(Tool):
-    """`kind` of speed_floor on a port of its own."""
+    """`kind` of speed_floor (or of another program) on a port of its own."""
 
-    def __init__(self, kind):
+    def __init__(self, kind, program_name="floor"):
         self.port = free_port()
-        super().__init__("floor", kind, self.port, core=SERVER_CORE)
+        super().__init__(program_name, kind, self.port, core=SERVER_CORE)
         wait_for_port(self.port)
 
 

@@ -1,9 +1,11 @@
-// How long a GET waits when requests come at a fixed rate, whether or not earlier ones have been answered (an open loop: a server that
-// pauses is asked all the same, and each of those requests counts with the time it should have begun).
+// How long a GET waits when requests come at a fixed rate, whether or not earlier ones have been answered (an
+// open loop: a server that pauses is asked all the same, and each of those requests counts with the time it
+// should have begun).
 //
 //     speed_probe PORT PATH REQUESTS_PER_SECOND SECONDS
 //
-// Prints "requests N lost N median_us N p99_us N longest_us N". Connections are opened before the clock starts.
+// Prints "requests N lost N median_us N p99_us N longest_us N". Connections are opened before the clock
+// starts.
 #include "sockets.hpp"
 
 #include <algorithm>
@@ -17,7 +19,8 @@ constexpr int connections = 20;
 class Probe
 {
 public:
-    Probe(int port, std::string const& path) : request_("GET " + path + " HTTP/1.1\r\nHost: localhost\r\n\r\n")
+    Probe(int port, std::string const& path)
+        : request_("GET " + path + " HTTP/1.1\r\nHost: localhost\r\n\r\n")
     {
         for (int i = 0; i < connections; ++i) {
             int const connection = connect_to(INADDR_LOOPBACK, port);
@@ -38,7 +41,9 @@ public:
             for (; due < total && !idle_.empty() && nanoseconds() >= begin + due * step; ++due)
                 ask(begin + due * step);
             auto const rest = begin + due * step - nanoseconds();
-            receive(due < total && !idle_.empty() ? static_cast<int>(std::max<std::int64_t>(rest, 0) / 1'000'000) : 10);
+            receive(due < total && !idle_.empty()
+                        ? static_cast<int>(std::max<std::int64_t>(rest, 0) / 1'000'000)
+                        : 10);
         }
         report(total);
     }
@@ -71,11 +76,16 @@ private:
     {
         std::sort(waits_.begin(), waits_.end());
         auto const at = [&](double share) {
-            return waits_.empty() ? -1 : waits_[static_cast<std::size_t>(share * static_cast<double>(waits_.size() - 1))] / 1000;
+            return waits_.empty()
+                       ? -1
+                       : waits_[static_cast<std::size_t>(share * static_cast<double>(waits_.size() - 1))] /
+                             1000;
         };
-        std::printf("requests %lld lost %lld median_us %lld p99_us %lld longest_us %lld\n", static_cast<long long>(total),
-                    static_cast<long long>(total) - static_cast<long long>(waits_.size()), static_cast<long long>(at(0.5)),
-                    static_cast<long long>(at(0.99)), static_cast<long long>(at(1)));
+        std::printf("requests %lld lost %lld median_us %lld p99_us %lld longest_us %lld\n",
+                    static_cast<long long>(total),
+                    static_cast<long long>(total) - static_cast<long long>(waits_.size()),
+                    static_cast<long long>(at(0.5)), static_cast<long long>(at(0.99)),
+                    static_cast<long long>(at(1)));
     }
 
     Poller poller_;

@@ -41,6 +41,7 @@ def servers(counts=(10,), peers=("nginx", "HAProxy"), floor="http"):
         for name in peers:
             running[name] = stack.enter_context(Peer(name))
         if floor:
+            running["Beast"] = stack.enter_context(Floor(floor, "beast"))
             running["floor"] = stack.enter_context(Floor(floor))
         yield running
 
@@ -96,6 +97,21 @@ def crowd(count, _run):
                     flips.append((crowd_of_browsers.hear("all")[0] - begin) / 1e6)
                 sample[name] = {"rate": count / seconds, "memory": held, "flip": statistics.median(flips)}
         return sample
+
+
+@contextlib.contextmanager
+def memory_of_browsers(quick):
+    of_ours = of_crowd("memory")
+
+    def of_beast(count):
+        with Floor("websocket", "beast") as peer:
+            before = memory(peer.pid)
+            with Tool("browsers", peer.port, count) as crowd_of_browsers:
+                crowd_of_browsers.hear("connected")
+                return (memory(peer.pid) - before) / count / 1e3
+
+    with of_ours(quick) as measure:
+        yield lambda: {**measure(), "Beast": of_beast(500 if quick else 10_000)}
 
 
 def of_crowd(key):
@@ -225,7 +241,7 @@ ROWS = [
         lambda quick: cost_of_session(quick, 100 if quick else 5000)),
     Row("`GET /session`, 256 connections, 99th percentile", "µs", "at most nginx's", 1.0, ratio("nginx"), tail_of_session),
     Row("memory, idle", "MB", "at most 12 MB", 12, itself, idle_memory),
-    Row("memory per idle browser, 10,000", "kB", "at most 3 kB", 3, itself, of_crowd("memory")),
+    Row("memory per idle browser, 10,000", "kB", "at most 3 kB", 3, itself, memory_of_browsers),
     Row("browsers connected", "per second", "at least 12,000", 1 / 12_000, lambda sample: 1 / sample["ours"], of_crowd("rate")),
     Row("a change reaches the last of 10,000 browsers", "ms", "at most 1.15 × floor", 1.15, ratio("floor"), of_crowd("flip")),
     Row("a poll, 5,000 machines, kept connections", "µs of processor", "at most 2 × floor", 2, ratio("floor"), cost_of_polls(False)),
