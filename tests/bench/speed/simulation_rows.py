@@ -121,7 +121,7 @@ def load_while_fetching(quick):
                         await browser.hear("webots:")
 
             def measure():
-                with FreeSimulationServer(forges=[git.url], allowedRepositories=[git.url]) as server:
+                with FreeSimulationServer(maxConnections=count, forges=[git.url], allowedRepositories=[git.url]) as server:
                     with Tool("probe", server.port, "/load", 200, 2 if quick else 6) as probe:
                         time.sleep(0.2)  # its connections
                         asyncio.run(crowd(server))
