@@ -60,6 +60,10 @@ std::vector<std::string_view> keys_for_restart(SimulationConfig const& running, 
     changes.compare("maxConnections", running.max_connections, next.max_connections);
     changes.compare("timeout", running.timeout, next.timeout);
     changes.compare("startTimeout", running.start_timeout, next.start_timeout);
+    changes.compare("reconnectGrace", running.reconnect_grace, next.reconnect_grace);
+    changes.compare("projectsDir", running.projects_dir, next.projects_dir);
+    changes.compare("keyDir", running.key_dir, next.key_dir);
+    changes.compare("simulationLogDays", running.simulation_log_keep, next.simulation_log_keep);
     changes.compare("monitorLogEnabled", running.monitor_log, next.monitor_log);
     changes.compare("loadFormula", running.strict_load, next.strict_load);
     return changes.take();
