@@ -11,16 +11,20 @@ import socket
 
 FIRST, BLOCK = 10000, 16
 
+# Where this process goes on: leases side by side leave room for long rows, which leases all over the range would not.
+_next_block = None
 _leases = contextlib.ExitStack()
 atexit.register(_leases.close)
 
 
 def free_port(following=0):
     """A port that is free, and so are the `following` ones after it; nobody else who asks here gets them while this process lives."""
+    global _next_block
     blocks = following // BLOCK + 1
     last = (_first_of_outgoing_connections() - FIRST) // BLOCK - blocks
     for _ in range(1000):
-        block = random.randint(0, last)
+        block = _next_block if _next_block is not None and _next_block <= last else random.randint(0, last)
+        _next_block = None  # elsewhere, if these are taken
         first = FIRST + block * BLOCK
         with contextlib.suppress(OSError), contextlib.ExitStack() as attempt:
             for number in range(block, block + blocks):
@@ -30,6 +34,7 @@ def free_port(following=0):
                 for port in range(first, first + following + 1):
                     probes.enter_context(socket.socket()).bind(("0.0.0.0", port))
             _leases.enter_context(attempt.pop_all())
+            _next_block = block + blocks
             return first
     raise AssertionError(f"no {following + 1} free ports in a row between {FIRST} and {_first_of_outgoing_connections()}")
 
