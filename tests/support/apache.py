@@ -11,7 +11,7 @@ import subprocess
 import tempfile
 import unittest
 
-from .servers import PATIENCE, wait_until
+from .servers import end, wait_until
 
 MODULES = "/usr/lib/apache2/modules"
 WANTED = ("mpm_event", "authz_core", "ssl", "socache_shmcb", "rewrite", "proxy", "proxy_http", "proxy_wstunnel")
@@ -74,12 +74,7 @@ class Apache:
             return probe.connect_ex(("127.0.0.1", self.port)) == 0
 
     def close(self):
-        self.process.terminate()
-        try:
-            self.process.wait(PATIENCE)
-        except subprocess.TimeoutExpired:
-            self.process.kill()
-            self.process.wait()
+        end(self.process)
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def log(self):

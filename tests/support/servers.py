@@ -68,6 +68,17 @@ def is_alive(pid):
     return False
 
 
+def end(process):
+    """Ends a process that we started, if it has not ended by itself."""
+    if process.poll() is None:
+        process.terminate()
+        try:
+            process.wait(PATIENCE)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+
 class Server:
     """One of our servers as a process."""
 
@@ -139,13 +150,8 @@ class Server:
         return self.process.wait(PATIENCE)
 
     def close(self):
-        if self.process and self.process.poll() is None:
-            self.process.terminate()
-            try:
-                self.process.wait(PATIENCE)
-            except subprocess.TimeoutExpired:
-                self.process.kill()
-                self.process.wait()
+        if self.process:
+            end(self.process)
         if os.environ.get("SHOW_LOGS"):
             print(self.log(), file=sys.stderr)
         shutil.rmtree(self.folder, ignore_errors=True)
