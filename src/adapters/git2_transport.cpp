@@ -194,7 +194,6 @@ int Git2Transport::attempt(std::function<result<>()> const& work) noexcept
     }
     if (outcome)
         return 0;
-    git_error_set_str(GIT_ERROR_CALLBACK, outcome.error().message().c_str());
     if (!failure)
         failure = outcome.error();
     return GIT_EUSER;
