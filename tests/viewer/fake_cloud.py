@@ -92,6 +92,10 @@ class FakeCloud:
         """Closes every open socket of `role` and goes on listening."""
         self._run(self._close(role))
 
+    def drop(self, role):
+        """Breaks every connection of `role`, without a word, and goes on listening."""
+        self._run(self._drop(role))
+
     def _run(self, coroutine):
         return asyncio.run_coroutine_threadsafe(coroutine, self._loop).result(20)
 
@@ -124,6 +128,10 @@ class FakeCloud:
     async def _close(self, role):
         for socket in list(self._sockets[role]):
             await socket.close()
+
+    async def _drop(self, role):
+        for socket in list(self._sockets[role]):
+            socket.transport.abort()
 
     async def _talk(self, socket, _path):
         self._sockets[socket.role].add(socket)

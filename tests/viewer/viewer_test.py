@@ -225,6 +225,62 @@ class Failures(ViewerTest):
         self.assertEqual(self.text("status"), "The simulator crashed")
 
 
+class BrokenConnections(ViewerTest):
+    """The simulation server has a `reconnectGrace`, and so gave a token."""
+
+    RETURN = json.dumps({"reconnect": "a1b2"}, separators=(",", ":"))
+
+    def run_lasting_simulation(self):
+        self.cloud.launch = [*self.cloud.good_start(), "reconnectToken: a1b2"]
+        self.run_simulation()
+
+    def test_a_broken_lease_returns_to_its_simulation_with_the_token(self):
+        self.run_lasting_simulation()
+        self.cloud.drop("simulation")
+        self.wait_text("status", "Returning to the simulation")
+        self.wait(lambda: self.RETURN in self.cloud.started, "the return")
+        self.wait_text("status", "The simulation is running.")
+        self.assertEqual(self.data()["state"], "running")
+        self.assertEqual(self.cloud.leases, 1)
+        self.assertEqual(sum(c.startswith("mjpeg: ") for c in self.cloud.controls), 1)  # The simulator was never left.
+
+    def test_a_network_that_breaks_everything_is_survived(self):
+        self.run_lasting_simulation()
+        self.cloud.drop("simulator")
+        self.cloud.drop("simulation")
+        self.wait(lambda: self.RETURN in self.cloud.started, "the return")
+        self.wait(lambda: sum(c.startswith("mjpeg: ") for c in self.cloud.controls) == 2, "a new picture")
+        self.wait(lambda: self.element("play").is_enabled() and "Returning" not in self.text("status"), "the simulation")
+
+    def test_a_broken_connection_to_the_simulator_alone_is_restored(self):
+        self.run_lasting_simulation()
+        self.cloud.drop("simulator")
+        self.wait(lambda: sum(c.startswith("mjpeg: ") for c in self.cloud.controls) == 2, "a new connection")
+        self.wait(lambda: "Returning" not in self.text("status"), "the simulation")
+        self.assertEqual(len(self.cloud.started), 1)
+
+    def test_a_return_that_comes_too_late_is_told_in_the_servers_words(self):
+        self.run_lasting_simulation()
+        self.cloud.launch = ["loading: Error: This simulation has ended. Please start it again."]
+        self.cloud.drop("simulation")
+        self.wait_text("status", "This simulation has ended.")
+        self.cloud.close("simulation")
+        self.wait_state("ended")
+        self.assertEqual(self.text("status"), "This simulation has ended. Please start it again.")
+
+    def test_a_lease_that_the_server_closes_is_over(self):
+        self.run_lasting_simulation()
+        self.cloud.close("simulation")
+        self.wait_state("ended")
+        self.assertEqual(len(self.cloud.started), 1)
+
+    def test_without_a_token_a_broken_lease_is_the_end(self):
+        self.run_simulation()
+        self.cloud.drop("simulation")
+        self.wait_state("ended")
+        self.assertIn("connection to the simulation server was lost", self.text("status"))
+
+
 class Running(ViewerTest):
     def test_the_buttons_send_their_messages(self):
         self.run_simulation()

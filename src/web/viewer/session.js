@@ -5,12 +5,16 @@
 //   notice {text}            something to tell while the session goes on
 //   problem {text}           an error that the server reported; the session may or may not end after it
 //   ended {text, failed}     the last event; `failed` when the simulation never became ready
+// A connection that broke is restored where the simulation server allows it: "progress" tells so, and "ready" when it is.
 
+import { Lease } from './lease.js';
 import { Simulator } from './simulator.js';
 
 const SESSION_ANSWER_MS = 30000;
 const LAST_WORD_MS = 1000;
 const SHUTDOWN_WARNING_S = 300;
+const LOSSES = 60;
+const RETURNING = 'The connection was lost. Returning to the simulation';
 const RELAYED = ['picture', 'ready', 'mode', 'time', 'progress', 'world', 'output'];
 
 export class Session extends EventTarget {
@@ -22,6 +26,8 @@ export class Session extends EventTarget {
   #abort = new AbortController();
   #lease = null;
   #simulator = null;
+  #lastWord = '';
+  #losses = 0; // of the simulator, since it was last ready
   #timers = [];
 
   // `target` comes from parseAddress(), `size` is {width, height} of the picture in pixels.
@@ -62,10 +68,7 @@ export class Session extends EventTarget {
     this.#abort.abort();
     this.#timers.forEach(clearTimeout);
     this.#simulator?.close();
-    if (this.#lease !== null) {
-      this.#lease.onopen = this.#lease.onmessage = this.#lease.onclose = null;
-      this.#lease.close();
-    }
+    this.#lease?.close();
   }
 
   #tell(type, detail) {
@@ -101,18 +104,17 @@ export class Session extends EventTarget {
     return answer.replace(/\/+$/, '');
   }
 
-  // The socket to the simulation server is the lease: the simulation lives as long as it is open.
   #takeLease(machine) {
     this.#tell('progress', { text: 'Connecting to the simulation server', percent: null });
-    this.#lease = openSocket(`${machine}/client`);
-    const start = JSON.stringify({ start: { url: this.#target.world, mode: 'mjpeg' } });
-    let opened = false;
-    this.#lease.onopen = () => {
-      opened = true;
-      this.#lease.send(start);
-    };
-    this.#lease.onmessage = ({ data }) => typeof data === 'string' && this.#receive(data);
-    this.#lease.onclose = ({ code }) => this.#end(leaseLoss(opened, this.#ready, code, machine));
+    try {
+      this.#lease = new Lease(`${machine}/client`, { start: { url: this.#target.world, mode: 'mjpeg' } });
+    } catch {
+      throw new Error(refusedSocket(machine));
+    }
+    this.#lease.addEventListener('message', ({ detail }) => this.#receive(detail.text));
+    this.#lease.addEventListener('broken', () => this.#tell('progress', { text: RETURNING, percent: null }));
+    this.#lease.addEventListener('closed', ({ detail }) =>
+      this.#end(this.#lastWord || leaseLoss(detail.opened, this.#ready, detail.code, machine)));
   }
 
   #receive(message) {
@@ -145,9 +147,12 @@ export class Session extends EventTarget {
   }
 
   #connect(url) {
-    if (this.#simulator !== null)
+    if (this.#simulator !== null) { // the lease came back, and the simulator had never been lost
+      if (this.#ready)
+        this.#tell('ready');
       return;
-    this.#tell('progress', { text: 'Connecting to the simulator', percent: null });
+    }
+    this.#tell('progress', { text: this.#ready ? RETURNING : 'Connecting to the simulator', percent: null });
     try {
       this.#simulator = new Simulator(url.replace(/\/+$/, ''), this.#size);
     } catch {
@@ -164,24 +169,24 @@ export class Session extends EventTarget {
     if (!this.#ready && this.owned)
       this.#simulator.play();
     this.#ready = true;
-    this.#problem = '';
+    this.#problem = this.#lastWord = '';
+    this.#losses = 0;
   }
 
-  // The simulation server knows better why the simulator went: it gets a moment to say so.
+  // The simulation server knows better why the simulator went: it gets a moment to say so. When it says nothing and the
+  // simulation outlives lost connections, only ours was lost.
   #loseSimulator(url) {
-    const text = this.#ready ? 'The simulator has closed the connection.' : `The simulator at ${url} cannot be reached.`;
+    this.#lastWord = this.#ready ? 'The simulator has closed the connection.' : `The simulator at ${url} cannot be reached.`;
     if (this.#lease === null)
-      return this.#end(text);
-    this.#lease.onclose = () => this.#end(text);
-    this.#after(LAST_WORD_MS, () => this.#end(text));
-  }
-}
-
-function openSocket(url) {
-  try {
-    return new WebSocket(url);
-  } catch {
-    throw new Error(refusedSocket(url));
+      return this.#end(this.#lastWord);
+    this.#after(LAST_WORD_MS, () => {
+      if (!this.#lease.lasting || ++this.#losses > LOSSES)
+        return this.#end(this.#lastWord);
+      this.#simulator = null;
+      this.#lastWord = '';
+      if (this.#lease.connected)
+        this.#connect(url);
+    });
   }
 }
 

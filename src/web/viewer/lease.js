@@ -1,0 +1,77 @@
+// The socket to /client of a simulation server: the simulation lives as long as it is open. When the connection breaks and
+// the server gave a token, the lease finds its way back to the simulation that goes on meanwhile. No DOM.
+//
+// Events (CustomEvents):
+//   message {text}          what the server says
+//   broken                  the connection broke; it is being restored, and `webots:` will be said again
+//   closed {opened, code}   the last event; `opened` when the server was ever reached
+
+const RETURN_MS = 300000; // for how long to try; the server knows for how long it waits, and says so when it is over
+const RETRY_MS = 2000;
+const BROKEN = 1006;
+
+export class Lease extends EventTarget {
+  #url;
+  #socket;
+  #opened = false;
+  #token = '';
+  #brokenSince = null;
+  #retry = 0;
+
+  // Connects at once, and then sends `start`.
+  constructor(url, start) {
+    super();
+    this.#url = url;
+    this.#connect(start);
+  }
+
+  // Whether a connection that breaks does not end the simulation.
+  get lasting() { return this.#token !== ''; }
+
+  get connected() { return this.#socket.readyState === WebSocket.OPEN; }
+
+  // Ends the simulation. No event follows.
+  close() {
+    clearTimeout(this.#retry);
+    this.#forget();
+    this.#socket.close();
+  }
+
+  #connect(opening) {
+    this.#socket = new WebSocket(this.#url);
+    this.#socket.onopen = () => {
+      this.#opened = true;
+      this.#socket.send(JSON.stringify(opening));
+    };
+    this.#socket.onmessage = ({ data }) => typeof data === 'string' && this.#receive(data);
+    this.#socket.onclose = ({ code }) => this.#lose(code);
+  }
+
+  #forget() {
+    this.#socket.onopen = this.#socket.onmessage = this.#socket.onclose = null;
+  }
+
+  #receive(text) {
+    const token = /^reconnectToken:\s?(.+)/.exec(text);
+    if (token === null)
+      return this.#tell('message', { text });
+    this.#token = token[1].trim();
+    this.#brokenSince = null;
+  }
+
+  #lose(code) {
+    this.#forget();
+    const now = Date.now();
+    if (code !== BROKEN || !this.lasting || now - (this.#brokenSince ?? now) > RETURN_MS)
+      return this.#tell('closed', { opened: this.#opened, code });
+    if (this.#brokenSince === null) {
+      this.#brokenSince = now;
+      this.#tell('broken');
+    }
+    this.#retry = setTimeout(() => this.#connect({ reconnect: this.#token }), RETRY_MS);
+  }
+
+  #tell(type, detail) {
+    this.dispatchEvent(new CustomEvent(type, { detail }));
+  }
+}
