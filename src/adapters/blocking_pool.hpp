@@ -1,6 +1,8 @@
 // Threads for work that blocks: files and libraries that wait.
 #pragma once
 
+#include "step_back.hpp"
+
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/async_result.hpp>
 #include <boost/asio/awaitable.hpp>
@@ -25,25 +27,35 @@ namespace webots_cloud::adapters {
 class BlockingPool
 {
 public:
-    explicit BlockingPool(std::size_t threads) : threads_(threads) {}
+    enum class Priority
+    {
+        normal,
+        background ///< See step_back().
+    };
+
+    explicit BlockingPool(std::size_t threads, Priority priority = Priority::normal)
+        : priority_(priority), threads_(threads)
+    {}
 
     /// Completes with what `work` returns. Not cancellable: `work` must end by itself. It must not throw.
     template<class Work>
     boost::asio::awaitable<std::invoke_result_t<Work&>> run(Work work)
     {
         auto const executor = co_await boost::asio::this_coro::executor;
-        Initiation<Work> initiation(threads_.get_executor(), executor, std::move(work));
+        Initiation<Work> initiation(threads_.get_executor(), priority_, executor, std::move(work));
         co_return co_await boost::asio::async_initiate<boost::asio::use_awaitable_t<> const,
                                                        void(std::invoke_result_t<Work&>)>(
             std::move(initiation), boost::asio::use_awaitable);
     }
 
-    /// As `run`, for work that looks at a flag: it becomes true when the caller is cancelled, and the work should end soon then.
+    /// As `run`, for work that looks at a flag: it becomes true when the caller is cancelled, and the work
+    /// should end soon then.
     template<class Work>
     boost::asio::awaitable<std::invoke_result_t<Work&, std::atomic<bool> const&>> run_abortable(Work work)
     {
         auto const state = co_await boost::asio::this_coro::cancellation_state;
-        auto const aborted = std::make_shared<std::atomic<bool>>(state.cancelled() != boost::asio::cancellation_type::none);
+        auto const aborted =
+            std::make_shared<std::atomic<bool>>(state.cancelled() != boost::asio::cancellation_type::none);
         // The job itself is not cancellable, so the slot is free for the flag that makes it end early.
         SetFlag on_cancel{aborted};
         auto slot = state.slot();
@@ -69,8 +81,9 @@ private:
     class Initiation
     {
     public:
-        Initiation(boost::asio::thread_pool::executor_type threads, boost::asio::any_io_executor home, Work work) :
-            threads_(threads), home_(std::move(home)), work_(std::move(work))
+        Initiation(boost::asio::thread_pool::executor_type threads, Priority priority,
+                   boost::asio::any_io_executor home, Work work)
+            : threads_(threads), priority_(priority), home_(std::move(home)), work_(std::move(work))
         {}
 
         template<class Handler>
@@ -78,20 +91,26 @@ private:
         {
             // Tracked, so that the caller's context does not run dry meanwhile.
             auto home = boost::asio::prefer(home_, boost::asio::execution::outstanding_work.tracked);
-            boost::asio::post(threads_, [work = std::move(work_), home, handler = std::move(handler)]() mutable {
+            boost::asio::post(threads_, [work = std::move(work_), priority = priority_, home,
+                                         handler = std::move(handler)]() mutable {
+                if (priority == Priority::background)
+                    step_back();
                 auto outcome = work();
-                boost::asio::post(home, [handler = std::move(handler), outcome = std::move(outcome)]() mutable {
-                    std::move(handler)(std::move(outcome));
-                });
+                boost::asio::post(home,
+                                  [handler = std::move(handler), outcome = std::move(outcome)]() mutable {
+                                      std::move(handler)(std::move(outcome));
+                                  });
             });
         }
 
     private:
         boost::asio::thread_pool::executor_type threads_;
+        Priority priority_;
         boost::asio::any_io_executor home_;
         Work work_;
     };
 
+    Priority priority_;
     boost::asio::thread_pool threads_;
 };
 

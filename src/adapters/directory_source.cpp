@@ -55,7 +55,9 @@ result<FetchedProject> copy_project(fs::path const& folder, FetchOrder const& or
 class DirectorySource final : public ProjectSource
 {
 public:
-    explicit DirectorySource(fs::path folder) : folder_(std::move(folder)), pool_(2) {}
+    explicit DirectorySource(fs::path folder) :
+        folder_(std::move(folder)), pool_(2, adapters::BlockingPool::Priority::background)
+    {}
 
     asio::awaitable<result<FetchedProject>> fetch(FetchOrder order) override
     {

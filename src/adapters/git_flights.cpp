@@ -1,5 +1,7 @@
 #include "git_flights.hpp"
 
+#include "step_back.hpp"
+
 #include <boost/asio/error.hpp>
 #include <boost/asio/execution/outstanding_work.hpp>
 #include <boost/asio/post.hpp>
@@ -35,6 +37,7 @@ std::shared_ptr<GitFlights::Flight> GitFlights::start(std::string const& key, Jo
     // Tracked, so that the caller's context does not run dry meanwhile.
     auto const home = asio::prefer(home_, asio::execution::outstanding_work.tracked);
     asio::post(threads_, [flight, job = std::move(job), home] {
+        step_back();
         auto outcome = job(flight->aborted, flight->progress);
         asio::post(home, [flight, outcome = std::move(outcome)]() mutable {
             flight->outcome = std::move(outcome);

@@ -34,7 +34,7 @@ class GitSource final : public ProjectSource
 public:
     GitSource(asio::any_io_executor executor, GitSourceParams params, Logger log)
         : params_(std::move(params)), log_(std::move(log)), cache_(params_.cache, params_.cache_bytes),
-          hand_out_(cache_.folder(), params_.instances), pool_(copies),
+          hand_out_(cache_.folder(), params_.instances), pool_(copies, adapters::BlockingPool::Priority::background),
           flights_(std::move(executor), downloads)
     {
         if (cache_.usable())

@@ -171,7 +171,8 @@ class WebsiteSource final : public ProjectSource
 {
 public:
     WebsiteSource(WebsiteSourceParams params, Logger log)
-        : params_(std::move(params)), log_(std::move(log)), pool_(threads)
+        : params_(std::move(params)), log_(std::move(log)),
+          pool_(threads, adapters::BlockingPool::Priority::background)
     {}
 
     asio::awaitable<result<FetchedProject>> fetch(FetchOrder order) override
