@@ -20,6 +20,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <csignal>
 #include <optional>
 #include <string>
 #include <utility>
@@ -54,6 +55,7 @@ public:
             auto const executor = leash_.get_executor();
             boost::system::error_code ignored;
             leash_.close(ignored); // the guard now kills the tree at once
+            wake();
             asio::co_spawn(executor, await_end(std::move(guard_)), asio::detached);
         }
     }
@@ -71,6 +73,9 @@ public:
     }
 
 private:
+    /// A guard that somebody has stopped (SIGSTOP) would never look at its leash. Others don't notice.
+    void wake() noexcept { ::kill(guard_.id(), SIGCONT); }
+
     process::process guard_;
     asio::writable_pipe leash_;
     asio::readable_pipe output_;
@@ -105,9 +110,11 @@ asio::awaitable<result<ProcessEvent>> GuardedProcess::next_event()
 
 void GuardedProcess::terminate() noexcept
 {
+    if (status_)
+        return;
     boost::system::error_code ignored;
-    if (!status_)
-        leash_.write_some(asio::buffer("T", 1), ignored); // one byte always fits into an empty pipe
+    leash_.write_some(asio::buffer("T", 1), ignored); // one byte always fits into an empty pipe
+    wake();
 }
 
 /// Starts the guard on a thread that may wait: until the new program runs, which takes its time where every

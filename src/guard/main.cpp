@@ -190,6 +190,7 @@ int main(int argc, char** argv)
     }
     setsid(); // the terminal's Ctrl-C is for the server, which then ends its simulations in order
     prctl(PR_SET_CHILD_SUBREAPER, 1);
+    prctl(PR_SET_PDEATHSIG, SIGCONT); // should we be stopped when the owner dies: there is a leash to look at
     sigset_t handled;
     sigset_t original;
     sigemptyset(&handled);

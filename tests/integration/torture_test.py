@@ -67,7 +67,9 @@ def kill_somehow(pid, dice):
     if not is_guard(pid):
         os.kill(pid, dice.choice((signal.SIGKILL, signal.SIGTERM, signal.SIGSTOP, signal.SIGSEGV)))
     elif NAMESPACES:
-        os.kill(pid, signal.SIGKILL)
+        os.kill(pid, dice.choice((signal.SIGKILL, signal.SIGSTOP)))
+    else:
+        os.kill(pid, signal.SIGSTOP)
 
 
 def check_clean(simulation):
@@ -210,6 +212,31 @@ class KilledServer(unittest.IsolatedAsyncioTestCase):
                 await asyncio.to_thread(simulation.start)
                 self.assertEqual(simulation.instances(), [], f"seed {SEED}")
             check_clean(simulation)
+
+
+class StoppedGuard(unittest.IsolatedAsyncioTestCase):
+    """Somebody has sent SIGSTOP to the guards of a running simulation."""
+
+    async def stop_guards(self, simulation, browser):
+        await browser.start()
+        await browser.hear("webots:")
+        guards = [pid for pid in simulation.simulators() if is_guard(pid)]
+        self.assertTrue(guards)
+        for guard in guards:
+            os.kill(guard, signal.SIGSTOP)
+
+    async def test_it_ends_its_simulation_when_the_browser_leaves(self):
+        with server() as simulation:
+            async with Browser(simulation) as browser:
+                await self.stop_guards(simulation, browser)
+            check_clean(simulation)
+
+    async def test_it_ends_its_simulation_when_the_server_is_killed(self):
+        with server() as simulation:
+            async with Browser(simulation) as browser:
+                await self.stop_guards(simulation, browser)
+                simulation.process.kill()
+                wait_until(lambda: not processes_of(simulation), "processes are left")
 
 
 class LoadMeanwhile(unittest.IsolatedAsyncioTestCase):
