@@ -78,10 +78,14 @@ async def with_running(server, count, action):
         return action()
 
 
+SETTLE_SECONDS = 2  # until the last start has cost all that it costs
+
+
 @functools.cache  # three rows look at the same runs
 def cost_of_running(count, seconds, _run):
     """Percent of a core and kB in the server for each of `count` simulations that run and say nothing."""
     def used(server):
+        time.sleep(SETTLE_SECONDS)
         before = cpu_seconds(server.pid)
         time.sleep(seconds)
         return (cpu_seconds(server.pid) - before) / seconds * 100
