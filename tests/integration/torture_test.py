@@ -254,7 +254,8 @@ class LoadMeanwhile(unittest.IsolatedAsyncioTestCase):
         return reports
 
     async def test_of_a_forge_that_never_answers(self):
-        forge = await asyncio.start_server(lambda *_: asyncio.sleep(600), "127.0.0.1", 0)
+        kept = []  # connections that nobody keeps are closed
+        forge = await asyncio.start_server(lambda *connection: kept.append(connection), "127.0.0.1", 0)
         url = "http://127.0.0.1:%d" % forge.sockets[0].getsockname()[1]
         with SimulationServer(forges=[url], allowedRepositories=[url], maxConnections=AT_ONCE) as simulation:
             async with contextlib.AsyncExitStack() as browsers:

@@ -80,8 +80,8 @@ class Certificate:
         with open(extensions, "w") as file:
             file.write("subjectAltName=DNS:localhost\n")
         key = ["-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes"]
-        for command in (["req", "-x509", *key, "-days", "2", "-subj", "/CN=test authority", "-keyout", authority_key,
-                         "-out", self.authority],
+        for command in (["req", "-x509", *key, "-days", "2", "-subj", "/CN=test authority", "-addext", "keyUsage=critical,keyCertSign",
+                         "-keyout", authority_key, "-out", self.authority],
                         ["req", *key, "-subj", "/CN=localhost", "-keyout", self.key, "-out", request],
                         ["x509", "-req", "-in", request, "-CA", self.authority, "-CAkey", authority_key, "-CAcreateserial",
                          "-days", "2", "-extfile", extensions, "-out", self.certificate]):

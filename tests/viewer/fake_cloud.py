@@ -12,6 +12,7 @@ import re
 import threading
 
 import websockets
+from websockets.legacy import server as legacy  # the one that answers plain requests in old and new versions alike
 
 import moving_picture
 
@@ -102,12 +103,12 @@ class FakeCloud:
     async def _listen(self, role, port):
         server = self
 
-        class Protocol(websockets.WebSocketServerProtocol):
+        class Protocol(legacy.WebSocketServerProtocol):
             async def process_request(self, path, headers):
                 self.role, self.rest = split_path(path, role)
                 return await server._serve_file(self, headers)
 
-        return await websockets.serve(self._talk, "127.0.0.1", port, create_protocol=Protocol,
+        return await legacy.serve(self._talk, "127.0.0.1", port, create_protocol=Protocol,
                                       compression=None, ping_interval=None)
 
     async def _end_streams(self):

@@ -12,6 +12,7 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/read.hpp>
 #include <boost/asio/read_until.hpp>
+#include <boost/asio/this_coro.hpp>
 #include <boost/asio/write.hpp>
 
 #include <array>
@@ -28,6 +29,7 @@ namespace {
 
 asio::awaitable<result<>> deliver(Notifier& notifier, std::string text = "Text\n")
 {
+    co_await asio::this_coro::throw_if_cancelled(false); // as in a TaskGroup: what leaves a task would end the program
     Notice notice("Subject", std::move(text));
     co_return co_await notifier.deliver(std::move(notice));
 }
