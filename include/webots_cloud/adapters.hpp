@@ -165,8 +165,8 @@ struct SmtpParams
     Duration timeout = std::chrono::seconds(20);        ///< For the whole mail; some mail servers greet slowly on purpose.
 };
 
-/// E-mail over SMTP with libcurl. Certificates are verified against those of this computer, or against the file that the
-/// environment variable `SSL_CERT_FILE` names.   Errors: `invalid_argument`: host, sender or recipient is unusable.
+/// E-mail over SMTP with libcurl, loaded by this. Certificates are verified against those of this computer, or of the file that
+/// `SSL_CERT_FILE` names.   Errors: `invalid_argument`: host, sender or recipient is unusable; `unavailable`: no libcurl.
 result<std::unique_ptr<Notifier>> make_smtp_notifier(SmtpParams params);
 
 /// The service manager that the environment names (`NOTIFY_SOCKET`, `WATCHDOG_USEC`), as systemd does; without one it hears nothing.

@@ -14,6 +14,7 @@ namespace webots_cloud {
 namespace {
 
 namespace asio = boost::asio;
+using adapters::CurlLibrary;
 using adapters::SmtpExchange;
 
 /// Ends an exchange that runs on another thread.
@@ -28,11 +29,9 @@ struct Abort
 class SmtpNotifier final : public Notifier
 {
 public:
-    explicit SmtpNotifier(SmtpParams params) : params_(std::move(params)), pool_(1)
-    {
-        static auto const initialized = curl_global_init(CURL_GLOBAL_DEFAULT);
-        (void)initialized;
-    }
+    SmtpNotifier(CurlLibrary const& curl, SmtpParams params)
+        : curl_(curl), params_(std::move(params)), pool_(1)
+    {}
 
     asio::awaitable<result<>> deliver(Notice notice) override
     {
@@ -41,7 +40,7 @@ public:
         if (state.cancelled() != asio::cancellation_type::none)
             co_return Failure(asio::error::operation_aborted);
         auto message = core::mail_message(notice, params_.sender, params_.recipient);
-        auto const exchange = std::make_shared<SmtpExchange>(params_, std::move(message));
+        auto const exchange = std::make_shared<SmtpExchange>(curl_, params_, std::move(message));
         // The job itself is not cancellable, so the slot is free for what makes it end early.
         Abort on_cancel{exchange};
         auto slot = state.slot();
@@ -55,6 +54,7 @@ public:
     }
 
 private:
+    CurlLibrary const curl_;
     SmtpParams params_;
     adapters::BlockingPool pool_;
 };
@@ -69,7 +69,10 @@ result<std::unique_ptr<Notifier>> make_smtp_notifier(SmtpParams params)
         return Failure(errc::invalid_argument, "a mail address is no plain address");
     if (!core::is_mail_host(params.own_name))
         params.own_name = "localhost"; // it greets, no more
-    return std::unique_ptr<Notifier>(std::make_unique<SmtpNotifier>(std::move(params)));
+    auto const curl = CurlLibrary::load();
+    if (!curl)
+        return curl.error();
+    return std::unique_ptr<Notifier>(std::make_unique<SmtpNotifier>(*curl, std::move(params)));
 }
 
 } // namespace webots_cloud

@@ -41,23 +41,23 @@ bool is_last_line(std::string_view reply)
 
 } // namespace
 
-SmtpExchange::SmtpExchange(SmtpParams params, std::string message)
-    : params_(std::move(params)), message_(std::move(message)), multi_(curl_multi_init()),
-      easy_(curl_easy_init()), unsent_(message_)
+SmtpExchange::SmtpExchange(CurlLibrary const& curl, SmtpParams params, std::string message)
+    : curl_(curl), params_(std::move(params)), message_(std::move(message)), multi_(curl_.multi_init()),
+      easy_(curl_.easy_init()), unsent_(message_)
 {}
 
 SmtpExchange::~SmtpExchange()
 {
-    curl_easy_cleanup(easy_);
-    curl_multi_cleanup(multi_);
-    curl_slist_free_all(recipients_);
+    curl_.easy_cleanup(easy_);
+    curl_.multi_cleanup(multi_);
+    curl_.slist_free_all(recipients_);
 }
 
 void SmtpExchange::abort()
 {
     aborted_ = true;
     hang_up();
-    curl_multi_wakeup(multi_);
+    curl_.multi_wakeup(multi_);
 }
 
 /// Ends every connection under libcurl's hands, which waits for the last words of a mail server (and, worse,
@@ -77,48 +77,48 @@ result<> SmtpExchange::perform()
     sigaddset(&broken_pipe, SIGPIPE);
     pthread_sigmask(SIG_BLOCK, &broken_pipe, nullptr);
     prepare();
-    curl_multi_add_handle(multi_, easy_);
+    curl_.multi_add_handle(multi_, easy_);
     auto const outcome = drive();
-    curl_multi_remove_handle(multi_, easy_);
+    curl_.multi_remove_handle(multi_, easy_);
     return outcome;
 }
 
 void SmtpExchange::prepare()
 {
-    curl_easy_setopt(easy_, CURLOPT_URL, url_of(params_).c_str());
-    curl_easy_setopt(easy_, CURLOPT_PROTOCOLS_STR, "smtp");
-    curl_easy_setopt(easy_, CURLOPT_PROXY, ""); // proxies of the environment are for the web
-    curl_easy_setopt(easy_, CURLOPT_NOSIGNAL, 1L);
-    curl_easy_setopt(easy_, CURLOPT_NETRC, static_cast<long>(CURL_NETRC_IGNORED));
+    curl_.easy_setopt(easy_, CURLOPT_URL, url_of(params_).c_str());
+    curl_.easy_setopt(easy_, CURLOPT_PROTOCOLS_STR, "smtp");
+    curl_.easy_setopt(easy_, CURLOPT_PROXY, ""); // proxies of the environment are for the web
+    curl_.easy_setopt(easy_, CURLOPT_NOSIGNAL, 1L);
+    curl_.easy_setopt(easy_, CURLOPT_NETRC, static_cast<long>(CURL_NETRC_IGNORED));
     // A name that is still being looked up when we give up is left to its thread: waiting for that could take
     // half a minute.
-    curl_easy_setopt(easy_, CURLOPT_QUICK_EXIT, 1L);
-    curl_easy_setopt(easy_, CURLOPT_TIMEOUT_MS, milliseconds(params_.timeout));
-    curl_easy_setopt(easy_, CURLOPT_CONNECTTIMEOUT_MS, milliseconds(params_.timeout)); // see drive()
-    curl_easy_setopt(easy_, CURLOPT_ERRORBUFFER, words_.data());
+    curl_.easy_setopt(easy_, CURLOPT_QUICK_EXIT, 1L);
+    curl_.easy_setopt(easy_, CURLOPT_TIMEOUT_MS, milliseconds(params_.timeout));
+    curl_.easy_setopt(easy_, CURLOPT_CONNECTTIMEOUT_MS, milliseconds(params_.timeout)); // see drive()
+    curl_.easy_setopt(easy_, CURLOPT_ERRORBUFFER, words_.data());
     prepare_sockets();
     prepare_security();
 
-    recipients_ = curl_slist_append(nullptr, concat("<", params_.recipient, ">").c_str());
-    curl_easy_setopt(easy_, CURLOPT_MAIL_FROM, concat("<", params_.sender, ">").c_str());
-    curl_easy_setopt(easy_, CURLOPT_MAIL_RCPT, recipients_);
-    curl_easy_setopt(easy_, CURLOPT_UPLOAD, 1L);
-    curl_easy_setopt(easy_, CURLOPT_READFUNCTION, &SmtpExchange::on_read);
-    curl_easy_setopt(easy_, CURLOPT_READDATA, this);
-    curl_easy_setopt(easy_, CURLOPT_HEADERFUNCTION, &SmtpExchange::on_reply);
-    curl_easy_setopt(easy_, CURLOPT_HEADERDATA, this);
+    recipients_ = curl_.slist_append(nullptr, concat("<", params_.recipient, ">").c_str());
+    curl_.easy_setopt(easy_, CURLOPT_MAIL_FROM, concat("<", params_.sender, ">").c_str());
+    curl_.easy_setopt(easy_, CURLOPT_MAIL_RCPT, recipients_);
+    curl_.easy_setopt(easy_, CURLOPT_UPLOAD, 1L);
+    curl_.easy_setopt(easy_, CURLOPT_READFUNCTION, &SmtpExchange::on_read);
+    curl_.easy_setopt(easy_, CURLOPT_READDATA, this);
+    curl_.easy_setopt(easy_, CURLOPT_HEADERFUNCTION, &SmtpExchange::on_reply);
+    curl_.easy_setopt(easy_, CURLOPT_HEADERDATA, this);
 }
 
 void SmtpExchange::prepare_sockets()
 {
-    curl_easy_setopt(easy_, CURLOPT_OPENSOCKETFUNCTION, &SmtpExchange::on_open);
-    curl_easy_setopt(easy_, CURLOPT_OPENSOCKETDATA, this);
-    curl_easy_setopt(easy_, CURLOPT_CLOSESOCKETFUNCTION, &SmtpExchange::on_close);
-    curl_easy_setopt(easy_, CURLOPT_CLOSESOCKETDATA, this);
+    curl_.easy_setopt(easy_, CURLOPT_OPENSOCKETFUNCTION, &SmtpExchange::on_open);
+    curl_.easy_setopt(easy_, CURLOPT_OPENSOCKETDATA, this);
+    curl_.easy_setopt(easy_, CURLOPT_CLOSESOCKETFUNCTION, &SmtpExchange::on_close);
+    curl_.easy_setopt(easy_, CURLOPT_CLOSESOCKETDATA, this);
     // QUIT then belongs to this mail, and the limit for its answer is ours.
-    curl_easy_setopt(easy_, CURLOPT_FORBID_REUSE, 1L);
-    curl_easy_setopt(easy_, CURLOPT_SERVER_RESPONSE_TIMEOUT,
-                     std::max(1L, milliseconds(params_.timeout) / 1000));
+    curl_.easy_setopt(easy_, CURLOPT_FORBID_REUSE, 1L);
+    curl_.easy_setopt(easy_, CURLOPT_SERVER_RESPONSE_TIMEOUT,
+                      std::max(1L, milliseconds(params_.timeout) / 1000));
 }
 
 /// With a password: TLS or nothing, and a certificate that is valid for the host. Without one: neither.
@@ -126,15 +126,15 @@ void SmtpExchange::prepare_security()
 {
     if (params_.password.empty())
         return;
-    curl_easy_setopt(easy_, CURLOPT_USE_SSL, static_cast<long>(CURLUSESSL_ALL));
-    curl_easy_setopt(easy_, CURLOPT_SSL_VERIFYPEER, 1L);
-    curl_easy_setopt(easy_, CURLOPT_SSL_VERIFYHOST, 2L);
-    curl_easy_setopt(easy_, CURLOPT_SSLVERSION, static_cast<long>(CURL_SSLVERSION_TLSv1_2));
+    curl_.easy_setopt(easy_, CURLOPT_USE_SSL, static_cast<long>(CURLUSESSL_ALL));
+    curl_.easy_setopt(easy_, CURLOPT_SSL_VERIFYPEER, 1L);
+    curl_.easy_setopt(easy_, CURLOPT_SSL_VERIFYHOST, 2L);
+    curl_.easy_setopt(easy_, CURLOPT_SSLVERSION, static_cast<long>(CURL_SSLVERSION_TLSv1_2));
     // OpenSSL's own variable, which everything else here obeys; libcurl alone does not.
     if (char const* const trusted = std::getenv("SSL_CERT_FILE"))
-        curl_easy_setopt(easy_, CURLOPT_CAINFO, trusted);
-    curl_easy_setopt(easy_, CURLOPT_USERNAME, params_.user.c_str());
-    curl_easy_setopt(easy_, CURLOPT_PASSWORD, params_.password.c_str());
+        curl_.easy_setopt(easy_, CURLOPT_CAINFO, trusted);
+    curl_.easy_setopt(easy_, CURLOPT_USERNAME, params_.user.c_str());
+    curl_.easy_setopt(easy_, CURLOPT_PASSWORD, params_.password.c_str());
 }
 
 /// Until the transfer ends, or we are told to, or there is no connection in time.
@@ -146,21 +146,21 @@ result<> SmtpExchange::drive()
     auto const connected_by = std::chrono::steady_clock::now() + params_.connect_timeout;
     for (;;) {
         int running = 0;
-        if (auto const code = curl_multi_perform(multi_, &running); code != CURLM_OK)
-            return Failure(errc::unreachable, curl_multi_strerror(code));
+        if (auto const code = curl_.multi_perform(multi_, &running); code != CURLM_OK)
+            return Failure(errc::unreachable, curl_.multi_strerror(code));
         if (running == 0)
             break;
         if (aborted_)
             return Failure(boost::asio::error::operation_aborted);
         curl_off_t connected = 0;
-        curl_easy_getinfo(easy_, CURLINFO_CONNECT_TIME_T, &connected);
+        curl_.easy_getinfo(easy_, CURLINFO_CONNECT_TIME_T, &connected);
         auto const left = milliseconds(connected_by - std::chrono::steady_clock::now());
         if (connected == 0 && left <= 0) {
             hang_up();
             return Failure(errc::timed_out, concat("no connection to ", params_.host, " in time"));
         }
         auto const nap = connected == 0 ? std::min<long>(left + 1, longest_nap) : longest_nap;
-        curl_multi_poll(multi_, nullptr, 0, static_cast<int>(nap), nullptr);
+        curl_.multi_poll(multi_, nullptr, 0, static_cast<int>(nap), nullptr);
     }
     auto const code = result_of_transfer();
     if (code != CURLE_OK && aborted_)
@@ -171,7 +171,7 @@ result<> SmtpExchange::drive()
 CURLcode SmtpExchange::result_of_transfer()
 {
     int left = 0;
-    auto const* const message = curl_multi_info_read(multi_, &left);
+    auto const* const message = curl_.multi_info_read(multi_, &left);
     return message ? message->data.result : CURLE_FAILED_INIT;
 }
 
@@ -179,7 +179,7 @@ Failure SmtpExchange::failure_of(CURLcode code) const
 {
     if (has_no_login_)
         return {errc::refused, concat(params_.host, " offers no login")};
-    auto detail = std::string(words_[0] ? words_.data() : curl_easy_strerror(code));
+    auto detail = std::string(words_[0] ? words_.data() : curl_.easy_strerror(code));
     if (code == CURLE_OPERATION_TIMEDOUT)
         return {errc::timed_out, detail};
     if (code == CURLE_PEER_FAILED_VERIFICATION || code == CURLE_SSL_CONNECT_ERROR ||

@@ -1,10 +1,10 @@
 // One mail to one mail server with libcurl, on a thread that may wait, ended at once from any other.
 #pragma once
 
+#include "curl_library.hpp"
+
 #include <webots_cloud/adapters.hpp>
 #include <webots_cloud/error.hpp>
-
-#include <curl/curl.h>
 
 #include <array>
 #include <atomic>
@@ -20,7 +20,7 @@ class SmtpExchange
 {
 public:
     /// `message` is the whole mail, its lines ending with CRLF.
-    SmtpExchange(SmtpParams params, std::string message);
+    SmtpExchange(CurlLibrary const& curl, SmtpParams params, std::string message);
     SmtpExchange(SmtpExchange const&) = delete;
     ~SmtpExchange();
 
@@ -45,6 +45,7 @@ private:
     CURLcode result_of_transfer();
     Failure failure_of(CURLcode code) const;
 
+    CurlLibrary const curl_;
     SmtpParams params_;
     std::string message_;
     CURLM* multi_;

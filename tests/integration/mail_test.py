@@ -95,6 +95,15 @@ class Mails(unittest.TestCase):
             wait_until(lambda: "has reached maximum load (99.0%)" in session.log(), "the log line")
         self.assertEqual(mailbox.mails, [])
 
+    def test_the_mail_library_is_loaded_where_there_is_an_administrator_and_nowhere_else(self):
+        def loads_libcurl(session):
+            with open(f"/proc/{session.process.pid}/maps") as maps:
+                return "libcurl" in maps.read()
+        with Machine() as machine, session_server([machine], free_port()) as mailing, \
+                session_server([machine], free_port(), administrator="") as silent:
+            self.assertTrue(loads_libcurl(mailing))
+            self.assertFalse(loads_libcurl(silent))
+
     def test_an_administrator_without_a_sender_is_dropped_with_a_line(self):
         with Machine("99") as machine, Mailbox() as mailbox, session_server([machine], mailbox.port, mailSender="") as session:
             wait_until(lambda: "has reached maximum load (99.0%)" in session.log(), "the log line")
