@@ -7,6 +7,8 @@
 
 #include "../core/text.hpp"
 
+#include <webots_cloud/adapters.hpp>
+
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
@@ -101,6 +103,7 @@ void GitCache::open(fs::path const& folder)
             return;
         }
         fs::create_directories(folder_ / "incoming", failed);
+        keep_folders_apart(folder_ / "incoming");
         fs::create_directories(folder_ / "repositories", failed);
         lock_ = FileDescriptor(
             ::open((folder_ / "lock").c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0600));
@@ -140,6 +143,13 @@ void GitCache::scan()
 fs::path GitCache::repository(std::string const& url) const
 {
     return folder_ / "repositories" / digest_of(url);
+}
+
+/// File systems choose the place of a folder by its name: one that was used before is where files were
+/// deleted just now.
+fs::path GitCache::fresh_path() const
+{
+    return folder_ / "incoming" / make_token();
 }
 
 GitSnapshotPtr GitCache::load(fs::path const& folder, core::GitTarget const& target)
@@ -205,8 +215,7 @@ std::vector<GitSnapshotPtr> GitCache::relatives(std::string const& url)
 
 result<GitIncoming> GitCache::begin()
 {
-    std::lock_guard const lock(mutex_);
-    auto const folder = folder_ / "incoming" / std::to_string(++next_);
+    auto const folder = fresh_path();
     if (::mkdir(folder.c_str(), 0700) != 0)
         return disk_failure();
     return GitIncoming(folder);
@@ -248,7 +257,7 @@ void GitCache::drop(fs::path const& folder)
     if (!fs::exists(folder, failed))
         return;
     // Renamed first: half a folder must never be found under its name.
-    auto const doomed = folder_ / "incoming" / std::to_string(++next_);
+    auto const doomed = fresh_path();
     if (::rename(folder.c_str(), doomed.c_str()) == 0)
         remove_tree(doomed);
 }
@@ -285,7 +294,7 @@ void GitCache::remember(std::string const& url, std::string const& ref_and_folde
         return;
     std::error_code failed;
     fs::create_directories(folder, failed);
-    auto const fresh = folder_ / "incoming" / std::to_string(++next_);
+    auto const fresh = fresh_path();
     if (write_file(AT_FDCWD, fresh.c_str(), text, 0644))
         fs::rename(fresh, path, failed);
 }

@@ -101,6 +101,7 @@ private:
     void scan();
     void drop(std::filesystem::path const& folder);
     std::filesystem::path repository(std::string const& url) const;
+    std::filesystem::path fresh_path() const;
     GitSnapshotPtr load(std::filesystem::path const& folder, core::GitTarget const& target);
 
     std::filesystem::path folder_;
@@ -108,7 +109,6 @@ private:
     FileDescriptor lock_;
     result<> usable_;
     mutable std::mutex mutex_;
-    std::uint64_t next_ = 0;
     std::unordered_map<std::string, Stored> stored_; ///< By path.
 };
 

@@ -56,6 +56,7 @@ GitHandOut::GitHandOut(fs::path const& cache, fs::path const& instances)
 {
     if (instances.empty())
         return;
+    keep_folders_apart(instances);
     overlay_ = can_overlay(cache, instances);
     if (!overlay_ && can_clone(cache, instances))
         way_ = GitCopyWay::clone;
@@ -69,7 +70,7 @@ std::string_view GitHandOut::describe() const noexcept
 }
 
 result<fs::path> GitHandOut::give(GitSnapshot const& snapshot, fs::path const& directory,
-                                      std::string const& repository, std::atomic<bool> const& aborted) const
+                                  std::string const& repository, std::atomic<bool> const& aborted) const
 {
     auto const inner =
         snapshot.target.folder.empty() ? repository : concat(repository, "/", snapshot.target.folder);

@@ -3,6 +3,8 @@
 #include "../core/text.hpp"
 
 #include <fcntl.h>
+#include <linux/fs.h>
+#include <sys/ioctl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -30,6 +32,16 @@ result<FileDescriptor> make_folder(int parent, char const* name)
     if (::mkdirat(parent, name, 0755) != 0)
         return disk_failure();
     return open_folder(parent, name);
+}
+
+void keep_folders_apart(std::filesystem::path const& folder)
+{
+    auto const opened = open_folder(AT_FDCWD, folder.c_str());
+    int flags = 0;
+    if (!opened || ::ioctl(opened->get(), FS_IOC_GETFLAGS, &flags) != 0 || (flags & FS_TOPDIR_FL) != 0)
+        return;
+    flags |= FS_TOPDIR_FL;
+    ::ioctl(opened->get(), FS_IOC_SETFLAGS, &flags); // a hint: who can't take it works too
 }
 
 result<> write_all(int file, std::string_view bytes)

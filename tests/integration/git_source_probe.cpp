@@ -3,7 +3,7 @@
 //
 //     git_source_probe --cache FOLDER --forge URL --into FOLDER [options] WORLD_URL...
 //
-//     --instances FOLDER    where the source may look for a faster way than copying
+//     --fastest             in the fastest way that the folder allows; else by copying
 //     --bytes N, --files N, --timeout MS, --cache-bytes N, --low-speed BYTES MS
 //     --together            all worlds at once instead of one after the other
 //     --discard             remove each project again
@@ -47,13 +47,14 @@ struct Options
 Options parse(int argc, char** argv)
 {
     Options options;
+    bool fastest = false;
     for (int i = 1; i < argc; ++i) {
         std::string const word = argv[i];
         auto const next = [&] { return std::string(argv[++i]); };
         if (word == "--cache")
             options.source.cache = next();
-        else if (word == "--instances")
-            options.source.instances = next();
+        else if (word == "--fastest")
+            fastest = true;
         else if (word == "--cache-bytes")
             options.source.cache_bytes = std::stoull(next());
         else if (word == "--low-speed") {
@@ -80,6 +81,8 @@ Options parse(int argc, char** argv)
         else
             options.worlds.push_back(word);
     }
+    if (fastest)
+        options.source.instances = options.into;
     return options;
 }
 
@@ -123,7 +126,7 @@ public:
         }
         FetchOrder order;
         order.project = *project;
-        order.directory = options_.into / std::to_string(number);
+        order.directory = options_.into / make_token();
         order.limits = options_.limits;
         auto const directory = order.directory;
         auto const progress = order.progress;

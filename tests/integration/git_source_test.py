@@ -226,7 +226,7 @@ class GitSourceUpdatesTest(unittest.TestCase):
 
     def test_a_kill_in_the_middle_of_a_fetch_leaves_nothing_behind(self):
         self.slow_down(100_000)
-        command, _ = self.probe.command([self.world])
+        command = self.probe.command([self.world])
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         incoming = os.path.join(self.probe.cache, "incoming")
         deadline = time.monotonic() + 20
@@ -265,32 +265,50 @@ class GitSourceUpdatesTest(unittest.TestCase):
 
 
 class HandOutTest(unittest.TestCase):
-    """Overlay mounts, where this machine allows them."""
+    """The ways that this machine allows."""
 
-    def test_an_overlay_takes_writes_and_is_gone_after_discarding(self):
+    WORLD = "owner/robots/blob/main/projects/arm/worlds/arm.wbt"
+
+    def setUp(self):
         server = GitServer()
         self.addCleanup(server.close)
         server.start()
         server.add_repository("owner", "robots", FILES)
-        probe = Probe(server.url)
-        self.addCleanup(probe.close)
-        world = "owner/robots/blob/main/projects/arm/worlds/arm.wbt"
-        instances = os.path.join(probe.folder, "instances")
-        os.mkdir(instances)
-        probe.fetch(world, "--instances", instances, "--discard")
-        if "overlay" not in probe.log:
+        self.probe = Probe(server.url)
+        self.addCleanup(self.probe.close)
+
+    def test_an_overlay_takes_writes_and_is_gone_after_discarding(self):
+        probe = self.probe
+        probe.fetch(self.WORLD, "--fastest", "--discard")
+        if probe.way() != "overlay mounts":
             self.skipTest("this machine allows no overlay mounts")
-        self.assertEqual(os.listdir(instances), [], "the probe was left")
-        answer = probe.fetch(world, "--instances", instances)
+        self.assertEqual(os.listdir(probe.into), [], "the source's trial was left")
+        answer = probe.fetch(self.WORLD, "--fastest")
         self.addCleanup(subprocess.run, ["umount", answer["root"]], stderr=subprocess.DEVNULL)
         with open(os.path.join(answer["root"], "worlds/arm.wbt"), "w") as file:
             file.write("broken")
-        again = probe.fetch(world)
+        again = probe.fetch(self.WORLD)
         self.assertEqual(tree(again["root"])["worlds/arm.wbt"], WORLD.encode())
-        probe.fetch(world, "--instances", instances, "--discard")
+        probe.fetch(self.WORLD, "--fastest", "--discard")
         with open("/proc/self/mountinfo") as mounts:
             ours = [line for line in mounts if probe.folder in line]
         self.assertEqual(len(ours), 1, "only the one that was not discarded is left")
+
+    def test_unrelated_folders_are_stored_far_from_each_other_where_the_file_system_can(self):
+        own = os.path.join(self.probe.folder, "own")
+        os.mkdir(own)
+        if subprocess.run(["chattr", "+T", own], stderr=subprocess.DEVNULL).returncode != 0:
+            self.skipTest("this file system has no such choice (ext4 has)")
+        self.probe.fetch(self.WORLD, "--fastest", "--discard")
+        for folder in (os.path.join(self.probe.cache, "incoming"), self.probe.into):
+            attributes = subprocess.run(["lsattr", "-d", folder], stdout=subprocess.PIPE, check=True).stdout.split()[0]
+            self.assertIn(b"T", attributes, folder)
+
+    def test_who_may_not_mount_gets_the_same_files(self):
+        self.probe.may_mount = False
+        answer = self.probe.fetch(self.WORLD, "--fastest")
+        self.assertIn(self.probe.way(), ("copying", "reflinks"))
+        self.assertEqual(tree(answer["root"])["worlds/arm.wbt"], WORLD.encode())
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 """Drives the program git_source_probe, which fetches worlds with the git source."""
 
+import ctypes
 import json
 import os
 import shutil
@@ -19,6 +20,12 @@ def require_probe():
     return path
 
 
+def _lose_the_right_to_mount():
+    """In the child, for what it executes: what remains is what anybody may do."""
+    PR_CAPBSET_DROP, CAP_SYS_ADMIN = 24, 21
+    ctypes.CDLL(None).prctl(PR_CAPBSET_DROP, CAP_SYS_ADMIN)
+
+
 class Probe:
     """A cache and a folder of projects; each `fetch` is a process of its own that uses them."""
 
@@ -29,24 +36,27 @@ class Probe:
         self.cache = os.path.join(self.folder, "cache")
         self.log = ""
         self.longest_pause_ms = 0.0
+        self.may_mount = True
+        self.into = ""  # the folder of the last run's projects
         self._runs = 0
 
     def close(self):
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def command(self, worlds, *options):
-        """The command line of a run, and the folder that its projects go into."""
+        """The command line of a run."""
         self._runs += 1
-        into = os.path.join(self.folder, f"run{self._runs}")
-        os.mkdir(into)
+        self.into = os.path.join(self.folder, f"run{self._runs}")
+        os.mkdir(self.into)
         addresses = [world if "://" in world else f"{self.forge}/{world}" for world in worlds]
-        command = [self.program, "--cache", self.cache, "--forge", self.forge, "--into", into, *options, *addresses]
-        return command, into
+        command = [self.program, "--cache", self.cache, "--forge", self.forge, "--into", self.into, *options, *addresses]
+        return command
 
     def fetch_all(self, worlds, *options, timeout=120):
         """What became of each world: dictionaries with root, revision, header and ms, or error; bytes, objects."""
-        command, _ = self.command(worlds, *options)
-        finished = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=timeout)
+        command = self.command(worlds, *options)
+        finished = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=timeout,
+                                  preexec_fn=None if self.may_mount else _lose_the_right_to_mount)
         self.log = finished.stderr.decode()
         if finished.returncode != 0:
             raise AssertionError(f"the probe ended with {finished.returncode}: {self.log}")
@@ -62,6 +72,10 @@ class Probe:
 
     def fetch(self, world, *options):
         return self.fetch_all([world], *options)[0]
+
+    def way(self):
+        """How the last run handed projects out."""
+        return self.log.partition("handed out by ")[2].partition(".")[0]
 
 
 def tree(root):
