@@ -1,0 +1,55 @@
+#include "compose_output.hpp"
+
+#include "text.hpp"
+
+#include <algorithm>
+
+namespace webots_cloud::core {
+namespace {
+
+/// `webots` for `<project>-webots-1`, `<project>_webots_1`, `webots-1` and `webots_1`; empty for what is no
+/// container.
+std::string_view service_of(std::string_view container, std::string_view project)
+{
+    if (container.starts_with(project) && container.size() > project.size() &&
+        (container[project.size()] == '-' || container[project.size()] == '_'))
+        container.remove_prefix(project.size() + 1);
+    auto const end = container.find_last_of("-_");
+    auto const number = end == std::string_view::npos ? std::string_view() : container.substr(end + 1);
+    bool const is_number =
+        !number.empty() && number.find_first_not_of("0123456789") == std::string_view::npos;
+    bool const is_name = container.find_first_of(" :/") == std::string_view::npos;
+    return is_number && is_name ? container.substr(0, end) : std::string_view();
+}
+
+} // namespace
+
+ComposeLine parse_compose_line(std::string_view line, std::string_view project)
+{
+    using enum ComposeLine::Source;
+    if (auto const bar = line.find('|'); bar != std::string_view::npos) {
+        auto const service = service_of(trim(line.substr(0, bar)), project);
+        auto text = line.substr(bar + 1);
+        if (text.starts_with(' '))
+            text.remove_prefix(1);
+        if (!service.empty())
+            return {service == "webots" ? webots : other, text};
+    }
+    constexpr std::string_view ending = " exited with code ";
+    if (auto const found = line.find(ending); found != std::string_view::npos)
+        if (service_of(trim(line.substr(0, found)), project) == "webots")
+            return {webots_end, line};
+    return {compose, line};
+}
+
+bool is_progress(std::string_view line)
+{
+    return !trim(line).empty() && line.find("theia") == std::string_view::npos;
+}
+
+bool says_image_is_missing(std::string_view line, std::string_view image)
+{
+    return line.find("not found") != std::string_view::npos && line.find(image) != std::string_view::npos;
+}
+
+} // namespace webots_cloud::core

@@ -1,0 +1,37 @@
+// What compose says while it builds and runs the containers of a simulation (protocol section 6.4).
+#pragma once
+
+#include <string_view>
+
+namespace webots_cloud::core {
+
+/// Where a line comes from, and what it says.
+struct ComposeLine
+{
+    enum class Source
+    {
+        compose,    ///< Compose itself, or a build.
+        webots,     ///< The simulator.
+        other,      ///< Another container.
+        webots_end, ///< Compose, about the end of the simulator's container.
+    };
+
+    ComposeLine() = default;
+    ComposeLine(Source source, std::string_view text) : source(source), text(text) {}
+
+    Source source = Source::compose;
+    std::string_view text; ///< A part of the line: of a container's, what it printed.
+    bool operator==(ComposeLine const&) const = default;
+};
+
+/// Takes a line apart. The names of containers begin with the project's or not, and have hyphens or
+/// underscores, depending on the version of compose.
+ComposeLine parse_compose_line(std::string_view line, std::string_view project);
+
+/// Whether the browser sees the line while it waits: not what the editor says, and nothing empty.
+bool is_progress(std::string_view line);
+
+/// Whether compose says that `image` does not exist. A build may well miss other things.
+bool says_image_is_missing(std::string_view line, std::string_view image);
+
+} // namespace webots_cloud::core

@@ -1,0 +1,56 @@
+// What simulations leave in docker, and which of it is ours to remove (protocol section 6.5).
+#pragma once
+
+#include <webots_cloud/time.hpp>
+
+#include <cstdint>
+#include <filesystem>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace webots_cloud::core {
+
+/// The name by which a server knows its containers again, whatever else runs on the machine:
+/// `webots-2000-1f3a9c4d`.
+///
+/// Of two servers that live, one has another machine, port or folder.
+std::string docker_identity(std::string_view machine, std::uint16_t port,
+                            std::filesystem::path const& instances);
+
+/// Whose things are removed.
+struct DockerScope
+{
+    DockerScope() = default;
+
+    std::string identity; ///< The server's.
+    std::string project;  ///< One simulation's; empty: all of the server's, which has just been started.
+};
+
+/// How things are to be listed: `docker <kind> ls` with `--format` and this.
+inline constexpr std::string_view container_format =
+    "{{.ID}}\t{{.Label \"com.docker.compose.project\"}}\t{{.Label \"webots_cloud.server\"}}\t{{.Status}}";
+inline constexpr std::string_view network_format = "{{.ID}}\t{{.Label \"com.docker.compose.project\"}}";
+inline constexpr std::string_view volume_format = "{{.Name}}\t{{.Label \"com.docker.compose.project\"}}";
+inline constexpr std::string_view image_format = "{{.Repository}}:{{.Tag}}\t{{.CreatedAt}}";
+
+/// The containers, networks or volumes of a listing that belong to the scope, and containers in which a build
+/// of this server has failed.
+std::vector<std::string> leftovers(std::string_view listing, DockerScope const& scope);
+
+/// Which images may go.
+struct ImagePolicy
+{
+    ImagePolicy() = default;
+
+    std::string identity;                ///< Images that were built for this server's simulations.
+    std::string repository;              ///< Of the default images.
+    std::vector<std::string> persistent; ///< `repository:tag` that stay.
+    std::set<std::string> projects;      ///< Simulations whose images stay, because they live.
+};
+
+/// The images of a listing that are ours and older than 48 hours; a container may still use them.
+std::vector<std::string> old_images(std::string_view listing, ImagePolicy const& policy, WallTime now);
+
+} // namespace webots_cloud::core

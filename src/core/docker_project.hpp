@@ -1,0 +1,85 @@
+// How a project becomes containers (protocol section 6.3): its image, its compose file, and the values for
+// it.
+#pragma once
+
+#include <webots_cloud/error.hpp>
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace webots_cloud::core {
+
+/// Where things are inside the containers.
+inline constexpr std::string_view webots_in_container = "/usr/local/webots/webots";
+inline constexpr std::string_view project_in_container = "/usr/local/webots-project";
+
+/// The image for the release that the first line of a world names: `<repository>:R2023b-ubuntu22.04`.
+///
+/// Errors: `invalid_argument`: the line names none.
+result<std::string> default_docker_image(std::string_view repository, std::string_view world_header);
+
+/// Which of the operator's compose files a project wants.
+enum class ComposeTemplate
+{
+    standard,
+    theia,      ///< An editor beside the simulator.
+    competition ///< That, and the participant's controller in a container of its own.
+};
+
+/// `docker-compose-default.yml` and its like.
+std::string compose_template_file(ComposeTemplate kind);
+
+/// What `webots.yml` says to us.
+struct WebotsYml
+{
+    WebotsYml() = default;
+
+    ComposeTemplate kind = ComposeTemplate::standard;
+    std::string volume;                ///< The folder that the editor shows, below `/usr/local/`.
+    std::vector<std::string> messages; ///< For the browser, in the order of the file's lines.
+};
+
+/// Reads `webots.yml` line by line, as it has always been read; it need not be YAML.
+///
+/// Errors: `invalid_argument`: a `dockerCompose:` line lacks its folder, or the folder is no harmless path.
+result<WebotsYml> parse_webots_yml(std::string_view text);
+
+/// The world of a competition, whose participant is a controller outside of Webots.
+std::string with_extern_participant(std::string_view world);
+
+/// The values that compose puts into its file.
+struct DockerEnvironment
+{
+    DockerEnvironment() = default;
+
+    std::string image;
+    bool make = false; ///< The project has a `Makefile`.
+    std::uint16_t port = 0;
+    std::string project;     ///< Compose's name for all that belongs to this simulation.
+    std::string server;      ///< Ours, as a label.
+    std::string world;       ///< The name of the world file.
+    std::string stream_mode; ///< As `stream_mode` has it.
+    std::string display;
+    std::string runtime = "runc"; ///< What runs the containers: `nvidia` where there is such a processor.
+    std::string graphics_device = "/dev/null";
+    WebotsYml yml;
+};
+
+/// The text of the file `.env`.   Errors: `invalid_argument`: a value has characters that could end it early.
+result<std::string> env_file(DockerEnvironment const& environment);
+
+/// What compose and docker need of our environment, and that they show the steps of a build.
+std::vector<std::pair<std::string, std::string>>
+docker_environment(std::vector<std::pair<std::string, std::string>> const& ours);
+
+/// `compose` is the beginning of the command line: `docker compose`, or `docker-compose`.
+std::vector<std::string> compose_up(std::vector<std::string> compose, std::filesystem::path const& file);
+std::vector<std::string> compose_down(std::vector<std::string> compose, std::filesystem::path const& file);
+std::vector<std::string> compose_restart_controller(std::vector<std::string> compose,
+                                                    std::filesystem::path const& file);
+
+} // namespace webots_cloud::core
