@@ -177,7 +177,7 @@ struct HostMetricsParams
 {
     HostMetricsParams() = default;
 
-    std::filesystem::path control_groups = "/sys/fs/cgroup";       ///< Of version 2; others have no say.
+    std::filesystem::path control_groups = "/sys/fs/cgroup";       ///< Where they are mounted.
     std::filesystem::path own_control_group = "/proc/self/cgroup"; ///< The file that names ours.
     std::string nvidia_library = "libnvidia-ml.so.1";              ///< Loaded if there is one.
 };

@@ -1,14 +1,16 @@
-// What control groups (version 2) leave us of the machine.
+// What control groups leave us of the machine.
 #pragma once
 
 #include <webots_cloud/transport/host_metrics.hpp>
 
 #include <filesystem>
+#include <string_view>
 #include <vector>
 
 namespace webots_cloud::adapters {
 
-/// Our control group and those above it, each of which may limit us. Where there are none it changes nothing.
+/// Our control group and those above it, each of which may limit us, of version 1 or 2. Where there are none
+/// it changes nothing.
 class CgroupLimits
 {
 public:
@@ -21,7 +23,17 @@ public:
     void apply(HostSample& sample, int processors, std::uint64_t memory) const;
 
 private:
-    std::vector<std::filesystem::path> groups_;
+    /// The groups of one controller, from the outermost inwards, and the version that speaks for it.
+    struct Groups
+    {
+        int version = 2;
+        std::vector<std::filesystem::path> folders;
+    };
+
+    static Groups find(std::filesystem::path const& root, std::string_view own, std::string_view controller);
+
+    Groups memory_;
+    Groups processors_;
 };
 
 } // namespace webots_cloud::adapters

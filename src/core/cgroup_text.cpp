@@ -2,28 +2,38 @@
 
 #include "text.hpp"
 
+#include <algorithm>
 #include <charconv>
 
 namespace webots_cloud::core {
 namespace {
 
-/// Cuts the first line off a text.
+/// Cuts off what is before the first separator, and that too.
+std::string_view next_field(std::string_view& text, char separator) noexcept
+{
+    auto const field = text.substr(0, text.find(separator));
+    text.remove_prefix(std::min(field.size() + 1, text.size()));
+    return field;
+}
+
 std::string_view next_line(std::string_view& text) noexcept
 {
-    auto const line = text.substr(0, text.find('\n'));
-    text.remove_prefix(line.size() < text.size() ? line.size() + 1 : text.size());
-    return line;
+    return next_field(text, '\n');
 }
 
 } // namespace
 
-std::string_view unified_cgroup(std::string_view text) noexcept
+std::string_view own_cgroup(std::string_view text, std::string_view controller) noexcept
 {
-    constexpr std::string_view prefix = "0::";
     while (!text.empty()) {
-        auto const line = next_line(text);
-        if (line.starts_with(prefix))
-            return line.substr(prefix.size());
+        auto line = next_line(text); // <number>:<controllers>:<path>
+        next_field(line, ':');
+        auto controllers = next_field(line, ':');
+        if (controller.empty() && controllers.empty())
+            return line;
+        while (!controllers.empty())
+            if (next_field(controllers, ',') == controller)
+                return line;
     }
     return {};
 }

@@ -1,4 +1,4 @@
-// The files of control groups, version 2: texts of the kernel to values.
+// The files of control groups: texts of the kernel to values.
 #pragma once
 
 #include <cstdint>
@@ -7,14 +7,15 @@
 
 namespace webots_cloud::core {
 
-/// The path of our control group in `/proc/self/cgroup`, such as `/system.slice/x.service`; empty when there
-/// is none of version 2.
-std::string_view unified_cgroup(std::string_view text) noexcept;
+/// The path of our control group in `/proc/self/cgroup`, such as `/system.slice/x.service`: that of a
+/// controller of version 1, or without one that of version 2. Empty when there is none.
+std::string_view own_cgroup(std::string_view text, std::string_view controller = {}) noexcept;
 
-/// `cpu.max`: how many processors' time the group may use; nothing when that is not limited.
+/// `cpu.max`, a quota and a period: how many processors' time the group may use; nothing when that is not
+/// limited.
 std::optional<double> processor_limit(std::string_view text) noexcept;
 
-/// `memory.max`, and other files of one number: bytes; nothing for `max` and for what is no number.
+/// `memory.max`, and other files of one number: bytes; nothing for `max`, for `-1` and for what is no number.
 std::optional<std::uint64_t> cgroup_number(std::string_view text) noexcept;
 
 /// The number behind `key` in a file of `key value` lines; 0 without.

@@ -20,7 +20,7 @@ struct Fixture
         std::string name = (fs::temp_directory_path() / "webots_cloud_metrics_XXXXXX").string();
         folder = ::mkdtemp(name.data());
         fs::create_directories(folder / "groups/a/b");
-        write("own", "1:cpu:/other\n0::/a/b\n");
+        write("own", "1:name=systemd:/other\n0::/a/b\n");
         params.control_groups = folder / "groups";
         params.own_control_group = folder / "own";
         params.nvidia_library = (folder / "none.so").string();
@@ -83,6 +83,28 @@ BOOST_AUTO_TEST_CASE(a_share_of_the_processors_is_full_before_they_are)
     after.share_busy += 400'000;
     after.share_total += 500'000; // one second of half a processor
     BOOST_TEST(core::cpu_percent(before, after) == 80);
+}
+
+BOOST_AUTO_TEST_CASE(groups_of_version_1_limit_in_the_same_way)
+{
+    write("own", "4:memory:/a\n3:cpu,cpuacct:/a\n0::/\n");
+    fs::create_directories(folder / "groups/memory/a");
+    fs::create_directories(folder / "groups/cpu/a");
+    write("groups/memory/memory.limit_in_bytes", "9223372036854771712\n");
+    write("groups/memory/a/memory.limit_in_bytes", "1000000\n");
+    write("groups/memory/a/memory.usage_in_bytes", "1000000\n");
+    write("groups/memory/a/memory.stat", "cache 5\ninactive_file 0\ntotal_inactive_file 10000\n");
+    write("groups/cpu/cpu.cfs_quota_us", "-1\n");
+    write("groups/cpu/cpu.cfs_period_us", "100000\n");
+    write("groups/cpu/a/cpu.cfs_quota_us", "50000\n");
+    write("groups/cpu/a/cpu.cfs_period_us", "100000\n");
+    auto const uncounted = sample();
+    BOOST_TEST(uncounted.memory_used == 99);
+    BOOST_TEST(uncounted.share_total == 0u); // nobody says what of it is used
+    write("groups/cpu/a/cpuacct.usage", "5000000000\n");
+    auto const looked = sample();
+    BOOST_TEST(looked.share_busy == 5'000'000u);
+    BOOST_TEST(looked.share_total > 0u);
 }
 
 BOOST_AUTO_TEST_CASE(of_several_graphics_processors_the_highest_figures_count)

@@ -6,12 +6,21 @@ using namespace webots_cloud::core;
 
 BOOST_AUTO_TEST_SUITE(cgroup_text)
 
-BOOST_AUTO_TEST_CASE(our_group_is_the_line_of_version_2)
+BOOST_AUTO_TEST_CASE(our_group_of_version_2_is_the_line_without_controllers)
 {
-    BOOST_TEST(unified_cgroup("0::/system.slice/x.service\n") == "/system.slice/x.service");
-    BOOST_TEST(unified_cgroup("2:cpu:/x\n0::/\n") == "/");
-    BOOST_TEST(unified_cgroup("2:cpu:/x\n") == "");
-    BOOST_TEST(unified_cgroup("") == "");
+    BOOST_TEST(own_cgroup("0::/system.slice/x.service\n") == "/system.slice/x.service");
+    BOOST_TEST(own_cgroup("2:cpu:/x\n0::/\n") == "/");
+    BOOST_TEST(own_cgroup("2:cpu:/x\n") == "");
+    BOOST_TEST(own_cgroup("") == "");
+}
+
+BOOST_AUTO_TEST_CASE(our_group_of_version_1_is_the_line_of_the_controller)
+{
+    constexpr auto* text = "4:memory:/a\n3:cpu,cpuacct:/b:c\n2:name=systemd:/d\n0::/e\n1\n";
+    BOOST_TEST(own_cgroup(text, "memory") == "/a");
+    BOOST_TEST(own_cgroup(text, "cpu") == "/b:c");
+    BOOST_TEST(own_cgroup(text, "cpuacct") == "/b:c");
+    BOOST_TEST(own_cgroup(text, "cpuset") == "");
 }
 
 BOOST_AUTO_TEST_CASE(a_limit_of_processors_is_quota_over_period)
