@@ -39,6 +39,10 @@ struct SimulationLauncherParams
     std::string display = ":0";
     /// Webots R2021b and older shall speak TLS themselves, with the certificate in their own folders.
     bool old_webots_tls = false;
+    /// What these are told of Janus, which shows their pictures as video: its address for browsers, and where it takes the
+    /// stream. Default: none.
+    std::string old_webots_multimedia_server;
+    std::string old_webots_multimedia_stream;
     /// Our own environment, of which simulators get what they need.
     std::vector<std::pair<std::string, std::string>> environment;
 };

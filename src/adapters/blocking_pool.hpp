@@ -14,8 +14,10 @@
 #include <boost/asio/use_awaitable.hpp>
 
 #include <atomic>
+#include <condition_variable>
 #include <cstddef>
 #include <memory>
+#include <mutex>
 #include <type_traits>
 #include <utility>
 
@@ -68,7 +70,63 @@ public:
         co_return outcome;
     }
 
+    /// For work on one of the pool's threads: does `work` there and, at the same time, on each of `helpers` other threads that
+    /// comes free before it is done. Returns when nobody works on it any more.   Precondition: `work` shares itself out.
+    template<class Work>
+    void share(std::size_t helpers, Work const& work)
+    {
+        auto const shared = std::make_shared<Shared>();
+        for (std::size_t i = 0; i < helpers; ++i)
+            boost::asio::post(threads_, [shared, &work, priority = priority_] {
+                take(priority);
+                if (!shared->enter())
+                    return; // too late: `work` may be gone
+                work();
+                shared->leave();
+            });
+        work();
+        shared->close();
+    }
+
 private:
+    static void take(Priority priority)
+    {
+        if (priority == Priority::background)
+            step_back();
+    }
+
+    /// Who helps with shared work.
+    class Shared
+    {
+    public:
+        bool enter()
+        {
+            std::lock_guard const lock(mutex_);
+            helping_ += closed_ ? 0 : 1;
+            return !closed_;
+        }
+
+        void leave()
+        {
+            std::lock_guard const lock(mutex_);
+            --helping_;
+            left_.notify_all();
+        }
+
+        void close()
+        {
+            std::unique_lock lock(mutex_);
+            closed_ = true;
+            left_.wait(lock, [this] { return helping_ == 0; });
+        }
+
+    private:
+        std::mutex mutex_;
+        std::condition_variable left_;
+        std::size_t helping_ = 0;
+        bool closed_ = false;
+    };
+
     struct SetFlag
     {
         void operator()(boost::asio::cancellation_type) const { *flag = true; }
@@ -93,8 +151,7 @@ private:
             auto home = boost::asio::prefer(home_, boost::asio::execution::outstanding_work.tracked);
             boost::asio::post(threads_, [work = std::move(work_), priority = priority_, home,
                                          handler = std::move(handler)]() mutable {
-                if (priority == Priority::background)
-                    step_back();
+                take(priority);
                 auto outcome = work();
                 boost::asio::post(home,
                                   [handler = std::move(handler), outcome = std::move(outcome)]() mutable {

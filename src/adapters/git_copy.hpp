@@ -1,6 +1,7 @@
 // Copies files and whole folders of the cache.
 #pragma once
 
+#include "blocking_pool.hpp"
 #include "git_index.hpp"
 
 #include <webots_cloud/error.hpp>
@@ -25,10 +26,11 @@ enum class GitCopyWay
 result<> copy_file(int from, char const* from_name, int to, char const* to_name, std::uint64_t size,
                    mode_t mode, GitCopyWay way = GitCopyWay::copy);
 
-/// Copies everything that the index names from the open folder `from` into the open, empty folder `to`.
+/// Copies everything that the index names from the open folder `from` into the open, empty folder `to`. Runs
+/// on a thread of `pool`; others that are free help.
 ///
 /// Errors: as `copy_file`; `operation_aborted` soon after `aborted` becomes true.
-result<> copy_folder(GitIndex const& index, int from, int to, GitCopyWay way,
+result<> copy_folder(GitIndex const& index, int from, int to, GitCopyWay way, BlockingPool& pool,
                      std::atomic<bool> const& aborted);
 
 } // namespace webots_cloud::adapters

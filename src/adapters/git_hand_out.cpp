@@ -70,7 +70,8 @@ std::string_view GitHandOut::describe() const noexcept
 }
 
 result<fs::path> GitHandOut::give(GitSnapshot const& snapshot, fs::path const& directory,
-                                  std::string const& repository, std::atomic<bool> const& aborted) const
+                                  std::string const& repository, BlockingPool& pool,
+                                  std::atomic<bool> const& aborted) const
 {
     auto const inner =
         snapshot.target.folder.empty() ? repository : concat(repository, "/", snapshot.target.folder);
@@ -84,7 +85,7 @@ result<fs::path> GitHandOut::give(GitSnapshot const& snapshot, fs::path const& d
     // The name begins with a dot, as no repository's does.
     if (overlay_ && mount_overlay(source->get(), directory / ".overlay", target->get()))
         return root;
-    auto const copied = copy_folder(snapshot.index, source->get(), target->get(), way_, aborted);
+    auto const copied = copy_folder(snapshot.index, source->get(), target->get(), way_, pool, aborted);
     if (!copied)
         return copied.error();
     return root;

@@ -27,12 +27,14 @@ public:
     /// The way, in words.
     std::string_view describe() const noexcept;
 
-    /// Makes `directory` (which does not exist) and in it `<repository>[/<folder>]` with the files of the
-    /// snapshot, which must stay in the cache until the project is removed. Returns the project's root.
+    /// On a thread of `pool`: makes `directory` (which does not exist) and in it `<repository>[/<folder>]`
+    /// with the files of the snapshot, which must stay in the cache until the project is removed. Returns the
+    /// project's root.
     ///
     /// Errors: `invalid_url`, `unavailable`, `protocol_error` (the cache is damaged), `operation_aborted`.
     result<std::filesystem::path> give(GitSnapshot const& snapshot, std::filesystem::path const& directory,
-                              std::string const& repository, std::atomic<bool> const& aborted) const;
+                                       std::string const& repository, BlockingPool& pool,
+                                       std::atomic<bool> const& aborted) const;
 
 private:
     bool overlay_ = false;

@@ -23,18 +23,21 @@ namespace {
 
 namespace asio = boost::asio;
 namespace fs = std::filesystem;
+using adapters::BlockingPool;
 using adapters::GitSnapshotPtr;
 using core::concat;
 
 constexpr std::size_t downloads = 8; // threads that mostly wait for the network
-constexpr std::size_t copies = 2;    // threads that keep a disk busy
+constexpr std::size_t copies = 4;    // threads that keep a disk busy, together on one project if need be
+constexpr std::size_t cleaners = 2;  // others, so that no start waits for what somebody has left
 
 class GitSource final : public ProjectSource
 {
 public:
     GitSource(asio::any_io_executor executor, GitSourceParams params, Logger log)
         : params_(std::move(params)), log_(std::move(log)), cache_(params_.cache, params_.cache_bytes),
-          hand_out_(cache_.folder(), params_.instances), pool_(copies, adapters::BlockingPool::Priority::background),
+          hand_out_(cache_.folder(), params_.instances), pool_(copies, BlockingPool::Priority::background),
+          cleaning_(cleaners, BlockingPool::Priority::background),
           flights_(std::move(executor), downloads)
     {
         if (cache_.usable())
@@ -72,7 +75,7 @@ public:
     asio::awaitable<result<>> discard(fs::path directory) override
     {
         auto work = [directory] { return adapters::remove_tree(directory); };
-        auto const removed = co_await pool_.run(std::move(work));
+        auto const removed = co_await cleaning_.run(std::move(work));
         in_use_.erase(directory.string());
         co_return removed;
     }
@@ -106,9 +109,9 @@ private:
     }
 
     result<FetchedProject> make_project(FetchOrder const& order, adapters::GitSnapshot const& snapshot,
-                              std::atomic<bool> const& aborted) const
+                                        std::atomic<bool> const& aborted)
     {
-        auto root = hand_out_.give(snapshot, order.directory, order.project.repository, aborted);
+        auto root = hand_out_.give(snapshot, order.directory, order.project.repository, pool_, aborted);
         if (!root)
             return root.error();
         auto header = adapters::read_world_header(*root, order.project.world);
@@ -129,8 +132,10 @@ private:
     adapters::GitServers servers_;
     adapters::GitCache cache_;
     adapters::GitHandOut hand_out_;
-    std::unordered_map<std::string, GitSnapshotPtr> in_use_; ///< By directory: what must not leave the cache, be it mounted or wanted again.
-    adapters::BlockingPool pool_; // the last two end their threads before anything that these use goes
+    /// By directory: what must not leave the cache, be it mounted or wanted again.
+    std::unordered_map<std::string, GitSnapshotPtr> in_use_;
+    BlockingPool pool_; // the last three end their threads before anything that these use goes
+    BlockingPool cleaning_;
     adapters::GitFlights flights_;
 };
 

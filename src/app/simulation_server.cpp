@@ -101,6 +101,8 @@ SimulationLauncherParams launcher_params(SimulationConfig const& config, fs::pat
     params.timeout = config.timeout;
     params.start_timeout = config.start_timeout;
     params.old_webots_tls = !config.network.ssl_certificate.empty() && !config.port_rewrite;
+    params.old_webots_multimedia_server = config.multimedia_server;
+    params.old_webots_multimedia_stream = config.multimedia_stream;
     params.environment = current_environment();
     if (auto const display = environment("DISPLAY"); !display.empty())
         params.display = display;

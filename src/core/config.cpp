@@ -164,6 +164,18 @@ void read_forges(ConfigReader& reader, std::filesystem::path const& folder, std:
     }
 }
 
+/// Both end up in one option of Webots, which takes them apart again.
+void read_multimedia(ConfigReader& reader, SimulationConfig& config)
+{
+    reader.read("multimediaServer", config.multimedia_server);
+    reader.read("multimediaStream", config.multimedia_stream);
+    constexpr auto* separators = " \t\";";
+    if (config.multimedia_server.find_first_of(separators) != std::string::npos)
+        reader.refuse("multimediaServer", "an address without spaces, quotes and semicolons");
+    if (config.multimedia_stream.find_first_of(separators) != std::string::npos)
+        reader.refuse("multimediaStream", "an address without spaces, quotes and semicolons");
+}
+
 } // namespace
 
 result<Configured<SessionConfig>> parse_session_config(std::string_view text, std::filesystem::path const& origin)
@@ -239,7 +251,8 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     config.simulation_log_keep = std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::ratio<86400>>(days));
     reader->read("projectsDir", config.projects_dir);
     reader->read("keyDir", config.key_dir);
-    reader->ignore({"multimediaServer", "multimediaStream", "publicPort", "persistantDockerImages"});
+    read_multimedia(*reader, config);
+    reader->ignore({"publicPort", "persistantDockerImages"});
     if (reader->failure())
         return *reader->failure();
     configured.warnings = reader->unknown_keys();

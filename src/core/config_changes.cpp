@@ -63,6 +63,8 @@ std::vector<std::string_view> keys_for_restart(SimulationConfig const& running, 
     changes.compare("reconnectGrace", running.reconnect_grace, next.reconnect_grace);
     changes.compare("projectsDir", running.projects_dir, next.projects_dir);
     changes.compare("keyDir", running.key_dir, next.key_dir);
+    changes.compare("multimediaServer", running.multimedia_server, next.multimedia_server);
+    changes.compare("multimediaStream", running.multimedia_stream, next.multimedia_stream);
     changes.compare("simulationLogDays", running.simulation_log_keep, next.simulation_log_keep);
     changes.compare("monitorLogEnabled", running.monitor_log, next.monitor_log);
     changes.compare("loadFormula", running.strict_load, next.strict_load);

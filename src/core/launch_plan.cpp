@@ -70,8 +70,13 @@ std::vector<std::string> webots_command(std::filesystem::path const& webots, std
 std::vector<std::string> old_webots_command(std::filesystem::path const& webots, OldStream const& stream, std::uint16_t port,
                                             std::filesystem::path const& world)
 {
+    auto const named = [](std::string_view name, std::string const& value) {
+        return value.empty() ? std::string() : concat(";", name, "=", value);
+    };
     auto const options = concat("--stream=\"port=", std::to_string(port), ";monitorActivity",
-                                stream.controller_edit ? ";controllerEdit" : "", stream.ssl ? ";ssl" : "", "\"");
+                                stream.controller_edit ? ";controllerEdit" : "",
+                                named("multimediaServer", stream.multimedia_server),
+                                named("multimediaStream", stream.multimedia_stream), stream.ssl ? ";ssl" : "", "\"");
     return {webots.string(), "--batch", "--mode=pause", "--minimize", "--no-rendering", options, world.string()};
 }
 

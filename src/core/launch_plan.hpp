@@ -37,6 +37,8 @@ struct OldStream
     OldStream() = default;
 
     bool controller_edit = false; ///< The browser may edit controllers.
+    std::string multimedia_server; ///< Where browsers find the video; empty: there is none.
+    std::string multimedia_stream; ///< Where Webots sends it.
     bool ssl = false;             ///< Webots speaks TLS itself, with a certificate of its own.
 
     bool operator==(OldStream const&) const = default;

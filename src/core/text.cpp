@@ -45,17 +45,6 @@ std::size_t utf8_length(std::string_view text) noexcept
     return 0;
 }
 
-int hex_digit(char c) noexcept
-{
-    if (c >= '0' && c <= '9')
-        return c - '0';
-    if (c >= 'a' && c <= 'f')
-        return c - 'a' + 10;
-    if (c >= 'A' && c <= 'F')
-        return c - 'A' + 10;
-    return -1;
-}
-
 std::size_t edit_distance(std::string_view left, std::string_view right)
 {
     std::vector<std::size_t> row(right.size() + 1);
@@ -180,6 +169,17 @@ std::string python_float(double value)
     if (plain && std::isfinite(value) && text.find('.') == std::string::npos)
         text += ".0";
     return text;
+}
+
+int hex_digit(char c) noexcept
+{
+    if (c >= '0' && c <= '9')
+        return c - '0';
+    if (c >= 'a' && c <= 'f')
+        return c - 'a' + 10;
+    if (c >= 'A' && c <= 'F')
+        return c - 'A' + 10;
+    return -1;
 }
 
 bool percent_decode(std::string_view text, std::string& decoded)

@@ -38,6 +38,9 @@ bool is_utf8(std::string_view text) noexcept;
 /// A number as Python prints a float: the shortest digits that read back the same, `7.875`, `0.0`, `1e+16`.
 std::string python_float(double value);
 
+/// The value of a hexadecimal digit; -1 for anything else.
+int hex_digit(char c) noexcept;
+
 /// `text` with each `%XX` replaced by its byte, or nothing when an escape is malformed.
 bool percent_decode(std::string_view text, std::string& decoded);
 

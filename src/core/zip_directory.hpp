@@ -9,8 +9,9 @@
 
 namespace webots_cloud::core {
 
-/// How many bytes at the end of a zip file hold what `check_zip_directory` looks for, a comment included.
-inline constexpr std::size_t zip_tail = 22 + 65535;
+/// How many bytes at the end of a zip file hold what `check_zip_directory` looks for, a comment and the
+/// records of zip64 included.
+inline constexpr std::size_t zip_tail = 56 + 20 + 22 + 65535;
 
 /// Makes sure that the list of entries is one that a reader can take into memory: a reader takes all of it
 /// before it hands out the first entry.

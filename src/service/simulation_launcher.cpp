@@ -61,6 +61,8 @@ ProcessSpec SimulationLauncher::Impl::process_for(LaunchSpec const& spec, std::u
         core::OldStream stream;
         stream.controller_edit = spec.controller_edit;
         stream.ssl = params.old_webots_tls;
+        stream.multimedia_server = params.old_webots_multimedia_server;
+        stream.multimedia_stream = params.old_webots_multimedia_stream;
         process.argv = core::old_webots_command(params.webots, stream, port, spec.world);
         process.environment.emplace_back(core::old_webots_sandbox);
     } else {

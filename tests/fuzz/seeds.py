@@ -2,9 +2,14 @@
 
 import hashlib
 import io
+import os
 import struct
+import sys
 import zipfile
 import zlib
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+from support.archives import zip64_of  # noqa: E402
 
 ID = b"0123456789abcdef0123456789abcdef01234567"
 
@@ -86,6 +91,7 @@ def archive():
     yield archive_of([("a", b"x"), ("a/b", b"x")])
     yield archive_of([("lzma", b"x" * 100)], zipfile.ZIP_LZMA)
     yield archive_of([("bzip2", b"x" * 100)], zipfile.ZIP_BZIP2)
+    yield zip64_of({"worlds/a.wbt": "#VRML_SIM R2021b utf8\n"})
 
 
 def http_request():

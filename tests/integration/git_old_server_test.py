@@ -8,11 +8,10 @@ import subprocess
 import sys
 import threading
 import time
-import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
-from support.git_probe import HEADER, WORLD, Probe, require_probe, tree  # noqa: E402
-from support.git_server import GitServer, require_git_server  # noqa: E402
+from support.git_case import GitCase, main  # noqa: E402
+from support.git_probe import HEADER, WORLD, tree  # noqa: E402
 
 FILES = {
     "README.md": "# top\n",
@@ -29,22 +28,11 @@ ARM = "owner/robots/blob/main/projects/arm/worlds/arm.wbt"
 QUESTION = "/info/refs?service=git-upload-pack"
 
 
-class OldServerCase(unittest.TestCase):
-    """A server that answers in version 0, and a cache of its own for each case."""
-
-    def serve(self, **options):
-        server = GitServer(version2=False, **options)
-        self.addCleanup(server.close)
-        server.start()
-        return server
+class OldServerCase(GitCase):
+    """A server that answers in version 0."""
 
     def setUp(self):
-        self.server = self.serve()
-        self.probe = Probe(self.server.url)
-        self.addCleanup(self.probe.close)
-
-    def left_in_cache(self):
-        return os.listdir(os.path.join(self.probe.cache, "incoming"))
+        self.serve(version2=False)
 
     def asked(self):
         return [(method, address) for method, address, *_ in self.server.requests()]
@@ -182,13 +170,7 @@ class OldServerTest(OldServerCase):
         self.assertEqual(set(tree(answer["root"])), {"worlds", "worlds/a.wbt"})
 
     def test_a_full_disk_is_said(self):
-        if os.geteuid() != 0:
-            self.skipTest("only root can mount a small disk")
-        disk = os.path.join(self.probe.folder, "disk")
-        os.mkdir(disk)
-        if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=2m", "tmpfs", disk], stderr=subprocess.DEVNULL).returncode != 0:
-            self.skipTest("this machine allows no mounts")
-        self.addCleanup(subprocess.run, ["umount", "-l", disk])
+        disk = self.small_disk()
         self.probe.cache = os.path.join(disk, "cache")
         self.server.add_repository("owner", "large", {"worlds/a.wbt": WORLD, "big": os.urandom(4_000_000)})
         answer = self.probe.fetch("owner/large/blob/main/worlds/a.wbt")
@@ -204,10 +186,8 @@ class OldServerThatHandsOutAnyCommitTest(OldServerTest):
 
 class SlowOldServerTest(OldServerCase):
     def setUp(self):
-        self.server = self.serve(bytes_per_second=100_000)
-        self.server.add_repository("owner", "robots", {"worlds/top.wbt": WORLD, "big.bin": os.urandom(2_000_000)})
-        self.probe = Probe(self.server.url)
-        self.addCleanup(self.probe.close)
+        self.serve(version2=False, bytes_per_second=100_000).add_repository(
+            "owner", "robots", {"worlds/top.wbt": WORLD, "big.bin": os.urandom(2_000_000)})
 
     def test_a_cancelled_fetch_ends_soon_and_leaves_nothing(self):
         start = time.monotonic()
@@ -264,7 +244,7 @@ class Servant(http.server.BaseHTTPRequestHandler):
         self.wfile.write(body)
 
 
-class StrangeOldServerTest(unittest.TestCase):
+class StrangeOldServerTest(GitCase):
     def setUp(self):
         self.http = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Servant)
         self.http.handle_error = lambda *_: None  # connections that we cut are what is tested
@@ -275,15 +255,14 @@ class StrangeOldServerTest(unittest.TestCase):
         self.addCleanup(self.http.server_close)
         self.addCleanup(self.http.shutdown)
         self.addCleanup(self.http.over.set)
-        self.probe = Probe(f"http://127.0.0.1:{self.http.server_port}")
-        self.addCleanup(self.probe.close)
+        self.fetch_from(f"http://127.0.0.1:{self.http.server_port}")
 
     def error(self, *options, **script):
         for name, value in script.items():
             setattr(self.http, name, value)
         answer = self.probe.fetch("evil/r/blob/main/worlds/a.wbt", *options)
         self.assertIn("error", answer)
-        self.assertEqual(os.listdir(os.path.join(self.probe.cache, "incoming")), [])
+        self.assertEqual(self.left_in_cache(), [])
         return answer["error"]
 
     def test_a_silent_server_is_given_up(self):
@@ -331,10 +310,4 @@ class StrangeOldServerTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    try:
-        require_git_server()
-        require_probe()
-    except unittest.SkipTest as missing:
-        print(f"skipped: {missing}")
-        sys.exit(77)
-    unittest.main(verbosity=2)
+    main()

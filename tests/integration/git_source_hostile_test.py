@@ -7,21 +7,20 @@ import http.server
 import os
 import socket
 import struct
-import subprocess
 import sys
 import threading
-import unittest
 import zlib
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
-from support.git_probe import HEADER, WORLD, Probe, require_probe, tree  # noqa: E402
-from support.git_server import GitServer, require_git_server  # noqa: E402
+from support.git_case import GitCase, main  # noqa: E402
+from support.git_probe import HEADER, WORLD, tree  # noqa: E402
+from support.git_server import GitServer  # noqa: E402
 
 WORLDS = "worlds/a.wbt"
 FORBIDDEN = "The project has a file with a forbidden name: "
 
 
-class HostileRepositoryTest(unittest.TestCase):
+class HostileRepositoryTest(GitCase):
     @classmethod
     def setUpClass(cls):
         cls.server = GitServer()
@@ -30,8 +29,7 @@ class HostileRepositoryTest(unittest.TestCase):
         cls.number = 0
 
     def setUp(self):
-        self.probe = Probe(self.server.url)
-        self.addCleanup(self.probe.close)
+        self.fetch_from(self.server.url)
 
     def repository(self, files=None):
         HostileRepositoryTest.number += 1
@@ -137,19 +135,12 @@ class HostileRepositoryTest(unittest.TestCase):
         self.assertIn("larger than", self.fetch(name, "--bytes", "20000000")["error"])
 
     def test_a_full_disk_is_said_and_the_next_start_works(self):
-        if os.geteuid() != 0:
-            self.skipTest("only root can mount a small disk")
-        disk = os.path.join(self.probe.folder, "disk")
-        os.mkdir(disk)
-        mount = ["mount", "-t", "tmpfs", "-o", "size=2m", "tmpfs", disk]
-        if subprocess.run(mount, stderr=subprocess.DEVNULL).returncode != 0:
-            self.skipTest("this machine allows no mounts")
-        self.addCleanup(subprocess.run, ["umount", "-l", disk])
+        disk = self.small_disk()
         self.probe.cache = os.path.join(disk, "cache")
         name, path = self.repository({WORLDS: WORLD, "big": os.urandom(4_000_000)})
         answer = self.probe.fetch(f"evil/{name}/blob/main/{WORLDS}")
         self.assertIn("No space left on device", answer["error"])
-        self.assertEqual(os.listdir(os.path.join(self.probe.cache, "incoming")), [])
+        self.assertEqual(self.left_in_cache(), [])
         self.server.commit(path, {WORLDS: WORLD})
         answer = self.probe.fetch(f"evil/{name}/blob/main/{WORLDS}")
         self.assertEqual(answer.get("header"), HEADER, answer)
@@ -218,7 +209,7 @@ class Servant(http.server.BaseHTTPRequestHandler):
         self.wfile.write(body)
 
 
-class HostileServerTest(unittest.TestCase):
+class HostileServerTest(GitCase):
     def setUp(self):
         self.http = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Servant)
         self.http.handle_error = lambda *_: None  # connections that we cut are what is tested
@@ -229,8 +220,7 @@ class HostileServerTest(unittest.TestCase):
         thread.start()
         self.addCleanup(self.http.server_close)
         self.addCleanup(self.http.shutdown)
-        self.probe = Probe(f"http://127.0.0.1:{self.http.server_port}")
-        self.addCleanup(self.probe.close)
+        self.fetch_from(f"http://127.0.0.1:{self.http.server_port}")
 
     def error(self, *options, **script):
         self.http.script = {"refs": REFS, **script}
@@ -327,10 +317,4 @@ class HostileServerTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    try:
-        require_git_server()
-        require_probe()
-    except unittest.SkipTest as missing:
-        print(f"skipped: {missing}")
-        sys.exit(77)
-    unittest.main(verbosity=2)
+    main()

@@ -18,11 +18,14 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/steady_timer.hpp>
 
+#include <time.h>
+
 #include <algorithm>
 #include <chrono>
 #include <deque>
 #include <iostream>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -108,6 +111,14 @@ double milliseconds(SteadyClock::duration time)
     return std::chrono::duration<double, std::milli>(time).count();
 }
 
+/// Of this thread.
+SteadyClock::duration processor_time()
+{
+    timespec time;
+    ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+    return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
+}
+
 class Probe
 {
 public:
@@ -150,10 +161,12 @@ public:
         co_await timer.async_wait(asio::use_awaitable);
     }
 
-    /// Measures how long the event loop is busy with one thing.
+    /// Measures how long the event loop does not come back, and how much of that it worked.
     void beat(SteadyClock::time_point expected)
     {
         longest_pause_ = std::max(longest_pause_, SteadyClock::now() - expected);
+        auto const worked = processor_time();
+        longest_work_ = std::max(longest_work_, worked - std::exchange(worked_, worked));
         if (running == 0)
             return;
         auto const due = SteadyClock::now() + std::chrono::milliseconds(1);
@@ -162,6 +175,7 @@ public:
     }
 
     double longest_pause() const { return milliseconds(longest_pause_); }
+    double longest_work() const { return milliseconds(longest_work_); }
 
     int running = 0;
 
@@ -190,7 +204,9 @@ private:
     Options options_;
     asio::steady_timer pulse_;
     SteadyClock::duration longest_pause_{};
+    SteadyClock::duration longest_work_{};
     std::unique_ptr<ProjectSource> source_;
+    SteadyClock::duration worked_ = processor_time(); ///< Until now; making the source does not count.
 };
 
 } // namespace
@@ -227,5 +243,6 @@ int main(int argc, char** argv)
     }
     probe.beat(SteadyClock::now());
     context.run();
-    std::cout << "{\"longest_pause_ms\": " << probe.longest_pause() << "}\n";
+    std::cout << "{\"longest_pause_ms\": " << probe.longest_pause()
+              << ", \"longest_work_ms\": " << probe.longest_work() << "}\n";
 }

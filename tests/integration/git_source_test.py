@@ -7,11 +7,12 @@ import signal
 import subprocess
 import sys
 import time
-import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
-from support.git_probe import HEADER, WORLD, Probe, require_probe, tree  # noqa: E402
-from support.git_server import GitServer, require_git_server  # noqa: E402
+from support.git_case import GitCase, main  # noqa: E402
+from support.git_probe import HEADER, WORLD, Probe, tree  # noqa: E402
+from support.git_server import GitServer  # noqa: E402
+from support.proxy import Proxy  # noqa: E402
 
 FILES = {
     "README.md": "# top\n",
@@ -28,7 +29,7 @@ FILES = {
 ARM = {path[len("projects/arm/"):]: value for path, value in FILES.items() if path.startswith("projects/arm/")}
 
 
-class GitSourceTest(unittest.TestCase):
+class GitSourceTest(GitCase):
     """One server for all cases; each has a cache of its own."""
 
     partial = True
@@ -44,11 +45,7 @@ class GitSourceTest(unittest.TestCase):
             tags={"v1.0": {"worlds/old.wbt": WORLD}})
 
     def setUp(self):
-        self.probe = Probe(self.server.url)
-        self.addCleanup(self.probe.close)
-
-    def requests(self, since=0):
-        return [request[:3] for request in self.server.requests()[since:]]
+        self.fetch_from(self.server.url)
 
     def check_arm(self, answer):
         self.assertNotIn("error", answer)
@@ -143,9 +140,6 @@ class GitSourceTest(unittest.TestCase):
         self.assertNotIn("root", self.probe.fetch(world, "--bytes", "100000"))
         self.assertEqual(self.left_in_cache(), [])
 
-    def left_in_cache(self):
-        return os.listdir(os.path.join(self.probe.cache, "incoming"))
-
     def snapshots(self):
         repositories = os.path.join(self.probe.cache, "repositories")
         return [os.path.join(repositories, repository, name) for repository in os.listdir(repositories)
@@ -184,13 +178,9 @@ class GitSourceWithoutFiltersTest(GitSourceTest):
     partial = False
 
 
-class GitSourceUpdatesTest(unittest.TestCase):
+class GitSourceUpdatesTest(GitCase):
     def setUp(self):
-        self.server = GitServer()
-        self.addCleanup(self.server.close)
-        self.server.start()
-        self.probe = Probe(self.server.url)
-        self.addCleanup(self.probe.close)
+        self.serve()
         self.files = {"worlds/a.wbt": WORLD, "big.bin": os.urandom(500_000), "tool.sh": ("100755", "exit\n")}
         self.path = self.server.add_repository("owner", "robots", self.files)
         self.world = "owner/robots/blob/main/worlds/a.wbt"
@@ -198,11 +188,7 @@ class GitSourceUpdatesTest(unittest.TestCase):
     def slow_down(self, bytes_per_second):
         """The same repository on a slow server."""
         self.server.close()
-        self.server = GitServer(bytes_per_second=bytes_per_second)
-        self.addCleanup(self.server.close)
-        self.server.start()
-        self.server.add_repository("owner", "robots", self.files)
-        self.probe.forge = self.server.url
+        self.serve(bytes_per_second=bytes_per_second).add_repository("owner", "robots", self.files)
 
     def test_after_a_push_only_what_changed_is_fetched(self):
         first = self.probe.fetch(self.world)
@@ -246,7 +232,7 @@ class GitSourceUpdatesTest(unittest.TestCase):
         self.assertEqual(answer["code"], "Operation canceled")
         self.assertLess(answer["ms"], 4_000)
         self.assertLess(time.monotonic() - start, 4.5, "the transfer of five seconds was waited for")
-        self.assertEqual(os.listdir(os.path.join(self.probe.cache, "incoming")), [])
+        self.assertEqual(self.left_in_cache(), [])
 
     def test_a_server_that_is_too_slow_is_given_up(self):
         self.slow_down(20_000)
@@ -256,26 +242,55 @@ class GitSourceUpdatesTest(unittest.TestCase):
 
     def test_servers_that_only_serve_files_are_refused(self):
         self.server.stop()
-        dumb = GitServer(smart=False)
-        self.addCleanup(dumb.close)
-        dumb.start()
-        dumb.add_repository("owner", "robots", self.files)
-        self.probe.forge = dumb.url
+        self.serve(smart=False).add_repository("owner", "robots", self.files)
         self.assertIn("smart protocol", self.probe.fetch(self.world)["error"])
 
 
-class HandOutTest(unittest.TestCase):
+class RoundTripsTest(GitCase):
+    """How often a start waits for a server that is far away, counted between the two."""
+
+    def setUp(self):
+        self.path = self.serve().add_repository("owner", "robots", FILES)
+        proxy = self.enterContext(Proxy(self.server.port))
+        self.fetch_from(f"http://127.0.0.1:{proxy.port}")
+        self.proxy = proxy
+
+    def turns(self, *worlds):
+        """Of starts in one process, one after the other; and the connections that these took."""
+        turns, connections = self.proxy.turns, self.proxy.connections
+        for answer in self.probe.fetch_all(worlds):
+            self.assertEqual(answer.get("header"), HEADER, answer)
+        return self.proxy.turns - turns, self.proxy.connections - connections
+
+    def test_a_cold_start_of_a_repository_takes_two_and_a_warm_one_takes_one(self):
+        world = "owner/robots/blob/main/worlds/top.wbt"
+        self.assertEqual(self.turns(world), (2, 1))
+        self.assertEqual(self.turns(world), (1, 1))
+        self.assertEqual(self.turns(world, world, world), (3, 1), "the connection is kept")
+
+    def test_a_cold_start_of_a_folder_takes_three_and_a_warm_one_takes_one(self):
+        world = "owner/robots/blob/main/projects/arm/worlds/arm.wbt"
+        self.assertEqual(self.turns(world), (3, 1))
+        self.assertEqual(self.turns(world), (1, 1))
+
+    def test_a_start_after_a_push_takes_three(self):
+        world = "owner/robots/blob/main/worlds/top.wbt"
+        self.turns(world)
+        self.server.commit(self.path, dict(FILES, **{"README.md": "# new\n"}))
+        self.assertEqual(self.turns(world), (3, 1))
+
+    def test_a_commit_that_is_known_takes_none(self):
+        commit = self.probe.fetch("owner/robots/blob/main/worlds/top.wbt")["revision"]
+        self.assertEqual(self.turns(f"owner/robots/blob/{commit}/worlds/top.wbt"), (0, 0))
+
+
+class HandOutTest(GitCase):
     """The ways that this machine allows."""
 
     WORLD = "owner/robots/blob/main/projects/arm/worlds/arm.wbt"
 
     def setUp(self):
-        server = GitServer()
-        self.addCleanup(server.close)
-        server.start()
-        server.add_repository("owner", "robots", FILES)
-        self.probe = Probe(server.url)
-        self.addCleanup(self.probe.close)
+        self.serve().add_repository("owner", "robots", FILES)
 
     def test_an_overlay_takes_writes_and_is_gone_after_discarding(self):
         probe = self.probe
@@ -304,6 +319,33 @@ class HandOutTest(unittest.TestCase):
             attributes = subprocess.run(["lsattr", "-d", folder], stdout=subprocess.PIPE, check=True).stdout.split()[0]
             self.assertIn(b"T", attributes, folder)
 
+    def test_reflinks_take_writes_where_the_file_system_has_them(self):
+        disk = self.xfs_disk()
+        self.probe.may_mount = False
+        self.probe.cache = os.path.join(disk, "cache")
+        self.probe.place = disk
+        for _ in range(2):
+            answer = self.probe.fetch(self.WORLD, "--fastest")
+            self.assertEqual(self.probe.way(), "reflinks")
+            self.assertEqual(tree(answer["root"])["worlds/arm.wbt"], WORLD.encode())
+            with open(os.path.join(answer["root"], "worlds/arm.wbt"), "r+") as file:
+                file.write("broken")
+
+    def test_a_full_disk_of_the_instances_is_said_and_does_not_harm_the_cache(self):
+        world = "owner/robots/blob/main/worlds/top.wbt"  # with a file of 300 kB
+        elsewhere = self.probe.place
+        self.probe.may_mount = False
+        self.probe.place = self.small_disk("200k")
+        answer = self.probe.fetch(world, "--fastest", "--discard")
+        self.assertEqual(answer.get("error"), "This server can't store the project: No space left on device")
+        self.assertEqual(os.listdir(self.probe.into), [])
+        self.assertEqual(self.probe.fetch(self.WORLD, "--fastest").get("header"), HEADER, "there was room for this one")
+        self.probe.place = elsewhere
+        before = len(self.requests())
+        answer = self.probe.fetch(world, "--fastest")
+        self.assertEqual(tree(answer["root"])["projects/leg/big.bin"], FILES["projects/leg/big.bin"])
+        self.assertEqual(len(self.requests(before)), 1, "it was fetched again")
+
     def test_who_may_not_mount_gets_the_same_files(self):
         self.probe.may_mount = False
         answer = self.probe.fetch(self.WORLD, "--fastest")
@@ -312,10 +354,4 @@ class HandOutTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    try:
-        require_git_server()
-        require_probe()
-    except unittest.SkipTest as missing:
-        print(f"skipped: {missing}")
-        sys.exit(77)
-    unittest.main(verbosity=2)
+    main()

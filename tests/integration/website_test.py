@@ -17,10 +17,12 @@ import warnings
 import zipfile
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
+from support.archives import zip64_of, zip_of  # noqa: E402
 from support.browser_client import Browser  # noqa: E402
+from support.nginx import reverse_proxy  # noqa: E402
 from support.projects import EXAMPLES  # noqa: E402
 from support.servers import SimulationServer, free_port, main, wait_until  # noqa: E402
-from support.website import Website, require_php, zip_of  # noqa: E402
+from support.website import Website, require_php  # noqa: E402
 
 import websockets  # noqa: E402, support.browser_client has made sure that it is there
 
@@ -151,6 +153,13 @@ class Starts(WebsiteTest):
                 self.assertEqual(self.mode(path) & 0o111, 0, path)
             self.assertNotIn(".download", os.listdir(self.instance()))
 
+    async def test_archives_in_large_numbers_are_taken_too(self):
+        self.website.set_archive(zip64_of({"worlds/arena.wbt": WORLD, "notes.txt": "large"}))
+        async with Page(self.simulation) as browser:
+            await browser.init(self.website.origin, USER)
+            await browser.hear("webots:")
+            self.assertEqual(self.read("notes.txt"), b"large")
+
     async def test_a_user_without_changes_gets_the_template(self):
         for user in ("0", "7"):  # "0" is logged in too
             before = len(self.website.requests())
@@ -177,6 +186,35 @@ class Starts(WebsiteTest):
             await browser.init(self.website.origin, USER)
             await asyncio.to_thread(wait_until, lambda: len(self.website.requests()) > before, "the website is not asked")
         self.simulation.wait_until_clean()
+
+
+class StartsBehindAProxy(WebsiteTest):
+    """As most websites are: nginx in front of PHP, and only nginx has an address that anybody knows."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.origin = cls.enterClassContext(reverse_proxy(cls.website.port))
+
+    async def start(self, user):
+        async with Page(self.simulation) as browser:
+            await browser.init(self.origin, user)
+            await browser.hear("webots:")
+            self.assertEqual(self.read("host.txt").decode(), self.origin)
+            return self.read("worlds/arena.wbt")
+
+    async def test_what_a_user_has_changed_arrives(self):
+        self.website.set_archive({"worlds/arena.wbt": WORLD, "noise.bin": os.urandom(300_000).hex()})
+        self.assertEqual((await self.start(USER)).decode(), WORLD)
+        self.assertEqual(self.website.requests()[-1]["user1Authentication"], "secret")
+
+    async def test_who_has_changed_nothing_gets_the_template(self):
+        self.assertNotEqual((await self.start(["7", *USER[1:]])).decode(), WORLD)
+
+    async def test_a_website_that_is_down_behind_its_proxy_is_told(self):
+        self.website.set_behaviour("http_response_code(503); exit;")
+        self.assertEqual(await self.fails(origin=self.origin),
+                         "Failed to download project: localhost answered with status 503.")
 
 
 class Refusals(WebsiteTest):

@@ -35,8 +35,10 @@ class Probe:
         self.folder = tempfile.mkdtemp(prefix="webots_cloud_probe_", dir=folder)
         self.cache = os.path.join(self.folder, "cache")
         self.log = ""
-        self.longest_pause_ms = 0.0
+        self.longest_pause_ms = 0.0  # of the event loop, whatever kept it: itself or other programs
+        self.longest_work_ms = 0.0  # of the event loop itself, in processor time
         self.may_mount = True
+        self.place = self.folder  # where runs put their projects
         self.into = ""  # the folder of the last run's projects
         self._runs = 0
 
@@ -46,7 +48,7 @@ class Probe:
     def command(self, worlds, *options):
         """The command line of a run."""
         self._runs += 1
-        self.into = os.path.join(self.folder, f"run{self._runs}")
+        self.into = os.path.join(self.place, f"run{self._runs}")
         os.mkdir(self.into)
         addresses = [world if "://" in world else f"{self.forge}/{world}" for world in worlds]
         command = [self.program, "--cache", self.cache, "--forge", self.forge, "--into", self.into, *options, *addresses]
@@ -66,6 +68,7 @@ class Probe:
             if "world" in answer:
                 answers[answer["world"]] = answer
             self.longest_pause_ms = answer.get("longest_pause_ms", self.longest_pause_ms)
+            self.longest_work_ms = answer.get("longest_work_ms", self.longest_work_ms)
             if "discard" in answer:
                 raise AssertionError(f"discard failed: {answer['discard']}")
         return [answers[i] for i in range(len(worlds))]

@@ -49,7 +49,9 @@ http {{
 """
 
 SMART = """
-        location / {{
+        location ~ ^(?<repository>/[^/]+/[^/]+)/ {{
+            # Not git's answer: fcgiwrap says 502 when the program that it starts ends before it was given the question.
+            if (!-d {repositories}$repository) {{ return 404; }}
             include /etc/nginx/fastcgi_params;
             fastcgi_param SCRIPT_FILENAME {backend};
             fastcgi_param GIT_PROJECT_ROOT {repositories};

@@ -1,6 +1,5 @@
 """A website in PHP's own server, as the websites that start simulations with `init` are made."""
 
-import io
 import json
 import os
 import shutil
@@ -9,8 +8,8 @@ import tempfile
 import unittest
 import urllib.error
 import urllib.request
-import zipfile
 
+from .archives import zip_of
 from .servers import PATIENCE, free_port, wait_until
 
 # The checks and answers of the script that Webots' users install (protocol section 5.3). The archive of a user is a file that
@@ -44,15 +43,6 @@ readfile($archive);
 def require_php():
     if not shutil.which("php"):
         raise SystemExit(print("skipped: PHP is not installed (package php-cli)") or 77)
-
-
-def zip_of(files):
-    """A zip file: contents by name; a name that ends with a slash is a folder."""
-    content = io.BytesIO()
-    with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, data in files.items():
-            archive.writestr(name, data)
-    return content.getvalue()
 
 
 class Website:

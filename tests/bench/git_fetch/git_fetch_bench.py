@@ -10,9 +10,7 @@ Markdown. FOLDER keeps the repositories for the next run.
 import argparse
 import json
 import os
-import queue
 import shutil
-import socket
 import statistics
 import subprocess
 import sys
@@ -25,6 +23,7 @@ sys.path.insert(0, os.path.join(HERE, "..", ".."))
 sys.path.insert(0, HERE)
 from support.git_probe import Probe
 from support.git_server import GitServer
+from support.proxy import Proxy
 from repositories import WANTED, make_all
 
 COPIES = 32
@@ -120,19 +119,19 @@ class Bench:
         return {row: tuple(statistics.median(column) for column in zip(*values)) for row, values in samples.items()}
 
     def crowd(self, name):
-        """32 starts at once of one project, and of 32: milliseconds until the last is ready, longest pause, requests."""
+        """32 starts at once of one project, and of 32: milliseconds until the last is ready, requests, pauses, longest work."""
         probe = self.probe()
         options = ("--together", "--discard", "--fastest")
         same, _, requests = self.sent(lambda: probe.fetch_all([self.world(name)] * COPIES, *options))
-        pause = probe.longest_pause_ms
+        pause, work = probe.longest_pause_ms, probe.longest_work_ms
         probe.close()
         probe = self.probe()
         idle = self.idle_process(3_000)
         different = probe.fetch_all([self.world(name, f"bench{copy}") for copy in range(COPIES)], *options)
-        pause = max(pause, probe.longest_pause_ms)
+        pause, work = max(pause, probe.longest_pause_ms), max(work, probe.longest_work_ms)
         probe.close()
         last = lambda answers: max(answer["ms"] for answer in answers)
-        return last(same), requests, last(different), pause, self.pause_of(idle)
+        return last(same), requests, last(different), pause, self.pause_of(idle), work
 
     def idle_process(self, milliseconds):
         """A process that does nothing but beat: its pauses are those of the machine."""
@@ -168,64 +167,12 @@ class Bench:
 
     def distant(self, name, latency=0.05):
         """Milliseconds cold and warm through a proxy that adds `latency` to each round trip."""
-        with DelayingProxy(self.server.port, latency) as proxy:
+        with Proxy(self.server.port, latency) as proxy:
             probe = Probe(f"http://127.0.0.1:{proxy.port}", self.folder)
             cold = probe.fetch(self.world(name), "--fastest", "--discard")["ms"]
             warm = self.warm(probe, name)
             probe.close()
         return cold, warm
-
-
-class DelayingProxy:
-    """Passes TCP connections on, each byte half of `latency` later in either direction."""
-
-    def __init__(self, target, latency):
-        self._target = target
-        self._delay = latency / 2
-        self._listener = socket.create_server(("127.0.0.1", 0))
-        self.port = self._listener.getsockname()[1]
-
-    def __enter__(self):
-        threading.Thread(target=self._accept, daemon=True).start()
-        return self
-
-    def __exit__(self, *_):
-        self._listener.close()
-
-    def _accept(self):
-        while True:
-            try:
-                near, _ = self._listener.accept()
-            except OSError:
-                return
-            far = socket.create_connection(("127.0.0.1", self._target))
-            for one, other in ((near, far), (far, near)):
-                one.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-                threading.Thread(target=self._pass_on, args=(one, other), daemon=True).start()
-
-    def _pass_on(self, source, target):
-        waiting = queue.SimpleQueue()
-
-        def deliver():
-            while True:
-                due, data = waiting.get()
-                time.sleep(max(0, due - time.monotonic()))
-                try:
-                    if not data:
-                        target.shutdown(socket.SHUT_WR)
-                        return
-                    target.sendall(data)
-                except OSError:
-                    return
-
-        threading.Thread(target=deliver, daemon=True).start()
-        data = True
-        while data:
-            try:
-                data = source.recv(1 << 18)
-            except OSError:
-                data = b""
-            waiting.put((time.monotonic() + self._delay, data))
 
 
 def main():
@@ -251,9 +198,10 @@ def main():
                 crowds = {name: (*bench.crowd(name), bench.two_at_a_time(name)) for name in tables}
                 for row, cell in ((f"{COPIES} starts of one project, the last is ready", lambda c: f"{c[0]:.0f} ms, {c[1]} requests"),
                                   (f"{COPIES} different projects, the last is ready", lambda c: f"{c[2]:.0f} ms"),
-                                  (f"git clone, {COPIES} different, two at a time", lambda c: f"{c[5]:.0f} ms"),
+                                  (f"git clone, {COPIES} different, two at a time", lambda c: f"{c[6]:.0f} ms"),
                                   ("longest pause of the event loop meanwhile", lambda c: f"{c[3]:.1f} ms"),
-                                  ("longest pause of an idle process meanwhile", lambda c: f"{c[4]:.1f} ms")):
+                                  ("longest pause of an idle process meanwhile", lambda c: f"{c[4]:.1f} ms"),
+                                  ("longest work of the event loop without a pause", lambda c: f"{c[5]:.1f} ms")):
                     print(f"| {row} |" + "".join(f" {cell(crowds[name])} |" for name in tables))
         finally:
             bench.close()

@@ -191,7 +191,8 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
         {R"("title":"t","description":"d")", [](auto const& c) { return c.title == "t" && c.description == "d"; }},
         {R"("persistantDockerImages":["r:t"])", [](auto const&) { return true; }},
         {R"("keyDir":"/k")", [](auto const&) { return true; }},
-        {R"("multimediaServer":"m","multimediaStream":"s")", [](auto const&) { return true; }},
+        {R"("multimediaServer":"m","multimediaStream":"s")",
+         [](auto const& c) { return c.multimedia_server == "m" && c.multimedia_stream == "s"; }},
         {R"("publicPort":80)", [](auto const&) { return true; }},
         // ours
         {R"("startTimeout":20)", [](auto const& c) { return c.start_timeout == std::chrono::seconds(20); }},
@@ -207,6 +208,13 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
         BOOST_TEST(configured->warnings.empty(), text);
         BOOST_TEST(arrived(configured->config), text);
     }
+}
+
+BOOST_AUTO_TEST_CASE(addresses_of_multimedia_hold_nothing_that_would_end_their_option)
+{
+    for (std::string const address : {"a b", "a;ssl", "a\\\"", "a\\t"})
+        for (std::string const key : {"multimediaServer", "multimediaStream"})
+            BOOST_TEST(parse_simulation_config("{\"" + key + "\":\"" + address + "\"}", "c.json").has_error(), address);
 }
 
 BOOST_AUTO_TEST_CASE(a_short_timeout_counts_as_two_hours_as_it_always_did)

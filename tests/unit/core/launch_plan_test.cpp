@@ -46,6 +46,17 @@ BOOST_AUTO_TEST_CASE(the_old_command_line_has_one_stream_option_in_literal_quote
                "--stream=\"port=2003;monitorActivity;controllerEdit;ssl\"");
 }
 
+BOOST_AUTO_TEST_CASE(the_old_command_line_names_the_multimedia_server_and_stream_of_the_operator)
+{
+    OldStream stream;
+    stream.multimedia_server = "https://video.org/janus";
+    stream.multimedia_stream = "video.org:8004";
+    stream.ssl = true;
+    BOOST_TEST(old_webots_command("/w/webots", stream, 2003, "/p/worlds/a.wbt")[5] ==
+               "--stream=\"port=2003;monitorActivity;multimediaServer=https://video.org/janus;"
+               "multimediaStream=video.org:8004;ssl\"");
+}
+
 BOOST_AUTO_TEST_CASE(the_scene_mode_has_the_name_that_this_generation_of_webots_knows)
 {
     auto const old = parse_world_header("#VRML_SIM R2023a utf8");

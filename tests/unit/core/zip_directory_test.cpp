@@ -23,6 +23,15 @@ std::string end_record(std::uint64_t entries, std::uint64_t length, std::uint64_
            number(offset, 4) + number(comment.size(), 2) + comment;
 }
 
+/// The records that zip64 puts in front of it; `at`: where they begin.
+std::string large_end_records(std::uint64_t entries, std::uint64_t length, std::uint64_t offset,
+                              std::uint64_t at)
+{
+    return "PK\6\6" + number(44, 8) + number(45, 2) + number(45, 2) + number(0, 8) + number(entries, 8) +
+           number(entries, 8) + number(length, 8) + number(offset, 8) + "PK\6\7" + number(0, 4) +
+           number(at, 8) + number(1, 4);
+}
+
 result<> check(std::string const& file, std::uint32_t most_entries = 100)
 {
     return check_zip_directory(file, file.size(), most_entries);
@@ -54,6 +63,35 @@ BOOST_AUTO_TEST_CASE(a_list_elsewhere_is_refused)
          {end_record(3, 200, 299), end_record(3, 200, 301), end_record(3, 0xFFFFFFFF, 0xFFFFFFFF)})
         BOOST_TEST(check(std::string(500, 'x') + end).error().message() ==
                    "Bad ZIP file: its list of files is not where it should be.");
+}
+
+BOOST_AUTO_TEST_CASE(ends_in_large_numbers_are_understood)
+{
+    std::string const list(500, 'x');
+    auto const large = large_end_records(3, 200, 300, 500);
+    BOOST_TEST(check(list + large + end_record(3, 200, 300)).has_value());
+    BOOST_TEST(check(list + large + end_record(0xFFFF, 0xFFFFFFFF, 0xFFFFFFFF)).has_value());
+    auto const beyond = std::uint64_t{5} << 30;
+    auto const tail = large_end_records(3, 200, beyond - 200, beyond) + end_record(3, 200, 0xFFFFFFFF);
+    BOOST_TEST(check_zip_directory(tail, beyond + tail.size(), 100).has_value());
+    BOOST_TEST((check(list + large_end_records(101, 200, 300, 500) + end_record(0xFFFF, 200, 300)).error() ==
+                errc::too_large));
+}
+
+BOOST_AUTO_TEST_CASE(two_ends_that_do_not_agree_are_refused)
+{
+    std::string const list(500, 'x');
+    auto const large = large_end_records(3, 200, 300, 500);
+    for (auto const& end : {end_record(4, 200, 300), end_record(3, 201, 300), end_record(3, 200, 299)})
+        BOOST_TEST(check(list + large + end).error().message() ==
+                   "Bad ZIP file: it has two ends that contradict each other.");
+    for (auto const& file : {list + large_end_records(3, 200, 300, 499), list.substr(1) + large,
+                             list + large.substr(1), large.substr(56), large.substr(40), large})
+        BOOST_TEST(check(file + end_record(3, 200, 300)).error().message() ==
+                   "Bad ZIP file: its end is not where it should be.");
+    for (auto const& wrong : {large_end_records(3, 200, 301, 500), large_end_records(3, 201, 300, 500),
+                              large_end_records(3, ~std::uint64_t{0}, 300, 500)})
+        BOOST_TEST(check(list + wrong + end_record(3, 0xFFFFFFFF, 0xFFFFFFFF)).has_error());
 }
 
 BOOST_AUTO_TEST_CASE(parts_of_archives_are_refused)
