@@ -164,6 +164,18 @@ void read_forges(ConfigReader& reader, std::filesystem::path const& folder, std:
     }
 }
 
+void read_docker(ConfigReader& reader, std::filesystem::path const& folder, DockerConfig& docker)
+{
+    reader.read("dockerDir", docker.directory);
+    docker.directory = (folder / docker.directory).lexically_normal();
+    reader.read("dockerImages", docker.images);
+    reader.read("projectDockerfiles", docker.project_dockerfiles);
+    if (!reader.has("persistantDockerImages"))
+        return reader.ignore({"persistantDockerImages"});
+    docker.persistent_images.emplace();
+    reader.read("persistantDockerImages", *docker.persistent_images);
+}
+
 } // namespace
 
 result<Configured<SessionConfig>> parse_session_config(std::string_view text, std::filesystem::path const& origin)
@@ -211,6 +223,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     reader->read("portRewrite", config.port_rewrite);
     read_network(*reader, config.network);
     reader->read("docker", config.docker);
+    read_docker(*reader, origin.parent_path(), config.containers);
     reader->read("allowedRepositories", config.allowed_repositories);
     reader->read("blockedRepositories", config.blocked_repositories);
     reader->read_number("shareIdleTime", config.share_idle_time, 0, 100);
@@ -239,7 +252,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     config.simulation_log_keep = std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::ratio<86400>>(days));
     reader->read("projectsDir", config.projects_dir);
     reader->read("keyDir", config.key_dir);
-    reader->ignore({"multimediaServer", "multimediaStream", "publicPort", "persistantDockerImages"});
+    reader->ignore({"multimediaServer", "multimediaStream", "publicPort"});
     if (reader->failure())
         return *reader->failure();
     configured.warnings = reader->unknown_keys();
