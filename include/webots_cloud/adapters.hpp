@@ -12,6 +12,7 @@
 #include <webots_cloud/transport/project_source.hpp>
 #include <webots_cloud/transport/service_manager.hpp>
 #include <webots_cloud/transport/simulation_logs.hpp>
+#include <webots_cloud/transport/text_files.hpp>
 
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/awaitable.hpp>
@@ -110,6 +111,9 @@ std::unique_ptr<HttpServer> make_http_server(boost::asio::any_io_executor execut
 /// Processes of this computer over Boost.Process, each under a guard (the program `webots-process-guard`) that ends the whole
 /// tree when asked to, when the process ends, and when we die, however we die.
 std::unique_ptr<ProcessHost> make_process_host(boost::asio::any_io_executor executor, std::filesystem::path guard);
+
+/// Files of this computer, on a thread of its own.
+std::unique_ptr<TextFiles> make_text_files();
 
 /// Projects in plain folders of this computer: `<folder>/<owner>/<repository>/[<folder>/]worlds/<file>.wbt`, copied.
 ///

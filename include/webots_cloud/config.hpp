@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -68,6 +69,21 @@ struct ForgeConfig
     bool operator==(ForgeConfig const&) const = default;
 };
 
+/// How simulations run in containers.
+struct DockerConfig
+{
+    DockerConfig() = default;
+
+    /// `dockerDir`: the compose files and the Dockerfile. Default: the folder `docker` beside the configuration.
+    std::filesystem::path directory = "docker";
+    std::string images = "cyberbotics/webots.cloud"; ///< `dockerImages`: of Webots, without a tag.
+    bool project_dockerfiles = false; ///< `projectDockerfiles`: a project's own `Dockerfile` is built in place of ours.
+    /// `persistantDockerImages`: present, old images are removed, but these (`repository:tag`).
+    std::optional<std::vector<std::string>> persistent_images;
+
+    bool operator==(DockerConfig const&) const = default;
+};
+
 /// `config/simulation/*.json` (protocol section 8.2).
 struct SimulationConfig
 {
@@ -78,7 +94,8 @@ struct SimulationConfig
     std::uint16_t port = 2000;        ///< `port`
     bool port_rewrite = true;         ///< `portRewrite`
     NetworkConfig network;
-    bool docker = false;              ///< `docker`
+    bool docker = false;              ///< `docker`: simulations run in containers.
+    DockerConfig containers;
     std::vector<std::string> allowed_repositories; ///< `allowedRepositories`
     std::vector<std::string> blocked_repositories; ///< `blockedRepositories`
     double share_idle_time = 50;      ///< `shareIdleTime`, percent.

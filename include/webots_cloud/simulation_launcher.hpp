@@ -1,6 +1,7 @@
 // Starts simulators and tells what becomes of them: ready, running, idle, ended. Never loses track of one.
 #pragma once
 
+#include <webots_cloud/docker_mode.hpp>
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/logger.hpp>
@@ -31,7 +32,8 @@ struct SimulationLauncherParams
     int most_simulations = 100;
     /// The longest life of a simulation. Default 2 hours; the browser is told.
     Duration timeout = std::chrono::hours(2);
-    /// From the start of the program to its first sign of life. Default 5 min: some worlds load for minutes.
+    /// From the start of the program to its first sign of life. Default 5 min: some worlds load for minutes. For containers
+    /// from the last word of compose, which may have to fetch an image and to build first.
     Duration start_timeout = std::chrono::minutes(5);
     /// From the polite request to end to the kill. Default 1.5 s.
     Duration grace = std::chrono::milliseconds(1500);
@@ -52,6 +54,7 @@ struct LaunchSpec
 {
     LaunchSpec() = default;
 
+    std::filesystem::path root;  ///< The project's folder, which holds `worlds/`.
     std::filesystem::path world; ///< The world file, absolute.
     std::string world_header;    ///< Its first line, which names the release of Webots it was made with.
     std::string mode;            ///< What the browser asked for: empty, `x3d`, `w3d` or `mjpeg`.
@@ -60,6 +63,12 @@ struct LaunchSpec
     std::string label;           ///< In front of log lines.
     /// Gets every line that the simulator prints, but its heartbeats; any bytes. Must not block. Empty: nobody wants them.
     std::function<void(std::string_view line)> output;
+};
+
+/// How far the start is, in the words of those who do it; for the browser. Containers only.
+struct SimulationProgress
+{
+    std::string text;
 };
 
 /// The world is loaded, and the simulator listens on `port`.
@@ -87,7 +96,7 @@ struct SimulationEnded
     bool was_ready = false;
 };
 
-using SimulationEvent = std::variant<SimulationReady, SimulationHeartbeat, SimulationActivity, SimulationEnded>;
+using SimulationEvent = std::variant<SimulationProgress, SimulationReady, SimulationHeartbeat, SimulationActivity, SimulationEnded>;
 
 /// A simulator that was started. Its port returns to the pool when it is destroyed, which also kills what still runs.
 class Simulation
@@ -103,22 +112,27 @@ public:
 
     virtual int process_id() const noexcept = 0;
 
+    /// Whole messages that the browser gets before all others: what the project says of itself. Containers only.
+    virtual std::vector<std::string> const& announcements() const noexcept = 0;
+
     /// What the simulator and everything it started have consumed.
     virtual ProcessUsage usage() const = 0;
 };
 
 /// Starts simulators on ports of its own.
 ///
-/// Lifetime: `processes` and `clock` must outlive the launcher, and the launcher its simulations.   Thread-safety: one
+/// Lifetime: everything passed by reference must outlive the launcher, and the launcher its simulations.   Thread-safety: one
 /// executor.
 class SimulationLauncher
 {
 public:
-    SimulationLauncher(SimulationLauncherParams params, ProcessHost& processes, Clock& clock, Logger log);
+    /// `docker`: simulations run in containers; it is open. Null: they run on this machine itself.
+    SimulationLauncher(SimulationLauncherParams params, ProcessHost& processes, Clock& clock, Logger log,
+                       DockerMode* docker = nullptr);
     ~SimulationLauncher();
 
-    /// Starts a simulator.   Errors: `unavailable` (every port is taken), `invalid_argument` (mode), `start_failed`;
-    /// the detail is a sentence for the browser.
+    /// Starts a simulator.   Errors: `unavailable` (every port is taken), `invalid_argument` (mode), `start_failed`, and
+    /// those of `DockerMode::prepare`; the detail is a sentence for the browser.
     boost::asio::awaitable<result<std::unique_ptr<Simulation>>> launch(LaunchSpec spec);
 
     /// Simulators whose port is not back in the pool.

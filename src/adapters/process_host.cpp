@@ -200,6 +200,11 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
                                      std::error_code(errno, std::generic_category()).message()));
 
     std::vector<std::string> arguments;
+    if (!spec.afterwards.empty()) {
+        arguments.emplace_back("--afterwards");
+        arguments.push_back(std::to_string(spec.afterwards.size()));
+        arguments.insert(arguments.end(), spec.afterwards.begin(), spec.afterwards.end());
+    }
     arguments.push_back(
         std::to_string(std::chrono::duration_cast<std::chrono::milliseconds>(spec.grace).count()));
     arguments.insert(arguments.end(), spec.argv.begin(), spec.argv.end());

@@ -1,4 +1,6 @@
 #include "../core/client_protocol.hpp"
+#include "../core/docker_leftovers.hpp"
+#include "../core/docker_project.hpp"
 #include "../core/monitor_sample.hpp"
 #include "../core/simulator_choice.hpp"
 #include "../core/text.hpp"
@@ -8,6 +10,7 @@
 
 #include <webots_cloud/adapters.hpp>
 #include <webots_cloud/daemon.hpp>
+#include <webots_cloud/docker_mode.hpp>
 #include <webots_cloud/instance_root.hpp>
 #include <webots_cloud/project_fetcher.hpp>
 #include <webots_cloud/registration.hpp>
@@ -53,7 +56,37 @@ fs::path instances_folder(SimulationConfig const& config)
     return fs::temp_directory_path() / ours / std::to_string(config.port) / "instances";
 }
 
-bool is_program(fs::path const& path) { return ::access(path.c_str(), X_OK) == 0 && !fs::is_directory(path); }
+bool is_program(fs::path const& path)
+{
+    return ::access(path.c_str(), X_OK) == 0 && !fs::is_directory(path);
+}
+
+/// Where a program is, of those that the environment's PATH leads to; empty: nowhere.
+fs::path find_program(std::string_view name)
+{
+    auto const path = environment("PATH");
+    for (fs::path const folder : core::split(path, ':'))
+        if (folder.is_absolute() && is_program(folder / name))
+            return folder / name;
+    return {};
+}
+
+std::string host_name()
+{
+    char name[256] = "";
+    (void)::gethostname(name, sizeof name - 1);
+    return name;
+}
+
+/// Containers bring their own Webots.
+result<core::SimulatorChoice> choose_simulator(SimulationConfig const& config, fs::path const& programs)
+{
+    if (!config.docker)
+        return core::choose_simulator(config.webots_home, environment("WEBOTS_HOME"), programs, is_program);
+    core::SimulatorChoice choice;
+    choice.program = core::webots_in_container;
+    return choice;
+}
 
 /// The sources of all forges. Git servers share one, and with it its cache.
 struct Sources
@@ -109,6 +142,29 @@ SimulationLauncherParams launcher_params(SimulationConfig const& config, fs::pat
     return params;
 }
 
+DockerModeParams docker_params(SimulationConfig const& config)
+{
+    DockerModeParams params;
+    params.docker = find_program("docker");
+    params.docker_compose = find_program("docker-compose");
+    std::error_code failed;
+    params.templates = fs::weakly_canonical(config.containers.directory, failed);
+    params.images = config.containers.images;
+    params.project_dockerfiles = config.containers.project_dockerfiles;
+    params.persistent_images = config.containers.persistent_images;
+    params.identity = core::docker_identity(host_name(), config.port, instances_folder(config));
+    params.run = make_token().substr(0, 8);
+    params.environment = current_environment();
+    if (fs::exists("/dev/dri", failed))
+        params.graphics_device = "/dev/dri";
+    if (auto const display = environment("DISPLAY"); !display.empty()) {
+        params.display = display;
+        if (environment("SSH_CONNECTION").empty()) // a screen of somebody else's is not ours to open
+            params.xhost = find_program("xhost");
+    }
+    return params;
+}
+
 SimulationServiceParams service_params(SimulationConfig const& config, std::string notice)
 {
     SimulationServiceParams params;
@@ -158,7 +214,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
                                             Reread<SimulationConfig> reread, fs::path programs, Logger log)
 {
     using namespace asio::experimental::awaitable_operators;
-    auto const choice = core::choose_simulator(config.webots_home, environment("WEBOTS_HOME"), programs, is_program);
+    auto const choice = choose_simulator(config, programs);
     if (!choice)
         co_return choice.error();
     if (!choice->notice.empty())
@@ -176,9 +232,21 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     Sources sources(executor, config, log);
     ProjectFetcherParams fetching;
     fetching.instances = instances;
-    auto const websites = make_website_source(executor, website_params(config, choice->program), log);
+    std::unique_ptr<ProjectSource> websites; // whose pages know nothing of containers
+    if (!config.docker)
+        websites = make_website_source(executor, website_params(config, choice->program), log);
     ProjectFetcher fetcher(fetching, sources.forges, log, websites.get());
-    SimulationLauncher launcher(launcher_params(config, choice->program), *processes, *clock, log);
+    std::unique_ptr<TextFiles> files;
+    std::unique_ptr<DockerMode> docker;
+    if (config.docker) {
+        files = make_text_files();
+        docker = std::make_unique<DockerMode>(docker_params(config), *processes, *files, *clock, log);
+        auto const opened = co_await docker->open();
+        if (!opened)
+            co_return opened.error();
+    }
+    SimulationLauncher launcher(launcher_params(config, choice->program), *processes, *clock, log,
+                                docker.get());
     auto service_settings = service_params(config, choice->notice);
     if (config.monitor_log)
         service_settings.monitor_log = make_line_file(executor, config.log_dir / "simulation" / "monitor.csv",
@@ -187,13 +255,15 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     service_settings.more_metrics = [&network_server] {
         return app::network_metrics(network_server->statistics());
     };
-    std::shared_ptr<SimulationLogs> const logs = make_simulation_logs(executor, logs_params(config), *clock, log);
+    std::shared_ptr<SimulationLogs> const logs =
+        make_simulation_logs(executor, logs_params(config), *clock, log);
     if (config.simulation_log_keep > Duration::zero())
         service_settings.simulation_logs = logs;
     SimulationService service(std::move(service_settings), fetcher, launcher, *metrics, *clock, log);
 
     auto network = app::server_params(config.port, config.network);
-    network.spare_descriptors += descriptors_per_simulation * static_cast<std::size_t>(config.max_connections);
+    network.spare_descriptors +=
+        descriptors_per_simulation * static_cast<std::size_t>(config.max_connections);
     auto const server = make_http_server(executor, std::move(network), service, log);
     network_server = server.get();
     if (auto const listening = server->listen(); !listening)

@@ -49,7 +49,8 @@ bool is_progress(std::string_view line)
 
 bool says_image_is_missing(std::string_view line, std::string_view image)
 {
-    return line.find("not found") != std::string_view::npos && line.find(image) != std::string_view::npos;
+    auto const says = [&](std::string_view text) { return line.find(text) != std::string_view::npos; };
+    return (says("not found") && says(image)) || says("manifest unknown");
 }
 
 } // namespace webots_cloud::core

@@ -176,6 +176,18 @@ void read_multimedia(ConfigReader& reader, SimulationConfig& config)
         reader.refuse("multimediaStream", "an address without spaces, quotes and semicolons");
 }
 
+void read_docker(ConfigReader& reader, std::filesystem::path const& folder, DockerConfig& docker)
+{
+    reader.read("dockerDir", docker.directory);
+    docker.directory = (folder / docker.directory).lexically_normal();
+    reader.read("dockerImages", docker.images);
+    reader.read("projectDockerfiles", docker.project_dockerfiles);
+    if (!reader.has("persistantDockerImages"))
+        return reader.ignore({"persistantDockerImages"});
+    docker.persistent_images.emplace();
+    reader.read("persistantDockerImages", *docker.persistent_images);
+}
+
 } // namespace
 
 result<Configured<SessionConfig>> parse_session_config(std::string_view text, std::filesystem::path const& origin)
@@ -223,6 +235,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     reader->read("portRewrite", config.port_rewrite);
     read_network(*reader, config.network);
     reader->read("docker", config.docker);
+    read_docker(*reader, origin.parent_path(), config.containers);
     reader->read("allowedRepositories", config.allowed_repositories);
     reader->read("blockedRepositories", config.blocked_repositories);
     reader->read_number("shareIdleTime", config.share_idle_time, 0, 100);
@@ -252,7 +265,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     reader->read("projectsDir", config.projects_dir);
     reader->read("keyDir", config.key_dir);
     read_multimedia(*reader, config);
-    reader->ignore({"publicPort", "persistantDockerImages"});
+    reader->ignore({"publicPort"});
     if (reader->failure())
         return *reader->failure();
     configured.warnings = reader->unknown_keys();

@@ -53,6 +53,11 @@ std::vector<std::string_view> keys_for_restart(SimulationConfig const& running, 
     changes.compare("ssl", running.ssl, next.ssl);
     changes.compare("portRewrite", running.port_rewrite, next.port_rewrite);
     changes.compare("docker", running.docker, next.docker);
+    auto const& docker = running.containers;
+    changes.compare("dockerDir", docker.directory, next.containers.directory);
+    changes.compare("dockerImages", docker.images, next.containers.images);
+    changes.compare("projectDockerfiles", docker.project_dockerfiles, next.containers.project_dockerfiles);
+    changes.compare("persistantDockerImages", docker.persistent_images, next.containers.persistent_images);
     changes.compare("forges", running.forges, next.forges);
     changes.compare("notify", running.notify, next.notify);
     changes.compare("cacheSize", running.cache_bytes, next.cache_bytes);

@@ -112,6 +112,14 @@ result<std::string> default_docker_image(std::string_view repository, std::strin
     return concat(repository, ":", version, old ? "-ubuntu20.04" : "-ubuntu22.04");
 }
 
+std::string missing_image_text(std::string_view image)
+{
+    auto const tag = image.substr(image.rfind(':') + 1);
+    return concat(
+        "Image version ", tag.substr(0, tag.rfind('-')),
+        " not available on Cyberbotics' dockerHub. Please, add the appropriate Dockerfile to your project.");
+}
+
 std::string compose_template_file(ComposeTemplate kind)
 {
     auto const name = kind == ComposeTemplate::theia         ? "theia"

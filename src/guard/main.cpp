@@ -1,11 +1,14 @@
 // webots-process-guard: runs one program and makes sure that nothing it started outlives it, or the one who asked for it.
 //
-//     webots-process-guard GRACE_MS PROGRAM [ARGUMENT...]
+//     webots-process-guard [--afterwards COUNT WORD...] GRACE_MS PROGRAM [ARGUMENT...]
 //
 // Standard input is the leash: a byte on it asks the program to end (SIGTERM, and SIGKILL for the whole tree after GRACE_MS
 // milliseconds); its end of file, which also comes when the owner dies in whatever way, kills the tree at once. Processes that
 // leave their parents (fork twice, setsid) fall to the guard, which is their sub-reaper, so none is missed and no name is ever
 // looked up. The guard ends only when no process of the tree is left, in the same way as the program did.
+//
+// COUNT words after --afterwards are the command line of a program that clears away what the tree leaves elsewhere (containers, for
+// instance, whose processes are not of the tree). It runs when the tree is gone, and for a minute at most.
 //
 // Where the kernel allows it the tree lives in a PID namespace of its own. Then it dies even when somebody kills the guard, and no
 // process of it can see the guard, the server or another simulation, let alone signal them.
@@ -33,6 +36,7 @@
 namespace {
 
 constexpr int exec_failed = 127; // as shells and coreutils have it
+constexpr long longest_afterwards_ms = 60'000;
 
 long now_ms()
 {
@@ -74,6 +78,17 @@ public:
     Guard(webots_cloud::guard::Started started, long grace_ms) :
         program_(started.process), report_(started.report), grace_ms_(grace_ms)
     {}
+
+    /// Of a program that nobody asks to end, and that has so much time.
+    static Guard of_unasked(pid_t program, long time_ms)
+    {
+        webots_cloud::guard::Started started;
+        started.process = program;
+        Guard guard(started, 0);
+        guard.kill_at_ = now_ms() + time_ms;
+        guard.leash_open_ = false;
+        return guard;
+    }
 
     /// Returns the status of the program when no process is left.
     int watch(int signals);
@@ -180,12 +195,47 @@ int Guard::watch(int signals)
     _exit(WEXITSTATUS(status));
 }
 
+/// Clears away what the tree has left. In silence: who would read it may be dead, and a closed pipe ends those who write.
+void run_afterwards(char** argv, sigset_t const& original, int signals)
+{
+    pid_t const program = fork();
+    if (program == 0) {
+        int const nobody = open("/dev/null", O_WRONLY);
+        dup2(nobody, STDOUT_FILENO);
+        dup2(nobody, STDERR_FILENO);
+        become(argv, original);
+    }
+    if (program > 0)
+        Guard::of_unasked(program, longest_afterwards_ms).watch(signals);
+}
+
+/// Takes the command line after `--afterwards` out of ours: `argv` then begins with GRACE_MS. Null: there is none.
+char** take_afterwards(int& argc, char**& argv)
+{
+    --argc;
+    ++argv;
+    if (argc < 2 || std::strcmp(argv[0], "--afterwards") != 0)
+        return nullptr;
+    int const count = std::atoi(argv[1]);
+    if (count < 1 || count > argc - 2)
+        return nullptr;
+    for (int i = 0; i < count; ++i)
+        argv[i] = argv[i + 2];
+    argv[count] = nullptr; // where COUNT was, or a word that has moved
+    char** const afterwards = argv;
+    argc -= count + 2;
+    argv += count + 2;
+    return afterwards;
+}
+
 } // namespace
 
 int main(int argc, char** argv)
 {
-    if (argc < 3) {
-        std::fprintf(stderr, "usage: %s GRACE_MS PROGRAM [ARGUMENT...]\n", argv[0]);
+    char const* const name = argv[0];
+    char** const afterwards = take_afterwards(argc, argv);
+    if (argc < 2) {
+        std::fprintf(stderr, "usage: %s [--afterwards COUNT WORD...] GRACE_MS PROGRAM [ARGUMENT...]\n", name);
         return 2;
     }
     setsid(); // the terminal's Ctrl-C is for the server, which then ends its simulations in order
@@ -198,14 +248,17 @@ int main(int argc, char** argv)
         sigaddset(&handled, number);
     sigprocmask(SIG_BLOCK, &handled, &original);
     int const signals = signalfd(-1, &handled, SFD_CLOEXEC | SFD_NONBLOCK);
-    auto started = webots_cloud::guard::start_in_namespace(argv + 2, original, become);
+    auto started = webots_cloud::guard::start_in_namespace(argv + 1, original, become);
     if (started.process < 0)
         started.process = fork();
     if (started.process == 0)
-        become(argv + 2, original);
+        become(argv + 1, original);
     if (started.process < 0 || signals < 0) {
-        std::printf("can't start %s: %s\n", argv[2], std::strerror(errno));
+        std::printf("can't start %s: %s\n", argv[1], std::strerror(errno));
         return exec_failed;
     }
-    end_like(Guard(started, std::strtol(argv[1], nullptr, 10)).watch(signals));
+    int const status = Guard(started, std::strtol(argv[0], nullptr, 10)).watch(signals);
+    if (afterwards)
+        run_afterwards(afterwards, original, signals);
+    end_like(status);
 }

@@ -1,10 +1,16 @@
 #include <webots_cloud/simulation_launcher.hpp>
 
+#include "../core/compose_output.hpp"
+#include "../core/docker_project.hpp"
 #include "../core/launch_plan.hpp"
+#include "../core/line_budget.hpp"
 #include "../core/port_pool.hpp"
 #include "../core/text.hpp"
 #include "../core/webots_output.hpp"
 #include "../async/deadline.hpp"
+#include "run_program.hpp"
+
+#include <boost/asio/this_coro.hpp>
 
 #include <algorithm>
 #include <deque>
@@ -23,6 +29,8 @@ constexpr auto listening_check = std::chrono::milliseconds(200);
 // Webots tries so many ports above a busy one, without a word.
 constexpr int ports_tried_by_webots = 10;
 
+constexpr auto restart_limit = std::chrono::seconds(30);
+
 std::string seconds_of(Duration duration)
 {
     return std::to_string(std::chrono::duration_cast<std::chrono::seconds>(duration).count());
@@ -39,17 +47,30 @@ struct SimulationLauncher::Impl
 {
     ProcessSpec process_for(LaunchSpec const& spec, std::uint16_t port) const;
 
-    Impl(SimulationLauncherParams parameters, ProcessHost& host, Clock& time, Logger logger) :
-        params(std::move(parameters)), processes(host), clock(time), log(std::move(logger)),
+    Impl(SimulationLauncherParams parameters, ProcessHost& host, Clock& time, Logger logger, DockerMode* containers) :
+        params(std::move(parameters)), processes(host), clock(time), log(std::move(logger)), docker(containers),
         ports(params.first_port, params.most_simulations)
     {}
+
+    asio::awaitable<result<ContainerPlan>> plan(LaunchSpec const& spec, std::uint16_t port) const;
 
     SimulationLauncherParams params;
     ProcessHost& processes;
     Clock& clock;
     Logger log;
+    DockerMode* docker;
     core::PortPool ports;
 };
+
+/// How the simulator is to be started. On this machine itself a plan has nothing but the process.
+asio::awaitable<result<ContainerPlan>> SimulationLauncher::Impl::plan(LaunchSpec const& spec, std::uint16_t port) const
+{
+    if (docker)
+        co_return co_await docker->prepare(spec, port);
+    ContainerPlan plan;
+    plan.process = process_for(spec, port);
+    co_return plan;
+}
 
 ProcessSpec SimulationLauncher::Impl::process_for(LaunchSpec const& spec, std::uint16_t port) const
 {
@@ -98,16 +119,21 @@ class RunningSimulation final : public Simulation
 {
 public:
     RunningSimulation(SimulationLauncherParams const& params, PortLease lease, std::unique_ptr<Process> process,
-                      Clock& clock, Logger log, LaunchSpec spec) :
+                      ProcessHost& processes, Clock& clock, Logger log, LaunchSpec spec, DockerMode* docker, ContainerPlan plan) :
         lease_(std::move(lease)),
-        process_(std::move(process)), clock_(clock), log_(std::move(log)), label_(std::move(spec.label)), output_(std::move(spec.output)),
-        timeout_(params.timeout), start_timeout_(params.start_timeout), end_of_life_(clock.now() + params.timeout),
+        process_(std::move(process)), processes_(processes), clock_(clock), log_(std::move(log)), label_(std::move(spec.label)),
+        output_(std::move(spec.output)), docker_(docker), plan_(std::move(plan)), timeout_(params.timeout),
+        start_timeout_(params.start_timeout), end_of_life_(clock.now() + params.timeout),
         ready_by_(std::min(clock.now() + params.start_timeout, end_of_life_))
-    {}
+    {
+        for (auto& note : plan_.notes)
+            events_.emplace_back(SimulationProgress{std::move(note)});
+    }
 
     asio::awaitable<result<SimulationEvent>> next_event() override;
     void terminate() noexcept override { stop({}); }
     int process_id() const noexcept override { return process_->id(); }
+    std::vector<std::string> const& announcements() const noexcept override { return plan_.announcements; }
     ProcessUsage usage() const override { return process_->usage(); }
 
 private:
@@ -115,16 +141,25 @@ private:
     void on_deadline();
     void on_output(std::string_view bytes);
     void on_line(std::string_view line);
+    void on_compose_line(std::string_view line);
+    void on_webots_line(std::string_view line);
+    void on_container_end(std::string_view line);
     void on_exit(ExitStatus status);
+    void show_progress(std::string_view text);
     void announce_if_listening();
+    asio::awaitable<void> restart_controller();
+    std::string reason_of_end(std::string_view how, bool expected) const;
     void stop(std::string reason) noexcept;
 
     PortLease lease_;
     std::unique_ptr<Process> process_;
+    ProcessHost& processes_;
     Clock& clock_;
     Logger log_;
     std::string label_;
     std::function<void(std::string_view)> output_;
+    DockerMode* docker_; ///< Null: not in containers.
+    ContainerPlan plan_;
     Duration timeout_;
     Duration start_timeout_;
     TimePoint end_of_life_;
@@ -134,9 +169,11 @@ private:
     std::string last_line_;
     std::string stop_reason_;
     std::deque<SimulationEvent> events_;
+    core::LineBudget shown_;
     bool loaded_ = false;
     bool ready_ = false;
     bool stopping_ = false;
+    bool restart_wanted_ = false; ///< Of the controller: the simulation was reset.
     std::optional<SimulationEnded> ended_;
 };
 
@@ -145,6 +182,10 @@ asio::awaitable<result<SimulationEvent>> RunningSimulation::next_event()
     while (events_.empty()) {
         if (ended_)
             co_return SimulationEvent(*ended_);
+        if (restart_wanted_ && !stopping_) {
+            co_await restart_controller();
+            continue;
+        }
         // While it is stopping the process host keeps the time: its grace is short, and then it kills.
         auto const deadline = stopping_ ? TimePoint::max() : next_deadline();
         auto event = co_await async::with_deadline(clock_, deadline, process_->next_event());
@@ -155,6 +196,10 @@ asio::awaitable<result<SimulationEvent>> RunningSimulation::next_event()
         } else if (auto const* output = std::get_if<ProcessOutput>(&*event)) {
             on_output(output->bytes);
         } else {
+            if (docker_) { // not to be interrupted: the end is told when nothing is left
+                co_await asio::this_coro::reset_cancellation_state(asio::disable_cancellation());
+                co_await docker_->clear(plan_.project);
+            }
             on_exit(std::get<ExitStatus>(*event));
         }
     }
@@ -190,6 +235,60 @@ void RunningSimulation::on_output(std::string_view bytes)
 
 void RunningSimulation::on_line(std::string_view line)
 {
+    if (docker_)
+        on_compose_line(line);
+    else
+        on_webots_line(line);
+}
+
+void RunningSimulation::on_compose_line(std::string_view line)
+{
+    using enum core::ComposeLine::Source;
+    auto const parsed = core::parse_compose_line(line, plan_.project);
+    if (core::is_progress(line))
+        show_progress(parsed.text);
+    if (parsed.source == webots)
+        return on_webots_line(parsed.text);
+    if (output_)
+        output_(line);
+    log_.debug(concat("[", label_, "] compose: ", core::printable(line)));
+    if (parsed.source == webots_end)
+        on_container_end(line);
+    if (parsed.source != compose || ready_)
+        return;
+    if (!core::trim(line).empty())
+        last_line_ = core::printable(core::trim(line), 200);
+    ready_by_ = std::min(clock_.now() + start_timeout_, end_of_life_);
+    if (!plan_.image.empty() && core::says_image_is_missing(line, plan_.image))
+        stop(core::missing_image_text(plan_.image));
+}
+
+/// The simulator has ended, and other containers keep compose running.
+void RunningSimulation::on_container_end(std::string_view line)
+{
+    auto const how = concat("it", core::printable(line.substr(line.rfind(" exited with code ")), 60));
+    stop(reason_of_end(how, how == "it exited with code 0"));
+}
+
+/// Shows the browser a line while it waits.
+void RunningSimulation::show_progress(std::string_view text)
+{
+    if (ready_ || stopping_ || core::trim(text).empty() || text.starts_with('.') || !shown_.take(clock_.now()))
+        return;
+    events_.emplace_back(SimulationProgress{core::printable(core::trim(text))});
+}
+
+asio::awaitable<void> RunningSimulation::restart_controller()
+{
+    restart_wanted_ = false;
+    auto spec = plan_.restart_controller;
+    auto const restarted = co_await run_program(processes_, clock_, std::move(spec), restart_limit);
+    if (!restarted && restarted.error().code() != asio::error::operation_aborted)
+        log_.error(concat("[", label_, "] The controller can't be restarted: ", restarted.error().message()));
+}
+
+void RunningSimulation::on_webots_line(std::string_view line)
+{
     auto const kind = core::classify_output(line);
     if (output_ && kind != core::OutputLine::heartbeat)
         output_(line);
@@ -210,6 +309,7 @@ void RunningSimulation::on_line(std::string_view line)
         events_.emplace_back(SimulationActivity{true});
         break;
     case core::OutputLine::reset:
+        restart_wanted_ = !plan_.restart_controller.argv.empty();
         break;
     case core::OutputLine::other:
         if (!core::trim(line).empty())
@@ -220,6 +320,11 @@ void RunningSimulation::on_line(std::string_view line)
 
 void RunningSimulation::announce_if_listening()
 {
+    if (docker_) { // which listens in its place; inside nobody else can have the port
+        ready_ = true;
+        events_.emplace_back(SimulationReady{lease_.port()});
+        return;
+    }
     auto const ports = process_->listening_ports();
     auto const highest = lease_.port() + ports_tried_by_webots;
     auto const found = std::find_if(ports.begin(), ports.end(),
@@ -239,16 +344,16 @@ void RunningSimulation::on_exit(ExitStatus status)
     SimulationEnded ended;
     ended.status = status;
     ended.was_ready = ready_;
-    if (stopping_)
-        ended.reason = stop_reason_;
-    else if (!ready_)
-        ended.reason = concat("Unable to start Webots: ", describe(status), " before the world was loaded",
-                              last_line_.empty() ? "." : ": " + last_line_);
-    else if (status == ExitStatus(0, false))
-        ended.reason = "Webots has quit.";
-    else
-        ended.reason = concat("Webots has quit unexpectedly: ", describe(status), ".");
+    ended.reason = stopping_ ? stop_reason_ : reason_of_end(describe(status), status == ExitStatus(0, false));
     ended_ = std::move(ended);
+}
+
+std::string RunningSimulation::reason_of_end(std::string_view how, bool expected) const
+{
+    if (!ready_)
+        return concat("Unable to start Webots: ", how, " before the world was loaded",
+                      last_line_.empty() ? "." : ": " + last_line_);
+    return expected ? "Webots has quit." : concat("Webots has quit unexpectedly: ", how, ".");
 }
 
 void RunningSimulation::stop(std::string reason) noexcept
@@ -262,8 +367,9 @@ void RunningSimulation::stop(std::string reason) noexcept
 
 } // namespace
 
-SimulationLauncher::SimulationLauncher(SimulationLauncherParams params, ProcessHost& processes, Clock& clock, Logger log) :
-    impl_(std::make_unique<Impl>(std::move(params), processes, clock, std::move(log)))
+SimulationLauncher::SimulationLauncher(SimulationLauncherParams params, ProcessHost& processes, Clock& clock, Logger log,
+                                       DockerMode* docker) :
+    impl_(std::make_unique<Impl>(std::move(params), processes, clock, std::move(log), docker))
 {}
 
 SimulationLauncher::~SimulationLauncher() = default;
@@ -288,19 +394,24 @@ asio::awaitable<result<std::unique_ptr<Simulation>>> SimulationLauncher::launch(
         co_return port.error();
     PortLease lease(impl_->ports, *port);
 
-    auto process = impl_->process_for(spec, *port);
+    auto plan = co_await impl_->plan(spec, *port);
+    if (!plan)
+        co_return plan.error();
     std::string command;
-    for (auto const& argument : process.argv)
+    for (auto const& argument : plan->process.argv)
         command.append(command.empty() ? "" : " ").append(argument);
 
     hold.reset(); // as late as possible: from now on the port is the simulator's to take
+    auto process = plan->process;
     auto started = co_await impl_->processes.start(std::move(process));
+    if (!started && impl_->docker)
+        impl_->docker->forget(plan->project);
     if (!started)
         co_return Failure(started.error().code(), concat("Unable to start Webots: ", started.error().message()));
     impl_->log.info(concat("[", spec.label, "] Webots [", std::to_string((*started)->id()), "] started: \"",
                            core::printable(command, 1024), "\""));
-    co_return std::make_unique<RunningSimulation>(impl_->params, std::move(lease), std::move(*started), impl_->clock,
-                                                  impl_->log, std::move(spec));
+    co_return std::make_unique<RunningSimulation>(impl_->params, std::move(lease), std::move(*started), impl_->processes,
+                                                  impl_->clock, impl_->log, std::move(spec), impl_->docker, std::move(*plan));
 }
 
 std::size_t SimulationLauncher::running() const noexcept { return impl_->ports.lent(); }

@@ -348,6 +348,7 @@ void SimulationSession::open_output(LaunchSpec& spec)
 LaunchSpec SimulationSession::launch_spec() const
 {
     LaunchSpec spec;
+    spec.root = project_->root;
     spec.world = project_->world;
     spec.world_header = project_->world_header;
     spec.label = std::to_string(id_);
@@ -374,6 +375,8 @@ asio::awaitable<result<>> SimulationSession::launch(Channel& channel)
     pass(core::StartStage::launch);
     auto const timeout =
         std::chrono::duration_cast<std::chrono::seconds>(surroundings_.launcher.params().timeout);
+    for (auto const& announcement : simulation_->announcements())
+        (void)channel.send(announcement);
     // Browsers that send `init` don't know the message.
     if (std::holds_alternative<core::StartMessage>(request_))
         (void)channel.send(core::shutdown_timeout_message(timeout.count()));
@@ -395,7 +398,9 @@ asio::awaitable<void> SimulationSession::relay(Channel& channel)
         auto const event = co_await simulation_->next_event();
         if (!event)
             co_return;
-        if (auto const* ready = std::get_if<SimulationReady>(&*event)) {
+        if (auto const* progress = std::get_if<SimulationProgress>(&*event)) {
+            (void)channel.send(core::loading_message(progress->text));
+        } else if (auto const* ready = std::get_if<SimulationReady>(&*event)) {
             state_ = State::idle;
             pass(core::StartStage::ready);
             surroundings_.log.info(concat(name(), "Webots world is loaded, ready to receive connections"));

@@ -49,8 +49,9 @@ class Guard(unittest.TestCase):
         cls.guard = shutil.copy(program("webots-process-guard"), cls.folder)  # where everybody may reach it
         cls.count = 0
 
-    def start(self, script, grace=200):
-        started = subprocess.Popen([*self.arguments, self.guard, str(grace), "/bin/sh", "-c", script], stdin=subprocess.PIPE,
+    def start(self, script, grace=200, afterwards=()):
+        last = ["--afterwards", str(len(afterwards)), *afterwards] if afterwards else []
+        started = subprocess.Popen([*self.arguments, self.guard, *last, str(grace), "/bin/sh", "-c", script], stdin=subprocess.PIPE,
                                    stdout=subprocess.PIPE, text=True, user=self.user, group=self.user, extra_groups=self.user and [])
         self.addCleanup(self.end, started)
         return started
@@ -76,6 +77,26 @@ class Guard(unittest.TestCase):
         with open("/proc/self/status") as status:
             outside = next(line.split() for line in status if line.startswith("NSpid"))
         return len(inside) > len(outside)
+
+    def test_what_is_to_be_done_afterwards_is_done_when_nothing_is_left_and_changes_no_status(self):
+        seen = os.path.join(self.folder, f"seen_{type(self).__name__}")
+        with open(seen, "w"):
+            os.chmod(seen, 0o666)
+        mark = f"601.{os.getpid()}"
+        script = f"echo noise; cat /proc/[0-9]*/cmdline | tr '\\0' '\\n' | grep -cx {mark} > {seen}; exit 7"
+        for asked, status in ((True, -signal.SIGTERM), (False, -signal.SIGKILL)):
+            with self.subTest(asked=asked):
+                started = self.start(f"(setsid sleep {mark} &) ; echo ready; exec sleep {mark}", afterwards=["/bin/sh", "-c", script])
+                self.assertEqual(started.stdout.readline(), "ready\n")
+                if asked:
+                    started.stdin.write("T")
+                    started.stdin.flush()
+                else:
+                    started.stdin.close()
+                self.assertEqual(started.wait(30), status)
+                with open(seen) as file:
+                    self.assertEqual(file.read(), "0\n", "processes of the tree")
+                self.assertEqual(started.stdout.read(), "")
 
     def test_it_ends_as_the_program_does(self):
         for script, status in (("exit 0", 0), ("exit 3", 3), ("kill -SEGV $$", -signal.SIGSEGV), ("kill -TERM $$", -signal.SIGTERM),

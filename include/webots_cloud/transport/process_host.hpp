@@ -27,6 +27,9 @@ struct ProcessSpec
     std::filesystem::path directory; ///< Working directory; empty: the host's own.
     /// From the polite request to end (SIGTERM) until the whole tree is killed. Default 1.5 s: nobody watches any more.
     Duration grace = std::chrono::milliseconds(1500);
+    /// A program that is run when nothing of the tree is left, however that came, even when we have died: it clears away
+    /// what the tree has left elsewhere. The process has ended when that has, too, or was killed after a minute. Default: none.
+    std::vector<std::string> afterwards;
 };
 
 /// How a program ended.

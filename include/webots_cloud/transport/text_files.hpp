@@ -1,0 +1,52 @@
+// Small files of folders on this computer, as a seam.
+#pragma once
+
+#include <webots_cloud/error.hpp>
+
+#include <boost/asio/awaitable.hpp>
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace webots_cloud {
+
+/// A file to write.
+struct TextFile
+{
+    TextFile() = default;
+    TextFile(std::string name, std::string text) : name(std::move(name)), text(std::move(text)) {}
+
+    std::string name; ///< Relative to the folder: names separated by `/`.
+    std::string text; ///< Any bytes.
+};
+
+/// What files are read as: their text, or nothing where there is none. As many as were asked for.
+using TextsRead = std::vector<std::optional<std::string>>;
+
+/// Reads and writes whole files. Never works on the caller's thread, and never follows a symbolic link below
+/// the folder, so that a project can't lead it out.
+///
+/// Thread-safety: one executor.
+class TextFiles
+{
+public:
+    virtual ~TextFiles() = default;
+
+    /// The texts of regular files; nothing for what is missing or no regular file.
+    ///
+    /// Not cancellable.   Errors: `too_large` (64 MiB), `unavailable`; the detail is a sentence for the
+    /// person who asked.
+    virtual boost::asio::awaitable<result<TextsRead>> read(std::filesystem::path folder,
+                                                           std::vector<std::string> names) = 0;
+
+    /// Writes files over what is there; a link is replaced, not followed. The folders of their names exist.
+    ///
+    /// Not cancellable.   Errors: `unavailable`, as above.
+    virtual boost::asio::awaitable<result<>> write(std::filesystem::path folder,
+                                                   std::vector<TextFile> files) = 0;
+};
+
+} // namespace webots_cloud

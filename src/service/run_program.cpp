@@ -1,0 +1,48 @@
+#include "run_program.hpp"
+
+#include "../async/deadline.hpp"
+#include "../core/text.hpp"
+
+#include <algorithm>
+
+namespace webots_cloud {
+namespace asio = boost::asio;
+
+namespace {
+
+constexpr std::size_t most_output = std::size_t{4} << 20;
+
+std::string last_line(std::string_view output)
+{
+    output = core::trim(output);
+    return core::printable(output.substr(output.find_last_of('\n') + 1), 300);
+}
+
+} // namespace
+
+asio::awaitable<result<std::string>> run_program(ProcessHost& processes, Clock& clock, ProcessSpec spec,
+                                                 Duration limit)
+{
+    auto const name = spec.argv.front();
+    auto const deadline = clock.now() + limit;
+    auto const process = co_await processes.start(std::move(spec));
+    if (!process)
+        co_return process.error();
+    std::string output;
+    for (;;) {
+        auto const event = co_await async::with_deadline(clock, deadline, (*process)->next_event());
+        if (!event)
+            co_return event.error().within(name);
+        if (auto const* status = std::get_if<ExitStatus>(&*event)) {
+            if (*status == ExitStatus(0, false))
+                co_return output;
+            auto said = last_line(output);
+            co_return Failure(errc::start_failed,
+                              said.empty() ? core::concat(name, " has failed") : std::move(said));
+        }
+        auto const& bytes = std::get<ProcessOutput>(*event).bytes;
+        output.append(bytes, 0, most_output - std::min(most_output, output.size()));
+    }
+}
+
+} // namespace webots_cloud

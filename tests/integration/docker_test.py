@@ -1,0 +1,299 @@
+#!/usr/bin/python3
+"""Simulations in containers of a real Docker daemon: what the browser is told, and that nothing is left, whatever happens.
+Protocol sections 4.1.3, 6.3, 6.4 and 6.5, quirks Q12 and Q26 to Q29.
+"""
+
+import asyncio
+import contextlib
+import http.server
+import os
+import signal
+import sys
+import threading
+import unittest
+
+sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
+from support.browser_client import Browser, websockets  # noqa: E402
+from support.docker import DockerDaemon, compose_command  # noqa: E402
+from support.git_server import GitServer  # noqa: E402
+from support.projects import demo_project  # noqa: E402
+from support.servers import SimulationServer, descendants, main, port_is_free, program, wait_until  # noqa: E402
+
+TEMPLATES = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", "config", "simulation", "docker"))
+IMAGES = "webots_cloud_test/webots"
+EDITOR = "benjamindeleze/theia-test:test3"
+NOTHING = {"containers": [], "networks": [], "volumes": []}
+
+# A stranger's things, which nobody may touch.
+STRANGER = ["run", "--detach", "--network", "none", "--name", "stranger", "--label", "com.docker.compose.project=blog"]
+
+
+def setUpModule():
+    global docker, git
+    stack = contextlib.ExitStack()
+    unittest.addModuleCleanup(stack.close)
+    simulator = program("webots-demo-simulator")
+    compose_command()
+    git = stack.enter_context(GitServer())
+    docker = stack.enter_context(DockerDaemon())
+    docker.import_image(f"{IMAGES}:R2025a-ubuntu22.04", {"/usr/local/webots/webots": simulator}, ["/bin/sh", "/bin/sleep", "/bin/false"])
+    docker.import_image(EDITOR, {}, ["/bin/sleep"])
+    robots = demo_project("robots")
+    del robots["webots.yml"]
+    git.add_repository("o", "robots", robots)
+    git.add_repository("o", "own", {**robots, "docker-compose.yml": "services: {webots: {image: evil}}\n", "Dockerfile": "FROM evil\n",
+                                    "webots.yml": "publish: true\ntype: demo\n"})
+    git.add_repository("o", "fields", {**robots, "webots.yml": "dockerCompose:theia\n"})
+    git.add_repository("o", "theia", {**robots, "webots.yml": "dockerCompose:theia:webots-project/controllers/\n"})
+    git.add_repository("o", "competition", {
+        **robots, "webots.yml": "type: competition\ndockerCompose: competition:webots-project/controllers/participant/\n",
+        "controllers/Dockerfile": f"FROM {IMAGES}:R2025a-ubuntu22.04\n"})
+    git.add_repository("o", "make", {**robots, "Makefile": "all:\n\tfalse\n"})
+    git.add_repository("o", "injection", {"worlds/a$(touch x).wbt": "#VRML_SIM R2025a utf8\n"})
+
+
+def world(repository, file="arena.wbt"):
+    return f"{git.url}/o/{repository}/blob/main/worlds/{file}"
+
+
+def server(**settings):
+    environment = {**docker.environment, "DISPLAY": ""}
+    return SimulationServer(environment=environment, docker=True, forges=[git.url], allowedRepositories=[git.url], maxConnections=8,
+                            **{"dockerDir": TEMPLATES, "dockerImages": IMAGES, **settings})
+
+
+def guards_of(folder):
+    found = []
+    for entry in os.listdir("/proc"):
+        if entry.isdigit():
+            with contextlib.suppress(OSError), open(f"/proc/{entry}/cmdline", "rb") as line:
+                if os.path.join(folder, "tmp").encode() in line.read():
+                    found.append(int(entry))
+    return found
+
+
+class EmptyRegistry(http.server.BaseHTTPRequestHandler):
+    protocol_version = "HTTP/1.1"
+
+    def do_GET(self):
+        known = self.path == "/v2/"
+        body = b"{}" if known else b'{"errors":[{"code":"MANIFEST_UNKNOWN","message":"manifest unknown","detail":{"Tag":"R2025a"}}]}'
+        self.send_response(200 if known else 404)
+        self.send_header("Content-Type", "application/json")
+        self.send_header("Docker-Distribution-Api-Version", "registry/2.0")
+        self.send_header("Content-Length", str(len(body)))
+        self.end_headers()
+        if self.command == "GET":
+            self.wfile.write(body)
+
+    do_HEAD = do_GET
+
+    def log_message(self, *_):
+        pass
+
+
+class Docker(unittest.IsolatedAsyncioTestCase):
+    def check_clean(self, simulation, things=NOTHING):
+        """No container, network, volume, process, directory or port is left."""
+        wait_until(lambda: docker.things() == things, f"left: {docker.things()}\n{simulation.log()[-6000:]}", 90)
+        wait_until(lambda: not guards_of(simulation.folder), "processes are left", 90)
+        wait_until(lambda: not simulation.instances(), f"directories are left: {simulation.instances()}")
+        for port in range(simulation.port + 1, simulation.port + 9):
+            wait_until(lambda: port_is_free(port), f"port {port} is held")
+
+    def tearDown(self):
+        self.assertEqual(docker.things(), NOTHING, "of a test before")
+
+    async def start(self, browser, url):
+        await browser.start(url)
+        return await browser.hear("webots:")
+
+    async def test_a_simulation_runs_in_a_container_and_nothing_is_left_when_its_browser_leaves(self):
+        with server() as simulation:
+            async with Browser(simulation) as browser:
+                address = await self.start(browser, world("robots"))
+                told = [text for text in browser.told if not text.startswith("loading: Receiving objects")]
+                self.assertEqual(told[0], "shutdownTimeout: 7200")
+                self.assertEqual(told[-1], f"webots:ws://localhost:{simulation.port + 1}")
+                self.assertTrue(all(text.startswith("loading: ") for text in told[1:-1]), told)
+                self.assertTrue(any(text.startswith("loading: Step 1/") for text in told), told)
+                async with websockets.connect(address[len("webots:"):] + "/") as webots:
+                    await webots.send("mjpeg: 320x240")
+                    self.assertTrue(await asyncio.wait_for(webots.recv(), 60))
+                await browser.hear(".")
+                self.assertEqual(len(docker.things()["containers"]), 1)
+            self.check_clean(simulation)
+
+    async def test_messages_of_webots_yml_come_first_and_files_of_the_project_are_not_docker_s(self):
+        with server() as simulation:
+            async with Browser(simulation) as browser:
+                await self.start(browser, world("own"))
+                told = [text for text in browser.told if not text.startswith("loading: Receiving objects")]
+                self.assertEqual(told[:4], ["type:demo\n", "shutdownTimeout: 7200",
+                                            "loading: The Dockerfile of the project is not used: this server builds with its own.",
+                                            "loading: The docker-compose.yml of the project is not used: this server runs its own."])
+            self.check_clean(simulation)
+
+    def containers_of(self, service):
+        return docker.run("ps", "--quiet", "--filter", f"label=com.docker.compose.service={service}").split()
+
+    async def test_an_editor_runs_beside_the_simulator(self):
+        with server() as simulation:
+            async with Browser(simulation) as browser:
+                await self.start(browser, world("theia"))
+                self.assertIn("ide: enable", browser.told)
+                self.assertFalse([text for text in browser.told if "theia" in text])
+                editor, = self.containers_of("theia")
+                self.assertIn(f":{simulation.port + 501}", docker.run("port", editor))
+                self.assertEqual(len(docker.things()["volumes"]), 1)
+            self.check_clean(simulation)
+
+    async def test_a_reset_in_a_competition_restarts_the_controller(self):
+        with server() as simulation:
+            async with Browser(simulation) as browser:
+                address = await self.start(browser, world("competition"))
+                controller, = self.containers_of("controller")
+                began = docker.run("inspect", "--format", "{{.State.StartedAt}}", controller)
+                async with websockets.connect(address[len("webots:"):] + "/") as webots:
+                    await webots.send("mjpeg: 320x240")
+                    await webots.send("reset")
+                    wait_until(lambda: docker.run("inspect", "--format", "{{.State.StartedAt}}", controller) != began,
+                               f"the controller is not restarted\n{simulation.log()[-3000:]}")
+                await browser.hear(".")
+                self.assertEqual(self.containers_of("controller"), [controller])
+            self.check_clean(simulation)
+
+    async def test_what_cannot_be_started_is_said_in_one_sentence(self):
+        cases = [("fields", {}, "loading: Error: Wrong line in webots.yml: \"dockerCompose:theia\"."),
+                 ("make", {}, "loading: Error: Unable to start Webots: it exited with status 1 before the world was loaded: "),
+                 ("own", {"projectDockerfiles": True}, "loading: Error: Unable to start Webots: it exited with status 1 before the world"),
+                 ("robots", {"dockerDir": "/nowhere"}, "loading: Error: Missing docker-compose-default.yml in /nowhere")]
+        for repository, settings, sentence in cases:
+            with self.subTest(repository=repository, **settings), server(**settings) as simulation:
+                async with Browser(simulation) as browser:
+                    await browser.start(world(repository))
+                    await browser.hear_all()
+                    errors = [text for text in browser.told if text.startswith("loading: Error: ")]
+                    self.assertEqual(len(errors), 1, browser.told)
+                    self.assertTrue(errors[0].startswith(sentence), errors)
+                    self.assertEqual(browser.told[-1], errors[0])
+                self.check_clean(simulation)
+
+    async def test_a_name_that_would_add_to_the_command_is_refused(self):
+        with server() as simulation:
+            async with Browser(simulation) as browser:
+                await browser.start(world("injection", "a$(touch%20x).wbt"))
+                await browser.hear_all()
+                self.assertTrue(browser.told[-1].startswith("loading: Error: The name of the world file has characters"), browser.told)
+            self.check_clean(simulation)
+
+    async def test_an_image_that_no_registry_has_is_named(self):
+        registry = http.server.ThreadingHTTPServer(("127.0.0.1", 0), EmptyRegistry)
+        threading.Thread(target=registry.serve_forever, daemon=True).start()
+        try:
+            with server(dockerImages=f"127.0.0.1:{registry.server_address[1]}/webots") as simulation:
+                async with Browser(simulation) as browser:
+                    await browser.start(world("robots"))
+                    await browser.hear_all()
+                    self.assertEqual(browser.told[-1], "loading: Error: Image version R2025a not available on Cyberbotics' dockerHub. "
+                                                       "Please, add the appropriate Dockerfile to your project.", browser.told)
+                    self.assertEqual(len([text for text in browser.told if text.startswith("loading: Error: ")]), 1)
+                self.check_clean(simulation)
+        finally:
+            registry.shutdown()
+            registry.server_close()
+
+    async def test_the_browser_hears_when_the_container_ends(self):
+        with server() as simulation:
+            async with Browser(simulation) as browser:
+                await self.start(browser, world("robots"))
+                docker.run("kill", *docker.run("ps", "--quiet").split())
+                await browser.hear_all()
+                self.assertTrue(browser.told[-1].startswith("loading: Error: Webots has quit"), browser.told)
+            self.check_clean(simulation)
+
+    async def test_nothing_is_left_when_the_browser_leaves_at_any_moment(self):
+        with server() as simulation:
+            for moment in ("shutdownTimeout:", "loading: Step 1/", "loading: Successfully", "loading: Creating", "webots:"):
+                with self.subTest(moment=moment):
+                    async with Browser(simulation) as browser:
+                        await browser.start(world("robots"))
+                        with contextlib.suppress(websockets.ConnectionClosed):
+                            await browser.hear(moment)
+                    self.check_clean(simulation)
+
+    async def test_nothing_is_left_when_the_server_is_killed_even_while_the_next_one_starts(self):
+        with server() as simulation:
+            for moment in ("shutdownTimeout:", "loading: Step 1/", "loading: Successfully", "webots:"):
+                with self.subTest(moment=moment):
+                    async with Browser(simulation) as browser:
+                        await browser.start(world("robots"))
+                        await browser.hear(moment)
+                        await asyncio.to_thread(simulation.stop, signal.SIGKILL)
+                        if moment == "webots:":  # this time nobody starts again: the guard alone
+                            self.check_clean_of_containers()
+                        await asyncio.to_thread(simulation.start)
+                    self.check_clean(simulation)
+
+    def check_clean_of_containers(self):
+        wait_until(lambda: docker.things() == NOTHING, f"left: {docker.things()}", 90)
+
+    async def test_what_even_the_guard_could_not_remove_goes_at_the_next_start_and_nothing_of_others(self):
+        docker.run(*STRANGER, f"{IMAGES}:R2025a-ubuntu22.04", "/bin/sleep", "1000")
+        docker.run("network", "create", "--label", "com.docker.compose.project=blog", "stranger")
+        docker.run("volume", "create", "stranger")
+        others = docker.things()
+        try:
+            with server() as simulation:
+                async with Browser(simulation) as browser:
+                    await self.start(browser, world("robots"))
+                    await asyncio.to_thread(self.kill_server_and_guards, simulation)
+                self.assertEqual(len(docker.things()["containers"]), 2)
+                await asyncio.to_thread(simulation.start)
+                self.check_clean(simulation, others)
+        finally:
+            docker.run("rm", "--force", "stranger")
+            docker.run("network", "rm", "stranger")
+            docker.run("volume", "rm", "stranger")
+
+    def kill_server_and_guards(self, simulation):
+        """The server last: its guards must not see that it is gone."""
+        os.kill(simulation.process.pid, signal.SIGSTOP)
+        for pid in descendants(simulation.process.pid):
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+        simulation.stop(signal.SIGKILL)
+
+    async def test_nothing_is_left_when_the_server_is_stopped(self):
+        with server() as simulation:
+            async with Browser(simulation) as browser:
+                await self.start(browser, world("robots"))
+                self.assertEqual(await asyncio.to_thread(simulation.stop), 0)
+            self.check_clean(simulation)
+
+    async def test_simulations_at_once_do_not_meet(self):
+        with server() as simulation:
+            async with contextlib.AsyncExitStack() as stack:
+                browsers = [await stack.enter_async_context(Browser(simulation)) for _ in range(4)]
+                addresses = await asyncio.gather(*(self.start(browser, world("robots")) for browser in browsers))
+                self.assertEqual(len(set(addresses)), 4)
+                self.assertEqual(len(docker.things()["containers"]), 4)
+            self.check_clean(simulation)
+
+
+class WithoutDocker(unittest.TestCase):
+    def said_at_once(self, **environment):
+        broken = SimulationServer(environment={**docker.environment, **environment}, docker=True, dockerDir=TEMPLATES)
+        with self.assertRaises(AssertionError) as ended, broken:
+            pass
+        return str(ended.exception)
+
+    def test_a_daemon_that_is_not_there_ends_the_server_with_a_sentence(self):
+        self.assertIn("docker: the daemon does not answer: ", self.said_at_once(DOCKER_HOST="unix:///nowhere/docker.sock"))
+
+    def test_programs_that_are_not_there_end_the_server_with_a_sentence(self):
+        self.assertIn('docker: there is no program "docker". Install Docker, or set "docker" to false.', self.said_at_once(PATH="/nowhere"))
+
+
+if __name__ == "__main__":
+    main()

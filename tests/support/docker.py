@@ -1,0 +1,120 @@
+"""A Docker daemon of the test's own, apart from the machine's: everything of it lies in one folder.
+
+    with DockerDaemon() as docker:
+        docker.import_image("name:tag", {"bin/program": "/path/of/program"})
+        docker.run("ps", "--all")
+"""
+
+import ctypes
+import os
+import shutil
+import signal
+import subprocess
+import tarfile
+import tempfile
+import unittest
+
+from .servers import end, wait_until
+
+# Debian's programs, whatever else is on the machine.
+PATH = "/usr/sbin:/usr/bin:/sbin:/bin:/usr/local/sbin:/usr/local/bin"
+
+
+def require_docker():
+    for name, package in {"dockerd": "docker.io", "docker": "docker.io or docker-cli"}.items():
+        if not shutil.which(name, path=PATH):
+            raise unittest.SkipTest(f"{name} is missing (package {package})")
+    if os.geteuid() != 0:
+        raise unittest.SkipTest("only root can start a Docker daemon")
+
+
+def compose_command():
+    """How compose is called here."""
+    if subprocess.run(["docker", "compose", "version"], env={"PATH": PATH}, capture_output=True).returncode == 0:
+        return ["docker", "compose"]
+    if shutil.which("docker-compose", path=PATH):
+        return ["docker-compose"]
+    raise unittest.SkipTest("there is no docker compose (package docker-compose)")
+
+
+def _end_with_parent():
+    ctypes.CDLL(None).prctl(1, signal.SIGTERM)  # PR_SET_PDEATHSIG
+
+
+def libraries_of(program):
+    """The libraries that a program loads."""
+    said = subprocess.run(["ldd", program], capture_output=True, text=True, check=True).stdout
+    return [word for word in said.split() if word.startswith("/")]
+
+
+class DockerDaemon:
+    def __init__(self):
+        require_docker()
+        self.folder = tempfile.mkdtemp(prefix="docker_", dir="/tmp")  # short: a socket is in it
+        self.host = f"unix://{self.folder}/docker.sock"
+        self.environment = {"PATH": PATH, "DOCKER_HOST": self.host, "DOCKER_CONFIG": os.path.join(self.folder, "config")}
+        self.process = None
+
+    def __enter__(self):
+        try:
+            self.start()
+        except BaseException:
+            self.close()
+            raise
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def start(self):
+        """Without the default network, and without a look at the machine's firewall: ports are published by a proxy."""
+        command = ["dockerd", "--host", self.host, "--data-root", f"{self.folder}/data", "--exec-root", f"{self.folder}/exec",
+                   "--pidfile", f"{self.folder}/pid", "--bridge=none", "--iptables=false", "--ip6tables=false"]
+        with open(f"{self.folder}/log", "wb") as log:
+            self.process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log,
+                                            env={**os.environ, "PATH": PATH}, preexec_fn=_end_with_parent)
+        wait_until(lambda: self.process.poll() is not None or self.attempt("info").returncode == 0, "dockerd does not answer", 60)
+        if self.process.poll() is not None or self.attempt("network", "create", "probe").returncode != 0:
+            raise unittest.SkipTest(f"dockerd can't run here: {self.last_words()}")
+        self.run("network", "rm", "probe")
+
+    def last_words(self):
+        with open(f"{self.folder}/log", errors="replace") as log:
+            return (log.read().strip().splitlines() or ["nothing"])[-1][-300:]
+
+    def attempt(self, *arguments):
+        return subprocess.run(["docker", *arguments], env=self.environment, capture_output=True, text=True)
+
+    def run(self, *arguments):
+        """What docker answers."""
+        done = self.attempt(*arguments)
+        if done.returncode != 0:
+            raise AssertionError(f"docker {' '.join(arguments)}: {done.stderr}")
+        return done.stdout
+
+    def import_image(self, name, files, programs):
+        """An image with these files (inside: outside), and with these programs at their own paths; and all libraries.
+        It sleeps unless it is told something else."""
+        archive = os.path.join(self.folder, "image.tar")
+        with tarfile.open(archive, "w", dereference=True) as tar:
+            wanted = {**files, **{program: program for program in programs}}
+            for program in list(wanted.values()):
+                wanted.update({library: library for library in libraries_of(program)})
+            for inside, outside in wanted.items():
+                tar.add(outside, inside.lstrip("/"), recursive=False)
+        self.run("import", "--change", 'CMD ["/bin/sleep", "1000"]', archive, name)
+
+    def things(self):
+        """Every container, network of compose, and volume that there is."""
+        return {"containers": self.run("ps", "--all", "--format", "{{.Names}} {{.State}}").splitlines(),
+                "networks": self.run("network", "ls", "--filter", "type=custom", "--format", "{{.Name}}").splitlines(),
+                "volumes": self.run("volume", "ls", "--quiet").splitlines()}
+
+    def close(self):
+        if self.process:
+            end(self.process)
+        with open("/proc/self/mounts") as mounts:
+            left = [line.split()[1] for line in mounts if line.split()[1].startswith(self.folder)]
+        for mount in reversed(left):
+            subprocess.run(["umount", "--lazy", mount], stderr=subprocess.DEVNULL)
+        shutil.rmtree(self.folder, ignore_errors=True)

@@ -1,0 +1,567 @@
+#include "unit_test.hpp"
+
+#include "async/task_group.hpp"
+#include "core/docker_leftovers.hpp"
+
+#include <webots_cloud/docker_mode.hpp>
+#include <webots_cloud/simulation_service.hpp>
+#include <webots_cloud/testing/fixed_metrics.hpp>
+#include <webots_cloud/testing/loopback_channel.hpp>
+#include <webots_cloud/testing/memory_project_source.hpp>
+#include <webots_cloud/testing/memory_text_files.hpp>
+#include <webots_cloud/testing/recording_log.hpp>
+#include <webots_cloud/testing/scripted_processes.hpp>
+#include <webots_cloud/testing/world.hpp>
+
+#include <algorithm>
+
+using namespace webots_cloud;
+using namespace std::chrono_literals;
+
+namespace {
+
+using Texts = std::vector<std::string>;
+
+constexpr auto start_message =
+    R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/a.wbt","mode":"mjpeg"}})";
+constexpr auto root = "/instances/1/project";
+constexpr auto competition =
+    "type: competition\ndockerCompose: competition:webots-project/controllers/participant/\n";
+
+DockerModeParams docker_params()
+{
+    DockerModeParams params;
+    params.docker = "/bin/docker";
+    params.docker_compose = "/bin/docker-compose";
+    params.templates = "/templates";
+    params.identity = "webots-2000-1f3a9c4d";
+    params.run = "aa";
+    params.environment = {{"PATH", "/bin"}, {"SECRET", "x"}};
+    return params;
+}
+
+SimulationLauncherParams launcher_params()
+{
+    SimulationLauncherParams params;
+    params.most_simulations = 2;
+    params.timeout = 6000s;
+    params.start_timeout = 300s;
+    return params;
+}
+
+SimulationServiceParams service_params()
+{
+    SimulationServiceParams params;
+    params.docker = true;
+    params.server = "host.org";
+    params.ssl = false;
+    params.port_rewrite = false;
+    params.allowed_repositories = {"https://github.com/o"};
+    return params;
+}
+
+ProjectFetcherParams fetcher_params()
+{
+    ProjectFetcherParams params;
+    params.instances = "/instances";
+    return params;
+}
+
+std::string joined(Texts const& argv)
+{
+    std::string text;
+    for (auto const& argument : argv)
+        text += text.empty() ? argument : " " + argument;
+    return text;
+}
+
+/// A simulation server that runs containers, on fakes. At its end nothing may be left.
+struct Fixture
+{
+    explicit Fixture(DockerModeParams params = docker_params())
+        : docker(std::move(params), processes, files, world.clock, log.logger()),
+          fetcher(fetcher_params(), {Forge("https://github.com", source)}, log.logger()),
+          launcher(launcher_params(), processes, world.clock, log.logger(), &docker),
+          service(service_params(), fetcher, launcher, metrics, world.clock, log.logger())
+    {
+        for (auto const name : {"docker-compose-default.yml", "docker-compose-theia.yml",
+                                "docker-compose-competition.yml", "Dockerfile.default"})
+            files.texts[std::string("/templates/") + name] = name;
+        source.add("o/r", "a.wbt");
+    }
+
+    ~Fixture()
+    {
+        BOOST_TEST(browsings.size() == 0u);
+        BOOST_TEST(processes.alive() == 0);
+        BOOST_TEST(processes.held() == 0u);
+        BOOST_TEST(launcher.running() == 0u);
+        BOOST_TEST(source.directories().empty());
+        BOOST_TEST(world.clock.pending() == 0u);
+    }
+
+    /// Programs that succeed at once.
+    void expect_commands(int count, std::string output = {})
+    {
+        for (int i = 0; i < count; ++i)
+            processes.expect().prints(output).exits(0);
+    }
+
+    /// Opens docker mode of a machine where nothing is left, with `docker compose`.
+    void open()
+    {
+        expect_commands(1, "Docker Compose version v2\n");
+        expect_commands(1, "io.containerd.runc.v2 runc \n");
+        expect_commands(3);
+        BOOST_TEST_REQUIRE(world.run(docker.open()).has_value());
+        opened = processes.started().size();
+    }
+
+    testing::LoopbackChannel& start()
+    {
+        auto& browser = *browsers.emplace_back(std::make_unique<testing::LoopbackChannel>(world.executor()));
+        ChannelInfo info;
+        info.path = "/client";
+        browsings.spawn(service.converse(std::move(info), browser));
+        browser.browser_says(start_message);
+        world.settle();
+        return browser;
+    }
+
+    void leave(testing::LoopbackChannel& browser)
+    {
+        browser.browser_leaves();
+        world.settle();
+    }
+
+    std::string const& written(std::string const& name)
+    {
+        return files.texts[std::string(root) + "/" + name];
+    }
+
+    /// What was run since docker mode was opened.
+    Texts run() const
+    {
+        Texts lines;
+        for (auto i = opened; i < processes.started().size(); ++i)
+            lines.push_back(joined(processes.started()[i].argv));
+        return lines;
+    }
+
+    testing::World world;
+    testing::RecordingLog log;
+    testing::ScriptedProcesses processes{world.clock};
+    testing::MemoryTextFiles files;
+    testing::MemoryProjectSource source{world.clock};
+    testing::FixedMetrics metrics;
+    DockerMode docker;
+    ProjectFetcher fetcher;
+    SimulationLauncher launcher;
+    SimulationService service;
+    std::size_t opened = 0;
+    std::vector<std::unique_ptr<testing::LoopbackChannel>> browsers;
+    async::TaskGroup browsings{world.executor()};
+};
+
+std::string said_by_open(Fixture& fixture)
+{
+    auto const opened = fixture.world.run(fixture.docker.open());
+    return opened ? "" : opened.error().message();
+}
+
+std::ptrdiff_t errors_told(testing::LoopbackChannel const& browser)
+{
+    return std::count_if(browser.sent.begin(), browser.sent.end(),
+                         [](std::string const& text) { return text.starts_with("loading: Error: "); });
+}
+
+/// Every line of `docker ps`, `network ls` and `volume ls` when nothing is there.
+constexpr int looks = 3;
+
+} // namespace
+
+// Protocol sections 6.3, 6.4, 6.5 and 4.1.3.
+BOOST_AUTO_TEST_SUITE(docker_mode)
+
+BOOST_AUTO_TEST_CASE(compose_as_a_part_of_docker_is_preferred)
+{
+    Fixture fixture;
+    fixture.open();
+    BOOST_TEST(fixture.log.contains("Simulations run in containers, by /bin/docker compose and runc"));
+    auto const& started = fixture.processes.started();
+    BOOST_TEST(joined(started.at(0).argv) == "/bin/docker compose version");
+    BOOST_TEST(joined(started.at(2).argv).starts_with("/bin/docker ps --all --format "));
+    BOOST_TEST(joined(started.at(3).argv).starts_with("/bin/docker network ls --format "));
+    BOOST_TEST(joined(started.at(4).argv).starts_with("/bin/docker volume ls --format "));
+}
+
+BOOST_AUTO_TEST_CASE(compose_as_a_program_of_its_own_will_do)
+{
+    Fixture fixture;
+    fixture.processes.expect().prints("docker: 'compose' is not a docker command.\n").exits(1);
+    fixture.expect_commands(1, "docker-compose version 1.29.2\n");
+    fixture.expect_commands(1, "nvidia runc \n");
+    fixture.expect_commands(looks);
+    BOOST_TEST(said_by_open(fixture) == "");
+    BOOST_TEST(fixture.log.contains("Simulations run in containers, by /bin/docker-compose and nvidia"));
+}
+
+BOOST_AUTO_TEST_CASE(what_is_missing_is_said_to_the_operator)
+{
+    {
+        auto params = docker_params();
+        params.docker.clear();
+        Fixture fixture(params);
+        BOOST_TEST(said_by_open(fixture) ==
+                   "docker: there is no program \"docker\". Install Docker, or set \"docker\" to false.");
+    }
+    {
+        Fixture fixture;
+        fixture.processes.expect().exits(1);
+        fixture.processes.expect().exits(1);
+        BOOST_TEST(said_by_open(fixture).starts_with(
+            "docker: neither \"docker compose\" nor \"docker-compose\" can be run."));
+    }
+    {
+        Fixture fixture;
+        fixture.expect_commands(1);
+        fixture.processes.expect().prints("Cannot connect to the Docker daemon at unix:///x.\n").exits(1);
+        BOOST_TEST(said_by_open(fixture) ==
+                   "docker: the daemon does not answer: Cannot connect to the Docker daemon at unix:///x.");
+    }
+}
+
+BOOST_AUTO_TEST_CASE(a_daemon_that_never_answers_is_given_up_after_a_minute)
+{
+    Fixture fixture;
+    fixture.expect_commands(1);
+    fixture.processes.expect();
+    BOOST_TEST(said_by_open(fixture).starts_with("docker: the daemon does not answer: "));
+}
+
+BOOST_AUTO_TEST_CASE(what_a_dead_predecessor_left_is_removed_until_nothing_is_found)
+{
+    Fixture fixture;
+    fixture.expect_commands(2);
+    fixture.expect_commands(1, "c1\twebots-2000-1f3a9c4d-old-1\t\tUp 3 seconds\nc2\tblog\t\tUp 3 days\n");
+    fixture.expect_commands(1);
+    fixture.expect_commands(1, "n1\twebots-2000-1f3a9c4d-old-1\nn2\tblog\n");
+    fixture.processes.expect().prints("somebody else has removed it\n").exits(1);
+    fixture.expect_commands(1);
+    fixture.expect_commands(looks);
+    BOOST_TEST(said_by_open(fixture) == "");
+    BOOST_TEST(joined(fixture.processes.started().at(3).argv) == "/bin/docker rm --force --volumes c1");
+    BOOST_TEST(joined(fixture.processes.started().at(5).argv) == "/bin/docker network rm n1");
+}
+
+BOOST_AUTO_TEST_CASE(a_simulation_is_told_in_the_order_that_browsers_rely_on)
+{
+    Fixture fixture;
+    fixture.open();
+    fixture.files.texts[std::string(root) + "/webots.yml"] =
+        "type: demo\ndockerCompose:theia:webots-project/controllers/\n";
+    fixture.files.texts[std::string(root) + "/Makefile"] = "all:\n";
+    fixture.processes.expect()
+        .prints("Creating network \"x_default\"\r\n\r\nStep 1/9 : ARG A\nPulling theia\n./configure\n")
+        .prints("webots_1  | Loading\r\nwebots_1  | .\r\n")
+        .after(5s)
+        .prints("webots_1  | .\nStep 2/9\ntheia_1 | .\n");
+    fixture.expect_commands(looks);
+    auto& browser = fixture.start();
+    fixture.world.advance(5s);
+    BOOST_TEST(browser.sent == (Texts{"type:demo\n", "ide: enable", "shutdownTimeout: 6000",
+                                      "loading: Creating network \"x_default\"", "loading: Step 1/9 : ARG A",
+                                      "loading: Loading", "webots:ws://host.org:2001", "."}),
+               boost::test_tools::per_element());
+    BOOST_TEST(fixture.written("docker-compose.yml") == "docker-compose-theia.yml");
+    BOOST_TEST(fixture.written("Dockerfile") == "Dockerfile.default");
+    BOOST_TEST(fixture.written(".env").find(
+                   "\nMAKE=1\nPORT=2001\nCOMPOSE_PROJECT_NAME=webots-2000-1f3a9c4d-aa-1\n") !=
+               std::string::npos);
+    BOOST_TEST(
+        fixture.written(".env").ends_with("THEIA_VOLUME=webots-project/controllers/\nTHEIA_PORT=2501\n"));
+    auto const up = fixture.processes.started().at(fixture.opened);
+    BOOST_TEST(joined(up.argv) ==
+               "/bin/docker compose -f /instances/1/project/docker-compose.yml up --build --no-color");
+    BOOST_TEST(joined(up.afterwards) ==
+               "/bin/docker compose -f /instances/1/project/docker-compose.yml down -v --timeout 0");
+    BOOST_TEST(std::none_of(up.environment.begin(), up.environment.end(),
+                            [](auto const& variable) { return variable.first == "SECRET"; }));
+    fixture.leave(browser);
+    BOOST_TEST(fixture.run().size() == 1u + looks);
+}
+
+BOOST_AUTO_TEST_CASE(the_names_of_newer_containers_are_known_too)
+{
+    for (std::string const prefix : {"webots-1  | ", "webots-2000-1f3a9c4d-aa-1-webots-1  | "}) {
+        Fixture fixture;
+        fixture.open();
+        fixture.processes.expect()
+            .prints("controller-1  | .\n")
+            .after(1s)
+            .prints(prefix + ".\n" + prefix + "real-time\n");
+        fixture.expect_commands(looks);
+        auto& browser = fixture.start();
+        BOOST_TEST(!browser.was_told("webots:"));
+        fixture.world.advance(1s);
+        BOOST_TEST(browser.was_told("webots:"));
+        fixture.leave(browser);
+    }
+}
+
+BOOST_AUTO_TEST_CASE(a_missing_template_is_named)
+{
+    for (std::string const name : {"docker-compose-default.yml", "Dockerfile.default"}) {
+        Fixture fixture;
+        fixture.open();
+        fixture.files.texts.erase("/templates/" + name);
+        auto& browser = fixture.start();
+        BOOST_TEST(browser.sent == (Texts{"loading: Error: Missing " + name + " in /templates"}),
+                   boost::test_tools::per_element());
+        BOOST_TEST(browser.close_code.has_value());
+    }
+}
+
+BOOST_AUTO_TEST_CASE(a_line_with_too_few_fields_is_answered_with_a_sentence)
+{
+    Fixture fixture;
+    fixture.open();
+    fixture.files.texts[std::string(root) + "/webots.yaml"] = "dockerCompose:theia\n";
+    auto& browser = fixture.start();
+    BOOST_TEST_REQUIRE(browser.sent.size() == 1u);
+    BOOST_TEST(browser.sent.front().starts_with(
+        "loading: Error: Wrong line in webots.yml: \"dockerCompose:theia\"."));
+}
+
+BOOST_AUTO_TEST_CASE(an_image_that_does_not_exist_is_told_in_the_words_that_browsers_know)
+{
+    Fixture fixture;
+    fixture.open();
+    fixture.processes.expect()
+        .prints("manifest for cyberbotics/webots.cloud:R2025a-ubuntu22.04 not found\n")
+        .after(1s)
+        .exits(1);
+    fixture.expect_commands(looks);
+    auto& browser = fixture.start();
+    BOOST_TEST(errors_told(browser) == 1);
+    BOOST_TEST(browser.sent.back() ==
+               "loading: Error: Image version R2025a not available on Cyberbotics' dockerHub. Please, add "
+               "the appropriate Dockerfile to your project.");
+}
+
+BOOST_AUTO_TEST_CASE(files_of_the_project_are_replaced_and_the_browser_is_told)
+{
+    Fixture fixture;
+    fixture.open();
+    for (auto const name : {"/Dockerfile", "/docker-compose.yml"})
+        fixture.files.texts[std::string(root) + name] = "evil";
+    fixture.processes.expect();
+    fixture.expect_commands(looks);
+    auto& browser = fixture.start();
+    BOOST_TEST(
+        browser.sent ==
+            (Texts{"shutdownTimeout: 6000",
+                   "loading: The Dockerfile of the project is not used: this server builds with its own.",
+                   "loading: The docker-compose.yml of the project is not used: this server runs its own."}),
+        boost::test_tools::per_element());
+    BOOST_TEST(fixture.written("Dockerfile") == "Dockerfile.default");
+    BOOST_TEST(fixture.written("docker-compose.yml") == "docker-compose-default.yml");
+    fixture.leave(browser);
+}
+
+BOOST_AUTO_TEST_CASE(an_operator_may_allow_the_dockerfiles_of_projects)
+{
+    auto params = docker_params();
+    params.project_dockerfiles = true;
+    Fixture fixture(params);
+    fixture.open();
+    fixture.files.texts[std::string(root) + "/Dockerfile"] = "FROM mine";
+    fixture.files.texts.erase("/templates/Dockerfile.default");
+    fixture.processes.expect()
+        .prints("manifest for cyberbotics/webots.cloud:R2025a-ubuntu22.04 not found\n")
+        .exits(1);
+    fixture.expect_commands(looks);
+    auto& browser = fixture.start();
+    BOOST_TEST(fixture.written("Dockerfile") == "FROM mine");
+    BOOST_TEST(errors_told(browser) == 1);
+    BOOST_TEST(
+        browser.sent.back().starts_with("loading: Error: Unable to start Webots: it exited with status 1"));
+}
+
+BOOST_AUTO_TEST_CASE(a_reset_in_a_competition_restarts_the_controller)
+{
+    Fixture fixture;
+    fixture.open();
+    fixture.files.texts[std::string(root) + "/webots.yml"] = competition;
+    fixture.files.texts[std::string(root) + "/worlds/a.wbt"] = "Robot { controller \"participant\" }";
+    fixture.files.texts[std::string(root) + "/controllers/Dockerfile"] = "FROM x";
+    fixture.files.texts["/templates/remote_controller_launcher.py"] = "launch";
+    fixture.processes.expect()
+        .prints("webots-1  | .\n")
+        .after(5s)
+        .prints("webots-1  | reset\nwebots-1  | .\n");
+    fixture.processes.expect().prints("No such service\n").exits(1);
+    fixture.expect_commands(looks);
+    auto& browser = fixture.start();
+    fixture.world.advance(5s);
+    BOOST_TEST(fixture.written("worlds/a.wbt") == "Robot { controller \"<extern>\" }");
+    BOOST_TEST(fixture.written("remote_controller_launcher.py") == "launch");
+    BOOST_TEST(fixture.written("docker-compose.yml") == "docker-compose-competition.yml");
+    BOOST_TEST(
+        fixture.run().at(1) ==
+        "/bin/docker compose -f /instances/1/project/docker-compose.yml restart --timeout 0 controller");
+    BOOST_TEST(fixture.log.contains("[1] The controller can't be restarted: No such service"));
+    BOOST_TEST(browser.sent.back() == ".");
+    fixture.leave(browser);
+}
+
+BOOST_AUTO_TEST_CASE(a_reset_elsewhere_restarts_nothing)
+{
+    Fixture fixture;
+    fixture.open();
+    fixture.processes.expect().prints("webots-1  | .\nwebots-1  | reset\n");
+    fixture.expect_commands(looks);
+    auto& browser = fixture.start();
+    fixture.leave(browser);
+    BOOST_TEST(fixture.run().size() == 1u + looks);
+}
+
+BOOST_AUTO_TEST_CASE(a_competition_without_a_container_for_the_participant_is_refused_in_words)
+{
+    Fixture fixture;
+    fixture.open();
+    fixture.files.texts[std::string(root) + "/webots.yml"] = competition;
+    fixture.files.texts[std::string(root) + "/worlds/a.wbt"] = "";
+    auto& browser = fixture.start();
+    BOOST_TEST(
+        browser.sent ==
+            (Texts{"loading: Error: A competition needs a Dockerfile in its folder controllers, and the "
+                   "project has none."}),
+        boost::test_tools::per_element());
+}
+
+BOOST_AUTO_TEST_CASE(the_time_to_get_ready_counts_from_the_last_word_of_compose)
+{
+    Fixture fixture;
+    fixture.open();
+    fixture.processes.expect()
+        .after(299s)
+        .prints("Step 1/9\n")
+        .after(299s)
+        .prints("Step 2/9\n")
+        .after(299s)
+        .prints("webots-1 | noise\n");
+    fixture.expect_commands(looks);
+    auto& browser = fixture.start();
+    fixture.world.advance(598s + 299s);
+    BOOST_TEST(errors_told(browser) == 0);
+    fixture.world.advance(1s);
+    BOOST_TEST(browser.sent.back() == "loading: Error: Webots did not load the world within 300 s.");
+}
+
+BOOST_AUTO_TEST_CASE(the_end_of_the_simulator_ends_the_simulation_while_an_editor_runs)
+{
+    Fixture fixture;
+    fixture.open();
+    fixture.processes.expect().prints("webots-1  | .\n").after(1s).prints("webots-1 exited with code 139\n");
+    fixture.expect_commands(looks);
+    auto& browser = fixture.start();
+    fixture.world.advance(1s);
+    BOOST_TEST(browser.sent.back() ==
+               "loading: Error: Webots has quit unexpectedly: it exited with code 139.");
+    BOOST_TEST(browser.close_code.has_value());
+}
+
+BOOST_AUTO_TEST_CASE(a_flood_of_words_is_shown_in_part)
+{
+    Fixture fixture;
+    fixture.open();
+    std::string flood;
+    for (int i = 0; i < 2000; ++i)
+        flood += "building\n";
+    fixture.processes.expect().prints(flood).after(1s).prints("Step 2/9\nwebots-1 | .\n");
+    fixture.expect_commands(looks);
+    auto& browser = fixture.start();
+    BOOST_TEST(browser.sent.size() == 201u);
+    fixture.world.advance(1s);
+    BOOST_TEST(browser.was_told("loading: Step 2/9"));
+    BOOST_TEST(browser.was_told("webots:"));
+    fixture.leave(browser);
+}
+
+BOOST_AUTO_TEST_CASE(what_compose_left_is_removed_when_the_simulation_ends)
+{
+    Fixture fixture;
+    fixture.open();
+    fixture.processes.expect();
+    fixture.expect_commands(
+        1, "c1\twebots-2000-1f3a9c4d-aa-1\t\tCreated\nc2\twebots-2000-1f3a9c4d-aa-2\t\tUp 1 second\n");
+    fixture.expect_commands(1);
+    fixture.expect_commands(2);
+    fixture.expect_commands(looks);
+    auto& browser = fixture.start();
+    fixture.leave(browser);
+    fixture.world.advance(1s);
+    BOOST_TEST(fixture.run().at(2) == "/bin/docker rm --force --volumes c1");
+    BOOST_TEST(fixture.run().size() == 1u + looks + 1u + looks);
+}
+
+BOOST_AUTO_TEST_CASE(old_images_go_only_where_the_operator_has_named_those_that_stay)
+{
+    auto params = docker_params();
+    params.persistent_images = Texts{"cyberbotics/webots.cloud:R2025a-ubuntu22.04"};
+    Fixture fixture(params);
+    fixture.open();
+    fixture.processes.expect();
+    fixture.expect_commands(looks);
+    fixture.expect_commands(1, "cyberbotics/webots.cloud:R2025a-ubuntu22.04\t1970-01-01 00:00:00 +0000 UTC\n"
+                               "cyberbotics/webots.cloud:R2023b-ubuntu22.04\t1970-01-01 00:00:00 +0000 UTC\n"
+                               "webots-2000-1f3a9c4d-aa-0_webots:latest\t1970-01-01 00:00:00 +0000 UTC\n"
+                               "debian:12\t1970-01-01 00:00:00 +0000 UTC\n");
+    fixture.expect_commands(1, "a container\n");
+    fixture.expect_commands(2);
+    auto& browser = fixture.start();
+    fixture.leave(browser);
+    auto const run = fixture.run();
+    BOOST_TEST_REQUIRE(run.size() == 1u + looks + 4u);
+    BOOST_TEST(run.at(5) ==
+               "/bin/docker ps --quiet --filter ancestor=cyberbotics/webots.cloud:R2023b-ubuntu22.04");
+    BOOST_TEST(run.at(6) ==
+               "/bin/docker ps --quiet --filter ancestor=webots-2000-1f3a9c4d-aa-0_webots:latest");
+    BOOST_TEST(run.at(7) == "/bin/docker rmi webots-2000-1f3a9c4d-aa-0_webots:latest");
+}
+
+/// A competition, a reset and a departure: in each run one more call of one seam succeeds before one fails.
+int run_until_nothing_blows(testing::Fuse& (*fuse_of)(Fixture&))
+{
+    for (int call = 1;; ++call) {
+        Fixture fixture;
+        fixture.open();
+        fixture.files.texts[std::string(root) + "/webots.yml"] = competition;
+        fixture.files.texts[std::string(root) + "/worlds/a.wbt"] = "";
+        fixture.files.texts[std::string(root) + "/controllers/Dockerfile"] = "FROM x";
+        fixture.processes.expect().prints("webots-1  | .\nwebots-1 | reset\n");
+        fixture.expect_commands(1 + looks);
+        fuse_of(fixture) = testing::Fuse(call);
+        auto& browser = fixture.start();
+        bool const blown = fuse_of(fixture).blown();
+        bool const harmless = fixture.log.contains("Port 2001 is already in use.") ||
+                              fixture.log.contains("The controller can't be restarted");
+        BOOST_TEST(errors_told(browser) == (blown && !harmless ? 1 : 0), "call " << call);
+        if (!browser.close_code)
+            fixture.leave(browser);
+        if (!fuse_of(fixture).blown())
+            return call - 1;
+    }
+}
+
+BOOST_AUTO_TEST_CASE(whatever_fails_exactly_one_error_is_told_and_nothing_is_left)
+{
+    auto const files = [](Fixture& fixture) -> testing::Fuse& { return fixture.files.fuse; };
+    auto const processes = [](Fixture& fixture) -> testing::Fuse& { return fixture.processes.fuse; };
+    BOOST_TEST(run_until_nothing_blows(files) ==
+               6); // project, compose file, competition, launcher, Dockerfile; all written
+    BOOST_TEST(run_until_nothing_blows(processes) == 6); // a port, compose, a restart, three looks
+}
+
+BOOST_AUTO_TEST_SUITE_END()
