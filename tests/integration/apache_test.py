@@ -155,7 +155,7 @@ class BehindApache(unittest.IsolatedAsyncioTestCase):
     async def test_the_rules_of_the_guide_carry_it_too_and_the_monitor_page_finds_its_way(self):
         site = self.site(lambda port, _: RULES_OF_THE_GUIDE.format(port=port))
         await self.check_a_visit(site)
-        with self.assertRaises(websockets.InvalidStatusCode):
+        with self.assertRaises(websockets.InvalidHandshake):
             await site.websocket("/monitor")
         await self.check_live_monitor(site, f"/{site.session.port}/monitor")
         snapshot = json.loads(site.get("/monitor", Accept="application/json")[1])

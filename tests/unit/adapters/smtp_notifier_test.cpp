@@ -5,6 +5,7 @@
 
 #include <webots_cloud/adapters.hpp>
 
+#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/bind_cancellation_slot.hpp>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/cancellation_signal.hpp>
@@ -13,7 +14,9 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/read.hpp>
 #include <boost/asio/read_until.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <boost/asio/this_coro.hpp>
+#include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/write.hpp>
 
 #include <array>
@@ -30,9 +33,18 @@ namespace {
 
 asio::awaitable<result<>> deliver(Notifier& notifier, std::string text = "Text\n")
 {
-    co_await asio::this_coro::throw_if_cancelled(false); // as in a TaskGroup: what leaves a task would end the program
     Notice notice("Subject", std::move(text));
     co_return co_await notifier.deliver(std::move(notice));
+}
+
+/// Delivers when cancelled.
+asio::awaitable<result<>> deliver_late(Notifier& notifier)
+{
+    co_await asio::this_coro::throw_if_cancelled(false);
+    auto const executor = co_await asio::this_coro::executor;
+    asio::steady_timer never(executor, std::chrono::steady_clock::time_point::max());
+    (void)co_await never.async_wait(asio::as_tuple(asio::use_awaitable));
+    co_return co_await deliver(notifier);
 }
 
 /// A port that takes connections, because the kernel does, and a notifier that mails to it.
@@ -164,8 +176,9 @@ BOOST_AUTO_TEST_CASE(cancelled_before_it_began_it_never_connects)
     auto finished = [&fixture](std::exception_ptr failure, result<> ended) {
         fixture.outcome = failure ? result<>(Failure(asio::error::operation_aborted)) : std::move(ended);
     };
-    asio::co_spawn(fixture.context, deliver(*fixture.notifier),
+    asio::co_spawn(fixture.context, deliver_late(*fixture.notifier),
                    asio::bind_cancellation_slot(fixture.cancelled.slot(), std::move(finished)));
+    fixture.context.poll();
     fixture.cancelled.emit(asio::cancellation_type::terminal);
     fixture.context.run();
     BOOST_TEST((fixture.outcome->error().code() == asio::error::operation_aborted));
