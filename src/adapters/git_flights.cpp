@@ -1,5 +1,6 @@
 #include "git_flights.hpp"
 
+#include "../async/cancellation.hpp"
 #include "step_back.hpp"
 
 #include <boost/asio/error.hpp>
@@ -52,6 +53,9 @@ asio::awaitable<result<GitFetched>> GitFlights::join(std::string key, std::share
                                                      Job job)
 {
     co_await asio::this_coro::throw_if_cancelled(false);
+    bool const cancelled = co_await async::is_cancelled();
+    if (cancelled)
+        co_return Failure(asio::error::operation_aborted);
     auto const found = flights_.find(key);
     auto const flight = found != flights_.end() ? found->second : start(key, std::move(job));
     flight->progress.join(std::move(progress));

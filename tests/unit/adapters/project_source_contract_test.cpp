@@ -1,6 +1,8 @@
-// What every source of projects promises (transport/project_source.hpp), for those that need no server. The
-// git source keeps it against real servers: tests/integration/git_source_test.py.
+// What every source of projects promises (transport/project_source.hpp). The git source asks a small server
+// here; real ones are in tests/integration/git_source_test.py.
 #include "unit_test.hpp"
+
+#include "small_git_server.hpp"
 
 #include <webots_cloud/adapters.hpp>
 
@@ -43,12 +45,12 @@ struct Directory
 {
     static constexpr auto project = "owner/robots";
 
-    static std::unique_ptr<ProjectSource> make(asio::any_io_executor executor, fs::path const& projects)
+    std::unique_ptr<ProjectSource> make(asio::any_io_executor executor, fs::path const& projects)
     {
         return make_directory_source(std::move(executor), projects);
     }
 
-    static void ask(FetchOrder& order, std::string const& repository, std::string const& world)
+    void ask(FetchOrder& order, std::string const& repository, std::string const& world) const
     {
         order.project.owner = "owner";
         order.project.repository = repository;
@@ -62,20 +64,45 @@ struct Website
 {
     static constexpr auto project = "robots";
 
-    static std::unique_ptr<ProjectSource> make(asio::any_io_executor executor, fs::path const& projects)
+    std::unique_ptr<ProjectSource> make(asio::any_io_executor executor, fs::path const& projects)
     {
         WebsiteSourceParams params;
         params.projects = projects;
         return make_website_source(std::move(executor), std::move(params), Logger());
     }
 
-    static void ask(FetchOrder& order, std::string const& project, std::string const& world)
+    void ask(FetchOrder& order, std::string const& project, std::string const& world) const
     {
         order.website.emplace();
         order.website->origin = "https://w.org";
         order.website->project = project;
         order.website->world = world;
     }
+};
+
+/// `owner/robots` on a git server.
+struct Git
+{
+    static constexpr auto project = "robots";
+
+    std::unique_ptr<ProjectSource> make(asio::any_io_executor executor, fs::path const& projects)
+    {
+        server.emplace(projects / project);
+        GitSourceParams params;
+        params.cache = projects.parent_path() / "cache";
+        return make_git_source(std::move(executor), std::move(params), Logger());
+    }
+
+    void ask(FetchOrder& order, std::string const& repository, std::string const& world) const
+    {
+        order.project.forge = server->url();
+        order.project.owner = "owner";
+        order.project.repository = repository;
+        order.project.ref_and_folder = "main";
+        order.project.world = world;
+    }
+
+    std::optional<SmallGitServer> server;
 };
 
 template<class Kind>
@@ -91,7 +118,7 @@ struct Fixture
         write(project / "controllers" / "c" / "c.py", std::string(1000, 'x'));
         fs::create_symlink("/etc/passwd", project / "link");
         BOOST_TEST_REQUIRE(::mkfifo((project / "pipe").c_str(), 0600) == 0);
-        source = Kind::make(context.get_executor(), folder / "projects");
+        source = kind.make(context.get_executor(), folder / "projects");
     }
 
     ~Fixture()
@@ -103,7 +130,7 @@ struct Fixture
     FetchOrder order(std::string const& project = "robots", std::string const& world = "a.wbt") const
     {
         FetchOrder order;
-        Kind::ask(order, project, world);
+        kind.ask(order, project, world);
         order.directory = folder / "instance";
         return order;
     }
@@ -135,10 +162,11 @@ struct Fixture
     asio::io_context context{1};
     asio::cancellation_signal signal;
     fs::path folder;
+    Kind kind;
     std::unique_ptr<ProjectSource> source;
 };
 
-using Kinds = boost::mpl::list<Directory, Website>;
+using Kinds = boost::mpl::list<Directory, Website, Git>;
 
 } // namespace
 
@@ -199,6 +227,13 @@ BOOST_AUTO_TEST_CASE_TEMPLATE(a_cancelled_fetch_ends_early_and_is_discarded_like
     BOOST_TEST((fetched.error().code() == asio::error::operation_aborted));
     BOOST_TEST(fixture.run(fixture.source->discard(order.directory)).has_value());
     BOOST_TEST(!fs::exists(order.directory));
+}
+
+BOOST_AUTO_TEST_CASE(a_fetch_that_is_cancelled_before_it_begins_asks_no_git_server)
+{
+    Fixture<Git> fixture;
+    (void)fixture.run(fixture.fetch_cancelled(fixture.order()));
+    BOOST_TEST(fixture.kind.server->asked() == 0);
 }
 
 BOOST_AUTO_TEST_CASE_TEMPLATE(a_discarded_directory_is_gone_with_all_that_a_simulation_wrote, Kind, Kinds)
