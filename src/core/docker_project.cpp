@@ -3,6 +3,8 @@
 #include "launch_plan.hpp"
 #include "text.hpp"
 
+#include <webots_cloud/transport/http.hpp>
+
 #include <algorithm>
 #include <array>
 
@@ -152,6 +154,24 @@ std::string with_extern_participant(std::string_view world)
         world.remove_prefix(found + before.size());
     }
     return text.append(world);
+}
+
+std::string with_server_label(std::string_view dockerfile, std::string_view server)
+{
+    std::string text;
+    bool goes_on = false; // the instruction, after the last line
+    bool is_from = false;
+    for (auto const line : split(dockerfile, '\n')) {
+        auto const words = trim(line);
+        if (!goes_on)
+            is_from = words.size() > 5 && equal_ignoring_case(words.substr(0, 4), "from") &&
+                      (words[4] == ' ' || words[4] == '\t');
+        goes_on = (goes_on || !words.starts_with('#')) && (words.ends_with('\\') || words.ends_with('`'));
+        text.append(line).append("\n");
+        if (is_from && !goes_on)
+            text.append("LABEL webots_cloud.server=").append(server).append("\n");
+    }
+    return text;
 }
 
 result<std::string> env_file(DockerEnvironment const& environment)

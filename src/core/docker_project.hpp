@@ -54,6 +54,10 @@ result<WebotsYml> parse_webots_yml(std::string_view text);
 /// The world of a competition, whose participant is a controller outside of Webots.
 std::string with_extern_participant(std::string_view world);
 
+/// A Dockerfile of a project, each of whose images has the server as its label: a container in which a build
+/// has failed has it too, and is found.
+std::string with_server_label(std::string_view dockerfile, std::string_view server);
+
 /// The values that compose puts into its file.
 struct DockerEnvironment
 {

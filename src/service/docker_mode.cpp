@@ -209,7 +209,9 @@ asio::awaitable<result<ContainerPlan>> DockerMode::prepare(LaunchSpec const& spe
         added = std::move(*more);
     }
     bool const own_dockerfile = project.dockerfile && impl_->params.project_dockerfiles;
-    if (!own_dockerfile) {
+    if (own_dockerfile) {
+        added.emplace_back("Dockerfile", core::with_server_label(*project.dockerfile, environment->server));
+    } else {
         auto dockerfile = co_await impl_->read_template("Dockerfile.default");
         if (!dockerfile)
             co_return dockerfile.error();
@@ -271,7 +273,8 @@ asio::awaitable<result<std::string>> DockerMode::Impl::read_template(std::string
 asio::awaitable<result<std::vector<TextFile>>> DockerMode::Impl::competition_files(LaunchSpec const& spec)
 {
     auto const world = concat("worlds/", spec.world.filename().string());
-    Arguments names{world, "controllers/Dockerfile"};
+    std::string const controller = "controllers/Dockerfile";
+    Arguments names{world, controller};
     auto const texts = co_await files.read(spec.root, std::move(names));
     if (!texts)
         co_return texts.error();
@@ -281,6 +284,7 @@ asio::awaitable<result<std::vector<TextFile>>> DockerMode::Impl::competition_fil
             "A competition needs a Dockerfile in its folder controllers, and the project has none.");
     std::vector<TextFile> added;
     added.emplace_back(world, core::with_extern_participant(*texts->at(0)));
+    added.emplace_back(controller, core::with_server_label(*texts->at(1), params.identity));
     Arguments launcher{launcher_file};
     auto const ours = co_await files.read(params.templates, std::move(launcher));
     if (!ours)

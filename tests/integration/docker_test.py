@@ -49,6 +49,7 @@ def setUpModule():
         **robots, "webots.yml": "type: competition\ndockerCompose: competition:webots-project/controllers/participant/\n",
         "controllers/Dockerfile": f"FROM {IMAGES}:R2025a-ubuntu22.04\n"})
     git.add_repository("o", "make", {**robots, "Makefile": "all:\n\tfalse\n"})
+    git.add_repository("o", "broken", {**robots, "Dockerfile": f"FROM {IMAGES}:R2025a-ubuntu22.04\nRUN false\n"})
     git.add_repository("o", "injection", {"worlds/a$(touch x).wbt": "#VRML_SIM R2025a utf8\n"})
 
 
@@ -167,6 +168,7 @@ class Docker(unittest.IsolatedAsyncioTestCase):
         cases = [("fields", {}, "loading: Error: Wrong line in webots.yml: \"dockerCompose:theia\"."),
                  ("make", {}, "loading: Error: Unable to start Webots: it exited with status 1 before the world was loaded: "),
                  ("own", {"projectDockerfiles": True}, "loading: Error: Unable to start Webots: it exited with status 1 before the world"),
+                 ("broken", {"projectDockerfiles": True}, "loading: Error: Unable to start Webots: it exited with status 1 before the"),
                  ("robots", {"dockerDir": "/nowhere"}, "loading: Error: Missing docker-compose-default.yml in /nowhere")]
         for repository, settings, sentence in cases:
             with self.subTest(repository=repository, **settings), server(**settings) as simulation:

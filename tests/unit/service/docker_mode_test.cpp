@@ -382,7 +382,7 @@ BOOST_AUTO_TEST_CASE(an_operator_may_allow_the_dockerfiles_of_projects)
         .exits(1);
     fixture.expect_commands(looks);
     auto& browser = fixture.start();
-    BOOST_TEST(fixture.written("Dockerfile") == "FROM mine");
+    BOOST_TEST(fixture.written("Dockerfile") == "FROM mine\nLABEL webots_cloud.server=webots-2000-1f3a9c4d\n");
     BOOST_TEST(errors_told(browser) == 1);
     BOOST_TEST(
         browser.sent.back().starts_with("loading: Error: Unable to start Webots: it exited with status 1"));

@@ -1,0 +1,96 @@
+#include "unit_test.hpp"
+
+#include <webots_cloud/adapters.hpp>
+
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/use_future.hpp>
+
+#include <filesystem>
+#include <fstream>
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+using namespace webots_cloud;
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A project and, beside it, what it must not lead to.
+struct Fixture
+{
+    Fixture()
+    {
+        fs::create_directories(project / "worlds");
+        fs::create_directories(outside);
+        put(outside / "secret", "secret");
+        put(project / "worlds" / "a.wbt", "world");
+    }
+
+    ~Fixture() { fs::remove_all(folder); }
+
+    static void put(fs::path const& path, std::string const& text) { std::ofstream(path) << text; }
+
+    static std::string get(fs::path const& path)
+    {
+        std::ifstream file(path);
+        return {std::istreambuf_iterator<char>(file), {}};
+    }
+
+    template<class T>
+    T run(boost::asio::awaitable<T> body)
+    {
+        auto outcome = boost::asio::co_spawn(context, std::move(body), boost::asio::use_future);
+        context.restart();
+        context.run();
+        return outcome.get();
+    }
+
+    fs::path folder = fs::temp_directory_path() / ("webots_cloud_text_files_" + std::to_string(::getpid()));
+    fs::path project = folder / "project";
+    fs::path outside = folder / "outside";
+    boost::asio::io_context context;
+    std::unique_ptr<TextFiles> files = make_text_files();
+};
+
+} // namespace
+
+BOOST_FIXTURE_TEST_SUITE(text_files, Fixture)
+
+BOOST_AUTO_TEST_CASE(texts_are_read_and_what_is_missing_is_nothing)
+{
+    auto const texts = run(files->read(project, {"worlds/a.wbt", "worlds/b.wbt", "worlds", "nowhere/a"}));
+    BOOST_TEST_REQUIRE(texts.has_value());
+    BOOST_TEST_REQUIRE(texts->size() == 4u);
+    BOOST_TEST(texts->at(0).value_or("") == "world");
+    for (auto const i : {1u, 2u, 3u})
+        BOOST_TEST(!texts->at(i).has_value());
+}
+
+BOOST_AUTO_TEST_CASE(links_and_pipes_are_not_read)
+{
+    fs::create_symlink(outside / "secret", project / "webots.yml");
+    fs::create_symlink(outside, project / "controllers");
+    BOOST_TEST_REQUIRE(::mkfifo((project / "pipe").c_str(), 0600) == 0);
+    auto const texts = run(files->read(project, {"webots.yml", "controllers/secret", "pipe"}));
+    BOOST_TEST_REQUIRE(texts.has_value());
+    for (auto const& text : *texts)
+        BOOST_TEST(!text.has_value());
+}
+
+BOOST_AUTO_TEST_CASE(links_are_replaced_and_not_written_through)
+{
+    fs::create_symlink(outside / "secret", project / "Dockerfile");
+    fs::create_symlink(outside, project / "controllers");
+    std::vector<TextFile> const ours{TextFile("Dockerfile", "ours"), TextFile("worlds/a.wbt", "other")};
+    BOOST_TEST(run(files->write(project, ours)).has_value());
+    BOOST_TEST(get(project / "Dockerfile") == "ours");
+    BOOST_TEST(get(project / "worlds" / "a.wbt") == "other");
+    std::vector<TextFile> const through{TextFile("controllers/secret", "ours")};
+    BOOST_TEST((run(files->write(project, through)).error() == errc::unavailable));
+    BOOST_TEST(get(outside / "secret") == "secret");
+}
+
+BOOST_AUTO_TEST_SUITE_END()
