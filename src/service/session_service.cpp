@@ -13,6 +13,7 @@
 
 #include <boost/asio/experimental/awaitable_operators.hpp>
 
+#include <map>
 #include <unordered_set>
 
 namespace webots_cloud {
@@ -83,7 +84,7 @@ struct SessionService::Impl
     bool available = false;
     std::unordered_set<Channel*> browsers; // those that watch availability
     core::SessionBoard board;
-    core::Placements placements;
+    std::map<std::string, std::uint64_t, std::less<>> placed_before; // on servers that left the list and may come back
     MonitorFeed feed; // to those that watch the monitor page
     std::uint64_t placed = 0;
     std::uint64_t refused = 0;
@@ -111,7 +112,11 @@ void SessionService::set_servers(std::vector<ServerSpec> const& servers)
     std::vector<std::string> addresses;
     for (auto const& server : servers)
         addresses.push_back(server.address);
+    auto const before = impl_->monitor_rows();
     impl_->scheduler.set_servers(servers);
+    for (auto const& row : before)
+        if (auto const forgotten = row.placed - impl_->scheduler.placed(row.address); forgotten > 0)
+            impl_->placed_before[row.address] = forgotten;
     impl_->monitor.set_servers(addresses);
     impl_->update_availability();
     impl_->update_monitor();
@@ -178,7 +183,6 @@ std::string SessionService::Impl::place()
     ++(placement ? placed : refused);
     if (!placement)
         return "Error: no simulation server available at the moment.";
-    ++placements[std::string(placement->address)];
     return concat(params.ssl ? "wss://" : "ws://", placement->address);
 }
 
@@ -206,7 +210,11 @@ Answer SessionService::Impl::availability(IncomingRequest const& request) const
 
 std::vector<core::SessionRow> SessionService::Impl::monitor_rows() const
 {
-    return core::session_rows(monitor.snapshot(), placements);
+    auto const all = [this](std::string_view address) {
+        auto const before = placed_before.find(address);
+        return scheduler.placed(address) + (before == placed_before.end() ? 0 : before->second);
+    };
+    return core::session_rows(monitor.snapshot(), all);
 }
 
 void SessionService::Impl::update_monitor()
