@@ -62,7 +62,8 @@ struct SessionService::Impl
 
     asio::awaitable<result<>> carry_reports();
     asio::awaitable<result<>> check_availability();
-    asio::awaitable<void> show_availability(ChannelInfo const& info, Channel& channel);
+    asio::awaitable<void> say_place(Channel& channel);
+    asio::awaitable<void> show_availability(std::string name, Channel& channel);
     void take(LoadEvent const& event);
     void update_availability();
     std::string place();
@@ -312,19 +313,26 @@ Answer SessionService::respond(IncomingRequest const& request)
     return impl_->viewer(request.path);
 }
 
+/// No coroutine itself: its frame would lie below that of every browser that waits.
 asio::awaitable<void> SessionService::converse(ChannelInfo info, Channel& channel)
 {
     if (info.path == "/monitor")
-        co_return co_await impl_->feed.serve(impl_->board.snapshot(), channel);
-    if (info.path != "/session")
-        co_return co_await impl_->show_availability(info, channel);
-    (void)channel.send(impl_->place());
-    channel.close(1000);
+        return impl_->feed.serve(impl_->board.snapshot(), channel);
+    if (info.path == "/session")
+        return impl_->say_place(channel);
+    return impl_->show_availability(concat("[", core::printable(info.host, 100), "] "), channel);
 }
 
-asio::awaitable<void> SessionService::Impl::show_availability(ChannelInfo const& info, Channel& channel)
+asio::awaitable<void> SessionService::Impl::say_place(Channel& channel)
 {
-    auto const name = concat("[", core::printable(info.host, 100), "] ");
+    (void)channel.send(place());
+    channel.close(1000);
+    co_return;
+}
+
+/// `name`: of the browser, for the log.
+asio::awaitable<void> SessionService::Impl::show_availability(std::string name, Channel& channel)
+{
     log.info(concat(name, "New client"));
     browsers.insert(&channel);
     (void)channel.send(available ? "1" : "0");
