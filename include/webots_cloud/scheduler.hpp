@@ -388,6 +388,8 @@ public:
     /// What is known about every machine, in the operator's order. For monitor pages.
     /// Lifetime: addresses are valid until set_servers() leaves the server out.
     std::vector<Candidate> machines(TimePoint now) const;
+    /// How many sessions were placed there since the server was listed; 0 for one that is not.
+    std::uint64_t placed(std::string_view server) const;
 
     /// The last 100 decisions, oldest first.
     std::vector<Decision> decisions() const;

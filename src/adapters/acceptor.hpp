@@ -4,8 +4,8 @@
 #include <webots_cloud/error.hpp>
 
 #include <boost/asio/as_tuple.hpp>
+#include <boost/asio/deferred.hpp>
 #include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/use_awaitable.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -23,7 +23,7 @@ public:
     result<> listen(std::string const& address, std::uint16_t port);
 
     /// The next connection, as (error, socket).
-    auto accept() { return acceptor_.async_accept(boost::asio::as_tuple(boost::asio::use_awaitable)); }
+    auto accept() { return acceptor_.async_accept(boost::asio::as_tuple(boost::asio::deferred)); }
 
     /// Ends the connection that has waited longest, without a word, when no descriptor is left for it: better
     /// than to let it wait for nothing. False when that did not work either.

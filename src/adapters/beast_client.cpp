@@ -17,7 +17,10 @@
 #include <boost/url/parse.hpp>
 
 #include <charconv>
+#include <iterator>
 #include <optional>
+#include <sys/socket.h>
+#include <type_traits>
 #include <unordered_map>
 #include <variant>
 
@@ -33,6 +36,8 @@ using core::concat;
 // Connections kept for the next request: as many servers as one session server may poll.
 constexpr std::size_t most_idle = 16 * 1024;
 
+constexpr std::size_t usual_request = 256; // bytes, without its body
+
 constexpr std::uint16_t http_port = 80;
 constexpr std::uint16_t https_port = 443;
 
@@ -42,11 +47,6 @@ struct Target
     std::string host;
     std::uint16_t port = 0;
     std::string path;
-
-    std::string origin() const
-    {
-        return concat(tls ? "https://" : "http://", host, ":", std::to_string(port));
-    }
 };
 
 /// 0 when `text` is no port.
@@ -59,11 +59,13 @@ std::uint16_t parse_port(std::string_view text)
 
 result<Target> parse_target(std::string const& text)
 {
-    Failure const unusable(errc::invalid_url,
-                           concat("\"", core::printable(text, 200), "\" is no http or https URL"));
+    auto const unusable = [&text] {
+        return Failure(errc::invalid_url,
+                       concat("\"", core::printable(text, 200), "\" is no http or https URL"));
+    };
     auto const url = boost::urls::parse_uri(text);
     if (!url || (url->scheme() != "http" && url->scheme() != "https") || url->host().empty())
-        return unusable;
+        return unusable();
     Target target;
     target.tls = url->scheme() == "https";
     target.host = url->host_address();
@@ -71,7 +73,7 @@ result<Target> parse_target(std::string const& text)
     if (url->has_port())
         target.port = parse_port({url->port().data(), url->port().size()});
     if (target.port == 0)
-        return unusable;
+        return unusable();
     auto const path = url->encoded_resource();
     target.path = path.empty() ? "/" : std::string(path.data(), path.size());
     return target;
@@ -91,8 +93,7 @@ public:
     }
 
     asio::awaitable<result<>> open(Target const& target, std::vector<tcp::endpoint> addresses);
-    asio::awaitable<result<HttpResponse>> exchange(std::string const& request,
-                                                   std::size_t body_limit);
+    asio::awaitable<result<HttpResponse>> exchange(std::string request, std::size_t body_limit);
 
     void expires_at(TimePoint when) { lowest().expires_at(when); }
     bool is_reusable() const noexcept { return reusable_; }
@@ -108,14 +109,33 @@ private:
     }
     asio::awaitable<result<>> encrypt(Encrypted& stream, std::string const& host);
     template<class Stream>
-    asio::awaitable<result<HttpResponse>>
-    exchange_on(Stream& stream, std::string const& request, std::size_t body_limit);
+    asio::awaitable<result<HttpResponse>> exchange_on(Stream& stream, std::string request,
+                                                      std::size_t body_limit);
 
     std::variant<std::monostate, Plain, Encrypted> stream_;
     beast::flat_buffer buffer_;
     bool reusable_ = false;
     bool answered_ = false;
 };
+
+/// A request fits into the buffer of its socket: to wait for that, with a deadline, would cost a quarter of a
+/// poll. Returns how many bytes went out; what is wrong, if anything, shows when the others follow.
+std::size_t send_at_once(tcp::socket& socket, std::string_view bytes)
+{
+    auto const sent = ::send(socket.native_handle(), bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+    return sent < 0 ? 0 : static_cast<std::size_t>(sent);
+}
+
+HttpResponse to_response(http::response<http::string_body> message)
+{
+    HttpResponse response;
+    response.status = static_cast<int>(message.result_int());
+    response.headers.reserve(static_cast<std::size_t>(std::distance(message.begin(), message.end())));
+    for (auto const& field : message)
+        response.headers.emplace_back(std::string(field.name_string()), std::string(field.value()));
+    response.body = std::move(message.body());
+    return response;
+}
 
 Failure explain(beast::error_code error)
 {
@@ -160,25 +180,28 @@ asio::awaitable<result<>> Connection::encrypt(Encrypted& stream, std::string con
     co_return result<>();
 }
 
-asio::awaitable<result<HttpResponse>> Connection::exchange(std::string const& request,
-                                                           std::size_t body_limit)
+asio::awaitable<result<HttpResponse>> Connection::exchange(std::string request, std::size_t body_limit)
 {
     if (auto* plain = std::get_if<Plain>(&stream_))
-        co_return co_await exchange_on(*plain, request, body_limit);
-    co_return co_await exchange_on(std::get<Encrypted>(stream_), request, body_limit);
+        return exchange_on(*plain, std::move(request), body_limit);
+    return exchange_on(std::get<Encrypted>(stream_), std::move(request), body_limit);
 }
 
 template<class Stream>
-asio::awaitable<result<HttpResponse>> Connection::exchange_on(Stream& stream,
-                                                              std::string const& request,
+asio::awaitable<result<HttpResponse>> Connection::exchange_on(Stream& stream, std::string request,
                                                               std::size_t body_limit)
 {
     reusable_ = false;
     answered_ = false;
-    auto const [write_error, written] =
-        co_await asio::async_write(stream, asio::buffer(request), asio::as_tuple(asio::use_awaitable));
-    if (write_error)
-        co_return explain(write_error);
+    auto rest = asio::buffer(request);
+    if constexpr (std::is_same_v<Stream, Plain>)
+        rest += send_at_once(stream.socket(), request);
+    if (rest.size() > 0) {
+        auto const [error, written] =
+            co_await asio::async_write(stream, rest, asio::as_tuple(asio::use_awaitable));
+        if (error)
+            co_return explain(error);
+    }
     http::response_parser<http::string_body> parser;
     parser.body_limit(body_limit);
     auto const [read_error, read] =
@@ -186,15 +209,18 @@ asio::awaitable<result<HttpResponse>> Connection::exchange_on(Stream& stream,
     answered_ = parser.got_some();
     if (read_error)
         co_return explain(read_error);
-    auto const& message = parser.get();
-    reusable_ = message.keep_alive() && buffer_.size() == 0;
-    HttpResponse response;
-    response.status = static_cast<int>(message.result_int());
-    for (auto const& field : message)
-        response.headers.emplace_back(std::string(field.name_string()), std::string(field.value()));
-    response.body = message.body();
-    co_return response;
+    reusable_ = parser.keep_alive() && buffer_.size() == 0;
+    co_return to_response(parser.release());
 }
+
+/// An open connection that waits for the next request to where it leads.
+struct Kept
+{
+    Kept() = default;
+
+    Target target;
+    std::unique_ptr<Connection> connection;
+};
 
 class BeastClient final : public HttpClient
 {
@@ -206,6 +232,7 @@ public:
     asio::awaitable<result<HttpResponse>> send(HttpRequest request) override;
 
 private:
+    asio::awaitable<result<HttpResponse>> send_anew(HttpRequest request, TimePoint deadline);
     std::unique_ptr<Connection> make_connection(bool tls);
     asio::awaitable<result<std::vector<tcp::endpoint>>> resolve(Target const& target, TimePoint deadline);
     bool may_keep(Connection& connection) const;
@@ -214,38 +241,37 @@ private:
     std::optional<asio::ssl::context>
         context_; ///< Made when first needed: it reads every certificate authority of the system.
     adapters::NameResolver resolver_;
-    std::unordered_map<std::string, std::unique_ptr<Connection>> idle_;
+    std::unordered_map<std::string, Kept> idle_; ///< By the whole URL, so that a poll need not take it apart.
 };
 
 // Not through Beast's serializer, which takes as long as all the rest of a poll.
 std::string to_text(HttpRequest const& request, Target const& target)
 {
     bool const usual_port = target.port == (target.tls ? https_port : http_port);
-    auto text = concat(request.method, " ", target.path, " HTTP/1.1\r\nHost: ", target.host,
-                       usual_port ? "" : concat(":", std::to_string(target.port)), "\r\nUser-Agent: webots_cloud\r\n");
+    std::string text;
+    text.reserve(usual_request + request.body.size());
+    text.append(request.method).append(" ").append(target.path).append(" HTTP/1.1\r\nHost: ").append(target.host);
+    if (!usual_port)
+        text.append(":").append(std::to_string(target.port));
+    text.append("\r\nUser-Agent: webots_cloud\r\n");
     for (auto const& [name, value] : request.headers)
-        text += concat(name, ": ", value, "\r\n");
+        text.append(name).append(": ").append(value).append("\r\n");
     if (!request.body.empty() || request.method != "GET")
-        text += concat("Content-Length: ", std::to_string(request.body.size()), "\r\n");
-    text += concat("\r\n", request.body);
-    return text;
+        text.append("Content-Length: ").append(std::to_string(request.body.size())).append("\r\n");
+    return text.append("\r\n").append(request.body);
 }
 
 asio::awaitable<result<HttpResponse>> BeastClient::send(HttpRequest request)
 {
     auto const deadline = std::chrono::steady_clock::now() + request.timeout;
-    auto const target = parse_target(request.url);
-    if (!target)
-        co_return target.error();
-    auto const origin = target->origin();
-    auto const text = to_text(request, *target);
 
     // The peer may close a kept connection just when we use it: then, and only then, the request goes out
     // once more.
-    if (auto kept = idle_.extract(origin)) {
-        auto& connection = *kept.mapped();
+    if (auto kept = idle_.extract(request.url)) {
+        auto& connection = *kept.mapped().connection;
         connection.expires_at(deadline);
-        auto response = co_await connection.exchange(text, request.body_limit);
+        auto response =
+            co_await connection.exchange(to_text(request, kept.mapped().target), request.body_limit);
         bool const is_stale = !response && !connection.has_answered() &&
                               response.error().code() != asio::error::operation_aborted &&
                               std::chrono::steady_clock::now() < deadline;
@@ -254,17 +280,29 @@ asio::awaitable<result<HttpResponse>> BeastClient::send(HttpRequest request)
         if (!is_stale)
             co_return response;
     }
+    co_return co_await send_anew(std::move(request), deadline);
+}
+
+/// A coroutine of its own, so that polls on kept connections do not carry its frame.
+asio::awaitable<result<HttpResponse>> BeastClient::send_anew(HttpRequest request, TimePoint deadline)
+{
+    auto target = parse_target(request.url);
+    if (!target)
+        co_return target.error();
     auto addresses = co_await resolve(*target, deadline);
     if (!addresses)
         co_return addresses.error();
-    auto connection = make_connection(target->tls);
-    connection->expires_at(deadline);
-    auto const opened = co_await connection->open(*target, std::move(*addresses));
+    Kept fresh;
+    fresh.connection = make_connection(target->tls);
+    auto& connection = *fresh.connection;
+    connection.expires_at(deadline);
+    auto const opened = co_await connection.open(*target, std::move(*addresses));
     if (!opened)
         co_return opened.error();
-    auto response = co_await connection->exchange(text, request.body_limit);
-    if (response && may_keep(*connection))
-        idle_.insert_or_assign(origin, std::move(connection));
+    auto response = co_await connection.exchange(to_text(request, *target), request.body_limit);
+    fresh.target = std::move(*target);
+    if (response && may_keep(connection))
+        idle_.insert_or_assign(request.url, std::move(fresh));
     co_return response;
 }
 

@@ -4,9 +4,8 @@
 #include "http_response_text.hpp"
 #include "websocket_handshake.hpp"
 
-#include <boost/asio/use_awaitable.hpp>
+#include <boost/asio/awaitable.hpp>
 
-#include <tuple>
 #include <variant>
 
 namespace webots_cloud::adapters {
@@ -82,7 +81,8 @@ asio::awaitable<bool> HttpConnection::answer_requests()
 /// Reads until a request's head is complete; false when the connection is to be closed.
 asio::awaitable<bool> HttpConnection::read_request(Duration patience)
 {
-    set_deadline(reader_.has_begun() ? context_.params.header_timeout : patience);
+    bool has_begun = reader_.has_begun();
+    set_deadline(has_begun ? context_.params.header_timeout : patience);
     for (;;) {
         auto const progress = reader_.parse();
         if (progress == HttpRequestReader::Progress::complete)
@@ -96,23 +96,17 @@ asio::awaitable<bool> HttpConnection::read_request(Duration patience)
             if (!sent)
                 co_return false;
         }
-        bool const is_first = !reader_.has_begun();
+        if (!has_begun && reader_.has_begun()) {
+            has_begun = true;
+            set_deadline(context_.params.header_timeout);
+        }
         auto const space = reader_.prepare();
-        auto const buffer = asio::buffer(space.data(), space.size());
-        boost::system::error_code error;
-        std::size_t size = 0;
         awaiting_request_ = true;
-        if (stream_.is_tls())
-            std::tie(error, size) = co_await stream_.read_some(buffer);
-        else // Asio knows when a read would find nothing, and saves the system call
-            std::tie(error, size) =
-                co_await stream_.socket().async_read_some(buffer, asio::as_tuple(asio::use_awaitable));
+        auto const [error, size] = co_await stream_.read_some(asio::buffer(space.data(), space.size()));
         awaiting_request_ = false;
         if (error || is_cut_)
             co_return false;
         reader_.commit(size);
-        if (is_first)
-            set_deadline(context_.params.header_timeout);
     }
 }
 

@@ -1,5 +1,5 @@
 #include "../async/cancellation.hpp"
-#include "../async/task_group.hpp"
+#include "../async/task_count.hpp"
 #include "../core/text.hpp"
 #include "acceptor.hpp"
 #include "http_connection.hpp"
@@ -73,15 +73,16 @@ public:
 
 private:
     using Connections = std::list<HttpConnection>; // oldest first
+    using Conversations = std::list<Conversation>;
 
     asio::awaitable<result<>> accept();
     asio::awaitable<void> serve(Connections::iterator connection);
-    asio::awaitable<void> converse(std::list<Conversation>::iterator conversation, ChannelInfo info);
+    asio::awaitable<void> converse(Connections::iterator connection, Conversations::iterator conversation);
     asio::awaitable<void> stop();
     asio::awaitable<void> recover(boost::system::error_code failed);
     void admit(tcp::socket socket);
     std::optional<AddressLimit::Ticket> admit_address(asio::ip::address const& peer);
-    void begin_conversation(HttpConnection& connection);
+    Conversations::iterator begin_conversation(HttpConnection& connection);
     void complain(std::string_view sentence);
     bool make_room();
     void sweep();
@@ -99,10 +100,10 @@ private:
     AddressLimit addresses_;
     Connections silent_; ///< Without a complete request so far: what makes room when descriptors run out.
     Connections active_;
-    std::list<Conversation> conversations_;
+    Conversations conversations_;
     std::size_t most_connections_ = 0;
     TimePoint next_complaint_ = TimePoint::min();
-    async::TaskGroup tasks_;
+    async::TaskCount tasks_;
 };
 
 result<> NetworkServer::listen()
@@ -223,27 +224,32 @@ asio::awaitable<void> NetworkServer::serve(Connections::iterator connection)
     }
     active_.splice(active_.end(), silent_, connection);
     bool const is_websocket = co_await connection->answer_requests();
-    if (is_websocket)
-        begin_conversation(*connection);
-    active_.erase(connection);
+    if (!is_websocket) {
+        active_.erase(connection);
+        co_return;
+    }
+    auto const conversation = begin_conversation(*connection);
+    co_await converse(connection, conversation);
+    co_await conversation->channel.finish();
+    conversations_.erase(conversation);
 }
 
-void NetworkServer::begin_conversation(HttpConnection& connection)
+NetworkServer::Conversations::iterator NetworkServer::begin_conversation(HttpConnection& connection)
 {
     auto const conversation = conversations_.emplace(conversations_.end(), connection, context_);
     conversation->channel.start(connection.rest());
     if (!acceptor_.is_open())
         conversation->channel.close(1001, "the server is stopping");
-    // A task of its own, so that nothing that belongs to HTTP lives on with it.
-    tasks_.spawn(converse(conversation, connection.channel_info()));
+    return conversation;
 }
 
-asio::awaitable<void> NetworkServer::converse(std::list<Conversation>::iterator conversation,
-                                              ChannelInfo info)
+/// Nothing that belongs to HTTP lives on with it, and no frame of its own: this is no coroutine.
+asio::awaitable<void> NetworkServer::converse(Connections::iterator connection,
+                                              Conversations::iterator conversation)
 {
-    co_await endpoint_.converse(std::move(info), conversation->channel);
-    co_await conversation->channel.finish();
-    conversations_.erase(conversation);
+    auto info = connection->channel_info();
+    active_.erase(connection);
+    return endpoint_.converse(std::move(info), conversation->channel);
 }
 
 /// Closes the oldest connection that has said nothing yet, or else one that waits between two requests.

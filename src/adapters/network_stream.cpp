@@ -2,9 +2,9 @@
 
 #include "tls_socket.hpp"
 
+#include <boost/asio/deferred.hpp>
 #include <boost/asio/error.hpp>
 #include <boost/asio/post.hpp>
-#include <boost/asio/use_awaitable.hpp>
 
 #include <openssl/err.h>
 #include <openssl/ssl.h>
@@ -21,7 +21,7 @@ using Error = NetworkStream::Error;
 
 namespace {
 
-constexpr auto as_result = asio::as_tuple(asio::use_awaitable);
+constexpr auto as_result = asio::as_tuple(asio::deferred);
 
 Error last_error()
 {
@@ -81,7 +81,14 @@ bool NetworkStream::turn_plain() noexcept
     return met_plain_http_;
 }
 
-asio::awaitable<std::pair<Error, std::size_t>> NetworkStream::read_some(asio::mutable_buffer buffer)
+/// Asio knows when a read would find nothing, and saves the system call.
+asio::awaitable<std::pair<Error, std::size_t>> NetworkStream::read_plain(asio::mutable_buffer buffer)
+{
+    auto const [error, size] = co_await socket_.async_read_some(buffer, as_result);
+    co_return std::pair(error, size);
+}
+
+asio::awaitable<std::pair<Error, std::size_t>> NetworkStream::read_tls(asio::mutable_buffer buffer)
 {
     std::pair<Error, std::size_t> outcome;
     for (;;) {
@@ -94,7 +101,7 @@ asio::awaitable<std::pair<Error, std::size_t>> NetworkStream::read_some(asio::mu
             co_return outcome;
     }
     // A peer that always has something to say must not keep the others waiting.
-    co_await asio::post(asio::use_awaitable);
+    co_await asio::post(asio::deferred);
     co_return outcome;
 }
 

@@ -36,7 +36,10 @@ public:
     bool turn_plain() noexcept;
 
     /// At least one byte, as soon as there is one.
-    boost::asio::awaitable<std::pair<Error, std::size_t>> read_some(boost::asio::mutable_buffer buffer);
+    boost::asio::awaitable<std::pair<Error, std::size_t>> read_some(boost::asio::mutable_buffer buffer)
+    {
+        return tls_ ? read_tls(buffer) : read_plain(buffer);
+    }
 
     /// All of `bytes`.
     boost::asio::awaitable<Error> write(std::string_view bytes);
@@ -74,6 +77,8 @@ private:
         void operator()(SSL* tls) const noexcept;
     };
 
+    boost::asio::awaitable<std::pair<Error, std::size_t>> read_plain(boost::asio::mutable_buffer buffer);
+    boost::asio::awaitable<std::pair<Error, std::size_t>> read_tls(boost::asio::mutable_buffer buffer);
     Error failure(int outcome, Direction& needs);
 
     boost::asio::ip::tcp::socket socket_;

@@ -1,8 +1,8 @@
 #include <webots_cloud/adapters.hpp>
 
 #include <boost/asio/as_tuple.hpp>
+#include <boost/asio/deferred.hpp>
 #include <boost/asio/steady_timer.hpp>
-#include <boost/asio/use_awaitable.hpp>
 
 namespace webots_cloud {
 namespace {
@@ -20,7 +20,7 @@ public:
     asio::awaitable<result<>> wait_until(TimePoint when) override
     {
         asio::steady_timer timer(executor_, when);
-        auto const [error] = co_await timer.async_wait(asio::as_tuple(asio::use_awaitable));
+        auto const [error] = co_await timer.async_wait(asio::as_tuple(asio::deferred));
         if (error)
             co_return Failure(error);
         co_return result<>();

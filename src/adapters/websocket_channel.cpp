@@ -1,9 +1,11 @@
 #include "websocket_channel.hpp"
 
+#include <boost/asio/bind_allocator.hpp>
+#include <boost/asio/deferred.hpp>
 #include <boost/asio/this_coro.hpp>
-#include <boost/asio/use_awaitable.hpp>
 
 #include <array>
+#include <memory_resource>
 #include <numeric>
 
 namespace webots_cloud::adapters {
@@ -49,13 +51,15 @@ void WebSocketChannel::await_bytes()
     if (awaiting_read_ || lost_ || (!closing_ && is_full()))
         return;
     awaiting_read_ = true;
-    stream_.wait_to_read([this](boost::system::error_code error) {
+    auto resume = [this](boost::system::error_code error) {
         awaiting_read_ = false;
         if (error || lost_)
             cut();
         else
             read();
-    });
+    };
+    // It may wait for hours, in memory of just its size: Asio would lend it the larger block of an accept.
+    stream_.wait_to_read(asio::bind_allocator(std::pmr::polymorphic_allocator<>(), std::move(resume)));
 }
 
 void WebSocketChannel::read()
@@ -162,17 +166,22 @@ asio::awaitable<result<std::string>> WebSocketChannel::receive()
             co_return Failure(errc::closed);
         if (lost_)
             co_return Failure(errc::unreachable, "the connection to the browser was lost");
-        (void)co_await changed_.async_wait(asio::as_tuple(asio::use_awaitable));
+        (void)co_await changed_.async_wait(asio::as_tuple(asio::deferred));
         auto const state = co_await asio::this_coro::cancellation_state;
         if (state.cancelled() != asio::cancellation_type::none)
             co_return Failure(asio::error::operation_aborted);
     }
+    co_return take_message();
+}
+
+std::string WebSocketChannel::take_message()
+{
     auto message = std::move(received_.front());
     received_.erase(received_.begin());
     if (received_.empty())
         received_ = {};
     await_bytes();
-    co_return message;
+    return message;
 }
 
 void WebSocketChannel::close(std::uint16_t code, std::string reason)
@@ -199,7 +208,7 @@ asio::awaitable<void> WebSocketChannel::finish()
 {
     close();
     while (!lost_ || awaiting_read_ || awaiting_write_)
-        (void)co_await changed_.async_wait(asio::as_tuple(asio::use_awaitable));
+        (void)co_await changed_.async_wait(asio::as_tuple(asio::deferred));
 }
 
 void WebSocketChannel::cut()

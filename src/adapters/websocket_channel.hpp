@@ -48,6 +48,7 @@ private:
     void await_bytes();
     void read();
     void take(std::string_view bytes);
+    std::string take_message();
     void obey(WebSocketEvent event);
     void write();
     void written();

@@ -6,8 +6,8 @@
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/awaitable.hpp>
+#include <boost/asio/deferred.hpp>
 #include <boost/asio/experimental/channel.hpp>
-#include <boost/asio/use_awaitable.hpp>
 
 namespace webots_cloud::async {
 
@@ -22,7 +22,7 @@ public:
     /// Cancellation: terminal; then `operation_aborted`.
     boost::asio::awaitable<result<>> wait()
     {
-        auto const [error] = co_await channel_.async_receive(boost::asio::as_tuple(boost::asio::use_awaitable));
+        auto const [error] = co_await channel_.async_receive(boost::asio::as_tuple(boost::asio::deferred));
         if (error)
             co_return Failure(boost::asio::error::operation_aborted);
         co_return result<>();

@@ -98,6 +98,12 @@ void Fleet::place(std::size_t slot, TimePoint now) noexcept
     assess(slot, now);
 }
 
+std::uint64_t Fleet::placed(std::string_view server) const
+{
+    auto const found = slots_.find(server);
+    return found == slots_.end() ? 0 : machines_[found->second].placed();
+}
+
 void Fleet::expire(TimePoint now) noexcept
 {
     if (params_.report_lifetime == Duration::zero())

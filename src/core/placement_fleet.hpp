@@ -29,6 +29,8 @@ public:
     void report(std::string_view server, LoadReport const& report, TimePoint now);
     void lost(std::string_view server, TimePoint now);
     void place(std::size_t slot, TimePoint now) noexcept;
+    /// How many sessions were given to a server since it was listed.
+    std::uint64_t placed(std::string_view server) const;
     /// Withdraws machines whose reports have become too old. Amortised O(1).
     void expire(TimePoint now) noexcept;
 

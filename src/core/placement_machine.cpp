@@ -156,6 +156,7 @@ void Machine::place(TimePoint now) noexcept
     std::int64_t const eighth = ages_.eighth(now);
     placed_.age_until(eighth);
     placed_.add();
+    ++placed_in_all_;
     reservations_.add(eighth);
 }
 

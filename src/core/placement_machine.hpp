@@ -58,6 +58,8 @@ public:
     /// Of machines of one score the smallest turn is served first: who was given a session longest ago.
     std::uint32_t turn() const noexcept { return turn_; }
     void set_turn(std::uint32_t turn) noexcept { turn_ = turn; }
+    /// How many sessions were placed in all.
+    std::uint64_t placed() const noexcept { return placed_in_all_; }
 
 private:
     enum class Contact : std::uint8_t
@@ -102,6 +104,7 @@ private:
     int rise_ = 0;
 
     PlacedHistory placed_;
+    std::uint64_t placed_in_all_ = 0;
 
     std::uint32_t turn_ = 0;
     Candidate view_;

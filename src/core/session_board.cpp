@@ -21,23 +21,22 @@ double seconds(Duration duration)
 
 } // namespace
 
-std::vector<SessionRow> session_rows(std::vector<ServerLoad> const& servers, Placements const& placements)
+std::vector<SessionRow> session_rows(std::vector<ServerLoad> servers,
+                                     std::function<std::uint64_t(std::string_view)> const& placed)
 {
     std::vector<SessionRow> rows;
     rows.reserve(servers.size());
-    for (auto const& server : servers) {
-        SessionRow row;
-        row.address = server.address;
+    for (auto& server : servers) {
+        auto& row = rows.emplace_back();
+        row.placed = placed(server.address);
+        row.address = std::move(server.address);
         if (server.state == ServerState::up) {
             row.load = server.report.load;
             row.sessions = server.report.sessions;
             row.reported = server.reported;
         } else {
-            row.problem = server.problem;
+            row.problem = std::move(server.problem);
         }
-        auto const placed = placements.find(server.address);
-        row.placed = placed == placements.end() ? 0 : placed->second;
-        rows.push_back(std::move(row));
     }
     return rows;
 }

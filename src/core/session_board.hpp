@@ -7,16 +7,13 @@
 #include <webots_cloud/server_load.hpp>
 
 #include <cstdint>
-#include <map>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace webots_cloud::core {
-
-/// How many sessions were placed on each server, by its address.
-using Placements = std::map<std::string, std::uint64_t, std::less<>>;
 
 /// One server on the page.
 struct SessionRow
@@ -33,7 +30,9 @@ struct SessionRow
     bool operator==(SessionRow const&) const = default;
 };
 
-std::vector<SessionRow> session_rows(std::vector<ServerLoad> const& servers, Placements const& placements);
+/// `placed`: how many sessions were placed on the server of an address.
+std::vector<SessionRow> session_rows(std::vector<ServerLoad> servers,
+                                     std::function<std::uint64_t(std::string_view)> const& placed);
 
 /// Keeps what watchers have been told, and ten minutes of loads.
 ///

@@ -171,6 +171,11 @@ std::vector<Candidate> Scheduler::machines(TimePoint now) const
     return machines;
 }
 
+std::uint64_t Scheduler::placed(std::string_view server) const
+{
+    return impl_->fleet.placed(server);
+}
+
 std::vector<Decision> Scheduler::decisions() const
 {
     std::vector<Decision> decisions;

@@ -13,6 +13,7 @@
 
 #include <boost/asio/experimental/awaitable_operators.hpp>
 
+#include <map>
 #include <unordered_set>
 
 namespace webots_cloud {
@@ -61,7 +62,8 @@ struct SessionService::Impl
 
     asio::awaitable<result<>> carry_reports();
     asio::awaitable<result<>> check_availability();
-    asio::awaitable<void> show_availability(ChannelInfo const& info, Channel& channel);
+    asio::awaitable<void> say_place(Channel& channel);
+    asio::awaitable<void> show_availability(std::string name, Channel& channel);
     void take(LoadEvent const& event);
     void update_availability();
     std::string place();
@@ -83,7 +85,7 @@ struct SessionService::Impl
     bool available = false;
     std::unordered_set<Channel*> browsers; // those that watch availability
     core::SessionBoard board;
-    core::Placements placements;
+    std::map<std::string, std::uint64_t, std::less<>> placed_before; // on servers that left the list and may come back
     MonitorFeed feed; // to those that watch the monitor page
     std::uint64_t placed = 0;
     std::uint64_t refused = 0;
@@ -111,7 +113,11 @@ void SessionService::set_servers(std::vector<ServerSpec> const& servers)
     std::vector<std::string> addresses;
     for (auto const& server : servers)
         addresses.push_back(server.address);
+    auto const before = impl_->monitor_rows();
     impl_->scheduler.set_servers(servers);
+    for (auto const& row : before)
+        if (auto const forgotten = row.placed - impl_->scheduler.placed(row.address); forgotten > 0)
+            impl_->placed_before[row.address] = forgotten;
     impl_->monitor.set_servers(addresses);
     impl_->update_availability();
     impl_->update_monitor();
@@ -178,7 +184,6 @@ std::string SessionService::Impl::place()
     ++(placement ? placed : refused);
     if (!placement)
         return "Error: no simulation server available at the moment.";
-    ++placements[std::string(placement->address)];
     return concat(params.ssl ? "wss://" : "ws://", placement->address);
 }
 
@@ -206,7 +211,11 @@ Answer SessionService::Impl::availability(IncomingRequest const& request) const
 
 std::vector<core::SessionRow> SessionService::Impl::monitor_rows() const
 {
-    return core::session_rows(monitor.snapshot(), placements);
+    auto const all = [this](std::string_view address) {
+        auto const before = placed_before.find(address);
+        return scheduler.placed(address) + (before == placed_before.end() ? 0 : before->second);
+    };
+    return core::session_rows(monitor.snapshot(), all);
 }
 
 void SessionService::Impl::update_monitor()
@@ -304,19 +313,26 @@ Answer SessionService::respond(IncomingRequest const& request)
     return impl_->viewer(request.path);
 }
 
+/// No coroutine itself: its frame would lie below that of every browser that waits.
 asio::awaitable<void> SessionService::converse(ChannelInfo info, Channel& channel)
 {
     if (info.path == "/monitor")
-        co_return co_await impl_->feed.serve(impl_->board.snapshot(), channel);
-    if (info.path != "/session")
-        co_return co_await impl_->show_availability(info, channel);
-    (void)channel.send(impl_->place());
-    channel.close(1000);
+        return impl_->feed.serve(impl_->board.snapshot(), channel);
+    if (info.path == "/session")
+        return impl_->say_place(channel);
+    return impl_->show_availability(concat("[", core::printable(info.host, 100), "] "), channel);
 }
 
-asio::awaitable<void> SessionService::Impl::show_availability(ChannelInfo const& info, Channel& channel)
+asio::awaitable<void> SessionService::Impl::say_place(Channel& channel)
 {
-    auto const name = concat("[", core::printable(info.host, 100), "] ");
+    (void)channel.send(place());
+    channel.close(1000);
+    co_return;
+}
+
+/// `name`: of the browser, for the log.
+asio::awaitable<void> SessionService::Impl::show_availability(std::string name, Channel& channel)
+{
     log.info(concat(name, "New client"));
     browsers.insert(&channel);
     (void)channel.send(available ? "1" : "0");

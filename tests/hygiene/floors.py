@@ -14,7 +14,7 @@ VALUES = ['webots_cloud/error.hpp', 'webots_cloud/time.hpp', 'webots_cloud/load_
           'webots_cloud/config.hpp', 'webots_cloud/version.hpp', 'webots_cloud/scheduler.hpp',
           'webots_cloud/transport/http.hpp', 'webots_cloud/transport/host_metrics.hpp', 'webots_cloud/transport/logger.hpp']
 ASIO_CORE = ['boost/asio/' + name for name in (
-    'any_io_executor', 'as_tuple', 'awaitable', 'bind_cancellation_slot', 'cancellation_signal', 'co_spawn', 'detached',
+    'any_io_executor', 'as_tuple', 'awaitable', 'bind_cancellation_slot', 'cancellation_signal', 'co_spawn', 'deferred', 'detached',
     'experimental/awaitable_operators', 'experimental/channel', 'this_coro', 'use_awaitable', 'io_context')]
 FLOORS = {
     'include/webots_cloud': ['webots_cloud/', 'boost/system/', 'boost/asio/awaitable', 'boost/asio/any_io_executor'],

@@ -51,6 +51,15 @@ BOOST_FIXTURE_TEST_CASE(the_least_loaded_server_is_chosen, Fixture)
     BOOST_TEST(scheduler.place(start).value().address == "b");
 }
 
+BOOST_FIXTURE_TEST_CASE(it_counts_the_sessions_that_it_placed_on_each_listed_server, Fixture)
+{
+    place(18);
+    BOOST_TEST(scheduler.placed("a") == 6u);
+    scheduler.report("a", counted(50, 6), start);
+    BOOST_TEST(scheduler.placed("a") == 6u);
+    BOOST_TEST(scheduler.placed("stranger") == 0u);
+}
+
 BOOST_FIXTURE_TEST_CASE(placements_count_before_any_report_shows_them, Fixture)
 {
     for (auto const& [name, sessions] : place(18))

@@ -40,7 +40,8 @@ BOOST_AUTO_TEST_CASE(rows_say_what_is_known_and_nothing_more)
     down.state = ServerState::down;
     down.report.load = 40; // from better days
     down.problem = "refused";
-    auto const rows = session_rows({up, down, ServerLoad("c:1")}, {{"b:1", 7}});
+    auto const placed = [](std::string_view address) { return address == "b:1" ? 7u : 0u; };
+    auto const rows = session_rows({up, down, ServerLoad("c:1")}, placed);
     BOOST_TEST(rows[0].load.value() == 12.5);
     BOOST_TEST(rows[0].sessions.value() == 3);
     BOOST_TEST(rows[0].placed == 0u);

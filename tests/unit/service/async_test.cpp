@@ -2,6 +2,7 @@
 
 #include "async/deadline.hpp"
 #include "async/semaphore.hpp"
+#include "async/task_count.hpp"
 #include "async/task_group.hpp"
 
 #include <webots_cloud/testing/world.hpp>
@@ -36,6 +37,12 @@ asio::awaitable<void> work(async::Semaphore& places, Clock& clock, std::vector<i
     (void)co_await clock.wait_until(clock.now() + 1s);
 }
 
+asio::awaitable<void> nap(Clock& clock, Duration length, int& awake)
+{
+    (void)co_await clock.wait_until(clock.now() + length);
+    ++awake;
+}
+
 asio::awaitable<void> wait_for_ever(async::Wakeup& event) { (void)co_await event.wait(); }
 
 } // namespace
@@ -56,6 +63,18 @@ BOOST_AUTO_TEST_CASE(a_deadline_cancels_what_is_late)
     BOOST_TEST((world.run(with_two_seconds(world.clock, 3s)).error() == errc::timed_out));
     BOOST_TEST((world.clock.now() - began == Duration(2s)));
     BOOST_TEST(world.clock.pending() == 0u);
+}
+
+BOOST_AUTO_TEST_CASE(a_task_count_waits_for_its_last_task)
+{
+    testing::World world;
+    async::TaskCount tasks(world.executor());
+    int awake = 0;
+    for (auto const length : {2s, 1s, 3s})
+        tasks.spawn(nap(world.clock, length, awake));
+    world.run(tasks.join());
+    BOOST_TEST(awake == 3);
+    world.run(tasks.join()); // with nothing left, at once
 }
 
 BOOST_AUTO_TEST_CASE(a_semaphore_admits_so_many_at_a_time_in_order)

@@ -108,6 +108,32 @@ BOOST_AUTO_TEST_CASE(session_answers_the_address_of_the_least_loaded_server_with
     BOOST_TEST(header(answer, "Access-Control-Allow-Methods") == "POST, GET, OPTIONS");
 }
 
+BOOST_AUTO_TEST_CASE(the_monitor_counts_the_sessions_of_a_server_that_left_the_list_when_it_is_back)
+{
+    Fixture fixture;
+    fixture.http.expect("GET http://a:2000/load").reply(200, "10").always();
+    fixture.http.expect("GET http://b:2000/load").reply(200, "10").always();
+    auto const placed_on_a = [&fixture](std::string const& count) {
+        testing::LoopbackChannel watcher(fixture.world.executor());
+        fixture.connect(watcher, "/monitor");
+        auto const told = watcher.sent.front();
+        watcher.browser_leaves();
+        fixture.world.settle();
+        return told.find("\"placed\":" + count) != std::string::npos;
+    };
+    fixture.start({"a:2000"});
+    BOOST_TEST(fixture.get("/session").body == "wss://a:2000");
+    fixture.service.set_servers({ServerSpec("b:2000")});
+    fixture.world.settle();
+    BOOST_TEST(!placed_on_a("1"));
+    fixture.service.set_servers({ServerSpec("a:2000")});
+    BOOST_TEST(placed_on_a("1"));
+    fixture.world.settle();
+    BOOST_TEST(fixture.get("/session").body == "wss://a:2000");
+    fixture.service.set_servers({ServerSpec("a:2000")});
+    BOOST_TEST(placed_on_a("2"));
+}
+
 BOOST_AUTO_TEST_CASE(without_a_server_session_says_so_with_status_200)
 {
     Fixture fixture;
