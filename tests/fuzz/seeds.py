@@ -24,6 +24,14 @@ def world_url():
     yield b"local:/demo_projects/robots/blob/main/worlds/arena.wbt"
 
 
+def docker_project():
+    for world, header, text in ((b"a.wbt", b"#VRML_SIM R2025a utf8", b"type: demo\ndockerCompose:theia:webots-project/controllers/\n"),
+                                (b"a b.wbt", b"#VRML_SIM R2022b utf8", b"dockerCompose: competition:webots-project/controllers/participant/\n"),
+                                (b"a\nX=1.wbt", b"#VRML_SIM", b"dockerCompose:theia\n"),
+                                (b"$(id).wbt", b"p", b"p-webots-1  | .\nwebots_1 | a\ncontroller-1 | b\nwebots-1 exited with code 0\nFROM a \\\n AS b\n")):
+        yield bytes((len(world),)) + world + bytes((len(header),)) + header + text
+
+
 def client_message():
     yield b'{"start":{"url":"https://github.com/o/r/blob/m/worlds/a.wbt","mode":"mjpeg"}}'
     yield b'{ "init" : [ "https://w.org", "p", "a.wbt", "42", "Ada", "secret", "", "", "" ] }'
@@ -122,4 +130,4 @@ def websocket_frames():
     yield b"\x81\xff\x7f\xff\xff\xff\xff\xff\xff\xff\0\0\0\0"
 
 
-SEEDS = {each.__name__: each for each in (archive, client_message, git_pack, git_protocol, http_request, websocket_frames, world_url)}
+SEEDS = {each.__name__: each for each in (archive, client_message, docker_project, git_pack, git_protocol, http_request, websocket_frames, world_url)}

@@ -135,6 +135,15 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                                             "loading: The docker-compose.yml of the project is not used: this server runs its own."])
             self.check_clean(simulation)
 
+    async def test_what_was_built_before_is_not_built_again(self):
+        with server() as simulation:
+            for turn in range(2):
+                async with Browser(simulation) as browser:
+                    await self.start(browser, world("robots"))
+                self.check_clean(simulation)
+            self.assertTrue([text for text in browser.told if text.endswith("Using cache")], browser.told)
+            self.assertFalse([text for text in browser.told if "Running in" in text], browser.told)
+
     def containers_of(self, service):
         return docker.run("ps", "--quiet", "--filter", f"label=com.docker.compose.service={service}").split()
 

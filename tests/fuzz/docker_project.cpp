@@ -1,0 +1,63 @@
+// What projects say to docker mode: nothing of it adds a line or a word to what compose is told.
+#include "fuzz.hpp"
+
+#include "core/compose_output.hpp"
+#include "core/docker_project.hpp"
+#include "core/text.hpp"
+
+using namespace webots_cloud;
+
+namespace {
+
+bool is_key_of_env_file(std::string_view key)
+{
+    static auto const keys =
+        core::split("IMAGE,PROJECT_PATH,MAKE,PORT,COMPOSE_PROJECT_NAME,WEBOTS,DISPLAY,SERVER,RUNTIME,"
+                    "GRAPHICS_DEVICE,THEIA_VOLUME,THEIA_PORT",
+                    ',');
+    return std::find(keys.begin(), keys.end(), key) != keys.end();
+}
+
+void check_env_file(core::DockerEnvironment const& environment)
+{
+    auto const file = core::env_file(environment);
+    if (!file) {
+        fuzz::require(!file.error().message().empty());
+        return;
+    }
+    auto const lines = core::split(*file, '\n');
+    bool const standard = environment.yml.kind == core::ComposeTemplate::standard;
+    fuzz::require(lines.size() == (standard ? 11u : 13u) && lines.back().empty());
+    for (std::size_t i = 0; i + 1 < lines.size(); ++i)
+        fuzz::require(is_key_of_env_file(lines[i].substr(0, lines[i].find('='))));
+    fuzz::require(std::count(file->begin(), file->end(), '"') == 2 && file->find('$') == std::string::npos);
+}
+
+} // namespace
+
+int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
+{
+    auto rest = fuzz::text_of(data, size);
+    auto const world = fuzz::take(rest, fuzz::take_byte(rest));
+    auto const header = fuzz::take(rest, fuzz::take_byte(rest));
+    core::DockerEnvironment environment;
+    if (auto const yml = core::parse_webots_yml(rest)) {
+        environment.yml = *yml;
+        fuzz::require(yml->volume.empty() || yml->volume.find("..") == std::string::npos ||
+                      fuzz::stays_inside(yml->volume));
+        for (auto const& message : yml->messages)
+            fuzz::require(message == "ide: enable" || message.starts_with("type:"));
+    } else {
+        fuzz::require(core::is_utf8(yml.error().message()));
+    }
+    if (auto const image = core::default_docker_image("r/i", header))
+        environment.image = *image;
+    environment.world = world;
+    check_env_file(environment);
+    (void)core::with_server_label(rest, "s");
+    for (auto const line : core::split(rest, '\n')) {
+        auto const parsed = core::parse_compose_line(line, header);
+        fuzz::require(parsed.text.size() <= line.size());
+    }
+    return 0;
+}
