@@ -61,11 +61,26 @@ BOOST_AUTO_TEST_CASE(what_a_simulation_server_does_not_take_over_is_named)
         "cacheSize":1,"webotsHome":"w","maxConnections":1,"timeout":400,"startTimeout":1,"reconnectGrace":5,
         "projectsDir":"p","keyDir":"k","multimediaServer":"m","multimediaStream":"s","simulationLogDays":1,"monitorLogEnabled":false,
         "loadFormula":"reference"})");
-    BOOST_TEST(keys_for_restart(SimulationConfig(), next) ==
-                   (Keys{"port", "server", "ssl", "portRewrite", "docker", "forges", "notify", "cacheSize",
-                         "webotsHome", "maxConnections", "timeout", "startTimeout", "reconnectGrace",
-                         "projectsDir", "keyDir", "multimediaServer", "multimediaStream", "simulationLogDays",
-                         "monitorLogEnabled", "loadFormula"}),
+    BOOST_TEST(keys_for_restart(SimulationConfig(), next) == (Keys{"port",
+                                                                   "server",
+                                                                   "ssl",
+                                                                   "portRewrite",
+                                                                   "docker",
+                                                                   "forges",
+                                                                   "notify",
+                                                                   "cacheSize",
+                                                                   "webotsHome",
+                                                                   "maxConnections",
+                                                                   "timeout",
+                                                                   "startTimeout",
+                                                                   "reconnectGrace",
+                                                                   "projectsDir",
+                                                                   "keyDir",
+                                                                   "multimediaServer",
+                                                                   "multimediaStream",
+                                                                   "simulationLogDays",
+                                                                   "monitorLogEnabled",
+                                                                   "loadFormula"}),
                boost::test_tools::per_element());
 }
 
