@@ -225,7 +225,8 @@ private:
 
     static Failure no_room()
     {
-        return {errc::unavailable, concat("This server can't store the project: ", last_failure().message())};
+        return {errc::unavailable,
+                concat("This server can't store the project: ", last_failure().message(), ".")};
     }
 
     Git2Transport& transport_;

@@ -16,7 +16,7 @@ namespace webots_cloud::adapters {
 Failure disk_failure()
 {
     auto const why = std::error_code(errno, std::generic_category()).message();
-    return {errc::unavailable, core::concat("This server can't store the project: ", why)};
+    return {errc::unavailable, core::concat("This server can't store the project: ", why, ".")};
 }
 
 result<FileDescriptor> open_folder(int parent, char const* name)

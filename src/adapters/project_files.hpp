@@ -15,7 +15,7 @@
 namespace webots_cloud::adapters {
 
 /// What the operating system has just said (`errno`): `unavailable`, "This server can't store the project:
-/// <why>".
+/// <why>.".
 Failure disk_failure();
 
 /// Opens the folder `name` in `parent` (AT_FDCWD: a path), never through a symbolic link.   Errors:

@@ -337,7 +337,7 @@ class HandOutTest(GitCase):
         self.probe.may_mount = False
         self.probe.place = self.small_disk("200k")
         answer = self.probe.fetch(world, "--fastest", "--discard")
-        self.assertEqual(answer.get("error"), "This server can't store the project: No space left on device")
+        self.assertEqual(answer.get("error"), "This server can't store the project: No space left on device.")
         self.assertEqual(os.listdir(self.probe.into), [])
         self.assertEqual(self.probe.fetch(self.WORLD, "--fastest").get("header"), HEADER, "there was room for this one")
         self.probe.place = elsewhere

@@ -19,6 +19,7 @@ import zipfile
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.archives import zip64_of, zip_of  # noqa: E402
 from support.browser_client import Browser  # noqa: E402
+from support.disks import mount_small_disk  # noqa: E402
 from support.nginx import reverse_proxy  # noqa: E402
 from support.projects import EXAMPLES  # noqa: E402
 from support.servers import SimulationServer, free_port, main, wait_until  # noqa: E402
@@ -65,7 +66,7 @@ class WebsiteTest(unittest.IsolatedAsyncioTestCase):
 
     def instance(self):
         """The files of the one simulation that runs, by path."""
-        folder = os.path.join(self.simulation.folder, "tmp", f"webots-{os.geteuid()}", str(self.simulation.port), "instances")
+        folder = self.simulation.instances_folder()
         (name,) = os.listdir(folder)
         return os.path.join(folder, name)
 
@@ -273,6 +274,15 @@ class Refusals(WebsiteTest):
     async def test_projects_and_worlds_that_are_not_there(self):
         self.assertEqual(await self.fails(user=VISITOR, project="nothing"), 'There is no project "nothing" on this server.')
         self.assertEqual(await self.fails(user=VISITOR, world="nothing.wbt"), "nothing.wbt does not exist.")
+
+    async def test_a_full_disk_is_told_and_the_next_start_has_room_again(self):
+        instances = self.simulation.instances_folder()
+        mount_small_disk(self, instances, "16k")
+        self.assertEqual(await self.fails(user=VISITOR), "This server can't copy the project: No space left on device.")
+        subprocess.run(["umount", instances], check=True)
+        async with Page(self.simulation) as browser:
+            await browser.init(self.website.origin)
+            await browser.hear("webots:")
 
     async def test_websites_that_misbehave(self):
         host = "Failed to download project from localhost: "

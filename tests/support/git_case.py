@@ -1,10 +1,10 @@
 """What the tests of the git source have in common: a git server, a probe with a cache of its own, disks that are full or special."""
 
 import os
-import subprocess
 import sys
 import unittest
 
+from .disks import mount_small_disk, mount_xfs
 from .git_probe import Probe, require_probe
 from .git_server import GitServer, require_git_server
 
@@ -37,29 +37,20 @@ class GitCase(unittest.TestCase):
 
     def small_disk(self, size="2m"):
         """A folder on a file system of this size."""
-        return self._mount("disk", "-t", "tmpfs", "-o", f"size={size}", "tmpfs")
+        disk = self._folder("disk")
+        mount_small_disk(self, disk, size)
+        return disk
 
     def xfs_disk(self):
         """A folder on a file system whose files can share their bytes."""
-        image = os.path.join(self.probe.folder, "image")
-        with open(image, "wb") as file:
-            file.truncate(320 << 20)
-        try:
-            subprocess.run(["mkfs.xfs", "-q", image], check=True, stderr=subprocess.DEVNULL,
-                           env=dict(os.environ, PATH=os.environ.get("PATH", "") + ":/usr/sbin:/sbin"))
-        except (OSError, subprocess.CalledProcessError):
-            self.skipTest("mkfs.xfs is missing (package xfsprogs)")
-        return self._mount("xfs", "-o", "loop", image)
-
-    def _mount(self, name, *what):
-        if os.geteuid() != 0:
-            self.skipTest("only root can mount a disk")
-        disk = os.path.join(self.probe.folder, name)
-        os.mkdir(disk)
-        if subprocess.run(["mount", *what, disk], stderr=subprocess.DEVNULL).returncode != 0:
-            self.skipTest("this machine allows no such mount")
-        self.addCleanup(subprocess.run, ["umount", "-l", disk])
+        disk = self._folder("xfs")
+        mount_xfs(self, disk, os.path.join(self.probe.folder, "image"))
         return disk
+
+    def _folder(self, name):
+        folder = os.path.join(self.probe.folder, name)
+        os.mkdir(folder)
+        return folder
 
 
 def main():

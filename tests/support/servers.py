@@ -184,9 +184,12 @@ class SimulationServer(Server):
         port = port or free_port(following=config["maxConnections"] + 10)
         super().__init__(config, port, {"WEBOTS_DEMO_FAULTS": faults, "WEBOTS_DEMO_ADDRESS": "127.0.0.1", **(environment or {})})
 
+    def instances_folder(self):
+        return os.path.join(self.folder, "tmp", f"webots-{os.geteuid()}", str(self.port), "instances")
+
     def instances(self):
         """The instance directories that exist."""
-        root = os.path.join(self.folder, "tmp", f"webots-{os.geteuid()}", str(self.port), "instances")
+        root = self.instances_folder()
         return os.listdir(root) if os.path.isdir(root) else []
 
     def simulators(self):
