@@ -105,8 +105,7 @@ asio::awaitable<result<std::string>> DockerMode::Impl::run(Arguments argv)
     return run_program(processes, clock, command(std::move(argv)), command_limit);
 }
 
-// --- at the start of the server
-// ------------------------------------------------------------------------------------
+// --- at the start of the server -----------------------------------------------------------------------
 
 asio::awaitable<result<>> DockerMode::open()
 {
@@ -176,8 +175,7 @@ asio::awaitable<void> DockerMode::Impl::open_screen()
             concat("Containers can't use the screen ", params.display, ": ", opened.error().message()));
 }
 
-// --- before a simulation
-// -------------------------------------------------------------------------------------------
+// --- before a simulation ------------------------------------------------------------------------------
 
 asio::awaitable<result<ContainerPlan>> DockerMode::prepare(LaunchSpec const& spec, std::uint16_t port)
 {
@@ -314,8 +312,7 @@ void DockerMode::forget(std::string const& project) noexcept
     impl_->projects.erase(project);
 }
 
-// --- after a simulation
-// --------------------------------------------------------------------------------------------
+// --- after a simulation -------------------------------------------------------------------------------
 
 asio::awaitable<void> DockerMode::clear(std::string project)
 {
