@@ -55,16 +55,25 @@ SmtpExchange::~SmtpExchange()
 
 void SmtpExchange::abort()
 {
-    aborted_ = true;
-    hang_up();
+    {
+        // In one go: who sees that we gave up must not find a connection alive.
+        std::lock_guard const lock(mutex_);
+        aborted_ = true;
+        shut_down_sockets();
+    }
     curl_.multi_wakeup(multi_);
 }
 
-/// Ends every connection under libcurl's hands, which waits for the last words of a mail server (and, worse,
-/// says the end of a mail that we gave up in the middle) wherever it finds the connection alive.
-void SmtpExchange::hang_up()
+bool SmtpExchange::is_aborted()
 {
     std::lock_guard const lock(mutex_);
+    return aborted_;
+}
+
+/// Ends every connection under libcurl's hands, which waits for the last words of a mail server (and, worse,
+/// says the end of a mail that we gave up in the middle) wherever it finds the connection alive. With the mutex.
+void SmtpExchange::shut_down_sockets()
+{
     for (auto const socket : sockets_)
         ::shutdown(socket, SHUT_RDWR);
 }
@@ -150,20 +159,21 @@ result<> SmtpExchange::drive()
             return Failure(errc::unreachable, curl_.multi_strerror(code));
         if (running == 0)
             break;
-        if (aborted_)
+        if (is_aborted())
             return Failure(boost::asio::error::operation_aborted);
         curl_off_t connected = 0;
         curl_.easy_getinfo(easy_, CURLINFO_CONNECT_TIME_T, &connected);
         auto const left = milliseconds(connected_by - std::chrono::steady_clock::now());
         if (connected == 0 && left <= 0) {
-            hang_up();
+            std::lock_guard const lock(mutex_);
+            shut_down_sockets();
             return Failure(errc::timed_out, concat("no connection to ", params_.host, " in time"));
         }
         auto const nap = connected == 0 ? std::min<long>(left + 1, longest_nap) : longest_nap;
         curl_.multi_poll(multi_, nullptr, 0, static_cast<int>(nap), nullptr);
     }
     auto const code = result_of_transfer();
-    if (code != CURLE_OK && aborted_)
+    if (code != CURLE_OK && is_aborted())
         return Failure(boost::asio::error::operation_aborted);
     return code == CURLE_OK ? result<>() : failure_of(code);
 }

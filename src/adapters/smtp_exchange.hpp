@@ -7,7 +7,6 @@
 #include <webots_cloud/error.hpp>
 
 #include <array>
-#include <atomic>
 #include <mutex>
 #include <string>
 #include <string_view>
@@ -41,7 +40,8 @@ private:
     void prepare_security();
     bool take_reply(std::string_view line);
     result<> drive();
-    void hang_up();
+    bool is_aborted();
+    void shut_down_sockets();
     CURLcode result_of_transfer();
     Failure failure_of(CURLcode code) const;
 
@@ -58,8 +58,8 @@ private:
     int greetings_ = 0; // replies of code 220: the first is the greeting, the second says that TLS may begin
     bool offers_login_ = false; // in the reply to the EHLO under TLS
     bool has_no_login_ = false;
-    std::atomic<bool> aborted_ = false;
     std::mutex mutex_; // guards what follows
+    bool aborted_ = false;
     std::vector<curl_socket_t> sockets_;
 };
 
