@@ -83,7 +83,7 @@ class Guard(unittest.TestCase):
         with open(seen, "w"):
             os.chmod(seen, 0o666)
         mark = f"601.{os.getpid()}"
-        script = f"echo noise; cat /proc/[0-9]*/cmdline | tr '\\0' '\\n' | grep -cx {mark} > {seen}; exit 7"
+        script = f"echo noise; cat /proc/[0-9]*/cmdline | tr '\\0' '\\n' | grep -cx {mark.replace('1', '[1]', 1)} > {seen}; exit 7"
         for asked, status in ((True, -signal.SIGTERM), (False, -signal.SIGKILL)):
             with self.subTest(asked=asked):
                 started = self.start(f"(setsid sleep {mark} &) ; echo ready; exec sleep {mark}", afterwards=["/bin/sh", "-c", script])
