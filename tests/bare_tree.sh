@@ -55,8 +55,10 @@ main()
 inside()
 {
     folder=$1 # the tree
+    mount --bind "$folder" "$folder" # a Docker daemon, which the tests start, needs a root that is a mount
     mount -t proc proc "$folder/proc"
     mount --rbind /dev "$folder/dev"
+    mount --rbind /sys "$folder/sys"
 
     step "./server.sh start"
     in_tree ./server.sh start | tee "$folder/start.log"

@@ -7,6 +7,7 @@
 
 import ctypes
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -30,6 +31,7 @@ def require_docker():
 
 def compose_command():
     """How compose is called here."""
+    require_docker()
     if subprocess.run(["docker", "compose", "version"], env={"PATH": PATH}, capture_output=True).returncode == 0:
         return ["docker", "compose"]
     if shutil.which("docker-compose", path=PATH):
@@ -80,7 +82,8 @@ class DockerDaemon:
 
     def last_words(self):
         with open(f"{self.folder}/log", errors="replace") as log:
-            return (log.read().strip().splitlines() or ["nothing"])[-1][-300:]
+            said = log.read().strip().splitlines() or ["nothing"]
+        return next((line for line in said if re.search(r"level=(fatal|error)|^panic:|failed to", line)), said[-1])[:300]
 
     def attempt(self, *arguments):
         return subprocess.run(["docker", *arguments], env=self.environment, capture_output=True, text=True)

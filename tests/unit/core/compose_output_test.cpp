@@ -33,6 +33,15 @@ BOOST_AUTO_TEST_CASE(what_the_simulator_prints_is_cut_after_the_bar_in_every_ver
     BOOST_TEST(reads("webots_1|", Source::webots, ""));
 }
 
+BOOST_AUTO_TEST_CASE(what_erases_the_line_of_a_terminal_is_not_of_the_line)
+{
+    BOOST_TEST(reads("\x1b[2Kwebots-1  | .", Source::webots, "."));
+    BOOST_TEST(reads("\x1b[2Kcontroller-1  | .", Source::other, "."));
+    BOOST_TEST(reads("\x1b[1;31mAttaching to webots-1", Source::compose, "Attaching to webots-1"));
+    BOOST_TEST(reads("\x1b[2;", Source::compose, ""));
+    BOOST_TEST(reads("\x1b[2K", Source::compose, ""));
+}
+
 BOOST_AUTO_TEST_CASE(other_containers_are_not_taken_for_the_simulator)
 {
     BOOST_TEST(reads("controller-1  | .", Source::other, "."));
