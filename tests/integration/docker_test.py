@@ -22,6 +22,7 @@ from support.servers import SimulationServer, descendants, main, port_is_free, p
 TEMPLATES = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", "config", "simulation", "docker"))
 IMAGES = "webots_cloud_test/webots"
 EDITOR = "benjamindeleze/theia-test:test3"
+CREATING = ("loading: Creating", "loading: Network ")  # compose 1, compose 2
 NOTHING = {"containers": [], "networks": [], "volumes": []}
 
 # A stranger's things, which nobody may touch.
@@ -162,6 +163,7 @@ class Docker(unittest.IsolatedAsyncioTestCase):
         with server() as simulation:
             async with Browser(simulation) as browser:
                 address = await self.start(browser, world("competition"))
+                wait_until(lambda: self.containers_of("controller"), "there is no controller")
                 controller, = self.containers_of("controller")
                 began = docker.run("inspect", "--format", "{{.State.StartedAt}}", controller)
                 async with websockets.connect(address[len("webots:"):] + "/") as webots:
@@ -225,7 +227,7 @@ class Docker(unittest.IsolatedAsyncioTestCase):
 
     async def test_nothing_is_left_when_the_browser_leaves_at_any_moment(self):
         with server() as simulation:
-            for moment in ("shutdownTimeout:", "loading: Step 1/", "loading: Successfully", "loading: Creating", "webots:"):
+            for moment in ("shutdownTimeout:", "loading: Step 1/", "loading: Successfully", CREATING, "webots:"):
                 with self.subTest(moment=moment):
                     async with Browser(simulation) as browser:
                         await browser.start(world("robots"))
