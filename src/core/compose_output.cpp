@@ -22,15 +22,16 @@ std::string_view service_of(std::string_view container, std::string_view project
     return is_number && is_name ? container.substr(0, end) : std::string_view();
 }
 
-/// Compose 2 sends `ESC [ 2 K` in front of a container's line, to erase what a terminal shows there.
-std::string_view without_control_sequence(std::string_view line)
+/// Compose 2 sends `ESC [ 2 K` in front of a container's line, to erase what a terminal shows there; builders colour their lines.
+std::string_view without_control_sequences(std::string_view line)
 {
     constexpr std::string_view introducer = "\x1b[";
     constexpr std::string_view parameters = "0123456789;";
-    if (!line.starts_with(introducer))
-        return line;
-    auto const last = line.find_first_not_of(parameters, introducer.size());
-    return last == std::string_view::npos ? std::string_view() : line.substr(last + 1);
+    while (line.starts_with(introducer)) {
+        auto const last = line.find_first_not_of(parameters, introducer.size());
+        line = last == std::string_view::npos ? std::string_view() : line.substr(last + 1);
+    }
+    return line;
 }
 
 } // namespace
@@ -38,7 +39,7 @@ std::string_view without_control_sequence(std::string_view line)
 ComposeLine parse_compose_line(std::string_view line, std::string_view project)
 {
     using enum ComposeLine::Source;
-    line = without_control_sequence(line);
+    line = without_control_sequences(line);
     if (auto const bar = line.find('|'); bar != std::string_view::npos) {
         auto const service = service_of(trim(line.substr(0, bar)), project);
         auto text = line.substr(bar + 1);

@@ -134,9 +134,12 @@ asio::awaitable<result<>> DockerMode::Impl::find_docker()
     Arguments info{params.docker.string(), "info", "--format",
                    "{{range $name, $_ := .Runtimes}}{{$name}} {{end}}"};
     auto const runtimes = co_await run(std::move(info));
-    if (!runtimes)
+    // Newer clients call it a success to say nothing of a daemon that they can't reach.
+    if (!runtimes || core::trim(*runtimes).empty())
         co_return Failure(errc::unavailable,
-                          concat("docker: the daemon does not answer: ", runtimes.error().message()));
+                          concat("docker: the daemon does not answer: ",
+                                 runtimes ? "Is it running, and may this user use it?"
+                                          : runtimes.error().message()));
     if (concat(" ", *runtimes).find(" nvidia ") != std::string::npos)
         runtime = "nvidia";
     log.info(concat("Simulations run in containers, by ", core::join({compose.begin(), compose.end()}, " "),

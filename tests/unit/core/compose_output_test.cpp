@@ -38,6 +38,7 @@ BOOST_AUTO_TEST_CASE(what_erases_the_line_of_a_terminal_is_not_of_the_line)
     BOOST_TEST(reads("\x1b[2Kwebots-1  | .", Source::webots, "."));
     BOOST_TEST(reads("\x1b[2Kcontroller-1  | .", Source::other, "."));
     BOOST_TEST(reads("\x1b[1;31mAttaching to webots-1", Source::compose, "Attaching to webots-1"));
+    BOOST_TEST(reads("\x1b[91m\x1b[0mThe command", Source::compose, "The command"));
     BOOST_TEST(reads("\x1b[2;", Source::compose, ""));
     BOOST_TEST(reads("\x1b[2K", Source::compose, ""));
 }

@@ -229,6 +229,12 @@ BOOST_AUTO_TEST_CASE(what_is_missing_is_said_to_the_operator)
         BOOST_TEST(said_by_open(fixture) ==
                    "docker: the daemon does not answer: Cannot connect to the Docker daemon at unix:///x.");
     }
+    {
+        Fixture fixture;
+        fixture.expect_commands(2); // the client has no answer, and calls that a success
+        BOOST_TEST(said_by_open(fixture) ==
+                   "docker: the daemon does not answer: Is it running, and may this user use it?");
+    }
 }
 
 BOOST_AUTO_TEST_CASE(a_daemon_that_never_answers_is_given_up_after_a_minute)
@@ -242,7 +248,7 @@ BOOST_AUTO_TEST_CASE(a_daemon_that_never_answers_is_given_up_after_a_minute)
 BOOST_AUTO_TEST_CASE(what_a_dead_predecessor_left_is_removed_until_nothing_is_found)
 {
     Fixture fixture;
-    fixture.expect_commands(2);
+    fixture.expect_commands(2, "runc \n");
     fixture.expect_commands(1, "c1\twebots-2000-1f3a9c4d-old-1\t\tUp 3 seconds\nc2\tblog\t\tUp 3 days\n");
     fixture.expect_commands(1);
     fixture.expect_commands(1, "n1\twebots-2000-1f3a9c4d-old-1\nn2\tblog\n");
