@@ -78,6 +78,10 @@ class Guard(unittest.TestCase):
             outside = next(line.split() for line in status if line.startswith("NSpid"))
         return len(inside) > len(outside)
 
+    def require_namespace(self):
+        if not self.is_in_namespace():
+            self.skipTest("no PID namespace may be made here")
+
     def test_what_is_to_be_done_afterwards_is_done_when_nothing_is_left_and_changes_no_status(self):
         seen = os.path.join(self.folder, f"seen_{type(self).__name__}")
         with open(seen, "w"):
@@ -137,16 +141,14 @@ class Guard(unittest.TestCase):
             return line.read()
 
     def test_a_guard_that_is_killed_itself_takes_the_family_along(self):
-        if not self.is_in_namespace():
-            self.skipTest("no PID namespace may be made here")
+        self.require_namespace()
         started, mark = self.start_family()
         started.kill()
         started.wait(30)
         wait_until(lambda: not find(mark), "the family lives on")
 
     def test_the_program_can_signal_nobody_outside(self):
-        if not self.is_in_namespace():
-            self.skipTest("no PID namespace may be made here")
+        self.require_namespace()
         with subprocess.Popen(["sleep", "600"], user=self.user, group=self.user) as stranger:
             started = self.start(f"kill -KILL {stranger.pid} 2>/dev/null && echo killed; echo tried")
             self.assertEqual(started.stdout.read(), "tried\n")
@@ -154,8 +156,7 @@ class Guard(unittest.TestCase):
             stranger.kill()
 
     def test_the_programs_number_is_unique_outside(self):
-        if not self.is_in_namespace():
-            self.skipTest("no PID namespace may be made here")
+        self.require_namespace()
         if not has_clone3():
             self.skipTest("clone3, which gives a process its number, is not allowed here")
         started = self.start("echo $$")

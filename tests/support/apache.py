@@ -6,11 +6,11 @@
 
 import os
 import shutil
-import socket
 import subprocess
 import tempfile
 import unittest
 
+from .processes import Startable, listens
 from .servers import end, wait_until
 
 MODULES = "/usr/lib/apache2/modules"
@@ -37,7 +37,7 @@ def sample(session_port, simulation_ports):
     return inside
 
 
-class Apache:
+class Apache(Startable):
     def __init__(self, rules, port, certificate):
         self.port = port
         self.url = f"https://localhost:{port}"
@@ -56,25 +56,14 @@ class Apache:
     def path(self, name):
         return os.path.join(self.folder, name)
 
-    def __enter__(self):
+    def start(self):
         self.process = subprocess.Popen([program(), "-f", self.path("apache.conf"), "-DFOREGROUND"], stdin=subprocess.DEVNULL)
-        try:
-            wait_until(lambda: self.process.poll() is not None or self.listens(), f"Apache does not answer\n{self.log()}")
-            assert self.process.poll() is None, f"Apache ended at once:\n{self.log()}"
-        except BaseException:
-            self.close()
-            raise
-        return self
-
-    def __exit__(self, *_):
-        self.close()
-
-    def listens(self):
-        with socket.socket() as probe:
-            return probe.connect_ex(("127.0.0.1", self.port)) == 0
+        wait_until(lambda: self.process.poll() is not None or listens(self.port), f"Apache does not answer\n{self.log()}")
+        assert self.process.poll() is None, f"Apache ended at once:\n{self.log()}"
 
     def close(self):
-        end(self.process)
+        if self.process:
+            end(self.process)
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def log(self):

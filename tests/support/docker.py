@@ -5,16 +5,15 @@
         docker.run("ps", "--all")
 """
 
-import ctypes
 import os
 import re
 import shutil
-import signal
 import subprocess
 import tarfile
 import tempfile
 import unittest
 
+from .processes import Startable, end_with_parent
 from .servers import end, wait_until
 
 # Debian's programs, whatever else is on the machine.
@@ -39,17 +38,13 @@ def compose_command():
     raise unittest.SkipTest("there is no docker compose (package docker-compose)")
 
 
-def _end_with_parent():
-    ctypes.CDLL(None).prctl(1, signal.SIGTERM)  # PR_SET_PDEATHSIG
-
-
 def libraries_of(program):
     """The libraries that a program loads."""
     said = subprocess.run(["ldd", program], capture_output=True, text=True, check=True).stdout
     return [word for word in said.split() if word.startswith("/")]
 
 
-class DockerDaemon:
+class DockerDaemon(Startable):
     def __init__(self):
         require_docker()
         self.folder = tempfile.mkdtemp(prefix="docker_", dir="/tmp")  # short: a socket is in it
@@ -57,24 +52,13 @@ class DockerDaemon:
         self.environment = {"PATH": PATH, "DOCKER_HOST": self.host, "DOCKER_CONFIG": os.path.join(self.folder, "config")}
         self.process = None
 
-    def __enter__(self):
-        try:
-            self.start()
-        except BaseException:
-            self.close()
-            raise
-        return self
-
-    def __exit__(self, *_):
-        self.close()
-
     def start(self):
         """Without the default network, and without a look at the machine's firewall: ports are published by a proxy."""
         command = ["dockerd", "--host", self.host, "--data-root", f"{self.folder}/data", "--exec-root", f"{self.folder}/exec",
                    "--pidfile", f"{self.folder}/pid", "--bridge=none", "--iptables=false", "--ip6tables=false"]
         with open(f"{self.folder}/log", "wb") as log:
             self.process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log,
-                                            env={**os.environ, "PATH": PATH}, preexec_fn=_end_with_parent)
+                                            env={**os.environ, "PATH": PATH}, preexec_fn=end_with_parent)
         wait_until(lambda: self.process.poll() is not None or self.attempt("info").returncode == 0, "dockerd does not answer", 60)
         if self.process.poll() is not None or self.attempt("network", "create", "probe").returncode != 0:
             raise unittest.SkipTest(f"dockerd can't run here: {self.last_words()}")

@@ -8,10 +8,8 @@ Its address is also the base of world addresses, as that of a forge. Leaving the
 its folder.
 """
 
-import ctypes
 import os
 import shutil
-import signal
 import socket
 import subprocess
 import tempfile
@@ -19,6 +17,7 @@ import time
 import unittest
 
 from .ports import free_port
+from .processes import Startable, end_with_parent, find_program, listens
 
 GIT_BACKEND = "/usr/lib/git-core/git-http-backend"
 WORKERS = 8
@@ -73,23 +72,13 @@ DUMB = "        location / {{ root {repositories}; }}"
 def require_git_server():
     """Raises SkipTest when a program that a server needs is missing."""
     for program, package in PROGRAMS.items():
-        if not _program(program):
+        if not find_program(program):
             raise unittest.SkipTest(f"{program} is missing (package {package})")
     if not os.access(GIT_BACKEND, os.X_OK):
         raise unittest.SkipTest(f"{GIT_BACKEND} is missing (package git)")
 
 
-def _program(name):
-    return shutil.which(name, path=os.environ.get("PATH", "") + ":/usr/sbin:/sbin")
-
-
-def _end_with_parent():
-    """In the child: ends when the test does, even if that is killed."""
-    PR_SET_PDEATHSIG = 1
-    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
-
-
-class GitServer:
+class GitServer(Startable):
     """Serves the repositories that `add_repository` and `link_repository` put there."""
 
     def __init__(self, smart=True, port=0, bytes_per_second=0, version2=True):
@@ -107,17 +96,6 @@ class GitServer:
         self._version2 = version2
         self._processes = []
 
-    def __enter__(self):
-        try:
-            self.start()
-        except BaseException:
-            self.close()
-            raise
-        return self
-
-    def __exit__(self, *_):
-        self.close()
-
     def start(self):
         """Starts serving; also after `stop`, at the same address."""
         # git refuses repositories of other users, which test repositories under a container's root may be.
@@ -134,7 +112,7 @@ class GitServer:
             file.write(NGINX_CONFIGURATION.format(locations=locations, **values))
         if self._smart:
             self._start_fcgiwrap()
-        self._spawn([_program("nginx"), "-p", self.folder, "-c", configuration])
+        self._spawn([find_program("nginx"), "-p", self.folder, "-c", configuration])
         self._wait_for_port()
 
     def stop(self):
@@ -254,20 +232,19 @@ class GitServer:
             # As FastCGI has it: the listening socket is the standard input. Single processes, because fcgiwrap leaves its
             # workers behind when it is told to end.
             for _ in range(WORKERS):
-                self._spawn([_program("fcgiwrap")], stdin=listener)
+                self._spawn([find_program("fcgiwrap")], stdin=listener)
 
     def _spawn(self, command, stdin=subprocess.DEVNULL):
         output = open(os.path.join(self.folder, "output.log"), "ab")
         with output:
             self._processes.append(subprocess.Popen(command, stdin=stdin, stdout=output, stderr=output,
-                                                    preexec_fn=_end_with_parent))
+                                                    preexec_fn=end_with_parent))
 
     def _wait_for_port(self):
         deadline = time.monotonic() + 20
         while time.monotonic() < deadline:
-            with socket.socket() as probe:
-                if probe.connect_ex(("127.0.0.1", self.port)) == 0:
-                    return
+            if listens(self.port):
+                return
             if any(process.poll() is not None for process in self._processes):
                 break
             time.sleep(0.01)

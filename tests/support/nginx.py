@@ -2,14 +2,13 @@
 
 import contextlib
 import os
-import shutil
-import socket
 import subprocess
 import tempfile
 import unittest
 
 from .ports import free_port
-from .servers import wait_until
+from .processes import find_program, listens
+from .servers import end, wait_until
 
 CONFIGURATION = """
 {user}
@@ -38,15 +37,10 @@ http {{
 """
 
 
-def _listens(port):
-    with socket.socket() as probe:
-        return probe.connect_ex(("127.0.0.1", port)) == 0
-
-
 @contextlib.contextmanager
 def reverse_proxy(target):
     """The origin of an nginx that passes everything on to this port of the loopback. Without nginx: SkipTest."""
-    program = shutil.which("nginx", path=os.environ.get("PATH", "") + ":/usr/sbin:/sbin")
+    program = find_program("nginx")
     if not program:
         raise unittest.SkipTest("nginx is missing (package nginx)")
     with tempfile.TemporaryDirectory(prefix="webots_cloud_nginx_") as folder:
@@ -56,8 +50,7 @@ def reverse_proxy(target):
             file.write(CONFIGURATION.format(folder=folder, port=port, target=target, user="user root;" if os.geteuid() == 0 else ""))
         process = subprocess.Popen([program, "-p", folder, "-c", configuration], stdin=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         try:
-            wait_until(lambda: process.poll() is not None or _listens(port), "nginx does not listen")
+            wait_until(lambda: process.poll() is not None or listens(port), "nginx does not listen")
             yield f"http://localhost:{port}"
         finally:
-            process.terminate()
-            process.wait()
+            end(process)

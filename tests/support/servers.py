@@ -21,6 +21,7 @@ import urllib.error
 import urllib.request
 
 from .ports import free_port
+from .processes import Startable
 
 BIN = os.environ.get("WEBOTS_CLOUD_BIN", "")
 PATIENCE = 30  # seconds: only how long a broken server is waited for
@@ -79,7 +80,7 @@ def end(process):
             process.wait()
 
 
-class Server:
+class Server(Startable):
     """One of our servers as a process."""
 
     PROGRAM = ""
@@ -95,17 +96,6 @@ class Server:
         self.config = {"server": "localhost", "ssl": False, "portRewrite": False, "debug": True, "port": port, **config}
         self.environment = environment or {}
         self.process = None
-
-    def __enter__(self):
-        try:
-            self.start()
-        except BaseException:
-            self.close()
-            raise
-        return self
-
-    def __exit__(self, *_):
-        self.close()
 
     def configure(self, **keys):
         """Writes the configuration, with other values of some keys; returns its path."""
