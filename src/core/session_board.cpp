@@ -19,26 +19,24 @@ double seconds(Duration duration)
     return std::chrono::duration<double>(duration).count();
 }
 
+void show(SessionRow& row, ServerLoad const& server)
+{
+    bool const is_up = server.state == ServerState::up;
+    row.load = is_up ? std::optional(server.report.load) : std::nullopt;
+    row.sessions = is_up ? server.report.sessions : std::nullopt;
+    row.reported = is_up ? server.reported : TimePoint();
+    row.problem = is_up ? std::string() : server.problem;
+}
+
 } // namespace
 
-std::vector<SessionRow> session_rows(std::vector<ServerLoad> servers,
-                                     std::function<std::uint64_t(std::string_view)> const& placed)
+SessionRow session_row(ServerLoad const& server, std::uint64_t placed)
 {
-    std::vector<SessionRow> rows;
-    rows.reserve(servers.size());
-    for (auto& server : servers) {
-        auto& row = rows.emplace_back();
-        row.placed = placed(server.address);
-        row.address = std::move(server.address);
-        if (server.state == ServerState::up) {
-            row.load = server.report.load;
-            row.sessions = server.report.sessions;
-            row.reported = server.reported;
-        } else {
-            row.problem = std::move(server.problem);
-        }
-    }
-    return rows;
+    SessionRow row;
+    row.address = server.address;
+    row.placed = placed;
+    show(row, server);
+    return row;
 }
 
 void SessionBoard::set_threshold(double threshold)
@@ -47,49 +45,87 @@ void SessionBoard::set_threshold(double threshold)
     threshold_ = threshold;
 }
 
-void SessionBoard::take(std::vector<SessionRow> rows, TimePoint now, WallTime wall)
+void SessionBoard::list(std::vector<SessionRow> rows)
+{
+    auto const is_same = [](SessionRow const& left, Row const& right) { return left.address == right.shown.address; };
+    must_restate_ = must_restate_ || !std::equal(rows.begin(), rows.end(), rows_.begin(), rows_.end(), is_same);
+    places_.clear();
+    rows_.clear();
+    changed_.clear();
+    told_.clear();
+    std::vector<std::string> names;
+    for (auto& row : rows) {
+        names.push_back(row.address);
+        rows_.emplace_back(std::move(row));
+    }
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+        places_.emplace(rows_[i].shown.address, i);
+        change(i);
+    }
+    history_.set_series(names);
+}
+
+void SessionBoard::note(ServerLoad const& server)
+{
+    auto const place = places_.find(server.address);
+    if (place == places_.end())
+        return;
+    auto& shown = rows_[place->second].shown;
+    bool const is_still_down = server.state != ServerState::up && !shown.load && shown.problem == server.problem;
+    if (is_still_down)
+        return;
+    show(shown, server);
+    change(place->second);
+}
+
+void SessionBoard::count_placed(std::function<std::uint64_t(std::string_view address)> const& placed)
+{
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+        auto& shown = rows_[i].shown;
+        auto const count = placed(shown.address);
+        if (std::exchange(shown.placed, count) != count)
+            change(i);
+    }
+}
+
+void SessionBoard::change(std::size_t row)
+{
+    if (!std::exchange(rows_[row].is_changed, true))
+        changed_.push_back(row);
+}
+
+void SessionBoard::take(TimePoint now, WallTime wall)
 {
     now_ = now;
     wall_ = wall;
-    changed_.clear();
-    relisted_ =
-        std::exchange(must_restate_, false) ||
-        !std::equal(rows.begin(), rows.end(), rows_.begin(), rows_.end(),
-                    [](auto const& left, auto const& right) { return left.address == right.address; });
-    for (std::size_t i = 0; !relisted_ && i < rows.size(); ++i)
-        if (!(rows[i] == rows_[i]))
-            changed_.push_back(i);
-    rows_ = std::move(rows);
+    restates_ = std::exchange(must_restate_, false);
+    told_ = std::exchange(changed_, {});
+    for (auto const row : told_)
+        rows_[row].is_changed = false;
     has_new_point_ = add_point();
 }
 
 bool SessionBoard::add_point()
 {
-    if (relisted_) {
-        std::vector<std::string> names;
-        for (auto const& row : rows_)
-            names.push_back(row.address);
-        history_.set_series(names);
-    }
     if (!history_.is_due(now_))
         return false;
     std::vector<float> loads;
+    loads.reserve(rows_.size());
     for (auto const& row : rows_)
-        loads.push_back(row.load ? static_cast<float>(*row.load) : std::numeric_limits<float>::quiet_NaN());
+        loads.push_back(static_cast<float>(row.shown.load.value_or(std::numeric_limits<double>::quiet_NaN())));
     history_.add(loads, now_);
     return true;
 }
 
-void SessionBoard::append_row(std::string& text, std::size_t index) const
+void SessionBoard::append_row(std::string& text, SessionRow const& row) const
 {
-    auto const& row = rows_[index];
     append_key(text, "load");
     append_number(text, row.load.value_or(std::numeric_limits<double>::quiet_NaN()), 2);
     append_key(text, "placed");
     append_number(text, static_cast<double>(row.placed), 0);
     if (row.load) {
         append_key(text, "age");
-        append_number(text, seconds(now_ - row.reported), 1);
+        append_number(text, seconds(std::max(now_ - row.reported, Duration::zero())), 1);
     }
     if (row.sessions) {
         append_key(text, "sessions");
@@ -119,8 +155,8 @@ std::string SessionBoard::snapshot() const
     for (std::size_t i = 0; i < rows_.size(); ++i) {
         text += i == 0 ? "{" : ",{";
         append_key(text, "address");
-        append_quoted(text, rows_[i].address);
-        append_row(text, i);
+        append_quoted(text, rows_[i].shown.address);
+        append_row(text, rows_[i].shown);
         append_key(text, "history");
         append_numbers(text, history_.line(i, each).values, decimals);
         text += '}';
@@ -130,9 +166,9 @@ std::string SessionBoard::snapshot() const
 
 std::string SessionBoard::update() const
 {
-    if (relisted_)
+    if (restates_)
         return snapshot();
-    if (changed_.empty() && !has_new_point_)
+    if (told_.empty() && !has_new_point_)
         return {};
     std::string text = "{";
     append_key(text, "now");
@@ -143,11 +179,11 @@ std::string SessionBoard::update() const
     }
     append_key(text, "rows");
     text += '[';
-    for (std::size_t i = 0; i < changed_.size(); ++i) {
+    for (std::size_t i = 0; i < told_.size(); ++i) {
         text += i == 0 ? "{" : ",{";
         append_key(text, "row");
-        append_number(text, static_cast<double>(changed_[i]), 0);
-        append_row(text, changed_[i]);
+        append_number(text, static_cast<double>(told_[i]), 0);
+        append_row(text, rows_[told_[i]].shown);
         text += '}';
     }
     return text + "]}";

@@ -11,6 +11,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <vector>
 
 namespace webots_cloud::core {
@@ -30,14 +31,14 @@ struct SessionRow
     bool operator==(SessionRow const&) const = default;
 };
 
-/// `placed`: how many sessions were placed on the server of an address.
-std::vector<SessionRow> session_rows(std::vector<ServerLoad> servers,
-                                     std::function<std::uint64_t(std::string_view)> const& placed);
+/// What a page shows of a server.
+SessionRow session_row(ServerLoad const& server, std::uint64_t placed);
 
 /// Keeps what watchers have been told, and ten minutes of loads.
 ///
 /// Its texts are JSON and of bounded size: of many servers the history has fewer points. An update names the
-/// rows that changed since the last one, so that a calm minute costs next to nothing.
+/// rows that changed since the last one, so that a calm minute costs next to nothing. Each poll changes its own row, so that no
+/// moment has the work of thousands.
 class SessionBoard
 {
 public:
@@ -47,10 +48,19 @@ public:
     /// Watchers learn it with the next `take`.
     void set_threshold(double threshold);
 
-    /// Takes the state of now. To be called about once a second.
-    void take(std::vector<SessionRow> rows, TimePoint now, WallTime wall);
+    /// The servers from now on, each with an address of its own.
+    void list(std::vector<SessionRow> rows);
 
-    /// Everything, for who has just come, as of the last `take`.
+    /// What is known of a server after a poll. Servers that are not listed are left out.
+    void note(ServerLoad const& server);
+
+    /// Asks how many sessions were placed on each server. Takes longer the more there are: for who watches, or asks for a snapshot.
+    void count_placed(std::function<std::uint64_t(std::string_view address)> const& placed);
+
+    /// What was noted since the last `take` is the next update. To be called about once a second.
+    void take(TimePoint now, WallTime wall);
+
+    /// Everything, for who has just come; times are those of the last `take`.
     std::string snapshot() const;
 
     /// What the last `take` changed; a snapshot when other servers are listed than before; empty when nothing
@@ -58,15 +68,24 @@ public:
     std::string update() const;
 
 private:
+    struct Row
+    {
+        SessionRow shown;
+        bool is_changed = false; ///< Since the last `take`.
+    };
+
+    void change(std::size_t row);
     bool add_point();
-    void append_row(std::string& text, std::size_t row) const;
+    void append_row(std::string& text, SessionRow const& row) const;
 
     LoadHistory history_;
     double threshold_;
-    std::vector<SessionRow> rows_;
-    std::vector<std::size_t> changed_; ///< Rows, by the last `take`.
-    bool relisted_ = false;
-    bool must_restate_ = false; ///< The next update is a snapshot.
+    std::vector<Row> rows_;
+    std::unordered_map<std::string_view, std::size_t> places_; ///< In `rows_`, which owns the addresses.
+    std::vector<std::size_t> changed_;                         ///< Rows, since the last `take`.
+    std::vector<std::size_t> told_;                            ///< Rows that the last `take` found changed.
+    bool must_restate_ = false;                                ///< The next update is a snapshot.
+    bool restates_ = false;                                    ///< This one is.
     bool has_new_point_ = false;
     TimePoint now_{};
     WallTime wall_{};

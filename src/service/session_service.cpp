@@ -70,8 +70,10 @@ struct SessionService::Impl
     Answer session(IncomingRequest const& request);
     Answer availability(IncomingRequest const& request) const;
     void update_monitor();
+    std::uint64_t placed_on(std::string_view address) const;
     std::vector<core::SessionRow> monitor_rows() const;
-    HttpResponse monitor_page(IncomingRequest const& request) const;
+    std::string monitor_snapshot();
+    HttpResponse monitor_page(IncomingRequest const& request);
     HttpResponse viewer(std::string_view path) const;
     HttpResponse decisions(IncomingRequest const& request) const;
     HttpResponse metrics() const;
@@ -119,6 +121,7 @@ void SessionService::set_servers(std::vector<ServerSpec> const& servers)
         if (auto const forgotten = row.placed - impl_->scheduler.placed(row.address); forgotten > 0)
             impl_->placed_before[row.address] = forgotten;
     impl_->monitor.set_servers(addresses);
+    impl_->board.list(impl_->monitor_rows());
     impl_->update_availability();
     impl_->update_monitor();
 }
@@ -160,6 +163,7 @@ void SessionService::Impl::take(LoadEvent const& event)
         scheduler.report(event.server.address, event.server.report, clock.now());
     else
         scheduler.lost(event.server.address, clock.now());
+    board.note(event.server);
     if (params.tell_administrator && is_mailed(event.transition))
         params.tell_administrator(event);
     else if (event.transition != LoadTransition::none)
@@ -209,28 +213,41 @@ Answer SessionService::Impl::availability(IncomingRequest const& request) const
     return core::page(available ? "1" : "0");
 }
 
+std::uint64_t SessionService::Impl::placed_on(std::string_view address) const
+{
+    auto const before = placed_before.find(address);
+    return scheduler.placed(address) + (before == placed_before.end() ? 0 : before->second);
+}
+
 std::vector<core::SessionRow> SessionService::Impl::monitor_rows() const
 {
-    auto const all = [this](std::string_view address) {
-        auto const before = placed_before.find(address);
-        return scheduler.placed(address) + (before == placed_before.end() ? 0 : before->second);
-    };
-    return core::session_rows(monitor.snapshot(), all);
+    std::vector<core::SessionRow> rows;
+    for (auto const& server : monitor.snapshot())
+        rows.push_back(core::session_row(server, placed_on(server.address)));
+    return rows;
+}
+
+std::string SessionService::Impl::monitor_snapshot()
+{
+    board.count_placed(std::bind_front(&Impl::placed_on, this));
+    return board.snapshot();
 }
 
 void SessionService::Impl::update_monitor()
 {
-    board.take(monitor_rows(), clock.now(), clock.wall());
+    if (!feed.empty())
+        board.count_placed(std::bind_front(&Impl::placed_on, this));
+    board.take(clock.now(), clock.wall());
     if (feed.empty())
         return;
     if (auto const update = board.update(); !update.empty())
         feed.publish(update);
 }
 
-HttpResponse SessionService::Impl::monitor_page(IncomingRequest const& request) const
+HttpResponse SessionService::Impl::monitor_page(IncomingRequest const& request)
 {
     if (request.header("Accept").starts_with("application/json"))
-        return core::json_page(board.snapshot()); // for pages whose proxy lets no WebSocket through
+        return core::json_page(monitor_snapshot()); // for pages whose proxy lets no WebSocket through
     core::SessionMonitorView view;
     view.started = started;
     view.now = clock.now();
@@ -317,7 +334,7 @@ Answer SessionService::respond(IncomingRequest const& request)
 asio::awaitable<void> SessionService::converse(ChannelInfo info, Channel& channel)
 {
     if (info.path == "/monitor")
-        return impl_->feed.serve(impl_->board.snapshot(), channel);
+        return impl_->feed.serve(impl_->monitor_snapshot(), channel);
     if (info.path == "/session")
         return impl_->say_place(channel);
     return impl_->show_availability(concat("[", core::printable(info.host, 100), "] "), channel);
