@@ -23,7 +23,7 @@ import urllib.request
 from .ports import free_port
 from .processes import Startable
 
-BIN = os.environ.get("WEBOTS_CLOUD_BIN", "")
+BIN = os.path.abspath(os.environ.get("WEBOTS_CLOUD_BIN", ""))  # servers are started in folders of their own
 PATIENCE = 30  # seconds: only how long a broken server is waited for
 
 
