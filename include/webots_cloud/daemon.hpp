@@ -93,7 +93,14 @@ std::pair<std::optional<Config>, int> load_config(Program const& program, Argume
     return {std::move(configured->config), exit_ok};
 }
 
-/// Runs `body` on one thread until it ends, or until SIGTERM or SIGINT cancel it.
+/// For the thread of an event loop: from now on it waits for a processor as briefly as the kernel allows, and works in shorter
+/// turns for it; its share of the processor stays the same.
+///
+/// Threads and processes that it starts don't inherit that, nor a negative nice value. Without effect on Linux before 6.12, and
+/// where the thread has another scheduling policy than the normal one.
+void answer_promptly() noexcept;
+
+/// Runs `body` on one thread, which answers promptly, until it ends, or until SIGTERM or SIGINT cancel it.
 ///
 /// Returns `exit_ok` when it was cancelled, and otherwise prints why it ended, after `name`, and returns `exit_usage` for
 /// `unavailable`, `invalid_config` and `invalid_argument`, and `exit_failed` for everything else.

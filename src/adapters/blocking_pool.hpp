@@ -1,16 +1,15 @@
 // Threads for work that blocks: files and libraries that wait.
 #pragma once
 
-#include "step_back.hpp"
+#include "mailbox.hpp"
+#include "worker_threads.hpp"
 
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/async_result.hpp>
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/cancellation_signal.hpp>
-#include <boost/asio/post.hpp>
-#include <boost/asio/prefer.hpp>
+#include <boost/asio/dispatch.hpp>
 #include <boost/asio/this_coro.hpp>
-#include <boost/asio/thread_pool.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
 #include <atomic>
@@ -18,33 +17,28 @@
 #include <cstddef>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <type_traits>
 #include <utility>
 
 namespace webots_cloud::adapters {
 
-/// Runs functions on threads of its own and comes back to the caller's executor.
+/// Runs functions on threads of its own and comes back to the caller's executor. The event loop waits for none of the threads.
 ///
-/// The destructor waits for what runs.   Thread-safety: any thread.
+/// The destructor waits for what runs.   Thread-safety: one executor.
 class BlockingPool
 {
 public:
-    enum class Priority
-    {
-        normal,
-        background ///< See step_back().
-    };
+    using Priority = WorkerThreads::Priority;
 
-    explicit BlockingPool(std::size_t threads, Priority priority = Priority::normal)
-        : priority_(priority), threads_(threads)
-    {}
+    explicit BlockingPool(std::size_t threads, Priority priority = Priority::normal) : threads_(threads, priority) {}
 
     /// Completes with what `work` returns. Not cancellable: `work` must end by itself. It must not throw.
     template<class Work>
     boost::asio::awaitable<std::invoke_result_t<Work&>> run(Work work)
     {
         auto const executor = co_await boost::asio::this_coro::executor;
-        Initiation<Work> initiation(threads_.get_executor(), priority_, executor, std::move(work));
+        Initiation<Work> initiation(threads_, executor, std::move(work));
         co_return co_await boost::asio::async_initiate<boost::asio::use_awaitable_t<> const,
                                                        void(std::invoke_result_t<Work&>)>(
             std::move(initiation), boost::asio::use_awaitable);
@@ -77,8 +71,7 @@ public:
     {
         auto const shared = std::make_shared<Shared>();
         for (std::size_t i = 0; i < helpers; ++i)
-            boost::asio::post(threads_, [shared, &work, priority = priority_] {
-                take(priority);
+            threads_.post([shared, &work] {
                 if (!shared->enter())
                     return; // too late: `work` may be gone
                 work();
@@ -89,12 +82,6 @@ public:
     }
 
 private:
-    static void take(Priority priority)
-    {
-        if (priority == Priority::background)
-            step_back();
-    }
-
     /// Who helps with shared work.
     class Shared
     {
@@ -134,41 +121,63 @@ private:
         std::shared_ptr<std::atomic<bool>> flag;
     };
 
+    /// Work, from the event loop to a thread and back. Made and destroyed on the event loop, so that no thread need free what
+    /// another allocated.
+    template<class Work, class Handler>
+    class Errand final : public WorkerThreads::Job, public Mailbox::Letter
+    {
+    public:
+        Errand(Mailbox& mailbox, boost::asio::any_io_executor home, Work work, Handler handler)
+            : mailbox_(mailbox), home_(std::move(home)), work_(std::move(work)), handler_(std::move(handler))
+        {}
+
+        void run(std::unique_ptr<Job> self) override
+        {
+            outcome_.emplace(work_());
+            (void)self.release();
+            mailbox_.deliver(std::unique_ptr<Letter>(this));
+        }
+
+        void open() override
+        {
+            boost::asio::dispatch(home_, [handler = std::move(handler_), outcome = std::move(*outcome_)]() mutable {
+                std::move(handler)(std::move(outcome));
+            });
+        }
+
+    private:
+        Mailbox& mailbox_;
+        boost::asio::any_io_executor home_;
+        Work work_;
+        Handler handler_;
+        std::optional<std::invoke_result_t<Work&>> outcome_;
+    };
+
     // A class instead of a lambda with captures: those near a co_await are destroyed twice by g++ 12.
     template<class Work>
     class Initiation
     {
     public:
-        Initiation(boost::asio::thread_pool::executor_type threads, Priority priority,
-                   boost::asio::any_io_executor home, Work work)
-            : threads_(threads), priority_(priority), home_(std::move(home)), work_(std::move(work))
+        Initiation(WorkerThreads& threads, boost::asio::any_io_executor home, Work work)
+            : threads_(threads), home_(std::move(home)), work_(std::move(work))
         {}
 
         template<class Handler>
         void operator()(Handler handler)
         {
-            // Tracked, so that the caller's context does not run dry meanwhile.
-            auto home = boost::asio::prefer(home_, boost::asio::execution::outstanding_work.tracked);
-            boost::asio::post(threads_, [work = std::move(work_), priority = priority_, home,
-                                         handler = std::move(handler)]() mutable {
-                take(priority);
-                auto outcome = work();
-                boost::asio::post(home,
-                                  [handler = std::move(handler), outcome = std::move(outcome)]() mutable {
-                                      std::move(handler)(std::move(outcome));
-                                  });
-            });
+            auto& mailbox = Mailbox::of(home_);
+            mailbox.expect();
+            threads_.post(std::make_unique<Errand<Work, Handler>>(mailbox, std::move(home_), std::move(work_),
+                                                                  std::move(handler)));
         }
 
     private:
-        boost::asio::thread_pool::executor_type threads_;
-        Priority priority_;
+        WorkerThreads& threads_;
         boost::asio::any_io_executor home_;
         Work work_;
     };
 
-    Priority priority_;
-    boost::asio::thread_pool threads_;
+    WorkerThreads threads_;
 };
 
 } // namespace webots_cloud::adapters

@@ -1,12 +1,9 @@
 #include "git_flights.hpp"
 
 #include "../async/cancellation.hpp"
-#include "step_back.hpp"
+#include "mailbox.hpp"
 
 #include <boost/asio/error.hpp>
-#include <boost/asio/execution/outstanding_work.hpp>
-#include <boost/asio/post.hpp>
-#include <boost/asio/prefer.hpp>
 #include <boost/asio/this_coro.hpp>
 
 #include <list>
@@ -24,6 +21,35 @@ struct GitFlights::Flight
     std::list<async::Wakeup> waiting;
 };
 
+/// A job, and the way back of its outcome.
+class GitFlights::Trip final : public WorkerThreads::Job, public Mailbox::Letter
+{
+public:
+    Trip(Mailbox& mailbox, std::shared_ptr<Flight> flight, GitFlights::Job job)
+        : mailbox_(mailbox), flight_(std::move(flight)), job_(std::move(job))
+    {}
+
+    void run(std::unique_ptr<WorkerThreads::Job> self) override
+    {
+        outcome_.emplace(job_(flight_->aborted, flight_->progress));
+        (void)self.release();
+        mailbox_.deliver(std::unique_ptr<Letter>(this));
+    }
+
+    void open() override
+    {
+        flight_->outcome = std::move(outcome_);
+        for (auto& waiter : flight_->waiting)
+            waiter.notify();
+    }
+
+private:
+    Mailbox& mailbox_;
+    std::shared_ptr<Flight> flight_;
+    GitFlights::Job job_;
+    std::optional<result<GitFetched>> outcome_;
+};
+
 GitFlights::~GitFlights()
 {
     for (auto const& [key, flight] : flights_)
@@ -35,17 +61,9 @@ std::shared_ptr<GitFlights::Flight> GitFlights::start(std::string const& key, Jo
 {
     auto flight = std::make_shared<Flight>();
     flights_[key] = flight;
-    // Tracked, so that the caller's context does not run dry meanwhile.
-    auto const home = asio::prefer(home_, asio::execution::outstanding_work.tracked);
-    asio::post(threads_, [flight, job = std::move(job), home] {
-        step_back();
-        auto outcome = job(flight->aborted, flight->progress);
-        asio::post(home, [flight, outcome = std::move(outcome)]() mutable {
-            flight->outcome = std::move(outcome);
-            for (auto& waiter : flight->waiting)
-                waiter.notify();
-        });
-    });
+    auto& mailbox = Mailbox::of(home_);
+    mailbox.expect();
+    threads_.post(std::make_unique<Trip>(mailbox, flight, std::move(job)));
     return flight;
 }
 

@@ -3,6 +3,7 @@
 
 #include "git_fetch.hpp"
 #include "git_progress.hpp"
+#include "worker_threads.hpp"
 
 #include "../async/wakeup.hpp"
 
@@ -10,7 +11,6 @@
 
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/awaitable.hpp>
-#include <boost/asio/thread_pool.hpp>
 
 #include <atomic>
 #include <cstddef>
@@ -31,7 +31,7 @@ public:
     using Job = std::function<result<GitFetched>(std::atomic<bool> const& aborted, GitProgress& progress)>;
 
     GitFlights(boost::asio::any_io_executor home, std::size_t threads)
-        : home_(std::move(home)), threads_(threads)
+        : home_(std::move(home)), threads_(threads, WorkerThreads::Priority::background)
     {}
     ~GitFlights();
 
@@ -43,12 +43,13 @@ public:
 
 private:
     struct Flight;
+    class Trip;
 
     std::shared_ptr<Flight> start(std::string const& key, Job job);
 
     boost::asio::any_io_executor home_;
     std::unordered_map<std::string, std::shared_ptr<Flight>> flights_;
-    boost::asio::thread_pool threads_;
+    WorkerThreads threads_;
 };
 
 } // namespace webots_cloud::adapters

@@ -1,9 +1,9 @@
 #include "../core/text.hpp"
+#include "worker_threads.hpp"
 
 #include <webots_cloud/adapters.hpp>
 
 #include <boost/asio/post.hpp>
-#include <boost/asio/thread_pool.hpp>
 
 #include <atomic>
 #include <cerrno>
@@ -41,7 +41,7 @@ public:
         if (waiting_ >= most_waiting)
             return;
         ++waiting_;
-        asio::post(writer_, [this, line = std::move(line)] {
+        writer_.post([this, line = std::move(line)] {
             write(line);
             --waiting_;
         });
@@ -65,7 +65,7 @@ private:
     Logger log_;
     std::ofstream file_; ///< The writer's, once that has begun.
     std::atomic<int> waiting_ = 0;
-    asio::thread_pool writer_{1};
+    adapters::WorkerThreads writer_{1};
 };
 
 } // namespace

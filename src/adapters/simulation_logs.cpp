@@ -1,10 +1,10 @@
 #include "../core/simulation_log.hpp"
 #include "../core/text.hpp"
+#include "worker_threads.hpp"
 
 #include <webots_cloud/adapters.hpp>
 
 #include <boost/asio/post.hpp>
-#include <boost/asio/thread_pool.hpp>
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -45,7 +45,7 @@ struct Writer
     asio::any_io_executor executor; ///< Of the log.
     Logger log;
     std::atomic<int> waiting = 0;
-    asio::thread_pool thread{1};
+    adapters::WorkerThreads thread{1};
 
     void complain(fs::path const& path, std::string_view what)
     {
@@ -106,14 +106,14 @@ public:
         : writer_(writer), clock_(clock), name_(path.filename()),
           file_(std::make_shared<WrittenFile>(writer, path)), kept_(first_bytes, last_bytes)
     {
-        asio::post(writer_.thread, [file = file_] { file->open(); });
+        writer_.thread.post([file = file_] { file->open(); });
     }
 
     ~FileSimulationLog() override
     {
         if (lost_ > 0)
             kept_.take(concat("[", std::to_string(lost_), " lines are lost: the disk was too slow]"));
-        asio::post(writer_.thread, [file = std::move(file_), text = kept_.finish()] { file->write(text); });
+        writer_.thread.post([file = std::move(file_), text = kept_.finish()] { file->write(text); });
     }
 
     std::string const& name() const noexcept override { return name_; }
@@ -128,7 +128,7 @@ public:
             return;
         }
         ++writer_.waiting;
-        asio::post(writer_.thread, [&writer = writer_, file = file_, text = std::move(text)] {
+        writer_.thread.post([&writer = writer_, file = file_, text = std::move(text)] {
             file->write(text);
             --writer.waiting;
         });
@@ -195,8 +195,7 @@ public:
 private:
     void post_removal()
     {
-        asio::post(writer_.thread,
-                   [params = params_] { remove_outdated(params.folder, params.keep, params.most); });
+        writer_.thread.post([params = params_] { remove_outdated(params.folder, params.keep, params.most); });
     }
 
     SimulationLogsParams params_;

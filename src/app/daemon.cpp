@@ -46,6 +46,7 @@ void raise_descriptor_limit()
 
 int run_daemon(std::string const& name, std::function<asio::awaitable<result<>>(asio::any_io_executor)> body)
 {
+    answer_promptly();
     raise_descriptor_limit();
     std::signal(SIGPIPE, SIG_IGN);
     std::signal(SIGHUP, SIG_IGN); // until the body asks for them: neither may end a server that is just starting

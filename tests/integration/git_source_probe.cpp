@@ -10,6 +10,7 @@
 //     --cancel-after MS     cancel everything then
 //     --idle MS             do nothing for so long: what the machine alone does to an event loop
 #include <webots_cloud/adapters.hpp>
+#include <webots_cloud/daemon.hpp>
 #include <webots_cloud/project_ref.hpp>
 
 #include <boost/asio/bind_cancellation_slot.hpp>
@@ -214,6 +215,7 @@ private:
 int main(int argc, char** argv)
 {
     auto const options = parse(argc, argv);
+    answer_promptly(); // as the servers
     asio::io_context context(1);
     Probe probe(context, options);
     std::deque<asio::cancellation_signal> signals;
