@@ -63,7 +63,7 @@ struct ContainerPlan
     std::vector<std::string> notes;         ///< Sentences for it, shown while it waits.
 };
 
-/// Docker on this machine.
+/// Docker on this machine. A live object: `run()` is to be awaited as long as it is used.
 ///
 /// Lifetime: everything passed by reference must outlive it.   Thread-safety: one executor.
 class DockerMode
@@ -75,6 +75,11 @@ public:
     /// Finds out which compose there is, and removes what a dead predecessor left.   Errors: `not_found`: no
     /// compose; `unavailable`: docker does not answer; the detail is a sentence for the operator.
     boost::asio::awaitable<result<>> open();
+
+    /// After `open` and after each `clear`, watches for 20 seconds whether docker makes a container for a
+    /// build that nobody waits for any more, and removes it.   Precondition: `open` succeeded.   Errors:
+    /// `operation_aborted`.
+    boost::asio::awaitable<result<>> run();
 
     /// Puts beside the project what docker needs.   Precondition: `open` succeeded.   Errors: `not_found` (a
     /// template), `invalid_argument`, `unavailable`; the detail is a sentence for the browser.

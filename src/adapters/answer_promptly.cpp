@@ -9,12 +9,12 @@
 namespace webots_cloud {
 namespace {
 
-// The shortest turn that the kernel grants. Its scheduler (EEVDF) prefers the thread whose turn would end first, and one that wakes
-// up for a short turn interrupts one that is in a long turn, by default of 3 ms.
+// The shortest turn that the kernel grants. Its scheduler (EEVDF) prefers the thread whose turn would end
+// first, and one that wakes up for a short turn interrupts one that is in a long turn, by default of 3 ms.
 constexpr std::chrono::nanoseconds shortest_turn = std::chrono::microseconds(100);
 
-/// What sched_getattr(2) and sched_setattr(2) take: the first version of `struct sched_attr`, whose header can't be included beside
-/// the C library's <sched.h>.
+/// What sched_getattr(2) and sched_setattr(2) take: the first version of `struct sched_attr`, whose header
+/// can't be included beside the C library's <sched.h>.
 struct SchedulingAttributes
 {
     std::uint32_t size = sizeof(SchedulingAttributes);

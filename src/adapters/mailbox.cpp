@@ -19,7 +19,8 @@ Mailbox& Mailbox::of(asio::any_io_executor const& executor)
     return mailbox;
 }
 
-Mailbox::Mailbox(asio::execution_context& context) : service(context), bell_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK))
+Mailbox::Mailbox(asio::execution_context& context)
+    : service(context), bell_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK))
 {
     if (!bell_)
         throw std::system_error(errno, std::generic_category(), "eventfd");
@@ -53,7 +54,8 @@ void Mailbox::deliver(std::unique_ptr<Letter> letter) noexcept
     auto* older = newest_.load(std::memory_order_relaxed);
     do
         added->older_ = older;
-    while (!newest_.compare_exchange_weak(older, added, std::memory_order_release, std::memory_order_relaxed));
+    while (
+        !newest_.compare_exchange_weak(older, added, std::memory_order_release, std::memory_order_relaxed));
     // From here on it may have been opened. Who finds others there can rely on the first of them to ring.
     if (!older)
         ring();
@@ -67,11 +69,12 @@ void Mailbox::ring() noexcept
 void Mailbox::wait()
 {
     waiting_ = true;
-    ear_->async_read_some(asio::buffer(&rung_, sizeof rung_), [this](boost::system::error_code error, std::size_t) {
-        waiting_ = false;
-        if (!error)
-            open_oldest();
-    });
+    ear_->async_read_some(asio::buffer(&rung_, sizeof rung_),
+                          [this](boost::system::error_code error, std::size_t) {
+                              waiting_ = false;
+                              if (!error)
+                                  open_oldest();
+                          });
 }
 
 /// In the order in which they were delivered.
@@ -82,7 +85,8 @@ void Mailbox::collect()
         collected_.emplace(collected_.begin() + collected, letter);
 }
 
-/// One at a time: all else that the event loop has to do need not wait for many, and none is lost when one throws.
+/// One at a time: all else that the event loop has to do need not wait for many, and none is lost when one
+/// throws.
 void Mailbox::open_oldest()
 {
     collect();

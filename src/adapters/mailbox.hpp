@@ -15,11 +15,13 @@
 
 namespace webots_cloud::adapters {
 
-/// What asio::post is for, without a lock. Asio wakes an event loop while it holds the lock of its io_context; the kernel then
-/// often runs the event loop in place of the thread that woke it, and the event loop waits for that lock until the other thread is
-/// given a core again: up to 22 ms while projects are unpacked on two cores.
+/// What asio::post is for, without a lock. Asio wakes an event loop while it holds the lock of its
+/// io_context; the kernel then often runs the event loop in place of the thread that woke it, and the event
+/// loop waits for that lock until the other thread is given a core again: up to 22 ms while projects are
+/// unpacked on two cores.
 ///
-/// There is one for each io_context, which may be run by one thread only, and must outlive the threads that deliver.
+/// There is one for each io_context, which may be run by one thread only, and must outlive the threads that
+/// deliver.
 class Mailbox final : public boost::asio::execution_context::service
 {
 public:
@@ -67,7 +69,8 @@ private:
     bool waiting_ = false;
     std::size_t expected_ = 0;
     std::deque<std::unique_ptr<Letter>> collected_;
-    std::atomic<Letter*> newest_ = nullptr; ///< Of those that were delivered, each of which knows the one before.
+    std::atomic<Letter*> newest_ =
+        nullptr; ///< Of those that were delivered, each of which knows the one before.
 };
 
 } // namespace webots_cloud::adapters

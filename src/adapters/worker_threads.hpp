@@ -17,8 +17,8 @@ namespace webots_cloud::adapters {
 
 /// Does jobs in the order in which they are posted.
 ///
-/// What asio::thread_pool is for, but posting takes no lock that one of the threads may hold while another program runs in its
-/// place.   Thread-safety: any thread posts.
+/// What asio::thread_pool is for, but posting takes no lock that one of the threads may hold while another
+/// program runs in its place.   Thread-safety: any thread posts.
 class WorkerThreads
 {
 public:
@@ -49,11 +49,8 @@ public:
 
     /// Has a function called, which must not throw.
     template<class Work>
-        requires std::invocable<Work&>
-    void post(Work work)
-    {
-        post(std::make_unique<Call<Work>>(std::move(work)));
-    }
+    requires std::invocable<Work&>
+    void post(Work work) { post(std::make_unique<Call<Work>>(std::move(work))); }
 
     /// Waits until all jobs are done; none may be posted any more.
     void join();
@@ -75,7 +72,7 @@ private:
 
     Priority priority_;
     boost::lockfree::queue<Job*> jobs_; ///< Null: the thread that takes it ends.
-    ::sem_t waiting_{};                 ///< As many as there are jobs. That of libstdc++ may lose a wake-up (GCC bug 98033).
+    ::sem_t waiting_{}; ///< As many as there are jobs. That of libstdc++ may lose a wake-up (GCC bug 98033).
     std::atomic<bool> stopping_ = false;
     std::vector<std::thread> threads_;
 };

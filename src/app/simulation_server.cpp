@@ -208,6 +208,18 @@ SimulationLogsParams logs_params(SimulationConfig const& config)
     return params;
 }
 
+/// Without docker mode there is nothing to do until the end.
+asio::awaitable<result<>> run(DockerMode* docker, Clock& clock)
+{
+    if (docker)
+        co_return co_await docker->run();
+    for (;;) {
+        auto const waited = co_await clock.wait_until(clock.now() + std::chrono::hours(24));
+        if (!waited)
+            co_return waited;
+    }
+}
+
 } // namespace
 
 asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, SimulationConfig config,
@@ -280,7 +292,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     auto const manager = make_service_manager();
     auto const ended =
         co_await (server->run() || report_to(*manager, *clock) || service.run() || registration.run() ||
-                  app::obey_sigusr1(executor, drain) ||
+                  run(docker.get(), *clock) || app::obey_sigusr1(executor, drain) ||
                   app::obey_sighup(executor, std::move(reread), config, apply, log) || logs->run());
     co_return std::visit([](result<> const& outcome) { return outcome; }, ended);
 }

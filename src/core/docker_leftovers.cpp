@@ -27,11 +27,16 @@ bool is_of(std::string_view project, std::string_view identity)
     return project.starts_with(identity) && project.substr(identity.size()).starts_with('-');
 }
 
+bool is_build(std::vector<std::string_view> const& fields, std::string_view identity)
+{
+    return fields.size() == 4 && fields[1].empty() && fields[2] == identity;
+}
+
 /// The build that ran in such a container has failed: nothing will ever use it.
 bool is_failed_build(std::vector<std::string_view> const& fields, std::string_view identity)
 {
-    return fields.size() == 4 && fields[1].empty() && fields[2] == identity &&
-           fields[3].starts_with("Exited (") && !fields[3].starts_with("Exited (0)");
+    return is_build(fields, identity) && fields[3].starts_with("Exited (") &&
+           !fields[3].starts_with("Exited (0)");
 }
 
 /// Of `2026-11-21 17:25:24 +0000 UTC`.
@@ -83,6 +88,17 @@ std::vector<std::string> leftovers(std::string_view listing, DockerScope const& 
         bool const wanted =
             scope.project.empty() ? is_of(fields[1], scope.identity) : fields[1] == scope.project;
         if (wanted || is_failed_build(fields, scope.identity))
+            found.emplace_back(fields[0]);
+    }
+    return found;
+}
+
+std::vector<std::string> unstarted_builds(std::string_view listing, std::string_view identity)
+{
+    std::vector<std::string> found;
+    for (auto const line : split(listing, '\n')) {
+        auto const fields = split(line, '\t');
+        if (is_build(fields, identity) && fields[3] == "Created")
             found.emplace_back(fields[0]);
     }
     return found;

@@ -39,6 +39,10 @@ inline constexpr std::string_view image_format = "{{.Repository}}:{{.Tag}}\t{{.C
 /// of this server has failed.
 std::vector<std::string> leftovers(std::string_view listing, DockerScope const& scope);
 
+/// The containers of a listing that are steps of this server's builds, and not started. Docker starts one at
+/// once, unless who wanted the build has gone in that moment: then it stays as it is.
+std::vector<std::string> unstarted_builds(std::string_view listing, std::string_view identity);
+
 /// Which images may go.
 struct ImagePolicy
 {

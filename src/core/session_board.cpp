@@ -47,8 +47,11 @@ void SessionBoard::set_threshold(double threshold)
 
 void SessionBoard::list(std::vector<SessionRow> rows)
 {
-    auto const is_same = [](SessionRow const& left, Row const& right) { return left.address == right.shown.address; };
-    must_restate_ = must_restate_ || !std::equal(rows.begin(), rows.end(), rows_.begin(), rows_.end(), is_same);
+    auto const is_same = [](SessionRow const& left, Row const& right) {
+        return left.address == right.shown.address;
+    };
+    must_restate_ =
+        must_restate_ || !std::equal(rows.begin(), rows.end(), rows_.begin(), rows_.end(), is_same);
     places_.clear();
     rows_.clear();
     changed_.clear();
@@ -71,7 +74,8 @@ void SessionBoard::note(ServerLoad const& server)
     if (place == places_.end())
         return;
     auto& shown = rows_[place->second].shown;
-    bool const is_still_down = server.state != ServerState::up && !shown.load && shown.problem == server.problem;
+    bool const is_still_down =
+        server.state != ServerState::up && !shown.load && shown.problem == server.problem;
     if (is_still_down)
         return;
     show(shown, server);
@@ -112,7 +116,8 @@ bool SessionBoard::add_point()
     std::vector<float> loads;
     loads.reserve(rows_.size());
     for (auto const& row : rows_)
-        loads.push_back(static_cast<float>(row.shown.load.value_or(std::numeric_limits<double>::quiet_NaN())));
+        loads.push_back(
+            static_cast<float>(row.shown.load.value_or(std::numeric_limits<double>::quiet_NaN())));
     history_.add(loads, now_);
     return true;
 }

@@ -37,8 +37,8 @@ SessionRow session_row(ServerLoad const& server, std::uint64_t placed);
 /// Keeps what watchers have been told, and ten minutes of loads.
 ///
 /// Its texts are JSON and of bounded size: of many servers the history has fewer points. An update names the
-/// rows that changed since the last one, so that a calm minute costs next to nothing. Each poll changes its own row, so that no
-/// moment has the work of thousands.
+/// rows that changed since the last one, so that a calm minute costs next to nothing. Each poll changes its
+/// own row, so that no moment has the work of thousands.
 class SessionBoard
 {
 public:
@@ -54,7 +54,8 @@ public:
     /// What is known of a server after a poll. Servers that are not listed are left out.
     void note(ServerLoad const& server);
 
-    /// Asks how many sessions were placed on each server. Takes longer the more there are: for who watches, or asks for a snapshot.
+    /// Asks how many sessions were placed on each server. Takes longer the more there are: for who watches,
+    /// or asks for a snapshot.
     void count_placed(std::function<std::uint64_t(std::string_view address)> const& placed);
 
     /// What was noted since the last `take` is the next update. To be called about once a second.

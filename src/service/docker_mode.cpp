@@ -1,5 +1,6 @@
 #include <webots_cloud/docker_mode.hpp>
 
+#include "../async/wakeup.hpp"
 #include "../core/docker_leftovers.hpp"
 #include "../core/docker_project.hpp"
 #include "../core/launch_plan.hpp"
@@ -8,6 +9,11 @@
 
 #include <webots_cloud/simulation_launcher.hpp>
 
+#include <boost/asio/this_coro.hpp>
+
+#include <algorithm>
+#include <iterator>
+#include <optional>
 #include <set>
 
 namespace webots_cloud {
@@ -23,6 +29,11 @@ constexpr auto command_limit = std::chrono::seconds(60);
 // Docker may still be making what a killed compose has asked for.
 constexpr int most_rounds = 5;
 constexpr auto between_rounds = std::chrono::milliseconds(500);
+
+// Docker starts the steps of builds within this time, however busy the machine is.
+constexpr auto between_looks = std::chrono::seconds(10);
+constexpr int quiet_looks = 2; // and then no step of a build that was given up will come any more
+constexpr int most_looks = 12;
 
 constexpr auto launcher_file = "remote_controller_launcher.py";
 
@@ -71,7 +82,10 @@ struct DockerMode::Impl
     asio::awaitable<result<std::size_t>> remove_once(core::DockerScope const& scope);
     asio::awaitable<result<std::size_t>> remove_listed(Arguments list, Arguments removal,
                                                        core::DockerScope const& scope);
+    asio::awaitable<result<>> watch_builds();
+    asio::awaitable<void> remove_builds(Arguments containers);
     asio::awaitable<void> remove_old_images();
+    Arguments list_containers() const;
 
     DockerModeParams params;
     ProcessHost& processes;
@@ -81,6 +95,7 @@ struct DockerMode::Impl
     Arguments compose; ///< The beginning of its command line.
     std::string runtime = "runc";
     std::set<std::string> projects; ///< That were prepared and are not cleared.
+    std::optional<async::Wakeup> cleared; ///< While `run()` is awaited.
 };
 
 DockerMode::DockerMode(DockerModeParams params, ProcessHost& processes, TextFiles& files, Clock& clock,
@@ -327,8 +342,23 @@ asio::awaitable<void> DockerMode::clear(std::string project)
         impl_->log.error(
             concat("docker: of ", project, " something may be left: ", removed.error().message()));
     impl_->projects.erase(project);
+    if (impl_->cleared)
+        impl_->cleared->notify();
     if (impl_->params.persistent_images)
         co_await impl_->remove_old_images();
+}
+
+asio::awaitable<result<>> DockerMode::run()
+{
+    impl_->cleared.emplace(co_await asio::this_coro::executor);
+    for (;;) {
+        auto const watched = co_await impl_->watch_builds();
+        if (!watched)
+            co_return watched;
+        auto const woken = co_await impl_->cleared->wait();
+        if (!woken)
+            co_return woken;
+    }
 }
 
 /// Looks until nothing is found.
@@ -348,13 +378,51 @@ asio::awaitable<result<>> DockerMode::Impl::remove_leftovers(core::DockerScope s
     co_return Failure(errc::unavailable, "docker goes on showing what was removed");
 }
 
+/// When compose is killed in the middle of a build, docker may still make the container of the next step. That of a build that
+/// lives has been started by the next look.
+asio::awaitable<result<>> DockerMode::Impl::watch_builds()
+{
+    Arguments before;
+    int quiet = 0;
+    for (int look = 0; look < most_looks && quiet < quiet_looks; ++look) {
+        auto const waited = co_await clock.wait_until(clock.now() + between_looks);
+        if (!waited)
+            co_return waited;
+        auto const listing = co_await run(list_containers());
+        auto const unstarted = core::unstarted_builds(listing ? *listing : std::string(), params.identity);
+        Arguments still;
+        std::copy_if(unstarted.begin(), unstarted.end(), std::back_inserter(still), [&before](std::string const& id) {
+            return std::find(before.begin(), before.end(), id) != before.end();
+        });
+        if (!still.empty())
+            co_await remove_builds(std::move(still));
+        quiet = unstarted.empty() ? quiet + 1 : 0;
+        before = unstarted;
+    }
+    co_return result<>();
+}
+
+asio::awaitable<void> DockerMode::Impl::remove_builds(Arguments containers)
+{
+    log.info(concat("docker: removes ", std::to_string(containers.size()), " containers of builds that were given up"));
+    Arguments removal{params.docker.string(), "rm", "--force", "--volumes"};
+    removal.insert(removal.end(), containers.begin(), containers.end());
+    auto const removed = co_await run(std::move(removal));
+    if (!removed)
+        log.debug(concat("docker: ", removed.error().message()));
+}
+
+Arguments DockerMode::Impl::list_containers() const
+{
+    return {params.docker.string(), "ps", "--all", "--format", std::string(core::container_format)};
+}
+
 asio::awaitable<result<std::size_t>> DockerMode::Impl::remove_once(core::DockerScope const& scope)
 {
     auto const docker = params.docker.string();
     // In this order: networks and volumes can't be removed while a container has them.
-    Arguments containers{docker, "ps", "--all", "--format", std::string(core::container_format)};
     Arguments remove_containers{docker, "rm", "--force", "--volumes"};
-    auto const first = co_await remove_listed(std::move(containers), std::move(remove_containers), scope);
+    auto const first = co_await remove_listed(list_containers(), std::move(remove_containers), scope);
     if (!first)
         co_return first;
     Arguments networks{docker, "network", "ls", "--format", std::string(core::network_format)};

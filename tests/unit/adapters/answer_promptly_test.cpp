@@ -16,8 +16,8 @@ using namespace webots_cloud;
 
 namespace {
 
-/// Nanoseconds that the kernel says are the length of the calling thread's turns: the sixth field of what sched_getattr(2) tells. 0
-/// where the kernel knows only one length for all.
+/// Nanoseconds that the kernel says are the length of the calling thread's turns: the sixth field of what
+/// sched_getattr(2) tells. 0 where the kernel knows only one length for all.
 std::uint64_t length_of_turns()
 {
     std::array<unsigned char, 48> attributes{};

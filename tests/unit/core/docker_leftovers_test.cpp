@@ -29,7 +29,9 @@ constexpr auto containers = "aaa\twebots-2000-1f3a9c4d-run1-1\twebots-2000-1f3a9
                             "ggg\t\twebots-2000-1f3a9c4d\tExited (2) 5 seconds ago\n"
                             "hhh\t\twebots-2000-1f3a9c4d\tExited (0) 1 second ago\n"
                             "iii\t\twebots-2000-1f3a9c4d\tUp 1 second\n"
-                            "jjj\t\twebots-3000-00000000\tExited (2) 5 seconds ago\n";
+                            "jjj\t\twebots-3000-00000000\tExited (2) 5 seconds ago\n"
+                            "kkk\t\twebots-2000-1f3a9c4d\tCreated\n"
+                            "lll\t\twebots-3000-00000000\tCreated\n";
 
 ImagePolicy policy()
 {
@@ -67,6 +69,11 @@ BOOST_AUTO_TEST_CASE(of_a_dead_predecessor_all_containers_go_and_of_strangers_no
 {
     BOOST_TEST(leftovers(containers, scope()) == (Names{"aaa", "bbb", "ggg"}),
                boost::test_tools::per_element());
+}
+
+BOOST_AUTO_TEST_CASE(steps_of_our_builds_that_were_not_started_are_told_from_everything_else)
+{
+    BOOST_TEST(unstarted_builds(containers, identity) == (Names{"kkk"}), boost::test_tools::per_element());
 }
 
 BOOST_AUTO_TEST_CASE(networks_and_volumes_are_known_by_their_project)

@@ -25,7 +25,8 @@ SessionRow row(std::string address, std::optional<double> load, TimePoint report
 }
 
 /// One that is up where it has a load.
-ServerLoad server(std::string address, std::optional<double> load, std::string problem = {}, TimePoint reported = start)
+ServerLoad server(std::string address, std::optional<double> load, std::string problem = {},
+                  TimePoint reported = start)
 {
     ServerLoad server(std::move(address));
     server.state = load ? ServerState::up : ServerState::down;
@@ -95,7 +96,8 @@ BOOST_AUTO_TEST_CASE(a_server_that_stays_down_for_the_same_reason_is_told_once)
     board.take(start, wall);
     board.note(server("a:1", {}, "refused"));
     board.take(start + 1s, wall + 1s);
-    BOOST_TEST(board.update() == R"({"now":1700000001,"rows":[{"row":0,"load":null,"placed":0,"problem":"refused"}]})");
+    BOOST_TEST(board.update() ==
+               R"({"now":1700000001,"rows":[{"row":0,"load":null,"placed":0,"problem":"refused"}]})");
     board.note(server("a:1", {}, "refused"));
     board.take(start + 2s, wall + 2s);
     BOOST_TEST(board.update().empty());

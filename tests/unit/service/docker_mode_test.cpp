@@ -17,6 +17,7 @@
 
 using namespace webots_cloud;
 using namespace std::chrono_literals;
+namespace asio = boost::asio;
 
 namespace {
 
@@ -137,6 +138,12 @@ struct Fixture
     std::string const& written(std::string const& name)
     {
         return files.texts[std::string(root) + "/" + name];
+    }
+
+    asio::awaitable<void> run_docker()
+    {
+        auto const ended = co_await docker.run();
+        BOOST_TEST(ended.error().code() == asio::error::operation_aborted);
     }
 
     /// What was run since docker mode was opened.
@@ -313,6 +320,44 @@ BOOST_AUTO_TEST_CASE(the_names_of_newer_containers_are_known_too)
         BOOST_TEST(browser.was_told("webots:"));
         fixture.leave(browser);
     }
+}
+
+BOOST_AUTO_TEST_CASE(a_step_of_a_build_that_was_given_up_is_removed_when_it_is_not_started)
+{
+    Fixture fixture;
+    fixture.open();
+    constexpr auto step = "b1\t\twebots-2000-1f3a9c4d\t";
+    fixture.expect_commands(1, std::string(step) + "Created\n");
+    fixture.expect_commands(1, std::string(step) + "Created\nb2\t\twebots-2000-1f3a9c4d\tCreated\n");
+    fixture.expect_commands(1); // the removal
+    fixture.expect_commands(1, "b2\t\twebots-2000-1f3a9c4d\tUp 3 seconds\n");
+    fixture.expect_commands(1);
+    async::TaskGroup running(fixture.world.executor());
+    running.spawn(fixture.run_docker());
+    fixture.world.advance(60s);
+    auto const lines = fixture.run();
+    BOOST_TEST_REQUIRE(lines.size() == 5u); // and nothing more while no simulation ends
+    BOOST_TEST(lines[2] == "/bin/docker rm --force --volumes b1");
+    running.cancel_all();
+    fixture.world.run(running.join());
+}
+
+BOOST_AUTO_TEST_CASE(after_a_simulation_builds_are_watched_again)
+{
+    Fixture fixture;
+    fixture.open();
+    fixture.expect_commands(2);
+    async::TaskGroup running(fixture.world.executor());
+    running.spawn(fixture.run_docker());
+    fixture.world.advance(60s);
+    fixture.processes.expect().prints("webots-1  | .\n");
+    fixture.expect_commands(looks + 2);
+    auto& browser = fixture.start();
+    fixture.leave(browser);
+    fixture.world.advance(60s);
+    BOOST_TEST(fixture.run().size() == 2u + 1u + looks + 2u);
+    running.cancel_all();
+    fixture.world.run(running.join());
 }
 
 BOOST_AUTO_TEST_CASE(a_missing_template_is_named)
