@@ -6,6 +6,7 @@
 
 #include <boost/asio/awaitable.hpp>
 
+#include <ctime>
 #include <variant>
 
 namespace webots_cloud::adapters {
@@ -65,7 +66,9 @@ asio::awaitable<bool> HttpConnection::answer_requests()
         auto const next = answer();
         bool const may_wait = next == Next::request && reader_.rest().size() > 0 && out_.size() < flush_size;
         if (!may_wait) {
-            bool const sent = co_await flush();
+            bool sent = flush_at_once();
+            if (!sent)
+                sent = co_await flush();
             if (!sent || next == Next::close || stopping_)
                 co_return false;
             if (next == Next::websocket)
@@ -76,6 +79,14 @@ asio::awaitable<bool> HttpConnection::answer_requests()
         if (!complete)
             co_return false;
     }
+}
+
+void HttpConnection::set_deadline(Duration from_now)
+{
+    // The time of the last tick, some milliseconds ago, costs a fifth of the exact one; deadlines are seconds away.
+    timespec tick{};
+    ::clock_gettime(CLOCK_MONOTONIC_COARSE, &tick);
+    deadline_ = TimePoint(std::chrono::seconds(tick.tv_sec) + std::chrono::nanoseconds(tick.tv_nsec)) + from_now;
 }
 
 /// Reads until a request's head is complete; false when the connection is to be closed.
@@ -100,13 +111,22 @@ asio::awaitable<bool> HttpConnection::read_request(Duration patience)
             has_begun = true;
             set_deadline(context_.params.header_timeout);
         }
-        auto const space = reader_.prepare();
+        auto const span = reader_.prepare();
+        auto const space = asio::buffer(span.data(), span.size());
+        boost::system::error_code failed;
         awaiting_request_ = true;
-        auto const [error, size] = co_await stream_.read_some(asio::buffer(space.data(), space.size()));
+        if (stream_.is_tls()) {
+            auto const [error, size] = co_await stream_.read_some(space);
+            failed = error;
+            reader_.commit(size);
+        } else {
+            auto const [error, size] = co_await stream_.read_plain(space);
+            failed = error;
+            reader_.commit(size);
+        }
         awaiting_request_ = false;
-        if (error || is_cut_)
+        if (failed || is_cut_)
             co_return false;
-        reader_.commit(size);
     }
 }
 
@@ -141,14 +161,18 @@ HttpConnection::Next HttpConnection::give(HttpResponse const& response, Incoming
     return stays_open ? Next::request : Next::close;
 }
 
-asio::awaitable<bool> HttpConnection::flush()
+/// Sends all that is to be sent if that is possible without waiting, as it almost always is.
+bool HttpConnection::flush_at_once()
 {
     boost::system::error_code error;
-    auto const sent = stream_.try_write(out_, error);
-    if (sent < out_.size() && (!error || error == asio::error::would_block)) {
-        set_deadline(context_.params.idle_timeout);
-        error = co_await stream_.write(std::string_view(out_).substr(sent));
-    }
+    out_.erase(0, stream_.try_write(out_, error));
+    return out_.empty();
+}
+
+asio::awaitable<bool> HttpConnection::flush()
+{
+    set_deadline(context_.params.idle_timeout);
+    auto const error = co_await stream_.write(out_);
     out_.clear();
     co_return !error && !is_cut_;
 }

@@ -68,11 +68,12 @@ private:
     };
 
     boost::asio::awaitable<bool> read_request(Duration patience);
+    bool flush_at_once();
     boost::asio::awaitable<bool> flush();
     boost::asio::awaitable<void> refuse(int status, std::string_view what, std::string_view advice = {});
     Next answer();
     Next give(HttpResponse const& response, IncomingRequest const& request);
-    void set_deadline(Duration from_now) { deadline_ = std::chrono::steady_clock::now() + from_now; }
+    void set_deadline(Duration from_now);
 
     NetworkStream stream_;
     AddressLimit::Ticket ticket_;

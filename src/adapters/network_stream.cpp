@@ -81,10 +81,11 @@ bool NetworkStream::turn_plain() noexcept
     return met_plain_http_;
 }
 
-/// Asio knows when a read would find nothing, and saves the system call.
-asio::awaitable<std::pair<Error, std::size_t>> NetworkStream::read_plain(asio::mutable_buffer buffer)
+asio::awaitable<std::pair<Error, std::size_t>> NetworkStream::read_some(asio::mutable_buffer buffer)
 {
-    auto const [error, size] = co_await socket_.async_read_some(buffer, as_result);
+    if (tls_)
+        co_return co_await read_tls(buffer);
+    auto const [error, size] = co_await read_plain(buffer);
     co_return std::pair(error, size);
 }
 

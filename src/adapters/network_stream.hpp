@@ -6,6 +6,7 @@
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/buffer.hpp>
+#include <boost/asio/deferred.hpp>
 #include <boost/asio/ip/tcp.hpp>
 
 #include <cstddef>
@@ -36,9 +37,12 @@ public:
     bool turn_plain() noexcept;
 
     /// At least one byte, as soon as there is one.
-    boost::asio::awaitable<std::pair<Error, std::size_t>> read_some(boost::asio::mutable_buffer buffer)
+    boost::asio::awaitable<std::pair<Error, std::size_t>> read_some(boost::asio::mutable_buffer buffer);
+
+    /// The same for a stream without TLS, and without a frame of its own: a tuple of an error and a size.
+    auto read_plain(boost::asio::mutable_buffer buffer)
     {
-        return tls_ ? read_tls(buffer) : read_plain(buffer);
+        return socket_.async_read_some(buffer, boost::asio::as_tuple(boost::asio::deferred));
     }
 
     /// All of `bytes`.
@@ -77,7 +81,6 @@ private:
         void operator()(SSL* tls) const noexcept;
     };
 
-    boost::asio::awaitable<std::pair<Error, std::size_t>> read_plain(boost::asio::mutable_buffer buffer);
     boost::asio::awaitable<std::pair<Error, std::size_t>> read_tls(boost::asio::mutable_buffer buffer);
     Error failure(int outcome, Direction& needs);
 

@@ -51,7 +51,8 @@ int run_daemon(std::string const& name, std::function<asio::awaitable<result<>>(
     std::signal(SIGPIPE, SIG_IGN);
     std::signal(SIGHUP, SIG_IGN); // until the body asks for them: neither may end a server that is just starting
     std::signal(SIGUSR1, SIG_IGN);
-    asio::io_context context(1);
+    // One thread runs it and alone touches its sockets, which then need no locks; others may still post.
+    asio::io_context context(BOOST_ASIO_CONCURRENCY_HINT_UNSAFE_IO);
     asio::signal_set signals(context, SIGINT, SIGTERM); // before the body starts, so that no early one is missed
     int status = exit_failed;
     auto report = [&](std::exception_ptr failure, result<> const& outcome) {

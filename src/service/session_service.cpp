@@ -47,9 +47,12 @@ std::string transition_line(LoadEvent const& event)
     return {};
 }
 
-constexpr std::string_view any_origin = "Access-Control-Allow-Origin: *\r\n"
-                                        "Access-Control-Allow-Headers: x-requested-with\r\n"
-                                        "Access-Control-Allow-Methods: POST, GET, OPTIONS\r\n";
+// With the type of what GET answers: this is the busiest answer, and a string of its own would be allocated for each.
+constexpr std::string_view html_for_any_origin = "Content-Type: text/html; charset=UTF-8\r\n"
+                                                 "Access-Control-Allow-Origin: *\r\n"
+                                                 "Access-Control-Allow-Headers: x-requested-with\r\n"
+                                                 "Access-Control-Allow-Methods: POST, GET, OPTIONS\r\n";
+constexpr std::string_view any_origin = html_for_any_origin.substr(html_for_any_origin.find("Access"));
 
 } // namespace
 
@@ -65,7 +68,7 @@ struct SessionService::Impl
     asio::awaitable<void> say_place(Channel& channel);
     asio::awaitable<void> show_availability(std::string name, Channel& channel);
     void take(LoadEvent const& event);
-    void update_availability();
+    void update_availability(TimePoint now);
     std::string place();
     Answer session(IncomingRequest const& request);
     Answer availability(IncomingRequest const& request) const;
@@ -122,7 +125,7 @@ void SessionService::set_servers(std::vector<ServerSpec> const& servers)
             impl_->placed_before[row.address] = forgotten;
     impl_->monitor.set_servers(addresses);
     impl_->board.list(impl_->monitor_rows());
-    impl_->update_availability();
+    impl_->update_availability(impl_->clock.now());
     impl_->update_monitor();
 }
 
@@ -141,7 +144,7 @@ asio::awaitable<result<>> SessionService::Impl::carry_reports()
             co_return events.error();
         for (auto const& event : *events)
             take(event);
-        update_availability();
+        update_availability(clock.now());
     }
 }
 
@@ -151,7 +154,7 @@ asio::awaitable<result<>> SessionService::Impl::check_availability()
         auto const waited = co_await clock.wait_until(clock.now() + availability_check);
         if (!waited)
             co_return waited;
-        update_availability();
+        update_availability(clock.now());
         update_monitor();
     }
 }
@@ -170,9 +173,9 @@ void SessionService::Impl::take(LoadEvent const& event)
         log.info(transition_line(event));
 }
 
-void SessionService::Impl::update_availability()
+void SessionService::Impl::update_availability(TimePoint now)
 {
-    bool const now_available = scheduler.available(clock.now());
+    bool const now_available = scheduler.available(now);
     if (now_available == available)
         return;
     available = now_available;
@@ -183,8 +186,9 @@ void SessionService::Impl::update_availability()
 
 std::string SessionService::Impl::place()
 {
-    auto const placement = scheduler.place(clock.now());
-    update_availability();
+    auto const now = clock.now();
+    auto const placement = scheduler.place(now);
+    update_availability(now);
     ++(placement ? placed : refused);
     if (!placement)
         return "Error: no simulation server available at the moment.";
@@ -193,15 +197,14 @@ std::string SessionService::Impl::place()
 
 Answer SessionService::Impl::session(IncomingRequest const& request)
 {
-    HttpResponse response;
     if (request.upgrade)
         return Converse();
-    if (request.method == "GET")
-        response = core::page(place());
-    else if (request.method == "OPTIONS")
-        response = HttpResponse(204, {}, {});
-    else
-        response = core::method_not_allowed_page("GET, OPTIONS");
+    if (request.method == "GET") {
+        HttpResponse response(200, {}, place());
+        response.fixed_headers = html_for_any_origin;
+        return response;
+    }
+    auto response = request.method == "OPTIONS" ? HttpResponse(204, {}, {}) : core::method_not_allowed_page("GET, OPTIONS");
     response.fixed_headers = any_origin;
     return response;
 }
