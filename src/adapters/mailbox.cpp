@@ -90,14 +90,18 @@ void Mailbox::collect()
 void Mailbox::open_oldest()
 {
     collect();
-    auto const letter = std::move(collected_.front());
-    collected_.pop_front();
-    --expected_;
+    std::unique_ptr<Letter> letter;
+    if (!collected_.empty()) { // else this is the ring of a letter that was found earlier
+        letter = std::move(collected_.front());
+        collected_.pop_front();
+        --expected_;
+    }
     if (expected_ > 0)
         wait();
     if (!collected_.empty())
         ring();
-    letter->open();
+    if (letter)
+        letter->open();
 }
 
 } // namespace webots_cloud::adapters

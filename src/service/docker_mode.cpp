@@ -147,10 +147,12 @@ asio::awaitable<result<>> DockerMode::Impl::find_docker()
     if (!found)
         co_return found;
     Arguments info{params.docker.string(), "info", "--format",
-                   "{{range $name, $_ := .Runtimes}}{{$name}} {{end}}"};
+                   "Docker {{.ServerVersion}} has {{range $name, $_ := .Runtimes}}{{$name}} {{end}}"};
     auto const runtimes = co_await run(std::move(info));
-    // Newer clients call it a success to say nothing of a daemon that they can't reach.
-    if (!runtimes || core::trim(*runtimes).empty())
+    // Newer clients call it a success to know no version of a daemon that they can't reach, and may warn beside it.
+    bool const answers = runtimes && runtimes->find("Docker ") != std::string::npos &&
+                         runtimes->find("Docker  has") == std::string::npos;
+    if (!answers)
         co_return Failure(errc::unavailable,
                           concat("docker: the daemon does not answer: ",
                                  runtimes ? "Is it running, and may this user use it?"

@@ -102,6 +102,7 @@ class SessionMonitor(unittest.TestCase):
             self.assertEqual(browser.find_element("id", "average").text, "16.25%")
             self.assertEqual(browser.find_elements("css selector", ".full"), [])
 
+            wait_until(lambda: 12.5 in self.drawn(browser, 1), "the chart does not show the first load")
             first.load = {"load": 96.5, "sessions": 8}
             wait_until(lambda: self.cell(browser, 1, "load") == "96.5%", "the load does not change")
             full = browser.find_element("css selector", "#servers tbody tr:first-child .full")
