@@ -13,6 +13,8 @@ import urllib.request
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from support.browser_client import LOCAL, Browser  # noqa: E402
+from support.git_server import GitServer  # noqa: E402
+from support.projects import demo_project  # noqa: E402
 from support.servers import is_alive, wait_until  # noqa: E402
 
 PORTS = {"session": 1999, "simulation": 2000}
@@ -105,8 +107,7 @@ class Units(unittest.IsolatedAsyncioTestCase):
         """What docs/operations.md leaves to the operator: names, and the projects that are allowed."""
         cls.session.configure(server="localhost", ssl=False, portRewrite=False, loadRefresh=0.5, loadThreshold=1000,
                               simulationServers=[cls.simulation.address])
-        cls.simulation.configure(server="localhost", ssl=False, portRewrite=False,
-                                 **{**LOCAL, "forges": [{"url": "local:", "directory": "/usr/local/share/webots_cloud/examples"}]})
+        cls.simulation.configure(server="localhost", ssl=False, portRewrite=False, **LOCAL)
         cls.configured = {}
         for unit in cls.both:
             with open(unit.config) as file:
@@ -160,6 +161,17 @@ class Units(unittest.IsolatedAsyncioTestCase):
                 self.assertTrue("webots-demo-simulator".startswith(file.read().strip()))
             self.assertIn(self.simulation.address, self.session.get("/monitor"))
         wait_until(lambda: not self.simulation.simulators(), "processes of the simulation are left")
+
+    async def test_a_project_is_fetched_with_git(self):
+        with GitServer() as git:
+            git.add_repository("school", "class", demo_project())
+            self.simulation.configure(forges=[git.url], allowedRepositories=[git.url])
+            self.simulation.restart()
+            async with Browser(self.simulation) as browser:
+                await browser.start(f"{git.url}/school/class/blob/main/worlds/arena.wbt")
+                await browser.hear("webots:")
+            self.assertTrue(git.requests())
+            self.assertTrue(os.listdir("/var/cache/webots_cloud/simulation"))
 
     def test_reload_reads_the_configuration_again(self):
         for unit in self.both:

@@ -46,7 +46,7 @@ main()
     trap clear_away EXIT
 
     step "A bare Debian with systemd"
-    local packages=systemd,dbus,python3-websockets
+    local packages=systemd,dbus,python3-websockets,git,nginx-light,fcgiwrap
     packages+=$(libraries "$build"/bin/webots-* | sed 's/^/,/' | tr -d '\n')
     # shellcheck disable=SC1091 # of the machine
     debootstrap --variant=minbase --include="$packages" "$(. /etc/os-release && echo "$VERSION_CODENAME")" "$folder" "$(mirror)" \
@@ -55,6 +55,8 @@ main()
     mkdir -p "$folder/srv/tests/support" "$folder/put_old"
     cp tests/systemd_boot.py "$folder/srv/tests/"
     cp tests/support/*.py "$folder/srv/tests/support/"
+    ln -s /usr/local/share/webots_cloud/examples "$folder/srv/examples"
+    ln -s /dev/null "$folder/etc/systemd/system/nginx.service" # the tests start one of their own
 
     step "systemd starts"
     group=$groups/webots_cloud_systemd_boot.$$
