@@ -5,6 +5,7 @@ import json
 import logging
 import os
 import pwd
+import shutil
 import signal
 import subprocess
 import sys
@@ -40,7 +41,7 @@ class Unit:
     def __init__(self, kind):
         self.name = f"webots-{kind}-server.service"
         self.address = f"localhost:{PORTS[kind]}"
-        self.config = f"/etc/webots_cloud/{kind}.json"
+        self.config = f"/etc/webots_cloud/{kind}/config.json"
         self.folder = f"/var/lib/webots_cloud/{kind}"
         self.log = f"{self.folder}/log/{kind}/output.log"
         self.drop_in = f"/etc/systemd/system/{self.name}.d/test.conf"
@@ -172,6 +173,12 @@ class Units(unittest.IsolatedAsyncioTestCase):
                 await browser.hear("webots:")
             self.assertTrue(git.requests())
             self.assertTrue(os.listdir("/var/cache/webots_cloud/simulation"))
+
+    def test_simulations_can_not_read_what_the_session_server_is_told(self):
+        replaced = self.session.config + ".new"
+        shutil.copy(self.session.config, replaced)
+        os.replace(replaced, self.session.config)  # as editors do
+        self.assertEqual(os.listdir(f"/proc/{self.simulation.main}/root{os.path.dirname(self.session.config)}"), [])
 
     def test_reload_reads_the_configuration_again(self):
         for unit in self.both:
