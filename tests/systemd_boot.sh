@@ -110,7 +110,6 @@ become_systemd()
     mount -t devpts -o newinstance,ptmxmode=666 devpts dev/pts
     ln -s pts/ptmx dev/ptmx # PrivateDevices= copies it
     ln -s /proc/self/fd dev/fd
-    hostname tree
     pivot_root . put_old
     cd /
     umount -l /put_old
