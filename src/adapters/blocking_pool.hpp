@@ -1,8 +1,7 @@
 // Threads for work that blocks: files and libraries that wait.
 #pragma once
 
-#include "mailbox.hpp"
-#include "worker_threads.hpp"
+#include "errand.hpp"
 
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/async_result.hpp>
@@ -17,7 +16,6 @@
 #include <cstddef>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <type_traits>
 #include <utility>
 
@@ -121,38 +119,6 @@ private:
         std::shared_ptr<std::atomic<bool>> flag;
     };
 
-    /// Work, from the event loop to a thread and back. Made and destroyed on the event loop, so that no thread need free what
-    /// another allocated.
-    template<class Work, class Handler>
-    class Errand final : public WorkerThreads::Job, public Mailbox::Letter
-    {
-    public:
-        Errand(Mailbox& mailbox, boost::asio::any_io_executor home, Work work, Handler handler)
-            : mailbox_(mailbox), home_(std::move(home)), work_(std::move(work)), handler_(std::move(handler))
-        {}
-
-        void run(std::unique_ptr<Job> self) override
-        {
-            outcome_.emplace(work_());
-            (void)self.release();
-            mailbox_.deliver(std::unique_ptr<Letter>(this));
-        }
-
-        void open() override
-        {
-            boost::asio::dispatch(home_, [handler = std::move(handler_), outcome = std::move(*outcome_)]() mutable {
-                std::move(handler)(std::move(outcome));
-            });
-        }
-
-    private:
-        Mailbox& mailbox_;
-        boost::asio::any_io_executor home_;
-        Work work_;
-        Handler handler_;
-        std::optional<std::invoke_result_t<Work&>> outcome_;
-    };
-
     // A class instead of a lambda with captures: those near a co_await are destroyed twice by g++ 12.
     template<class Work>
     class Initiation
@@ -165,10 +131,13 @@ private:
         template<class Handler>
         void operator()(Handler handler)
         {
-            auto& mailbox = Mailbox::of(home_);
-            mailbox.expect();
-            threads_.post(std::make_unique<Errand<Work, Handler>>(mailbox, std::move(home_), std::move(work_),
-                                                                  std::move(handler)));
+            using Outcome = std::invoke_result_t<Work&>;
+            auto done = [home = home_, handler = std::move(handler)](Outcome outcome) mutable {
+                boost::asio::dispatch(home, [handler = std::move(handler), outcome = std::move(outcome)]() mutable {
+                    std::move(handler)(std::move(outcome));
+                });
+            };
+            send_on_errand(threads_, home_, std::move(work_), std::move(done));
         }
 
     private:

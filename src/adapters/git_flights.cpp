@@ -1,7 +1,7 @@
 #include "git_flights.hpp"
 
 #include "../async/cancellation.hpp"
-#include "mailbox.hpp"
+#include "errand.hpp"
 
 #include <boost/asio/error.hpp>
 #include <boost/asio/this_coro.hpp>
@@ -21,35 +21,6 @@ struct GitFlights::Flight
     std::list<async::Wakeup> waiting;
 };
 
-/// A job, and the way back of its outcome.
-class GitFlights::Trip final : public WorkerThreads::Job, public Mailbox::Letter
-{
-public:
-    Trip(Mailbox& mailbox, std::shared_ptr<Flight> flight, GitFlights::Job job)
-        : mailbox_(mailbox), flight_(std::move(flight)), job_(std::move(job))
-    {}
-
-    void run(std::unique_ptr<WorkerThreads::Job> self) override
-    {
-        outcome_.emplace(job_(flight_->aborted, flight_->progress));
-        (void)self.release();
-        mailbox_.deliver(std::unique_ptr<Letter>(this));
-    }
-
-    void open() override
-    {
-        flight_->outcome = std::move(outcome_);
-        for (auto& waiter : flight_->waiting)
-            waiter.notify();
-    }
-
-private:
-    Mailbox& mailbox_;
-    std::shared_ptr<Flight> flight_;
-    GitFlights::Job job_;
-    std::optional<result<GitFetched>> outcome_;
-};
-
 GitFlights::~GitFlights()
 {
     for (auto const& [key, flight] : flights_)
@@ -61,9 +32,12 @@ std::shared_ptr<GitFlights::Flight> GitFlights::start(std::string const& key, Jo
 {
     auto flight = std::make_shared<Flight>();
     flights_[key] = flight;
-    auto& mailbox = Mailbox::of(home_);
-    mailbox.expect();
-    threads_.post(std::make_unique<Trip>(mailbox, flight, std::move(job)));
+    auto work = [flight, job = std::move(job)] { return job(flight->aborted, flight->progress); };
+    send_on_errand(threads_, home_, std::move(work), [flight](result<GitFetched> outcome) {
+        flight->outcome = std::move(outcome);
+        for (auto& waiter : flight->waiting)
+            waiter.notify();
+    });
     return flight;
 }
 

@@ -43,7 +43,6 @@ public:
 
 private:
     struct Flight;
-    class Trip;
 
     std::shared_ptr<Flight> start(std::string const& key, Job job);
 
