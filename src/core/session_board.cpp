@@ -59,7 +59,7 @@ void SessionBoard::list(std::vector<SessionRow> rows)
     std::vector<std::string> names;
     for (auto& row : rows) {
         names.push_back(row.address);
-        rows_.emplace_back(std::move(row));
+        rows_.push_back({std::move(row), false});
     }
     for (std::size_t i = 0; i < rows_.size(); ++i) {
         places_.emplace(rows_[i].shown.address, i);
