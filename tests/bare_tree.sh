@@ -3,6 +3,7 @@
 # ./server.sh start, looks at what it serves, stops it, and runs ./test.sh. Needs root, debootstrap, git, 6 GB and an hour.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
+source tests/support/bare_debian.sh
 
 usage="Usage: tests/bare_tree.sh [--quick] [--suite NAME] [--in FOLDER]
   --quick       ./test.sh --quick: the release only
@@ -96,24 +97,6 @@ expect()
     exec 3>&-
     [[ $answer == "HTTP/1.1 200"*"$2"* ]] || fail "$1: expected $2, found: ${answer:0:500}"
     echo "$1: good"
-}
-
-# The package server that this machine itself uses.
-mirror()
-{
-    # shellcheck disable=SC2016 # apt's own placeholder
-    apt-get indextargets 'Identifier: Packages' 'Label: Debian' --format '$(REPO_URI)' | sed -n 1p
-}
-
-step()
-{
-    printf '\n=== %(%H:%M:%S)T %s\n' -1 "$1"
-}
-
-fail()
-{
-    echo "$*" >&2
-    exit 1
 }
 
 main "$@"

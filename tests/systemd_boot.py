@@ -65,6 +65,10 @@ class Unit:
     def simulators(self):
         return [process for process in self.processes() if process != self.main]
 
+    def sees(self, folder):
+        """What is in a folder as the server has it."""
+        return os.listdir(os.path.join("/proc", str(self.main), "root", folder.lstrip("/")))
+
     def get(self, path):
         """The body of an answer; None when nobody answers."""
         with contextlib.suppress(OSError), urllib.request.urlopen(f"http://{self.address}{path}", timeout=10) as answer:
@@ -127,6 +131,16 @@ class Units(unittest.IsolatedAsyncioTestCase):
         await browser.start()
         return (await browser.hear("webots:")).partition(":")[2]
 
+    async def check_replaced_after(self, what):
+        """Sends the simulation server a signal while a simulation runs: systemd starts another, and of the old one no process is left."""
+        main = self.simulation.main
+        async with Browser(self.simulation) as browser:
+            await self.start(browser)
+            old = self.simulation.processes()
+            os.kill(main, what)
+            self.simulation.wait_for_another_than(main)
+            self.assertEqual([process for process in old if is_alive(process)], [])
+
     def test_both_are_active_and_answer(self):
         for unit in self.both:
             with self.subTest(unit.name):
@@ -178,7 +192,7 @@ class Units(unittest.IsolatedAsyncioTestCase):
         replaced = self.session.config + ".new"
         shutil.copy(self.session.config, replaced)
         os.replace(replaced, self.session.config)  # as editors do
-        self.assertEqual(os.listdir(f"/proc/{self.simulation.main}/root{os.path.dirname(self.session.config)}"), [])
+        self.assertEqual(self.simulation.sees(os.path.dirname(self.session.config)), [])
 
     def test_reload_reads_the_configuration_again(self):
         for unit in self.both:
@@ -193,13 +207,7 @@ class Units(unittest.IsolatedAsyncioTestCase):
     async def test_the_watchdog_replaces_a_server_that_stands_still_and_its_simulations_end(self):
         self.simulation.override("WatchdogSec=3")
         self.simulation.restart()
-        main = self.simulation.main
-        async with Browser(self.simulation) as browser:
-            await self.start(browser)
-            old = self.simulation.processes()
-            os.kill(main, signal.SIGSTOP)
-            self.simulation.wait_for_another_than(main)
-            self.assertEqual([process for process in old if is_alive(process)], [])
+        await self.check_replaced_after(signal.SIGSTOP)
         self.assertIn("Watchdog timeout", self.journal(self.simulation))
         async with Browser(self.simulation) as browser:
             await self.start(browser)
@@ -217,13 +225,7 @@ class Units(unittest.IsolatedAsyncioTestCase):
         return subprocess.run(["journalctl", "--no-pager", "--unit", unit.name], check=True, capture_output=True, text=True).stdout
 
     async def test_a_server_that_is_killed_takes_its_simulations_along_and_is_started_again(self):
-        main = self.simulation.main
-        async with Browser(self.simulation) as browser:
-            await self.start(browser)
-            old = self.simulation.processes()
-            os.kill(main, signal.SIGKILL)
-            self.simulation.wait_for_another_than(main)
-            self.assertEqual([process for process in old if is_alive(process)], [])
+        await self.check_replaced_after(signal.SIGKILL)
         self.assertEqual(self.simulation.processes(), [self.simulation.main])
         async with Browser(self.simulation) as browser:
             await self.start(browser)
@@ -260,7 +262,7 @@ class Units(unittest.IsolatedAsyncioTestCase):
         os.makedirs("/tmp/.X11-unix", exist_ok=True)
         with open("/tmp/.X11-unix/X0", "w"):
             self.simulation.restart()
-            self.assertEqual(os.listdir(f"/proc/{self.simulation.main}/root/tmp/.X11-unix"), ["X0"])
+            self.assertEqual(self.simulation.sees("/tmp/.X11-unix"), ["X0"])
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@
 # built (cmake --build --preset release), 1 GB and some minutes. It makes one control group, and removes it at the end.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
+source tests/support/bare_debian.sh
 
 usage="Usage: tests/systemd_boot.sh [--build FOLDER] [--in FOLDER]
   --build FOLDER  what to install; build/release unless given
@@ -158,24 +159,6 @@ libraries()
     ldd "$@" | awk '$3 ~ "^/" { print $3 }' | sort -u | while read -r library; do
         dpkg --search "$library" 2>/dev/null || dpkg --search "$(realpath "$library")"
     done | cut -d: -f1 | sort -u
-}
-
-# The package server that this machine itself uses.
-mirror()
-{
-    # shellcheck disable=SC2016 # apt's own placeholder
-    apt-get indextargets 'Identifier: Packages' 'Label: Debian' --format '$(REPO_URI)' | sed -n 1p
-}
-
-step()
-{
-    printf '\n=== %(%H:%M:%S)T %s\n' -1 "$1"
-}
-
-fail()
-{
-    echo "$*" >&2
-    exit 1
 }
 
 main "$@"

@@ -14,12 +14,9 @@ constexpr int nice_level = 5;
 void step_back() noexcept
 {
     // On Linux a thread has a priority of its own. One that is lower already stays as it is.
-    static thread_local bool const done = [] {
-        auto const thread = static_cast<id_t>(::gettid());
-        return ::getpriority(PRIO_PROCESS, thread) >= nice_level ||
-               ::setpriority(PRIO_PROCESS, thread, nice_level) == 0;
-    }();
-    (void)done;
+    auto const thread = static_cast<id_t>(::gettid());
+    if (::getpriority(PRIO_PROCESS, thread) < nice_level)
+        (void)::setpriority(PRIO_PROCESS, thread, nice_level);
 }
 
 } // namespace webots_cloud::adapters

@@ -27,8 +27,6 @@ struct SessionRow
     TimePoint reported{};        ///< When `load` came.
     std::optional<int> sessions; ///< As the server reported them.
     std::uint64_t placed = 0;    ///< By us, since we started.
-
-    bool operator==(SessionRow const&) const = default;
 };
 
 /// What a page shows of a server.

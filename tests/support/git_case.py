@@ -5,7 +5,8 @@ import sys
 import unittest
 
 from .disks import mount_small_disk, mount_xfs
-from .git_probe import Probe, require_probe
+from .git_probe import Probe
+from .servers import program
 from .git_server import GitServer, require_git_server
 
 
@@ -56,7 +57,7 @@ class GitCase(unittest.TestCase):
 def main():
     try:
         require_git_server()
-        require_probe()
+        program("git_source_probe")
     except unittest.SkipTest as missing:
         print(f"skipped: {missing}")
         sys.exit(77)

@@ -6,18 +6,11 @@ import os
 import shutil
 import subprocess
 import tempfile
-import unittest
+
+from .servers import program
 
 WORLD = "#VRML_SIM R2023b utf8\nWorldInfo { }\n"
 HEADER = "#VRML_SIM R2023b utf8"
-
-
-def require_probe():
-    """The path of the program; raises SkipTest without it."""
-    path = os.path.join(os.environ.get("WEBOTS_CLOUD_BIN", ""), "git_source_probe")
-    if not os.access(path, os.X_OK):
-        raise unittest.SkipTest(f"{path} is missing (WEBOTS_CLOUD_BIN names the folder of the built programs)")
-    return path
 
 
 def _lose_the_right_to_mount():
@@ -30,7 +23,7 @@ class Probe:
     """A cache and a folder of projects; each `fetch` is a process of its own that uses them."""
 
     def __init__(self, forge, folder=None):
-        self.program = require_probe()
+        self.program = program("git_source_probe")
         self.forge = forge
         self.folder = tempfile.mkdtemp(prefix="webots_cloud_probe_", dir=folder)
         self.cache = os.path.join(self.folder, "cache")
