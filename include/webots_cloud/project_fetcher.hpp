@@ -32,8 +32,6 @@ struct ProjectFetcherParams
 
     /// The existing folder in which instance directories are made; nobody else's (see `open_instance_root`).
     std::filesystem::path instances;
-    /// Fetches that run at once; others wait their turn. Default 4: more only share the same line and disk.
-    int parallel = 4;
     FetchLimits limits;
 };
 
@@ -51,13 +49,14 @@ struct Project
     std::string revision;            ///< What exactly was fetched: a commit, for instance.
 };
 
-/// Fetches projects into instance directories, a bounded number at a time.
+/// Fetches projects into instance directories. How many at a time is the matter of each source, so that one whose
+/// server is slow holds up no other.
 ///
 /// Lifetime: the sources must outlive the fetcher, and the fetcher its operations.   Thread-safety: one executor.
 class ProjectFetcher
 {
 public:
-    /// At least one forge. `websites`: the source of the projects of websites; null: they are refused.
+    /// `websites`: the source of the projects of websites; null: they are refused.
     ProjectFetcher(ProjectFetcherParams params, std::vector<Forge> forges, Logger log, ProjectSource* websites = nullptr);
     ~ProjectFetcher();
 
@@ -79,9 +78,6 @@ public:
 
     /// Removes a project's directory.
     boost::asio::awaitable<void> discard(Project project);
-
-    /// How many fetches wait for their turn.
-    std::size_t waiting() const noexcept;
 
 private:
     struct Impl;

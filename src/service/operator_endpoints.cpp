@@ -146,8 +146,6 @@ HttpResponse OperatorEndpoints::figures() const
         .add(static_cast<double>(sessions_.size()) - starting - active, {{"state", "idle"}});
     text.family("simulations_most", "gauge", "Simulations that may run at once.")
         .add(static_cast<double>(capacity()));
-    text.family("fetches_waiting", "gauge", "Fetches that wait for their turn.")
-        .add(static_cast<double>(surroundings_.fetcher.waiting()));
     text.family("draining", "gauge", "1 while no new simulation is taken.")
         .add(surroundings_.draining ? 1 : 0);
     text.family("event_loop_lag_seconds", "gauge", "How late the last measurement of the machine was.")

@@ -1,7 +1,6 @@
 #include <webots_cloud/project_fetcher.hpp>
 
 #include "../core/text.hpp"
-#include "../async/semaphore.hpp"
 
 #include <boost/asio/this_coro.hpp>
 
@@ -16,8 +15,7 @@ using core::concat;
 struct ProjectFetcher::Impl
 {
     Impl(ProjectFetcherParams parameters, std::vector<Forge> sources, Logger logger, ProjectSource* others) :
-        params(std::move(parameters)), forges(std::move(sources)), log(std::move(logger)), websites(others),
-        turns(params.parallel)
+        params(std::move(parameters)), forges(std::move(sources)), log(std::move(logger)), websites(others)
     {}
 
     /// The source of a world's forge; `parse` has made sure that there is one.
@@ -28,12 +26,14 @@ struct ProjectFetcher::Impl
         return found == forges.end() ? forges.front().source.get() : found->source.get();
     }
 
+    ProjectSource& source_of(Project const& project) const
+    {
+        return project.website ? *websites : source_of(project.ref);
+    }
+
     /// `order` lacks its directory and limits.
     asio::awaitable<result<Project>> fetch(ProjectSource& source, FetchOrder order, std::string world)
     {
-        auto const pass = co_await turns.acquire();
-        if (!pass)
-            co_return pass.error();
         order.limits = params.limits;
         order.directory = params.instances / std::to_string(++next);
         auto const directory = order.directory;
@@ -45,7 +45,7 @@ struct ProjectFetcher::Impl
         auto fetched = co_await source.fetch(std::move(order));
         if (!fetched) {
             co_await asio::this_coro::reset_cancellation_state(asio::disable_cancellation());
-            co_await remove(directory);
+            co_await remove(source, directory);
             co_return fetched.error();
         }
         project.directory = directory;
@@ -56,10 +56,9 @@ struct ProjectFetcher::Impl
         co_return project;
     }
 
-    asio::awaitable<void> remove(fs::path directory)
+    asio::awaitable<void> remove(ProjectSource& source, fs::path directory)
     {
-        // Every source removes directories alike; which one made it does not matter.
-        auto const removed = co_await forges.front().source.get().discard(directory);
+        auto const removed = co_await source.discard(directory);
         if (!removed)
             log.error(concat("Can't remove ", directory.string(), ": ", removed.error().message()));
     }
@@ -68,7 +67,6 @@ struct ProjectFetcher::Impl
     std::vector<Forge> forges;
     Logger log;
     ProjectSource* websites;
-    async::Semaphore turns;
     std::uint64_t next = 0;
 };
 
@@ -116,15 +114,12 @@ asio::awaitable<result<>> ProjectFetcher::restore(Project const& project, std::s
     order.directory = project.directory;
     order.root = project.root;
     order.file = std::move(file);
-    auto& source = project.website ? *impl_->websites : impl_->source_of(project.ref);
-    return source.restore(std::move(order));
+    return impl_->source_of(project).restore(std::move(order));
 }
 
 asio::awaitable<void> ProjectFetcher::discard(Project project)
 {
-    co_await impl_->remove(std::move(project.directory));
+    co_await impl_->remove(impl_->source_of(project), std::move(project.directory));
 }
-
-std::size_t ProjectFetcher::waiting() const noexcept { return impl_->turns.waiting(); }
 
 } // namespace webots_cloud

@@ -2,7 +2,6 @@
 
 #include <boost/asio/this_coro.hpp>
 
-#include <algorithm>
 
 namespace webots_cloud::testing {
 
@@ -13,7 +12,7 @@ boost::asio::awaitable<result<FetchedProject>> MemoryProjectSource::fetch(FetchO
         co_await boost::asio::this_coro::reset_cancellation_state(boost::asio::disable_cancellation());
     if (auto failure = fuse.strike())
         co_return std::move(*failure);
-    most_fetching = std::max(most_fetching, ++fetching);
+    ++fetching;
     order.progress->objects_total = 10;
     order.progress->objects_received = 4;
     order.progress->bytes_received = 12'300'000;

@@ -35,7 +35,6 @@ public:
     Duration delay{};        ///< How long a fetch takes.
     bool finishes = false;   ///< A fetch that was begun succeeds, cancelled or not, as one that waits for a thread does.
     int fetching = 0;        ///< Fetches under way.
-    int most_fetching = 0;   ///< The highest that `fetching` ever was.
     std::set<std::string> files; ///< What can be restored, relative to the root of a project.
     std::vector<std::string> restored;
     Fuse fuse;

@@ -1,7 +1,6 @@
 #include "unit_test.hpp"
 
 #include "async/deadline.hpp"
-#include "async/semaphore.hpp"
 #include "async/task_count.hpp"
 #include "async/task_group.hpp"
 
@@ -24,17 +23,6 @@ asio::awaitable<result<int>> number_after(Clock& clock, Duration delay, int numb
 asio::awaitable<result<int>> with_two_seconds(Clock& clock, Duration delay)
 {
     co_return co_await async::with_deadline(clock, clock.now() + 2s, number_after(clock, delay, 7));
-}
-
-asio::awaitable<void> work(async::Semaphore& places, Clock& clock, std::vector<int>& log, int number)
-{
-    auto const pass = co_await places.acquire();
-    if (!pass) {
-        log.push_back(-number);
-        co_return;
-    }
-    log.push_back(number);
-    (void)co_await clock.wait_until(clock.now() + 1s);
 }
 
 asio::awaitable<void> nap(Clock& clock, Duration length, int& awake)
@@ -75,38 +63,6 @@ BOOST_AUTO_TEST_CASE(a_task_count_waits_for_its_last_task)
     world.run(tasks.join());
     BOOST_TEST(awake == 3);
     world.run(tasks.join()); // with nothing left, at once
-}
-
-BOOST_AUTO_TEST_CASE(a_semaphore_admits_so_many_at_a_time_in_order)
-{
-    testing::World world;
-    async::Semaphore places(2);
-    std::vector<int> log;
-    for (int i = 1; i <= 4; ++i)
-        world.spawn(work(places, world.clock, log, i));
-    world.settle();
-    BOOST_TEST(log == (std::vector<int>{1, 2}), boost::test_tools::per_element());
-    BOOST_TEST(places.waiting() == 2u);
-    world.advance(1s);
-    BOOST_TEST(log == (std::vector<int>{1, 2, 3, 4}), boost::test_tools::per_element());
-    world.advance(1s);
-}
-
-BOOST_AUTO_TEST_CASE(who_stops_waiting_leaves_the_queue)
-{
-    testing::World world;
-    async::Semaphore places(1);
-    async::TaskGroup tasks(world.executor());
-    std::vector<int> log;
-    tasks.spawn(work(places, world.clock, log, 1));
-    auto const second = tasks.spawn(work(places, world.clock, log, 2));
-    tasks.spawn(work(places, world.clock, log, 3));
-    world.settle();
-    async::TaskGroup::cancel(second);
-    world.settle();
-    world.advance(1s);
-    BOOST_TEST(log == (std::vector<int>{1, -2, 3}), boost::test_tools::per_element());
-    world.run(tasks.join());
 }
 
 BOOST_AUTO_TEST_CASE(a_deadlock_in_a_test_is_a_failure)
