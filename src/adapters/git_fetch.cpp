@@ -74,9 +74,13 @@ struct GitFetch::Download
 GitFetch::GitFetch(CurlHttp& http, GitCache& cache, GitServers& servers, GitSourceParams const& params,
                    GitFetchOrder order)
     : http_(http), cache_(cache), servers_(servers), params_(params), order_(std::move(order)),
-      url_(order_.project.clone_url()),
-      deadline_(std::chrono::steady_clock::now() + std::min<Duration>(order_.limits.timeout, longest_fetch))
+      url_(order_.project.clone_url())
 {}
+
+void GitFetch::start_clock()
+{
+    deadline_ = std::chrono::steady_clock::now() + std::min<Duration>(order_.limits.timeout, longest_fetch);
+}
 
 CurlLimits GitFetch::http_limits(std::uint64_t bytes) const
 {
@@ -133,23 +137,33 @@ Failure GitFetch::explain(Failure const& failure) const
     return failure;
 }
 
-result<GitFetched> GitFetch::run()
+std::optional<result<GitFetched>> GitFetch::look_up()
 {
+    start_clock();
     if (servers_.is_missing(url_))
         return explain({errc::not_found, "does not exist or is private"});
-    auto const target = resolve();
+    auto target = resolve();
     if (!target)
         return fall_back(target.error());
+    target_ = std::move(*target);
     GitFetched fetched;
-    fetched.snapshot = cache_.find(url_, *target);
-    if (!fetched.snapshot) {
-        auto downloaded = download(*target);
-        if (!downloaded)
-            return explain(downloaded.error());
-        fetched.snapshot = std::move(*downloaded);
-        cache_.trim();
-    }
-    cache_.remember(url_, order_.project.ref_and_folder, *target);
+    fetched.snapshot = cache_.find(url_, target_);
+    if (!fetched.snapshot)
+        return std::nullopt;
+    cache_.remember(url_, order_.project.ref_and_folder, target_);
+    return fetched;
+}
+
+result<GitFetched> GitFetch::download()
+{
+    start_clock(); // for its turn it has waited through no fault of the server's
+    auto downloaded = download_target();
+    if (!downloaded)
+        return explain(downloaded.error());
+    cache_.trim();
+    cache_.remember(url_, order_.project.ref_and_folder, target_);
+    GitFetched fetched;
+    fetched.snapshot = std::move(*downloaded);
     return fetched;
 }
 
@@ -217,10 +231,10 @@ result<GitFetched> GitFetch::fall_back(Failure const& failure)
 
 /// Tries with all that git servers usually can do, and only if that fails asks what this one can: a round
 /// trip saved.
-result<GitSnapshotPtr> GitFetch::download(core::GitTarget const& target)
+result<GitSnapshotPtr> GitFetch::download_target()
 {
     auto const& forge = order_.project.forge;
-    auto downloaded = download_with(servers_.capabilities(forge), target);
+    auto downloaded = download_with(servers_.capabilities(forge), target_);
     if (downloaded || downloaded.error() != errc::protocol_error || is_unknown_commit(downloaded.error()) ||
         servers_.knows(forge))
         return downloaded;
@@ -231,7 +245,7 @@ result<GitSnapshotPtr> GitFetch::download(core::GitTarget const& target)
         servers_.set_capabilities(forge, *offered);
     else if (offered->filter && offered->shallow)
         offered->filter = false; // it promises more than it keeps
-    auto again = download_with(*offered, target);
+    auto again = download_with(*offered, target_);
     if (again)
         servers_.set_capabilities(forge, *offered);
     return again;

@@ -16,6 +16,7 @@
 
 #include <atomic>
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace webots_cloud::adapters {
@@ -44,8 +45,13 @@ public:
     GitFetch(CurlHttp& http, GitCache& cache, GitServers& servers, GitSourceParams const& params,
              GitFetchOrder order);
 
+    /// Asks what the address means now, and looks for that in the cache. Nothing: it has to be downloaded.
+    ///
     /// Errors: as `ProjectSource::fetch`, less those about worlds.
-    result<GitFetched> run();
+    std::optional<result<GitFetched>> look_up();
+
+    /// After `look_up`, once.   Errors: as there.
+    result<GitFetched> download();
 
 private:
     struct Download;
@@ -53,7 +59,8 @@ private:
     result<core::GitTarget> resolve();
     result<core::GitTarget> resolve_with_libgit2();
     result<core::GitTarget> ask_again(Failure const& failure);
-    result<GitSnapshotPtr> download(core::GitTarget const& target);
+    void start_clock();
+    result<GitSnapshotPtr> download_target();
     result<GitSnapshotPtr> download_with(GitCapabilities const& capabilities, core::GitTarget const& target);
     result<GitFetched> fall_back(Failure const& failure);
     result<core::GitObjectId> folder_tree(Download& state, core::GitTarget const& target);
@@ -75,6 +82,7 @@ private:
     GitFetchOrder order_;
     std::string url_;
     TimePoint deadline_;
+    core::GitTarget target_;              ///< Once it was looked up.
     std::unique_ptr<Git2Client> libgit2_; ///< Once it was needed.
 };
 

@@ -15,8 +15,18 @@ namespace asio = boost::asio;
 
 struct GitFlights::Flight
 {
+    explicit Flight(Make const& make) : fetch(make(aborted, progress)) {}
+
+    void land(result<GitFetched> with)
+    {
+        outcome = std::move(with);
+        for (auto& waiter : waiting)
+            waiter.notify();
+    }
+
     std::atomic<bool> aborted{false};
     GitProgress progress;
+    GitFetch fetch;
     std::optional<result<GitFetched>> outcome; ///< Set on the executor.
     std::list<async::Wakeup> waiting;
 };
@@ -25,31 +35,43 @@ GitFlights::~GitFlights()
 {
     for (auto const& [key, flight] : flights_)
         flight->aborted = true;
-    threads_.join();
+    looking_up_.join();
+    downloading_.join();
 }
 
-std::shared_ptr<GitFlights::Flight> GitFlights::start(std::string const& key, Job job)
+std::shared_ptr<GitFlights::Flight> GitFlights::start(std::string const& key, Make const& make)
 {
-    auto flight = std::make_shared<Flight>();
+    auto flight = std::make_shared<Flight>(make);
     flights_[key] = flight;
-    auto work = [flight, job = std::move(job)] { return job(flight->aborted, flight->progress); };
-    send_on_errand(threads_, home_, std::move(work), [flight](result<GitFetched> outcome) {
-        flight->outcome = std::move(outcome);
-        for (auto& waiter : flight->waiting)
-            waiter.notify();
-    });
+    auto work = [flight] { return flight->fetch.look_up(); };
+    send_on_errand(looking_up_, home_, std::move(work),
+                   [this, flight](std::optional<result<GitFetched>> found) {
+                       if (found)
+                           flight->land(std::move(*found));
+                       else if (flight->aborted) // nobody waits for it any more; we may be gone ourselves
+                           flight->land(Failure(asio::error::operation_aborted));
+                       else
+                           download(flight);
+                   });
     return flight;
 }
 
+void GitFlights::download(std::shared_ptr<Flight> flight)
+{
+    auto work = [flight] { return flight->fetch.download(); };
+    send_on_errand(downloading_, home_, std::move(work),
+                   [flight](result<GitFetched> outcome) { flight->land(std::move(outcome)); });
+}
+
 asio::awaitable<result<GitFetched>> GitFlights::join(std::string key, std::shared_ptr<FetchProgress> progress,
-                                                     Job job)
+                                                     Make make)
 {
     co_await asio::this_coro::throw_if_cancelled(false);
     bool const cancelled = co_await async::is_cancelled();
     if (cancelled)
         co_return Failure(asio::error::operation_aborted);
     auto const found = flights_.find(key);
-    auto const flight = found != flights_.end() ? found->second : start(key, std::move(job));
+    auto const flight = found != flights_.end() ? found->second : start(key, make);
     flight->progress.join(std::move(progress));
     auto const executor = co_await asio::this_coro::executor;
     auto const turn = flight->waiting.emplace(flight->waiting.end(), executor);

@@ -21,34 +21,38 @@
 
 namespace webots_cloud::adapters {
 
-/// Runs jobs on threads of its own. Who asks for a key that is on its way joins; when all who wait for a job
-/// have gone, it is told to stop.
+/// Runs fetches on threads of its own. Who asks for a key that is on its way joins; when all who wait for a
+/// fetch have gone, it is told to stop. What only has to be looked up waits for no download.
 ///
-/// The destructor stops and waits for all jobs.   Thread-safety: one executor.
+/// The destructor stops and waits for all fetches.   Thread-safety: one executor.
 class GitFlights
 {
 public:
-    using Job = std::function<result<GitFetched>(std::atomic<bool> const& aborted, GitProgress& progress)>;
+    using Make = std::function<GitFetch(std::atomic<bool> const& aborted, GitProgress& progress)>;
 
+    /// So many look something up at once, and as many download.
     GitFlights(boost::asio::any_io_executor home, std::size_t threads)
-        : home_(std::move(home)), threads_(threads, WorkerThreads::Priority::background)
+        : home_(std::move(home)), looking_up_(threads, WorkerThreads::Priority::background),
+          downloading_(threads, WorkerThreads::Priority::background)
     {}
     ~GitFlights();
 
-    /// The result of `job`, or of the job that is already on its way to `key`.
+    /// The result of what `make` returns, or of the fetch that is already on its way to `key`.
     ///
-    /// Cancellation: terminal; the job goes on for the others.
+    /// Cancellation: terminal; the fetch goes on for the others.
     boost::asio::awaitable<result<GitFetched>> join(std::string key, std::shared_ptr<FetchProgress> progress,
-                                                    Job job);
+                                                    Make make);
 
 private:
     struct Flight;
 
-    std::shared_ptr<Flight> start(std::string const& key, Job job);
+    std::shared_ptr<Flight> start(std::string const& key, Make const& make);
+    void download(std::shared_ptr<Flight> flight);
 
     boost::asio::any_io_executor home_;
     std::unordered_map<std::string, std::shared_ptr<Flight>> flights_;
-    WorkerThreads threads_;
+    WorkerThreads looking_up_;
+    WorkerThreads downloading_;
 };
 
 } // namespace webots_cloud::adapters

@@ -9,7 +9,9 @@
 #include "remove_tree.hpp"
 #include "restore_file.hpp"
 
+#include "../async/task_group.hpp"
 #include "../core/git_names.hpp"
+#include "../core/git_refs.hpp"
 #include "../core/text.hpp"
 
 #include <webots_cloud/adapters.hpp>
@@ -27,7 +29,8 @@ using adapters::BlockingPool;
 using adapters::GitSnapshotPtr;
 using core::concat;
 
-constexpr std::size_t downloads = 8; // threads that mostly wait for the network
+constexpr std::size_t at_once =
+    8; // threads that mostly wait for the network: for answers, and as many for downloads
 constexpr std::size_t copies = 4;    // threads that keep a disk busy, together on one project if need be
 constexpr std::size_t cleaners = 2;  // others, so that no start waits for what somebody has left
 
@@ -37,8 +40,7 @@ public:
     GitSource(asio::any_io_executor executor, GitSourceParams params, Logger log)
         : params_(std::move(params)), log_(std::move(log)), cache_(params_.cache, params_.cache_bytes),
           hand_out_(cache_.folder(), params_.instances), pool_(copies, BlockingPool::Priority::background),
-          cleaning_(cleaners, BlockingPool::Priority::background),
-          flights_(std::move(executor), downloads)
+          cleaning_(cleaners, BlockingPool::Priority::background), flights_(std::move(executor), at_once)
     {
         if (cache_.usable())
             log_.info(concat("Projects are handed out by ", hand_out_.describe(), "."));
@@ -51,13 +53,24 @@ public:
         co_await asio::this_coro::throw_if_cancelled(false);
         if (!cache_.usable())
             co_return cache_.usable().error();
+        auto const executor = co_await asio::this_coro::executor;
+        HeadStart head_start;
+        async::TaskGroup meanwhile(executor);
+        meanwhile.spawn(try_head_start(order, head_start));
         auto const key = concat(order.project.clone_url(), "\n", order.project.ref_and_folder);
-        adapters::GitFlights::Job job = obtain_job(order);
-        auto obtained = co_await flights_.join(key, order.progress, std::move(job));
+        adapters::GitFlights::Make make = maker_of(order);
+        auto const obtained = co_await flights_.join(key, order.progress, std::move(make));
+        if (!obtained)
+            meanwhile.cancel_all();
+        co_await meanwhile.join();
         if (!obtained)
             co_return obtained.error();
         if (!obtained->notice.empty())
             log_.warning(obtained->notice);
+        if (head_start.project && head_start.snapshot == obtained->snapshot)
+            co_return std::move(head_start.project);
+        if (head_start.snapshot)
+            (void)co_await discard(order.directory);
         co_return co_await deliver(std::move(order), obtained->snapshot);
     }
 
@@ -81,7 +94,32 @@ public:
     }
 
 private:
-    adapters::GitFlights::Job obtain_job(FetchOrder const& order)
+    /// What was handed out while the server was being asked: what the address meant last time.
+    struct HeadStart
+    {
+        GitSnapshotPtr snapshot; ///< Null: nothing.
+        result<FetchedProject> project = Failure(errc::not_found);
+    };
+
+    asio::awaitable<void> try_head_start(FetchOrder const& order, HeadStart& head_start)
+    {
+        if (core::names_commit(order.project.ref_and_folder))
+            co_return; // nobody is asked, so there is nothing to be ahead of
+        auto work = [this, order](std::atomic<bool> const& aborted) {
+            HeadStart made;
+            auto const url = order.project.clone_url();
+            if (auto const target = cache_.recall(url, order.project.ref_and_folder))
+                made.snapshot = cache_.find(url, *target);
+            if (made.snapshot)
+                made.project = make_project(order, *made.snapshot, aborted);
+            return made;
+        };
+        head_start = co_await pool_.run_abortable(std::move(work));
+        if (head_start.snapshot)
+            in_use_[order.directory.string()] = head_start.snapshot;
+    }
+
+    adapters::GitFlights::Make maker_of(FetchOrder const& order)
     {
         return [this, project = order.project, limits = order.limits](std::atomic<bool> const& aborted,
                                                                       adapters::GitProgress& progress) {
@@ -90,7 +128,7 @@ private:
             wanted.limits = limits;
             wanted.aborted = &aborted;
             wanted.progress = &progress;
-            return adapters::GitFetch(http_, cache_, servers_, params_, std::move(wanted)).run();
+            return adapters::GitFetch(http_, cache_, servers_, params_, std::move(wanted));
         };
     }
 

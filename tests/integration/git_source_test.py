@@ -201,6 +201,26 @@ class GitSourceUpdatesTest(GitCase):
         self.assertFalse(os.access(os.path.join(answer["root"], "tool.sh"), os.X_OK), "it is no program any more")
         self.assertLess(answer["bytes"], 5_000)
 
+    def test_what_a_push_has_removed_is_not_handed_out_again(self):
+        """A start begins to hand out what the address meant last time while it asks what it means now."""
+        for self.probe.may_mount in (True, False):
+            self.server.commit(self.path, dict(self.files, **{"old.txt": "old"}))
+            self.assertIn("old.txt", tree(self.probe.fetch(self.world)["root"]))
+            self.server.commit(self.path, self.files)
+            self.assertEqual(set(tree(self.probe.fetch(self.world)["root"])), set(self.files) | {"worlds"})
+
+    def test_slow_downloads_hold_up_no_start_from_the_cache(self):
+        self.slow_down(20_000)
+        self.server.add_repository("owner", "small", {"worlds/a.wbt": WORLD})
+        small = "owner/small/blob/main/worlds/a.wbt"
+        self.probe.fetch(small)
+        worlds = [f"slow{number}/robots/blob/main/worlds/a.wbt" for number in range(12)]  # more than download at once
+        for world in worlds:
+            self.server.add_repository(world.split("/")[0], "robots", self.files)
+        *slow, warm = self.probe.fetch_all([*worlds, small], "--together", "--timeout", "5000")
+        self.assertIn("root", warm)
+        self.assertLess(warm["ms"], min(answer["ms"] for answer in slow))
+
     def test_without_the_server_it_starts_from_the_cache_and_says_so(self):
         first = self.probe.fetch(self.world)
         self.server.stop()
