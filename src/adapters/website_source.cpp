@@ -200,10 +200,7 @@ public:
     /// Out of the template: what a user of the website changed there is what a reset undoes.
     asio::awaitable<result<>> restore(RestoreOrder order) override
     {
-        auto const plan = core::plan_website_project(*order.website, "");
-        if (!plan)
-            co_return plan.error();
-        auto work = [from = params_.projects / plan->project, order = std::move(order)] {
+        auto work = [from = params_.projects / order.website->project, order = std::move(order)] {
             return adapters::restore_file(from, order.root, order.file);
         };
         co_return co_await pool_.run(std::move(work));

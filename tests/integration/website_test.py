@@ -154,6 +154,19 @@ class Starts(WebsiteTest):
                 self.assertEqual(self.mode(path) & 0o111, 0, path)
             self.assertNotIn(".download", os.listdir(self.instance()))
 
+    async def test_a_user_gets_a_controller_of_the_template_back(self):
+        """What the user had changed there is what a reset undoes."""
+        controller = "controllers/avoid_walls/avoid_walls.py"
+        self.website.set_archive({controller: "print('mine')\n"})
+        async with Page(self.simulation) as browser:
+            await browser.init(self.website.origin, USER)
+            await browser.hear("webots:")
+            self.assertEqual(self.read(controller), b"print('mine')\n")
+            await browser.socket.send(json.dumps({"reset controller": "avoid_walls/avoid_walls.py"}))
+            self.assertEqual(await browser.hear("reset controller:"), "reset controller: avoid_walls/avoid_walls.py")
+            with open(os.path.join(EXAMPLES, "robots", controller), "rb") as original:
+                self.assertEqual(self.read(controller), original.read())
+
     async def test_archives_in_large_numbers_are_taken_too(self):
         self.website.set_archive(zip64_of({"worlds/arena.wbt": WORLD, "notes.txt": "large"}))
         async with Page(self.simulation) as browser:

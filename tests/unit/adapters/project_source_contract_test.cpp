@@ -236,6 +236,27 @@ BOOST_AUTO_TEST_CASE(a_fetch_that_is_cancelled_before_it_begins_asks_no_git_serv
     BOOST_TEST(fixture.kind.server->asked() == 0);
 }
 
+BOOST_AUTO_TEST_CASE_TEMPLATE(a_file_is_put_back_as_it_was, Kind, Kinds)
+{
+    Fixture<Kind> fixture;
+    auto const order = fixture.order();
+    auto const fetched = fixture.fetch(order);
+    BOOST_TEST_REQUIRE(fetched.has_value());
+    RestoreOrder restore;
+    restore.project = order.project;
+    restore.website = order.website;
+    if (restore.website)
+        restore.website->user1_id = "42"; // who has changed it
+    restore.directory = order.directory;
+    restore.root = fetched->root;
+    restore.file = "controllers/c/c.py";
+    write(fetched->root / restore.file, "changed");
+    BOOST_TEST(fixture.run(fixture.source->restore(restore)).has_value());
+    BOOST_TEST(read(fetched->root / restore.file) == std::string(1000, 'x'));
+    restore.file = "controllers/c/other.py";
+    BOOST_TEST((fixture.run(fixture.source->restore(restore)).error() == errc::not_found));
+}
+
 BOOST_AUTO_TEST_CASE_TEMPLATE(a_discarded_directory_is_gone_with_all_that_a_simulation_wrote, Kind, Kinds)
 {
     Fixture<Kind> fixture;
