@@ -63,10 +63,15 @@ public:
         return found;
     }
 
+    /// Model and memory.
     std::string name(Device device) const
     {
         char text[96] = {};
-        return name_(device, text, sizeof text - 1) == success ? text : "NVIDIA";
+        std::string name = name_(device, text, sizeof text - 1) == success ? text : "NVIDIA";
+        Memory memory;
+        if (memory_(device, &memory) == success && memory.total > 0)
+            name += core::concat(" (", core::gigabytes(memory.total), ")");
+        return name;
     }
 
     /// A figure that a processor does not tell counts as 0.

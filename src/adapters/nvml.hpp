@@ -26,7 +26,7 @@ public:
     /// The latest look: of several processors, the highest of each figure. Nothing where there is none.
     std::optional<GpuSample> sample() const;
 
-    /// Their models, such as `NVIDIA T4` or `2x NVIDIA T4`; empty where there is none.
+    /// As `HostDescription::gpu`.
     std::string description() const;
 
 private:

@@ -41,10 +41,9 @@ std::string machine(SimulationMonitorView const& view)
             concat(definition("GPU load compute", concat(percentage("gpu-compute", view.sample.gpu_compute),
                                                          " ", escape_html(host.gpu))),
                    definition("GPU RAM usage", percentage("gpu-memory", view.sample.gpu_memory)));
-    auto const gigabytes = std::round(static_cast<double>(host.memory_bytes) / (1 << 30) * 10) / 10;
     html +=
-        definition("RAM", concat(percentage("memory", view.sample.memory), " of ", python_float(gigabytes),
-                                 "GB, swap ", percentage("swap", view.sample.swap)));
+        definition("RAM", concat(percentage("memory", view.sample.memory), " of ", gigabytes(host.memory_bytes),
+                                 ", swap ", percentage("swap", view.sample.swap)));
     return html + "</table>\n";
 }
 

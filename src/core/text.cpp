@@ -171,6 +171,11 @@ std::string python_float(double value)
     return text;
 }
 
+std::string gigabytes(std::uint64_t bytes)
+{
+    return concat(python_float(std::round(static_cast<double>(bytes) / (1 << 30) * 10) / 10), "GB");
+}
+
 int hex_digit(char c) noexcept
 {
     if (c >= '0' && c <= '9')

@@ -38,6 +38,9 @@ bool is_utf8(std::string_view text) noexcept;
 /// A number as Python prints a float: the shortest digits that read back the same, `7.875`, `0.0`, `1e+16`.
 std::string python_float(double value);
 
+/// 17179869184: "16.0GB", of 2^30 bytes each, as the monitor pages say it.
+std::string gigabytes(std::uint64_t bytes);
+
 /// The value of a hexadecimal digit; -1 for anything else.
 int hex_digit(char c) noexcept;
 

@@ -52,7 +52,7 @@ struct HostDescription
     int cores = 0;            ///< As the operating system counts them: threads of the processor.
     int threads_per_core = 1;
     std::uint64_t memory_bytes = 0;
-    std::string gpu;       ///< Model, or empty.
+    std::string gpu;       ///< Models, each with its memory, such as "2x NVIDIA T4 (15.8GB)"; or empty.
 };
 
 /// Looks at the machine. Neither call blocks for longer than reading some small files of the kernel.

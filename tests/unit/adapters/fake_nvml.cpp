@@ -50,7 +50,8 @@ int nvmlDeviceGetUtilizationRates(void* device, Utilization* utilization)
 
 int nvmlDeviceGetMemoryInfo(void* device, Memory* memory)
 {
-    *memory = {1000, 0, device == &devices[0] ? 100ULL : 750ULL};
+    constexpr auto gigabyte = 1ULL << 30;
+    *memory = {16 * gigabyte, 0, device == &devices[0] ? gigabyte : 12 * gigabyte};
     return 0;
 }
 }

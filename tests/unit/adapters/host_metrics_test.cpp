@@ -116,7 +116,7 @@ BOOST_AUTO_TEST_CASE(of_several_graphics_processors_the_highest_figures_count)
     BOOST_TEST(gpu->compute == 35);
     BOOST_TEST(gpu->memory_controller == 20);
     BOOST_TEST(gpu->memory_used == 75);
-    BOOST_TEST(metrics->description().gpu == "2x NVIDIA Fake");
+    BOOST_TEST(metrics->description().gpu == "2x NVIDIA Fake (16.0GB)");
 }
 
 BOOST_AUTO_TEST_CASE(a_library_that_is_something_else_is_none)

@@ -128,6 +128,18 @@ BOOST_AUTO_TEST_CASE(the_simulation_page_has_every_figure_of_the_reference)
     BOOST_TEST(!contains(page, "Blocked Repositories"));
 }
 
+BOOST_AUTO_TEST_CASE(graphics_processors_are_shown_with_their_load_and_memory)
+{
+    SimulationMonitorView view;
+    view.host.gpu = "2x NVIDIA T4 (15.8GB)";
+    view.sample.gpu_compute = 35;
+    view.sample.gpu_memory = 75;
+    auto const page = simulation_monitor_page(view);
+    for (auto const* text : {"GPU load compute", ">35.0%</b> 2x NVIDIA T4 (15.8GB)", "GPU RAM usage", ">75.0%</b>"})
+        BOOST_TEST(contains(page, text), text);
+    BOOST_TEST(!contains(page, "Not recognized"));
+}
+
 BOOST_AUTO_TEST_CASE(percentages_go_from_green_to_red)
 {
     SimulationMonitorView view;
