@@ -104,6 +104,7 @@ struct SimulationConfig
     std::vector<std::string> notify{"https://webots.cloud/ajax/server/setup.php"};
     std::uint64_t cache_bytes = std::uint64_t{10} << 30; ///< `cacheSize`, in gigabytes: fetched projects that are kept.
     std::filesystem::path webots_home; ///< `webotsHome`
+    std::string display;              ///< `display`: what Webots draws on. Empty: what `DISPLAY` says, else `:0`.
     /// `projectsDir`: templates that websites start with `init`. Empty: those that came with Webots.
     std::filesystem::path projects_dir;
     std::filesystem::path key_dir = "key"; ///< `keyDir`: a file per website, named as its host, with its key.

@@ -125,6 +125,12 @@ WebsiteSourceParams website_params(SimulationConfig const& config, fs::path cons
     return params;
 }
 
+/// The screen that Webots draws on; empty: nobody has named one.
+std::string display_of(SimulationConfig const& config)
+{
+    return config.display.empty() ? environment("DISPLAY") : config.display;
+}
+
 SimulationLauncherParams launcher_params(SimulationConfig const& config, fs::path simulator)
 {
     SimulationLauncherParams params;
@@ -137,7 +143,7 @@ SimulationLauncherParams launcher_params(SimulationConfig const& config, fs::pat
     params.old_webots_multimedia_server = config.multimedia_server;
     params.old_webots_multimedia_stream = config.multimedia_stream;
     params.environment = current_environment();
-    if (auto const display = environment("DISPLAY"); !display.empty())
+    if (auto const display = display_of(config); !display.empty())
         params.display = display;
     return params;
 }
@@ -157,7 +163,7 @@ DockerModeParams docker_params(SimulationConfig const& config)
     params.environment = current_environment();
     if (fs::exists("/dev/dri", failed))
         params.graphics_device = "/dev/dri";
-    if (auto const display = environment("DISPLAY"); !display.empty()) {
+    if (auto const display = display_of(config); !display.empty()) {
         params.display = display;
         if (environment("SSH_CONNECTION").empty()) // a screen of somebody else's is not ours to open
             params.xhost = find_program("xhost");

@@ -248,6 +248,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     reader->read_number("cacheSize", gigabytes, 0.1, 100'000);
     config.cache_bytes = static_cast<std::uint64_t>(gigabytes * (1 << 30));
     reader->read("webotsHome", config.webots_home);
+    reader->read("display", config.display);
     reader->read_integer("maxConnections", config.max_connections, 1, 10'000);
     read_seconds(*reader, "timeout", config.timeout, 0);
     read_seconds(*reader, "startTimeout", config.start_timeout, 1);
@@ -269,6 +270,9 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     if (reader->failure())
         return *reader->failure();
     configured.warnings = reader->unknown_keys();
+    if (!reader->find("server") && !reader->find("fullyQualifiedDomainName"))
+        configured.warnings.push_back(concat(
+            origin.string(), ": key \"server\" is missing: browsers are sent to \"localhost\", which is right only on this machine"));
     if (config.timeout < std::chrono::seconds(360)) {
         config.timeout = std::chrono::seconds(7200); // as the Python server does, odd as it is: old files rely on it
         configured.warnings.push_back(concat(origin.string(), ": key \"timeout\": less than 360 counts as 7200"));

@@ -62,6 +62,7 @@ std::vector<std::string_view> keys_for_restart(SimulationConfig const& running, 
     changes.compare("notify", running.notify, next.notify);
     changes.compare("cacheSize", running.cache_bytes, next.cache_bytes);
     changes.compare("webotsHome", running.webots_home, next.webots_home);
+    changes.compare("display", running.display, next.display);
     changes.compare("maxConnections", running.max_connections, next.max_connections);
     changes.compare("timeout", running.timeout, next.timeout);
     changes.compare("startTimeout", running.start_timeout, next.start_timeout);

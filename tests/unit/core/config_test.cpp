@@ -138,7 +138,10 @@ BOOST_AUTO_TEST_CASE(simulation_defaults_are_those_of_the_reference)
 {
     auto const configured = parse_simulation_config("{}", "c.json").value();
     auto const& config = configured.config;
-    BOOST_TEST(configured.warnings.empty());
+    BOOST_TEST(config.server == "localhost");
+    BOOST_TEST(configured.warnings == (std::vector<std::string>{
+        "c.json: key \"server\" is missing: browsers are sent to \"localhost\", which is right only on this machine"}),
+        boost::test_tools::per_element());
     BOOST_TEST(config.port == 2000);
     BOOST_TEST(config.ssl);
     BOOST_TEST(config.port_rewrite);
@@ -154,7 +157,6 @@ BOOST_AUTO_TEST_CASE(simulation_defaults_are_those_of_the_reference)
 BOOST_AUTO_TEST_CASE(folders_of_templates_and_keys_are_those_of_the_first_generations)
 {
     auto const configured = parse_simulation_config(R"({"projectsDir":"/p","keyDir":"/k"})", "c.json").value();
-    BOOST_TEST(configured.warnings.empty());
     BOOST_TEST(configured.config.projects_dir == "/p");
     BOOST_TEST(configured.config.key_dir == "/k");
 }
@@ -182,6 +184,7 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
         {R"("shareIdleTime":12.5)", [](auto const& c) { return c.share_idle_time == 12.5; }},
         {R"("notify":["http://a"])", [](auto const& c) { return c.notify == Texts{"http://a"}; }},
         {R"("projectsDir":"/p")", [](auto const&) { return true; }},
+        {R"("display":":1")", [](auto const& c) { return c.display == ":1"; }},
         {R"("webotsHome":"/w")", [](auto const& c) { return c.webots_home == "/w"; }},
         {R"("maxConnections":7)", [](auto const& c) { return c.max_connections == 7; }},
         {R"("timeout":400)", [](auto const& c) { return c.timeout == std::chrono::seconds(400); }},
@@ -209,7 +212,7 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
         {R"("connectionsPerAddress":3)", [](auto const& c) { return c.network.connections_per_address == 3; }},
     };
     for (auto const& [text, arrived] : rows) {
-        auto const configured = parse_simulation_config(std::string("{") + text + "}", "c.json");
+        auto const configured = parse_simulation_config(std::string(R"({"server":"h",)") + text + "}", "c.json");
         BOOST_TEST_REQUIRE(configured.has_value(), text);
         BOOST_TEST(configured->warnings.empty(), text);
         BOOST_TEST(arrived(configured->config), text);
@@ -225,7 +228,7 @@ BOOST_AUTO_TEST_CASE(addresses_of_multimedia_hold_nothing_that_would_end_their_o
 
 BOOST_AUTO_TEST_CASE(a_short_timeout_counts_as_two_hours_as_it_always_did)
 {
-    auto const configured = parse_simulation_config(R"({"timeout":359})", "c.json").value();
+    auto const configured = parse_simulation_config(R"({"server":"h","timeout":359})", "c.json").value();
     BOOST_TEST((configured.config.timeout == std::chrono::seconds(7200)));
     BOOST_TEST(configured.warnings.size() == 1u);
     BOOST_TEST((parse_simulation_config(R"({"timeout":360})", "c.json")->config.timeout == std::chrono::seconds(360)));
