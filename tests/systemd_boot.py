@@ -190,7 +190,10 @@ class Units(unittest.IsolatedAsyncioTestCase):
 
     def test_simulations_can_not_read_what_the_session_server_is_told(self):
         replaced = self.session.config + ".new"
+        status = os.stat(self.session.config)
+        self.assertEqual(status.st_mode & 0o007, 0)
         shutil.copy(self.session.config, replaced)
+        os.chown(replaced, status.st_uid, status.st_gid)
         os.replace(replaced, self.session.config)  # as editors do
         self.assertEqual(self.simulation.sees(os.path.dirname(self.session.config)), [])
 

@@ -70,7 +70,8 @@ main()
     DESTDIR=$folder cmake --install "$build" --prefix /usr/local >/dev/null
     in_tree useradd --create-home webots
     in_tree bash -euxc '
-        install -D -m 644 /usr/local/share/webots_cloud/config/session/production.json /etc/webots_cloud/session/config.json
+        groupadd --system webots-session
+        install -D -m 640 -g webots-session /usr/local/share/webots_cloud/config/session/production.json /etc/webots_cloud/session/config.json
         install -D -m 644 /usr/local/share/webots_cloud/config/simulation/production.json /etc/webots_cloud/simulation/config.json
         cp /usr/local/share/webots_cloud/config/systemd/webots-*.service /etc/systemd/system/
         systemctl daemon-reload
