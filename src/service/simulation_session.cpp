@@ -263,34 +263,39 @@ asio::awaitable<void> SimulationSession::host(Channel& channel)
         co_await relay(channel);
 }
 
-/// Whether this machine takes the simulation. The projects of websites are the operator's own: no policy is
-/// needed.
+/// Whose worlds run here. The projects of websites are the operator's own: no policy is needed.
+result<> SimulationSession::check_policy() const
+{
+    auto const* start = std::get_if<core::StartMessage>(&request_);
+    if (!start)
+        return {};
+    auto const forge = surroundings_.fetcher.forge_of(start->url);
+    if (!forge)
+        return forge.error();
+    if (auto const refused = core::refusal(surroundings_.policy, start->url, *forge, surroundings_.load))
+        return Failure(errc::refused, *refused);
+    return {};
+}
+
+/// Whether this machine takes the simulation.
 result<> SimulationSession::admission() const
 {
     if (surroundings_.draining)
         return Failure(errc::refused,
                        "This simulation server is about to stop. Please start again on another one.");
-    auto const* start = std::get_if<core::StartMessage>(&request_);
-    if (!start)
-        return {};
-    if (auto const refused = core::refusal(surroundings_.policy, start->url, surroundings_.load))
-        return Failure(errc::refused, *refused);
-    return {};
+    return check_policy();
 }
 
 asio::awaitable<result<Project>> SimulationSession::fetch_requested(std::shared_ptr<FetchProgress> progress)
 {
     auto const admitted = admission();
-    if (auto const* website = std::get_if<WebsiteProject>(&request_)) {
-        if (!admitted)
-            co_return admitted.error();
+    if (!admitted)
+        co_return admitted.error();
+    if (auto const* website = std::get_if<WebsiteProject>(&request_))
         co_return co_await surroundings_.fetcher.fetch(*website, std::move(progress));
-    }
     auto const ref = surroundings_.fetcher.parse(std::get<core::StartMessage>(request_).url);
     if (!ref)
         co_return ref.error();
-    if (!admitted)
-        co_return admitted.error();
     co_return co_await surroundings_.fetcher.fetch(*ref, std::move(progress));
 }
 

@@ -116,6 +116,7 @@ private:
     bool can_be_taken_over() const noexcept;
     bool waits_for_its_browser() const noexcept;
     void announce(Channel& channel);
+    result<> check_policy() const;
     result<> admission() const;
     void open_output(LaunchSpec& spec);
     void refuse(Channel& channel, Failure const& failure);

@@ -364,6 +364,26 @@ BOOST_AUTO_TEST_CASE(a_start_that_fails_says_why)
     }
 }
 
+// Protocol 4.1.2, strict order: the forge (step 3), the policy (4), the grammar (5).
+BOOST_AUTO_TEST_CASE(of_several_reasons_to_refuse_a_start_the_first_is_told)
+{
+    struct Case
+    {
+        char const* url;
+        char const* answer;
+    };
+    for (auto const& [url, answer] :
+         {Case{"https://evil.org/x/r/raw", "loading: Error: Unsupported URL protocol: "},
+          Case{"https://github.com/x/r/raw", "loading: Error: Docker not enabled: "},
+          Case{"https://github.com/o/r/raw", "loading: Error: Wrong Webots simulation URL"}}) {
+        Fixture fixture;
+        auto& browser = fixture.start(std::string(R"({"start":{"url":")") + url + R"("}})");
+        BOOST_TEST(browser.was_told(answer), url << " was answered with " << browser.sent.back());
+        auto const logged = "[1] " + std::string(answer).substr(std::string_view("loading: Error: ").size());
+        BOOST_TEST(fixture.log.contains(logged), logged);
+    }
+}
+
 BOOST_AUTO_TEST_CASE(a_second_start_on_one_socket_is_refused_and_harms_nobody)
 {
     Fixture fixture;
