@@ -1,6 +1,7 @@
 #include "simulation_session.hpp"
 
 #include "../async/cancellation.hpp"
+#include "../core/port_pool.hpp"
 #include "../core/text.hpp"
 
 #include <boost/asio/experimental/awaitable_operators.hpp>
@@ -277,18 +278,26 @@ result<> SimulationSession::check_policy() const
     return {};
 }
 
-/// Whether this machine takes the simulation.
-result<> SimulationSession::admission() const
+/// Whether this machine takes the simulation, which then has a place: who is one too many learns it before
+/// anything is fetched.
+result<> SimulationSession::admit()
 {
     if (surroundings_.draining)
         return Failure(errc::refused,
                        "This simulation server is about to stop. Please start again on another one.");
-    return check_policy();
+    if (auto const allowed = check_policy(); !allowed)
+        return allowed;
+    auto const most = surroundings_.launcher.params().most_simulations;
+    if (surroundings_.places_taken >= most)
+        return core::too_many_simulations(most);
+    ++surroundings_.places_taken;
+    has_place_ = true;
+    return {};
 }
 
 asio::awaitable<result<Project>> SimulationSession::fetch_requested(std::shared_ptr<FetchProgress> progress)
 {
-    auto const admitted = admission();
+    auto const admitted = admit();
     if (!admitted)
         co_return admitted.error();
     if (auto const* website = std::get_if<WebsiteProject>(&request_))
@@ -441,6 +450,8 @@ asio::awaitable<void> SimulationSession::clean_up()
         }
         simulation_.reset();
     }
+    if (has_place_)
+        --surroundings_.places_taken;
     output_.reset();
     if (project_) {
         auto project = std::move(*project_);
