@@ -62,7 +62,7 @@ result<std::string> forge_of(std::string_view url, std::vector<std::string> cons
 
 result<ProjectRef> parse_world_url(std::string_view url, std::vector<std::string> const& forges)
 {
-    auto const forge = forge_of(url, forges);
+    auto forge = forge_of(url, forges);
     if (!forge)
         return forge.error();
     auto const location = core::without_query(url);
@@ -80,7 +80,7 @@ result<ProjectRef> parse_world_url(std::string_view url, std::vector<std::string
         return Failure(errc::invalid_url, "Missing world file in Webots simulation URL");
 
     ProjectRef project;
-    project.forge = *forge;
+    project.forge = std::move(*forge);
     project.owner = parts[0];
     project.repository = parts[1];
     project.world = parts.back();
