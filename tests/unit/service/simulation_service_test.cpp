@@ -496,6 +496,20 @@ BOOST_AUTO_TEST_CASE(a_socket_that_starts_nothing_is_dropped_in_time)
     BOOST_TEST(browser.sent.back().starts_with("loading: Error: No simulation was asked for in time"));
 }
 
+// Protocol 4.1.3: the order, with the progress of a slow fetch before everything that the reference says.
+BOOST_AUTO_TEST_CASE(a_slow_start_is_told_in_the_order_that_browsers_rely_on)
+{
+    Fixture fixture;
+    fixture.source.delay = 700ms;
+    fixture.processes.expect().prints("noise\n").after(2s).prints(".\n").after(5s).prints(".\n");
+    auto& browser = fixture.start();
+    fixture.world.advance(8s);
+    BOOST_TEST(browser.sent == (Texts{"loading: Receiving objects 40% (12.3 MB)", "shutdownTimeout: 600",
+                                      "webots:ws://host.org:2001", "."}),
+               boost::test_tools::per_element());
+    fixture.leave(browser);
+}
+
 BOOST_AUTO_TEST_CASE(slow_fetches_show_their_progress_and_wait_their_turn)
 {
     Fixture fixture(Duration::zero(), 3);
