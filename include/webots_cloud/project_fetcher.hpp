@@ -60,6 +60,9 @@ public:
     ProjectFetcher(ProjectFetcherParams params, std::vector<Forge> forges, Logger log, ProjectSource* websites = nullptr);
     ~ProjectFetcher();
 
+    /// The forge that a world is on.   Errors: as `webots_cloud::forge_of`.
+    result<std::string> forge_of(std::string_view url) const;
+
     /// Takes a world URL apart.   Errors: as `parse_world_url`.
     result<ProjectRef> parse(std::string_view url) const;
 

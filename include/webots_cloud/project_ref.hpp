@@ -27,11 +27,17 @@ struct ProjectRef
     bool operator==(ProjectRef const&) const = default;
 };
 
+/// The one of `forges` that the URL of a world is on.
+///
+/// Errors: `invalid_url`, its detail being the text for the browser (protocol section 4.1.2, step 3).
+result<std::string> forge_of(std::string_view url, std::vector<std::string> const& forges);
+
 /// Takes the URL of a world apart.
 ///
-/// `forges` are base URLs such as `https://github.com`; only those are understood. Percent-encoding is decoded once;
-/// a query or fragment is ignored. Every part is checked against a strict set of characters.
-/// Errors: `invalid_url`, its detail being the text that browsers have always been shown (protocol section 4.1.2).
+/// `forges` are base URLs such as `https://github.com`; only those are understood. Percent-encoding is
+/// decoded once; a query or fragment is ignored. Every part is checked against a strict set of characters.
+/// Errors: `invalid_url`, its detail being the text that browsers have always been shown (protocol
+/// section 4.1.2, steps 3 and 5).
 result<ProjectRef> parse_world_url(std::string_view url, std::vector<std::string> const& forges);
 
 } // namespace webots_cloud

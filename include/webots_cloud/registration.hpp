@@ -8,6 +8,7 @@
 
 #include <boost/asio/awaitable.hpp>
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -23,27 +24,27 @@ struct RegistrationParams
     std::vector<std::string> allowed_repositories;
 };
 
-/// Posts to every registry once; a registry that can't be reached is tried again after 5, 10, 20 ... seconds, at most 10 minutes
-/// apart. Never in the way of anything else: what fails costs a log line.
+/// Posts to every registry once; a registry that can't be reached is tried again after 5, 10, 20 ... seconds,
+/// at most 10 minutes apart. All are told again when what they were told has changed. Never in the way of
+/// anything else: what fails costs a log line.
 ///
 /// Lifetime: `http` and `clock` must outlive `run()`.   Thread-safety: one executor.
 class Registration
 {
 public:
-    Registration(RegistrationParams params, HttpClient& http, Clock& clock, Logger log) :
-        params_(std::move(params)), http_(http), clock_(clock), log_(std::move(log))
-    {}
+    Registration(RegistrationParams params, HttpClient& http, Clock& clock, Logger log);
+    ~Registration();
 
     /// Ends only when cancelled.   Errors: `operation_aborted`.
     boost::asio::awaitable<result<>> run();
 
-private:
-    boost::asio::awaitable<void> register_at(std::string registry);
+    /// Takes over `share_idle_time` and `allowed_repositories`; when they differ from what the registries
+    /// know, those are told.
+    void update(RegistrationParams const& params);
 
-    RegistrationParams params_;
-    HttpClient& http_;
-    Clock& clock_;
-    Logger log_;
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
 };
 
 } // namespace webots_cloud

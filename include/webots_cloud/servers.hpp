@@ -28,7 +28,9 @@ boost::asio::awaitable<result<>> serve_sessions(boost::asio::any_io_executor exe
 
 /// Runs a simulation server until cancelled; then every simulation is ended first.
 ///
-/// SIGHUP applies new `allowedRepositories`, `blockedRepositories`, `shareIdleTime`, `title` and `description`.
+/// SIGHUP applies new `allowedRepositories`, `blockedRepositories`, `shareIdleTime`, `title` and
+/// `description`; registries are told of the first and the third.
+///
 /// `programs` is the folder of `webots-process-guard` and `webots-demo-simulator`.
 /// Errors: as `serve_sessions`; `not_found` when there is neither Webots nor the demo simulator.
 boost::asio::awaitable<result<>> serve_simulations(boost::asio::any_io_executor executor, SimulationConfig config,

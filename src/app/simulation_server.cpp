@@ -287,13 +287,13 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     if (auto const listening = server->listen(); !listening)
         co_return listening.error();
     log.info(concat("Running simulation server on port ", std::to_string(config.port)));
-    std::function<result<>(SimulationConfig const&)> const apply = [&service,
-                                                                    &choice](SimulationConfig const& next) {
-        service.set_policy(service_params(next, choice->notice));
-        return result<>();
-    };
     auto const http = make_http_client(executor);
     Registration registration(registration_params(config), *http, *clock, log);
+    std::function<result<>(SimulationConfig const&)> const apply = [&](SimulationConfig const& next) {
+        service.set_policy(service_params(next, choice->notice));
+        registration.update(registration_params(next));
+        return result<>();
+    };
     std::function<void()> const drain = [&service] { service.drain(false); };
     auto const manager = make_service_manager();
     auto const ended =

@@ -22,10 +22,10 @@ void read_seconds(ConfigReader& reader, std::string_view key, Duration& value, d
     value = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seconds));
 }
 
-void read_port(ConfigReader& reader, std::uint16_t& value)
+void read_port(ConfigReader& reader, std::uint16_t& value, int highest)
 {
     int port = value;
-    reader.read_integer("port", port, 1, 65535);
+    reader.read_integer("port", port, 1, highest);
     value = static_cast<std::uint16_t>(port);
 }
 
@@ -197,7 +197,7 @@ result<Configured<SessionConfig>> parse_session_config(std::string_view text, st
         return reader.error();
     Configured<SessionConfig> configured;
     auto& config = configured.config;
-    read_port(*reader, config.port);
+    read_port(*reader, config.port, 65535);
     if (!reader->has("port"))
         reader->require("port", "an integer from 1 to 65535");
     read_simulation_servers(*reader, config.simulation_servers);
@@ -231,7 +231,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     reader->read("fullyQualifiedDomainName", config.server);
     reader->read("server", config.server);
     reader->read("ssl", config.ssl);
-    read_port(*reader, config.port);
+    read_port(*reader, config.port, 65534); // simulations have the ports after it
     reader->read("portRewrite", config.port_rewrite);
     read_network(*reader, config.network);
     reader->read("docker", config.docker);
@@ -250,6 +250,10 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     reader->read("webotsHome", config.webots_home);
     reader->read("display", config.display);
     reader->read_integer("maxConnections", config.max_connections, 1, 10'000);
+    if (config.docker && config.max_connections >= 500)
+        reader->refuse(
+            "maxConnections",
+            "at most 499 with \"docker\", since the port of an editor is 500 above that of its simulation");
     read_seconds(*reader, "timeout", config.timeout, 0);
     read_seconds(*reader, "startTimeout", config.start_timeout, 1);
     read_seconds(*reader, "reconnectGrace", config.reconnect_grace, 0);

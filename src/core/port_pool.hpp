@@ -6,8 +6,17 @@
 #include <cstdint>
 #include <functional>
 #include <set>
+#include <string>
 
 namespace webots_cloud::core {
+
+/// What browsers and operators are told when all of `most` places for simulations are taken (protocol
+/// section 4.3).
+inline Failure too_many_simulations(int most)
+{
+    return {errc::unavailable, "Too many open connections (>" + std::to_string(most) +
+                                   "): this simulation server is full. Please try again later."};
+}
 
 /// Numbers from `first` to `first + size - 1`, each lent to one simulation at a time.
 class PortPool
@@ -17,7 +26,7 @@ public:
 
     /// The lowest number that is not lent and for which `take` succeeds.
     ///
-    /// Errors: `unavailable`, its detail saying how many simulations run.
+    /// Errors: `too_many_simulations`.
     result<std::uint16_t> acquire(std::function<bool(std::uint16_t)> const& take)
     {
         for (int i = 0; i < size_ && first_ + i <= 65535; ++i) {
@@ -27,8 +36,7 @@ public:
                 return port;
             }
         }
-        return Failure(errc::unavailable, "Too many open connections (>" + std::to_string(size_) +
-                                              "): this simulation server is full. Please try again later.");
+        return too_many_simulations(size_);
     }
 
     void release(std::uint16_t port) { lent_.erase(port); }

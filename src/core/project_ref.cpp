@@ -45,7 +45,7 @@ std::string ProjectRef::clone_url() const
     return concat(forge, "/", owner, "/", repository, ".git");
 }
 
-result<ProjectRef> parse_world_url(std::string_view url, std::vector<std::string> const& forges)
+result<std::string> forge_of(std::string_view url, std::vector<std::string> const& forges)
 {
     constexpr std::size_t longest_url = 2048;
     if (url.size() > longest_url)
@@ -57,9 +57,17 @@ result<ProjectRef> parse_world_url(std::string_view url, std::vector<std::string
         return Failure(errc::invalid_url,
                        concat("Unsupported URL protocol: ", core::printable(url, 200), ". The URL must start with ",
                               forges.empty() ? "the address of a forge, and none is configured" : forges.front() + "/"));
+    return *forge;
+}
 
+result<ProjectRef> parse_world_url(std::string_view url, std::vector<std::string> const& forges)
+{
+    auto forge = forge_of(url, forges);
+    if (!forge)
+        return forge.error();
+    auto const location = core::without_query(url);
     std::string path;
-    if (!core::percent_decode(url.substr(0, url.find_first_of("?#")).substr(std::min(url.size(), forge->size() + 1)), path))
+    if (!core::percent_decode(location.substr(std::min(location.size(), forge->size() + 1)), path))
         return Failure(errc::invalid_url, "Wrong Webots simulation URL: malformed percent-encoding");
     auto const parts = core::split(path, '/');
     if (parts.size() < 6)
@@ -72,7 +80,7 @@ result<ProjectRef> parse_world_url(std::string_view url, std::vector<std::string
         return Failure(errc::invalid_url, "Missing world file in Webots simulation URL");
 
     ProjectRef project;
-    project.forge = *forge;
+    project.forge = std::move(*forge);
     project.owner = parts[0];
     project.repository = parts[1];
     project.world = parts.back();

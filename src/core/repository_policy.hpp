@@ -21,11 +21,15 @@ struct RepositoryPolicy
 
 /// True when `prefix` names the same thing as `url` or something that contains it.
 ///
-/// Compared by segments, so `https://github.com/cyberbotics` does not cover `https://github.com/cyberbotics-evil`; scheme,
-/// host, owner and repository without case, as forges do; `blob` and `tree` are the same.
-bool covers(std::string_view prefix, std::string_view url);
+/// Compared by segments, so `https://github.com/cyberbotics` does not cover
+/// `https://github.com/cyberbotics-evil`; scheme, host, owner and repository without case, as forges do;
+/// `blob` and `tree` are the same. `url` is on `forge`, which says where its owner stands; its query and
+/// fragment don't count.
+bool covers(std::string_view prefix, std::string_view url, std::string_view forge);
 
-/// Why a world must not run at this load, in the words that browsers know, or nothing when it may.
-std::optional<std::string> refusal(RepositoryPolicy const& policy, std::string_view url, double load);
+/// Why a world of this forge must not run at this load, in the words that browsers know, or nothing when it
+/// may.
+std::optional<std::string> refusal(RepositoryPolicy const& policy, std::string_view url,
+                                   std::string_view forge, double load);
 
 } // namespace webots_cloud::core

@@ -204,6 +204,11 @@ bool percent_decode(std::string_view text, std::string& decoded)
     return true;
 }
 
+std::string_view without_query(std::string_view url) noexcept
+{
+    return url.substr(0, url.find_first_of("?#"));
+}
+
 std::string_view nearest(std::string_view word, std::vector<std::string_view> const& candidates)
 {
     std::string_view best;

@@ -47,6 +47,9 @@ int hex_digit(char c) noexcept;
 /// `text` with each `%XX` replaced by its byte, or nothing when an escape is malformed.
 bool percent_decode(std::string_view text, std::string& decoded);
 
+/// A URL without its query and fragment.
+std::string_view without_query(std::string_view url) noexcept;
+
 /// The one of `candidates` that is nearest to `word` (Levenshtein), or empty when none is near.
 std::string_view nearest(std::string_view word, std::vector<std::string_view> const& candidates);
 

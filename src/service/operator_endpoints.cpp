@@ -182,7 +182,8 @@ void OperatorEndpoints::drain(bool exit_when_empty)
 
 HttpResponse OperatorEndpoints::readiness() const
 {
-    if (surroundings_.draining || sessions_.size() >= capacity())
+    auto const most = surroundings_.launcher.params().most_simulations;
+    if (surroundings_.draining || surroundings_.places_taken >= most)
         return {503, std::string(core::html_type), surroundings_.draining ? "draining" : "full"};
     return core::page("ready");
 }

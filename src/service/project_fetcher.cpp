@@ -18,6 +18,15 @@ struct ProjectFetcher::Impl
         params(std::move(parameters)), forges(std::move(sources)), log(std::move(logger)), websites(others)
     {}
 
+    /// The addresses of all forges.
+    std::vector<std::string> bases() const
+    {
+        std::vector<std::string> urls;
+        for (auto const& forge : forges)
+            urls.push_back(forge.url);
+        return urls;
+    }
+
     /// The source of a world's forge; `parse` has made sure that there is one.
     ProjectSource& source_of(ProjectRef const& project) const
     {
@@ -77,12 +86,14 @@ ProjectFetcher::ProjectFetcher(ProjectFetcherParams params, std::vector<Forge> f
 
 ProjectFetcher::~ProjectFetcher() = default;
 
+result<std::string> ProjectFetcher::forge_of(std::string_view url) const
+{
+    return webots_cloud::forge_of(url, impl_->bases());
+}
+
 result<ProjectRef> ProjectFetcher::parse(std::string_view url) const
 {
-    std::vector<std::string> bases;
-    for (auto const& forge : impl_->forges)
-        bases.push_back(forge.url);
-    return parse_world_url(url, bases);
+    return parse_world_url(url, impl_->bases());
 }
 
 asio::awaitable<result<Project>> ProjectFetcher::fetch(ProjectRef ref, std::shared_ptr<FetchProgress> progress)

@@ -9,6 +9,7 @@
 #include <boost/asio/this_coro.hpp>
 
 #include <algorithm>
+#include <optional>
 
 namespace webots_cloud {
 namespace asio = boost::asio;
@@ -22,22 +23,63 @@ constexpr auto longest_pause = std::chrono::minutes(10);
 
 } // namespace
 
+struct Registration::Impl
+{
+    Impl(RegistrationParams parameters, HttpClient& client, Clock& time, Logger logger)
+        : params(std::move(parameters)), http(client), clock(time), log(std::move(logger))
+    {}
+
+    std::string form() const
+    {
+        return core::registration_form(params.url, params.share_idle_time, params.allowed_repositories);
+    }
+
+    asio::awaitable<void> register_at(std::string registry);
+
+    RegistrationParams params;
+    HttpClient& http;
+    Clock& clock;
+    Logger log;
+    std::optional<async::Wakeup> changed; ///< There while it runs.
+};
+
+Registration::Registration(RegistrationParams params, HttpClient& http, Clock& clock, Logger log)
+    : impl_(std::make_unique<Impl>(std::move(params), http, clock, std::move(log)))
+{}
+
+Registration::~Registration() = default;
+
+void Registration::update(RegistrationParams const& params)
+{
+    auto const known = impl_->form();
+    impl_->params.share_idle_time = params.share_idle_time;
+    impl_->params.allowed_repositories = params.allowed_repositories;
+    if (impl_->changed && impl_->form() != known)
+        impl_->changed->notify();
+}
+
 asio::awaitable<result<>> Registration::run()
 {
     co_await asio::this_coro::throw_if_cancelled(false);
     auto const executor = co_await asio::this_coro::executor;
     async::TaskGroup tasks(executor);
-    for (auto const& registry : params_.registries)
-        tasks.spawn(register_at(registry));
-    async::Wakeup forever(executor);
-    (void)co_await forever.wait();
-    tasks.cancel_all();
+    impl_->changed.emplace(executor);
+    bool running = true;
+    while (running) {
+        for (auto const& registry : impl_->params.registries)
+            tasks.spawn(impl_->register_at(registry));
+        auto const changed = co_await impl_->changed->wait();
+        tasks.cancel_all();
+        bool const cancelled = co_await async::is_cancelled();
+        running = changed && !cancelled;
+    }
     co_await asio::this_coro::reset_cancellation_state(asio::disable_cancellation());
     co_await tasks.join();
+    impl_->changed.reset();
     co_return Failure(asio::error::operation_aborted);
 }
 
-asio::awaitable<void> Registration::register_at(std::string registry)
+asio::awaitable<void> Registration::Impl::register_at(std::string registry)
 {
     co_await asio::this_coro::throw_if_cancelled(false);
     Duration pause = first_pause;
@@ -45,20 +87,21 @@ asio::awaitable<void> Registration::register_at(std::string registry)
         HttpRequest request(registry);
         request.method = "POST";
         request.headers.emplace_back("Content-Type", std::string(core::form_type));
-        request.body = core::registration_form(params_.url, params_.share_idle_time, params_.allowed_repositories);
+        request.body = form();
         request.timeout = std::chrono::seconds(10);
-        auto const answer = co_await http_.send(std::move(request));
+        auto const answer = co_await http.send(std::move(request));
         bool const cancelled = co_await async::is_cancelled();
         if (cancelled)
             co_return;
-        if (answer && answer->status == 200) {
-            log_.info(concat("Registered at ", registry, ": ", core::printable(core::trim(answer->body))));
+        if (answer && answer->status / 100 == 2) {
+            log.info(concat("Registered at ", registry, ": ", core::printable(core::trim(answer->body))));
             co_return;
         }
         auto const why = answer ? concat("HTTP ", std::to_string(answer->status)) : answer.error().message();
-        log_.warning(concat("Could not register at ", registry, ": ", why, "; trying again in ",
-                            std::to_string(std::chrono::duration_cast<std::chrono::seconds>(pause).count()), " s"));
-        auto const waited = co_await clock_.wait_until(clock_.now() + pause);
+        log.warning(concat("Could not register at ", registry, ": ", why, "; trying again in ",
+                           std::to_string(std::chrono::duration_cast<std::chrono::seconds>(pause).count()),
+                           " s"));
+        auto const waited = co_await clock.wait_until(clock.now() + pause);
         bool const cancelled_meanwhile = co_await async::is_cancelled();
         if (!waited || cancelled_meanwhile)
             co_return;

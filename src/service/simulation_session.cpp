@@ -1,6 +1,7 @@
 #include "simulation_session.hpp"
 
 #include "../async/cancellation.hpp"
+#include "../core/port_pool.hpp"
 #include "../core/text.hpp"
 
 #include <boost/asio/experimental/awaitable_operators.hpp>
@@ -263,34 +264,47 @@ asio::awaitable<void> SimulationSession::host(Channel& channel)
         co_await relay(channel);
 }
 
-/// Whether this machine takes the simulation. The projects of websites are the operator's own: no policy is
-/// needed.
-result<> SimulationSession::admission() const
+/// Whose worlds run here. The projects of websites are the operator's own: no policy is needed.
+result<> SimulationSession::check_policy() const
+{
+    auto const* start = std::get_if<core::StartMessage>(&request_);
+    if (!start)
+        return {};
+    auto const forge = surroundings_.fetcher.forge_of(start->url);
+    if (!forge)
+        return forge.error();
+    if (auto const refused = core::refusal(surroundings_.policy, start->url, *forge, surroundings_.load))
+        return Failure(errc::refused, *refused);
+    return {};
+}
+
+/// Whether this machine takes the simulation, which then has a place: who is one too many learns it before
+/// anything is fetched.
+result<> SimulationSession::admit()
 {
     if (surroundings_.draining)
         return Failure(errc::refused,
                        "This simulation server is about to stop. Please start again on another one.");
-    auto const* start = std::get_if<core::StartMessage>(&request_);
-    if (!start)
-        return {};
-    if (auto const refused = core::refusal(surroundings_.policy, start->url, surroundings_.load))
-        return Failure(errc::refused, *refused);
+    if (auto const allowed = check_policy(); !allowed)
+        return allowed;
+    auto const most = surroundings_.launcher.params().most_simulations;
+    if (surroundings_.places_taken >= most)
+        return core::too_many_simulations(most);
+    ++surroundings_.places_taken;
+    has_place_ = true;
     return {};
 }
 
 asio::awaitable<result<Project>> SimulationSession::fetch_requested(std::shared_ptr<FetchProgress> progress)
 {
-    auto const admitted = admission();
-    if (auto const* website = std::get_if<WebsiteProject>(&request_)) {
-        if (!admitted)
-            co_return admitted.error();
+    auto const admitted = admit();
+    if (!admitted)
+        co_return admitted.error();
+    if (auto const* website = std::get_if<WebsiteProject>(&request_))
         co_return co_await surroundings_.fetcher.fetch(*website, std::move(progress));
-    }
     auto const ref = surroundings_.fetcher.parse(std::get<core::StartMessage>(request_).url);
     if (!ref)
         co_return ref.error();
-    if (!admitted)
-        co_return admitted.error();
     co_return co_await surroundings_.fetcher.fetch(*ref, std::move(progress));
 }
 
@@ -436,6 +450,8 @@ asio::awaitable<void> SimulationSession::clean_up()
         }
         simulation_.reset();
     }
+    if (has_place_)
+        --surroundings_.places_taken;
     output_.reset();
     if (project_) {
         auto project = std::move(*project_);

@@ -43,6 +43,7 @@ struct SessionSurroundings
     bool stopping = false;                  ///< The server ends: nobody is waited for.
     double load = 0;                        ///< Of this machine at the last look, in percent.
     bool draining = false;                  ///< No new simulation is taken.
+    int places_taken = 0;                   ///< Simulations that are started, run or are ended.
     core::StartFigures starts;
 };
 
@@ -116,7 +117,8 @@ private:
     bool can_be_taken_over() const noexcept;
     bool waits_for_its_browser() const noexcept;
     void announce(Channel& channel);
-    result<> admission() const;
+    result<> check_policy() const;
+    result<> admit();
     void open_output(LaunchSpec& spec);
     void refuse(Channel& channel, Failure const& failure);
     void tell(Channel& channel, std::string_view error);
@@ -130,6 +132,7 @@ private:
     TimePoint since_;
     TimePoint stage_began_;
     bool start_over_ = false; ///< It got ready, or it failed.
+    bool has_place_ = false;  ///< One of those that this machine has for simulations.
     std::optional<Project> project_;
     std::unique_ptr<SimulationLog> output_; ///< Outlives the simulation, which writes to it.
     std::unique_ptr<Simulation> simulation_;

@@ -152,6 +152,32 @@ BOOST_AUTO_TEST_CASE(simulation_defaults_are_those_of_the_reference)
     BOOST_TEST(config.forges[0].url == "https://github.com");
     BOOST_TEST(config.projects_dir.empty());
     BOOST_TEST(config.key_dir == "key");
+    BOOST_TEST(config.server == "localhost");
+    BOOST_TEST(!config.docker);
+    BOOST_TEST(config.allowed_repositories.empty());
+    BOOST_TEST(config.blocked_repositories.empty());
+    BOOST_TEST(config.log_dir == "log");
+    BOOST_TEST(!config.debug);
+    BOOST_TEST(config.monitor_log);
+    BOOST_TEST(config.title.empty());
+    BOOST_TEST(config.description.empty());
+    BOOST_TEST(config.webots_home.empty());
+    BOOST_TEST(!config.containers.persistent_images);
+    BOOST_TEST((config.network.ssl_certificate.empty() && config.network.ssl_key.empty()));
+}
+
+BOOST_AUTO_TEST_CASE(simulation_defaults_of_our_own_are_those_of_the_readme)
+{
+    auto const config = parse_simulation_config("{}", "/etc/c.json").value().config;
+    BOOST_TEST((config.start_timeout == std::chrono::seconds(300)));
+    BOOST_TEST((config.reconnect_grace == Duration::zero()));
+    BOOST_TEST(config.strict_load);
+    BOOST_TEST((config.simulation_log_keep == std::chrono::hours(24 * 7)));
+    BOOST_TEST(config.cache_bytes == std::uint64_t{10} << 30);
+    BOOST_TEST(config.containers.directory == "/etc/docker");
+    BOOST_TEST(config.containers.images == "cyberbotics/webots.cloud");
+    BOOST_TEST(!config.containers.project_dockerfiles);
+    BOOST_TEST(!config.json_log);
 }
 
 BOOST_AUTO_TEST_CASE(folders_of_templates_and_keys_are_those_of_the_first_generations)
@@ -159,6 +185,24 @@ BOOST_AUTO_TEST_CASE(folders_of_templates_and_keys_are_those_of_the_first_genera
     auto const configured = parse_simulation_config(R"({"projectsDir":"/p","keyDir":"/k"})", "c.json").value();
     BOOST_TEST(configured.config.projects_dir == "/p");
     BOOST_TEST(configured.config.key_dir == "/k");
+}
+
+// Section 4.3: simulations have the ports after the server's, and the editor of one is 500 above it.
+BOOST_AUTO_TEST_CASE(what_leaves_no_ports_for_simulations_or_editors_is_refused)
+{
+    auto const refusal = [](std::string_view text) {
+        auto const configured = parse_simulation_config(text, "c.json");
+        return configured ? std::string() : configured.error().message();
+    };
+    BOOST_TEST(refusal(R"({"port":65535})") ==
+               "c.json: key \"port\": expected an integer from 1 to 65534, found the number 65535");
+    BOOST_TEST(refusal(R"({"port":65534})") == "");
+    BOOST_TEST(refusal(R"({"docker":true,"maxConnections":500})") ==
+               "c.json: key \"maxConnections\": expected at most 499 with \"docker\", since the port of an "
+               "editor is 500 above "
+               "that of its simulation, found the number 500");
+    BOOST_TEST(refusal(R"({"docker":true,"maxConnections":499})") == "");
+    BOOST_TEST(refusal(R"({"maxConnections":500})") == "");
 }
 
 // Section 8.2, a key a row: read without a warning, and where it goes.
@@ -226,6 +270,7 @@ BOOST_AUTO_TEST_CASE(addresses_of_multimedia_hold_nothing_that_would_end_their_o
             BOOST_TEST(parse_simulation_config("{\"" + key + "\":\"" + address + "\"}", "c.json").has_error(), address);
 }
 
+// Quirk Q18.
 BOOST_AUTO_TEST_CASE(a_short_timeout_counts_as_two_hours_as_it_always_did)
 {
     auto const configured = parse_simulation_config(R"({"server":"h","timeout":359})", "c.json").value();
@@ -234,6 +279,7 @@ BOOST_AUTO_TEST_CASE(a_short_timeout_counts_as_two_hours_as_it_always_did)
     BOOST_TEST((parse_simulation_config(R"({"timeout":360})", "c.json")->config.timeout == std::chrono::seconds(360)));
 }
 
+// Quirk Q31.
 BOOST_AUTO_TEST_CASE(the_older_name_of_server_is_an_alias)
 {
     BOOST_TEST(parse_simulation_config(R"({"fullyQualifiedDomainName":"h"})", "c.json")->config.server == "h");

@@ -4,6 +4,7 @@
 
 using namespace webots_cloud;
 
+// Protocol section 4.3 and quirk Q9.
 BOOST_AUTO_TEST_SUITE(port_pool)
 
 BOOST_AUTO_TEST_CASE(the_lowest_free_port_is_lent_and_comes_back)
@@ -30,7 +31,8 @@ BOOST_AUTO_TEST_CASE(exhaustion_is_said_in_the_words_operators_know)
     BOOST_TEST(pool.acquire(any).has_value());
     auto const full = pool.acquire(any);
     BOOST_TEST((full.error() == errc::unavailable));
-    BOOST_TEST(full.error().message().starts_with("Too many open connections (>1)"));
+    BOOST_TEST(full.error().message() ==
+               "Too many open connections (>1): this simulation server is full. Please try again later.");
 }
 
 BOOST_AUTO_TEST_CASE(the_range_ends_with_the_last_port_there_is)

@@ -18,7 +18,7 @@ std::string refusal_of(std::string_view url)
 
 } // namespace
 
-// Protocol section 4.1.2, step 5.
+// Protocol section 4.1.2, steps 3 and 5, section 13 (forges), and quirks Q5 and Q25.
 BOOST_AUTO_TEST_SUITE(world_url)
 
 BOOST_AUTO_TEST_CASE(a_world_at_the_root_of_a_repository)
@@ -76,6 +76,14 @@ BOOST_AUTO_TEST_CASE(a_forge_is_a_whole_prefix_and_never_a_part_of_a_name)
                             "http://github.com/o/r/blob/main/worlds/a.wbt", "file:///o/r/blob/main/worlds/a.wbt",
                             "https://github.com:443/o/r/blob/main/worlds/a.wbt"})
         BOOST_TEST(refusal_of(url).starts_with("Unsupported URL protocol: "), url);
+}
+
+BOOST_AUTO_TEST_CASE(the_forge_is_known_before_the_rest_is_understood)
+{
+    BOOST_TEST(forge_of("https://github.com/o/r/raw", forges).value() == "https://github.com");
+    BOOST_TEST(forge_of("http://localhost:8080/git/", forges).value() == "http://localhost:8080/git");
+    BOOST_TEST(
+        forge_of("https://github.com", forges).error().message().starts_with("Unsupported URL protocol: "));
 }
 
 BOOST_AUTO_TEST_CASE(shell_text_options_and_traversal_are_refused)

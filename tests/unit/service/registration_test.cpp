@@ -76,7 +76,7 @@ BOOST_AUTO_TEST_CASE(an_unreachable_registry_is_tried_again_ever_less_often_and_
     for (int i = 0; i < 3; ++i)
         http.expect("POST http://down/").fail(errc::unreachable);
     http.expect("POST http://down/").reply(503, "");
-    http.expect("POST http://down/").reply(200, "published\n");
+    http.expect("POST http://down/").reply(201, "published\n"); // any success is one
     http.expect("POST http://up/").reply(200, "published");
     RegistrationParams params;
     params.registries = {"http://down/", "http://up/"};
@@ -93,6 +93,60 @@ BOOST_AUTO_TEST_CASE(an_unreachable_registry_is_tried_again_ever_less_often_and_
     BOOST_TEST(http.unused() == "");
     world.advance(1h);
     BOOST_TEST(http.requests().size() == 6u);
+    tasks.cancel_all();
+    world.run(tasks.join());
+}
+
+BOOST_AUTO_TEST_CASE(registries_are_told_again_when_what_they_know_has_changed_and_only_then)
+{
+    testing::World world;
+    testing::RecordingLog log;
+    testing::ScriptedHttp http(world.clock);
+    http.expect("POST http://up/").reply(200, "published");
+    http.expect("POST http://up/").reply(200, "published");
+    http.expect("POST http://down/").fail(errc::unreachable);
+    http.expect("POST http://down/").reply(200, "published");
+    RegistrationParams params;
+    params.registries = {"http://up/", "http://down/"};
+    Registration registration(params, http, world.clock, log.logger());
+    async::TaskGroup tasks(world.executor());
+    tasks.spawn(run(registration));
+    world.advance(1s);
+    params.registries.clear();
+    params.url = "http://elsewhere";
+    registration.update(params); // takes over neither
+    world.advance(1s);
+    BOOST_TEST(http.requests().size() == 2u);
+    params.share_idle_time = 12.5;
+    params.allowed_repositories = {"a"};
+    registration.update(params);
+    world.advance(1h);
+    BOOST_TEST_REQUIRE(http.requests().size() == 4u); // and the pause of the one that was down is over
+    for (std::size_t i = 2; i < 4; ++i)
+        BOOST_TEST(http.requests()[i].body == "url=&shareIdleTime=12.5&allowedRepositories=a");
+    tasks.cancel_all();
+    world.run(tasks.join());
+}
+
+BOOST_AUTO_TEST_CASE(a_change_while_a_registry_is_being_asked_counts)
+{
+    testing::World world;
+    testing::RecordingLog log;
+    testing::ScriptedHttp http(world.clock);
+    http.expect("POST http://r/").after(5s).reply(200, "old");
+    http.expect("POST http://r/").after(5s).reply(200, "new");
+    RegistrationParams params;
+    params.registries = {"http://r/"};
+    Registration registration(params, http, world.clock, log.logger());
+    async::TaskGroup tasks(world.executor());
+    tasks.spawn(run(registration));
+    world.advance(1s);
+    params.share_idle_time = 0;
+    registration.update(params);
+    world.advance(1h);
+    BOOST_TEST(http.requests().size() == 2u);
+    BOOST_TEST(!log.contains("Registered at http://r/: old"));
+    BOOST_TEST(log.contains("Registered at http://r/: new"));
     tasks.cancel_all();
     world.run(tasks.join());
 }

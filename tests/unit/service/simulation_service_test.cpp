@@ -24,13 +24,11 @@ constexpr auto start_message = R"({"start":{"url":"https://github.com/o/r/blob/m
 
 constexpr auto init_message = R"({ "init" : [ "https://w.org", "robots", "a.wbt", "", "", "", "", "", "" ] })";
 
-
-SimulationServiceParams service_params(std::shared_ptr<SimulationLogs> logs, Duration grace)
+SimulationServiceParams service_params(Duration grace = {})
 {
     SimulationServiceParams params;
     params.reconnect_grace = grace;
     params.new_token = [n = 0]() mutable { return "token" + std::to_string(++n); };
-    params.simulation_logs = std::move(logs);
     params.server = "host.org";
     params.ssl = false;
     params.port_rewrite = false;
@@ -38,11 +36,17 @@ SimulationServiceParams service_params(std::shared_ptr<SimulationLogs> logs, Dur
     return params;
 }
 
-SimulationLauncherParams launcher_params()
+SimulationServiceParams with_logs(SimulationServiceParams params, std::shared_ptr<SimulationLogs> logs)
+{
+    params.simulation_logs = std::move(logs);
+    return params;
+}
+
+SimulationLauncherParams launcher_params(int most)
 {
     SimulationLauncherParams params;
     params.webots = "/opt/webots/webots";
-    params.most_simulations = 2;
+    params.most_simulations = most;
     params.timeout = 600s;
     params.start_timeout = 300s;
     return params;
@@ -58,11 +62,15 @@ ProjectFetcherParams fetcher_params()
 /// A whole simulation server on fakes. At its end nothing may be left: no process, port, directory, task or timer.
 struct Fixture
 {
-    explicit Fixture(Duration grace = {}) :
-        processes(world.clock), source(world.clock), logs(std::make_shared<testing::RecordingSimulationLogs>(world.clock)),
-        fetcher(fetcher_params(), {Forge("https://github.com", source)}, log.logger(), &source),
-        launcher(launcher_params(), processes, world.clock, log.logger()),
-        service(service_params(logs, grace), fetcher, launcher, metrics, world.clock, log.logger()), tasks(world.executor())
+    explicit Fixture(Duration grace = {}, int most = 2) : Fixture(service_params(grace), most) {}
+
+    explicit Fixture(SimulationServiceParams params, int most = 2)
+        : processes(world.clock), source(world.clock),
+          logs(std::make_shared<testing::RecordingSimulationLogs>(world.clock)),
+          fetcher(fetcher_params(), {Forge("https://github.com", source)}, log.logger(), &source),
+          launcher(launcher_params(most), processes, world.clock, log.logger()),
+          service(with_logs(std::move(params), logs), fetcher, launcher, metrics, world.clock, log.logger()),
+          tasks(world.executor())
     {
         source.add("o/r", "a.wbt");
         source.add("robots", "a.wbt");
@@ -102,6 +110,14 @@ struct Fixture
         return browser;
     }
 
+    HttpResponse get(std::string_view path)
+    {
+        IncomingRequest request;
+        request.method = "GET";
+        request.path = path;
+        return std::get<HttpResponse>(service.respond(request));
+    }
+
     /// A browser that opens its conversation with `message`.
     testing::LoopbackChannel& reconnect(std::string const& token) { return start(R"({"reconnect":")" + token + R"("})"); }
 
@@ -135,9 +151,10 @@ using Texts = std::vector<std::string>;
 
 } // namespace
 
-// Protocol sections 4.1 and 6.
+// Protocol sections 4.1, 6, 9.1 and 13.
 BOOST_AUTO_TEST_SUITE(simulation_service)
 
+// Protocol 4.1.2 steps 1 and 10 to 13, 4.1.3, 9.1; quirks Q8 and Q32.
 BOOST_AUTO_TEST_CASE(the_happy_path_is_two_frames_and_then_heartbeats)
 {
     Fixture fixture;
@@ -148,6 +165,7 @@ BOOST_AUTO_TEST_CASE(the_happy_path_is_two_frames_and_then_heartbeats)
     BOOST_TEST(browser.sent == (Texts{"shutdownTimeout: 600", "webots:ws://host.org:2001"}), boost::test_tools::per_element());
     fixture.world.advance(5s);
     BOOST_TEST(browser.sent.back() == ".");
+    BOOST_TEST(!browser.close_code.has_value());
     auto const& argv = fixture.processes.started().front().argv;
     BOOST_TEST(argv == (Texts{"/opt/webots/webots", "--batch", "--mode=pause", "--port=2001", "--heartbeat=5000",
                               "--stream=mjpeg", "/instances/1/project/worlds/a.wbt"}),
@@ -196,7 +214,7 @@ BOOST_AUTO_TEST_CASE(init_is_answered_with_the_address_alone_and_then_heartbeats
 BOOST_AUTO_TEST_CASE(init_needs_no_allowed_repository_but_a_server_that_is_not_draining)
 {
     Fixture fixture;
-    auto params = service_params(fixture.logs, {});
+    auto params = service_params();
     params.allowed_repositories.clear();
     fixture.service.set_policy(params);
     fixture.processes.expect().prints("open\n");
@@ -224,8 +242,8 @@ BOOST_AUTO_TEST_CASE(a_server_without_websites_refuses_init_in_words)
 {
     Fixture fixture;
     ProjectFetcher without(fetcher_params(), {Forge("https://github.com", fixture.source)}, fixture.log.logger());
-    SimulationService service(service_params(fixture.logs, {}), without, fixture.launcher, fixture.metrics, fixture.world.clock,
-                              fixture.log.logger());
+    SimulationService service(service_params(), without, fixture.launcher, fixture.metrics,
+                              fixture.world.clock, fixture.log.logger());
     testing::LoopbackChannel browser(fixture.world.executor());
     ChannelInfo info;
     info.path = "/client";
@@ -237,6 +255,7 @@ BOOST_AUTO_TEST_CASE(a_server_without_websites_refuses_init_in_words)
                boost::test_tools::per_element());
 }
 
+// Protocol 4.1.2 step 13, 6.5.
 BOOST_AUTO_TEST_CASE(the_browser_may_leave_at_any_moment_and_nothing_stays)
 {
     for (int seconds = 0; seconds < 12; ++seconds) {
@@ -262,6 +281,7 @@ BOOST_AUTO_TEST_CASE(a_project_that_arrives_although_its_browser_has_left_is_rem
     BOOST_TEST(fixture.processes.started().empty());
 }
 
+// Protocol 4.1.4, 6.5; quirk Q7.
 BOOST_AUTO_TEST_CASE(when_webots_quits_the_browser_is_told_and_the_socket_closed)
 {
     Fixture fixture;
@@ -270,8 +290,10 @@ BOOST_AUTO_TEST_CASE(when_webots_quits_the_browser_is_told_and_the_socket_closed
     fixture.world.advance(1s);
     BOOST_TEST(browser.sent.back() == "loading: Error: Webots has quit.");
     BOOST_TEST(browser.close_code.value() == 0);
+    BOOST_TEST(fixture.log.contains("[1] Webots [1001] exited"));
 }
 
+// Protocol 6.5; quirks Q7 and Q15.
 BOOST_AUTO_TEST_CASE(a_crash_before_ready_is_told_with_webots_last_words)
 {
     Fixture fixture;
@@ -283,6 +305,7 @@ BOOST_AUTO_TEST_CASE(a_crash_before_ready_is_told_with_webots_last_words)
     BOOST_TEST(browser.close_code.has_value());
 }
 
+// Protocol 6.5; quirk Q7.
 BOOST_AUTO_TEST_CASE(a_crash_after_ready_is_told)
 {
     Fixture fixture;
@@ -301,6 +324,7 @@ BOOST_AUTO_TEST_CASE(a_simulator_that_never_gets_ready_is_ended_in_time)
     BOOST_TEST(browser.sent.back() == "loading: Error: Webots did not load the world within 300 s.");
 }
 
+// Protocol 4.1.3 shutdownTimeout, 6.1 timeout, 6.5.
 BOOST_AUTO_TEST_CASE(the_time_limit_ends_a_simulation_however_busy)
 {
     Fixture fixture;
@@ -312,6 +336,7 @@ BOOST_AUTO_TEST_CASE(the_time_limit_ends_a_simulation_however_busy)
     BOOST_TEST(browser.sent.back() == "loading: Error: The simulation reached its time limit of 600 s.");
 }
 
+// Protocol 4.3.
 BOOST_AUTO_TEST_CASE(only_a_port_that_webots_really_opened_is_announced)
 {
     Fixture fixture;
@@ -326,6 +351,7 @@ BOOST_AUTO_TEST_CASE(only_a_port_that_webots_really_opened_is_announced)
     fixture.leave(moved);
 }
 
+// Protocol 4.3; quirk Q9.
 BOOST_AUTO_TEST_CASE(ports_in_use_are_skipped_and_exhaustion_is_told)
 {
     Fixture fixture;
@@ -336,9 +362,67 @@ BOOST_AUTO_TEST_CASE(ports_in_use_are_skipped_and_exhaustion_is_told)
     auto& second = fixture.start();
     BOOST_TEST(second.was_told("loading: Error: Too many open connections (>2)"));
     BOOST_TEST(second.close_code.has_value());
+    BOOST_TEST(fixture.log.contains("Port 2001 is already in use."));
+    BOOST_TEST(fixture.log.contains("[2] Too many open connections (>2)"));
     fixture.leave(first);
 }
 
+// Protocol 4.1.2 step 1, 4.3: a place is taken first.
+BOOST_AUTO_TEST_CASE(a_full_server_says_so_before_it_fetches)
+{
+    Fixture fixture;
+    fixture.source.delay = 5s;
+    auto& first = fixture.start();
+    auto& second = fixture.start();
+    for (auto const* message : {start_message, init_message}) {
+        auto& third = fixture.start(message);
+        BOOST_TEST(
+            third.sent ==
+                (Texts{"loading: Error: Too many open connections (>2): this simulation server is full. "
+                       "Please try again later."}),
+            boost::test_tools::per_element());
+        BOOST_TEST(third.close_code.has_value());
+    }
+    BOOST_TEST(fixture.fetcher.waiting() == 0u);
+    fixture.leave(first);
+    auto& fourth = fixture.start();
+    BOOST_TEST(fourth.sent.empty());
+    BOOST_TEST(fixture.source.fetching == 2);
+    fixture.leave(second);
+    fixture.leave(fourth);
+}
+
+BOOST_AUTO_TEST_CASE(starts_that_fail_take_no_place_from_others)
+{
+    Fixture fixture;
+    for (auto const* url :
+         {"https://github.com/o/r/blob/main/worlds/b.wbt", "https://github.com/o/r/blob/main/b.wbt",
+          "https://github.com/x/r/blob/main/worlds/a.wbt"})
+        for (int i = 0; i < 3; ++i)
+            fixture.start(std::string(R"({"start":{"url":")") + url + R"("}})");
+    fixture.processes.expect().prints(".\n");
+    auto& browser = fixture.start();
+    BOOST_TEST(browser.was_told("webots:"));
+    fixture.leave(browser);
+}
+
+// Protocol 13: `/readyz`.
+BOOST_AUTO_TEST_CASE(a_full_server_is_not_ready_until_a_simulation_ends)
+{
+    Fixture fixture;
+    fixture.processes.expect().prints(".\n");
+    fixture.processes.expect().prints(".\n");
+    auto& first = fixture.start();
+    BOOST_TEST(fixture.get("/readyz").status == 200);
+    auto& second = fixture.start();
+    BOOST_TEST(fixture.get("/readyz").status == 503);
+    BOOST_TEST(fixture.get("/readyz").body.find("full") != std::string::npos);
+    fixture.leave(first);
+    BOOST_TEST(fixture.get("/readyz").status == 200);
+    fixture.leave(second);
+}
+
+// Protocol 4.1.1 malformed, 4.1.2 steps 3 to 5 and 8, 13; quirk Q6.
 BOOST_AUTO_TEST_CASE(a_start_that_fails_says_why)
 {
     struct Case
@@ -363,6 +447,27 @@ BOOST_AUTO_TEST_CASE(a_start_that_fails_says_why)
     }
 }
 
+// Protocol 4.1.2, strict order: the forge (step 3), the policy (4), the grammar (5).
+BOOST_AUTO_TEST_CASE(of_several_reasons_to_refuse_a_start_the_first_is_told)
+{
+    struct Case
+    {
+        char const* url;
+        char const* answer;
+    };
+    for (auto const& [url, answer] :
+         {Case{"https://evil.org/x/r/raw", "loading: Error: Unsupported URL protocol: "},
+          Case{"https://github.com/x/r/raw", "loading: Error: Docker not enabled: "},
+          Case{"https://github.com/o/r/raw", "loading: Error: Wrong Webots simulation URL"}}) {
+        Fixture fixture;
+        auto& browser = fixture.start(std::string(R"({"start":{"url":")") + url + R"("}})");
+        BOOST_TEST(browser.was_told(answer), url << " was answered with " << browser.sent.back());
+        auto const logged = "[1] " + std::string(answer).substr(std::string_view("loading: Error: ").size());
+        BOOST_TEST(fixture.log.contains(logged), logged);
+    }
+}
+
+// Quirk Q13.
 BOOST_AUTO_TEST_CASE(a_second_start_on_one_socket_is_refused_and_harms_nobody)
 {
     Fixture fixture;
@@ -377,18 +482,36 @@ BOOST_AUTO_TEST_CASE(a_second_start_on_one_socket_is_refused_and_harms_nobody)
     fixture.leave(browser);
 }
 
+// Protocol 4.1; quirk Q30.
 BOOST_AUTO_TEST_CASE(a_socket_that_starts_nothing_is_dropped_in_time)
 {
     Fixture fixture;
     auto& browser = fixture.connect();
+    fixture.world.advance(15s);
     browser.browser_says("{}");
-    fixture.world.advance(30s);
+    fixture.world.advance(14s);
+    BOOST_TEST(browser.sent.empty()); // until it asks for something
+    fixture.world.advance(1s);
     BOOST_TEST(browser.sent.back().starts_with("loading: Error: No simulation was asked for in time"));
+}
+
+// Protocol 4.1.3: the order, with the progress of a slow fetch before everything that the reference says.
+BOOST_AUTO_TEST_CASE(a_slow_start_is_told_in_the_order_that_browsers_rely_on)
+{
+    Fixture fixture;
+    fixture.source.delay = 700ms;
+    fixture.processes.expect().prints("noise\n").after(2s).prints(".\n").after(5s).prints(".\n");
+    auto& browser = fixture.start();
+    fixture.world.advance(8s);
+    BOOST_TEST(browser.sent == (Texts{"loading: Receiving objects 40% (12.3 MB)", "shutdownTimeout: 600",
+                                      "webots:ws://host.org:2001", "."}),
+               boost::test_tools::per_element());
+    fixture.leave(browser);
 }
 
 BOOST_AUTO_TEST_CASE(slow_fetches_show_their_progress_and_hold_up_no_other)
 {
-    Fixture fixture;
+    Fixture fixture(Duration::zero(), 3);
     fixture.source.delay = 2s;
     auto& first = fixture.start();
     auto& second = fixture.start();
@@ -399,6 +522,7 @@ BOOST_AUTO_TEST_CASE(slow_fetches_show_their_progress_and_hold_up_no_other)
         fixture.leave(*browser);
 }
 
+// Protocol 4.2, 13.
 BOOST_AUTO_TEST_CASE(load_is_a_bare_float_and_json_for_those_who_ask)
 {
     Fixture fixture;
@@ -452,6 +576,7 @@ BOOST_AUTO_TEST_CASE(each_path_answers_what_it_always_did_and_nobody_else_may_as
     }
 }
 
+// Protocol 4.2.
 BOOST_AUTO_TEST_CASE(load_is_the_mean_of_the_last_five_seconds)
 {
     Fixture fixture;
@@ -506,9 +631,10 @@ BOOST_AUTO_TEST_CASE(who_watches_the_monitor_gets_everything_once_and_then_a_poi
     fixture.leave(watcher);
 }
 
+// Protocol 13: `/metrics`.
 BOOST_AUTO_TEST_CASE(figures_count_starts_by_how_they_ended)
 {
-    Fixture fixture;
+    Fixture fixture(Duration::zero(), 3);
     fixture.processes.expect().after(2s).prints(".\n");
     fixture.processes.expect();
     auto& ready = fixture.start();
@@ -601,6 +727,7 @@ BOOST_AUTO_TEST_CASE(without_a_project_there_is_no_controller_to_reset)
     fixture.leave(idle);
 }
 
+// Protocol 4.1.4.
 BOOST_AUTO_TEST_CASE(without_a_grace_no_token_is_given_and_a_lost_browser_ends_its_simulation)
 {
     Fixture fixture;
