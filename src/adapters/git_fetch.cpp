@@ -2,6 +2,7 @@
 
 #include "project_files.hpp"
 
+#include "../core/git_history.hpp"
 #include "../core/text.hpp"
 
 #include <fcntl.h>
@@ -17,6 +18,13 @@ using Kind = core::GitTreeEntry::Kind;
 
 constexpr Duration longest_fetch = std::chrono::hours(24); // later than that, the sum could overflow
 constexpr std::size_t wants_at_once = 10'000; // half a megabyte: proxies limit the size of requests
+
+// Of a commit that was asked for by its hash.
+constexpr std::string_view on_no_branch = "is on no branch and under no tag";
+constexpr std::string_view not_newest =
+    "is not the newest one of any branch or tag, and the git server can't "
+    "tell whether it is an older one";
+constexpr std::string_view not_looked_for = "is not looked for, as the history is too large";
 
 GitDonors donors_among(std::vector<GitSnapshotPtr> const& relatives, std::vector<FileDescriptor>& folders)
 {
@@ -43,6 +51,11 @@ GitDonors donors_among(std::vector<GitSnapshotPtr> const& relatives, std::vector
 bool is_unknown_commit(Failure const& failure)
 {
     return failure == errc::protocol_error && failure.detail().find("not our ref") != std::string::npos;
+}
+
+bool is_sentence(std::string_view words) noexcept
+{
+    return words.ends_with('.') && words.front() >= 'A' && words.front() <= 'Z';
 }
 
 /// Some servers hand out commits only, whatever they promise.
@@ -121,8 +134,9 @@ Failure GitFetch::explain(Failure const& failure) const
     auto const& project = order_.project;
     auto const& words = failure.message();
     if (failure == errc::not_found)
-        return {errc::not_found,
-                concat("Repository ", project.owner, "/", project.repository, " ", words, ".")};
+        return is_sentence(words) ? failure
+                                  : Failure(errc::not_found, concat("Repository ", project.owner, "/",
+                                                                    project.repository, " ", words, "."));
     if (failure == errc::unreachable || failure == errc::timed_out)
         return {failure.code(), concat(project.forge, " can't be reached: ", words, ".")};
     if (is_unknown_commit(failure))
@@ -157,12 +171,73 @@ result<core::GitTarget> GitFetch::resolve()
 {
     auto const& wanted = order_.project.ref_and_folder;
     if (core::names_commit(wanted))
-        return core::resolve_ref(wanted, {});
+        return resolve_commit();
+    auto const refs = list_refs(core::ref_prefixes(wanted));
+    if (!refs)
+        return refs.error();
+    return core::resolve_ref(wanted, *refs);
+}
+
+/// A server hands out whatever lies in its store, and forges keep forks and pull requests there too. The
+/// repository's own is what its branches and tags lead to; of what is in the cache that is known.
+result<core::GitTarget> GitFetch::resolve_commit()
+{
+    auto target = core::resolve_ref(order_.project.ref_and_folder, {});
+    if (!target || cache_.knows(url_, target->commit))
+        return target;
+    auto const refs = list_refs(core::all_ref_prefixes());
+    if (!refs)
+        return refs.error();
+    auto const tips = core::git_tips(*refs);
+    if (std::find(tips.begin(), tips.end(), target->commit) != tips.end())
+        return target;
+    if (auto const checked = check_history(target->commit, tips); !checked)
+        return checked.error();
+    return target;
+}
+
+result<> GitFetch::check_history(core::GitObjectId const& commit, std::vector<core::GitObjectId> const& tips)
+{
+    auto const capabilities = servers_.capabilities(order_.project.forge);
+    if (!capabilities.version_2 || !capabilities.filter)
+        return about_commit(errc::not_found, not_newest, commit);
+    if (tips.size() > wants_at_once)
+        return about_commit(errc::too_large, not_looked_for, commit);
+    auto state = begin_download(capabilities);
+    if (!state)
+        return state.error();
+    GitWants wants;
+    wants.ids = tips;
+    wants.filter = git_filter_files_and_folders;
+    auto const fetched = tips.empty() ? result<>() : fetch_pack(*state, wants);
+    if (!fetched && fetched.error() == errc::too_large)
+        return about_commit(errc::too_large, not_looked_for, commit);
+    if (!fetched && fetched.error() == errc::protocol_error)
+        return about_commit(errc::not_found, not_newest, commit);
+    if (!fetched)
+        return fetched.error();
+    auto const lookup = [&](core::GitObjectId const& id) { return state->staging.find(id); };
+    if (core::is_in_git_history(commit, tips, lookup))
+        return {};
+    return about_commit(errc::not_found, on_no_branch, commit);
+}
+
+Failure GitFetch::about_commit(errc code, std::string_view what, core::GitObjectId const& commit) const
+{
+    constexpr std::size_t digits = 12;
+    return {code,
+            concat("Commit ", to_hex(commit).substr(0, digits), " of ", order_.project.owner, "/",
+                   order_.project.repository, " ", what, ": name a branch or tag, or have one made for it.")};
+}
+
+/// What the server lists: all that begin with `prefixes`, and maybe more.
+result<GitFetch::Refs> GitFetch::list_refs(std::vector<std::string> const& prefixes)
+{
     if (!servers_.capabilities(order_.project.forge).version_2)
-        return resolve_with_libgit2();
-    auto const refs = client(most_git_ref_bytes).ls_refs(core::ref_prefixes(wanted));
+        return list_refs_with_libgit2();
+    auto refs = client(most_git_ref_bytes).ls_refs(prefixes);
     if (refs)
-        return core::resolve_ref(wanted, *refs);
+        return refs;
     auto const may_be_old = refs.error() == errc::protocol_error && !servers_.knows(order_.project.forge);
     if (may_be_old || refs.error() == errc::not_found)
         return ask_again(refs.error());
@@ -171,12 +246,12 @@ result<core::GitTarget> GitFetch::resolve()
 
 /// Who does not speak version 2 does not understand the question, and who only serves files does not even
 /// find the address of it.
-result<core::GitTarget> GitFetch::ask_again(Failure const& failure)
+result<GitFetch::Refs> GitFetch::ask_again(Failure const& failure)
 {
     auto const offered = client(most_git_ref_bytes).capabilities();
     if (offered && !offered->version_2) {
         servers_.set_capabilities(order_.project.forge, *offered);
-        return resolve_with_libgit2();
+        return list_refs_with_libgit2();
     }
     if (failure != errc::not_found)
         return failure;
@@ -186,17 +261,15 @@ result<core::GitTarget> GitFetch::ask_again(Failure const& failure)
     return failure;
 }
 
-result<core::GitTarget> GitFetch::resolve_with_libgit2()
+result<GitFetch::Refs> GitFetch::list_refs_with_libgit2()
 {
     auto const peer = libgit2();
     if (!peer)
         return peer.error();
-    auto const refs = (*peer)->ls_refs();
-    if (refs)
-        return core::resolve_ref(order_.project.ref_and_folder, *refs);
-    if (refs.error() == errc::not_found)
+    auto refs = (*peer)->ls_refs();
+    if (!refs && refs.error() == errc::not_found)
         servers_.set_missing(url_);
-    return refs.error();
+    return refs;
 }
 
 /// When the server can't be asked, what it said last is better than nothing.
@@ -237,8 +310,7 @@ result<GitSnapshotPtr> GitFetch::download(core::GitTarget const& target)
     return again;
 }
 
-result<GitSnapshotPtr> GitFetch::download_with(GitCapabilities const& capabilities,
-                                               core::GitTarget const& target)
+result<GitFetch::Download> GitFetch::begin_download(GitCapabilities const& capabilities)
 {
     auto incoming = cache_.begin();
     if (!incoming)
@@ -246,7 +318,16 @@ result<GitSnapshotPtr> GitFetch::download_with(GitCapabilities const& capabiliti
     auto objects = make_folder(AT_FDCWD, (incoming->folder() / "objects").c_str());
     if (!objects)
         return objects.error();
-    Download state(std::move(*incoming), std::move(*objects), capabilities);
+    return Download(std::move(*incoming), std::move(*objects), capabilities);
+}
+
+result<GitSnapshotPtr> GitFetch::download_with(GitCapabilities const& capabilities,
+                                               core::GitTarget const& target)
+{
+    auto begun = begin_download(capabilities);
+    if (!begun)
+        return begun.error();
+    auto& state = *begun;
     std::vector<FileDescriptor> donor_folders;
     auto const relatives = cache_.relatives(url_);
     auto const donors = donors_among(relatives, donor_folders);
@@ -254,7 +335,8 @@ result<GitSnapshotPtr> GitFetch::download_with(GitCapabilities const& capabiliti
     GitWants wants;
     wants.ids = {target.commit};
     wants.shallow = capabilities.shallow;
-    wants.without_blobs = capabilities.filter && (!target.folder.empty() || !donors.files.empty());
+    if (capabilities.filter && (!target.folder.empty() || !donors.files.empty()))
+        wants.filter = git_filter_files;
     if (auto const fetched = fetch_pack(state, wants); !fetched)
         return fetched.error();
     auto const tree = folder_tree(state, target);

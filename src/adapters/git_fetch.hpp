@@ -17,6 +17,8 @@
 #include <atomic>
 #include <memory>
 #include <string>
+#include <string_view>
+#include <vector>
 
 namespace webots_cloud::adapters {
 
@@ -36,8 +38,9 @@ struct GitFetched
 
 /// Makes sure that a folder is in the cache. Blocks.   Thread-safety: any thread.
 ///
-/// One round trip when the commit is known, two for a whole repository, three for a folder of one. Where a
-/// server turns out not to speak version 2 of git's protocol, libgit2 speaks with it.
+/// One round trip when the commit is known, two for a whole repository, three for a folder of one. A commit
+/// that is asked for by its hash and is none that a branch or tag points to takes one more. Where a server
+/// turns out not to speak version 2 of git's protocol, libgit2 speaks with it.
 class GitFetch
 {
 public:
@@ -50,9 +53,16 @@ public:
 private:
     struct Download;
 
+    using Refs = std::vector<core::GitRef>;
+
     result<core::GitTarget> resolve();
-    result<core::GitTarget> resolve_with_libgit2();
-    result<core::GitTarget> ask_again(Failure const& failure);
+    result<core::GitTarget> resolve_commit();
+    result<Refs> list_refs(std::vector<std::string> const& prefixes);
+    result<Refs> list_refs_with_libgit2();
+    result<Refs> ask_again(Failure const& failure);
+    result<> check_history(core::GitObjectId const& commit, std::vector<core::GitObjectId> const& tips);
+    Failure about_commit(errc code, std::string_view what, core::GitObjectId const& commit) const;
+    result<Download> begin_download(GitCapabilities const& capabilities);
     result<GitSnapshotPtr> download(core::GitTarget const& target);
     result<GitSnapshotPtr> download_with(GitCapabilities const& capabilities, core::GitTarget const& target);
     result<GitFetched> fall_back(Failure const& failure);
