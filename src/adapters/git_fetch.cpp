@@ -19,6 +19,8 @@ using Kind = core::GitTreeEntry::Kind;
 constexpr Duration longest_fetch = std::chrono::hours(24); // later than that, the sum could overflow
 constexpr std::size_t wants_at_once = 10'000; // half a megabyte: proxies limit the size of requests
 
+constexpr char no_single_files[] = "the git server does not hand out single files";
+
 // Of a commit that was asked for by its hash.
 constexpr std::string_view on_no_branch = "is on no branch and under no tag";
 constexpr std::string_view not_newest =
@@ -48,9 +50,11 @@ GitDonors donors_among(std::vector<GitSnapshotPtr> const& relatives, std::vector
     return donors;
 }
 
+/// As git and JGit say it.
 bool is_unknown_commit(Failure const& failure)
 {
-    return failure == errc::protocol_error && failure.detail().find("not our ref") != std::string::npos;
+    auto const says = [&](char const* words) { return failure.detail().find(words) != std::string::npos; };
+    return failure == errc::protocol_error && (says("not our ref") || (says("want ") && says(" not valid")));
 }
 
 bool is_sentence(std::string_view words) noexcept
@@ -62,8 +66,13 @@ bool is_sentence(std::string_view words) noexcept
 Failure about_files(Failure const& failure)
 {
     if (is_unknown_commit(failure))
-        return {errc::protocol_error, "the git server does not hand out single files"};
+        return {errc::protocol_error, no_single_files};
     return failure;
+}
+
+bool is_about_filters(Failure const& failure)
+{
+    return failure.detail() == no_single_files || failure.detail().find("filter") != std::string::npos;
 }
 
 } // namespace
@@ -80,8 +89,8 @@ struct GitFetch::Download
     FileDescriptor objects;
     GitStaging staging;
     GitCapabilities capabilities;
-    std::uint64_t received = 0;
-    std::uint64_t unpacked = 0;
+    std::uint32_t files_wanted = 0; ///< That were asked for by name.
+    std::uint32_t files_read = 0;
 };
 
 GitFetch::GitFetch(CurlHttp& http, GitCache& cache, GitServers& servers, GitSourceParams const& params,
@@ -294,16 +303,18 @@ result<GitSnapshotPtr> GitFetch::download(core::GitTarget const& target)
 {
     auto const& forge = order_.project.forge;
     auto downloaded = download_with(servers_.capabilities(forge), target);
-    if (downloaded || downloaded.error() != errc::protocol_error || is_unknown_commit(downloaded.error()) ||
-        servers_.knows(forge))
+    if (downloaded || answered_ || is_unknown_commit(downloaded.error()) || servers_.knows(forge))
         return downloaded;
     auto offered = client(most_git_ref_bytes).capabilities();
     if (!offered)
         return offered.error();
-    if (!offered->version_2)
+    if (!offered->version_2) {
         servers_.set_capabilities(forge, *offered);
-    else if (offered->filter && offered->shallow)
+    } else if (offered->filter && offered->shallow) {
+        if (!is_about_filters(downloaded.error()))
+            return downloaded;   // it can do what was asked: something else is wrong
         offered->filter = false; // it promises more than it keeps
+    }
     auto again = download_with(*offered, target);
     if (again)
         servers_.set_capabilities(forge, *offered);
@@ -335,7 +346,7 @@ result<GitSnapshotPtr> GitFetch::download_with(GitCapabilities const& capabiliti
     GitWants wants;
     wants.ids = {target.commit};
     wants.shallow = capabilities.shallow;
-    if (capabilities.filter && (!target.folder.empty() || !donors.files.empty()))
+    if (capabilities.version_2 && capabilities.filter && (!target.folder.empty() || !donors.files.empty()))
         wants.filter = git_filter_files;
     if (auto const fetched = fetch_pack(state, wants); !fetched)
         return fetched.error();
@@ -402,6 +413,7 @@ result<> GitFetch::fetch_blobs(Download& state, std::vector<core::GitPlanItem> c
         if (item.kind != Kind::folder && !donated && !state.staging.has_blob(item.id))
             wanted.insert(item.id);
     }
+    state.files_wanted = static_cast<std::uint32_t>(wanted.size());
     GitWants wants;
     for (auto const& id : wanted) {
         wants.ids.push_back(id);
@@ -418,19 +430,36 @@ result<> GitFetch::fetch_blobs(Download& state, std::vector<core::GitPlanItem> c
 result<> GitFetch::fetch_pack(Download& state, GitWants const& wants)
 {
     auto const& limits = order_.limits;
-    GitPackReader pack(state.staging, limits.bytes - std::min(limits.bytes, state.unpacked));
-    auto const before = state.received;
+    GitPackReader pack(state.staging, limits.bytes - std::min(limits.bytes, unpacked_));
+    auto const before = received_;
     auto const progress = [&](GitPackReader const& reader, std::uint64_t received) {
-        state.received = before + received;
-        if (order_.progress)
-            order_.progress->report(reader.objects_total(), reader.objects_read(), state.received);
+        received_ = before + received;
+        report(state, wants, reader);
     };
     auto const fetched =
         state.capabilities.version_2
             ? client(limits.bytes - std::min(limits.bytes, before)).fetch(wants, pack, progress)
             : fetch_pack_with_libgit2(state, wants, pack, progress);
-    state.unpacked += pack.unpacked();
+    unpacked_ += pack.unpacked();
+    if (state.files_wanted > 0)
+        state.files_read += pack.objects_read();
+    answered_ = pack.begun() || fetched.has_value() || fetched.error() != errc::protocol_error;
     return fetched;
+}
+
+/// How much is still to come is known of the last pack only; a browser must not see it start anew.
+void GitFetch::report(Download const& state, GitWants const& wants, GitPackReader const& pack)
+{
+    if (!order_.progress)
+        return;
+    if (!wants.filter.empty())
+        order_.progress->report(0, 0, received_);
+    else if (state.files_wanted > 0)
+        order_.progress->report(state.files_wanted,
+                                std::min(state.files_wanted, state.files_read + pack.objects_read()),
+                                received_);
+    else
+        order_.progress->report(pack.objects_total(), pack.objects_read(), received_);
 }
 
 /// The whole commit, always.

@@ -72,6 +72,7 @@ private:
     result<> fetch_pack(Download& state, GitWants const& wants);
     result<> fetch_pack_with_libgit2(Download& state, GitWants const& wants, GitPackReader& pack,
                                      GitClient::Progress const& progress);
+    void report(Download const& state, GitWants const& wants, GitPackReader const& pack);
     CurlLimits http_limits(std::uint64_t bytes) const;
     GitRemote remote() const;
     GitClient client(std::uint64_t bytes);
@@ -86,6 +87,9 @@ private:
     std::string url_;
     TimePoint deadline_;
     std::unique_ptr<Git2Client> libgit2_; ///< Once it was needed.
+    std::uint64_t received_ = 0;          ///< Bytes of packs, of all requests.
+    std::uint64_t unpacked_ = 0;          ///< Bytes of objects.
+    bool answered_ = true; ///< The last request for a pack was understood, whatever became of it.
 };
 
 } // namespace webots_cloud::adapters

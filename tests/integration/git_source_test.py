@@ -73,6 +73,13 @@ class GitSourceTest(GitCase):
         if self.partial:
             self.assertLess(answer["bytes"], 100_000, "the neighbours were fetched too")
 
+    def test_progress_never_falls_back(self):
+        for world in ("projects/arm/worlds/arm.wbt", "worlds/top.wbt"):
+            answer = self.probe.fetch(f"owner/robots/blob/main/{world}")
+            self.assertEqual(answer["fell_back"], 0, world)
+            self.assertEqual(answer["objects"], answer["objects_total"])
+            self.assertGreater(answer["objects_total"], 0)
+
     def test_a_whole_repository_arrives(self):
         answer = self.probe.fetch("owner/robots/tree/main/worlds/top.wbt")
         found = tree(answer["root"])
@@ -183,6 +190,17 @@ class GitSourceWithoutFiltersTest(GitSourceTest):
 
     partial = False
     NO_SUCH_COMMIT = ONLY_TIPS.format("012345678901")
+
+
+class FilterTest(GitCase):
+    def test_a_server_that_promises_a_filter_and_refuses_it_is_asked_without_from_then_on(self):
+        path = self.serve().add_repository("owner", "robots", FILES)
+        self.server._git("-C", path, "config", "uploadpackfilter.blob:none.allow", "false")
+        for answer in self.probe.fetch_all(["owner/robots/blob/main/projects/arm/worlds/arm.wbt",
+                                            "owner/robots/blob/main/projects/leg/worlds/leg.wbt"]):
+            self.assertEqual(answer.get("header"), HEADER, answer)
+        self.assertEqual([method for method, *_ in self.requests()].count("GET"), 1)
+        self.assertEqual(len(self.requests()), 6, "refs, refused, capabilities, pack; refs, pack")
 
 
 class CommitTest(GitCase):
