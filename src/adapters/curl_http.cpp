@@ -15,6 +15,7 @@ namespace {
 using core::concat;
 
 constexpr int most_redirects = 3;
+constexpr std::uint64_t most_of_other_answers = 64 * 1024;
 
 bool is_set(std::atomic<bool> const* flag)
 {
@@ -28,6 +29,7 @@ struct Exchange
     CurlLimits const& limits;
     CURL* curl = nullptr;
     std::uint64_t received = 0;
+    bool heard_enough = false; ///< Of an answer whose status says it all.
     result<> outcome{};
 
     bool must_stop()
@@ -45,9 +47,11 @@ std::size_t on_body(char* bytes, std::size_t, std::size_t count, void* user)
     auto& exchange = *static_cast<Exchange*>(user);
     long status = 0;
     curl_easy_getinfo(exchange.curl, CURLINFO_RESPONSE_CODE, &status);
-    if (status != 200)
-        return count; // the text of an error page is nobody's business
     exchange.received += count;
+    if (status != 200) { // the text of an error page is nobody's business
+        exchange.heard_enough = exchange.received > most_of_other_answers;
+        return exchange.heard_enough || exchange.must_stop() ? 0 : count;
+    }
     if (exchange.received > exchange.limits.bytes)
         exchange.outcome =
             Failure(errc::too_large, concat("the answer of ", exchange.request.peer, " is larger than ",
@@ -67,7 +71,9 @@ Failure failure_of(CURLcode code, char const* words)
     std::string const detail = *words ? words : curl_easy_strerror(code);
     if (code == CURLE_OPERATION_TIMEDOUT)
         return {errc::timed_out, detail};
-    if (code == CURLE_GOT_NOTHING || code == CURLE_PARTIAL_FILE || code == CURLE_WEIRD_SERVER_REPLY)
+    if (code == CURLE_GOT_NOTHING || code == CURLE_PARTIAL_FILE)
+        return {errc::unreachable, concat("the connection was cut (", detail, ")")};
+    if (code == CURLE_WEIRD_SERVER_REPLY)
         return {errc::protocol_error, detail};
     return {errc::unreachable, detail};
 }
@@ -141,7 +147,7 @@ result<int> CurlHttp::Handle::send(CurlRequest const& request, CurlLimits const&
     auto const code = curl_easy_perform(curl_);
     if (exchange.outcome.has_error())
         return exchange.outcome.error();
-    if (code != CURLE_OK)
+    if (code != CURLE_OK && !exchange.heard_enough)
         return failure_of(code, words_.data());
     long status = 0;
     curl_easy_getinfo(curl_, CURLINFO_RESPONSE_CODE, &status);

@@ -48,9 +48,11 @@ public:
     CurlHttp();
     ~CurlHttp();
 
-    /// The status of the answer; the body has gone to the sink when it is 200. Blocks.
+    /// The status of the answer; the body has gone to the sink when it is 200, and of others at most 64 kB
+    /// are listened to. Blocks.
     ///
-    /// Errors: `unreachable`, `timed_out`, `too_large`, `operation_aborted`, what the sink returned.
+    /// Errors: `unreachable` (also: cut), `timed_out`, `too_large`, `operation_aborted`, `protocol_error`,
+    /// what the sink returned.
     result<int> send(CurlRequest const& request, CurlLimits const& limits);
 
 private:

@@ -191,13 +191,11 @@ public:
         return refs;
     }
 
-    result<> download(std::vector<std::string> specs, PackTarget target)
+    result<> download(std::string ref, PackTarget target)
     {
         target_ = target;
-        std::vector<char*> words;
-        for (auto& spec : specs)
-            words.push_back(spec.data());
-        git_strarray const list{words.data(), words.size()};
+        char* name = ref.data();
+        git_strarray const list{&name, 1};
         git_fetch_options options = GIT_FETCH_OPTIONS_INIT;
         options.callbacks = callbacks();
         options.download_tags = GIT_REMOTE_DOWNLOAD_TAGS_NONE;
@@ -279,14 +277,9 @@ result<> Git2Client::fetch(core::GitObjectId const& commit, bool shallow, GitPac
     transport_.shallow = shallow;
     auto const ref =
         std::find_if(refs_.begin(), refs_.end(), [&](core::GitRef const& each) { return each.id == commit; });
-    if (ref != refs_.end())
-        return session_->download({ref->name}, target);
-    auto by_name = session_->download({to_hex(commit)}, target);
-    if (by_name || transport_.asked)
-        return by_name;
-    // libgit2 knew without asking that this server hands out nothing but branches and tags.
-    transport_.shallow = false;
-    return session_->download({"+refs/heads/*:refs/heads/*", "+refs/tags/*:refs/tags/*"}, target);
+    if (ref == refs_.end())
+        return Failure(errc::not_found, "has no such commit");
+    return session_->download(ref->name, target);
 }
 
 } // namespace webots_cloud::adapters

@@ -29,10 +29,9 @@ public:
     /// All refs of the repository. One round trip, the first time.   Errors: as `GitClient::ls_refs`.
     result<std::vector<core::GitRef>> ls_refs();
 
-    /// Fetches a commit into `pack`. One round trip, after `ls_refs`.
+    /// Fetches a commit that a ref points to into `pack`. One round trip, after `ls_refs`.
     ///
-    /// `shallow`: without its history; not where the server hands out branches and tags only and the commit
-    /// is none: then everything comes.   Errors: as `GitClient::fetch`.
+    /// `shallow`: without its history.   Errors: `not_found` where no ref does; as `GitClient::fetch`.
     result<> fetch(core::GitObjectId const& commit, bool shallow, GitPackReader& pack,
                    GitClient::Progress const& progress);
 

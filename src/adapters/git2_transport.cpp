@@ -96,7 +96,6 @@ private:
                 return request.error();
             request_ = std::move(*request);
         }
-        transport_.asked = transport_.asked || !asks_for_refs_;
         receiver_ = std::thread([this] { receive(); });
         return {};
     }

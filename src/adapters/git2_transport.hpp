@@ -41,7 +41,6 @@ public:
     CurlLimits const& limits() const noexcept { return limits_; }
 
     bool shallow = false;
-    bool asked = false;             ///< A pack was asked for.
     std::optional<Failure> failure; ///< Why libgit2 was told that something failed.
 
 private:

@@ -187,6 +187,14 @@ GitSnapshotPtr GitCache::find(std::string const& url, core::GitTarget const& tar
     return snapshot;
 }
 
+bool GitCache::knows(std::string const& url, core::GitObjectId const& commit) const
+{
+    auto const start = concat((repository(url) / to_hex(commit)).string(), "-");
+    std::lock_guard const lock(mutex_);
+    return std::any_of(stored_.begin(), stored_.end(),
+                       [&](auto const& each) { return each.first.starts_with(start); });
+}
+
 std::vector<GitSnapshotPtr> GitCache::relatives(std::string const& url)
 {
     constexpr std::size_t most = 4;

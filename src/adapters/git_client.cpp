@@ -222,8 +222,8 @@ result<> GitClient::fetch(GitWants const& wants, GitPackReader& pack, Progress c
     auto body = concat(request("fetch"), pkt_line("ofs-delta\n"), pkt_line("no-progress\n"));
     if (wants.shallow)
         body += pkt_line("deepen 1\n");
-    if (wants.without_blobs)
-        body += pkt_line("filter blob:none\n");
+    if (!wants.filter.empty())
+        body += pkt_line(concat("filter ", wants.filter, "\n"));
     for (auto const& id : wants.ids)
         body += pkt_line(concat("want ", to_hex(id), "\n"));
     body += concat(pkt_line("done\n"), core::pkt_flush);

@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace webots_cloud::adapters {
@@ -41,9 +42,12 @@ struct GitCapabilities
 struct GitWants
 {
     std::vector<core::GitObjectId> ids;
-    bool shallow = false;       ///< Without history.
-    bool without_blobs = false; ///< Commits and folders, no files.
+    bool shallow = false;    ///< Without history.
+    std::string_view filter; ///< What to leave out, as git says it; empty: nothing.
 };
+
+constexpr std::string_view git_filter_files = "blob:none";
+constexpr std::string_view git_filter_files_and_folders = "tree:0"; ///< Leaves commits.
 
 /// One conversation with one server.   Thread-safety: one thread at a time.
 class GitClient

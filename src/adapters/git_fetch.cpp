@@ -2,6 +2,7 @@
 
 #include "project_files.hpp"
 
+#include "../core/git_history.hpp"
 #include "../core/text.hpp"
 
 #include <fcntl.h>
@@ -17,6 +18,15 @@ using Kind = core::GitTreeEntry::Kind;
 
 constexpr Duration longest_fetch = std::chrono::hours(24); // later than that, the sum could overflow
 constexpr std::size_t wants_at_once = 10'000; // half a megabyte: proxies limit the size of requests
+
+constexpr char no_single_files[] = "the git server does not hand out single files";
+
+// Of a commit that was asked for by its hash.
+constexpr std::string_view on_no_branch = "is on no branch and under no tag";
+constexpr std::string_view not_newest =
+    "is not the newest one of any branch or tag, and the git server can't "
+    "tell whether it is an older one";
+constexpr std::string_view not_looked_for = "is not looked for, as the history is too large";
 
 GitDonors donors_among(std::vector<GitSnapshotPtr> const& relatives, std::vector<FileDescriptor>& folders)
 {
@@ -40,17 +50,29 @@ GitDonors donors_among(std::vector<GitSnapshotPtr> const& relatives, std::vector
     return donors;
 }
 
+/// As git and JGit say it.
 bool is_unknown_commit(Failure const& failure)
 {
-    return failure == errc::protocol_error && failure.detail().find("not our ref") != std::string::npos;
+    auto const says = [&](char const* words) { return failure.detail().find(words) != std::string::npos; };
+    return failure == errc::protocol_error && (says("not our ref") || (says("want ") && says(" not valid")));
+}
+
+bool is_sentence(std::string_view words) noexcept
+{
+    return words.ends_with('.') && words.front() >= 'A' && words.front() <= 'Z';
 }
 
 /// Some servers hand out commits only, whatever they promise.
 Failure about_files(Failure const& failure)
 {
     if (is_unknown_commit(failure))
-        return {errc::protocol_error, "the git server does not hand out single files"};
+        return {errc::protocol_error, no_single_files};
     return failure;
+}
+
+bool is_about_filters(Failure const& failure)
+{
+    return failure.detail() == no_single_files || failure.detail().find("filter") != std::string::npos;
 }
 
 } // namespace
@@ -67,8 +89,8 @@ struct GitFetch::Download
     FileDescriptor objects;
     GitStaging staging;
     GitCapabilities capabilities;
-    std::uint64_t received = 0;
-    std::uint64_t unpacked = 0;
+    std::uint32_t files_wanted = 0; ///< That were asked for by name.
+    std::uint32_t files_read = 0;
 };
 
 GitFetch::GitFetch(CurlHttp& http, GitCache& cache, GitServers& servers, GitSourceParams const& params,
@@ -125,8 +147,9 @@ Failure GitFetch::explain(Failure const& failure) const
     auto const& project = order_.project;
     auto const& words = failure.message();
     if (failure == errc::not_found)
-        return {errc::not_found,
-                concat("Repository ", project.owner, "/", project.repository, " ", words, ".")};
+        return is_sentence(words) ? failure
+                                  : Failure(errc::not_found, concat("Repository ", project.owner, "/",
+                                                                    project.repository, " ", words, "."));
     if (failure == errc::unreachable || failure == errc::timed_out)
         return {failure.code(), concat(project.forge, " can't be reached: ", words, ".")};
     if (is_unknown_commit(failure))
@@ -171,12 +194,73 @@ result<core::GitTarget> GitFetch::resolve()
 {
     auto const& wanted = order_.project.ref_and_folder;
     if (core::names_commit(wanted))
-        return core::resolve_ref(wanted, {});
+        return resolve_commit();
+    auto const refs = list_refs(core::ref_prefixes(wanted));
+    if (!refs)
+        return refs.error();
+    return core::resolve_ref(wanted, *refs);
+}
+
+/// A server hands out whatever lies in its store, and forges keep forks and pull requests there too. The
+/// repository's own is what its branches and tags lead to; of what is in the cache that is known.
+result<core::GitTarget> GitFetch::resolve_commit()
+{
+    auto target = core::resolve_ref(order_.project.ref_and_folder, {});
+    if (!target || cache_.knows(url_, target->commit))
+        return target;
+    auto const refs = list_refs(core::all_ref_prefixes());
+    if (!refs)
+        return refs.error();
+    auto const tips = core::git_tips(*refs);
+    if (std::find(tips.begin(), tips.end(), target->commit) != tips.end())
+        return target;
+    if (auto const checked = check_history(target->commit, tips); !checked)
+        return checked.error();
+    return target;
+}
+
+result<> GitFetch::check_history(core::GitObjectId const& commit, std::vector<core::GitObjectId> const& tips)
+{
+    auto const capabilities = servers_.capabilities(order_.project.forge);
+    if (!capabilities.version_2 || !capabilities.filter)
+        return about_commit(errc::not_found, not_newest, commit);
+    if (tips.size() > wants_at_once)
+        return about_commit(errc::too_large, not_looked_for, commit);
+    auto state = begin_download(capabilities);
+    if (!state)
+        return state.error();
+    GitWants wants;
+    wants.ids = tips;
+    wants.filter = git_filter_files_and_folders;
+    auto const fetched = tips.empty() ? result<>() : fetch_pack(*state, wants);
+    if (!fetched && fetched.error() == errc::too_large)
+        return about_commit(errc::too_large, not_looked_for, commit);
+    if (!fetched && fetched.error() == errc::protocol_error)
+        return about_commit(errc::not_found, not_newest, commit);
+    if (!fetched)
+        return fetched.error();
+    auto const lookup = [&](core::GitObjectId const& id) { return state->staging.find(id); };
+    if (core::is_in_git_history(commit, tips, lookup))
+        return {};
+    return about_commit(errc::not_found, on_no_branch, commit);
+}
+
+Failure GitFetch::about_commit(errc code, std::string_view what, core::GitObjectId const& commit) const
+{
+    constexpr std::size_t digits = 12;
+    return {code,
+            concat("Commit ", to_hex(commit).substr(0, digits), " of ", order_.project.owner, "/",
+                   order_.project.repository, " ", what, ": name a branch or tag, or have one made for it.")};
+}
+
+/// What the server lists: all that begin with `prefixes`, and maybe more.
+result<GitFetch::Refs> GitFetch::list_refs(std::vector<std::string> const& prefixes)
+{
     if (!servers_.capabilities(order_.project.forge).version_2)
-        return resolve_with_libgit2();
-    auto const refs = client(most_git_ref_bytes).ls_refs(core::ref_prefixes(wanted));
+        return list_refs_with_libgit2();
+    auto refs = client(most_git_ref_bytes).ls_refs(prefixes);
     if (refs)
-        return core::resolve_ref(wanted, *refs);
+        return refs;
     auto const may_be_old = refs.error() == errc::protocol_error && !servers_.knows(order_.project.forge);
     if (may_be_old || refs.error() == errc::not_found)
         return ask_again(refs.error());
@@ -185,12 +269,12 @@ result<core::GitTarget> GitFetch::resolve()
 
 /// Who does not speak version 2 does not understand the question, and who only serves files does not even
 /// find the address of it.
-result<core::GitTarget> GitFetch::ask_again(Failure const& failure)
+result<GitFetch::Refs> GitFetch::ask_again(Failure const& failure)
 {
     auto const offered = client(most_git_ref_bytes).capabilities();
     if (offered && !offered->version_2) {
         servers_.set_capabilities(order_.project.forge, *offered);
-        return resolve_with_libgit2();
+        return list_refs_with_libgit2();
     }
     if (failure != errc::not_found)
         return failure;
@@ -200,17 +284,15 @@ result<core::GitTarget> GitFetch::ask_again(Failure const& failure)
     return failure;
 }
 
-result<core::GitTarget> GitFetch::resolve_with_libgit2()
+result<GitFetch::Refs> GitFetch::list_refs_with_libgit2()
 {
     auto const peer = libgit2();
     if (!peer)
         return peer.error();
-    auto const refs = (*peer)->ls_refs();
-    if (refs)
-        return core::resolve_ref(order_.project.ref_and_folder, *refs);
-    if (refs.error() == errc::not_found)
+    auto refs = (*peer)->ls_refs();
+    if (!refs && refs.error() == errc::not_found)
         servers_.set_missing(url_);
-    return refs.error();
+    return refs;
 }
 
 /// When the server can't be asked, what it said last is better than nothing.
@@ -235,24 +317,25 @@ result<GitSnapshotPtr> GitFetch::download_target()
 {
     auto const& forge = order_.project.forge;
     auto downloaded = download_with(servers_.capabilities(forge), target_);
-    if (downloaded || downloaded.error() != errc::protocol_error || is_unknown_commit(downloaded.error()) ||
-        servers_.knows(forge))
+    if (downloaded || answered_ || is_unknown_commit(downloaded.error()) || servers_.knows(forge))
         return downloaded;
     auto offered = client(most_git_ref_bytes).capabilities();
     if (!offered)
         return offered.error();
-    if (!offered->version_2)
+    if (!offered->version_2) {
         servers_.set_capabilities(forge, *offered);
-    else if (offered->filter && offered->shallow)
+    } else if (offered->filter && offered->shallow) {
+        if (!is_about_filters(downloaded.error()))
+            return downloaded;   // it can do what was asked: something else is wrong
         offered->filter = false; // it promises more than it keeps
+    }
     auto again = download_with(*offered, target_);
     if (again)
         servers_.set_capabilities(forge, *offered);
     return again;
 }
 
-result<GitSnapshotPtr> GitFetch::download_with(GitCapabilities const& capabilities,
-                                               core::GitTarget const& target)
+result<GitFetch::Download> GitFetch::begin_download(GitCapabilities const& capabilities)
 {
     auto incoming = cache_.begin();
     if (!incoming)
@@ -260,7 +343,16 @@ result<GitSnapshotPtr> GitFetch::download_with(GitCapabilities const& capabiliti
     auto objects = make_folder(AT_FDCWD, (incoming->folder() / "objects").c_str());
     if (!objects)
         return objects.error();
-    Download state(std::move(*incoming), std::move(*objects), capabilities);
+    return Download(std::move(*incoming), std::move(*objects), capabilities);
+}
+
+result<GitSnapshotPtr> GitFetch::download_with(GitCapabilities const& capabilities,
+                                               core::GitTarget const& target)
+{
+    auto begun = begin_download(capabilities);
+    if (!begun)
+        return begun.error();
+    auto& state = *begun;
     std::vector<FileDescriptor> donor_folders;
     auto const relatives = cache_.relatives(url_);
     auto const donors = donors_among(relatives, donor_folders);
@@ -268,7 +360,8 @@ result<GitSnapshotPtr> GitFetch::download_with(GitCapabilities const& capabiliti
     GitWants wants;
     wants.ids = {target.commit};
     wants.shallow = capabilities.shallow;
-    wants.without_blobs = capabilities.filter && (!target.folder.empty() || !donors.files.empty());
+    if (capabilities.version_2 && capabilities.filter && (!target.folder.empty() || !donors.files.empty()))
+        wants.filter = git_filter_files;
     if (auto const fetched = fetch_pack(state, wants); !fetched)
         return fetched.error();
     auto const tree = folder_tree(state, target);
@@ -334,6 +427,7 @@ result<> GitFetch::fetch_blobs(Download& state, std::vector<core::GitPlanItem> c
         if (item.kind != Kind::folder && !donated && !state.staging.has_blob(item.id))
             wanted.insert(item.id);
     }
+    state.files_wanted = static_cast<std::uint32_t>(wanted.size());
     GitWants wants;
     for (auto const& id : wanted) {
         wants.ids.push_back(id);
@@ -350,19 +444,36 @@ result<> GitFetch::fetch_blobs(Download& state, std::vector<core::GitPlanItem> c
 result<> GitFetch::fetch_pack(Download& state, GitWants const& wants)
 {
     auto const& limits = order_.limits;
-    GitPackReader pack(state.staging, limits.bytes - std::min(limits.bytes, state.unpacked));
-    auto const before = state.received;
+    GitPackReader pack(state.staging, limits.bytes - std::min(limits.bytes, unpacked_));
+    auto const before = received_;
     auto const progress = [&](GitPackReader const& reader, std::uint64_t received) {
-        state.received = before + received;
-        if (order_.progress)
-            order_.progress->report(reader.objects_total(), reader.objects_read(), state.received);
+        received_ = before + received;
+        report(state, wants, reader);
     };
     auto const fetched =
         state.capabilities.version_2
             ? client(limits.bytes - std::min(limits.bytes, before)).fetch(wants, pack, progress)
             : fetch_pack_with_libgit2(state, wants, pack, progress);
-    state.unpacked += pack.unpacked();
+    unpacked_ += pack.unpacked();
+    if (state.files_wanted > 0)
+        state.files_read += pack.objects_read();
+    answered_ = pack.begun() || fetched.has_value() || fetched.error() != errc::protocol_error;
     return fetched;
+}
+
+/// How much is still to come is known of the last pack only; a browser must not see it start anew.
+void GitFetch::report(Download const& state, GitWants const& wants, GitPackReader const& pack)
+{
+    if (!order_.progress)
+        return;
+    if (!wants.filter.empty())
+        order_.progress->report(0, 0, received_);
+    else if (state.files_wanted > 0)
+        order_.progress->report(state.files_wanted,
+                                std::min(state.files_wanted, state.files_read + pack.objects_read()),
+                                received_);
+    else
+        order_.progress->report(pack.objects_total(), pack.objects_read(), received_);
 }
 
 /// The whole commit, always.

@@ -18,6 +18,8 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 namespace webots_cloud::adapters {
 
@@ -37,8 +39,9 @@ struct GitFetched
 
 /// Makes sure that a folder is in the cache. Blocks.   Thread-safety: any thread.
 ///
-/// One round trip when the commit is known, two for a whole repository, three for a folder of one. Where a
-/// server turns out not to speak version 2 of git's protocol, libgit2 speaks with it.
+/// One round trip when the commit is known, two for a whole repository, three for a folder of one. A commit
+/// that is asked for by its hash and is none that a branch or tag points to takes one more. Where a server
+/// turns out not to speak version 2 of git's protocol, libgit2 speaks with it.
 class GitFetch
 {
 public:
@@ -56,10 +59,17 @@ public:
 private:
     struct Download;
 
+    using Refs = std::vector<core::GitRef>;
+
     result<core::GitTarget> resolve();
-    result<core::GitTarget> resolve_with_libgit2();
-    result<core::GitTarget> ask_again(Failure const& failure);
     void start_clock();
+    result<core::GitTarget> resolve_commit();
+    result<Refs> list_refs(std::vector<std::string> const& prefixes);
+    result<Refs> list_refs_with_libgit2();
+    result<Refs> ask_again(Failure const& failure);
+    result<> check_history(core::GitObjectId const& commit, std::vector<core::GitObjectId> const& tips);
+    Failure about_commit(errc code, std::string_view what, core::GitObjectId const& commit) const;
+    result<Download> begin_download(GitCapabilities const& capabilities);
     result<GitSnapshotPtr> download_target();
     result<GitSnapshotPtr> download_with(GitCapabilities const& capabilities, core::GitTarget const& target);
     result<GitFetched> fall_back(Failure const& failure);
@@ -69,6 +79,7 @@ private:
     result<> fetch_pack(Download& state, GitWants const& wants);
     result<> fetch_pack_with_libgit2(Download& state, GitWants const& wants, GitPackReader& pack,
                                      GitClient::Progress const& progress);
+    void report(Download const& state, GitWants const& wants, GitPackReader const& pack);
     CurlLimits http_limits(std::uint64_t bytes) const;
     GitRemote remote() const;
     GitClient client(std::uint64_t bytes);
@@ -84,6 +95,9 @@ private:
     TimePoint deadline_;
     core::GitTarget target_;              ///< Once it was looked up.
     std::unique_ptr<Git2Client> libgit2_; ///< Once it was needed.
+    std::uint64_t received_ = 0;          ///< Bytes of packs, of all requests.
+    std::uint64_t unpacked_ = 0;          ///< Bytes of objects.
+    bool answered_ = true; ///< The last request for a pack was understood, whatever became of it.
 };
 
 } // namespace webots_cloud::adapters

@@ -12,7 +12,7 @@ namespace {
 using core::concat;
 using Kind = core::GitTreeEntry::Kind;
 
-constexpr std::string_view first_line = "webots_cloud folder 1";
+constexpr std::string_view first_line = "webots_cloud folder 2"; // 1: of commits that may be a stranger's
 constexpr std::string_view last_line = "end";
 constexpr std::string_view letters = "fxld"; // in the order of Kind
 

@@ -33,6 +33,9 @@ public:
     /// The pack has ended: resolves the deltas.   Errors: as `push`.
     result<> finish();
 
+    /// True when something has come that looks like a pack.
+    bool begun() const noexcept { return state_ != State::pack_header; }
+
     std::uint32_t objects_total() const noexcept { return total_; }
     std::uint32_t objects_read() const noexcept { return static_cast<std::uint32_t>(entries_.size()); }
 

@@ -66,6 +66,16 @@ std::vector<std::string> ref_prefixes(std::string_view ref_and_folder)
     return {concat(heads, first), concat(tags, first)};
 }
 
+std::vector<std::string> all_ref_prefixes()
+{
+    return {std::string(heads), std::string(tags)};
+}
+
+bool is_branch_or_tag(std::string_view name) noexcept
+{
+    return name.starts_with(heads) || name.starts_with(tags);
+}
+
 bool names_commit(std::string_view ref_and_folder) noexcept
 {
     return git_object_id(first_segment(ref_and_folder)).has_value();

@@ -34,8 +34,13 @@ struct GitTarget
 /// What `ref-prefix` arguments list every ref that `ref_and_folder` may begin with.
 std::vector<std::string> ref_prefixes(std::string_view ref_and_folder);
 
-/// True when `ref_and_folder` begins with a commit (40 hexadecimal digits), so that no ref needs to be asked
-/// for.
+/// What `ref-prefix` arguments list all branches and tags.
+std::vector<std::string> all_ref_prefixes();
+
+/// True for the name of a branch or a tag: forges have refs of other kinds, to which strangers may write.
+bool is_branch_or_tag(std::string_view name) noexcept;
+
+/// True when `ref_and_folder` begins with a commit (40 hexadecimal digits).
 bool names_commit(std::string_view ref_and_folder) noexcept;
 
 /// Splits `<ref>[/<folder>]`: the longest ref that is listed wins, branches before tags; 40 digits are a

@@ -70,4 +70,20 @@ result<GitObjectId> tree_of_commit(std::string_view object)
     return malformed("commit");
 }
 
+std::vector<GitObjectId> parents_of_commit(std::string_view object)
+{
+    constexpr std::string_view tree = "tree ";
+    constexpr std::string_view parent = "parent ";
+    constexpr std::size_t id_and_newline = 41;
+    std::vector<GitObjectId> parents;
+    if (!leading_id(object, tree))
+        return parents;
+    object.remove_prefix(tree.size() + id_and_newline);
+    while (auto const id = leading_id(object, parent)) {
+        parents.push_back(*id);
+        object.remove_prefix(parent.size() + id_and_newline);
+    }
+    return parents;
+}
+
 } // namespace webots_cloud::core

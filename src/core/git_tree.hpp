@@ -34,4 +34,7 @@ result<std::vector<GitTreeEntry>> parse_git_tree(std::string_view object);
 /// The tree of a commit object.   Errors: `protocol_error`.
 result<GitObjectId> tree_of_commit(std::string_view object);
 
+/// The parents of a commit object; none of anything else.
+std::vector<GitObjectId> parents_of_commit(std::string_view object);
+
 } // namespace webots_cloud::core

@@ -26,6 +26,8 @@ FILES = {
 TOP = "owner/robots/blob/main/worlds/top.wbt"
 ARM = "owner/robots/blob/main/projects/arm/worlds/arm.wbt"
 QUESTION = "/info/refs?service=git-upload-pack"
+ONLY_TIPS = ("Commit {} of owner/robots is not the newest one of any branch or tag, and the git server can't tell whether it is an "
+             "older one: name a branch or tag, or have one made for it.")
 
 
 class OldServerCase(GitCase):
@@ -81,13 +83,23 @@ class OldServerTest(OldServerCase):
         for world in ("feature/arm/worlds/slash.wbt", "v1.0/worlds/old.wbt", "annotated/worlds/top.wbt"):
             self.assertEqual(self.probe.fetch(f"owner/robots/blob/{world}").get("header"), HEADER, world)
 
-    def test_commits_are_found_whether_or_not_a_branch_points_to_them(self):
-        older = self.server._git("-C", self.path, "rev-parse", "main^").decode().strip()
-        newest = self.server._git("-C", self.path, "rev-parse", "main").decode().strip()
-        for commit, world in ((newest, "top.wbt"), (older, "first.wbt")):
+    def test_commits_that_a_branch_or_tag_points_to_are_found(self):
+        for ref, world in (("main", "top.wbt"), ("feature/arm", "slash.wbt"), ("v1.0", "old.wbt")):
+            commit = self.commit_of(ref)
             answer = self.probe.fetch(f"owner/robots/blob/{commit}/worlds/{world}")
             self.assertEqual(answer.get("revision"), commit, answer)
             self.assertEqual(answer["header"], HEADER)
+
+    def test_other_commits_are_refused_as_nobody_knows_whose_they_are(self):
+        self.server._git("-C", self.path, "update-ref", "refs/pull/1/head", "main")
+        self.server.commit(self.path, dict(FILES, evil="x"), "refs/pull/1/head")
+        for ref in ("main^", "refs/pull/1/head"):
+            commit = self.commit_of(ref)
+            self.assertEqual(self.probe.fetch(f"owner/robots/blob/{commit}/worlds/top.wbt").get("error"), ONLY_TIPS.format(commit[:12]))
+        self.assertEqual(os.listdir(os.path.join(self.probe.cache, "repositories")), [])
+
+    def commit_of(self, ref):
+        return self.server._git("-C", self.path, "rev-parse", ref + "^{commit}").decode().strip()
 
     def test_the_second_start_receives_nothing(self):
         first, second, folder = self.probe.fetch_all([TOP, TOP, ARM])
@@ -130,7 +142,7 @@ class OldServerTest(OldServerCase):
         for world, words in (
                 ("owner/nothing/blob/main/worlds/a.wbt", "Repository owner/nothing does not exist or is private."),
                 ("owner/robots/blob/nothing/worlds/a.wbt", 'Repository owner/robots has no branch or tag "nothing".'),
-                (f"owner/robots/blob/{commit}/worlds/a.wbt", "Repository owner/robots has no such commit."),
+                (f"owner/robots/blob/{commit}/worlds/a.wbt", ONLY_TIPS.format("012345678901")),
                 ("owner/robots/blob/main/nothing/worlds/a.wbt", 'Repository owner/robots has no folder "nothing".'),
                 ("owner/robots/blob/main/empty/worlds/a.wbt", 'Repository owner/robots has no folder "empty/worlds".'),
                 ("owner/robots/blob/main/worlds/a.wbt", "a.wbt does not exist.")):

@@ -66,6 +66,12 @@ class HostileRepositoryTest(GitCase):
         absolute = self.raw(lambda path: [("100644", "/tmp/evil", self.blob(path))])
         self.assertTrue(self.fetch(absolute)["error"].startswith(FORBIDDEN))
 
+    def test_a_project_that_is_refused_is_fetched_once(self):
+        name = self.raw(lambda path: [("40000", "p", [("40000", "worlds", [("100644", "..", self.blob(path))])])])
+        before = len(self.requests())
+        self.assertTrue(self.probe.fetch(f"evil/{name}/blob/main/p/{WORLDS}").get("error", "").startswith(FORBIDDEN))
+        self.assertEqual(len(self.requests(before)), 2, "refs, commits and folders")
+
     def test_a_link_and_a_folder_of_the_same_name_refuse_the_project(self):
         name = self.raw(lambda path: [("120000", "sub", self.blob(path, b"..")),
                                       ("40000", "sub", [("100644", "evil", self.blob(path))])])
@@ -191,11 +197,13 @@ class Servant(http.server.BaseHTTPRequestHandler):
         pass
 
     def do_GET(self):
+        self.server.asked.append((self.path, self.headers["Host"]))
         self.answer(self.server.script.get("capabilities", frame("version 2\n") + frame("fetch=shallow filter\n") + b"0000"))
 
     def do_POST(self):
         body = self.rfile.read(int(self.headers["Content-Length"]))
         self.server.asked.append((self.path, self.headers["Host"]))
+        self.server.wanted.append(body)
         self.answer(self.server.script["refs" if b"command=ls-refs" in body else "fetch"])
 
     def answer(self, what):
@@ -207,6 +215,9 @@ class Servant(http.server.BaseHTTPRequestHandler):
             self.send_header("Content-Length", str(len(body)))
         self.end_headers()
         self.wfile.write(body)
+        while self.server.endless:
+            self.wfile.write(b"x" * 65536)
+            self.server.written += 65536
 
 
 class HostileServerTest(GitCase):
@@ -215,7 +226,8 @@ class HostileServerTest(GitCase):
         self.http.handle_error = lambda *_: None  # connections that we cut are what is tested
         self.http.daemon_threads = True
         self.http.script = {"refs": REFS}
-        self.http.asked = []
+        self.http.asked, self.http.wanted = [], []
+        self.http.endless, self.http.written = False, 0
         thread = threading.Thread(target=self.http.serve_forever, daemon=True)
         thread.start()
         self.addCleanup(self.http.server_close)
@@ -310,6 +322,34 @@ class HostileServerTest(GitCase):
         for status in (500, 502, 503, 429):
             self.assertIn(f"status {status}", self.error(refs=(status, {}, b"")))
         self.assertIn("status 418", self.error(refs=(418, {}, b"")))
+
+    def test_the_text_of_an_error_is_not_listened_to_for_ever(self):
+        self.http.endless = True
+        for status, words in ((404, "does not exist or is private"), (500, "answers with status 500"), (307, "status 307")):
+            self.http.written = 0
+            headers = {"Content-Length": str(1 << 40), "Location": "http://elsewhere.test/"}
+            self.assertIn(words, self.error("--timeout", "60000", refs=(status, headers, b"")))
+            self.assertLess(self.http.written, 50_000_000, "what fits into buffers on the way")
+
+    def cut(self, body):
+        """The answer of a connection that breaks in the middle."""
+        return 200, {"Content-Length": "100000", "Connection": "close"}, body
+
+    def test_a_cut_is_no_reason_to_ask_for_more(self):
+        for body in (packed(pack([(3, 4, b"blob", b"")]))[:40], b""):
+            with self.subTest(body):
+                self.http.script = {"refs": REFS, "fetch": self.cut(body)}
+                self.http.asked.clear()
+                self.http.wanted.clear()
+                for answer in self.probe.fetch_all(["evil/r/blob/main/p/worlds/a.wbt"] * 2):
+                    self.assertIn("the connection was cut", answer.get("error", ""))
+                self.assertEqual(len(self.http.asked), 4, "refs and pack, twice")
+                fetches = [wanted for wanted in self.http.wanted if b"command=fetch" in wanted]
+                self.assertEqual([b"filter blob:none" in wanted for wanted in fetches], [True, True])
+
+    def test_words_that_are_not_about_filters_are_no_reason_to_ask_for_more(self):
+        self.assertIn("out of order", self.error(fetch=frame("ERR out of order\n")))
+        self.assertEqual(sum(b"command=fetch" in wanted for wanted in self.http.wanted), 1)
 
     def test_an_answer_that_ends_early_is_an_error(self):
         self.assertIn("can't be reached",

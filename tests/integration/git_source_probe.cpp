@@ -25,6 +25,7 @@
 #include <chrono>
 #include <deque>
 #include <iostream>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -120,6 +121,25 @@ SteadyClock::duration processor_time()
     return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
 }
 
+/// What somebody sees of a fetch who looks at it every millisecond.
+struct Shown
+{
+    explicit Shown(std::shared_ptr<FetchProgress const> of) : progress(std::move(of)) {}
+
+    void look()
+    {
+        auto const total = progress->objects_total.load();
+        auto const now =
+            total == 0 ? -1 : static_cast<int>(std::uint64_t{100} * progress->objects_received / total);
+        fell_back += now < percent;
+        percent = now;
+    }
+
+    std::shared_ptr<FetchProgress const> progress;
+    int percent = -1;
+    int fell_back = 0; ///< How often there was less of it than before.
+};
+
 class Probe
 {
 public:
@@ -133,7 +153,7 @@ public:
         co_await asio::this_coro::throw_if_cancelled(false);
         auto const project = parse_world_url(options_.worlds[number], {options_.forge});
         if (!project) {
-            print(number, {}, project.error(), FetchProgress());
+            print(number, {}, project.error(), FetchProgress(), 0);
             co_return;
         }
         FetchOrder order;
@@ -142,9 +162,10 @@ public:
         order.limits = options_.limits;
         auto const directory = order.directory;
         auto const progress = order.progress;
+        auto& shown = shown_.emplace_back(progress);
         auto const start = SteadyClock::now();
         auto const fetched = co_await source_->fetch(std::move(order));
-        print(number, milliseconds(SteadyClock::now() - start), fetched, *progress);
+        print(number, milliseconds(SteadyClock::now() - start), fetched, *progress, shown.fell_back);
         if (options_.discard) {
             co_await asio::this_coro::reset_cancellation_state(asio::disable_cancellation());
             auto const removed = co_await source_->discard(directory);
@@ -168,6 +189,8 @@ public:
         longest_pause_ = std::max(longest_pause_, SteadyClock::now() - expected);
         auto const worked = processor_time();
         longest_work_ = std::max(longest_work_, worked - std::exchange(worked_, worked));
+        for (auto& each : shown_)
+            each.look();
         if (running == 0)
             return;
         auto const due = SteadyClock::now() + std::chrono::milliseconds(1);
@@ -187,7 +210,7 @@ private:
     }
 
     void print(std::size_t number, double time, result<FetchedProject> const& fetched,
-               FetchProgress const& progress)
+               FetchProgress const& progress, int fell_back)
     {
         std::cout << "{\"world\": " << number << ", \"ms\": " << time;
         if (fetched)
@@ -198,12 +221,13 @@ private:
             std::cout << ", \"error\": " << quoted(fetched.error().message())
                       << ", \"code\": " << quoted(fetched.error().code().message());
         std::cout << ", \"objects\": " << progress.objects_received
-                  << ", \"objects_total\": " << progress.objects_total
+                  << ", \"objects_total\": " << progress.objects_total << ", \"fell_back\": " << fell_back
                   << ", \"bytes\": " << progress.bytes_received << "}" << std::endl;
     }
 
     Options options_;
     asio::steady_timer pulse_;
+    std::deque<Shown> shown_;
     SteadyClock::duration longest_pause_{};
     SteadyClock::duration longest_work_{};
     std::unique_ptr<ProjectSource> source_;

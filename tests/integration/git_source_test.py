@@ -29,10 +29,16 @@ FILES = {
 ARM = {path[len("projects/arm/"):]: value for path, value in FILES.items() if path.startswith("projects/arm/")}
 
 
+ONLY_TIPS = ("Commit {} of owner/robots is not the newest one of any branch or tag, and the git server can't tell whether it is an "
+             "older one: name a branch or tag, or have one made for it.")
+
+
 class GitSourceTest(GitCase):
     """One server for all cases; each has a cache of its own."""
 
     partial = True
+    NO_SUCH_COMMIT = ("Commit 012345678901 of owner/robots is on no branch and under no tag: name a branch or tag, or have one "
+                      "made for it.")
 
     @classmethod
     def setUpClass(cls):
@@ -66,6 +72,13 @@ class GitSourceTest(GitCase):
         self.assertTrue(answer["root"].endswith("/robots/projects/arm"))
         if self.partial:
             self.assertLess(answer["bytes"], 100_000, "the neighbours were fetched too")
+
+    def test_progress_never_falls_back(self):
+        for world in ("projects/arm/worlds/arm.wbt", "worlds/top.wbt"):
+            answer = self.probe.fetch(f"owner/robots/blob/main/{world}")
+            self.assertEqual(answer["fell_back"], 0, world)
+            self.assertEqual(answer["objects"], answer["objects_total"])
+            self.assertGreater(answer["objects_total"], 0)
 
     def test_a_whole_repository_arrives(self):
         answer = self.probe.fetch("owner/robots/tree/main/worlds/top.wbt")
@@ -108,7 +121,7 @@ class GitSourceTest(GitCase):
         for world, words in (
                 ("owner/nothing/blob/main/worlds/a.wbt", "Repository owner/nothing does not exist or is private."),
                 ("owner/robots/blob/nothing/worlds/a.wbt", 'Repository owner/robots has no branch or tag "nothing".'),
-                (f"owner/robots/blob/{commit}/worlds/a.wbt", "Repository owner/robots has no such commit."),
+                (f"owner/robots/blob/{commit}/worlds/a.wbt", self.NO_SUCH_COMMIT),
                 ("owner/robots/blob/main/nothing/worlds/a.wbt", 'Repository owner/robots has no folder "nothing".'),
                 ("owner/robots/blob/main/empty/worlds/a.wbt", 'Repository owner/robots has no folder "empty/worlds".'),
                 ("owner/robots/blob/main/worlds/a.wbt", "a.wbt does not exist."),
@@ -176,6 +189,104 @@ class GitSourceWithoutFiltersTest(GitSourceTest):
     """The same of a server that can't leave anything out."""
 
     partial = False
+    NO_SUCH_COMMIT = ONLY_TIPS.format("012345678901")
+
+
+class FilterTest(GitCase):
+    def test_a_server_that_promises_a_filter_and_refuses_it_is_asked_without_from_then_on(self):
+        path = self.serve().add_repository("owner", "robots", FILES)
+        self.server._git("-C", path, "config", "uploadpackfilter.blob:none.allow", "false")
+        for answer in self.probe.fetch_all(["owner/robots/blob/main/projects/arm/worlds/arm.wbt",
+                                            "owner/robots/blob/main/projects/leg/worlds/leg.wbt"]):
+            self.assertEqual(answer.get("header"), HEADER, answer)
+        self.assertEqual([method for method, *_ in self.requests()].count("GET"), 1)
+        self.assertEqual(len(self.requests()), 6, "refs, refused, capabilities, pack; refs, pack")
+
+
+class CommitTest(GitCase):
+    """Commits by their hashes: the server hands out all that lies in its store, the source only what a branch or tag leads to."""
+
+    FILES = {"worlds/a.wbt": WORLD, "p/worlds/b.wbt": WORLD}
+
+    def setUp(self):
+        self.serve()
+        self.path = self.server.add_repository("owner", "robots")
+        self.first = self.server.commit(self.path, self.FILES)
+        self.second = self.server.commit(self.path, dict(self.FILES, x="1"))
+        self.newest = self.server.commit(self.path, dict(self.FILES, x="2"))
+
+    def fetch(self, commit, world="worlds/a.wbt", *options):
+        return self.probe.fetch(f"owner/robots/blob/{commit}/{world}", *options)
+
+    def check(self, commit, *path):
+        answer = self.fetch(commit, *path)
+        self.assertEqual(answer.get("revision"), commit, answer)
+        self.assertEqual(answer["header"], HEADER)
+
+    def check_refused(self, commit, words, *options):
+        answer = self.fetch(commit, "worlds/a.wbt", *options)
+        self.assertEqual(answer.get("error"), words)
+        self.assertEqual(self.left_in_cache(), [])
+        self.assertEqual(os.listdir(os.path.join(self.probe.cache, "repositories")), [])
+
+    def strangers(self):
+        """Commits that lie in the store: of a pull request, and of nothing at all any more."""
+        self.server._git("-C", self.path, "update-ref", "refs/pull/1/head", self.newest)
+        offered = self.server.commit(self.path, dict(self.FILES, evil="1"), "refs/pull/1/head")
+        self.server._git("-C", self.path, "update-ref", "refs/heads/gone", self.first)
+        gone = self.server.commit(self.path, dict(self.FILES, evil="2"), "refs/heads/gone")
+        self.server._git("-C", self.path, "update-ref", "-d", "refs/heads/gone")
+        return offered, gone
+
+    def test_what_a_branch_or_tag_points_to_takes_two_requests(self):
+        self.check(self.newest)
+        self.assertEqual(len(self.requests()), 2)
+        for options in (("tag", "light"), ("-c", "user.name=t", "-c", "user.email=t@localhost", "tag", "-a", "-m", "x", "annotated")):
+            tagged = self.server.commit(self.path, dict(self.FILES, x=options[-1]), "refs/heads/side")
+            self.server._git("-C", self.path, *options, tagged)
+            self.server._git("-C", self.path, "update-ref", "-d", "refs/heads/side")
+            before = len(self.requests())
+            self.check(tagged)
+            self.assertLessEqual(len(self.requests(before)), 3)
+
+    def test_what_a_branch_or_tag_leads_to_takes_one_request_more(self):
+        self.check(self.first)
+        self.assertEqual(len(self.requests()), 3)
+        self.check(self.second, "p/worlds/b.wbt")
+
+    def test_commits_of_strangers_are_refused_though_the_server_would_hand_them_out(self):
+        for commit in self.strangers():
+            clone = os.path.join(self.probe.folder, commit)
+            for command in (["init", "-q", "--bare", clone], ["-C", clone, "fetch", "-q", f"{self.server.url}/owner/robots.git", commit]):
+                self.server._git("-c", "protocol.version=2", *command)
+            self.check_refused(commit, f"Commit {commit[:12]} of owner/robots is on no branch and under no tag: "
+                                       "name a branch or tag, or have one made for it.")
+
+    def test_a_commit_of_a_stranger_that_was_taken_in_is_the_repositorys_own(self):
+        offered, _ = self.strangers()
+        self.server._git("-C", self.path, "update-ref", "refs/heads/main", offered)
+        self.server.commit(self.path, self.FILES)
+        self.check(offered)
+
+    def test_a_commit_that_is_here_is_asked_about_no_more(self):
+        self.check(self.first)
+        before = len(self.requests())
+        self.check(self.first)
+        self.assertEqual(self.requests(before), [])
+        self.check(self.first, "p/worlds/b.wbt")
+        self.assertLessEqual(len(self.requests(before)), 2, "its other folder was fetched, and nothing else asked")
+        self.server.stop()
+        self.check(self.first)
+
+    def test_a_history_that_is_too_large_is_not_looked_through(self):
+        self.server.commit(self.path, self.FILES, message="x" * 20_000)
+        self.check_refused(self.first, f"Commit {self.first[:12]} of owner/robots is not looked for, as the history is too large: "
+                                       "name a branch or tag, or have one made for it.", "--bytes", "10000")
+
+    def test_a_server_without_filters_is_asked_for_tips_only(self):
+        self.server.set_partial(self.path, False)
+        self.check_refused(self.first, ONLY_TIPS.format(self.first[:12]))
+        self.check(self.newest)
 
 
 class GitSourceUpdatesTest(GitCase):

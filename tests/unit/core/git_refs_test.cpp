@@ -79,6 +79,16 @@ BOOST_AUTO_TEST_CASE(other_kinds_of_refs_cannot_be_named)
     BOOST_TEST(resolved("main", refs) == "has no branch or tag \"main\"");
 }
 
+BOOST_AUTO_TEST_CASE(branches_and_tags_are_told_from_refs_that_strangers_may_write)
+{
+    for (auto const* const name : {"refs/heads/main", "refs/tags/v1"})
+        BOOST_TEST(core::is_branch_or_tag(name), name);
+    for (auto const* const name : {"refs/pull/1/head", "refs/remotes/main", "refs/headsx", "HEAD", ""})
+        BOOST_TEST(!core::is_branch_or_tag(name), name);
+    for (auto const& prefix : core::all_ref_prefixes())
+        BOOST_TEST(core::is_branch_or_tag(prefix), prefix);
+}
+
 BOOST_AUTO_TEST_CASE(the_head_of_the_repository_can_be_named)
 {
     BOOST_TEST(resolved("HEAD/projects", {ref("HEAD", 'e')}) == "e:projects");
