@@ -383,7 +383,7 @@ BOOST_AUTO_TEST_CASE(a_full_server_says_so_before_it_fetches)
             boost::test_tools::per_element());
         BOOST_TEST(third.close_code.has_value());
     }
-    BOOST_TEST(fixture.fetcher.waiting() == 0u);
+    BOOST_TEST(fixture.source.fetching == 2);
     fixture.leave(first);
     auto& fourth = fixture.start();
     BOOST_TEST(fourth.sent.empty());
