@@ -1,5 +1,7 @@
 #!/usr/bin/python3
-"""The main job from end to end: a real git server, the real servers, the demo simulator and a real browser."""
+"""The main job from end to end: a real git server, the real servers, the demo simulator and a real browser.
+
+Protocol sections 1, 4.1.2 and 13 (refs with a slash)."""
 
 import os
 import sys

@@ -1,5 +1,7 @@
 #!/usr/bin/python3
-"""The git source against real git servers: what arrives, from where, how often it asks, and what it says when it can't."""
+"""The git source against real git servers: what arrives, from where, how often it asks, and what it says when it can't.
+
+Protocol sections 4.1.2 (steps 5 to 8) and 13 (refs), quirk Q6."""
 
 import os
 import shutil

@@ -16,6 +16,7 @@ StartMessage const& start_of(ClientMessage const& message)
 // Protocol section 4.1.
 BOOST_AUTO_TEST_SUITE(client_protocol)
 
+// Protocol 4.1.1.
 BOOST_AUTO_TEST_CASE(the_shipped_clients_start_messages_are_understood)
 {
     auto const plain = parse_client_message(R"({"start":{"url":"https://github.com/o/r/blob/m/worlds/a.wbt"}})");
@@ -26,6 +27,7 @@ BOOST_AUTO_TEST_CASE(the_shipped_clients_start_messages_are_understood)
     BOOST_TEST(start_of(video).mode == "mjpeg");
 }
 
+// Protocol 4.1.1; quirk Q26.
 BOOST_AUTO_TEST_CASE(a_controller_file_is_named_without_a_way_out_of_its_folder)
 {
     auto const good = parse_client_message(R"({"reset controller":"walk/lib/gait.py","start":{"url":"u"}})");
@@ -59,18 +61,21 @@ BOOST_AUTO_TEST_CASE(init_messages_are_lists_of_strings)
         BOOST_TEST((parse_client_message(text) == ClientMessage(MalformedMessage{"\"init\" must be a list of strings"})), text);
 }
 
+// Protocol 4.1.1.
 BOOST_AUTO_TEST_CASE(init_goes_before_start)
 {
     auto const message = parse_client_message(R"({"start":{"url":"u"},"init":["h"]})");
     BOOST_TEST((message == ClientMessage(MalformedMessage{"\"init\" must have three to nine elements, not 1"})));
 }
 
+// Protocol 4.1.1.
 BOOST_AUTO_TEST_CASE(objects_that_ask_for_nothing_are_ignored)
 {
     BOOST_TEST(std::holds_alternative<UnknownMessage>(parse_client_message("{}")));
     BOOST_TEST(std::holds_alternative<UnknownMessage>(parse_client_message(R"({"reset":true})")));
 }
 
+// Protocol 4.1.1.
 BOOST_AUTO_TEST_CASE(everything_that_killed_the_python_handler_gets_a_reason)
 {
     for (auto const& text : {std::string("{"), std::string(), std::string("null"), std::string("5"), std::string("[]"),
@@ -83,6 +88,7 @@ BOOST_AUTO_TEST_CASE(everything_that_killed_the_python_handler_gets_a_reason)
     }
 }
 
+// Protocol 4.1.3 and 11.
 BOOST_AUTO_TEST_CASE(addresses_follow_ssl_and_port_rewrite_independently)
 {
     PublicAddress address;
@@ -95,6 +101,7 @@ BOOST_AUTO_TEST_CASE(addresses_follow_ssl_and_port_rewrite_independently)
     BOOST_TEST(webots_message(address, 2001) == "webots:ws://host.org:2001");
 }
 
+// Protocol 4.1.3.
 BOOST_AUTO_TEST_CASE(texts_to_browsers_are_exact)
 {
     BOOST_TEST(error_message("x") == "loading: Error: x");

@@ -21,6 +21,7 @@ SimulationConfig simulation(std::string_view text)
 
 } // namespace
 
+// The keys of protocol sections 8.1 and 8.2 at SIGHUP, which is ours.
 BOOST_AUTO_TEST_SUITE(config_changes)
 
 BOOST_AUTO_TEST_CASE(a_session_server_takes_over_servers_mail_polling_and_addresses)

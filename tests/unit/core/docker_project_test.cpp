@@ -193,6 +193,7 @@ BOOST_AUTO_TEST_CASE(compose_is_run_by_argument_vectors)
                boost::test_tools::per_element());
 }
 
+// Protocol 6.1: the environment with docker.
 BOOST_AUTO_TEST_CASE(compose_gets_what_reaches_docker_and_nothing_that_changes_its_file)
 {
     using Variables = std::vector<std::pair<std::string, std::string>>;

@@ -31,6 +31,7 @@ std::string resolved(std::string_view path, std::vector<GitRef> const& refs)
 
 } // namespace
 
+// Protocol section 4.1.2, steps 5 to 7, and section 13: refs with slashes, and hashes.
 BOOST_AUTO_TEST_SUITE(git_refs)
 
 BOOST_AUTO_TEST_CASE(what_follows_the_branch_is_the_folder)

@@ -34,6 +34,16 @@ BOOST_AUTO_TEST_CASE(video_runs_unminimised)
                "/w/webots|--batch|--mode=pause|--port=2002|--heartbeat=5000|--stream=mjpeg|/p/worlds/a.wbt");
 }
 
+BOOST_AUTO_TEST_CASE(only_the_older_scene_mode_runs_minimised)
+{
+    BOOST_TEST(
+        joined(webots_command("/w/webots", "x3d", 2002, "/p/worlds/a.wbt")) ==
+        "/w/webots|--batch|--mode=pause|--minimize|--no-rendering|--port=2002|--heartbeat=5000|--stream=x3d|"
+        "/p/worlds/a.wbt");
+    BOOST_TEST(joined(webots_command("/w/webots", "w3d", 2002, "/p/worlds/a.wbt")) ==
+               "/w/webots|--batch|--mode=pause|--port=2002|--heartbeat=5000|--stream=w3d|/p/worlds/a.wbt");
+}
+
 BOOST_AUTO_TEST_CASE(the_old_command_line_has_one_stream_option_in_literal_quotes)
 {
     OldStream stream;

@@ -57,6 +57,19 @@ BOOST_AUTO_TEST_CASE(graphics_processors_count)
     sample.gpu = gpu;
     BOOST_TEST(load_of(LoadFormula::reference, 10, sample) == 70);
     BOOST_TEST(load_of(LoadFormula::strict, 10, sample) == 80);
+    sample.gpu->memory_used = 0;
+    BOOST_TEST(load_of(LoadFormula::strict, 10, sample) == 70);
+}
+
+BOOST_AUTO_TEST_CASE(the_reference_formula_takes_the_mean_of_three_kinds_of_memory)
+{
+    HostSample sample;
+    sample.swap_used = 30;
+    sample.memory_used = 60;
+    sample.gpu.emplace();
+    sample.gpu->memory_controller = 90;
+    BOOST_TEST(load_of(LoadFormula::reference, 0, sample) == 60);
+    BOOST_TEST(load_of(LoadFormula::reference, 61, sample) == 61);
 }
 
 BOOST_AUTO_TEST_CASE(the_average_is_of_the_last_five)

@@ -21,6 +21,7 @@ std::vector<float> values(LoadHistory const& history, std::size_t series, std::s
 
 } // namespace
 
+// Protocol section 9.3: ten minutes.
 BOOST_AUTO_TEST_SUITE(load_history)
 
 BOOST_AUTO_TEST_CASE(points_come_back_oldest_first)

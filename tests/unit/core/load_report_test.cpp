@@ -2,8 +2,11 @@
 
 #include <webots_cloud/load_report.hpp>
 
+#include <boost/json.hpp>
+
 using namespace webots_cloud;
 
+// Protocol sections 4.2 and 13.
 BOOST_AUTO_TEST_SUITE(load_report)
 
 BOOST_AUTO_TEST_CASE(a_bare_number_is_a_load)
@@ -35,6 +38,10 @@ BOOST_AUTO_TEST_CASE(our_own_servers_say_more_and_are_understood)
     report.capacity = 100;
     report.memory = 40.25;
     report.draining = true;
+    BOOST_TEST(boost::json::parse(to_json(report, "1.2.3")) ==
+               boost::json::parse(
+                   R"({"load":12.5,"sessions":3,"starting":1,"capacity":100,"memory":40.25,"draining":true,
+                                     "version":"1.2.3"})"));
     BOOST_TEST((parse_load_report(to_json(report, "1.2.3")).value() == report));
 }
 

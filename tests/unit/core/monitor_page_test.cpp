@@ -38,7 +38,7 @@ bool contains(std::string const& page, std::string_view text) { return page.find
 
 } // namespace
 
-// Protocol sections 2.3, 2.4 and quirk Q24.
+// Protocol sections 2.3, 2.4, 4.4, 9.3 and quirk Q24.
 BOOST_AUTO_TEST_SUITE(monitor_page)
 
 BOOST_AUTO_TEST_CASE(the_mean_load_is_over_servers_that_are_up)
@@ -126,6 +126,12 @@ BOOST_AUTO_TEST_CASE(the_simulation_page_has_every_figure_of_the_reference)
                              "<a href=\"https://webots.cloud\">"})
         BOOST_TEST(contains(page, text), text);
     BOOST_TEST(!contains(page, "Blocked Repositories"));
+    view.title.clear();
+    view.blocked = {"https://github.com/evil"};
+    auto const other = simulation_monitor_page(view);
+    BOOST_TEST(contains(other, "<h1>Webots simulation server</h1>"));
+    BOOST_TEST(contains(other, "Blocked Repositories"));
+    BOOST_TEST(contains(other, "<a href=\"https://github.com/evil\">"));
 }
 
 BOOST_AUTO_TEST_CASE(graphics_processors_are_shown_with_their_load_and_memory)

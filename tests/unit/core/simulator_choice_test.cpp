@@ -16,6 +16,7 @@ std::function<bool(std::filesystem::path const&)> only(std::set<std::string> pro
 
 } // namespace
 
+// Protocol section 6.1, and `webotsHome` of section 8.2.
 BOOST_AUTO_TEST_SUITE(simulator_choice)
 
 BOOST_AUTO_TEST_CASE(the_configured_webots_comes_first)
@@ -30,6 +31,16 @@ BOOST_AUTO_TEST_CASE(another_webots_than_the_configured_one_is_said)
     auto const choice = choose_simulator("/opt/w", "/env/w", "/bin", only({"/env/w/webots"})).value();
     BOOST_TEST(choice.program == "/env/w/webots");
     BOOST_TEST(choice.notice == "There is no Webots at /opt/w/webots: running /env/w/webots.");
+}
+
+BOOST_AUTO_TEST_CASE(unless_configured_webots_is_where_it_is_usually_installed)
+{
+    for (std::string const usual : {"/usr/local/webots/webots", "/usr/bin/webots"}) {
+        auto const choice =
+            choose_simulator({}, {}, "/bin", only({usual, "/bin/webots-demo-simulator"})).value();
+        BOOST_TEST(choice.program == usual);
+        BOOST_TEST(choice.notice.empty());
+    }
 }
 
 BOOST_AUTO_TEST_CASE(without_webots_the_demo_simulator_runs_and_says_that_it_is_not_webots)

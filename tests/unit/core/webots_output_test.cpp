@@ -41,6 +41,7 @@ BOOST_AUTO_TEST_CASE(endless_lines_are_cut_and_cost_no_memory)
     BOOST_TEST(lines[1] == ".");
 }
 
+// Quirk Q21: `fast` runs too.
 BOOST_AUTO_TEST_CASE(every_line_of_the_protocol_has_its_meaning)
 {
     BOOST_TEST((classify_output(".") == OutputLine::heartbeat));

@@ -1,3 +1,4 @@
+#include "run.hpp"
 #include "unit_test.hpp"
 
 #include "async/task_group.hpp"
@@ -118,13 +119,13 @@ struct Fixture
         opened = processes.started().size();
     }
 
-    testing::LoopbackChannel& start()
+    testing::LoopbackChannel& start(std::string message = start_message)
     {
         auto& browser = *browsers.emplace_back(std::make_unique<testing::LoopbackChannel>(world.executor()));
         ChannelInfo info;
         info.path = "/client";
         browsings.spawn(service.converse(std::move(info), browser));
-        browser.browser_says(start_message);
+        browser.browser_says(std::move(message));
         world.settle();
         return browser;
     }
@@ -253,6 +254,26 @@ BOOST_AUTO_TEST_CASE(a_daemon_that_never_answers_is_given_up_after_a_minute)
     BOOST_TEST(said_by_open(fixture).starts_with("docker: the daemon does not answer: "));
 }
 
+// Protocol 6.1: `xhost +local:root`.
+BOOST_AUTO_TEST_CASE(containers_are_let_on_to_the_screen_once_and_do_without_if_need_be)
+{
+    for (int const status : {0, 1}) {
+        auto params = docker_params();
+        params.xhost = "/bin/xhost";
+        params.display = ":3";
+        Fixture fixture(params);
+        fixture.expect_commands(2, "Docker 26.1.5 has runc \n");
+        fixture.processes.expect().exits(status);
+        fixture.expect_commands(looks);
+        BOOST_TEST(said_by_open(fixture) == "");
+        auto const& xhost = fixture.processes.started().at(2);
+        BOOST_TEST(joined(xhost.argv) == "/bin/xhost +local:root");
+        std::pair<std::string, std::string> const display("DISPLAY", ":3");
+        BOOST_TEST(std::count(xhost.environment.begin(), xhost.environment.end(), display) == 1);
+        BOOST_TEST(fixture.log.contains("Containers can't use the screen :3: ") == (status != 0));
+    }
+}
+
 BOOST_AUTO_TEST_CASE(what_a_dead_predecessor_left_is_removed_until_nothing_is_found)
 {
     Fixture fixture;
@@ -274,6 +295,7 @@ BOOST_AUTO_TEST_CASE(a_simulation_is_told_in_the_order_that_browsers_rely_on)
     fixture.open();
     fixture.files.texts[std::string(root) + "/webots.yml"] =
         "type: demo\ndockerCompose:theia:webots-project/controllers/\n";
+    fixture.files.texts[std::string(root) + "/webots.yaml"] = "type: other\n"; // of both the first counts
     fixture.files.texts[std::string(root) + "/Makefile"] = "all:\n";
     fixture.processes.expect()
         .prints("Creating network \"x_default\"\r\n\r\nStep 1/9 : ARG A\nPulling theia\n./configure\n")
@@ -303,6 +325,57 @@ BOOST_AUTO_TEST_CASE(a_simulation_is_told_in_the_order_that_browsers_rely_on)
                             [](auto const& variable) { return variable.first == "SECRET"; }));
     fixture.leave(browser);
     BOOST_TEST(fixture.run().size() == 1u + looks);
+}
+
+// Protocol 6.1; quirk Q22.
+BOOST_AUTO_TEST_CASE(the_scene_mode_has_the_name_that_the_webots_of_the_image_knows)
+{
+    Fixture fixture;
+    fixture.open();
+    fixture.source.add("o/r", "a.wbt", "#VRML_SIM R2023a utf8");
+    fixture.processes.expect();
+    fixture.expect_commands(looks);
+    auto& browser =
+        fixture.start(R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/a.wbt","mode":"w3d"}})");
+    BOOST_TEST(fixture.written(".env").find(" --stream=x3d ") != std::string::npos, fixture.written(".env"));
+    fixture.leave(browser);
+}
+
+// Protocol 4.1.2 step 4: the load of the last second decides and not the mean.
+BOOST_AUTO_TEST_CASE(idle_time_is_shared_while_the_last_second_was_idle)
+{
+    Fixture fixture;
+    fixture.open();
+    fixture.source.add("x/r", "a.wbt");
+    auto params = service_params();
+    params.blocked_repositories = {"https://github.com/evil"};
+    params.share_idle_time = 50;
+    fixture.service.set_policy(params);
+    async::TaskGroup tasks(fixture.world.executor());
+    tasks.spawn(webots_cloud::run(fixture.service));
+    fixture.world.advance(4s);
+    fixture.metrics.cpu = 100;
+    fixture.world.advance(1s);
+    BOOST_TEST(fixture.service.load() == 20);
+    constexpr auto strangers = R"({"start":{"url":"https://github.com/x/r/blob/main/worlds/a.wbt"}})";
+    auto& refused = fixture.start(strangers);
+    BOOST_TEST(
+        refused.sent ==
+            (Texts{"loading: Error: Cannot share idle time when current load is above threshold: 100.0."}),
+        boost::test_tools::per_element());
+    fixture.world.advance(4s);
+    fixture.metrics.cpu = 0;
+    fixture.world.advance(1s);
+    BOOST_TEST(fixture.service.load() == 80);
+    auto& blocked = fixture.start(R"({"start":{"url":"https://github.com/evil/r/blob/main/worlds/a.wbt"}})");
+    BOOST_TEST(blocked.was_told("loading: Error: Cannot run simulation from blocked repository: "));
+    fixture.processes.expect().prints("webots-1  | .\n");
+    fixture.expect_commands(looks);
+    auto& accepted = fixture.start(strangers);
+    BOOST_TEST(accepted.was_told("webots:"));
+    fixture.leave(accepted);
+    tasks.cancel_all();
+    fixture.world.run(tasks.join());
 }
 
 BOOST_AUTO_TEST_CASE(the_names_of_newer_containers_are_known_too)

@@ -422,6 +422,42 @@ BOOST_AUTO_TEST_CASE(a_full_server_is_not_ready_until_a_simulation_ends)
     fixture.leave(second);
 }
 
+// Protocol 4.1.2 step 10; quirk Q15. The reason stands where the reference has the command, which says
+// nothing to browsers.
+BOOST_AUTO_TEST_CASE(a_simulator_that_can_not_be_run_is_told)
+{
+    Fixture fixture;
+    auto& browser = fixture.start();
+    BOOST_TEST(browser.sent ==
+                   (Texts{"loading: Error: Unable to start Webots: /opt/webots/webots is not in the script"}),
+               boost::test_tools::per_element());
+    BOOST_TEST(browser.close_code.has_value());
+}
+
+// Protocol 6.1; quirk Q22: the world's header decides.
+BOOST_AUTO_TEST_CASE(the_scene_mode_has_the_name_that_the_webots_of_the_world_knows)
+{
+    struct Case
+    {
+        std::string world;
+        std::string mode;
+        std::string option;
+    };
+    for (auto const& [world, mode, option] :
+         {Case{"a", "x3d", "--stream=w3d"}, Case{"a", "w3d", "--stream=w3d"},
+          Case{"old", "x3d", "--stream=x3d"}, Case{"old", "w3d", "--stream=x3d"},
+          Case{"old", "mjpeg", "--stream=mjpeg"}}) {
+        Fixture fixture;
+        fixture.source.add("o/r", "old.wbt", "#VRML_SIM R2023a utf8");
+        fixture.processes.expect().prints(".\n");
+        auto& browser = fixture.start(R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/)" + world +
+                                      R"(.wbt","mode":")" + mode + R"("}})");
+        auto const& argv = fixture.processes.started().front().argv;
+        BOOST_TEST(std::count(argv.begin(), argv.end(), option) == 1, world << " " << mode);
+        fixture.leave(browser);
+    }
+}
+
 // Protocol 4.1.1 malformed, 4.1.2 steps 3 to 5 and 8, 13; quirk Q6.
 BOOST_AUTO_TEST_CASE(a_start_that_fails_says_why)
 {
@@ -576,6 +612,20 @@ BOOST_AUTO_TEST_CASE(each_path_answers_what_it_always_did_and_nobody_else_may_as
     }
 }
 
+// Protocol 4.2: the formula of the newest reference, where the operator wants it.
+BOOST_AUTO_TEST_CASE(the_load_is_that_of_the_configured_formula)
+{
+    for (bool const strict : {true, false}) {
+        auto params = service_params();
+        params.strict_load = strict;
+        Fixture fixture(params);
+        fixture.metrics.cpu = 10;
+        fixture.metrics.next.memory_used = 96;
+        fixture.world.advance(1s);
+        BOOST_TEST(fixture.get("/load").body == (strict ? "96.0" : "32.0"));
+    }
+}
+
 // Protocol 4.2.
 BOOST_AUTO_TEST_CASE(load_is_the_mean_of_the_last_five_seconds)
 {
@@ -606,6 +656,47 @@ BOOST_AUTO_TEST_CASE(the_monitor_lists_what_runs)
     BOOST_TEST(page.find("https://github.com/o/r/blob/main/worlds/a.wbt") != std::string::npos);
     BOOST_TEST(page.find("<td data-label=\"state\">running</td>") != std::string::npos);
     fixture.leave(browser);
+}
+
+// Protocol 6.4; quirk Q21.
+BOOST_AUTO_TEST_CASE(what_webots_prints_of_its_mode_makes_a_simulation_idle_or_running)
+{
+    Fixture fixture;
+    auto& script = fixture.processes.expect().prints(".\n");
+    std::vector<std::pair<char const*, char const*>> const lines{
+        {"real-time\n", "running"}, {"pause\n", "idle"},       {"fast\n", "running"}, {"pause\n", "idle"},
+        {"step\n", "running"},      {"step\npause\n", "idle"}, {"noise\n", "idle"}};
+    for (auto const& [line, state] : lines)
+        script.after(1s).prints(line);
+    auto& browser = fixture.start();
+    for (auto const& [line, state] : lines) {
+        fixture.world.advance(1s);
+        auto const cell = "<td data-label=\"state\">" + std::string(state) + "</td>";
+        BOOST_TEST(fixture.get("/monitor").body.find(cell) != std::string::npos, line);
+    }
+    fixture.leave(browser);
+}
+
+// Protocol 9.2: counts of browsers; those without a simulator are idle.
+BOOST_AUTO_TEST_CASE(the_monitor_log_counts_browsers_whose_simulation_runs_and_the_others)
+{
+    Texts lines;
+    auto params = service_params();
+    params.monitor_log = [&](std::string line) { lines.push_back(std::move(line)); };
+    Fixture fixture(params);
+    fixture.processes.expect().prints(".\nreal-time\n");
+    fixture.processes.expect().prints(".\n");
+    auto& running = fixture.start();
+    auto& idle = fixture.start();
+    auto& undecided = fixture.connect();
+    fixture.world.advance(1s);
+    BOOST_TEST_REQUIRE(lines.size() == 1u);
+    BOOST_TEST(lines[0].find(", 1, 2, ") == lines[0].find(','), lines[0]);
+    for (auto* browser : {&running, &idle, &undecided})
+        fixture.leave(*browser);
+    fixture.world.advance(1s);
+    BOOST_TEST_REQUIRE(lines.size() == 2u);
+    BOOST_TEST(lines[1].find(", 0, 0, ") == lines[1].find(','), lines[1]);
 }
 
 BOOST_AUTO_TEST_CASE(who_watches_the_monitor_gets_everything_once_and_then_a_point_a_second)
