@@ -13,14 +13,19 @@ namespace webots_cloud {
 class InstanceRoot
 {
 public:
-    /// Makes the folder if need be, locks it and removes what a dead predecessor left.
+    /// So many folders at the end of a path are ours, as in `/tmp` and then `webots-1000/2000/instances`.
+    static constexpr int levels = 3;
+
+    /// Makes those folders if need be, locks the last one and removes what a dead predecessor left in it.
     ///
-    /// Errors: `invalid_argument` when it belongs to another user, is open to others, is locked by another server, or can't
-    /// be made.
+    /// Nobody else can have put them there, or put something else in their place later.   Errors:
+    /// `invalid_argument`, its detail says what to do, when one of the three is a link, another user's or
+    /// writable for others, when everybody may rename what is in the folder above them, when another server
+    /// has the lock, or a folder can't be made or cleared.
     static result<InstanceRoot> open(std::filesystem::path const& folder);
 
-    InstanceRoot(InstanceRoot&& other) noexcept :
-        lock_(std::exchange(other.lock_, -1)), removed_(other.removed_)
+    InstanceRoot(InstanceRoot&& other) noexcept
+        : lock_(std::exchange(other.lock_, -1)), removed_(other.removed_)
     {}
     InstanceRoot& operator=(InstanceRoot&& other) noexcept
     {

@@ -30,7 +30,7 @@ struct ProjectFetcherParams
 {
     ProjectFetcherParams() = default;
 
-    /// The existing folder in which instance directories are made; nobody else's (see `open_instance_root`).
+    /// The existing folder in which instance directories are made; nobody else's (see `InstanceRoot`).
     std::filesystem::path instances;
     FetchLimits limits;
 };

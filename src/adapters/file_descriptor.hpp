@@ -27,6 +27,9 @@ public:
     explicit operator bool() const noexcept { return descriptor_ >= 0; }
     int get() const noexcept { return descriptor_; }
 
+    /// Whoever calls this closes it from now on.
+    int release() noexcept { return std::exchange(descriptor_, -1); }
+
 private:
     int descriptor_ = -1;
 };

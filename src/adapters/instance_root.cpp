@@ -1,6 +1,7 @@
 #include <webots_cloud/instance_root.hpp>
 
 #include "../core/text.hpp"
+#include "file_descriptor.hpp"
 #include "remove_tree.hpp"
 
 #include <fcntl.h>
@@ -13,40 +14,100 @@
 namespace webots_cloud {
 namespace fs = std::filesystem;
 
+using adapters::FileDescriptor;
 using core::concat;
+
+namespace {
+
+Failure refusal(fs::path const& folder, std::string_view why)
+{
+    return Failure(errc::invalid_argument,
+                   concat(folder.string(), ", for the directories of simulations: ", why));
+}
+
+std::string last_error()
+{
+    return std::error_code(errno, std::generic_category()).message();
+}
+
+/// The folder that ours are in: the operator's choice, and perhaps everybody's.
+result<FileDescriptor> open_shared(fs::path const& folder)
+{
+    FileDescriptor opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    struct stat status;
+    if (!opened || ::fstat(opened.get(), &status) != 0)
+        return refusal(folder, last_error());
+    if ((status.st_mode & S_IWOTH) != 0 && (status.st_mode & S_ISVTX) == 0)
+        return refusal(
+            folder, "everybody may rename what is in it. Give it the sticky bit (chmod +t), or set TMPDIR to "
+                    "another folder.");
+    return opened;
+}
+
+/// Makes a folder in `parent` if need be. In a shared one somebody else may have been there first.
+result<FileDescriptor> take(int parent, fs::path const& folder)
+{
+    auto const name = folder.filename();
+    if (::mkdirat(parent, name.c_str(), 0700) != 0 && errno != EEXIST)
+        return refusal(folder, last_error());
+    FileDescriptor taken(::openat(parent, name.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
+    struct stat status;
+    if (!taken && (errno == ENOTDIR || errno == ELOOP))
+        return refusal(folder,
+                       "it is no folder, or a link to one. Remove it, or set TMPDIR to another folder.");
+    if (!taken || ::fstat(taken.get(), &status) != 0)
+        return refusal(folder, last_error());
+    if (status.st_uid != ::geteuid())
+        return refusal(folder, "it belongs to another user. Remove it, or set TMPDIR to another folder.");
+    if ((status.st_mode & (S_IWGRP | S_IWOTH)) != 0)
+        return refusal(folder, "others may write to it. Remove it, or set TMPDIR to another folder.");
+    if (::fchmod(taken.get(), 0700) != 0)
+        return refusal(folder, last_error());
+    return taken;
+}
+
+/// `folder`, of which the last `levels` names are ours.
+result<FileDescriptor> take(fs::path const& folder, int levels)
+{
+    if (levels == 0)
+        return open_shared(folder);
+    auto const parent = take(folder.parent_path(), levels - 1);
+    if (!parent)
+        return parent.error();
+    return take(parent->get(), folder);
+}
+
+/// Empties `folder`, wherever its name may lead by now; returns how much there was.
+result<std::size_t> clear(int opened, fs::path const& folder)
+{
+    std::size_t removed = 0;
+    std::error_code failed;
+    auto const entries = fs::path("/proc/self/fd") / std::to_string(opened);
+    for (auto const& entry : fs::directory_iterator(entries, failed)) {
+        auto const outcome = adapters::remove_tree(entry.path()); // which may have an overlay mounted
+        if (!outcome)
+            return refusal(folder, concat("can't remove the left-over ", entry.path().filename().string(),
+                                          ": ", outcome.error().message()));
+        ++removed;
+    }
+    if (failed)
+        return refusal(folder, failed.message());
+    return removed;
+}
+
+} // namespace
 
 result<InstanceRoot> InstanceRoot::open(fs::path const& folder)
 {
-    auto const refuse = [&](std::string_view why) {
-        return Failure(errc::invalid_argument, concat("instances folder ", folder.string(), ": ", why));
-    };
-    std::error_code failed;
-    fs::create_directories(folder.parent_path(), failed);
-    if (failed)
-        return refuse(failed.message());
-    // In a shared folder such as /tmp somebody else may have been there first: take nothing that is not ours.
-    if (::mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST)
-        return refuse(std::error_code(errno, std::generic_category()).message());
-    int const directory = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
-    if (directory < 0)
-        return refuse(std::error_code(errno, std::generic_category()).message());
-    InstanceRoot root(directory, 0);
-    struct stat status;
-    if (::fstat(directory, &status) != 0 || status.st_uid != ::geteuid())
-        return refuse("it belongs to another user");
-    if (::fchmod(directory, 0700) != 0)
-        return refuse(std::error_code(errno, std::generic_category()).message());
-    if (::flock(directory, LOCK_EX | LOCK_NB) != 0)
-        return refuse("another simulation server uses it; is one running already?");
-    for (auto const& entry : fs::directory_iterator(folder, failed)) {
-        auto const removed = adapters::remove_tree(entry.path()); // which may have an overlay mounted
-        if (!removed)
-            return refuse(concat("can't remove the left-over ", entry.path().string(), ": ", removed.error().message()));
-        ++root.removed_;
-    }
-    if (failed)
-        return refuse(failed.message());
-    return root;
+    auto taken = take(folder, levels);
+    if (!taken)
+        return taken.error();
+    if (::flock(taken->get(), LOCK_EX | LOCK_NB) != 0)
+        return refusal(folder, "another simulation server uses it; is one running already?");
+    auto const removed = clear(taken->get(), folder);
+    if (!removed)
+        return removed.error();
+    return InstanceRoot(taken->release(), *removed);
 }
 
 InstanceRoot::~InstanceRoot()

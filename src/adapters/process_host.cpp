@@ -16,10 +16,12 @@
 #include <boost/process/v2/process.hpp>
 
 #include <spawn.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
+#include <cerrno>
 #include <csignal>
 #include <optional>
 #include <string>
@@ -165,7 +167,7 @@ private:
     }
 };
 
-/// A port that is bound but not listened on.
+/// A port that is bound; whoever connects to it is refused.
 class BoundPort final : public PortHold
 {
 public:
@@ -250,6 +252,15 @@ result<std::unique_ptr<PortHold>> LocalProcessHost::hold_port(std::uint16_t port
         socket.set_option(tcp::acceptor::reuse_address(true), error);
     if (!error)
         socket.bind({asio::ip::address_v4::any(), port}, error);
+    // Others with reusable addresses, as all servers are, could still bind it: only a listener keeps them
+    // out, or a socket whose address is not reusable. So it is the one until it is the other, and takes no
+    // connection meanwhile that nobody would answer.
+    if (!error)
+        socket.listen(1, error);
+    if (!error)
+        socket.set_option(tcp::acceptor::reuse_address(false), error);
+    if (!error && ::shutdown(socket.native_handle(), SHUT_RD) != 0)
+        error.assign(errno, boost::system::system_category());
     if (error)
         return Failure(errc::unavailable, concat("port ", std::to_string(port), ": ", error.message()));
     return std::make_unique<BoundPort>(std::move(socket));

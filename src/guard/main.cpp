@@ -51,7 +51,7 @@ long now_ms()
     prctl(PR_SET_PDEATHSIG, SIGKILL); // should somebody kill the guard itself
     setpgid(0, 0);
     sigprocmask(SIG_SETMASK, &signals, nullptr);
-    int const nothing = open("/dev/null", O_RDONLY);
+    int const nothing = open("/dev/null", O_RDONLY | O_CLOEXEC);
     dup2(nothing, STDIN_FILENO);
     execv(argv[0], argv);
     std::printf("can't run %s: %s\n", argv[0], std::strerror(errno));

@@ -192,10 +192,12 @@ class SimulationServer(Server):
 
 
 def port_is_free(port):
+    """Whether a server could listen there: nobody listens, and nobody keeps the port for somebody who will."""
     with socket.socket() as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             probe.bind(("0.0.0.0", port))
+            probe.listen()
             return True
         except OSError:
             return False

@@ -93,7 +93,7 @@ public:
     virtual ProcessUsage usage() const = 0;
 };
 
-/// Keeps a TCP port for us until destroyed: nobody else can bind it meanwhile.
+/// Keeps a TCP port for us until destroyed: nobody else can bind it meanwhile, and who connects is refused.
 class PortHold
 {
 public:

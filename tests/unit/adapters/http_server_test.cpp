@@ -151,6 +151,7 @@ BOOST_AUTO_TEST_CASE(a_browser_that_does_not_read_is_dropped_and_slows_nobody)
     BOOST_TEST(server.eventually_counts(&HttpServerStatistics::connections, 0));
 }
 
+// Protocol sections 2.2 and 4.1.
 BOOST_AUTO_TEST_CASE(a_handshake_is_taken_from_every_origin_and_negotiates_nothing)
 {
     RunningServer server;
@@ -194,6 +195,7 @@ BOOST_AUTO_TEST_CASE(a_browser_that_breaks_the_protocol_is_told_why_and_closed)
     BOOST_TEST(server.statistics().bad_frames == 1u);
 }
 
+// Protocol section 13, quirk Q8.
 BOOST_AUTO_TEST_CASE(silent_websockets_are_pinged_and_those_that_do_not_answer_are_dropped)
 {
     HttpServerParams params;

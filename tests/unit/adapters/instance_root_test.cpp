@@ -1,0 +1,175 @@
+// Whose directories are cleared at the start: ours alone, ever. Protocol section 6.5, quirk Q11.
+#include "unit_test.hpp"
+
+#include <webots_cloud/instance_root.hpp>
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <fstream>
+
+using namespace webots_cloud;
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr uid_t nobody = 65534;
+
+struct Fixture
+{
+    Fixture() { fs::create_directories(instances); }
+    ~Fixture()
+    {
+        fs::remove_all(shared);
+        ::umask(umask);
+    }
+
+    void put(fs::path const& file)
+    {
+        fs::create_directories(file.parent_path());
+        std::ofstream(file) << "something";
+    }
+
+    /// What the operator reads when the start is refused.
+    std::string refusal()
+    {
+        auto const root = InstanceRoot::open(instances);
+        BOOST_TEST_REQUIRE(!root.has_value());
+        BOOST_TEST((root.error() == errc::invalid_argument));
+        return root.error().message();
+    }
+
+    mode_t umask = ::umask(0022);
+    fs::path shared = fs::canonical(fs::temp_directory_path()) /
+                      ("webots_cloud_instance_root_" + std::to_string(::getpid()));
+    fs::path user = shared / "webots-1000";
+    fs::path port = user / "2000";
+    fs::path instances = port / "instances";
+};
+
+bool says(std::string const& sentence, fs::path const& folder, std::string_view why)
+{
+    return sentence.find(folder.string() + ", for the directories of simulations: " + std::string(why)) !=
+           std::string::npos;
+}
+
+mode_t mode_of(fs::path const& path)
+{
+    struct stat status;
+    BOOST_REQUIRE(::stat(path.c_str(), &status) == 0);
+    return status.st_mode & 07777;
+}
+
+} // namespace
+
+BOOST_FIXTURE_TEST_SUITE(instance_root, Fixture)
+
+BOOST_AUTO_TEST_CASE(missing_folders_are_made_for_us_alone)
+{
+    fs::remove_all(user);
+    auto const root = InstanceRoot::open(instances);
+    BOOST_TEST_REQUIRE(root.has_value());
+    BOOST_TEST(root->removed() == 0u);
+    for (auto const& folder : {user, port, instances})
+        BOOST_TEST(mode_of(folder) == 0700u);
+}
+
+BOOST_AUTO_TEST_CASE(left_overs_are_counted_and_go_and_what_is_beside_them_stays)
+{
+    put(instances / "1" / "robots" / "worlds" / "a.wbt");
+    put(instances / "2" / "file");
+    put(shared / "strangers" / "file");
+    fs::create_directory_symlink(shared / "strangers", instances / "3");
+    put(port / "other");
+    put(user / "2001" / "instances" / "1" / "file");
+    auto const root = InstanceRoot::open(instances);
+    BOOST_TEST_REQUIRE(root.has_value());
+    BOOST_TEST(root->removed() == 3u);
+    BOOST_TEST(fs::is_empty(instances));
+    for (auto const& file :
+         {port / "other", user / "2001" / "instances" / "1" / "file", shared / "strangers" / "file"})
+        BOOST_TEST(fs::exists(file));
+}
+
+BOOST_AUTO_TEST_CASE(a_link_in_the_place_of_a_folder_is_refused_and_not_followed)
+{
+    for (auto const& folder : {user, port, instances}) {
+        BOOST_TEST_CONTEXT(folder)
+        {
+            fs::remove_all(user);
+            auto const target = shared / "strangers" / folder.filename();
+            auto const victim = target / instances.lexically_relative(folder) / "project" / "file";
+            put(victim);
+            fs::create_directories(folder.parent_path());
+            fs::create_directory_symlink(target, folder);
+            BOOST_TEST(
+                says(refusal(), folder, "it is no folder, or a link to one. Remove it, or set TMPDIR"));
+            BOOST_TEST(fs::exists(victim));
+            fs::remove(folder);
+        }
+    }
+}
+
+BOOST_AUTO_TEST_CASE(folders_that_others_may_write_to_are_refused_with_what_is_in_them)
+{
+    put(instances / "1" / "file");
+    for (auto const& folder : {user, port, instances})
+        for (auto const mode : {0777, 01777, 0770}) {
+            BOOST_TEST_CONTEXT(folder << " " << mode)
+            {
+                BOOST_REQUIRE(::chmod(folder.c_str(), static_cast<mode_t>(mode)) == 0);
+                BOOST_TEST(says(refusal(), folder, "others may write to it. Remove it, or set TMPDIR"));
+                BOOST_TEST(fs::exists(instances / "1" / "file"));
+                BOOST_REQUIRE(::chmod(folder.c_str(), 0700) == 0);
+            }
+        }
+}
+
+BOOST_AUTO_TEST_CASE(folders_of_another_user_are_refused_with_what_is_in_them)
+{
+    if (::geteuid() != 0) {
+        BOOST_TEST_MESSAGE("skipped: only root can give a folder away");
+        return;
+    }
+    put(instances / "1" / "file");
+    for (auto const& folder : {user, port, instances}) {
+        BOOST_TEST_CONTEXT(folder)
+        {
+            BOOST_REQUIRE(::chown(folder.c_str(), nobody, nobody) == 0);
+            BOOST_TEST(says(refusal(), folder, "it belongs to another user. Remove it, or set TMPDIR"));
+            BOOST_TEST(fs::exists(instances / "1" / "file"));
+            BOOST_REQUIRE(::chown(folder.c_str(), 0, 0) == 0);
+        }
+    }
+}
+
+BOOST_AUTO_TEST_CASE(ours_may_be_in_a_folder_of_everybody_only_where_nobody_can_rename_them)
+{
+    BOOST_REQUIRE(::chmod(shared.c_str(), 0777) == 0);
+    BOOST_TEST(
+        says(refusal(), shared, "everybody may rename what is in it. Give it the sticky bit (chmod +t)"));
+    BOOST_REQUIRE(::chmod(shared.c_str(), 01777) == 0);
+    BOOST_TEST(InstanceRoot::open(instances).has_value());
+}
+
+BOOST_AUTO_TEST_CASE(of_two_servers_the_second_is_refused_while_the_first_one_lives)
+{
+    {
+        auto const first = InstanceRoot::open(instances);
+        BOOST_TEST_REQUIRE(first.has_value());
+        put(instances / "1" / "file");
+        BOOST_TEST(says(refusal(), instances, "another simulation server uses it; is one running already?"));
+        BOOST_TEST(fs::exists(instances / "1" / "file"));
+    }
+    auto const second = InstanceRoot::open(instances);
+    BOOST_TEST_REQUIRE(second.has_value());
+    BOOST_TEST(second->removed() == 1u);
+}
+
+BOOST_AUTO_TEST_CASE(folders_that_can_not_be_made_say_why)
+{
+    instances = shared / "nowhere" / "webots-1000" / "2000" / "instances";
+    BOOST_TEST(says(refusal(), shared / "nowhere", "No such file or directory"));
+}
+
+BOOST_AUTO_TEST_SUITE_END()
