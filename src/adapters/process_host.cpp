@@ -207,6 +207,8 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
         arguments.push_back(std::to_string(spec.afterwards.size()));
         arguments.insert(arguments.end(), spec.afterwards.begin(), spec.afterwards.end());
     }
+    if (spec.set_user_id)
+        arguments.emplace_back("--set-user-id");
     arguments.push_back(
         std::to_string(std::chrono::duration_cast<std::chrono::milliseconds>(spec.grace).count()));
     arguments.insert(arguments.end(), spec.argv.begin(), spec.argv.end());

@@ -1,6 +1,6 @@
 // webots-process-guard: runs one program and makes sure that nothing it started outlives it, or the one who asked for it.
 //
-//     webots-process-guard [--afterwards COUNT WORD...] GRACE_MS PROGRAM [ARGUMENT...]
+//     webots-process-guard [--afterwards COUNT WORD...] [--set-user-id] GRACE_MS PROGRAM [ARGUMENT...]
 //
 // Standard input is the leash: a byte on it asks the program to end (SIGTERM, and SIGKILL for the whole tree after GRACE_MS
 // milliseconds); its end of file, which also comes when the owner dies in whatever way, kills the tree at once. Processes that
@@ -11,7 +11,8 @@
 // instance, whose processes are not of the tree). It runs when the tree is gone, and for a minute at most.
 //
 // Where the kernel allows it the tree lives in a PID namespace of its own. Then it dies even when somebody kills the guard, and no
-// process of it can see the guard, the server or another simulation, let alone signal them.
+// process of it can see the guard, the server or another simulation, let alone signal them. Who is not root needs a user namespace
+// for that, in which set-user-ID programs are programs like any other; with --set-user-id the tree goes without.
 //
 // Plain system calls and nothing of the library: it runs once per simulation, and its few pages are all that each one costs.
 
@@ -228,14 +229,24 @@ char** take_afterwards(int& argc, char**& argv)
     return afterwards;
 }
 
+/// Takes `--set-user-id` out of our command line; whether it was there.
+bool take_set_user_id(int& argc, char**& argv)
+{
+    bool const given = argc > 0 && std::strcmp(argv[0], "--set-user-id") == 0;
+    argc -= given ? 1 : 0;
+    argv += given ? 1 : 0;
+    return given;
+}
+
 } // namespace
 
 int main(int argc, char** argv)
 {
     char const* const name = argv[0];
     char** const afterwards = take_afterwards(argc, argv);
+    bool const set_user_id = take_set_user_id(argc, argv);
     if (argc < 2) {
-        std::fprintf(stderr, "usage: %s [--afterwards COUNT WORD...] GRACE_MS PROGRAM [ARGUMENT...]\n", name);
+        std::fprintf(stderr, "usage: %s [--afterwards COUNT WORD...] [--set-user-id] GRACE_MS PROGRAM [ARGUMENT...]\n", name);
         return 2;
     }
     setsid(); // the terminal's Ctrl-C is for the server, which then ends its simulations in order
@@ -248,7 +259,9 @@ int main(int argc, char** argv)
         sigaddset(&handled, number);
     sigprocmask(SIG_BLOCK, &handled, &original);
     int const signals = signalfd(-1, &handled, SFD_CLOEXEC | SFD_NONBLOCK);
-    auto started = webots_cloud::guard::start_in_namespace(argv + 1, original, become);
+    webots_cloud::guard::Started started;
+    if (!set_user_id || geteuid() == 0)
+        started = webots_cloud::guard::start_in_namespace(argv + 1, original, become);
     if (started.process < 0)
         started.process = fork();
     if (started.process == 0)

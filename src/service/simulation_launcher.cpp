@@ -86,6 +86,7 @@ ProcessSpec SimulationLauncher::Impl::process_for(LaunchSpec const& spec, std::u
         stream.multimedia_stream = params.old_webots_multimedia_stream;
         process.argv = core::old_webots_command(params.webots, stream, port, spec.world);
         process.environment.emplace_back(core::old_webots_sandbox);
+        process.set_user_id = true; // as that sandbox is
     } else {
         auto const mode = core::stream_mode(spec.mode, core::parse_world_header(spec.world_header));
         process.argv = core::webots_command(params.webots, mode, port, spec.world);

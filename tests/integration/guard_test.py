@@ -49,8 +49,9 @@ class Guard(unittest.TestCase):
         cls.guard = shutil.copy(program("webots-process-guard"), cls.folder)  # where everybody may reach it
         cls.count = 0
 
-    def start(self, script, grace=200, afterwards=()):
+    def start(self, script, grace=200, afterwards=(), options=()):
         last = ["--afterwards", str(len(afterwards)), *afterwards] if afterwards else []
+        last += options
         started = subprocess.Popen([*self.arguments, self.guard, *last, str(grace), "/bin/sh", "-c", script], stdin=subprocess.PIPE,
                                    stdout=subprocess.PIPE, text=True, user=self.user, group=self.user, extra_groups=self.user and [])
         self.addCleanup(self.end, started)
@@ -61,11 +62,11 @@ class Guard(unittest.TestCase):
             pipe.close()
         started.wait(30)
 
-    def start_family(self):
+    def start_family(self, options=()):
         """A program with children that flee; returns it and the mark of its processes."""
         type(self).count += 1
         mark = f"{os.getpid()}{type(self).count}{abs(hash(type(self).__name__)) % 10000}"
-        started = self.start(FAMILY.format(mark=mark))
+        started = self.start(FAMILY.format(mark=mark), options=options)
         self.assertEqual(started.stdout.readline(), "ready\n")
         wait_until(lambda: len(find(f"600.{mark}")) >= 4, "the family is not complete")  # the shell has it in its arguments too
         return started, f"600.{mark}"
@@ -154,6 +155,18 @@ class Guard(unittest.TestCase):
             self.assertEqual(started.stdout.read(), "tried\n")
             self.assertIsNone(stranger.poll())
             stranger.kill()
+
+    def test_programs_that_run_as_somebody_else_do_so_where_that_is_asked_for(self):
+        """firejail is one, which Webots R2021b and older shut controllers in."""
+        if os.geteuid() != 0:
+            self.skipTest("only root can make a program that runs as root")
+        who = shutil.copy(shutil.which("id"), self.folder)
+        os.chmod(who, 0o4755)
+        self.assertEqual(self.start(f"{who} -u", options=["--set-user-id"]).stdout.read(), "0\n")
+        started, mark = self.start_family(options=["--set-user-id"])
+        started.stdin.close()
+        self.assertEqual(started.wait(30), -signal.SIGKILL)
+        self.assertEqual(find(mark), [])
 
     def test_the_programs_number_is_unique_outside(self):
         self.require_namespace()

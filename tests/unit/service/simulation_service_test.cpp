@@ -207,6 +207,7 @@ BOOST_AUTO_TEST_CASE(init_is_answered_with_the_address_alone_and_then_heartbeats
                boost::test_tools::per_element());
     std::pair<std::string, std::string> const sandbox("WEBOTS_FIREJAIL_CONTROLLERS", "1");
     BOOST_TEST(std::count(process.environment.begin(), process.environment.end(), sandbox) == 1);
+    BOOST_TEST(process.set_user_id);
     BOOST_TEST(fixture.log.contains("Starting simulation from https://w.org/robots/worlds/a.wbt"));
     fixture.leave(browser);
 }
