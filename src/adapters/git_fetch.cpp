@@ -5,6 +5,8 @@
 #include "../core/git_history.hpp"
 #include "../core/text.hpp"
 
+#include <boost/asio/error.hpp>
+
 #include <fcntl.h>
 
 #include <algorithm>
@@ -99,6 +101,15 @@ GitFetch::GitFetch(CurlHttp& http, GitCache& cache, GitServers& servers, GitSour
       url_(order_.project.clone_url()),
       deadline_(std::chrono::steady_clock::now() + std::min<Duration>(order_.limits.timeout, longest_fetch))
 {}
+
+result<> GitFetch::may_go_on() const
+{
+    if (order_.aborted && order_.aborted->load(std::memory_order_relaxed))
+        return Failure(boost::asio::error::operation_aborted);
+    if (std::chrono::steady_clock::now() > deadline_)
+        return Failure(errc::timed_out, "The project took too long to unpack.");
+    return {};
+}
 
 CurlLimits GitFetch::http_limits(std::uint64_t bytes) const
 {
@@ -225,9 +236,13 @@ result<> GitFetch::check_history(core::GitObjectId const& commit, std::vector<co
         return about_commit(errc::not_found, not_newest, commit);
     if (!fetched)
         return fetched.error();
-    auto const lookup = [&](core::GitObjectId const& id) { return state->staging.find(id); };
+    auto const lookup = [&](core::GitObjectId const& id) {
+        return may_go_on() ? state->staging.find(id) : nullptr;
+    };
     if (core::is_in_git_history(commit, tips, lookup))
         return {};
+    if (auto const going_on = may_go_on(); !going_on)
+        return going_on.error();
     return about_commit(errc::not_found, on_no_branch, commit);
 }
 
@@ -355,8 +370,11 @@ result<GitSnapshotPtr> GitFetch::download_with(GitCapabilities const& capabiliti
         return tree.error();
     core::GitPlanLimits limits;
     limits.items = order_.limits.files;
-    auto const plan =
-        core::plan_git_folder(*tree, limits, [&](auto const& id) { return state.staging.find(id); });
+    auto const interrupt = [this] { return may_go_on(); };
+    auto const plan = core::plan_git_folder(
+        *tree, limits, [&](auto const& id) { return interrupt() ? state.staging.find(id) : nullptr; });
+    if (auto const going_on = interrupt(); !going_on)
+        return going_on.error();
     if (!plan)
         return plan.error();
     if (auto const fetched = fetch_blobs(state, *plan, donors); !fetched)
@@ -365,7 +383,7 @@ result<GitSnapshotPtr> GitFetch::download_with(GitCapabilities const& capabiliti
     auto const files = make_folder(AT_FDCWD, (state.incoming.folder() / "files").c_str());
     if (!files)
         return files.error();
-    auto index = unpack_git_folder(*plan, state.staging, donors, files->get());
+    auto index = unpack_git_folder(*plan, state.staging, donors, files->get(), interrupt);
     if (!index)
         return index.error();
     if (index->bytes > order_.limits.bytes)
@@ -430,7 +448,8 @@ result<> GitFetch::fetch_blobs(Download& state, std::vector<core::GitPlanItem> c
 result<> GitFetch::fetch_pack(Download& state, GitWants const& wants)
 {
     auto const& limits = order_.limits;
-    GitPackReader pack(state.staging, limits.bytes - std::min(limits.bytes, unpacked_));
+    GitPackReader pack(state.staging, limits.bytes - std::min(limits.bytes, unpacked_),
+                       [this] { return may_go_on(); });
     auto const before = received_;
     auto const progress = [&](GitPackReader const& reader, std::uint64_t received) {
         received_ = before + received;

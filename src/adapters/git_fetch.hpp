@@ -73,6 +73,7 @@ private:
     result<> fetch_pack_with_libgit2(Download& state, GitWants const& wants, GitPackReader& pack,
                                      GitClient::Progress const& progress);
     void report(Download const& state, GitWants const& wants, GitPackReader const& pack);
+    result<> may_go_on() const;
     CurlLimits http_limits(std::uint64_t bytes) const;
     GitRemote remote() const;
     GitClient client(std::uint64_t bytes);
