@@ -59,9 +59,15 @@ bool is_unknown_commit(Failure const& failure)
     return failure == errc::protocol_error && (says("not our ref") || (says("want ") && says(" not valid")));
 }
 
+/// Ours are; those of libraries and servers have no full stop, or no capital.
 bool is_sentence(std::string_view words) noexcept
 {
     return words.ends_with('.') && words.front() >= 'A' && words.front() <= 'Z';
+}
+
+std::string_view without_full_stop(std::string_view words) noexcept
+{
+    return words.substr(0, words.find_last_not_of('.') + 1);
 }
 
 /// Some servers hand out commits only, whatever they promise.
@@ -149,22 +155,28 @@ result<Git2Client*> GitFetch::libgit2()
     return libgit2_.get();
 }
 
+std::string GitFetch::not_reached(Failure const& failure) const
+{
+    return concat(order_.project.forge, " can't be reached: ", without_full_stop(failure.message()), ".");
+}
+
+/// What went wrong, as a sentence for the person who asked: most of it is the words of a server or of a
+/// library.
 Failure GitFetch::explain(Failure const& failure) const
 {
+    if (failure.code() == boost::asio::error::operation_aborted || is_sentence(failure.message()))
+        return failure;
     auto const& project = order_.project;
-    auto const& words = failure.message();
-    if (failure == errc::not_found)
-        return is_sentence(words) ? failure
-                                  : Failure(errc::not_found, concat("Repository ", project.owner, "/",
-                                                                    project.repository, " ", words, "."));
-    if (failure == errc::unreachable || failure == errc::timed_out)
-        return {failure.code(), concat(project.forge, " can't be reached: ", words, ".")};
+    auto const repository = concat("Repository ", project.owner, "/", project.repository, " ");
     if (is_unknown_commit(failure))
-        return {errc::not_found,
-                concat("Repository ", project.owner, "/", project.repository, " has no such commit.")};
-    if (words.starts_with("the git server"))
-        return {failure.code(), concat(project.forge, ": ", words, ".")};
-    return failure;
+        return {errc::not_found, concat(repository, "has no such commit.")};
+    auto const message = failure.message();
+    auto const words = without_full_stop(message);
+    if (failure == errc::not_found || words.starts_with("has "))
+        return {failure.code(), concat(repository, words, ".")};
+    if (failure == errc::unreachable || failure == errc::timed_out)
+        return {failure.code(), concat(not_reached(failure), " Try again later.")};
+    return {failure.code(), concat(project.forge, ": ", words, ".")};
 }
 
 result<GitFetched> GitFetch::run()
@@ -303,7 +315,7 @@ result<GitFetched> GitFetch::fall_back(Failure const& failure)
         if (auto const target = cache_.recall(url_, order_.project.ref_and_folder)) {
             GitFetched fetched;
             fetched.snapshot = cache_.find(url_, *target);
-            fetched.notice = concat(explain(failure).message(), " Starting ", order_.project.owner, "/",
+            fetched.notice = concat(not_reached(failure), " Starting ", order_.project.owner, "/",
                                     order_.project.repository, " from the cache.");
             if (fetched.snapshot)
                 return fetched;

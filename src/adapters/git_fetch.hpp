@@ -78,6 +78,7 @@ private:
     GitRemote remote() const;
     GitClient client(std::uint64_t bytes);
     result<Git2Client*> libgit2();
+    std::string not_reached(Failure const& failure) const;
     Failure explain(Failure const& failure) const;
 
     CurlHttp& http_;
