@@ -359,7 +359,18 @@ result<GitFetch::Download> GitFetch::begin_download(GitCapabilities const& capab
     return Download(std::move(*incoming), std::move(*objects), capabilities);
 }
 
+/// A second time where a full disk can be helped.
 result<GitSnapshotPtr> GitFetch::download_with(GitCapabilities const& capabilities,
+                                               core::GitTarget const& target)
+{
+    auto downloaded = download_once(capabilities, target);
+    if (downloaded || !is_lack_of_room(downloaded.error()) || !cache_.make_room())
+        return downloaded;
+    received_ = unpacked_ = 0;
+    return download_once(capabilities, target);
+}
+
+result<GitSnapshotPtr> GitFetch::download_once(GitCapabilities const& capabilities,
                                                core::GitTarget const& target)
 {
     auto begun = begin_download(capabilities);

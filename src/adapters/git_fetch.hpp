@@ -65,6 +65,7 @@ private:
     result<Download> begin_download(GitCapabilities const& capabilities);
     result<GitSnapshotPtr> download(core::GitTarget const& target);
     result<GitSnapshotPtr> download_with(GitCapabilities const& capabilities, core::GitTarget const& target);
+    result<GitSnapshotPtr> download_once(GitCapabilities const& capabilities, core::GitTarget const& target);
     result<GitFetched> fall_back(Failure const& failure);
     result<core::GitObjectId> folder_tree(Download& state, core::GitTarget const& target);
     result<> fetch_blobs(Download& state, std::vector<core::GitPlanItem> const& plan,
