@@ -223,8 +223,7 @@ private:
 
     static Failure no_room()
     {
-        return {errc::unavailable,
-                concat("This server can't store the project: ", last_failure().message(), ".")};
+        return {errc::unavailable, "This server can't store the project: there is no room for a repository."};
     }
 
     Git2Transport& transport_;

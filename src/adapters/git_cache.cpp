@@ -50,6 +50,13 @@ std::string snapshot_name(core::GitTarget const& target)
     return concat(to_hex(target.commit), "-", digest_of(target.folder).substr(0, 16));
 }
 
+/// Folders and the rest of a file's last block take room too.
+std::uint64_t bytes_on_disk(GitIndex const& index)
+{
+    constexpr std::uint64_t each = 4096;
+    return index.bytes + each * index.entries.size();
+}
+
 bool is_as_indexed(GitIndexEntry const& entry, struct stat const& status)
 {
     if (entry.kind == Kind::folder)
@@ -133,10 +140,11 @@ void GitCache::scan()
                 continue;
             }
             Stored stored;
-            stored.bytes = index->bytes;
+            stored.bytes = bytes_on_disk(*index);
             stored.used = fs::last_write_time(entry.path() / "index", failed);
             stored_.emplace(entry.path().string(), stored);
         }
+        forget_empty(repository.path());
     }
 }
 
@@ -251,7 +259,7 @@ result<GitSnapshotPtr> GitCache::publish(GitIncoming const& incoming, std::strin
     snapshot->target = target;
     snapshot->index = std::move(index);
     Stored stored;
-    stored.bytes = snapshot->index.bytes;
+    stored.bytes = bytes_on_disk(snapshot->index);
     stored.used = fs::file_time_type::clock::now();
     stored.open = snapshot;
     stored_[folder.string()] = stored;
@@ -266,33 +274,57 @@ void GitCache::drop(fs::path const& folder)
         return;
     // Renamed first: half a folder must never be found under its name.
     auto const doomed = fresh_path();
-    if (::rename(folder.c_str(), doomed.c_str()) == 0)
-        remove_tree(doomed);
+    auto const renamed = ::rename(folder.c_str(), doomed.c_str()) == 0; // which takes room, too
+    remove_tree(renamed ? doomed : folder);
 }
 
 void GitCache::trim()
 {
+    trim_to(most_bytes_);
+}
+
+bool GitCache::make_room()
+{
+    return trim_to(0);
+}
+
+/// True when something was removed.
+bool GitCache::trim_to(std::uint64_t most_bytes)
+{
     std::lock_guard const lock(mutex_);
+    bool removed = false;
     std::uint64_t total = 0;
     for (auto const& [path, stored] : stored_)
         total += stored.bytes;
-    while (total > most_bytes_) {
+    while (total > most_bytes) {
         auto oldest = stored_.end();
         for (auto each = stored_.begin(); each != stored_.end(); ++each)
             if (each->second.open.expired() &&
                 (oldest == stored_.end() || each->second.used < oldest->second.used))
                 oldest = each;
         if (oldest == stored_.end())
-            return; // everything is in use
+            break; // everything is in use
         total -= oldest->second.bytes;
-        auto const path = oldest->first;
+        fs::path const path = oldest->first;
         drop(path);
+        forget_empty(path.parent_path());
+        removed = true;
     }
+    return removed;
+}
+
+void GitCache::forget_empty(fs::path const& repository)
+{
+    auto const is_there = [&](auto const& each) { return fs::path(each.first).parent_path() == repository; };
+    if (std::none_of(stored_.begin(), stored_.end(), is_there))
+        remove_tree(repository);
 }
 
 void GitCache::remember(std::string const& url, std::string const& ref_and_folder,
                         core::GitTarget const& target)
 {
+    if (core::names_commit(ref_and_folder))
+        return; // it always means the same
     auto const folder = repository(url) / "refs";
     auto const path = folder / digest_of(ref_and_folder);
     auto const text = concat(to_hex(target.commit), " ", target.folder, "\n");

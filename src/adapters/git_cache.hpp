@@ -50,8 +50,8 @@ private:
 /// `.../refs/<digest>` for what a ref last meant, and `incoming/` for what is not complete.
 ///
 /// Complete folders appear by one rename, so that a crash leaves at most something in `incoming`, which the
-/// next start removes. A folder whose files are not as its index says is dropped when it is asked for.
-/// Thread-safety: any thread.
+/// next start removes. With the last folder of a repository goes what is known of its refs. A folder whose
+/// files are not as its index says is dropped when it is asked for. Thread-safety: any thread.
 class GitCache
 {
 public:
@@ -86,6 +86,9 @@ public:
     /// Removes what is too much and not in use, the least recently used first.
     void trim();
 
+    /// Removes all that is not in use, for a disk that is full.   False: there was nothing.
+    bool make_room();
+
     /// Notes what `ref_and_folder` means now.
     void remember(std::string const& url, std::string const& ref_and_folder, core::GitTarget const& target);
 
@@ -95,7 +98,7 @@ public:
 private:
     struct Stored
     {
-        std::uint64_t bytes = 0;
+        std::uint64_t bytes = 0; ///< Of the disk, about.
         std::filesystem::file_time_type used;
         std::weak_ptr<GitSnapshot const> open;
     };
@@ -103,6 +106,8 @@ private:
     void open(std::filesystem::path const& folder);
     void scan();
     void drop(std::filesystem::path const& folder);
+    bool trim_to(std::uint64_t most_bytes);
+    void forget_empty(std::filesystem::path const& repository);
     std::filesystem::path repository(std::string const& url) const;
     std::filesystem::path fresh_path() const;
     GitSnapshotPtr load(std::filesystem::path const& folder, core::GitTarget const& target);

@@ -27,7 +27,7 @@ constexpr std::size_t most_helpers = 3;
 
 Failure damaged()
 {
-    return {errc::protocol_error, "a folder in the cache is damaged"};
+    return {errc::unavailable, "The copy of the project that this server keeps is damaged. Start it again."};
 }
 
 /// Copies inside the kernel; between file systems only the older of the two ways works.

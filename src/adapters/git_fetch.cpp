@@ -5,6 +5,8 @@
 #include "../core/git_history.hpp"
 #include "../core/text.hpp"
 
+#include <boost/asio/error.hpp>
+
 #include <fcntl.h>
 
 #include <algorithm>
@@ -57,9 +59,15 @@ bool is_unknown_commit(Failure const& failure)
     return failure == errc::protocol_error && (says("not our ref") || (says("want ") && says(" not valid")));
 }
 
+/// Ours are; those of libraries and servers have no full stop, or no capital.
 bool is_sentence(std::string_view words) noexcept
 {
     return words.ends_with('.') && words.front() >= 'A' && words.front() <= 'Z';
+}
+
+std::string_view without_full_stop(std::string_view words) noexcept
+{
+    return words.substr(0, words.find_last_not_of('.') + 1);
 }
 
 /// Some servers hand out commits only, whatever they promise.
@@ -104,6 +112,15 @@ void GitFetch::start_clock()
     deadline_ = std::chrono::steady_clock::now() + std::min<Duration>(order_.limits.timeout, longest_fetch);
 }
 
+result<> GitFetch::may_go_on() const
+{
+    if (order_.aborted && order_.aborted->load(std::memory_order_relaxed))
+        return Failure(boost::asio::error::operation_aborted);
+    if (std::chrono::steady_clock::now() > deadline_)
+        return Failure(errc::timed_out, "The project took too long to unpack.");
+    return {};
+}
+
 CurlLimits GitFetch::http_limits(std::uint64_t bytes) const
 {
     CurlLimits limits;
@@ -142,22 +159,28 @@ result<Git2Client*> GitFetch::libgit2()
     return libgit2_.get();
 }
 
+std::string GitFetch::not_reached(Failure const& failure) const
+{
+    return concat(order_.project.forge, " can't be reached: ", without_full_stop(failure.message()), ".");
+}
+
+/// What went wrong, as a sentence for the person who asked: most of it is the words of a server or of a
+/// library.
 Failure GitFetch::explain(Failure const& failure) const
 {
+    if (failure.code() == boost::asio::error::operation_aborted || is_sentence(failure.message()))
+        return failure;
     auto const& project = order_.project;
-    auto const& words = failure.message();
-    if (failure == errc::not_found)
-        return is_sentence(words) ? failure
-                                  : Failure(errc::not_found, concat("Repository ", project.owner, "/",
-                                                                    project.repository, " ", words, "."));
-    if (failure == errc::unreachable || failure == errc::timed_out)
-        return {failure.code(), concat(project.forge, " can't be reached: ", words, ".")};
+    auto const repository = concat("Repository ", project.owner, "/", project.repository, " ");
     if (is_unknown_commit(failure))
-        return {errc::not_found,
-                concat("Repository ", project.owner, "/", project.repository, " has no such commit.")};
-    if (words.starts_with("the git server"))
-        return {failure.code(), concat(project.forge, ": ", words, ".")};
-    return failure;
+        return {errc::not_found, concat(repository, "has no such commit.")};
+    auto const message = failure.message();
+    auto const words = without_full_stop(message);
+    if (failure == errc::not_found || words.starts_with("has "))
+        return {failure.code(), concat(repository, words, ".")};
+    if (failure == errc::unreachable || failure == errc::timed_out)
+        return {failure.code(), concat(not_reached(failure), " Try again later.")};
+    return {failure.code(), concat(project.forge, ": ", words, ".")};
 }
 
 std::optional<result<GitFetched>> GitFetch::look_up()
@@ -239,9 +262,13 @@ result<> GitFetch::check_history(core::GitObjectId const& commit, std::vector<co
         return about_commit(errc::not_found, not_newest, commit);
     if (!fetched)
         return fetched.error();
-    auto const lookup = [&](core::GitObjectId const& id) { return state->staging.find(id); };
+    auto const lookup = [&](core::GitObjectId const& id) {
+        return may_go_on() ? state->staging.find(id) : nullptr;
+    };
     if (core::is_in_git_history(commit, tips, lookup))
         return {};
+    if (auto const going_on = may_go_on(); !going_on)
+        return going_on.error();
     return about_commit(errc::not_found, on_no_branch, commit);
 }
 
@@ -302,7 +329,7 @@ result<GitFetched> GitFetch::fall_back(Failure const& failure)
         if (auto const target = cache_.recall(url_, order_.project.ref_and_folder)) {
             GitFetched fetched;
             fetched.snapshot = cache_.find(url_, *target);
-            fetched.notice = concat(explain(failure).message(), " Starting ", order_.project.owner, "/",
+            fetched.notice = concat(not_reached(failure), " Starting ", order_.project.owner, "/",
                                     order_.project.repository, " from the cache.");
             if (fetched.snapshot)
                 return fetched;
@@ -346,7 +373,18 @@ result<GitFetch::Download> GitFetch::begin_download(GitCapabilities const& capab
     return Download(std::move(*incoming), std::move(*objects), capabilities);
 }
 
+/// A second time where a full disk can be helped.
 result<GitSnapshotPtr> GitFetch::download_with(GitCapabilities const& capabilities,
+                                               core::GitTarget const& target)
+{
+    auto downloaded = download_once(capabilities, target);
+    if (downloaded || !is_lack_of_room(downloaded.error()) || !cache_.make_room())
+        return downloaded;
+    received_ = unpacked_ = 0;
+    return download_once(capabilities, target);
+}
+
+result<GitSnapshotPtr> GitFetch::download_once(GitCapabilities const& capabilities,
                                                core::GitTarget const& target)
 {
     auto begun = begin_download(capabilities);
@@ -369,8 +407,11 @@ result<GitSnapshotPtr> GitFetch::download_with(GitCapabilities const& capabiliti
         return tree.error();
     core::GitPlanLimits limits;
     limits.items = order_.limits.files;
-    auto const plan =
-        core::plan_git_folder(*tree, limits, [&](auto const& id) { return state.staging.find(id); });
+    auto const interrupt = [this] { return may_go_on(); };
+    auto const plan = core::plan_git_folder(
+        *tree, limits, [&](auto const& id) { return interrupt() ? state.staging.find(id) : nullptr; });
+    if (auto const going_on = interrupt(); !going_on)
+        return going_on.error();
     if (!plan)
         return plan.error();
     if (auto const fetched = fetch_blobs(state, *plan, donors); !fetched)
@@ -379,7 +420,7 @@ result<GitSnapshotPtr> GitFetch::download_with(GitCapabilities const& capabiliti
     auto const files = make_folder(AT_FDCWD, (state.incoming.folder() / "files").c_str());
     if (!files)
         return files.error();
-    auto index = unpack_git_folder(*plan, state.staging, donors, files->get());
+    auto index = unpack_git_folder(*plan, state.staging, donors, files->get(), interrupt);
     if (!index)
         return index.error();
     if (index->bytes > order_.limits.bytes)
@@ -444,7 +485,8 @@ result<> GitFetch::fetch_blobs(Download& state, std::vector<core::GitPlanItem> c
 result<> GitFetch::fetch_pack(Download& state, GitWants const& wants)
 {
     auto const& limits = order_.limits;
-    GitPackReader pack(state.staging, limits.bytes - std::min(limits.bytes, unpacked_));
+    GitPackReader pack(state.staging, limits.bytes - std::min(limits.bytes, unpacked_),
+                       [this] { return may_go_on(); });
     auto const before = received_;
     auto const progress = [&](GitPackReader const& reader, std::uint64_t received) {
         received_ = before + received;

@@ -72,6 +72,7 @@ private:
     result<Download> begin_download(GitCapabilities const& capabilities);
     result<GitSnapshotPtr> download_target();
     result<GitSnapshotPtr> download_with(GitCapabilities const& capabilities, core::GitTarget const& target);
+    result<GitSnapshotPtr> download_once(GitCapabilities const& capabilities, core::GitTarget const& target);
     result<GitFetched> fall_back(Failure const& failure);
     result<core::GitObjectId> folder_tree(Download& state, core::GitTarget const& target);
     result<> fetch_blobs(Download& state, std::vector<core::GitPlanItem> const& plan,
@@ -80,10 +81,12 @@ private:
     result<> fetch_pack_with_libgit2(Download& state, GitWants const& wants, GitPackReader& pack,
                                      GitClient::Progress const& progress);
     void report(Download const& state, GitWants const& wants, GitPackReader const& pack);
+    result<> may_go_on() const;
     CurlLimits http_limits(std::uint64_t bytes) const;
     GitRemote remote() const;
     GitClient client(std::uint64_t bytes);
     result<Git2Client*> libgit2();
+    std::string not_reached(Failure const& failure) const;
     Failure explain(Failure const& failure) const;
 
     CurlHttp& http_;

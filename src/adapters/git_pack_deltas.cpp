@@ -79,6 +79,8 @@ struct GitPackReader::Resolver
         if (!bytes)
             return bytes.error();
         for (auto const child : children) {
+            if (auto const may_go_on = ask(pack.interrupt_); !may_go_on)
+                return may_go_on;
             auto& delta = pack.deltas_[child];
             auto object = make(*bytes, delta.bytes);
             if (!object)

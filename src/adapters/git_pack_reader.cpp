@@ -28,8 +28,9 @@ std::uint32_t big_endian(std::string_view bytes) noexcept
 
 } // namespace
 
-GitPackReader::GitPackReader(GitStaging& staging, std::uint64_t budget)
-    : staging_(staging), budget_(budget), inflater_(std::make_unique<z_stream>())
+GitPackReader::GitPackReader(GitStaging& staging, std::uint64_t budget, GitInterrupt interrupt)
+    : staging_(staging), budget_(budget), interrupt_(std::move(interrupt)),
+      inflater_(std::make_unique<z_stream>())
 {
     inflateInit(inflater_.get());
 }
@@ -155,6 +156,8 @@ result<> GitPackReader::begin_entry(unsigned type, std::uint64_t size)
 
 result<bool> GitPackReader::read_body()
 {
+    if (auto const may_go_on = ask(interrupt_); !may_go_on)
+        return may_go_on.error();
     std::array<char, 128 * 1024> output;
     auto& z = *inflater_;
     // zlib does not write through next_in.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "git_digest.hpp"
+#include "git_interrupt.hpp"
 #include "git_staging.hpp"
 
 #include <webots_cloud/error.hpp>
@@ -24,10 +25,11 @@ class GitPackReader
 {
 public:
     /// `budget`: how many bytes all objects may have together, unpacked.
-    GitPackReader(GitStaging& staging, std::uint64_t budget);
+    GitPackReader(GitStaging& staging, std::uint64_t budget, GitInterrupt interrupt = {});
     ~GitPackReader();
 
-    /// The next bytes of the pack.   Errors: `protocol_error`, `too_large`, `unavailable` (disk).
+    /// The next bytes of the pack.   Errors: `protocol_error`, `too_large`, `unavailable` (disk), the
+    /// interrupt's.
     result<> push(std::string_view bytes);
 
     /// The pack has ended: resolves the deltas.   Errors: as `push`.
@@ -89,6 +91,7 @@ private:
 
     GitStaging& staging_;
     std::uint64_t budget_;
+    GitInterrupt interrupt_;
     std::uint64_t unpacked_ = 0;
     State state_ = State::pack_header;
     std::string input_; ///< Arrived and not used yet; `used_` bytes at its start are.

@@ -39,7 +39,10 @@ std::string const* GitStaging::find(core::GitObjectId const& id) const
 
 result<std::string> GitStaging::read_blob(core::GitObjectId const& id) const
 {
-    return read_file(folder_, to_hex(id).c_str(), std::numeric_limits<std::int64_t>::max());
+    auto bytes = read_file(folder_, to_hex(id).c_str(), std::numeric_limits<std::int64_t>::max());
+    if (!bytes)
+        return Failure(errc::unavailable, "This server can't read what it has fetched. Start it again.");
+    return bytes;
 }
 
 result<> GitStaging::begin_blob()

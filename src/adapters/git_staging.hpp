@@ -42,7 +42,7 @@ public:
     /// Size of a blob that is there.
     std::uint64_t blob_size(core::GitObjectId const& id) const { return blobs_.at(id); }
 
-    /// A blob's bytes.   Errors: `not_found`, `unavailable`.
+    /// A blob's bytes.   Errors: `unavailable`.
     result<std::string> read_blob(core::GitObjectId const& id) const;
 
     /// Begins a blob that is too large for memory; then `append` and `finish_blob`.

@@ -165,16 +165,19 @@ private:
 } // namespace
 
 result<GitIndex> unpack_git_folder(std::vector<GitPlanItem> const& plan, GitStaging const& staging,
-                                   GitDonors const& donors, int root)
+                                   GitDonors const& donors, int root, GitInterrupt const& interrupt)
 {
     Unpacker unpacker(staging, donors, root);
     for (auto const& item : plan)
         if (item.kind == Kind::link)
             if (auto const read = unpacker.read_link(item); !read)
                 return read.error();
-    for (auto const& item : plan)
+    for (auto const& item : plan) {
+        if (auto const may_go_on = ask(interrupt); !may_go_on)
+            return may_go_on.error();
         if (auto const made = unpacker.make(item); !made)
             return made.error();
+    }
     return std::move(unpacker.index);
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "git_index.hpp"
+#include "git_interrupt.hpp"
 #include "git_staging.hpp"
 
 #include "../core/git_plan.hpp"
@@ -31,8 +32,8 @@ struct GitDonors
 /// Makes everything in `plan` below the open, empty folder `root`: files are moved there from the staging
 /// area or linked from donors. Symbolic links that could lead out of the project are left out.
 ///
-/// Errors: `protocol_error` (an object is missing), `unavailable` (disk).
+/// Errors: `protocol_error` (an object is missing), `unavailable` (disk), the interrupt's.
 result<GitIndex> unpack_git_folder(std::vector<core::GitPlanItem> const& plan, GitStaging const& staging,
-                                   GitDonors const& donors, int root);
+                                   GitDonors const& donors, int root, GitInterrupt const& interrupt = {});
 
 } // namespace webots_cloud::adapters

@@ -13,10 +13,25 @@
 
 namespace webots_cloud::adapters {
 
+namespace {
+
+Failure disk_failure_of(int error)
+{
+    auto const why = std::error_code(error, std::generic_category()).message();
+    return {errc::unavailable, core::concat("This server can't store the project: ", why, ".")};
+}
+
+} // namespace
+
 Failure disk_failure()
 {
-    auto const why = std::error_code(errno, std::generic_category()).message();
-    return {errc::unavailable, core::concat("This server can't store the project: ", why, ".")};
+    return disk_failure_of(errno);
+}
+
+bool is_lack_of_room(Failure const& failure)
+{
+    return failure.detail() == disk_failure_of(ENOSPC).detail() ||
+           failure.detail() == disk_failure_of(EDQUOT).detail();
 }
 
 result<FileDescriptor> open_folder(int parent, char const* name)

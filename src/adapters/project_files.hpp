@@ -18,6 +18,9 @@ namespace webots_cloud::adapters {
 /// <why>.".
 Failure disk_failure();
 
+/// True for a `disk_failure` that more room would have prevented.
+bool is_lack_of_room(Failure const& failure);
+
 /// Opens the folder `name` in `parent` (AT_FDCWD: a path), never through a symbolic link.   Errors:
 /// `unavailable`.
 result<FileDescriptor> open_folder(int parent, char const* name);

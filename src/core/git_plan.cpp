@@ -38,6 +38,10 @@ public:
                 return Failure(errc::protocol_error,
                                concat("The project has a file with a forbidden name: \"",
                                       printable(entry.name, 100), "\"."));
+            // Also what is left out: folders that hold nothing else may be shown again and again.
+            if (++entries_ > limits_.items)
+                return Failure(errc::too_large, concat("The project has more than ",
+                                                       std::to_string(limits_.items), " files."));
             if (entry.kind == Kind::submodule)
                 continue;
             if (auto const added = add(entry, path, depth); !added)
@@ -57,14 +61,12 @@ private:
         item.id = entry.id;
         if (item.path.size() > limits_.path_length)
             return Failure(errc::too_large, "The project has a file whose path is too long.");
-        if (items.size() >= limits_.items)
-            return Failure(errc::too_large,
-                           concat("The project has more than ", std::to_string(limits_.items), " files."));
         items.push_back(item);
         return entry.kind == Kind::folder ? add_folder(entry.id, item.path, depth + 1) : result<>();
     }
 
     GitPlanLimits limits_;
+    std::uint32_t entries_ = 0;
     GitTreeLookup const& lookup_;
 };
 

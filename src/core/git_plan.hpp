@@ -28,7 +28,7 @@ struct GitPlanItem
 
 struct GitPlanLimits
 {
-    std::uint32_t items = 50'000;
+    std::uint32_t items = 50'000; ///< Submodules count too.
     std::size_t path_length = 1024;
     std::size_t depth = 64;
 };

@@ -274,6 +274,7 @@ class StrangeOldServerTest(GitCase):
             setattr(self.http, name, value)
         answer = self.probe.fetch("evil/r/blob/main/worlds/a.wbt", *options)
         self.assertIn("error", answer)
+        self.assertRegex(answer["error"], rf"^({self.probe.forge}(:| can't be reached:) |Repository evil/r |The (project|repository) ).*[^.]\.$")
         self.assertEqual(self.left_in_cache(), [])
         return answer["error"]
 

@@ -238,6 +238,8 @@ class HostileServerTest(GitCase):
         self.http.script = {"refs": REFS, **script}
         answer = self.probe.fetch("evil/r/blob/main/worlds/a.wbt", *options)
         self.assertIn("error", answer)
+        # A browser shows it: it must say of whom or what it speaks.
+        self.assertRegex(answer["error"], rf"^({self.probe.forge}(:| can't be reached:) |Repository evil/r |The (project|repository) ).*[^.]\.$")
         return answer["error"]
 
     def test_answers_that_are_no_refs_are_refused(self):
@@ -348,7 +350,7 @@ class HostileServerTest(GitCase):
                 self.assertEqual([b"filter blob:none" in wanted for wanted in fetches], [True, True])
 
     def test_words_that_are_not_about_filters_are_no_reason_to_ask_for_more(self):
-        self.assertIn("out of order", self.error(fetch=frame("ERR out of order\n")))
+        self.assertIn("out of order", self.error(fetch=frame("ERR out of order.\n")))
         self.assertEqual(sum(b"command=fetch" in wanted for wanted in self.http.wanted), 1)
 
     def test_an_answer_that_ends_early_is_an_error(self):

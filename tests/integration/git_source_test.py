@@ -155,11 +155,6 @@ class GitSourceTest(GitCase):
         self.assertNotIn("root", self.probe.fetch(world, "--bytes", "100000"))
         self.assertEqual(self.left_in_cache(), [])
 
-    def snapshots(self):
-        repositories = os.path.join(self.probe.cache, "repositories")
-        return [os.path.join(repositories, repository, name) for repository in os.listdir(repositories)
-                for name in os.listdir(os.path.join(repositories, repository)) if name != "refs"]
-
     def test_a_damaged_entry_of_the_cache_is_fetched_again(self):
         world = "owner/robots/blob/main/projects/arm/worlds/arm.wbt"
         damages = {
@@ -178,12 +173,12 @@ class GitSourceTest(GitCase):
                 self.check_arm(self.probe.fetch(world))
 
     def test_the_cache_is_kept_below_its_size(self):
-        self.probe.fetch("owner/robots/blob/main/worlds/top.wbt", "--cache-bytes", "350000")
+        self.probe.fetch("owner/robots/blob/main/worlds/top.wbt", "--cache-bytes", "400000")
         self.assertEqual(len(self.snapshots()), 1)
-        self.probe.fetch("owner/robots/blob/main/projects/leg/worlds/leg.wbt", "--cache-bytes", "350000", "--discard")
+        self.probe.fetch("owner/robots/blob/main/projects/leg/worlds/leg.wbt", "--cache-bytes", "400000", "--discard")
         self.assertEqual(len(self.snapshots()), 1)
         before = len(self.server.requests())
-        self.probe.fetch("owner/robots/blob/main/projects/leg/worlds/leg.wbt", "--cache-bytes", "350000")
+        self.probe.fetch("owner/robots/blob/main/projects/leg/worlds/leg.wbt", "--cache-bytes", "400000")
         self.assertEqual(len(self.requests(before)), 1, "the newest one was removed")
 
 
@@ -289,6 +284,73 @@ class CommitTest(GitCase):
         self.server.set_partial(self.path, False)
         self.check_refused(self.first, ONLY_TIPS.format(self.first[:12]))
         self.check(self.newest)
+
+
+class CacheTest(GitCase):
+    """What stays and what goes; in each repository a file of 300 kB, and room for two."""
+
+    ROOM = ("--cache-bytes", "700000")
+
+    def setUp(self):
+        self.serve()
+        for name in "abc":
+            self.server.add_repository("owner", name, {"worlds/a.wbt": WORLD, "big": os.urandom(300_000)})
+
+    def world(self, name):
+        return f"owner/{name}/blob/main/worlds/a.wbt"
+
+    def is_kept(self, name):
+        before = len(self.server.requests())
+        self.assertEqual(self.probe.fetch(self.world(name), *self.ROOM).get("header"), HEADER)
+        return len(self.requests(before)) == 1
+
+    def repositories(self):
+        return os.listdir(os.path.join(self.probe.cache, "repositories"))
+
+    def test_what_was_not_used_for_longest_goes_first(self):
+        for name in "abac":
+            self.probe.fetch(self.world(name), *self.ROOM)
+        self.assertTrue(self.is_kept("a"), "it was used after b")
+        self.assertTrue(self.is_kept("c"))
+        self.assertFalse(self.is_kept("b"))
+
+    def test_what_is_in_use_stays_however_full_the_cache_is(self):
+        worlds = [self.world(name) for name in "abc"]
+        self.probe.fetch_all(worlds, *self.ROOM, "--discard")
+        self.assertEqual(len(self.snapshots()), 2)
+        for way in ((), ("--fastest",)):  # copies may be wanted again (`reset`), mounts need the files
+            answers = self.probe.fetch_all(worlds, *self.ROOM, *way)
+            for answer in answers:
+                if self.probe.way() == "overlay mounts":
+                    self.addCleanup(subprocess.run, ["umount", answer["root"]], stderr=subprocess.DEVNULL)
+                self.assertEqual(len(tree(answer["root"])["big"]), 300_000)
+            self.assertEqual(len(self.snapshots()), 3)
+
+    def test_files_of_no_size_take_room_too(self):
+        self.server.add_repository("owner", "small", {"worlds/a.wbt": WORLD, **{f"file{i}": str(i) for i in range(200)}})
+        self.probe.fetch(self.world("small"), *self.ROOM, "--discard")
+        self.probe.fetch(self.world("a"), *self.ROOM, "--discard")
+        self.assertEqual(len(self.snapshots()), 1, "200 files are 800 kB of a disk")
+
+    def test_nothing_stays_of_a_repository_whose_last_folder_goes(self):
+        self.probe.fetch_all([self.world(name) for name in "abc"], *self.ROOM, "--discard")
+        self.assertEqual(len(self.repositories()), 2)
+        left_over = os.path.join(self.probe.cache, "repositories", "0" * 40, "refs")
+        os.makedirs(left_over)
+        self.assertTrue(self.is_kept("c"))
+        self.assertFalse(os.path.exists(os.path.dirname(left_over)))
+        self.assertEqual(len(self.repositories()), 2)
+
+    def test_on_a_full_disk_what_is_not_in_use_makes_room(self):
+        self.probe.cache = os.path.join(self.small_disk("2m"), "cache")
+        for name in ("one", "two"):
+            self.server.add_repository("owner", name, {"worlds/a.wbt": WORLD, "big": os.urandom(1_200_000)})
+        for name in ("one", "two", "one"):
+            self.assertEqual(self.probe.fetch(self.world(name)).get("header"), HEADER, name)
+        first, second = self.probe.fetch_all([self.world("one"), self.world("two")])
+        self.assertEqual(first.get("header"), HEADER)
+        self.assertEqual(second.get("error"), "This server can't store the project: No space left on device.")
+        self.assertEqual(len(self.snapshots()), 1, "it is in use")
 
 
 class GitSourceUpdatesTest(GitCase):

@@ -36,6 +36,12 @@ class GitCase(unittest.TestCase):
         """What is there of fetches that are over."""
         return os.listdir(os.path.join(self.probe.cache, "incoming"))
 
+    def snapshots(self):
+        """The folders in the cache."""
+        repositories = os.path.join(self.probe.cache, "repositories")
+        return [os.path.join(repositories, repository, name) for repository in os.listdir(repositories)
+                for name in os.listdir(os.path.join(repositories, repository)) if name != "refs"]
+
     def small_disk(self, size="2m"):
         """A folder on a file system of this size."""
         disk = self._folder("disk")

@@ -2,8 +2,8 @@
 #include "unit_test.hpp"
 
 #include "adapters/git_digest.hpp"
-#include "adapters/project_files.hpp"
 #include "adapters/git_pack_reader.hpp"
+#include "adapters/project_files.hpp"
 #include "adapters/remove_tree.hpp"
 
 #include <zlib.h>
@@ -66,13 +66,14 @@ struct Fixture
     }
     ~Fixture() { remove_tree(path); }
 
-    result<> read(std::string_view bytes, std::size_t piece = 1 << 20, std::uint64_t budget = 1 << 20)
+    result<> read(std::string_view bytes, std::size_t piece = 1 << 20, std::uint64_t budget = 1 << 20,
+                  GitInterrupt interrupt = {})
     {
         if (staging)
             remove_tree(path + "/objects");
         folder = make_folder(AT_FDCWD, (path + "/objects").c_str()).value();
         staging.emplace(folder.get());
-        GitPackReader reader(*staging, budget);
+        GitPackReader reader(*staging, budget, std::move(interrupt));
         for (std::size_t i = 0; i < bytes.size(); i += piece)
             if (auto const pushed = reader.push(bytes.substr(i, piece)); !pushed)
                 return pushed.error();
@@ -175,6 +176,25 @@ BOOST_AUTO_TEST_CASE(nothing_is_unpacked_beyond_the_budget)
     auto const needed = base.size() + copy_and_add.size() + 9;
     BOOST_TEST(read(bytes, 100, needed).has_value());
     BOOST_TEST((read(bytes, 100, needed - 1).error() == errc::too_large));
+}
+
+BOOST_AUTO_TEST_CASE(it_stops_at_any_object_and_any_delta_when_it_is_told_to)
+{
+    auto const bytes = pack({object(3, base), object(7, copy_and_add, digest("blob 10\0"s + base)),
+                             object(7, "\x09\x02\x90\x02"s, digest("blob 9\0"s + "2345XYZ01"))});
+    int asked = 0;
+    int most = 1000;
+    auto const interrupt = [&]() -> result<> {
+        return asked++ < most ? result<>() : result<>(Failure(errc::timed_out));
+    };
+    BOOST_TEST(read(bytes, 1 << 20, 1 << 20, interrupt).has_value());
+    auto const questions = asked;
+    BOOST_TEST(questions >= 5); // three objects arrive, two of them are made
+    for (most = 0; most < questions; ++most) {
+        asked = 0;
+        BOOST_CHECK(read(bytes, 1 << 20, 1 << 20, interrupt).error() == errc::timed_out);
+        BOOST_TEST(asked == most + 1);
+    }
 }
 
 BOOST_AUTO_TEST_SUITE_END()

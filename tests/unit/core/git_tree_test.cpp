@@ -166,6 +166,20 @@ BOOST_AUTO_TEST_CASE(folders_that_hold_each_other_many_times_end_at_the_limit)
     BOOST_TEST(repository.plan(1, limits) == "The project has more than 1000 files.");
 }
 
+BOOST_AUTO_TEST_CASE(folders_of_nothing_but_submodules_end_at_the_limit_too)
+{
+    Repository repository; // one folder of 100 submodules, shown 900 times
+    for (int i = 0; i < 900; ++i)
+        repository.trees[id(1)] += entry("40000", "f" + std::to_string(i), 2);
+    for (int i = 0; i < 100; ++i)
+        repository.trees[id(2)] += entry("160000", "m" + std::to_string(i), 3);
+    GitPlanLimits limits;
+    limits.items = 1000;
+    BOOST_TEST(repository.plan(1, limits) == "The project has more than 1000 files.");
+    limits.items = 900 + 900 * 100;
+    BOOST_TEST(repository.plan(1, limits).starts_with("d:f0 d:f1 "));
+}
+
 BOOST_AUTO_TEST_CASE(depth_and_length_of_paths_are_limited)
 {
     Repository repository;

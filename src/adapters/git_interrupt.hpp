@@ -1,0 +1,19 @@
+// How work on what a stranger has sent is stopped.
+#pragma once
+
+#include <webots_cloud/error.hpp>
+
+#include <functional>
+
+namespace webots_cloud::adapters {
+
+/// Asked again and again by work that may take long; a failure ends the work and is its result. Empty: it is
+/// never stopped.
+using GitInterrupt = std::function<result<>()>;
+
+inline result<> ask(GitInterrupt const& interrupt)
+{
+    return interrupt ? interrupt() : result<>();
+}
+
+} // namespace webots_cloud::adapters
