@@ -198,8 +198,11 @@ class SimulationServer(Server):
         port = port or free_port(following=config["maxConnections"] + 10)
         super().__init__(config, port, {"WEBOTS_DEMO_FAULTS": faults, "WEBOTS_DEMO_ADDRESS": "127.0.0.1", **(environment or {})})
 
+    def temporary_folder(self):
+        return self.environment.get("TMPDIR", os.path.join(self.folder, "tmp"))
+
     def instances_folder(self):
-        return os.path.join(self.folder, "tmp", f"webots-{os.geteuid()}", str(self.port), "instances")
+        return os.path.join(self.temporary_folder(), f"webots-{os.geteuid()}", str(self.port), "instances")
 
     def instances(self):
         """The instance directories that exist."""
