@@ -49,13 +49,16 @@ def setUpModule():
     git.add_repository("o", "competition", {
         **robots, "webots.yml": "type: competition\ndockerCompose: competition:webots-project/controllers/participant/\n",
         "controllers/Dockerfile": f"FROM {IMAGES}:R2025a-ubuntu22.04\n"})
+    git.add_repository("o", "deep", {**{os.path.join("projects/robots", name): content for name, content in robots.items()},
+                                     "webots.yml": "dockerCompose:theia:webots-project/controllers/\n",
+                                     "projects/robots/webots.yml": "type: demo\n"})
     git.add_repository("o", "make", {**robots, "Makefile": "all:\n\tfalse\n"})
     git.add_repository("o", "broken", {**robots, "Dockerfile": f"FROM {IMAGES}:R2025a-ubuntu22.04\nRUN false\n"})
     git.add_repository("o", "injection", {"worlds/a$(touch x).wbt": "#VRML_SIM R2025a utf8\n"})
 
 
-def world(repository, file="arena.wbt"):
-    return f"{git.url}/o/{repository}/blob/main/worlds/{file}"
+def world(repository, file="arena.wbt", folder=""):
+    return f"{git.url}/o/{repository}/blob/main/{folder}worlds/{file}"
 
 
 def server(**settings):
@@ -134,6 +137,14 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                 self.assertEqual(told[:4], ["type:demo\n", "shutdownTimeout: 7200",
                                             "loading: The Dockerfile of the project is not used: this server builds with its own.",
                                             "loading: The docker-compose.yml of the project is not used: this server runs its own."])
+            self.check_clean(simulation)
+
+    async def test_the_webots_yml_beside_the_worlds_counts_and_not_the_repositorys(self):
+        with server() as simulation:
+            async with Browser(simulation) as browser:
+                await self.start(browser, world("deep", folder="projects/robots/"))
+                told = [text for text in browser.told if not text.startswith("loading: Receiving objects")]
+                self.assertEqual(told[:2], ["type:demo\n", "shutdownTimeout: 7200"])
             self.check_clean(simulation)
 
     async def test_what_was_built_before_is_not_built_again(self):

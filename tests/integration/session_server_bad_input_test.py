@@ -2,7 +2,6 @@
 """What browsers, strangers and broken clients may do to a server without hurting anybody else: raw sockets, TLS, and limits."""
 
 import asyncio
-import base64
 import os
 import re
 import resource
@@ -18,41 +17,13 @@ import unittest
 import urllib.request
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
+from support.raw_websocket import HANDSHAKE, answer_to, close_code, connect, frame, open_websocket, read_all, read_head  # noqa: E402
 from support.servers import PATIENCE, SessionServer, SimulationServer, main, program, wait_until  # noqa: E402
 
 try:
     import websockets
 except ImportError as error:
     raise SystemExit(print(f"skipped: {error} (package python3-websockets)") or 77)
-
-HANDSHAKE = ("GET {path} HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-             "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: " + base64.b64encode(b"0123456789abcdef").decode() + "\r\n\r\n")
-
-
-def connect(server):
-    return socket.create_connection(("127.0.0.1", server.port), timeout=PATIENCE)
-
-
-def read_all(connection):
-    """Everything until the server ends the connection; TimeoutError when it does not."""
-    parts = []
-    try:
-        while part := connection.recv(65536):
-            parts.append(part)
-    except ConnectionResetError:
-        pass
-    return b"".join(parts)
-
-
-def read_head(connection):
-    text = b""
-    while not text.endswith(b"\r\n\r\n"):
-        byte = connection.recv(1)
-        if not byte:
-            break
-        text += byte
-    return text
-
 
 def exchange(server, request):
     """All that comes back for some bytes, until the server closes."""
@@ -62,27 +33,6 @@ def exchange(server, request):
         except (ConnectionResetError, BrokenPipeError):
             pass  # it may answer and close before it has heard us out
         return read_all(connection)
-
-
-def open_websocket(server, path="/"):
-    connection = connect(server)
-    connection.sendall(HANDSHAKE.format(path=path).encode())
-    head = read_head(connection)
-    assert head.startswith(b"HTTP/1.1 101 "), head
-    return connection
-
-
-def frame(first, payload, masked=True):
-    length = struct.pack("!B", len(payload)) if len(payload) < 126 else struct.pack("!BQ", 127, len(payload))
-    if not masked:
-        return bytes([first]) + length + payload
-    return bytes([first, length[0] | 0x80]) + length[1:] + b"\0\0\0\0" + payload
-
-
-def close_code(data):
-    """The code of the close frame that data end with."""
-    at = data.rfind(b"\x88")
-    return struct.unpack("!H", data[at + 2:at + 4])[0]
 
 
 class Requests(unittest.TestCase):
@@ -133,12 +83,8 @@ class Requests(unittest.TestCase):
         for code, frames in ((1002, frame(0x81, b"x", masked=False)), (1002, frame(0xf1, b"x")), (1002, frame(0x80, b"x")),
                              (1009, frame(0x81, b"x" * 65537)), (1009, frame(0x01, b"x" * 40000) + frame(0x80, b"x" * 40000)),
                              (1009, frame(0x01, b"") + frame(0x00, b"") * 10000), (1007, frame(0x81, b"\xc3\x28"))):
-            with self.subTest(code=code, frames=frames[:20]), open_websocket(self.server) as browser:
-                try:
-                    browser.sendall(frames)
-                except (ConnectionResetError, BrokenPipeError):
-                    pass
-                self.assertEqual(close_code(read_all(browser)), code)
+            with self.subTest(code=code, frames=frames[:20]):
+                self.assertEqual(close_code(answer_to(self.server, "/", frames)), code)
 
     def test_a_message_of_64_kib_is_fine_and_a_ping_is_answered(self):
         with open_websocket(self.server) as browser:

@@ -37,6 +37,27 @@ def printed(simulation):
     return max(counts)
 
 
+class MainLog(unittest.TestCase):
+    """Section 8.2 `logDir` and `debug`."""
+
+    def output_log(self, simulation):
+        return os.path.join(simulation.folder, "log", "simulation", "output.log")
+
+    def test_it_is_a_file_in_the_format_operators_know_and_nothing_is_on_the_terminal(self):
+        with server(debug=False) as simulation:
+            line = re.compile(r"^\d{4}-\d\d-\d\d \d\d:\d\d:\d\d,\d{3} "
+                              rf"\[INFO   \]  Running simulation server on port {simulation.port}$", re.MULTILINE)
+            with open(self.output_log(simulation)) as file:
+                wait_until(lambda: (file.seek(0), line.search(file.read()))[1], "the line is missing")
+            simulation.stop()
+            self.assertEqual(simulation.log(), "")
+
+    def test_for_debugging_it_is_on_the_terminal_and_there_is_no_file(self):
+        with server(debug=True) as simulation:
+            wait_until(lambda: f"Running simulation server on port {simulation.port}\n" in simulation.log(), "the line is missing")
+            self.assertFalse(os.path.exists(self.output_log(simulation)))
+
+
 class SimulationLogs(unittest.IsolatedAsyncioTestCase):
     async def test_each_simulation_has_a_file_that_the_main_log_and_the_monitor_name(self):
         with server() as simulation:

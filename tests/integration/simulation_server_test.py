@@ -1,10 +1,13 @@
 #!/usr/bin/python3
-"""The simulation server as a process, with the demo simulator and its faults. Protocol sections 4, 6 and 8."""
+"""The simulation server as a process, with the demo simulator and its faults. Protocol sections 4, 6, 8, 11 and 13."""
 
 import asyncio
 import json
 import os
+import shlex
 import signal
+import socket
+import struct
 import subprocess
 import sys
 import tempfile
@@ -12,6 +15,8 @@ import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser_client import WORLD, Browser, server  # noqa: E402
+from support.raw_websocket import answer_to, close_code, frame  # noqa: E402
+from support.registry import Registry  # noqa: E402
 from support.servers import is_alive, main, port_is_free, program, wait_until  # noqa: E402
 
 
@@ -30,14 +35,16 @@ class Starts(unittest.IsolatedAsyncioTestCase):
             self.assertTrue(port_is_free(simulation.port + 1))
 
     async def test_every_stream_mode_starts(self):
-        with server() as simulation:
+        with server(timeout=400) as simulation:
             for mode in ("mjpeg", "x3d", "w3d", ""):
                 with self.subTest(mode):
                     async with Browser(simulation) as browser:
                         await browser.start(mode=mode)
                         await browser.hear("webots:")
+                        self.assertEqual(browser.told[0], "shutdownTimeout: 400")  # 8.2 timeout
             simulation.wait_until_clean()
 
+    # 4.1.1: malformed messages; 4.1.2 steps 3 to 5 and 8, 4.1.3: the sentences; 4.1.4: the close.
     async def test_failures_are_told_and_the_socket_is_closed(self):
         cases = {
             '{"start":{"url":"%s"}}' % WORLD.replace("arena", "nowhere"): "loading: Error: nowhere.wbt does not exist.",
@@ -72,6 +79,28 @@ class Starts(unittest.IsolatedAsyncioTestCase):
                         self.assertTrue(browser.told[0].startswith("loading: Error: Wrong message: "))
             self.assertIsNotNone(simulation.get("/load"))
 
+    def test_messages_without_end_are_not_kept(self):
+        hundred_megabytes = struct.pack("!BBQ", 0x81, 0xff, 100_000_000) + b"\0\0\0\0" + b"x" * 1_000_000
+        endless_fragments = frame(0x01, b"") + frame(0x00, b"") * 100_000
+        with server() as simulation:
+            answer_to(simulation, "/client", frame(0x88, b""))
+            before, _, _ = simulation.figures()
+            for _ in range(5):
+                for data in (hundred_megabytes, endless_fragments):
+                    self.assertEqual(close_code(answer_to(simulation, "/client", data)), 1009)
+            if not simulation.is_sanitized():
+                self.assertLess(simulation.figures()[0], before + 4_000, "kilobytes of memory")
+
+    # 4.3, Q9.
+    async def test_a_port_that_somebody_else_has_is_passed_over(self):
+        with server() as simulation, socket.create_server(("", simulation.port + 1)):
+            async with Browser(simulation) as browser:
+                await browser.start()
+                self.assertEqual(await browser.hear("webots:"), f"webots:ws://localhost:{simulation.port + 2}")
+                self.assertIn(f"Port {simulation.port + 1} is already in use.\n", simulation.log())
+                self.assertIn(f" --port={simulation.port + 2} ", simulation.log())  # Webots would look for another one by itself
+
+    # 4.3, Q9.
     async def test_many_at_once_get_ports_of_their_own(self):
         with server(maxConnections=8) as simulation:
             browsers = [Browser(simulation) for _ in range(9)]
@@ -89,7 +118,7 @@ class Starts(unittest.IsolatedAsyncioTestCase):
 
 
 class Faults(unittest.IsolatedAsyncioTestCase):
-    """Whatever the simulator does, the browser is told, and nothing outlives it."""
+    """Whatever the simulator does, the browser is told, and nothing outlives it. Section 6.5, quirks Q7, Q10 and Q15."""
 
     async def ends_with(self, faults, answer, **settings):
         with server(faults=faults, **settings) as simulation:
@@ -142,7 +171,65 @@ class Faults(unittest.IsolatedAsyncioTestCase):
         await self.ends_with("daemon-grandchild,exit-after-ready=200", "Webots has quit.")
 
 
+class Programs(unittest.IsolatedAsyncioTestCase):
+    """Which simulator is run, and with what around it. Sections 6.1 and 8.2 (`webotsHome`, `DISPLAY`), quirk Q15."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.home = folder.name
+        self.webots = os.path.join(self.home, "webots")
+        self.install(f"#!/bin/sh\nenv >{self.home}/environment\nexec {shlex.quote(program('webots-demo-simulator'))} \"$@\"\n")
+
+    def install(self, content):
+        """Makes the program of this Webots."""
+        with open(self.webots, "w") as file:
+            file.write(content)
+        os.chmod(self.webots, 0o755)
+
+    async def environment_of_a_start(self, **settings):
+        """That of the simulator, as a dictionary; it is this Webots."""
+        with server(**settings) as simulation:
+            async with Browser(simulation) as browser:
+                await browser.start()
+                await browser.hear("webots:")
+            self.assertRegex(simulation.log(), rf'Webots \[\d+\] started: "{self.webots} --batch ')
+        with open(os.path.join(self.home, "environment")) as file:
+            return dict(line.split("=", 1) for line in file.read().splitlines() if "=" in line)
+
+    async def test_the_webots_of_the_configuration_runs_with_nothing_of_the_operators_secrets(self):
+        around = await self.environment_of_a_start(webotsHome=self.home, environment={"DISPLAY": "", "PASSWORD": "secret"})
+        self.assertEqual(around.get("DISPLAY"), ":0")
+        self.assertNotIn("PASSWORD", around)
+
+    async def test_the_webots_of_the_environment_runs_on_the_display_of_the_environment(self):
+        around = await self.environment_of_a_start(environment={"WEBOTS_HOME": self.home, "DISPLAY": ":7"})
+        self.assertEqual(around.get("DISPLAY"), ":7")
+
+    async def test_a_webots_that_has_gone_or_is_no_program_is_told_and_the_next_start_tries_again(self):
+        sentence = "loading: Error: Unable to start Webots: "
+        with server(webotsHome=self.home) as simulation:
+            os.rename(self.webots, self.webots + ".old")
+            async with Browser(simulation) as browser:
+                await browser.start()
+                self.assertEqual(await browser.hear_all(), 1005)
+                self.assertEqual(browser.told, [f"{sentence}{self.webots} can't be run: No such file or directory"])
+            self.install("#!/nowhere/interpreter\n")
+            async with Browser(simulation) as browser:
+                await browser.start()
+                self.assertEqual(await browser.hear_all(), 1005)
+                self.assertEqual(browser.told[1:], [f"{sentence}it exited with status 127 before the world was loaded: "
+                                                    f"can't run {self.webots}: No such file or directory"])
+            simulation.wait_until_clean()
+            os.rename(self.webots + ".old", self.webots)
+            async with Browser(simulation) as browser:
+                await browser.start()
+                await browser.hear("webots:")
+
+
 class Ends(unittest.IsolatedAsyncioTestCase):
+    """Section 6.5, quirk Q11."""
+
     async def test_sigterm_ends_simulations_closes_sockets_with_1001_and_exits_with_0(self):
         with server(faults="ignore-sigterm,daemon-grandchild") as simulation:
             async with Browser(simulation) as browser:
@@ -168,6 +255,99 @@ class Ends(unittest.IsolatedAsyncioTestCase):
             simulation.start()
             self.assertEqual(simulation.instances(), [])
             self.assertIn("Removed 1 left-over", simulation.log())
+
+    async def test_servers_beside_each_other_touch_nothing_of_each_other(self):
+        with server() as first, server(environment={"TMPDIR": first.temporary_folder()}) as second:
+            async with Browser(first) as visitor, Browser(second) as browser:
+                await visitor.start()
+                await visitor.hear("webots:")
+                processes, instances = sorted(first.simulators()), first.instances()
+                await browser.start()
+                await browser.hear("webots:")
+                await asyncio.to_thread(second.stop, signal.SIGKILL)
+                await asyncio.to_thread(second.start)
+                self.assertIn("Removed 1 left-over", second.log())
+                self.assertEqual((sorted(first.simulators()), first.instances()), (processes, instances))
+                await asyncio.wait_for(await visitor.socket.ping(), 60)
+
+    def test_a_server_does_not_start_where_the_directories_are_anothers(self):
+        with server() as first:
+            again = subprocess.run([program("webots-simulation-server"), first.configure()], capture_output=True, text=True, timeout=60,
+                                   env={**os.environ, "TMPDIR": first.temporary_folder()})
+            self.assertIn("another simulation server uses it; is one running already?\n", again.stderr)
+            self.assertEqual(again.returncode, 2)
+
+
+class Operations(unittest.IsolatedAsyncioTestCase):
+    """What an operator asks of a running server. Section 8.2 at SIGHUP, section 13 `/api/drain` and `/readyz`."""
+
+    async def start(self, simulation):
+        """The last words of a start: an address, or why there is none."""
+        async with Browser(simulation) as browser:
+            await browser.start()
+            return await browser.hear(("webots:", "loading: Error: "))
+
+    async def test_sighup_takes_over_what_it_can_and_a_running_simulation_goes_on(self):
+        def broken_configuration():
+            with open(os.path.join(simulation.folder, "config.json"), "w") as file:
+                file.write("{")
+            simulation.process.send_signal(signal.SIGHUP)
+
+        with server() as simulation:
+            async with Browser(simulation) as visitor:
+                await visitor.start()
+                await visitor.hear("webots:")
+                processes = sorted(simulation.simulators())
+                simulation.reread(allowedRepositories=[], title="Lab 7", port=simulation.port + 1)
+                wait_until(lambda: "These keys have changed, and take effect at the next start: port\n" in simulation.log(), "read again")
+                self.assertIn("The configuration was read again\n", simulation.log())
+                self.assertTrue((await self.start(simulation)).startswith("loading: Error: Docker not enabled: "))
+                broken_configuration()
+                wait_until(lambda: "The configuration stays as it was: " in simulation.log(), "the broken file is named")
+                self.assertIn("<h1>Lab 7</h1>", simulation.get("/monitor"))
+                await asyncio.wait_for(await visitor.socket.ping(), 60)
+                self.assertEqual(sorted(simulation.simulators()), processes)
+
+    async def test_a_draining_server_refuses_until_it_is_told_otherwise_and_ends_with_the_last_simulation_if_asked_to(self):
+        refusal = "loading: Error: This simulation server is about to stop. Please start again on another one."
+        with server() as simulation:
+            simulation.process.send_signal(signal.SIGUSR1)
+            wait_until(lambda: simulation.ask("/readyz") == (503, "draining"), "it does not drain")
+            self.assertEqual(await self.start(simulation), refusal)
+            self.assertIs(json.loads(simulation.get("/load", {"Accept": "application/json"}))["draining"], True)
+            self.assertEqual(simulation.ask("/api/drain?off", "POST", {"X-Forwarded-For": "203.0.113.7"})[0], 403)
+            self.assertEqual(simulation.ask("/api/drain?off")[0], 405)
+            self.assertEqual(simulation.ask("/readyz"), (503, "draining"))
+            self.assertEqual(simulation.ask("/api/drain?off", "POST"), (200, "serving"))
+            self.assertEqual(simulation.ask("/readyz"), (200, "ready"))
+            async with Browser(simulation) as browser:
+                await browser.start()
+                await browser.hear("webots:")
+                self.assertEqual(simulation.ask("/api/drain?exit", "POST"), (200, "draining"))
+                self.assertEqual(await self.start(simulation), refusal)
+                self.assertIsNone(simulation.process.poll())
+                await asyncio.wait_for(await browser.socket.ping(), 60)
+            self.assertEqual(await asyncio.to_thread(simulation.process.wait, 60), 0)
+            self.assertEqual(simulation.instances(), [])
+
+
+class Registration(unittest.IsolatedAsyncioTestCase):
+    """Section 11, quirk Q16."""
+
+    async def test_each_registry_is_told_and_one_that_never_answers_is_in_nobodys_way(self):
+        settings = {"server": "localhost", "ssl": True, "portRewrite": True, "shareIdleTime": 12.5,
+                    "allowedRepositories": ["https://github.com/cyberbotics", "local:/demo_projects"]}
+        with Registry(silent=True) as silent, Registry() as registry, server(notify=[silent.url, registry.url], **settings) as simulation:
+            wait_until(lambda: f"Registered at {registry.url}: welcome\n" in simulation.log(), "it does not register")
+            wait_until(lambda: silent.forms, "it does not ask the other one")
+            self.assertEqual(registry.forms, [{"url": [f"https://localhost/{simulation.port}"], "shareIdleTime": ["12.5"],
+                                               "allowedRepositories": ["https://github.com/cyberbotics,local:/demo_projects"]}])
+            self.assertEqual(silent.forms[0], registry.forms[0])
+            async with Browser(simulation) as browser:
+                await browser.start()
+                self.assertEqual(await browser.hear("webots:"), f"webots:wss://localhost/{simulation.port + 1}")
+            simulation.wait_until_clean()
+            self.assertEqual(simulation.stop(), 0)
 
 
 class Configuration(unittest.TestCase):

@@ -79,21 +79,6 @@ def check_clean(simulation):
         wait_until(lambda: port_is_free(port), f"port {port} is held")
 
 
-def figures(simulation):
-    """Memory in kilobytes, threads and descriptors of the server."""
-    with open(f"/proc/{simulation.process.pid}/status") as status:
-        values = dict(line.split(":", 1) for line in status)
-    descriptors = len(os.listdir(f"/proc/{simulation.process.pid}/fd"))
-    return int(values["VmRSS"].split()[0]), int(values["Threads"]), descriptors
-
-
-def is_sanitized(simulation):
-    """Sanitizers keep what was freed, so that the memory of what they watch only grows."""
-    with open(f"/proc/{simulation.process.pid}/exe", "rb") as program:
-        code = program.read()
-    return b"__asan_init" in code or b"__tsan_init" in code
-
-
 async def hear_end_or(browser, beginning):
     """Waits for a message, or for the server to close."""
     with contextlib.suppress(websockets.ConnectionClosed):
@@ -299,12 +284,12 @@ class Soak(unittest.IsolatedAsyncioTestCase):
     async def test_memory_threads_and_descriptors_stay_flat(self):
         with server() as simulation:
             await self.cycle(simulation, max(40, CYCLES // 10))
-            memory, threads, descriptors = figures(simulation)
+            memory, threads, descriptors = simulation.figures()
             await self.cycle(simulation, CYCLES)
-            if not is_sanitized(simulation):
-                self.assertLess(figures(simulation)[0], memory + 8_000, "kilobytes of memory")
-            wait_until(lambda: figures(simulation)[1:] == (threads, descriptors),
-                       f"threads and descriptors: {figures(simulation)[1:]} after {(threads, descriptors)}")
+            if not simulation.is_sanitized():
+                self.assertLess(simulation.figures()[0], memory + 8_000, "kilobytes of memory")
+            wait_until(lambda: simulation.figures()[1:] == (threads, descriptors),
+                       f"threads and descriptors: {simulation.figures()[1:]} after {(threads, descriptors)}")
             self.assertEqual(descendants(simulation.process.pid), [])
 
 

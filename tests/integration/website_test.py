@@ -6,6 +6,7 @@ import asyncio
 import io
 import json
 import os
+import re
 import ssl
 import stat
 import struct
@@ -22,7 +23,7 @@ from support.browser_client import Browser  # noqa: E402
 from support.disks import mount_small_disk  # noqa: E402
 from support.nginx import reverse_proxy  # noqa: E402
 from support.projects import EXAMPLES  # noqa: E402
-from support.servers import SimulationServer, free_port, main, wait_until  # noqa: E402
+from support.servers import SimulationServer, free_port, main, program, wait_until  # noqa: E402
 from support.website import Website, require_php  # noqa: E402
 
 import websockets  # noqa: E402, support.browser_client has made sure that it is there
@@ -32,6 +33,16 @@ require_php()
 WORLD = "#VRML_SIM R2021b utf8\nWorldInfo {\n}\n"
 USER = ["42", "Ada", "secret", "", "", "custom"]
 VISITOR = [""] * 6
+
+
+def certify(test, folder):
+    """Files in `folder`: a certificate for localhost that nobody vouches for, and its key."""
+    certificate, key = os.path.join(folder, "c.pem"), os.path.join(folder, "k.pem")
+    made = subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-subj", "/CN=localhost", "-days", "2",
+                           "-keyout", key, "-out", certificate], capture_output=True)
+    if made.returncode != 0:
+        test.skipTest("openssl makes no certificate (package openssl)")
+    return certificate, key
 
 
 class Page(Browser):
@@ -202,6 +213,38 @@ class Starts(WebsiteTest):
         self.simulation.wait_until_clean()
 
 
+class CommandLines(unittest.IsolatedAsyncioTestCase):
+    """What the operator's configuration adds to the old command line, and where projects are by default. Sections 6.2 and 8.2."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.home = folder.name
+        os.symlink(program("webots-demo-simulator"), os.path.join(self.home, "webots"))
+        os.makedirs(os.path.join(self.home, "projects", "samples"))
+        os.symlink(os.path.abspath(EXAMPLES), os.path.join(self.home, "projects", "samples", "robotbenchmark"))
+
+    async def stream(self, **settings):
+        """The stream option of a simulation, without its port."""
+        with SimulationServer(webotsHome=self.home, **settings) as simulation:
+            async with Page(simulation) as browser:
+                await browser.init("http://localhost")
+                await browser.hear("webots:")
+            simulation.wait_until_clean()
+            self.assertIn(f'started: "{self.home}/webots --batch ', simulation.log())
+            return re.search(r' --stream="port=\d+;(\S*)" ', simulation.log())[1]
+
+    async def test_the_multimedia_server_is_passed_on(self):
+        self.assertEqual(await self.stream(multimediaServer="media.org", multimediaStream="view"),
+                         "monitorActivity;controllerEdit;multimediaServer=media.org;multimediaStream=view")
+
+    async def test_webots_speaks_tls_where_the_server_does_and_no_proxy_speaks_it_for_both(self):
+        certificate, key = certify(self, self.home)
+        tls = {"sslCertificate": certificate, "sslKey": key, "ssl": True}
+        self.assertEqual(await self.stream(**tls), "monitorActivity;controllerEdit;ssl")
+        self.assertEqual(await self.stream(**tls, portRewrite=True), "monitorActivity;controllerEdit")
+
+
 class StartsBehindAProxy(WebsiteTest):
     """As most websites are: nginx in front of PHP, and only nginx has an address that anybody knows."""
 
@@ -253,11 +296,7 @@ class Refusals(WebsiteTest):
 
     async def test_a_certificate_that_nobody_vouches_for_is_refused_and_the_key_stays_here(self):
         with tempfile.TemporaryDirectory() as folder:
-            certificate, key = os.path.join(folder, "c.pem"), os.path.join(folder, "k.pem")
-            made = subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-subj", "/CN=localhost", "-days", "2",
-                                   "-keyout", key, "-out", certificate], capture_output=True)
-            if made.returncode != 0:
-                self.skipTest("openssl makes no certificate (package openssl)")
+            certificate, key = certify(self, folder)
             tls = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
             tls.load_cert_chain(certificate, key)
         asked = []

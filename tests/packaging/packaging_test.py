@@ -78,6 +78,7 @@ class FindPackage(PackagingTest):
             run("cmake", f"-DCMAKE_PREFIX_PATH={self.prefix}", "-S", os.path.join(HERE, "unknown_component"),
                 "-B", os.path.join(self.folder, "unknown"), "-G", "Ninja")
 
+    # Protocol section 8: the default file, also where the working folder has none.
     def test_the_installed_servers_find_their_configuration(self):
         for kind in ("session", "simulation"):
             program = os.path.join(self.prefix, "bin", f"webots-{kind}-server")

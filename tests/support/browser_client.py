@@ -3,6 +3,7 @@
 import asyncio
 import json
 import os
+import ssl
 
 from support.projects import EXAMPLES
 from support.servers import SimulationServer
@@ -29,7 +30,9 @@ class Browser:
         self.told = []
 
     async def __aenter__(self):
-        self.socket = await websockets.connect(f"ws://{self.simulation.address}/client")
+        url = self.simulation.url.replace("http", "ws", 1)
+        trust = {"ssl": ssl._create_unverified_context()} if url.startswith("wss:") else {}
+        self.socket = await websockets.connect(f"{url}/client", **trust)
         return self
 
     async def __aexit__(self, *_):

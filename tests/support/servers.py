@@ -134,6 +134,30 @@ class Server(Startable):
         except (urllib.error.URLError, ConnectionError):
             return None
 
+    def ask(self, path, method="GET", headers=None):
+        """Status and body of an answer, whatever the status."""
+        body = b"" if method == "POST" else None
+        request = urllib.request.Request(self.url + path, data=body, headers=headers or {}, method=method)
+        try:
+            answer = urllib.request.urlopen(request, timeout=PATIENCE, context=ssl._create_unverified_context())
+        except urllib.error.HTTPError as refusal:
+            answer = refusal
+        with answer:
+            return answer.status, answer.read().decode()
+
+    def figures(self):
+        """Memory in kilobytes, threads and descriptors."""
+        with open(f"/proc/{self.process.pid}/status") as status:
+            values = dict(line.split(":", 1) for line in status)
+        descriptors = len(os.listdir(f"/proc/{self.process.pid}/fd"))
+        return int(values["VmRSS"].split()[0]), int(values["Threads"]), descriptors
+
+    def is_sanitized(self):
+        """Sanitizers keep what was freed, so that the memory of what they watch only grows."""
+        with open(f"/proc/{self.process.pid}/exe", "rb") as file:
+            code = file.read()
+        return b"__asan_init" in code or b"__tsan_init" in code
+
     def stop(self, signal_number=signal.SIGTERM):
         """Ends it and returns its exit status."""
         self.process.send_signal(signal_number)
@@ -174,8 +198,11 @@ class SimulationServer(Server):
         port = port or free_port(following=config["maxConnections"] + 10)
         super().__init__(config, port, {"WEBOTS_DEMO_FAULTS": faults, "WEBOTS_DEMO_ADDRESS": "127.0.0.1", **(environment or {})})
 
+    def temporary_folder(self):
+        return self.environment.get("TMPDIR", os.path.join(self.folder, "tmp"))
+
     def instances_folder(self):
-        return os.path.join(self.folder, "tmp", f"webots-{os.geteuid()}", str(self.port), "instances")
+        return os.path.join(self.temporary_folder(), f"webots-{os.geteuid()}", str(self.port), "instances")
 
     def instances(self):
         """The instance directories that exist."""

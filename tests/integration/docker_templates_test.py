@@ -1,0 +1,79 @@
+#!/usr/bin/python3
+"""The templates of config/simulation/docker, as text: what each service gets. Protocol section 6.3; docker_test.py runs them."""
+
+import os
+import re
+import unittest
+
+TEMPLATES = os.path.join(os.path.dirname(__file__), "..", "..", "config", "simulation", "docker")
+# What the server writes into `.env`; the last two for an editor only.
+VALUES = {"IMAGE", "PROJECT_PATH", "MAKE", "PORT", "COMPOSE_PROJECT_NAME", "WEBOTS", "DISPLAY", "SERVER", "RUNTIME", "GRAPHICS_DEVICE"}
+EDITOR_VALUES = {"THEIA_VOLUME", "THEIA_PORT"}
+IPC = "ipc:/tmp/webots-${PORT}/ipc/participant"
+
+
+def read(name):
+    with open(os.path.join(TEMPLATES, name)) as file:
+        return file.read()
+
+
+def services(kind):
+    """The text of each service of a template."""
+    body = read(f"docker-compose-{kind}.yml").split("\nservices:\n")[1].split("\nvolumes:\n")[0]
+    parts = re.split(r"(?m)^  (\w+):\n", body)
+    return dict(zip(parts[1::2], parts[2::2]))
+
+
+class Templates(unittest.TestCase):
+    def test_each_has_its_services(self):
+        self.assertEqual({kind: list(services(kind)) for kind in ("default", "theia", "competition")},
+                         {"default": ["webots"], "theia": ["webots", "theia"], "competition": ["webots", "controller", "theia"]})
+
+    def test_no_value_is_asked_for_that_the_server_does_not_give(self):
+        for kind, values in (("default", VALUES), ("theia", VALUES | EDITOR_VALUES), ("competition", VALUES | EDITOR_VALUES)):
+            with self.subTest(kind):
+                self.assertLessEqual(set(re.findall(r"\$\{(\w+)", read(f"docker-compose-{kind}.yml"))), values)
+
+    def test_the_simulator_has_its_port_its_screen_its_graphics_and_a_terminal(self):
+        for kind in ("default", "theia", "competition"):
+            simulator = services(kind)["webots"]
+            for line in ("    command: ${WEBOTS}\n", '      - "${PORT}:${PORT}"\n', "      DISPLAY: ${DISPLAY}\n",
+                         "      - /tmp/.X11-unix:/tmp/.X11-unix\n", "      - ${GRAPHICS_DEVICE}\n", "    runtime: ${RUNTIME}\n",
+                         "    stdin_open: true\n", "    tty: true\n"):
+                with self.subTest(kind=kind, line=line.strip()):
+                    self.assertIn(line, simulator)
+
+    def test_the_image_is_built_with_what_its_dockerfile_asks_for(self):
+        asked = re.findall(r"(?m)^ARG (\w+)", read("Dockerfile.default"))
+        self.assertTrue(asked)
+        for kind in ("default", "theia", "competition"):
+            with self.subTest(kind):
+                given = re.findall(r"(?m)^        (\w+): \$\{\w+\}$", services(kind)["webots"])
+                self.assertEqual(sorted(given), sorted(asked))
+
+    def test_an_editor_shares_the_project_with_the_simulator(self):
+        for kind in ("theia", "competition"):
+            with self.subTest(kind):
+                self.assertIn('      - "${THEIA_PORT}:3000"\n', services(kind)["theia"])
+                self.assertIn("      - project:/home/project/${THEIA_VOLUME}\n", services(kind)["theia"])
+                self.assertIn("      - project:/usr/local/${THEIA_VOLUME}\n", services(kind)["webots"])
+
+    def test_the_controller_of_a_competition_reaches_the_simulator(self):
+        both = services("competition")
+        for service in ("webots", "controller"):
+            self.assertIn(f"      - {IPC}\n", both[service])
+            self.assertIn("      - project:/usr/local/${THEIA_VOLUME}\n", both[service])
+        self.assertIn("        WEBOTS_CONTROLLER_URL: participant\n", both["controller"])
+        self.assertIn("      PORT: ${PORT}\n", both["controller"])
+
+    def test_no_service_can_gain_privileges_and_every_volume_is_the_projects_own(self):
+        for kind in ("default", "theia", "competition"):
+            for name, service in services(kind).items():
+                with self.subTest(kind=kind, service=name):
+                    self.assertIn("    security_opt:\n      - no-new-privileges:true\n", service)
+                    for volume in re.findall(r"      - (\w+):/", service):
+                        self.assertRegex(read(f"docker-compose-{kind}.yml"), rf"(?ms)^volumes:\n.*^  {volume}:$")
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
