@@ -68,7 +68,7 @@ public:
     /// The folder if it is there and as it should be; counts as used now.
     GitSnapshotPtr find(std::string const& url, core::GitTarget const& target);
 
-    /// True when a folder of the commit is or was here: then it is known to belong to the repository.
+    /// True when a folder of the commit is here: then the commit is known to belong to the repository.
     bool knows(std::string const& url, core::GitObjectId const& commit) const;
 
     /// Other folders of the repository, the newest first: donors of unchanged files.

@@ -225,7 +225,8 @@ result<core::GitTarget> GitFetch::resolve()
 }
 
 /// A server hands out whatever lies in its store, and forges keep forks and pull requests there too. The
-/// repository's own is what its branches and tags lead to; of what is in the cache that is known.
+/// repository's own is what its branches and tags lead to; of what is in the cache that is known. To look
+/// through a history takes long: it is left to the download.
 result<core::GitTarget> GitFetch::resolve_commit()
 {
     auto target = core::resolve_ref(order_.project.ref_and_folder, {});
@@ -234,14 +235,13 @@ result<core::GitTarget> GitFetch::resolve_commit()
     auto const refs = list_refs(core::all_ref_prefixes());
     if (!refs)
         return refs.error();
-    auto const tips = core::git_tips(*refs);
-    if (std::find(tips.begin(), tips.end(), target->commit) != tips.end())
-        return target;
-    if (auto const checked = check_history(target->commit, tips); !checked)
-        return checked.error();
+    auto tips = core::git_tips(*refs);
+    if (std::find(tips.begin(), tips.end(), target->commit) == tips.end())
+        may_be_from_ = std::move(tips);
     return target;
 }
 
+/// Looks for the commit in the history of `tips`.
 result<> GitFetch::check_history(core::GitObjectId const& commit, std::vector<core::GitObjectId> const& tips)
 {
     auto const capabilities = servers_.capabilities(order_.project.forge);
@@ -373,10 +373,17 @@ result<GitFetch::Download> GitFetch::begin_download(GitCapabilities const& capab
     return Download(std::move(*incoming), std::move(*objects), capabilities);
 }
 
-/// A second time where a full disk can be helped.
+/// Only what is the repository's own; a second time where a full disk can be helped.
 result<GitSnapshotPtr> GitFetch::download_with(GitCapabilities const& capabilities,
                                                core::GitTarget const& target)
 {
+    if (may_be_from_) {
+        auto const checked = check_history(target.commit, *may_be_from_);
+        answered_ = true; // it was no question about capabilities
+        if (!checked)
+            return checked.error();
+        may_be_from_.reset();
+    }
     auto downloaded = download_once(capabilities, target);
     if (downloaded || !is_lack_of_room(downloaded.error()) || !cache_.make_room())
         return downloaded;

@@ -100,6 +100,7 @@ private:
     std::unique_ptr<Git2Client> libgit2_; ///< Once it was needed.
     std::uint64_t received_ = 0;          ///< Bytes of packs, of all requests.
     std::uint64_t unpacked_ = 0;          ///< Bytes of objects.
+    std::optional<std::vector<core::GitObjectId>> may_be_from_; ///< The tips that may lead to the commit.
     bool answered_ = true; ///< The last request for a pack was understood, whatever became of it.
 };
 

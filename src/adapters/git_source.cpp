@@ -52,7 +52,7 @@ public:
     {
         co_await asio::this_coro::throw_if_cancelled(false);
         if (!cache_.usable())
-            co_return cache_.usable().error();
+            co_return Failure(errc::unavailable, "This server can't store projects; its operator finds the reason in its log.");
         auto const executor = co_await asio::this_coro::executor;
         HeadStart head_start;
         async::TaskGroup meanwhile(executor);

@@ -11,6 +11,7 @@
 #include <boost/asio/detached.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/readable_pipe.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/writable_pipe.hpp>
 #include <boost/process/v2/process.hpp>
@@ -22,7 +23,9 @@
 
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <csignal>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -38,17 +41,53 @@ using core::concat;
 
 constexpr std::size_t read_size = 16 * 1024;
 
+constexpr auto wake_interval = std::chrono::milliseconds(250);
+
+/// Wakes a guard that was asked to end, again and again: whoever stops it (SIGSTOP), and whenever, it would never look at its leash.
+/// One that runs does not notice.
+class Alarm : public std::enable_shared_from_this<Alarm>
+{
+public:
+    Alarm(asio::any_io_executor const& executor, pid_t guard) : timer_(executor), guard_(guard) {}
+
+    void ring()
+    {
+        if (over_)
+            return;
+        ::kill(guard_, SIGCONT);
+        timer_.expires_after(wake_interval);
+        timer_.async_wait([self = shared_from_this()](boost::system::error_code const& error) {
+            if (!error)
+                self->ring();
+        });
+    }
+
+    /// Once the guard has ended.
+    void stop()
+    {
+        over_ = true;
+        timer_.cancel();
+    }
+
+private:
+    asio::steady_timer timer_;
+    pid_t guard_;
+    bool over_ = false;
+};
+
 /// Waits for a guard that nobody holds any more, so that it leaves no zombie.
-asio::awaitable<void> await_end(process::process guard)
+asio::awaitable<void> await_end(process::process guard, std::shared_ptr<Alarm> alarm)
 {
     (void)co_await guard.async_wait(asio::as_tuple(asio::use_awaitable));
+    alarm->stop();
 }
 
 class GuardedProcess final : public Process
 {
 public:
     GuardedProcess(process::process guard, asio::writable_pipe leash, asio::readable_pipe output)
-        : guard_(std::move(guard)), leash_(std::move(leash)), output_(std::move(output))
+        : guard_(std::move(guard)), leash_(std::move(leash)), output_(std::move(output)),
+          alarm_(std::make_shared<Alarm>(leash_.get_executor(), guard_.id()))
     {}
 
     ~GuardedProcess() override
@@ -57,8 +96,8 @@ public:
             auto const executor = leash_.get_executor();
             boost::system::error_code ignored;
             leash_.close(ignored); // the guard now kills the tree at once
-            wake();
-            asio::co_spawn(executor, await_end(std::move(guard_)), asio::detached);
+            alarm_->ring();
+            asio::co_spawn(executor, await_end(std::move(guard_), alarm_), asio::detached);
         }
     }
 
@@ -75,12 +114,10 @@ public:
     }
 
 private:
-    /// A guard that somebody has stopped (SIGSTOP) would never look at its leash. Others don't notice.
-    void wake() noexcept { ::kill(guard_.id(), SIGCONT); }
-
     process::process guard_;
     asio::writable_pipe leash_;
     asio::readable_pipe output_;
+    std::shared_ptr<Alarm> alarm_;
     std::array<char, read_size> buffer_;
     std::optional<ExitStatus> status_;
 };
@@ -104,6 +141,7 @@ asio::awaitable<result<ProcessEvent>> GuardedProcess::next_event()
     auto const [error, native] = co_await guard_.async_wait(asio::as_tuple(asio::use_awaitable));
     if (error == asio::error::operation_aborted)
         co_return Failure(error);
+    alarm_->stop();
     int const status = guard_.native_exit_code();
     status_ =
         WIFSIGNALED(status) ? ExitStatus(WTERMSIG(status), true) : ExitStatus(WEXITSTATUS(status), false);
@@ -116,7 +154,7 @@ void GuardedProcess::terminate() noexcept
         return;
     boost::system::error_code ignored;
     leash_.write_some(asio::buffer("T", 1), ignored); // one byte always fits into an empty pipe
-    wake();
+    alarm_->ring();
 }
 
 /// Starts the guard on a thread that may wait: until the new program runs, which takes its time where every

@@ -1,6 +1,8 @@
-// The small parsers of git's protocol: frames, refs, folders, commits and deltas.
+// The small parsers of git's protocol: frames, refs, folders, commits and deltas; and what is changed between
+// libgit2 and a server.
 #include "fuzz.hpp"
 
+#include "adapters/git2_transport.hpp"
 #include "core/git_delta.hpp"
 #include "core/git_pkt_line.hpp"
 #include "core/git_refs.hpp"
@@ -61,6 +63,39 @@ void read_delta(std::string_view text)
         fuzz::require(made->size() == *size);
 }
 
+void make_shallow(std::string_view request)
+{
+    constexpr std::string_view addition = "000ddeepen 1\n";
+    auto made = adapters::make_shallow(request);
+    if (!made)
+        return;
+    auto const at = made->find(addition);
+    fuzz::require(at != std::string::npos);
+    fuzz::require(made->size() == request.size() + addition.size());
+}
+
+/// What passes of an answer in pieces; nothing when it is refused.
+std::optional<std::string> passed(std::string_view answer, std::size_t piece)
+{
+    adapters::GitAnswerStart start;
+    std::string all;
+    while (!answer.empty()) {
+        auto const more = start.push(fuzz::take(answer, piece));
+        if (!more)
+            return std::nullopt;
+        all += *more;
+    }
+    return all;
+}
+
+void pass_answer(std::string_view answer)
+{
+    auto const whole = passed(answer, answer.size() + 1);
+    fuzz::require(whole == passed(answer, 1) && whole == passed(answer, 3));
+    if (whole)
+        fuzz::require(answer.ends_with(*whole));
+}
+
 } // namespace
 
 int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
@@ -73,6 +108,9 @@ int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
     read_refs(whole.payloads, text.substr(text.size() / 2));
     (void)core::parse_git_tree(text);
     (void)core::tree_of_commit(text);
+    (void)core::parents_of_commit(text);
     read_delta(text);
+    make_shallow(text);
+    pass_answer(text);
     return 0;
 }

@@ -55,6 +55,9 @@ def git_protocol():
     yield b"0003" + b"ffff" + b"00"
     yield b"100644 a.wbt\0" + bytes(20) + b"40000 worlds\0" + bytes(20) + b"120000 link\0" + bytes(20)
     yield b"tree " + ID + b"\nparent " + ID + b"\nauthor A <a> 0 +0000\n\ntext\n"
+    yield pkt(b"want " + ID + b"\n") + b"0000" + pkt(b"done\n")  # what libgit2 asks, and what it is answered
+    yield pkt(b"shallow " + ID + b"\n") + b"0000" + pkt(b"NAK\n") + pkt(b"\x01PACK")
+    yield pkt(b"ERR out of order")
     yield b"\x0a\x0b\x91\x00\x05\x03new"  # a delta: copy 5, insert 3
     yield b"feature/x/projects/arm"
 
@@ -74,6 +77,20 @@ def git_pack():
         yield b"\0PACK" + struct.pack(">II", 2, len(objects)) + b"".join(objects)
     yield b"\x01" + b"\x03\x0a0123456789" + b"\x06\x04\x0a\x05\x90\x05\x13"
     yield b"\x01" + b"\x01\x05hello\x02\x05hello\x04\x05hello"
+
+
+def git_plan():
+    """Limit of entries, length and text of a path; then the folders: entries, each a mode, a name with its length, and a target."""
+    def entry(mode, name, target):
+        return bytes([mode, len(name)]) + name + bytes([target])
+    worlds = b"\x01" + entry(1, b"a.wbt", 9)
+    yield b"\xff\x06worlds" + b"\x04" + entry(0, b"worlds", 1) + entry(2, b"run.py", 9) + entry(3, b"link", 9) + entry(4, b"module", 9) + worlds
+    yield b"\xff\x03a/b" + b"\x01" + entry(0, b"a", 1) + b"\x01" + entry(0, b"b", 2) + worlds
+    yield b"\x20\x00" + b"\x02" + entry(0, b"a", 0) + entry(0, b"b", 0)  # it holds itself
+    for name in (b"..", b".git", b"GIT~1", b"a/b", b"a\\b", b"a\nb", b"\xff", b""):
+        yield b"\xff\x00" + b"\x01" + entry(1, name, 9)
+    yield b"\x02\x00" + b"\x03" + entry(4, b"a", 9) + entry(4, b"b", 9) + entry(4, b"c", 9)
+    yield b"webots_cloud folder 2\nd " + ID + b" 0 worlds\nf " + ID + b" 12 worlds/a.wbt\nl " + ID + b" 5 link\nend\n"
 
 
 def archive_of(files, method=zipfile.ZIP_DEFLATED, mode=0o100644):
@@ -130,4 +147,4 @@ def websocket_frames():
     yield b"\x81\xff\x7f\xff\xff\xff\xff\xff\xff\xff\0\0\0\0"
 
 
-SEEDS = {each.__name__: each for each in (archive, client_message, docker_project, git_pack, git_protocol, http_request, websocket_frames, world_url)}
+SEEDS = {each.__name__: each for each in (archive, client_message, docker_project, git_pack, git_plan, git_protocol, http_request, websocket_frames, world_url)}

@@ -1,10 +1,11 @@
 #!/usr/bin/python3
 """How long a project takes from the request to a directory that is ready, beside git itself and the floors of the machine.
 
-    WEBOTS_CLOUD_BIN=build/release/bin tests/bench/git_fetch/git_fetch_bench.py [--runs N] [--repositories FOLDER] [--quick]
+    WEBOTS_CLOUD_BIN=build/release/bin tests/bench/git_fetch/git_fetch_bench.py [--runs N] [--repositories FOLDER] [--quick] [--only NAME]
 
 Everything is measured in one run, interleaved, against real git servers on the loopback; a table of medians is printed in
-Markdown. FOLDER keeps the repositories for the next run.
+Markdown. FOLDER keeps the repositories for the next run. The suite runs the smallest form, so that the bench keeps working; figures
+are not looked at there.
 """
 
 import argparse
@@ -17,20 +18,30 @@ import sys
 import tempfile
 import threading
 import time
+import unittest
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(HERE, "..", ".."))
 sys.path.insert(0, HERE)
 from support.git_probe import Probe
-from support.git_server import GitServer
+from support.git_server import GitServer, require_git_server
 from support.proxy import Proxy
+from support.servers import program
 from repositories import WANTED, make_all
 
 COPIES = 32
 
 
+def ready(answers):
+    """The answers, if all of them are projects."""
+    for answer in answers:
+        if "error" in answer:
+            raise RuntimeError(answer["error"])
+    return answers
+
+
 class Bench:
-    def __init__(self, repositories, runs):
+    def __init__(self, repositories, names, runs):
         self.repositories = repositories
         self.runs = runs
         self.folder = tempfile.mkdtemp(prefix="webots_cloud_bench_")
@@ -38,7 +49,7 @@ class Bench:
         subprocess.run(["chattr", "+T", self.folder], stderr=subprocess.DEVNULL)
         self.server = GitServer()
         self.server.start()
-        for name in WANTED:
+        for name in names:
             path = os.path.join(repositories, name + ".git")
             self.server.link_repository("bench", name, path)
             for copy in range(COPIES):
@@ -83,13 +94,13 @@ class Bench:
 
     def cold(self, name, may_mount=True):
         probe = self.probe(may_mount)
-        answer = probe.fetch(self.world(name), "--fastest", "--discard")
+        (answer,) = ready([probe.fetch(self.world(name), "--fastest", "--discard")])
         probe.close()
         return answer["ms"]
 
     def warm(self, probe, name):
         # The second of a process: servers run for weeks.
-        return probe.fetch_all([self.world(name)] * 2, "--fastest", "--discard")[1]["ms"]
+        return ready(probe.fetch_all([self.world(name)] * 2, "--fastest", "--discard"))[1]["ms"]
 
     def one_repository(self, name):
         """Rows of medians: milliseconds, megabytes, requests."""
@@ -122,12 +133,12 @@ class Bench:
         """32 starts at once of one project, and of 32: milliseconds until the last is ready, requests, pauses, longest work."""
         probe = self.probe()
         options = ("--together", "--discard", "--fastest")
-        same, _, requests = self.sent(lambda: probe.fetch_all([self.world(name)] * COPIES, *options))
+        same, _, requests = self.sent(lambda: ready(probe.fetch_all([self.world(name)] * COPIES, *options)))
         pause, work = probe.longest_pause_ms, probe.longest_work_ms
         probe.close()
         probe = self.probe()
         idle = self.idle_process(3_000)
-        different = probe.fetch_all([self.world(name, f"bench{copy}") for copy in range(COPIES)], *options)
+        different = ready(probe.fetch_all([self.world(name, f"bench{copy}") for copy in range(COPIES)], *options))
         pause, work = max(pause, probe.longest_pause_ms), max(work, probe.longest_work_ms)
         probe.close()
         last = lambda answers: max(answer["ms"] for answer in answers)
@@ -169,7 +180,7 @@ class Bench:
         """Milliseconds cold and warm through a proxy that adds `latency` to each round trip."""
         with Proxy(self.server.port, latency) as proxy:
             probe = Probe(f"http://127.0.0.1:{proxy.port}", self.folder)
-            cold = probe.fetch(self.world(name), "--fastest", "--discard")["ms"]
+            cold = ready([probe.fetch(self.world(name), "--fastest", "--discard")])[0]["ms"]
             warm = self.warm(probe, name)
             probe.close()
         return cold, warm
@@ -180,16 +191,24 @@ def main():
     parser.add_argument("--runs", type=int, default=5)
     parser.add_argument("--repositories", default="")
     parser.add_argument("--quick", action="store_true", help="without the crowds")
+    parser.add_argument("--only", choices=WANTED, help="one of the repositories")
     options = parser.parse_args()
+    try:
+        require_git_server()
+        program("git_source_probe")
+    except unittest.SkipTest as missing:
+        print(f"skipped: {missing}")
+        sys.exit(77)
+    names = [options.only] if options.only else list(WANTED)
     with tempfile.TemporaryDirectory(prefix="webots_cloud_bench_repositories_") as temporary:
         repositories = options.repositories or temporary
-        make_all(repositories)
-        bench = Bench(repositories, options.runs)
+        make_all(repositories, names)
+        bench = Bench(repositories, names, options.runs)
         try:
-            tables = {name: bench.one_repository(name) for name in WANTED}
+            tables = {name: bench.one_repository(name) for name in names}
             print("| milliseconds, megabytes received, requests |" + "".join(f" {name} |" for name in tables))
             print("|---|" + "---|" * len(tables))
-            for row in tables["tiny"]:
+            for row in tables[names[0]]:
                 cells = (tables[name][row] for name in tables)
                 print(f"| {row} |" + "".join(f" {ms:.0f} ms, {mb:.2f} MB, {count:.0f} |" for ms, mb, count in cells))
             for row, index in (("ours, cold, 50 ms away", 0), ("ours, warm, 50 ms away", 1)):

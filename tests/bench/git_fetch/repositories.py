@@ -62,15 +62,26 @@ def _make(path, files, commits, random_source):
     subprocess.run(["git", "-C", path, "repack", "-q", "-a", "-d", "-b"], check=True)
 
 
-def make_all(folder):
-    """Makes `<folder>/<name>.git`; what is there already stays."""
-    if all(os.path.isdir(os.path.join(folder, name + ".git")) for name in WANTED):
-        return
-    os.makedirs(folder, exist_ok=True)
-    path = lambda name: os.path.join(folder, name + ".git")
-    _make(path("tiny"), _project("", random.Random(1), 50_000, 8), 3, random.Random(2))
-    _make(path("medium"), _project("", random.Random(3), 20_000_000, 300), 200, random.Random(4))
+def _tiny(path):
+    _make(path, _project("", random.Random(1), 50_000, 8), 3, random.Random(2))
+
+
+def _medium(path):
+    _make(path, _project("", random.Random(3), 20_000_000, 300), 200, random.Random(4))
+
+
+def _monorepo(path):
     files = {}
     for k in range(20):
         files.update(_project(f"projects/p{k:02}/", random.Random(100 + k), 10_000_000, 120))
-    _make(path("monorepo"), files, 300, random.Random(5))
+    _make(path, files, 300, random.Random(5))
+
+
+def make_all(folder, names=tuple(WANTED)):
+    """Makes `<folder>/<name>.git` of each; what is there already stays."""
+    os.makedirs(folder, exist_ok=True)
+    makers = {"tiny": _tiny, "medium": _medium, "monorepo": _monorepo}
+    for name in names:
+        path = os.path.join(folder, name + ".git")
+        if not os.path.isdir(path):
+            makers[name](path)

@@ -130,6 +130,29 @@ BOOST_AUTO_TEST_CASE(a_program_has_no_descriptor_of_ours)
     BOOST_TEST(watch_shell(look).output == "none\n");
 }
 
+// 6.5: somebody's SIGSTOP keeps nothing alive, not even after the program was asked to end.
+BOOST_AUTO_TEST_CASE(a_guard_that_is_stopped_after_it_was_asked_ends_its_program_all_the_same)
+{
+    spec.grace = std::chrono::milliseconds(100);
+    auto const process = start_shell("trap '' TERM; echo ready; while :; do sleep 1; done");
+    run(watch(*process, "ready\n"));
+    process->terminate();
+    BOOST_TEST_REQUIRE(::kill(process->id(), SIGSTOP) == 0);
+    BOOST_TEST((run(watch(*process, "")).status == ExitStatus(SIGKILL, true)));
+}
+
+BOOST_AUTO_TEST_CASE(a_guard_that_is_stopped_after_it_was_let_go_ends_all_the_same)
+{
+    auto process = start_shell("echo ready; while :; do sleep 1; done");
+    run(watch(*process, "ready\n"));
+    auto const guard = process->id();
+    process.reset();
+    (void)::kill(guard, SIGSTOP); // maybe in time
+    context.restart();
+    context.run(); // until its end was seen
+    BOOST_TEST(::kill(guard, 0) != 0);
+}
+
 BOOST_AUTO_TEST_CASE(how_a_program_ended_is_told_again_and_again)
 {
     auto const process = start_shell("exit 3");
