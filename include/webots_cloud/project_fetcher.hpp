@@ -47,6 +47,7 @@ struct Project
     std::filesystem::path world;     ///< The world file, absolute.
     std::string world_header;        ///< Its first line, which names the release of Webots it was made with.
     std::string revision;            ///< What exactly was fetched: a commit, for instance.
+    std::string notice;              ///< A sentence for the person who asked; or empty.
 };
 
 /// Fetches projects into instance directories. How many at a time is the matter of each source, so that one whose

@@ -67,11 +67,15 @@ public:
             co_return obtained.error();
         if (!obtained->notice.empty())
             log_.warning(obtained->notice);
-        if (head_start.project && head_start.snapshot == obtained->snapshot)
-            co_return std::move(head_start.project);
-        if (head_start.snapshot)
-            (void)co_await discard(order.directory);
-        co_return co_await deliver(std::move(order), obtained->snapshot);
+        auto project = std::move(head_start.project);
+        if (!project || head_start.snapshot != obtained->snapshot) {
+            if (head_start.snapshot)
+                (void)co_await discard(order.directory);
+            project = co_await deliver(std::move(order), obtained->snapshot);
+        }
+        if (project)
+            project->notice = obtained->notice;
+        co_return project;
     }
 
     asio::awaitable<result<>> restore(RestoreOrder order) override

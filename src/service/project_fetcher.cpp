@@ -62,6 +62,7 @@ struct ProjectFetcher::Impl
         project.root = std::move(fetched->root);
         project.world_header = std::move(fetched->world_header);
         project.revision = std::move(fetched->revision);
+        project.notice = std::move(fetched->notice);
         co_return project;
     }
 

@@ -315,6 +315,8 @@ asio::awaitable<result<>> SimulationSession::fetch(Channel& channel)
     auto const fetched = std::visit([](result<> const& either) { return either; }, outcome);
     if (!fetched)
         co_return fetched.error();
+    if (!project_->notice.empty())
+        (void)channel.send(core::loading_message(project_->notice));
     pass(core::StartStage::fetch);
     co_return result<>();
 }

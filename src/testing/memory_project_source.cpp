@@ -2,7 +2,6 @@
 
 #include <boost/asio/this_coro.hpp>
 
-
 namespace webots_cloud::testing {
 
 boost::asio::awaitable<result<FetchedProject>> MemoryProjectSource::fetch(FetchOrder order)
@@ -29,6 +28,7 @@ boost::asio::awaitable<result<FetchedProject>> MemoryProjectSource::fetch(FetchO
     fetched.root = order.directory / "project";
     fetched.revision = "0123456789";
     fetched.world_header = found->second;
+    fetched.notice = notice;
     co_return fetched;
 }
 

@@ -546,6 +546,18 @@ BOOST_AUTO_TEST_CASE(a_slow_start_is_told_in_the_order_that_browsers_rely_on)
     fixture.leave(browser);
 }
 
+BOOST_AUTO_TEST_CASE(what_is_to_be_known_of_a_project_is_said_before_it_starts)
+{
+    Fixture fixture;
+    fixture.source.notice = "The forge can't be reached. Starting from the cache.";
+    fixture.processes.expect().prints("loading\n");
+    auto& browser = fixture.start();
+    BOOST_TEST_REQUIRE(browser.sent.size() > 1u);
+    BOOST_TEST(browser.sent[0] == "loading: The forge can't be reached. Starting from the cache.");
+    BOOST_TEST(browser.sent[1] == "shutdownTimeout: 600");
+    fixture.leave(browser);
+}
+
 BOOST_AUTO_TEST_CASE(slow_fetches_show_their_progress_and_hold_up_no_other)
 {
     Fixture fixture(Duration::zero(), 3);
