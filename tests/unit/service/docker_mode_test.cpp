@@ -188,7 +188,7 @@ constexpr int looks = 3;
 
 } // namespace
 
-// Protocol sections 6.3, 6.4, 6.5 and 4.1.3.
+// Protocol sections 6.3, 6.4, 6.5, 4.1.2 (step 9) and 4.1.3.
 BOOST_AUTO_TEST_SUITE(docker_mode)
 
 BOOST_AUTO_TEST_CASE(compose_as_a_part_of_docker_is_preferred)

@@ -154,7 +154,7 @@ using Texts = std::vector<std::string>;
 // Protocol sections 4.1, 6, 9.1 and 13.
 BOOST_AUTO_TEST_SUITE(simulation_service)
 
-// Protocol 4.1.2 steps 1 and 10 to 13, 4.1.3, 9.1; quirks Q8 and Q32.
+// Protocol 4.1.2 steps 1, 2, 7 and 10 to 13, 4.1.3, 9.1; quirks Q8 and Q32.
 BOOST_AUTO_TEST_CASE(the_happy_path_is_two_frames_and_then_heartbeats)
 {
     Fixture fixture;
