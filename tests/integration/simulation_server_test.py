@@ -349,6 +349,16 @@ class Registration(unittest.IsolatedAsyncioTestCase):
             simulation.wait_until_clean()
             self.assertEqual(simulation.stop(), 0)
 
+    async def test_what_sighup_changes_is_told_again_and_only_that(self):
+        with Registry(status=201) as registry, server(notify=registry.url, shareIdleTime=50, allowedRepositories=[]) as simulation:
+            wait_until(lambda: registry.forms, "it does not register")
+            simulation.reread(title="Lab 7")
+            wait_until(lambda: "The configuration was read again" in simulation.log(), "SIGHUP is not heard")
+            simulation.reread(shareIdleTime=12.5, allowedRepositories=["https://github.com/a", "https://github.com/b"])
+            wait_until(lambda: len(registry.forms) > 1, "it does not register again")
+            self.assertEqual([(form["shareIdleTime"], form["allowedRepositories"]) for form in registry.forms],
+                             [(["50"], [""]), (["12.5"], ["https://github.com/a,https://github.com/b"])])
+
 
 class Configuration(unittest.TestCase):
     def complaint(self, config, *arguments):

@@ -9,7 +9,7 @@ import urllib.parse
 class Registry:
     """Keeps the form of each request, as lists of values by name; while `answers` is not set, nobody gets an answer."""
 
-    def __init__(self, silent=False):
+    def __init__(self, silent=False, status=200):
         self.forms = []
         self.answers = threading.Event()
         if not silent:
@@ -22,7 +22,7 @@ class Registry:
                 registry.forms.append(urllib.parse.parse_qs(body, keep_blank_values=True, strict_parsing=True))
                 registry.answers.wait()
                 with contextlib.suppress(ConnectionError):  # nobody waited for so long
-                    self.send_response(200)
+                    self.send_response(status)
                     self.end_headers()
                     self.wfile.write(b"welcome\n")
 
