@@ -3,6 +3,7 @@
 
 #include <webots_cloud/instance_root.hpp>
 
+#include <sys/mount.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -72,6 +73,24 @@ BOOST_AUTO_TEST_CASE(missing_folders_are_made_for_us_alone)
     BOOST_TEST(root->removed() == 0u);
     for (auto const& folder : {user, port, instances})
         BOOST_TEST(mode_of(folder) == 0700u);
+}
+
+// As the overlay of a project that a dead server had handed out.
+BOOST_AUTO_TEST_CASE(what_is_mounted_in_left_overs_is_unmounted_and_not_emptied)
+{
+    put(shared / "cache" / "file");
+    auto const project = instances / "1" / "robots";
+    fs::create_directories(project);
+    if (::mount((shared / "cache").c_str(), project.c_str(), nullptr, MS_BIND, nullptr) != 0) {
+        BOOST_TEST_MESSAGE("skipped: nothing may be mounted here");
+        return;
+    }
+    auto const root = InstanceRoot::open(instances);
+    ::umount2(project.c_str(), MNT_DETACH);
+    BOOST_TEST_REQUIRE(root.has_value());
+    BOOST_TEST(root->removed() == 1u);
+    BOOST_TEST(fs::is_empty(instances));
+    BOOST_TEST(fs::exists(shared / "cache" / "file"));
 }
 
 BOOST_AUTO_TEST_CASE(left_overs_are_counted_and_go_and_what_is_beside_them_stays)
