@@ -122,8 +122,10 @@ HostSample ProcfsMetrics::sample()
     read_memory(sample);
     read_network(sample);
     struct statvfs disk;
-    if (::statvfs("/", &disk) == 0)
-        sample.disk_used = percent(static_cast<double>(disk.f_blocks - disk.f_bavail), static_cast<double>(disk.f_blocks));
+    if (::statvfs("/", &disk) == 0) {
+        auto const used = static_cast<double>(disk.f_blocks - disk.f_bfree);
+        sample.disk_used = percent(used, used + static_cast<double>(disk.f_bavail)); // as df has it: what root alone may use is neither
+    }
     limits_.apply(sample, static_cast<int>(std::thread::hardware_concurrency()), memory_bytes());
     sample.gpu = gpus_.sample();
     return sample;

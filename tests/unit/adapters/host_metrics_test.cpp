@@ -4,6 +4,8 @@
 
 #include <webots_cloud/adapters.hpp>
 
+#include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 
@@ -105,6 +107,18 @@ BOOST_AUTO_TEST_CASE(groups_of_version_1_limit_in_the_same_way)
     auto const looked = sample();
     BOOST_TEST(looked.share_busy == 5'000'000u);
     BOOST_TEST(looked.share_total > 0u);
+}
+
+// Section 9.2: as the reference's library has it, which is as df has it, but for the rounding.
+BOOST_AUTO_TEST_CASE(the_disk_is_as_full_as_df_says)
+{
+    auto const metrics = make_host_metrics(params);
+    auto* const df = ::popen("LC_ALL=C df --output=pcent /", "r");
+    BOOST_TEST_REQUIRE(df != nullptr);
+    int percent = -1;
+    BOOST_TEST(std::fscanf(df, " Use%% %d", &percent) == 1);
+    ::pclose(df);
+    BOOST_TEST(std::abs(metrics->sample().disk_used - percent) <= 1.5);
 }
 
 BOOST_AUTO_TEST_CASE(of_several_graphics_processors_the_highest_figures_count)
