@@ -1,6 +1,7 @@
 // Small pure text functions that several rooms need.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
