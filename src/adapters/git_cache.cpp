@@ -130,6 +130,7 @@ void GitCache::scan()
     for (auto const& left_over : fs::directory_iterator(folder_ / "incoming", failed))
         remove_tree(left_over.path());
     for (auto const& repository : fs::directory_iterator(folder_ / "repositories", failed)) {
+        auto const before = stored_.size();
         for (auto const& entry : fs::directory_iterator(repository.path(), failed)) {
             if (entry.path().filename() == "refs")
                 continue;
@@ -144,7 +145,8 @@ void GitCache::scan()
             stored.used = fs::last_write_time(entry.path() / "index", failed);
             stored_.emplace(entry.path().string(), stored);
         }
-        forget_empty(repository.path());
+        if (stored_.size() == before)
+            remove_tree(repository.path());
     }
 }
 
