@@ -60,11 +60,16 @@ class GitCase(unittest.TestCase):
         return folder
 
 
-def main():
+def require_git_and_probe():
+    """Ends the program as skipped where git servers or the probe are missing."""
     try:
         require_git_server()
         program("git_source_probe")
     except unittest.SkipTest as missing:
         print(f"skipped: {missing}")
         sys.exit(77)
+
+
+def main():
+    require_git_and_probe()
     unittest.main(verbosity=2)

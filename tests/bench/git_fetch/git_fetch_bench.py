@@ -18,15 +18,14 @@ import sys
 import tempfile
 import threading
 import time
-import unittest
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(HERE, "..", ".."))
 sys.path.insert(0, HERE)
+from support.git_case import require_git_and_probe
 from support.git_probe import Probe
-from support.git_server import GitServer, require_git_server
+from support.git_server import GitServer
 from support.proxy import Proxy
-from support.servers import program
 from repositories import WANTED, make_all
 
 COPIES = 32
@@ -193,12 +192,7 @@ def main():
     parser.add_argument("--quick", action="store_true", help="without the crowds")
     parser.add_argument("--only", choices=WANTED, help="one of the repositories")
     options = parser.parse_args()
-    try:
-        require_git_server()
-        program("git_source_probe")
-    except unittest.SkipTest as missing:
-        print(f"skipped: {missing}")
-        sys.exit(77)
+    require_git_and_probe()
     names = [options.only] if options.only else list(WANTED)
     with tempfile.TemporaryDirectory(prefix="webots_cloud_bench_repositories_") as temporary:
         repositories = options.repositories or temporary

@@ -1,4 +1,5 @@
 // Which commits are a repository's own.
+#include "git_ids.hpp"
 #include "unit_test.hpp"
 
 #include "core/git_history.hpp"
@@ -11,14 +12,6 @@ using namespace webots_cloud;
 using namespace webots_cloud::core;
 
 namespace {
-
-GitObjectId id(int number)
-{
-    GitObjectId made;
-    made.bytes[0] = static_cast<std::uint8_t>(number >> 8);
-    made.bytes[1] = static_cast<std::uint8_t>(number);
-    return made;
-}
 
 GitRef ref(std::string name, int number)
 {

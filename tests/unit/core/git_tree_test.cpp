@@ -1,4 +1,5 @@
 // Trees, commits, and what a folder becomes on disk.
+#include "git_ids.hpp"
 #include "unit_test.hpp"
 
 #include "core/git_plan.hpp"
@@ -12,14 +13,6 @@ using namespace webots_cloud::core;
 using Kind = GitTreeEntry::Kind;
 
 namespace {
-
-GitObjectId id(int number)
-{
-    GitObjectId made;
-    made.bytes[0] = static_cast<std::uint8_t>(number >> 8);
-    made.bytes[1] = static_cast<std::uint8_t>(number);
-    return made;
-}
 
 std::string entry(std::string const& mode, std::string const& name, int number)
 {
