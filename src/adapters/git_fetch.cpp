@@ -70,6 +70,19 @@ std::string_view without_full_stop(std::string_view words) noexcept
     return words.substr(0, words.find_last_not_of('.') + 1);
 }
 
+/// What neither came with the folders nor lies in another folder of the cache, each once.
+std::vector<core::GitObjectId> missing_files(std::vector<core::GitPlanItem> const& plan,
+                                             GitStaging const& staging, GitDonors const& donors)
+{
+    std::unordered_set<core::GitObjectId, core::GitObjectIdHash> missing;
+    for (auto const& item : plan) {
+        auto const donated = item.kind != Kind::link && donors.files.count(item.id) > 0;
+        if (item.kind != Kind::folder && !donated && !staging.has_blob(item.id))
+            missing.insert(item.id);
+    }
+    return {missing.begin(), missing.end()};
+}
+
 /// Some servers hand out commits only, whatever they promise.
 Failure about_files(Failure const& failure)
 {
@@ -241,35 +254,60 @@ result<core::GitTarget> GitFetch::resolve_commit()
     return target;
 }
 
-/// Looks for the commit in the history of `tips`.
-result<> GitFetch::check_history(core::GitObjectId const& commit, std::vector<core::GitObjectId> const& tips)
+/// Errors: `not_found`, `too_large`, when this server can't tell.
+result<> GitFetch::can_check_history(GitCapabilities const& capabilities,
+                                     core::GitObjectId const& commit) const
 {
-    auto const capabilities = servers_.capabilities(order_.project.forge);
     if (!capabilities.version_2 || !capabilities.filter)
         return about_commit(errc::not_found, not_newest, commit);
-    if (tips.size() > wants_at_once)
+    if (may_be_from_->size() > wants_at_once)
         return about_commit(errc::too_large, not_looked_for, commit);
-    auto state = begin_download(capabilities);
-    if (!state)
-        return state.error();
-    GitWants wants;
-    wants.ids = tips;
-    wants.filter = git_filter_files_and_folders;
-    auto const fetched = tips.empty() ? result<>() : fetch_pack(*state, wants);
-    if (!fetched && fetched.error() == errc::too_large)
-        return about_commit(errc::too_large, not_looked_for, commit);
-    if (!fetched && fetched.error() == errc::protocol_error)
-        return about_commit(errc::not_found, not_newest, commit);
+    return {};
+}
+
+/// Looks for the commit in the history of the tips. `files` come along where the server lets them: a round
+/// trip saved.
+result<> GitFetch::check_history(Download& state, core::GitObjectId const& commit, Ids const& files)
+{
+    auto const received = received_;
+    auto const unpacked = unpacked_;
+    auto const together = may_be_from_->size() + files.size() <= wants_at_once;
+    auto fetched = fetch_history(state, together ? files : Ids());
+    auto const refused = [&] {
+        return fetched.error() == errc::too_large || fetched.error() == errc::protocol_error;
+    };
+    if (!fetched && refused() && together && !files.empty()) {
+        received_ = received;
+        unpacked_ = unpacked;
+        fetched = fetch_history(state, {});
+    }
+    answered_ = true; // it was no question about capabilities
+    if (!fetched && refused())
+        return fetched.error() == errc::too_large ? about_commit(errc::too_large, not_looked_for, commit)
+                                                  : about_commit(errc::not_found, not_newest, commit);
     if (!fetched)
         return fetched.error();
     auto const lookup = [&](core::GitObjectId const& id) {
-        return may_go_on() ? state->staging.find(id) : nullptr;
+        return may_go_on() ? state.staging.find(id) : nullptr;
     };
-    if (core::is_in_git_history(commit, tips, lookup))
-        return {};
+    auto const found = core::is_in_git_history(commit, *may_be_from_, lookup);
     if (auto const going_on = may_go_on(); !going_on)
         return going_on.error();
-    return about_commit(errc::not_found, on_no_branch, commit);
+    if (!found)
+        return about_commit(errc::not_found, on_no_branch, commit);
+    may_be_from_.reset();
+    return {};
+}
+
+/// All commits that the tips lead to, and `files`: a filter leaves out nothing that is asked for by name.
+result<> GitFetch::fetch_history(Download& state, Ids const& files)
+{
+    GitWants wants;
+    wants.ids = *may_be_from_;
+    wants.ids.insert(wants.ids.end(), files.begin(), files.end());
+    wants.filter = git_filter_files_and_folders;
+    state.files_wanted = static_cast<std::uint32_t>(files.size());
+    return wants.ids.empty() ? result<>() : fetch_pack(state, wants);
 }
 
 Failure GitFetch::about_commit(errc code, std::string_view what, core::GitObjectId const& commit) const
@@ -373,17 +411,10 @@ result<GitFetch::Download> GitFetch::begin_download(GitCapabilities const& capab
     return Download(std::move(*incoming), std::move(*objects), capabilities);
 }
 
-/// Only what is the repository's own; a second time where a full disk can be helped.
+/// A second time where a full disk can be helped.
 result<GitSnapshotPtr> GitFetch::download_with(GitCapabilities const& capabilities,
                                                core::GitTarget const& target)
 {
-    if (may_be_from_) {
-        auto const checked = check_history(target.commit, *may_be_from_);
-        answered_ = true; // it was no question about capabilities
-        if (!checked)
-            return checked.error();
-        may_be_from_.reset();
-    }
     auto downloaded = download_once(capabilities, target);
     if (downloaded || !is_lack_of_room(downloaded.error()) || !cache_.make_room())
         return downloaded;
@@ -407,6 +438,14 @@ result<GitSnapshotPtr> GitFetch::download_once(GitCapabilities const& capabiliti
     wants.shallow = capabilities.shallow;
     if (capabilities.version_2 && capabilities.filter && (!target.folder.empty() || !donors.files.empty()))
         wants.filter = git_filter_files;
+    // Whose the commit is should be known before much of it travels: before its files do, or with them.
+    if (may_be_from_) {
+        auto checked = can_check_history(capabilities, target.commit);
+        if (checked && wants.filter.empty())
+            checked = check_history(state, target.commit, {});
+        if (!checked)
+            return checked.error();
+    }
     if (auto const fetched = fetch_pack(state, wants); !fetched)
         return fetched.error();
     auto const tree = folder_tree(state, target);
@@ -421,7 +460,7 @@ result<GitSnapshotPtr> GitFetch::download_once(GitCapabilities const& capabiliti
         return going_on.error();
     if (!plan)
         return plan.error();
-    if (auto const fetched = fetch_blobs(state, *plan, donors); !fetched)
+    if (auto const fetched = fetch_rest(state, target.commit, *plan, donors); !fetched)
         return fetched.error();
 
     auto const files = make_folder(AT_FDCWD, (state.incoming.folder() / "files").c_str());
@@ -464,29 +503,34 @@ result<core::GitObjectId> GitFetch::folder_tree(Download& state, core::GitTarget
     return *tree;
 }
 
-result<> GitFetch::fetch_blobs(Download& state, std::vector<core::GitPlanItem> const& plan,
-                               GitDonors const& donors)
+/// The files that the plan lacks, once it is known that the commit is the repository's own.
+result<> GitFetch::fetch_rest(Download& state, core::GitObjectId const& commit,
+                              std::vector<core::GitPlanItem> const& plan, GitDonors const& donors)
+{
+    auto missing = missing_files(plan, state.staging, donors);
+    if (may_be_from_) {
+        auto const checked = check_history(state, commit, missing);
+        if (!checked)
+            return checked.error();
+        missing = missing_files(plan, state.staging, donors);
+    }
+    return fetch_files(state, missing);
+}
+
+result<> GitFetch::fetch_files(Download& state, Ids const& files)
 {
     if (!state.capabilities.version_2)
         return {}; // all that it has to give is there
-    std::unordered_set<core::GitObjectId, core::GitObjectIdHash> wanted;
-    for (auto const& item : plan) {
-        auto const donated = item.kind != Kind::link && donors.files.count(item.id) > 0;
-        if (item.kind != Kind::folder && !donated && !state.staging.has_blob(item.id))
-            wanted.insert(item.id);
-    }
-    state.files_wanted = static_cast<std::uint32_t>(wanted.size());
-    GitWants wants;
-    for (auto const& id : wanted) {
-        wants.ids.push_back(id);
-        if (wants.ids.size() < wants_at_once)
-            continue;
+    state.files_wanted = static_cast<std::uint32_t>(files.size());
+    state.files_read = 0;
+    for (std::size_t begin = 0; begin < files.size(); begin += wants_at_once) {
+        GitWants wants;
+        auto const end = std::min(files.size(), begin + wants_at_once);
+        wants.ids.assign(files.begin() + begin, files.begin() + end);
         if (auto const fetched = fetch_pack(state, wants); !fetched)
             return about_files(fetched.error());
-        wants.ids.clear();
     }
-    auto const fetched = wants.ids.empty() ? result<>() : fetch_pack(state, wants);
-    return fetched ? fetched : about_files(fetched.error());
+    return {};
 }
 
 result<> GitFetch::fetch_pack(Download& state, GitWants const& wants)
@@ -515,9 +559,9 @@ void GitFetch::report(Download const& state, GitWants const& wants, GitPackReade
 {
     if (!order_.progress)
         return;
-    if (!wants.filter.empty())
+    if (!wants.filter.empty() && state.files_wanted == 0)
         order_.progress->report(0, 0, received_);
-    else if (state.files_wanted > 0)
+    else if (wants.filter.empty() && state.files_wanted > 0)
         order_.progress->report(state.files_wanted,
                                 std::min(state.files_wanted, state.files_read + pack.objects_read()),
                                 received_);

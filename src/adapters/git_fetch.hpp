@@ -39,9 +39,9 @@ struct GitFetched
 
 /// Makes sure that a folder is in the cache. Blocks.   Thread-safety: any thread.
 ///
-/// One round trip when the commit is known, two for a whole repository, three for a folder of one. A commit
-/// that is asked for by its hash and is none that a branch or tag points to takes one more. Where a server
-/// turns out not to speak version 2 of git's protocol, libgit2 speaks with it.
+/// One round trip when the commit is known, two for a whole repository, three for a folder of one or for a
+/// commit that is asked for by its hash. Where a server turns out not to speak version 2 of git's protocol,
+/// libgit2 speaks with it.
 class GitFetch
 {
 public:
@@ -60,6 +60,7 @@ private:
     struct Download;
 
     using Refs = std::vector<core::GitRef>;
+    using Ids = std::vector<core::GitObjectId>;
 
     result<core::GitTarget> resolve();
     void start_clock();
@@ -67,7 +68,9 @@ private:
     result<Refs> list_refs(std::vector<std::string> const& prefixes);
     result<Refs> list_refs_with_libgit2();
     result<Refs> ask_again(Failure const& failure);
-    result<> check_history(core::GitObjectId const& commit, std::vector<core::GitObjectId> const& tips);
+    result<> can_check_history(GitCapabilities const& capabilities, core::GitObjectId const& commit) const;
+    result<> check_history(Download& state, core::GitObjectId const& commit, Ids const& files);
+    result<> fetch_history(Download& state, Ids const& files);
     Failure about_commit(errc code, std::string_view what, core::GitObjectId const& commit) const;
     result<Download> begin_download(GitCapabilities const& capabilities);
     result<GitSnapshotPtr> download_target();
@@ -75,8 +78,9 @@ private:
     result<GitSnapshotPtr> download_once(GitCapabilities const& capabilities, core::GitTarget const& target);
     result<GitFetched> fall_back(Failure const& failure);
     result<core::GitObjectId> folder_tree(Download& state, core::GitTarget const& target);
-    result<> fetch_blobs(Download& state, std::vector<core::GitPlanItem> const& plan,
-                         GitDonors const& donors);
+    result<> fetch_rest(Download& state, core::GitObjectId const& commit,
+                        std::vector<core::GitPlanItem> const& plan, GitDonors const& donors);
+    result<> fetch_files(Download& state, Ids const& files);
     result<> fetch_pack(Download& state, GitWants const& wants);
     result<> fetch_pack_with_libgit2(Download& state, GitWants const& wants, GitPackReader& pack,
                                      GitClient::Progress const& progress);
@@ -100,7 +104,7 @@ private:
     std::unique_ptr<Git2Client> libgit2_; ///< Once it was needed.
     std::uint64_t received_ = 0;          ///< Bytes of packs, of all requests.
     std::uint64_t unpacked_ = 0;          ///< Bytes of objects.
-    std::optional<std::vector<core::GitObjectId>> may_be_from_; ///< The tips that may lead to the commit.
+    std::optional<Ids> may_be_from_;      ///< The tips that may lead to the commit, while that is not known.
     bool answered_ = true; ///< The last request for a pack was understood, whatever became of it.
 };
 

@@ -13,25 +13,20 @@
 
 namespace webots_cloud::adapters {
 
-namespace {
-
-Failure disk_failure_of(int error)
-{
-    auto const why = std::error_code(error, std::generic_category()).message();
-    return {errc::unavailable, core::concat("This server can't store the project: ", why, ".")};
-}
-
-} // namespace
+namespace system_errc = boost::system::errc;
 
 Failure disk_failure()
 {
-    return disk_failure_of(errno);
+    auto const error = errno;
+    auto const why = std::error_code(error, std::generic_category()).message();
+    auto const code = error == ENOSPC || error == EDQUOT ? make_error_code(system_errc::no_space_on_device)
+                                                         : make_error_code(errc::unavailable);
+    return {code, core::concat("This server can't store the project: ", why, ".")};
 }
 
 bool is_lack_of_room(Failure const& failure)
 {
-    return failure.detail() == disk_failure_of(ENOSPC).detail() ||
-           failure.detail() == disk_failure_of(EDQUOT).detail();
+    return failure.code() == system_errc::no_space_on_device;
 }
 
 result<FileDescriptor> open_folder(int parent, char const* name)

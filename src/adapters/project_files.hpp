@@ -14,11 +14,11 @@
 
 namespace webots_cloud::adapters {
 
-/// What the operating system has just said (`errno`): `unavailable`, "This server can't store the project:
-/// <why>.".
+/// What the operating system has just said (`errno`), as "This server can't store the project: <why>.". The
+/// code is `unavailable`, or boost's `no_space_on_device` where more room would have helped.
 Failure disk_failure();
 
-/// True for a `disk_failure` that more room would have prevented.
+/// True for the second of these; elsewhere `unavailable` stands for both.
 bool is_lack_of_room(Failure const& failure);
 
 /// Opens the folder `name` in `parent` (AT_FDCWD: a path), never through a symbolic link.   Errors:

@@ -44,7 +44,8 @@ struct Answer
 /// What went wrong on the way, as a sentence.
 Failure explain(Failure const& failure, std::string const& host)
 {
-    if (failure.code() == boost::asio::error::operation_aborted || failure == errc::unavailable)
+    if (failure.code() == boost::asio::error::operation_aborted || failure == errc::unavailable ||
+        is_lack_of_room(failure))
         return failure;
     return {failure.code(), concat("Failed to download project from ", host, ": ", failure.message(), ".")};
 }

@@ -220,8 +220,8 @@ class CommitTest(GitCase):
         self.assertEqual(answer.get("revision"), commit, answer)
         self.assertEqual(answer["header"], HEADER)
 
-    def check_refused(self, commit, words, *options):
-        answer = self.fetch(commit, "worlds/a.wbt", *options)
+    def check_refused(self, commit, words, world="worlds/a.wbt", *options):
+        answer = self.fetch(commit, world, *options)
         self.assertEqual(answer.get("error"), words)
         self.assertEqual(self.left_in_cache(), [])
         self.assertEqual(os.listdir(os.path.join(self.probe.cache, "repositories")), [])
@@ -251,13 +251,24 @@ class CommitTest(GitCase):
         self.assertEqual(len(self.requests()), 3)
         self.check(self.second, "p/worlds/b.wbt")
 
+    def test_a_folder_of_it_takes_no_more(self):
+        self.check(self.first, "p/worlds/b.wbt")
+        self.assertEqual(len(self.requests()), 3)
+
+    def test_where_files_and_history_are_not_handed_out_together_they_are_asked_for_one_after_the_other(self):
+        file = self.server._git("-C", self.path, "rev-parse", f"{self.first}:p/worlds/b.wbt").decode().strip()
+        self.server.refuse_to_pack(f"*--filter=tree:0*{file}*")
+        self.check(self.first, "p/worlds/b.wbt")
+        self.assertEqual(len(self.requests()), 5, "refs, folders, refused, history, file")
+
     def test_commits_of_strangers_are_refused_though_the_server_would_hand_them_out(self):
         for commit in self.strangers():
             clone = os.path.join(self.probe.folder, commit)
             for command in (["init", "-q", "--bare", clone], ["-C", clone, "fetch", "-q", f"{self.server.url}/owner/robots.git", commit]):
                 self.server._git("-c", "protocol.version=2", *command)
-            self.check_refused(commit, f"Commit {commit[:12]} of owner/robots is on no branch and under no tag: "
-                                       "name a branch or tag, or have one made for it.")
+            for world in ("worlds/a.wbt", "p/worlds/b.wbt"):
+                self.check_refused(commit, f"Commit {commit[:12]} of owner/robots is on no branch and under no tag: "
+                                           "name a branch or tag, or have one made for it.", world)
 
     def test_a_commit_of_a_stranger_that_was_taken_in_is_the_repositorys_own(self):
         offered, _ = self.strangers()
@@ -278,7 +289,7 @@ class CommitTest(GitCase):
     def test_a_history_that_is_too_large_is_not_looked_through(self):
         self.server.commit(self.path, self.FILES, message="x" * 20_000)
         self.check_refused(self.first, f"Commit {self.first[:12]} of owner/robots is not looked for, as the history is too large: "
-                                       "name a branch or tag, or have one made for it.", "--bytes", "10000")
+                                       "name a branch or tag, or have one made for it.", "worlds/a.wbt", "--bytes", "10000")
 
     def test_a_server_without_filters_is_asked_for_tips_only(self):
         self.server.set_partial(self.path, False)
@@ -473,6 +484,11 @@ class RoundTripsTest(GitCase):
         self.turns(world)
         self.server.commit(self.path, dict(FILES, **{"README.md": "# new\n"}))
         self.assertEqual(self.turns(world), (3, 1))
+
+    def test_a_commit_that_a_branch_leads_to_takes_three(self):
+        older = self.server._git("-C", self.path, "rev-parse", "main").decode().strip()
+        self.server.commit(self.path, dict(FILES, **{"README.md": "# new\n"}))
+        self.assertEqual(self.turns(f"owner/robots/blob/{older}/projects/arm/worlds/arm.wbt"), (3, 1))
 
     def test_a_commit_that_is_known_takes_none(self):
         commit = self.probe.fetch("owner/robots/blob/main/worlds/top.wbt")["revision"]

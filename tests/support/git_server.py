@@ -181,6 +181,19 @@ class GitServer(Startable):
         self._git("-C", path, "fast-import", "--quiet", "--force", input=b"".join(stream))
         return self._git("-C", path, "rev-parse", ref + "^{commit}").decode().strip()
 
+    def refuse_to_pack(self, pattern):
+        """From now on git fails where its command to make a pack, and the objects that it is asked for, match a shell's pattern."""
+        hook = os.path.join(self.folder, "pack-objects-hook")
+        with open(hook, "w") as script:
+            script.write(f'''#!/bin/sh
+wanted=$(cat)
+case "$* $wanted" in {pattern}) exit 1 ;; esac
+printf '%s\\n' "$wanted" | "$@"
+''')
+        os.chmod(hook, 0o755)
+        with open(os.path.join(self.folder, ".gitconfig"), "a") as config:
+            config.write(f"[uploadpack]\n\tpackObjectsHook = {hook}\n")
+
     def write_object(self, path, kind, content):
         """Stores an object that git itself would not make. Returns its hash."""
         return self._git("-C", path, "hash-object", "-t", kind, "-w", "--stdin", "--literally", input=content).decode().strip()
