@@ -93,6 +93,8 @@ void read_simulation_servers(ConfigReader& reader, std::vector<ServerSpec>& serv
         auto server = read_server(entry);
         if (!server)
             return reader.refuse("simulationServers", wanted);
+        if (auto const* object = entry.if_object())
+            reader.expect_keys("simulationServers", *object, {"address", "weight", "drain"});
         servers.push_back(std::move(*server));
     }
 }
@@ -158,6 +160,7 @@ void read_forges(ConfigReader& reader, std::filesystem::path const& folder, std:
             if (!object_url || !object_url->is_string() || !directory || !directory->is_string())
                 return reader.refuse("forges", wanted);
             forge.url = without_final_slash(std::string(object_url->get_string()));
+            reader.expect_keys("forges", *object, {"url", "directory"});
             forge.directory = (folder / core::expand_path(directory->get_string())).lexically_normal();
         }
         forges.push_back(std::move(forge));

@@ -48,6 +48,14 @@ std::string number_text(double value)
     return value == std::floor(value) && std::abs(value) < 1e9 ? std::to_string(static_cast<long>(value)) : python_float(value);
 }
 
+std::string unknown_key(std::string_view name, std::vector<std::string_view> const& known)
+{
+    auto sentence = concat("unknown key \"", printable(name, 60), "\" is ignored");
+    if (auto const near = nearest(name, known); !near.empty())
+        sentence += concat("; did you mean \"", near, "\"?");
+    return sentence;
+}
+
 } // namespace
 
 result<ConfigReader> ConfigReader::parse(std::string_view text, std::filesystem::path const& origin)
@@ -173,19 +181,21 @@ void ConfigReader::read_choice(std::string_view key, std::string& value, std::ve
     refuse(key, wanted);
 }
 
+void ConfigReader::expect_keys(std::string_view key, json::object const& object,
+                               std::vector<std::string_view> const& known)
+{
+    for (auto const& [name, value] : object)
+        if (std::find(known.begin(), known.end(), std::string_view(name)) == known.end())
+            unknown_within_.push_back(concat(origin_, ": key \"", key, "\": ", unknown_key(name, known)));
+}
+
 std::vector<std::string> ConfigReader::unknown_keys() const
 {
     std::vector<std::string> sentences;
-    for (auto const& [key, value] : object_) {
-        std::string_view const name(key.data(), key.size());
-        if (std::find(known_.begin(), known_.end(), name) != known_.end())
-            continue;
-        auto const near = nearest(name, known_);
-        auto sentence = concat(origin_, ": unknown key \"", printable(name, 60), "\" is ignored");
-        if (!near.empty())
-            sentence += concat("; did you mean \"", near, "\"?");
-        sentences.push_back(std::move(sentence));
-    }
+    for (auto const& [name, value] : object_)
+        if (std::find(known_.begin(), known_.end(), std::string_view(name)) == known_.end())
+            sentences.push_back(concat(origin_, ": ", unknown_key(name, known_)));
+    sentences.insert(sentences.end(), unknown_within_.begin(), unknown_within_.end());
     return sentences;
 }
 

@@ -38,6 +38,10 @@ public:
     /// Declares keys that are known but not used here.
     void ignore(std::vector<std::string_view> const& keys);
 
+    /// Of an object within the value of `key`: declares all keys that it may have.
+    void expect_keys(std::string_view key, boost::json::object const& object,
+                     std::vector<std::string_view> const& known);
+
     /// Notes that `key` is wrong: "expected <wanted>, found <what is there>".
     void refuse(std::string_view key, std::string_view wanted);
     /// Notes that a required key is missing.
@@ -57,11 +61,12 @@ private:
     std::string origin_;
     boost::json::object object_;
     std::vector<std::string_view> known_;
+    std::vector<std::string> unknown_within_; ///< Sentences.
     std::optional<Failure> failure_;
 };
 
-/// `text` with a leading `~` and each `$NAME` or `${NAME}` replaced from the environment, as Python's expanduser and expandvars
-/// do; unknown variables stay.
+/// `text` with a leading `~` and each `$NAME` or `${NAME}` replaced from the environment, as Python's
+/// expanduser and expandvars do; unknown variables stay.
 std::string expand_path(std::string_view text);
 
 } // namespace webots_cloud::core

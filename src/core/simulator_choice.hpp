@@ -14,7 +14,7 @@ struct SimulatorChoice
     SimulatorChoice() = default;
 
     std::filesystem::path program; ///< Absolute.
-    std::string notice;            ///< Not empty when it is not Webots, or not the Webots that was configured.
+    std::string notice;            ///< Not empty when it is not Webots, or not the Webots that was named.
 };
 
 /// Looks for Webots in the configured home, in `WEBOTS_HOME` and where its packages put it, and then for

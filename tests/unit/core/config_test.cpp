@@ -82,6 +82,18 @@ BOOST_AUTO_TEST_CASE(unknown_keys_are_warned_about_with_the_nearest_known_one)
     BOOST_TEST(configured.warnings[0] == "c.json: unknown key \"portRewrit\" is ignored; did you mean \"portRewrite\"?");
 }
 
+BOOST_AUTO_TEST_CASE(so_are_those_of_servers_and_forges)
+{
+    auto const session = parse_session_config(
+        R"({"port":1,"simulationServers":["a:1",{"address":"b:1","wieght":2}]})", "c.json");
+    BOOST_TEST(session.value().warnings == std::vector<std::string>{
+        "c.json: key \"simulationServers\": unknown key \"wieght\" is ignored; did you mean \"weight\"?"});
+    auto const simulation = parse_simulation_config(
+        R"({"server":"h","forges":[{"url":"local:","directory":"x","owner":"me"}]})", "c.json");
+    BOOST_TEST(simulation.value().warnings ==
+               std::vector<std::string>{"c.json: key \"forges\": unknown key \"owner\" is ignored"});
+}
+
 BOOST_AUTO_TEST_CASE(session_defaults_are_those_of_the_reference)
 {
     auto const configured =

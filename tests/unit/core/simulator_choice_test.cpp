@@ -33,6 +33,12 @@ BOOST_AUTO_TEST_CASE(another_webots_than_the_configured_one_is_said)
     BOOST_TEST(choice.notice == "There is no Webots at /opt/w/webots: running /env/w/webots.");
 }
 
+BOOST_AUTO_TEST_CASE(a_webots_home_of_the_environment_that_has_no_webots_is_said)
+{
+    auto const choice = choose_simulator({}, "/env/w", "/bin", only({"/usr/bin/webots"})).value();
+    BOOST_TEST(choice.notice == "There is no Webots at /env/w/webots: running /usr/bin/webots.");
+}
+
 BOOST_AUTO_TEST_CASE(unless_configured_webots_is_where_it_is_usually_installed)
 {
     for (std::string const usual : {"/usr/local/webots/webots", "/usr/bin/webots"}) {
