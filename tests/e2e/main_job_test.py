@@ -3,6 +3,7 @@
 
 Protocol sections 1, 4.1.2 and 13 (refs with a slash)."""
 
+import json
 import os
 import sys
 import time
@@ -14,11 +15,39 @@ from support.git_server import GitServer  # noqa: E402
 from support.projects import demo_project  # noqa: E402
 from support.servers import SessionServer, SimulationServer, main, port_is_free, wait_until  # noqa: E402
 
+CONFIG = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "config")
+
 
 def picture(browser):
     """The pixels of the stream as the page shows them now; empty before the first frame."""
     image = browser.find_element("id", "picture")
     return image.screenshot_as_png if int(image.get_property("naturalWidth") or 0) > 0 else b""
+
+
+def local_config(kind):
+    """What ./server.sh start runs with, where nothing else is said."""
+    with open(os.path.join(CONFIG, kind, "local.json")) as file:
+        return json.load(file)
+
+
+class FirstMinute(unittest.TestCase):
+    """What a newcomer does, without the Internet: opens the page and presses its button."""
+
+    def test_the_world_that_the_local_configuration_proposes_starts_with_one_button(self):
+        config = local_config("simulation")
+        forges = [{**forge, "directory": os.path.join(CONFIG, "simulation", forge["directory"])}
+                  for forge in config["forges"] if isinstance(forge, dict)]
+        simulation = self.enterContext(SimulationServer(forges=forges, allowedRepositories=config["allowedRepositories"]))
+        session = self.enterContext(SessionServer([simulation.address], viewerUrl=local_config("session")["viewerUrl"]))
+        with open_browser(1280, 800) as browser:
+            browser.get(f"{session.url}/viewer/")
+            body = browser.find_element("tag name", "body")
+            wait_until(lambda: browser.find_element("id", "connect-to").get_property("value"), "no world is proposed")
+            browser.find_element("id", "start").click()
+            wait_until(lambda: body.get_attribute("data-state") in ("running", "failed"), lambda: simulation.log())
+            self.assertEqual(body.get_attribute("data-state"), "running", browser.find_element("id", "status").text)
+            first = wait_until(lambda: picture(browser), "no picture came")
+            wait_until(lambda: picture(browser) != first, "the picture stands still")
 
 
 class MainJob(unittest.TestCase):

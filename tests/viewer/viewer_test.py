@@ -403,10 +403,14 @@ class Addresses(ViewerTest):
         "https://h/1999/session?url=https%3A%2F%2Fg.org%2Fa%2Fworlds%2Fb.wbt&x=1":
             {"kind": "session", "server": "https://h/1999/", "world": "https://g.org/a/worlds/b.wbt",
              "request": "https://h/1999/session?url=https%3A%2F%2Fg.org%2Fa%2Fworlds%2Fb.wbt&x=1"},
+        "local:/o/r/blob/main/worlds/a.wbt":
+            {"kind": "session", "server": "http://own/", "request": "http://own/session?url=local:/o/r/blob/main/worlds/a.wbt",
+             "world": "local:/o/r/blob/main/worlds/a.wbt"},
         " ws://h:2001/ ": {"kind": "simulator", "url": "ws://h:2001"},
         "wss://h/2001": {"kind": "simulator", "url": "wss://h/2001"},
     }
-    REFUSED = ("", "nonsense", "http://h:1999/session", "ftp://h/worlds/a.wbt", "https://h/page", "ws://h/p/worlds/a.wbt")
+    REFUSED = ("", "nonsense", "http://h:1999/session", "ftp://h/worlds/a.wbt", "https://h/page", "ws://h/p/worlds/a.wbt", "local:/session",
+               "mailto:a.wbt")
 
     def parse(self, address):
         return self.driver.execute_async_script(

@@ -23,9 +23,10 @@ export function parseAddress(text, ownServer) {
   const url = parseUrl(address);
   if (url.protocol === 'ws:' || url.protocol === 'wss:')
     return simulator(url, address);
-  if (url.protocol !== 'http:' && url.protocol !== 'https:')
+  const isWeb = url.protocol === 'http:' || url.protocol === 'https:';
+  if (!isWeb && !isFolder(url))
     throw new Error(`An address cannot start with "${url.protocol}". ${EXPECTED}`);
-  if (/\/session(\.php)?$/.test(url.pathname))
+  if (isWeb && /\/session(\.php)?$/.test(url.pathname))
     return sessionRequest(url, address);
   if (isWorld(url.pathname))
     return { kind: 'session', server: ownServer, request: `${ownServer}session?url=${address}`, world: address };
@@ -39,6 +40,9 @@ function parseUrl(address) {
     throw new Error(`"${address}" is not a complete address. ${EXPECTED}`);
   }
 }
+
+// "local:/owner/repository/...": a folder that the simulation servers have under a name of their operator's choice.
+const isFolder = (url) => url.host === '' && url.pathname.startsWith('/');
 
 const isWorld = (path) => path.toLowerCase().endsWith('.wbt');
 
