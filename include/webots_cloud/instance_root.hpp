@@ -9,6 +9,13 @@
 
 namespace webots_cloud {
 
+/// What a dead predecessor left.
+struct LeftOvers
+{
+    std::size_t removed = 0;
+    std::size_t kept = 0; ///< Could not be removed, and lie in the folder as `left-over-...`.
+};
+
 /// A locked folder. The lock lasts as long as this object and dies with the process, however that ends.
 class InstanceRoot
 {
@@ -21,28 +28,27 @@ public:
     /// Nobody else can have put them there, or put something else in their place later.   Errors:
     /// `invalid_argument`, its detail says what to do, when one of the three is a link, another user's or
     /// writable for others, when everybody may rename what is in the folder above them, when another server
-    /// has the lock, or a folder can't be made or cleared.
+    /// has the lock, or a folder can't be made.
     static result<InstanceRoot> open(std::filesystem::path const& folder);
 
     InstanceRoot(InstanceRoot&& other) noexcept
-        : lock_(std::exchange(other.lock_, -1)), removed_(other.removed_)
+        : lock_(std::exchange(other.lock_, -1)), left_overs_(other.left_overs_)
     {}
     InstanceRoot& operator=(InstanceRoot&& other) noexcept
     {
         std::swap(lock_, other.lock_);
-        std::swap(removed_, other.removed_);
+        std::swap(left_overs_, other.left_overs_);
         return *this;
     }
     ~InstanceRoot();
 
-    /// How many left-overs there were.
-    std::size_t removed() const noexcept { return removed_; }
+    LeftOvers const& left_overs() const noexcept { return left_overs_; }
 
 private:
-    InstanceRoot(int lock, std::size_t removed) : lock_(lock), removed_(removed) {}
+    InstanceRoot(int lock, LeftOvers left_overs) : lock_(lock), left_overs_(left_overs) {}
 
     int lock_;
-    std::size_t removed_;
+    LeftOvers left_overs_;
 };
 
 } // namespace webots_cloud

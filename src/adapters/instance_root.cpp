@@ -1,5 +1,7 @@
 #include <webots_cloud/instance_root.hpp>
 
+#include <webots_cloud/adapters.hpp>
+
 #include "../core/text.hpp"
 #include "file_descriptor.hpp"
 #include "remove_tree.hpp"
@@ -77,22 +79,31 @@ result<FileDescriptor> take(fs::path const& folder, int levels)
     return take(parent->get(), folder);
 }
 
-/// Empties `folder`, wherever its name may lead by now; returns how much there was.
-result<std::size_t> clear(int opened, fs::path const& folder)
+constexpr std::string_view aside = "left-over-";
+
+/// Empties `folder`, wherever its name may lead by now. What can't be removed gets a name that is no
+/// simulation's.
+result<LeftOvers> clear(int opened, fs::path const& folder)
 {
-    std::size_t removed = 0;
+    LeftOvers left_overs;
     std::error_code failed;
     auto const entries = fs::path("/proc/self/fd") / std::to_string(opened);
     for (auto const& entry : fs::directory_iterator(entries, failed)) {
         auto const outcome = adapters::remove_tree(entry.path()); // which may have an overlay mounted
-        if (!outcome)
-            return refusal(folder, concat("can't remove the left-over ", entry.path().filename().string(),
-                                          ": ", outcome.error().message()));
-        ++removed;
+        if (outcome) {
+            ++left_overs.removed;
+            continue;
+        }
+        auto const name = entry.path().filename().string();
+        auto const other = concat(aside, make_token().substr(0, 8));
+        if (!name.starts_with(aside) && ::renameat(opened, name.c_str(), opened, other.c_str()) != 0)
+            return refusal(folder,
+                           concat("can't remove the left-over ", name, ": ", outcome.error().message()));
+        ++left_overs.kept;
     }
     if (failed)
         return refusal(folder, failed.message());
-    return removed;
+    return left_overs;
 }
 
 } // namespace
@@ -104,10 +115,10 @@ result<InstanceRoot> InstanceRoot::open(fs::path const& folder)
         return taken.error();
     if (::flock(taken->get(), LOCK_EX | LOCK_NB) != 0)
         return refusal(folder, "another simulation server uses it; is one running already?");
-    auto const removed = clear(taken->get(), folder);
-    if (!removed)
-        return removed.error();
-    return InstanceRoot(taken->release(), *removed);
+    auto const left_overs = clear(taken->get(), folder);
+    if (!left_overs)
+        return left_overs.error();
+    return InstanceRoot(taken->release(), *left_overs);
 }
 
 InstanceRoot::~InstanceRoot()

@@ -241,8 +241,11 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     auto const root = InstanceRoot::open(instances);
     if (!root)
         co_return root.error();
-    if (root->removed() > 0)
-        log.info(concat("Removed ", std::to_string(root->removed()), " left-over instance directories"));
+    if (auto const removed = root->left_overs().removed; removed > 0)
+        log.info(concat("Removed ", std::to_string(removed), " left-over instance directories"));
+    if (auto const kept = root->left_overs().kept; kept > 0)
+        log.warning(concat(std::to_string(kept), " left-over instance directories can't be removed: remove ",
+                           instances.string(), "/left-over-* by hand."));
 
     auto const clock = make_steady_clock(executor);
     auto const processes = make_process_host(executor, programs / "webots-process-guard");

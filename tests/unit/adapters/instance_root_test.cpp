@@ -70,7 +70,7 @@ BOOST_AUTO_TEST_CASE(missing_folders_are_made_for_us_alone)
     fs::remove_all(user);
     auto const root = InstanceRoot::open(instances);
     BOOST_TEST_REQUIRE(root.has_value());
-    BOOST_TEST(root->removed() == 0u);
+    BOOST_TEST(root->left_overs().removed == 0u);
     for (auto const& folder : {user, port, instances})
         BOOST_TEST(mode_of(folder) == 0700u);
 }
@@ -88,7 +88,7 @@ BOOST_AUTO_TEST_CASE(what_is_mounted_in_left_overs_is_unmounted_and_not_emptied)
     auto const root = InstanceRoot::open(instances);
     ::umount2(project.c_str(), MNT_DETACH);
     BOOST_TEST_REQUIRE(root.has_value());
-    BOOST_TEST(root->removed() == 1u);
+    BOOST_TEST(root->left_overs().removed == 1u);
     BOOST_TEST(fs::is_empty(instances));
     BOOST_TEST(fs::exists(shared / "cache" / "file"));
 }
@@ -103,11 +103,32 @@ BOOST_AUTO_TEST_CASE(left_overs_are_counted_and_go_and_what_is_beside_them_stays
     put(user / "2001" / "instances" / "1" / "file");
     auto const root = InstanceRoot::open(instances);
     BOOST_TEST_REQUIRE(root.has_value());
-    BOOST_TEST(root->removed() == 3u);
+    BOOST_TEST(root->left_overs().removed == 3u);
     BOOST_TEST(fs::is_empty(instances));
     for (auto const& file :
          {port / "other", user / "2001" / "instances" / "1" / "file", shared / "strangers" / "file"})
         BOOST_TEST(fs::exists(file));
+}
+
+BOOST_AUTO_TEST_CASE(what_can_not_be_removed_is_set_aside_and_no_reason_not_to_start)
+{
+    if (::geteuid() != 0) {
+        BOOST_TEST_MESSAGE("skipped: only root can make what others can't remove");
+        return;
+    }
+    put(instances / "1" / "file");
+    BOOST_REQUIRE(::chmod(shared.c_str(), 01777) == 0);
+    for (auto const& folder : {user, port, instances})
+        BOOST_REQUIRE(::chown(folder.c_str(), nobody, nobody) == 0);
+    BOOST_REQUIRE(::seteuid(nobody) == 0);
+    for (int start = 0; start < 2; ++start) {
+        auto const root = InstanceRoot::open(instances);
+        BOOST_TEST_REQUIRE(root.has_value());
+        BOOST_TEST(root->left_overs().removed == 0u);
+        BOOST_TEST(root->left_overs().kept == 1u);
+    }
+    BOOST_REQUIRE(::seteuid(0) == 0);
+    BOOST_TEST(!fs::exists(instances / "1"));
 }
 
 BOOST_AUTO_TEST_CASE(a_link_in_the_place_of_a_folder_is_refused_and_not_followed)
@@ -182,7 +203,7 @@ BOOST_AUTO_TEST_CASE(of_two_servers_the_second_is_refused_while_the_first_one_li
     }
     auto const second = InstanceRoot::open(instances);
     BOOST_TEST_REQUIRE(second.has_value());
-    BOOST_TEST(second->removed() == 1u);
+    BOOST_TEST(second->left_overs().removed == 1u);
 }
 
 BOOST_AUTO_TEST_CASE(folders_that_can_not_be_made_say_why)

@@ -1,7 +1,10 @@
 #include "unit_test.hpp"
 
+#include "adapters/file_descriptor.hpp"
 #include "adapters/remove_tree.hpp"
 
+#include <fcntl.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -64,6 +67,34 @@ BOOST_AUTO_TEST_CASE(what_links_lead_to_is_left_as_it_is)
     fs::permissions(folder / "project" / "locked", fs::perms::none);
     BOOST_TEST(adapters::remove_tree(folder / "project").has_value());
     BOOST_TEST((fs::status(folder / "other").permissions() == fs::perms::owner_read));
+}
+
+/// Folders inside one another, deeper than a path may be long; returns the innermost.
+adapters::FileDescriptor dig(fs::path const& folder, int levels)
+{
+    adapters::FileDescriptor inner(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    for (int level = 0; level < levels; ++level) {
+        BOOST_TEST_REQUIRE(::mkdirat(inner.get(), "a_folder_of_a_name", 0700) == 0);
+        inner = adapters::FileDescriptor(
+            ::openat(inner.get(), "a_folder_of_a_name", O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    }
+    return inner;
+}
+
+BOOST_AUTO_TEST_CASE(no_depth_is_too_deep_whatever_it_ends_in)
+{
+    auto const deepest = dig(folder / "project", 3000);
+    BOOST_TEST_REQUIRE(::mkdirat(deepest.get(), "locked", 0000) == 0);
+    BOOST_TEST_REQUIRE(::mkdirat(deepest.get(), "other", 0700) == 0);
+    BOOST_TEST_REQUIRE(::symlinkat("/", deepest.get(), "link") == 0);
+    BOOST_TEST_REQUIRE(::fchmod(deepest.get(), 0500) == 0);
+    rlimit before{};
+    ::getrlimit(RLIMIT_NOFILE, &before);
+    rlimit const few{200, before.rlim_max};
+    ::setrlimit(RLIMIT_NOFILE, &few);
+    BOOST_TEST(adapters::remove_tree(folder / "project").has_value());
+    ::setrlimit(RLIMIT_NOFILE, &before);
+    BOOST_TEST(!fs::exists(folder / "project"));
 }
 
 BOOST_AUTO_TEST_CASE(nothing_there_is_fine)
