@@ -103,25 +103,38 @@ void GitCache::open(fs::path const& folder)
 {
     for (int sibling = 0; sibling < most_siblings; ++sibling) {
         folder_ = sibling == 0 ? folder : fs::path(concat(folder.string(), "-", std::to_string(sibling)));
-        std::error_code failed;
-        if (folder.empty() || !make_private(folder_)) {
+        if (folder.empty() || !make_folders()) {
             usable_ = Failure(errc::unavailable, concat("the cache folder \"", folder_.string(),
                                                         "\" can't be made or belongs to somebody else"));
-            return;
-        }
-        fs::create_directories(folder_ / "incoming", failed);
-        keep_folders_apart(folder_ / "incoming");
-        fs::create_directories(folder_ / "repositories", failed);
-        lock_ = FileDescriptor(
-            ::open((folder_ / "lock").c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0600));
-        if (!lock_) {
-            usable_ = disk_failure().within(concat("cache folder ", folder_.string()));
             return;
         }
         if (::flock(lock_.get(), LOCK_EX | LOCK_NB) == 0)
             return;
     }
     usable_ = Failure(errc::unavailable, concat("cache folder ", folder.string(), ": other servers use it"));
+}
+
+/// All that a cache begins with, and its lock, not yet locked.
+bool GitCache::make_folders()
+{
+    std::error_code failed;
+    if (!make_private(folder_))
+        return false;
+    fs::create_directories(folder_ / "incoming", failed);
+    keep_folders_apart(folder_ / "incoming");
+    fs::create_directories(folder_ / "repositories", failed);
+    lock_ =
+        FileDescriptor(::open((folder_ / "lock").c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0600));
+    return static_cast<bool>(lock_);
+}
+
+/// After somebody has removed the cache.
+bool GitCache::restore_folders()
+{
+    std::error_code failed;
+    std::lock_guard const lock(mutex_);
+    return fs::exists(folder_ / "incoming", failed) ||
+           (make_folders() && ::flock(lock_.get(), LOCK_EX | LOCK_NB) == 0);
 }
 
 void GitCache::scan()
@@ -234,9 +247,11 @@ std::vector<GitSnapshotPtr> GitCache::relatives(std::string const& url)
 result<GitIncoming> GitCache::begin()
 {
     auto const folder = fresh_path();
-    if (::mkdir(folder.c_str(), 0700) != 0)
-        return disk_failure();
-    return GitIncoming(folder);
+    if (::mkdir(folder.c_str(), 0700) == 0)
+        return GitIncoming(folder);
+    if (errno == ENOENT && restore_folders() && ::mkdir(folder.c_str(), 0700) == 0)
+        return GitIncoming(folder);
+    return disk_failure();
 }
 
 result<GitSnapshotPtr> GitCache::publish(GitIncoming const& incoming, std::string const& url,
@@ -270,14 +285,28 @@ result<GitSnapshotPtr> GitCache::publish(GitIncoming const& incoming, std::strin
 
 void GitCache::drop(fs::path const& folder)
 {
-    stored_.erase(folder.string());
+    std::weak_ptr<GitSnapshot const> open;
+    if (auto const stored = stored_.find(folder.string()); stored != stored_.end()) {
+        open = stored->second.open;
+        stored_.erase(stored);
+    }
     std::error_code failed;
     if (!fs::exists(folder, failed))
         return;
     // Renamed first: half a folder must never be found under its name.
     auto const doomed = fresh_path();
     auto const renamed = ::rename(folder.c_str(), doomed.c_str()) == 0; // which takes room, too
-    remove_tree(renamed ? doomed : folder);
+    dropped_.emplace_back(renamed ? doomed : folder, open);
+    remove_unused();
+}
+
+/// Of what was dropped. A simulation may have it mounted.
+void GitCache::remove_unused()
+{
+    std::erase_if(dropped_, [](auto const& dropped) {
+        auto const& [folder, user] = dropped;
+        return user.expired() && remove_tree(folder).has_value();
+    });
 }
 
 void GitCache::trim()
@@ -294,6 +323,7 @@ bool GitCache::make_room()
 bool GitCache::trim_to(std::uint64_t most_bytes)
 {
     std::lock_guard const lock(mutex_);
+    remove_unused();
     bool removed = false;
     std::uint64_t total = 0;
     for (auto const& [path, stored] : stored_)
@@ -339,6 +369,13 @@ void GitCache::remember(std::string const& url, std::string const& ref_and_folde
     auto const fresh = fresh_path();
     if (write_file(AT_FDCWD, fresh.c_str(), text, 0644))
         fs::rename(fresh, path, failed);
+}
+
+void GitCache::forget(std::string const& url, std::string const& ref_and_folder)
+{
+    std::error_code ignored;
+    std::lock_guard const lock(mutex_);
+    fs::remove(repository(url) / "refs" / digest_of(ref_and_folder), ignored);
 }
 
 std::optional<core::GitTarget> GitCache::recall(std::string const& url,

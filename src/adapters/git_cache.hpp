@@ -51,7 +51,8 @@ private:
 ///
 /// Complete folders appear by one rename, so that a crash leaves at most something in `incoming`, which the
 /// next start removes. With the last folder of a repository goes what is known of its refs. A folder whose
-/// files are not as its index says is dropped when it is asked for. Thread-safety: any thread.
+/// files are not as its index says is dropped when it is asked for; who uses it keeps it. When all is removed
+/// while we run, it is made anew.   Thread-safety: any thread.
 class GitCache
 {
 public:
@@ -92,6 +93,9 @@ public:
     /// Notes what `ref_and_folder` means now.
     void remember(std::string const& url, std::string const& ref_and_folder, core::GitTarget const& target);
 
+    /// It means nothing any more.
+    void forget(std::string const& url, std::string const& ref_and_folder);
+
     /// What it meant last, for when the server can't be asked.
     std::optional<core::GitTarget> recall(std::string const& url, std::string const& ref_and_folder) const;
 
@@ -105,7 +109,10 @@ private:
 
     void open(std::filesystem::path const& folder);
     void scan();
+    bool make_folders();
+    bool restore_folders();
     void drop(std::filesystem::path const& folder);
+    void remove_unused();
     bool trim_to(std::uint64_t most_bytes);
     void forget_empty(std::filesystem::path const& repository);
     std::filesystem::path repository(std::string const& url) const;
@@ -118,6 +125,8 @@ private:
     result<> usable_;
     mutable std::mutex mutex_;
     std::unordered_map<std::string, Stored> stored_; ///< By path.
+    /// Folders that are no longer good, and who still uses them.
+    std::vector<std::pair<std::filesystem::path, std::weak_ptr<GitSnapshot const>>> dropped_;
 };
 
 } // namespace webots_cloud::adapters

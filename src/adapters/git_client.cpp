@@ -103,6 +103,8 @@ struct Offer
             is_smart = capabilities.version_2 = true;
         else if (text == "# service=git-upload-pack")
             is_smart = true;
+        else if (text == "object-format=sha256")
+            return Failure(errc::refused, "has SHA-256 object names, which are not supported");
         constexpr std::string_view fetch = "fetch=";
         if (text.starts_with(fetch))
             note(text.substr(fetch.size()));

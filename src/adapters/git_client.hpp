@@ -66,7 +66,7 @@ public:
     /// Errors: `not_found` (no such repository), `protocol_error`, as `CurlHttp::send`.
     result<std::vector<core::GitRef>> ls_refs(std::vector<std::string> const& prefixes);
 
-    /// What the server says it can do. One round trip.   Errors: as `ls_refs`.
+    /// What the server says it can do. One round trip.   Errors: as `ls_refs`, `refused` (SHA-256).
     result<GitCapabilities> capabilities();
 
     /// Fetches objects into `pack`. One round trip.   Errors: as `ls_refs`, as `GitPackReader`.

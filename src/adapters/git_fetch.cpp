@@ -202,6 +202,8 @@ std::optional<result<GitFetched>> GitFetch::look_up()
     if (servers_.is_missing(url_))
         return explain({errc::not_found, "does not exist or is private"});
     auto target = resolve();
+    if (!target && target.error() == errc::not_found)
+        cache_.forget(url_, order_.project.ref_and_folder);
     if (!target)
         return fall_back(target.error());
     target_ = std::move(*target);
@@ -341,6 +343,8 @@ result<GitFetch::Refs> GitFetch::ask_again(Failure const& failure)
         servers_.set_capabilities(order_.project.forge, *offered);
         return list_refs_with_libgit2();
     }
+    if (offered.has_error() && offered.error() == errc::refused)
+        return offered.error();
     if (failure != errc::not_found)
         return failure;
     if (offered.has_error() && offered.error() != errc::not_found)
@@ -363,7 +367,7 @@ result<GitFetch::Refs> GitFetch::list_refs_with_libgit2()
 /// When the server can't be asked, what it said last is better than nothing.
 result<GitFetched> GitFetch::fall_back(Failure const& failure)
 {
-    if (failure == errc::unreachable || failure == errc::timed_out) {
+    if (failure == errc::unreachable || failure == errc::timed_out || failure == errc::protocol_error) {
         if (auto const target = cache_.recall(url_, order_.project.ref_and_folder)) {
             GitFetched fetched;
             fetched.snapshot = cache_.find(url_, *target);
@@ -482,11 +486,13 @@ result<core::GitObjectId> GitFetch::folder_tree(Download& state, core::GitTarget
 {
     auto const lookup = [&](core::GitObjectId const& id) { return state.staging.find(id); };
     auto const* const commit = state.staging.find(target.commit);
-    if (!commit)
+    if (!commit && !state.staging.has_blob(target.commit))
         return Failure(errc::protocol_error, "the git server left out the commit");
-    auto const root = core::tree_of_commit(*commit);
+    auto const root = commit ? core::tree_of_commit(*commit) : result<core::GitObjectId>(Failure());
     if (!root)
-        return root.error();
+        return Failure(errc::not_found,
+                       concat("has no commit at \"", core::printable(order_.project.ref_and_folder, 100),
+                              "\", but something else"));
     auto const tree = core::find_git_folder(*root, target.folder, lookup);
     if (!tree)
         return tree.error();

@@ -49,10 +49,11 @@ result<> mount_overlay(int lower, fs::path const& scratch, int target)
         return disk_failure();
     auto const options = concat("lowerdir=", path_of(lower), ",upperdir=", path_of(upper->get()),
                                 ",workdir=", path_of(work->get()));
-    // Nothing of it outlives the simulation, so nothing needs to be synchronised ("volatile", since
-    // Linux 5.10).
-    if (mount_with(options + ",volatile", target) || mount_with(options, target))
-        return {};
+    // Folders of the project can be renamed ("redirect_dir"), and nothing of it outlives the simulation, so
+    // nothing needs to be synchronised ("volatile", since Linux 5.10).
+    for (auto const* const more : {",redirect_dir=on,volatile", ",volatile", ""})
+        if (mount_with(concat(options, more), target))
+            return {};
     return disk_failure();
 }
 

@@ -5,6 +5,7 @@
 #include "git_flights.hpp"
 #include "git_hand_out.hpp"
 #include "mounts.hpp"
+#include "project_files.hpp"
 #include "project_world.hpp"
 #include "remove_tree.hpp"
 #include "restore_file.hpp"
@@ -15,6 +16,8 @@
 #include "../core/text.hpp"
 
 #include <webots_cloud/adapters.hpp>
+
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <atomic>
@@ -29,10 +32,19 @@ using adapters::BlockingPool;
 using adapters::GitSnapshotPtr;
 using core::concat;
 
-constexpr std::size_t at_once =
-    8; // threads that mostly wait for the network: for answers, and as many for downloads
-constexpr std::size_t copies = 4;    // threads that keep a disk busy, together on one project if need be
-constexpr std::size_t cleaners = 2;  // others, so that no start waits for what somebody has left
+// Threads that mostly wait for the network, of each forge: for answers, and as many for downloads. One that
+// does not answer keeps only its own busy.
+constexpr std::size_t at_once = 8;
+constexpr std::size_t copies = 4;   // threads that keep a disk busy, together on one project if need be
+constexpr std::size_t cleaners = 2; // others, so that no start waits for what somebody has left
+
+bool on_one_disk(fs::path const& one, fs::path const& other)
+{
+    struct stat of_one;
+    struct stat of_other;
+    return ::stat(one.c_str(), &of_one) == 0 && ::stat(other.c_str(), &of_other) == 0 &&
+           of_one.st_dev == of_other.st_dev;
+}
 
 class GitSource final : public ProjectSource
 {
@@ -40,7 +52,7 @@ public:
     GitSource(asio::any_io_executor executor, GitSourceParams params, Logger log)
         : params_(std::move(params)), log_(std::move(log)), cache_(params_.cache, params_.cache_bytes),
           hand_out_(cache_.folder(), params_.instances), pool_(copies, BlockingPool::Priority::background),
-          cleaning_(cleaners, BlockingPool::Priority::background), flights_(std::move(executor), at_once)
+          cleaning_(cleaners, BlockingPool::Priority::background), executor_(std::move(executor))
     {
         if (cache_.usable())
             log_.info(concat("Projects are handed out by ", hand_out_.describe(), "."));
@@ -52,14 +64,16 @@ public:
     {
         co_await asio::this_coro::throw_if_cancelled(false);
         if (!cache_.usable())
-            co_return Failure(errc::unavailable, "This server can't store projects; its operator finds the reason in its log.");
+            co_return Failure(errc::unavailable,
+                              "This server can't store projects; its operator finds the reason in its log.");
         auto const executor = co_await asio::this_coro::executor;
         HeadStart head_start;
         async::TaskGroup meanwhile(executor);
         meanwhile.spawn(try_head_start(order, head_start));
         auto const key = concat(order.project.clone_url(), "\n", order.project.ref_and_folder);
         adapters::GitFlights::Make make = maker_of(order);
-        auto const obtained = co_await flights_.join(key, order.progress, std::move(make));
+        auto& flights = flights_.try_emplace(order.project.forge, executor_, at_once).first->second;
+        auto const obtained = co_await flights.join(key, order.progress, std::move(make));
         if (!obtained)
             meanwhile.cancel_all();
         co_await meanwhile.join();
@@ -93,7 +107,10 @@ public:
     {
         auto work = [directory] { return adapters::remove_tree(directory); };
         auto const removed = co_await cleaning_.run(std::move(work));
-        in_use_.erase(directory.string());
+        if (in_use_.erase(directory.string()) == 0)
+            co_return removed;
+        auto trim = [this] { return cache_.trim(), true; }; // what was in use may have been too much
+        co_await cleaning_.run(std::move(trim));
         co_return removed;
     }
 
@@ -153,7 +170,14 @@ private:
     result<FetchedProject> make_project(FetchOrder const& order, adapters::GitSnapshot const& snapshot,
                                         std::atomic<bool> const& aborted)
     {
-        auto root = hand_out_.give(snapshot, order.directory, order.project.repository, pool_, aborted);
+        auto const give = [&] {
+            return hand_out_.give(snapshot, order.directory, order.project.repository, pool_, aborted);
+        };
+        auto root = give();
+        auto const too_little = !root && adapters::is_lack_of_room(root.error());
+        if (too_little && on_one_disk(order.directory, cache_.folder()) && cache_.make_room() &&
+            adapters::remove_tree(order.directory))
+            root = give();
         if (!root)
             return root.error();
         auto header = adapters::read_world_header(*root, order.project.world);
@@ -176,9 +200,10 @@ private:
     adapters::GitHandOut hand_out_;
     /// By directory: what must not leave the cache, be it mounted or wanted again.
     std::unordered_map<std::string, GitSnapshotPtr> in_use_;
-    BlockingPool pool_; // the last three end their threads before anything that these use goes
+    BlockingPool pool_; // these and the flights end their threads before anything that they use goes
     BlockingPool cleaning_;
-    adapters::GitFlights flights_;
+    asio::any_io_executor executor_;
+    std::unordered_map<std::string, adapters::GitFlights> flights_; ///< By forge.
 };
 
 } // namespace

@@ -65,7 +65,7 @@ result<> replace(int folder, std::string const& name, int pristine, mode_t mode)
 } // namespace
 
 result<> restore_file(std::filesystem::path const& from, std::filesystem::path const& to,
-                      std::string const& file)
+                      std::string const& file, mode_t also)
 {
     auto const parts = core::split(file, '/');
     auto const name = std::string(parts.back());
@@ -79,7 +79,7 @@ result<> restore_file(std::filesystem::path const& from, std::filesystem::path c
     auto const target = folder_of(to, parts, true);
     if (!target)
         return target.error();
-    return replace(target->get(), name, pristine.get(), status.st_mode & 0777);
+    return replace(target->get(), name, pristine.get(), (status.st_mode & 0777) | also);
 }
 
 } // namespace webots_cloud::adapters

@@ -15,7 +15,10 @@
 
 #include <fcntl.h>
 
+#include <sys/stat.h>
+
 #include <fstream>
+#include <unordered_map>
 
 namespace webots_cloud {
 namespace {
@@ -24,7 +27,8 @@ namespace asio = boost::asio;
 namespace fs = std::filesystem;
 using core::concat;
 
-constexpr std::size_t threads = 5; // four fetches at once, and cleaning up
+constexpr std::size_t threads = 4; // for work on this machine, and as many for each website
+constexpr mode_t runnable = 0775;
 constexpr std::size_t longest_key = 4096;
 
 Failure cannot_store(std::error_code const& why)
@@ -54,7 +58,7 @@ result<> make_runnable(fs::path const& root)
     std::error_code failed;
     for (auto entry = fs::recursive_directory_iterator(root, failed); !failed && entry != fs::end(entry);) {
         if (core::is_runnable_name(entry->path().filename().string()))
-            fs::permissions(entry->path(), fs::perms(0775), failed);
+            fs::permissions(entry->path(), fs::perms(runnable), failed);
         if (!failed)
             entry.increment(failed);
     }
@@ -172,7 +176,7 @@ class WebsiteSource final : public ProjectSource
 public:
     WebsiteSource(WebsiteSourceParams params, Logger log)
         : params_(std::move(params)), log_(std::move(log)),
-          pool_(threads, adapters::BlockingPool::Priority::background)
+          local_(threads, adapters::BlockingPool::Priority::background)
     {}
 
     asio::awaitable<result<FetchedProject>> fetch(FetchOrder order) override
@@ -182,7 +186,7 @@ public:
             co_return Failure(errc::invalid_argument, "this order names no project of a website");
         auto const host = order.website->host();
         auto look = [keys = params_.keys, host] { return read_key(keys, host); };
-        auto const key = co_await pool_.run(std::move(look));
+        auto const key = co_await local_.run(std::move(look));
         if (!key)
             co_return key.error();
         auto plan = core::plan_website_project(*order.website, *key);
@@ -190,33 +194,44 @@ public:
             co_return plan.error();
         if (key->empty())
             log_.warning(concat("No key for: ", host));
+        auto& pool = plan->download ? pool_of(host) : local_;
         auto work = [this, order = std::move(order),
                      plan = std::move(*plan)](std::atomic<bool> const& aborted) {
             return Making(http_, params_, plan, order, aborted).run();
         };
-        co_return co_await pool_.run_abortable(std::move(work));
+        co_return co_await pool.run_abortable(std::move(work));
     }
 
     /// Out of the template: what a user of the website changed there is what a reset undoes.
     asio::awaitable<result<>> restore(RestoreOrder order) override
     {
-        auto work = [from = params_.projects / order.website->project, order = std::move(order)] {
-            return adapters::restore_file(from, order.root, order.file);
+        auto const is_runnable = core::is_runnable_name(fs::path(order.file).filename().string());
+        auto work = [from = params_.projects / order.website->project, also = is_runnable ? runnable : 0,
+                     order = std::move(order)] {
+            return adapters::restore_file(from, order.root, order.file, also);
         };
-        co_return co_await pool_.run(std::move(work));
+        co_return co_await local_.run(std::move(work));
     }
 
     asio::awaitable<result<>> discard(fs::path directory) override
     {
         auto work = [directory = std::move(directory)] { return adapters::remove_tree(directory); };
-        co_return co_await pool_.run(std::move(work));
+        co_return co_await local_.run(std::move(work));
     }
 
 private:
+    /// Threads of its own: a website that is slow holds up nobody else. There are no more than keys.
+    adapters::BlockingPool& pool_of(std::string const& host)
+    {
+        return downloading_.try_emplace(host, threads, adapters::BlockingPool::Priority::background)
+            .first->second;
+    }
+
     WebsiteSourceParams params_;
     Logger log_;
     adapters::CurlHttp http_;
-    adapters::BlockingPool pool_; // ends its threads before anything that they use goes
+    adapters::BlockingPool local_; // these end their threads before anything that they use goes
+    std::unordered_map<std::string, adapters::BlockingPool> downloading_; ///< By host.
 };
 
 } // namespace

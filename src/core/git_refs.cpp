@@ -31,6 +31,16 @@ std::string_view short_name(GitRef const& ref) noexcept
     return name == "HEAD" ? name : std::string_view();
 }
 
+/// How much of `path` names this ref, in short or, as forges do where a branch and a tag have one name, in
+/// full; 0: it names another.
+std::size_t size_in(std::string_view path, GitRef const& ref) noexcept
+{
+    for (auto const name : {std::string_view(ref.name), short_name(ref)})
+        if (!short_name(ref).empty() && begins_with_segments(path, name))
+            return name.size();
+    return 0;
+}
+
 GitTarget target(GitObjectId const& commit, std::string_view path, std::size_t ref_size)
 {
     GitTarget found;
@@ -61,9 +71,13 @@ result<GitRef> parse_ref_line(std::string_view line)
 std::vector<std::string> ref_prefixes(std::string_view ref_and_folder)
 {
     auto const first = first_segment(ref_and_folder);
+    std::vector<std::string> prefixes = {concat(heads, first), concat(tags, first)};
     if (first == "HEAD")
-        return {"HEAD", concat(heads, first), concat(tags, first)};
-    return {concat(heads, first), concat(tags, first)};
+        prefixes.insert(prefixes.begin(), std::string(first));
+    for (auto const space : {heads, tags})
+        if (ref_and_folder.starts_with(space))
+            prefixes.push_back(concat(space, first_segment(ref_and_folder.substr(space.size()))));
+    return prefixes;
 }
 
 std::vector<std::string> all_ref_prefixes()
@@ -87,19 +101,18 @@ result<GitTarget> resolve_ref(std::string_view ref_and_folder, std::vector<GitRe
     if (auto const commit = git_object_id(first))
         return target(*commit, ref_and_folder, first.size());
     GitRef const* best = nullptr;
+    std::size_t longest = 0;
     for (auto const& ref : refs) {
-        auto const name = short_name(ref);
-        if (name.empty() || !begins_with_segments(ref_and_folder, name))
-            continue;
-        auto const better = !best || name.size() > short_name(*best).size() ||
-                            (name.size() == short_name(*best).size() && ref.name.starts_with(heads));
-        if (better)
+        auto const size = size_in(ref_and_folder, ref);
+        if (size > longest || (size > 0 && size == longest && ref.name.starts_with(heads))) {
             best = &ref;
+            longest = size;
+        }
     }
     if (!best)
         return Failure(errc::not_found,
                        concat("has no branch or tag \"", printable(ref_and_folder, 100), "\""));
-    return target(best->id, ref_and_folder, short_name(*best).size());
+    return target(best->id, ref_and_folder, longest);
 }
 
 } // namespace webots_cloud::core

@@ -21,8 +21,10 @@ bool covers(std::string_view prefix, std::string_view url, std::string_view forg
 {
     std::string decoded_prefix;
     std::string decoded_url;
-    if (!percent_decode(prefix, decoded_prefix) || !percent_decode(without_query(url), decoded_url))
+    if (!percent_decode(prefix, decoded_prefix))
         return false;
+    if (!percent_decode(without_query(url), decoded_url))
+        decoded_url = without_query(url); // whose fault is told by the grammar, which refuses it
     while (decoded_prefix.ends_with('/'))
         decoded_prefix.pop_back();
     auto const wanted = split(decoded_prefix, '/');

@@ -47,9 +47,12 @@ result<WebsitePlan> plan_website_project(WebsiteProject const& project, std::str
     return plan;
 }
 
+// A zip file that begins with its end holds nothing.
+constexpr std::string_view end_of_archive = "PK\5\6";
+
 DownloadAnswer classify_download(std::string_view beginning) noexcept
 {
-    if (beginning.starts_with(unchanged_prefix))
+    if (beginning.starts_with(unchanged_prefix) || beginning.starts_with(end_of_archive))
         return DownloadAnswer::unchanged;
     return beginning.starts_with(error_prefix) ? DownloadAnswer::refused : DownloadAnswer::archive;
 }
@@ -58,7 +61,9 @@ Failure download_refusal(std::string_view words)
 {
     if (words.starts_with(error_prefix))
         words.remove_prefix(error_prefix.size());
-    return {errc::refused, concat("Failed to download project: ", printable(trim(words), 200))};
+    words = trim(words);
+    return {errc::refused, concat("Failed to download project: ",
+                                  words.empty() ? "the website gives no reason." : printable(words, 200))};
 }
 
 bool is_runnable_name(std::string_view name) noexcept

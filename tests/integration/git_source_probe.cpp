@@ -40,7 +40,7 @@ struct Options
 {
     GitSourceParams source;
     FetchLimits limits;
-    std::string forge;
+    std::vector<std::string> forges;
     std::filesystem::path into;
     std::vector<std::string> worlds;
     bool together = false;
@@ -66,7 +66,7 @@ Options parse(int argc, char** argv)
             options.source.low_speed = std::stoull(next());
             options.source.low_speed_time = std::chrono::milliseconds(std::stol(next()));
         } else if (word == "--forge")
-            options.forge = next();
+            options.forges.push_back(next());
         else if (word == "--into")
             options.into = next();
         else if (word == "--bytes")
@@ -151,7 +151,7 @@ public:
     asio::awaitable<void> one(std::size_t number)
     {
         co_await asio::this_coro::throw_if_cancelled(false);
-        auto const project = parse_world_url(options_.worlds[number], {options_.forge});
+        auto const project = parse_world_url(options_.worlds[number], options_.forges);
         if (!project) {
             print(number, {}, project.error(), FetchProgress(), 0);
             co_return;

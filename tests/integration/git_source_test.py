@@ -3,11 +3,14 @@
 
 Protocol sections 4.1.2 (steps 5 to 8) and 13 (refs), quirk Q6."""
 
+import http.server
 import os
 import shutil
 import signal
+import socket
 import subprocess
 import sys
+import threading
 import time
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
@@ -132,6 +135,19 @@ class GitSourceTest(GitCase):
             self.assertIn("error", answer, world)
             if words:
                 self.assertEqual(answer["error"], words)
+
+    def test_what_is_no_commit_is_said(self):
+        blob = self.server._git("-C", self.path, "rev-parse", "main:README.md").decode().strip()
+        for name, target in (("file", blob), ("folder", "main^{tree}")):
+            self.server._git("-C", self.path, "tag", name, target)
+            self.assertEqual(self.probe.fetch(f"owner/robots/blob/{name}/worlds/top.wbt").get("error"),
+                             f'Repository owner/robots has no commit at "{name}", but something else.')
+
+    def test_repositories_with_names_of_another_kind_are_refused(self):
+        path = os.path.join(self.server.repositories, "owner", "sha256.git")
+        self.server._git("init", "-q", "--bare", "--object-format=sha256", path)
+        self.assertEqual(self.probe.fetch("owner/sha256/blob/main/worlds/a.wbt").get("error"),
+                         "Repository owner/sha256 has SHA-256 object names, which are not supported.")
 
     def test_a_missing_repository_is_asked_for_once_a_minute(self):
         before = len(self.server.requests())
@@ -364,6 +380,36 @@ class CacheTest(GitCase):
         self.assertEqual(len(self.snapshots()), 1, "it is in use")
 
 
+    def test_copies_get_the_room_of_what_is_not_in_use(self):
+        disk = self.small_disk("2m")
+        self.probe.may_mount = False
+        self.probe.cache, self.probe.place = os.path.join(disk, "cache"), disk
+        for name in "abca":
+            self.assertEqual(self.probe.fetch(self.world(name), "--discard").get("header"), HEADER, name)
+        with open(os.path.join(disk, "others"), "wb") as file:
+            file.write(bytes(900_000))
+        self.assertEqual(self.probe.fetch(self.world("a"), "--fastest").get("header"), HEADER)
+        self.assertEqual(len(self.snapshots()), 1, "it is in use")
+
+    def test_what_was_too_much_while_it_was_in_use_goes_after_that(self):
+        self.probe.fetch_all([self.world(name) for name in "abc"], *self.ROOM, "--together", "--discard")
+        self.assertEqual(len(self.snapshots()), 2)
+
+
+class UnderMaintenance(http.server.BaseHTTPRequestHandler):
+    """A website that answers every question with the same page."""
+
+    def do_POST(self):
+        self.send_response(200)
+        self.end_headers()
+        self.wfile.write(b"<html>Back soon</html>")
+
+    do_GET = do_POST
+
+    def log_message(self, *_):
+        pass
+
+
 class GitSourceUpdatesTest(GitCase):
     def setUp(self):
         self.serve()
@@ -406,6 +452,34 @@ class GitSourceUpdatesTest(GitCase):
         *slow, warm = self.probe.fetch_all([*worlds, small], "--together", "--timeout", "5000")
         self.assertIn("root", warm)
         self.assertLess(warm["ms"], min(answer["ms"] for answer in slow))
+
+    def test_a_forge_that_never_answers_holds_up_no_start_from_another(self):
+        self.probe.fetch(self.world)
+        with socket.create_server(("127.0.0.1", 0), backlog=64) as listener:
+            silent = f"http://127.0.0.1:{listener.getsockname()[1]}"
+            worlds = [f"{silent}/owner/robots{number}/blob/main/worlds/a.wbt" for number in range(12)]  # more than ask at once
+            *lost, warm = self.probe.fetch_all([*worlds, self.world], "--forge", silent, "--together", "--timeout", "3000")
+        self.assertIn("root", warm)
+        self.assertLess(warm["ms"], min(answer["ms"] for answer in lost))
+
+    def test_a_branch_that_the_server_said_is_gone_does_not_start_without_the_server(self):
+        self.server.commit(self.path, self.files, "refs/heads/side")
+        side = "owner/robots/blob/side/worlds/a.wbt"
+        self.assertIn("root", self.probe.fetch(side))
+        self.server._git("-C", self.path, "update-ref", "-d", "refs/heads/side")
+        self.assertIn("no branch or tag", self.probe.fetch(side)["error"])
+        self.server.stop()
+        self.assertIn("can't be reached", self.probe.fetch(side)["error"])
+
+    def test_a_forge_that_answers_with_a_page_is_no_reason_not_to_start(self):
+        self.probe.fetch(self.world)
+        self.server.stop()
+        with http.server.ThreadingHTTPServer(("127.0.0.1", self.server.port), UnderMaintenance) as website:
+            threading.Thread(target=website.serve_forever, daemon=True).start()
+            answer = self.probe.fetch(self.world)
+            website.shutdown()
+        self.assertIn("root", answer)
+        self.assertIn("from the cache", self.probe.log)
 
     def test_without_the_server_it_starts_from_the_cache_and_says_so(self):
         first = self.probe.fetch(self.world)
@@ -513,6 +587,7 @@ class HandOutTest(GitCase):
         self.addCleanup(subprocess.run, ["umount", answer["root"]], stderr=subprocess.DEVNULL)
         with open(os.path.join(answer["root"], "worlds/arm.wbt"), "w") as file:
             file.write("broken")
+        os.rename(os.path.join(answer["root"], "worlds"), os.path.join(answer["root"], "others"))
         again = probe.fetch(self.WORLD)
         self.assertEqual(tree(again["root"])["worlds/arm.wbt"], WORLD.encode())
         probe.fetch(self.WORLD, "--fastest", "--discard")

@@ -177,6 +177,7 @@ class Starts(WebsiteTest):
             self.assertEqual(await browser.hear("reset controller:"), "reset controller: avoid_walls/avoid_walls.py")
             with open(os.path.join(EXAMPLES, "robots", controller), "rb") as original:
                 self.assertEqual(self.read(controller), original.read())
+            self.assertEqual(self.mode(controller) & 0o777, 0o775, "whatever the template's are")
 
     async def test_archives_in_large_numbers_are_taken_too(self):
         self.website.set_archive(zip64_of({"worlds/arena.wbt": WORLD, "notes.txt": "large"}))

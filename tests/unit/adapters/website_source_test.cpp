@@ -120,4 +120,26 @@ BOOST_AUTO_TEST_CASE(a_website_that_falls_silent_is_given_up_at_the_deadline)
     BOOST_TEST(failure.message().starts_with("Failed to download project from 127.0.0.1"));
 }
 
+BOOST_AUTO_TEST_CASE(a_silent_website_holds_up_nobody_who_wants_something_else)
+{
+    EndlessWebsite const website(false);
+    order.website->origin = website.origin();
+    order.limits.timeout = std::chrono::seconds(1);
+    auto visitor = order;
+    visitor.website->user1_id.clear();
+    auto const source = make_website_source(context.get_executor(), params, Logger());
+    std::vector<bool> arrived;
+    auto const keep = [&](std::exception_ptr, result<FetchedProject> outcome) {
+        arrived.push_back(outcome.has_value());
+    };
+    for (int user = 0; user < 10; ++user) {
+        order.directory = folder / std::to_string(user);
+        asio::co_spawn(context, source->fetch(order), keep);
+    }
+    asio::co_spawn(context, source->fetch(visitor), keep);
+    context.run();
+    BOOST_TEST_REQUIRE(arrived.size() == 11u);
+    BOOST_TEST(arrived.front());
+}
+
 BOOST_AUTO_TEST_SUITE_END()

@@ -73,6 +73,16 @@ BOOST_AUTO_TEST_CASE(forty_hexadecimal_digits_are_a_commit)
     BOOST_TEST(!core::names_commit("g" + commit.substr(1)));
 }
 
+BOOST_AUTO_TEST_CASE(the_full_name_tells_a_branch_from_a_tag_of_the_same_name)
+{
+    std::vector<GitRef> const refs{ref("refs/heads/v1", 'a'), ref("refs/tags/v1", 'b'),
+                                   ref("refs/heads/v1/x", 'c')};
+    BOOST_TEST(resolved("refs/tags/v1/x", refs) == "b:x");
+    BOOST_TEST(resolved("refs/heads/v1/x/y", refs) == "c:y");
+    auto const prefixes = core::ref_prefixes("refs/tags/v1/x");
+    BOOST_TEST(std::count(prefixes.begin(), prefixes.end(), "refs/tags/v1") == 1);
+}
+
 BOOST_AUTO_TEST_CASE(other_kinds_of_refs_cannot_be_named)
 {
     std::vector const refs{ref("refs/pull/1/head", 'a'), ref("refs/remotes/main", 'b')};

@@ -50,6 +50,13 @@ BOOST_AUTO_TEST_CASE(blob_and_tree_are_the_same)
     BOOST_TEST(covers("local:/demo/robots/tree", "local:/demo/robots/blob/main/worlds/a.wbt", "local:"));
 }
 
+// It is refused as malformed later on, with a sentence that says so.
+BOOST_AUTO_TEST_CASE(a_malformed_rest_is_no_reason_to_take_it_for_another_repository)
+{
+    BOOST_TEST(covers("https://github.com/o", "https://github.com/o/r/blob/main/worlds/50%.wbt", github));
+    BOOST_TEST(!covers("https://github.com/o", "https://github.com/%zz/r/blob/main/worlds/a.wbt", github));
+}
+
 // Quirk Q25.
 BOOST_AUTO_TEST_CASE(a_query_or_fragment_changes_nothing)
 {

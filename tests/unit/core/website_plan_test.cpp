@@ -75,6 +75,7 @@ BOOST_AUTO_TEST_CASE(answers_are_of_three_kinds)
 {
     BOOST_TEST((classify_download("Error: no such directory: 'user/42/projects/robots'.") ==
                 DownloadAnswer::unchanged));
+    BOOST_TEST((classify_download("PK\5\6") == DownloadAnswer::unchanged));
     for (auto const* words :
          {"Error: Wrong key.", "Error:", "Error: Missing user1Id.", "Error: no such directory"})
         BOOST_TEST((classify_download(words) == DownloadAnswer::refused), words);
@@ -85,6 +86,8 @@ BOOST_AUTO_TEST_CASE(answers_are_of_three_kinds)
 BOOST_AUTO_TEST_CASE(a_refusal_is_told_in_the_websites_words)
 {
     BOOST_TEST(download_refusal("Error: Wrong key.\n").message() == "Failed to download project: Wrong key.");
+    BOOST_TEST(download_refusal("Error:\n").message() ==
+               "Failed to download project: the website gives no reason.");
     BOOST_TEST(download_refusal("Error: \x1b[2J").message() == "Failed to download project: \\x1b[2J");
 }
 
