@@ -73,6 +73,7 @@ public:
 
     Answer respond(IncomingRequest const& request) override;
     boost::asio::awaitable<void> converse(ChannelInfo info, Channel& channel) override;
+    void stopping() override;
 
     /// Percent: what `GET /load` answers.
     double load() const noexcept;

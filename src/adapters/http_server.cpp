@@ -293,6 +293,7 @@ asio::awaitable<void> NetworkServer::stop()
     for (auto* const connections : {&silent_, &active_})
         for (auto& connection : *connections)
             connection.stop();
+    endpoint_.stopping();
     for (auto& conversation : conversations_)
         conversation.channel.close(1001, "the server is stopping");
     asio::steady_timer patience(executor_, params_.stop_timeout);

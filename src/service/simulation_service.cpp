@@ -42,7 +42,7 @@ struct SimulationService::Impl
     }
 
     void set_policy();
-    void stop_waiting();
+    void stop();
     asio::awaitable<Opening> await_opening(std::uint64_t id, Channel& channel);
     asio::awaitable<void> simulate(std::uint64_t id, core::SimulationRequest request, Channel& channel);
     asio::awaitable<void> reconnect(std::uint64_t id, std::string token, Channel& channel);
@@ -105,7 +105,7 @@ asio::awaitable<result<>> SimulationService::run()
         auto const next = clock.now() + core::until_next_second(clock.wall());
         auto const waited = co_await clock.wait_until(next);
         if (!waited) {
-            impl_->stop_waiting();
+            impl_->stop();
             co_return waited;
         }
         impl_->operators.measure(next, impl_->clients);
@@ -144,11 +144,16 @@ asio::awaitable<void> SimulationService::converse(ChannelInfo info, Channel& cha
     impl_->surroundings.log.info(concat(name, "Client disconnected"));
 }
 
-void SimulationService::Impl::stop_waiting()
+void SimulationService::stopping()
+{
+    impl_->stop();
+}
+
+void SimulationService::Impl::stop()
 {
     surroundings.stopping = true;
     for (auto const& [id, session] : sessions)
-        session->stop_waiting();
+        session->server_stops();
 }
 
 asio::awaitable<Opening> SimulationService::Impl::await_opening(std::uint64_t id, Channel& channel)

@@ -100,7 +100,9 @@ asio::awaitable<void> SimulationSession::run(Channel& channel)
 {
     // Whichever ends first ends the others: the browser's departure, the simulation, or another browser that
     // takes over.
+    channel_ = &channel;
     co_await (host(channel) || watch(channel) || await_successor());
+    channel_ = nullptr;
     co_await part(channel);
 }
 
@@ -134,8 +136,11 @@ asio::awaitable<bool> SimulationSession::take_over()
     co_return !over_;
 }
 
-void SimulationSession::stop_waiting()
+void SimulationSession::server_stops()
 {
+    if (channel_ && !start_over_)
+        refuse(*channel_,
+               Failure(errc::unavailable, "This simulation server is being stopped. Please start again."));
     something_changed_.notify();
 }
 

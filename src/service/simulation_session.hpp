@@ -79,8 +79,8 @@ public:
     /// Goes on as `run` does, from the running simulation.
     boost::asio::awaitable<void> resume(Channel& channel);
 
-    /// Waits for no browser any more: the server stops.
-    void stop_waiting();
+    /// Waits for no browser any more, and tells one whose simulation has not started yet.
+    void server_stops();
 
     /// Cleaned up: nothing is left.
     bool is_over() const noexcept { return over_; }
@@ -129,6 +129,7 @@ private:
     std::uint64_t id_;
     core::SimulationRequest request_;
     State state_ = State::fetching;
+    Channel* channel_ = nullptr; ///< Of the browser, while `run` talks with it.
     TimePoint since_;
     TimePoint stage_began_;
     bool start_over_ = false; ///< It got ready, or it failed.

@@ -242,6 +242,15 @@ class Ends(unittest.IsolatedAsyncioTestCase):
                 self.assertFalse([pid for pid in processes if is_alive(pid)])
                 self.assertEqual(simulation.instances(), [])
 
+    async def test_sigterm_tells_a_browser_whose_simulation_has_not_started(self):
+        with server(faults="never-ready") as simulation:
+            async with Browser(simulation) as browser:
+                await browser.start()
+                await browser.hear("shutdownTimeout:")
+                await asyncio.to_thread(simulation.stop)
+                self.assertEqual(await browser.hear_all(), 1001)
+                self.assertEqual(browser.told[-1], "loading: Error: This simulation server is being stopped. Please start again.")
+
     async def test_sigkill_leaves_no_process_and_the_next_start_no_directory(self):
         with server(faults="ignore-sigterm,daemon-grandchild") as simulation:
             async with Browser(simulation) as browser:

@@ -98,6 +98,9 @@ public:
     ///
     /// Not cancelled when the server stops: `channel.receive()` then reports `closed`, and what was begun is cleaned up.
     virtual boost::asio::awaitable<void> converse(ChannelInfo info, Channel& channel) = 0;
+
+    /// The adapter is about to close all channels: the time for last words.
+    virtual void stopping() {}
 };
 
 } // namespace webots_cloud
