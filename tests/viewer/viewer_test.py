@@ -311,6 +311,23 @@ class Running(ViewerTest):
         self.wait(lambda: (self.cloud.leases, self.cloud.streams) == (0, 0), "the end of all connections")
         self.assertFalse(self.element("play").is_enabled())
 
+    def test_enter_in_the_address_starts_but_never_ends_a_simulation(self):
+        self.cloud.launch = []
+        self.open_page()
+        for _ in range(2):  # impatient
+            self.element("connect-to").send_keys("\n")
+            self.assertEqual(self.data()["state"], "starting")
+        self.wait(lambda: len(self.cloud.started) == 1, "the start")
+        self.cloud.send("simulation", f"webots:{self.cloud.address('simulator')}")
+        self.wait_state("running")
+        self.element("connect-to").send_keys("\n")
+        self.assertEqual(self.data()["state"], "running")
+        self.click("start")
+        self.wait_state("idle")
+        self.element("connect-to").send_keys("\n")
+        self.wait_state("starting")
+        self.assertEqual(self.text("start"), "Cancel")
+
     def test_leaving_the_page_closes_the_lease(self):
         self.run_simulation()
         self.driver.get("about:blank")

@@ -171,13 +171,13 @@ async function loadDefaults() {
   followAvailability();
 }
 
+// Enter in the address. The button is none of "submit", which Enter would press: only a press of its own ends a simulation.
 element('connection').addEventListener('submit', (event) => {
   event.preventDefault();
   if (session === null)
     start();
-  else
-    disconnect();
 });
+element('start').addEventListener('click', () => (session === null ? start() : disconnect()));
 element('connect-to').addEventListener('change', followAvailability);
 element('clear').addEventListener('click', () => output.clear());
 element('dismiss').addEventListener('click', () => setWarning(''));
