@@ -9,7 +9,7 @@ import { Console } from './console.js';
 import { Picture } from './picture.js';
 import { Session } from './session.js';
 
-const LIGHT = { available: 'A machine is available', full: 'All machines are busy', unknown: 'Availability unknown' };
+const LIGHT = { available: 'A machine is available', full: 'No machine is free', unknown: 'Availability unknown' };
 const MODE = { paused: 'The simulation is paused.', running: 'The simulation is running.', fast: 'The simulation is running as fast as it can.' };
 const COMMANDS = ['play', 'pause', 'step', 'fast', 'reset', 'reload'];
 
