@@ -9,6 +9,8 @@
 
 #include <boost/asio/experimental/awaitable_operators.hpp>
 
+#include <charconv>
+
 using namespace webots_cloud;
 namespace asio = boost::asio;
 
@@ -22,23 +24,33 @@ asio::awaitable<result<>> serve_both(asio::any_io_executor executor, SessionConf
     co_return std::visit([](result<> const& outcome) { return outcome; }, ended);
 }
 
+/// 0: `text` is no port.
+std::uint16_t port_of(std::string_view text)
+{
+    std::uint16_t port = 0;
+    auto const [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
+    return error == std::errc() && end == text.data() + text.size() ? port : 0;
+}
+
 int main(int argc, char** argv)
 {
-    if (argc != 5) {
+    auto const session_port = argc == 5 ? port_of(argv[3]) : std::uint16_t{0};
+    auto const simulation_port = argc == 5 ? port_of(argv[4]) : std::uint16_t{0};
+    if (session_port == 0 || simulation_port == 0) {
         std::cerr << "usage: " << argv[0] << " PROGRAMS EXAMPLES SESSION_PORT SIMULATION_PORT\n";
         return exit_usage;
     }
     SimulationConfig simulation;
     simulation.ssl = false;
     simulation.port_rewrite = false;
-    simulation.port = static_cast<std::uint16_t>(std::stoi(argv[4]));
+    simulation.port = simulation_port;
     simulation.forges = {ForgeConfig("local:")};
     simulation.forges.front().directory = argv[2];
     simulation.allowed_repositories = {"local:/demo_projects"};
 
     SessionConfig session;
     session.ssl = false;
-    session.port = static_cast<std::uint16_t>(std::stoi(argv[3]));
+    session.port = session_port;
     session.simulation_servers = {ServerSpec("localhost:" + std::to_string(simulation.port))};
 
     return run_daemon("embed_both", [&](asio::any_io_executor executor) {

@@ -110,7 +110,7 @@ struct SimulationConfig
     std::filesystem::path key_dir = "key"; ///< `keyDir`: a file per website, named as its host, with its key.
     std::string multimedia_server; ///< `multimediaServer`: of Janus, for Webots R2021b and older.
     std::string multimedia_stream; ///< `multimediaStream`: where Janus takes the stream, `<host>:<port>`.
-    int max_connections = 100;        ///< `maxConnections`
+    int max_connections = 100;        ///< `maxConnections`; not more than there are ports after `port`.
     Duration timeout = std::chrono::hours(2);         ///< `timeout`, in seconds; less than 360 counts as 7200.
     Duration start_timeout = std::chrono::minutes(5); ///< `startTimeout`, in seconds.
     Duration reconnect_grace{};       ///< `reconnectGrace`, in seconds: how long a lost browser may return.

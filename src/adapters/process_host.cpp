@@ -239,6 +239,9 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
                               concat(program, " can't be run: ",
                                      std::error_code(errno, std::generic_category()).message()));
 
+    boost::system::error_code error;
+    auto const here = std::filesystem::current_path(error); // the guard starts in the folder of the process
+    spec.argv.front() = (here / spec.argv.front()).string();
     std::vector<std::string> arguments;
     if (!spec.afterwards.empty()) {
         arguments.emplace_back("--afterwards");
@@ -254,7 +257,6 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
     for (auto const& [name, value] : spec.environment)
         environment.push_back(concat(name, "=", value));
 
-    boost::system::error_code error;
     asio::readable_pipe leash_end(executor_);
     asio::writable_pipe leash(executor_);
     asio::readable_pipe output(executor_);
@@ -265,9 +267,9 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
     if (error)
         co_return Failure(errc::start_failed, concat("no pipe: ", error.message()));
 
-    auto const directory = spec.directory.empty() ? std::filesystem::current_path(error) : spec.directory;
+    auto const directory = spec.directory.empty() ? here : spec.directory;
     Spawn spawn;
-    spawn.program = guard_.string();
+    spawn.program = (here / guard_).string();
     spawn.arguments = std::move(arguments);
     spawn.environment = std::move(environment);
     spawn.directory = directory.string();

@@ -78,11 +78,20 @@ std::string host_name()
     return name;
 }
 
+/// What starts at the folder that we run in; simulators run in others.
+fs::path from_here(fs::path const& path)
+{
+    std::error_code failed;
+    auto const found = path.empty() ? path : fs::absolute(path, failed);
+    return failed ? path : found;
+}
+
 /// Containers bring their own Webots.
 result<core::SimulatorChoice> choose_simulator(SimulationConfig const& config, fs::path const& programs)
 {
     if (!config.docker)
-        return core::choose_simulator(config.webots_home, environment("WEBOTS_HOME"), programs, is_program);
+        return core::choose_simulator(from_here(config.webots_home), from_here(environment("WEBOTS_HOME")),
+                                      programs, is_program);
     core::SimulatorChoice choice;
     choice.program = core::webots_in_container;
     return choice;
@@ -143,6 +152,9 @@ SimulationLauncherParams launcher_params(SimulationConfig const& config, fs::pat
     params.old_webots_multimedia_server = config.multimedia_server;
     params.old_webots_multimedia_stream = config.multimedia_stream;
     params.environment = current_environment();
+    for (auto& [name, value] : params.environment)
+        if (name == "WEBOTS_HOME")
+            value = from_here(value);
     if (auto const display = display_of(config); !display.empty())
         params.display = display;
     return params;
@@ -232,6 +244,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
                                             Reread<SimulationConfig> reread, fs::path programs, Logger log)
 {
     using namespace asio::experimental::awaitable_operators;
+    programs = from_here(programs);
     auto const choice = choose_simulator(config, programs);
     if (!choice)
         co_return choice.error();

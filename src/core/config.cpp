@@ -2,9 +2,11 @@
 
 #include "config_reader.hpp"
 #include "mail_message.hpp"
+#include "repository_policy.hpp"
 #include "text.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <optional>
 
 namespace webots_cloud {
@@ -13,7 +15,11 @@ namespace {
 using core::concat;
 using core::ConfigReader;
 
+namespace fs = std::filesystem;
+
 constexpr double longest_seconds = 10'000'000;
+constexpr int highest_port = 65535;
+constexpr int editor_distance = 500; ///< From the port of a simulation in a container to that of its editor.
 
 void read_seconds(ConfigReader& reader, std::string_view key, Duration& value, double least)
 {
@@ -51,51 +57,87 @@ void read_log(ConfigReader& reader, Config& config)
     config.json_log = format == "json";
 }
 
-bool is_server_address(std::string const& address)
+bool is_port(std::string_view text)
 {
-    auto const separator = address.find_last_of(":/");
-    if (separator == std::string::npos || separator == 0 || address.find_first_of(" \t\r\n\"<>?#@") != std::string::npos)
-        return false;
-    auto const port = address.substr(separator + 1);
-    return !port.empty() && port.size() <= 5 && port.find_first_not_of("0123456789") == std::string::npos;
+    std::uint16_t port = 0;
+    auto const [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
+    return error == std::errc() && end == text.data() + text.size() && port != 0;
+}
+
+bool is_host(std::string_view text)
+{
+    if (text.starts_with('[') && text.ends_with(']')) // IPv6
+        return text.size() > 2 && text.find_first_not_of("0123456789ABCDEFabcdef.:", 1) == text.size() - 1;
+    return !text.empty() && text.find_first_of(" \t\r\n\"<>?#@[]:/") == std::string_view::npos;
+}
+
+bool is_host_and_port(std::string_view text)
+{
+    auto const colon = text.rfind(':');
+    return colon != std::string_view::npos && is_host(text.substr(0, colon)) &&
+           is_port(text.substr(colon + 1));
+}
+
+/// What may stand between `https://` and the first slash: a proxy may have a port of its own.
+bool is_authority(std::string_view text)
+{
+    return is_host(text) || is_host_and_port(text);
+}
+
+bool is_server_address(std::string_view text)
+{
+    auto const slash = text.find('/');
+    return slash == std::string_view::npos
+               ? is_host_and_port(text)
+               : is_authority(text.substr(0, slash)) && is_port(text.substr(slash + 1));
+}
+
+/// Empty: as ever, nobody looks.
+void read_server_name(ConfigReader& reader, std::string_view key, std::string& server)
+{
+    reader.read(key, server);
+    if (reader.has(key) && !server.empty() && !is_authority(server))
+        reader.refuse(key, "the name of a host, as in \"sim.example.org\"");
 }
 
 /// An entry of `simulationServers`: an address, or an object with an address and how to treat it.
-std::optional<ServerSpec> read_server(boost::json::value const& entry)
+void read_simulation_server(ConfigReader& reader, std::size_t number, boost::json::value const& entry,
+                            ServerSpec& server)
 {
-    ServerSpec server;
-    boost::json::value const* address = &entry;
-    if (auto const* object = entry.if_object()) {
-        address = object->if_contains("address");
-        auto const* weight = object->if_contains("weight");
-        auto const* drain = object->if_contains("drain");
-        boost::system::error_code ignored;
-        server.weight = weight && weight->is_number() ? weight->to_number<double>(ignored) : 1;
-        server.drain = drain && drain->is_bool() && drain->get_bool();
-        if ((weight && (!weight->is_number() || !(server.weight > 0))) || (drain && !drain->is_bool()))
-            return std::nullopt;
+    constexpr std::string_view key = "simulationServers";
+    constexpr std::string_view address = "\"host:port\" or \"host/port\", with a port from 1 to 65535";
+    if (auto const* text = entry.if_string()) {
+        server.address = *text;
+        if (!is_server_address(server.address))
+            reader.refuse_entry(key, number, entry, address);
+    } else if (auto const* object = entry.if_object()) {
+        auto inner = reader.entry(key, number, *object);
+        inner.read("address", server.address);
+        inner.read_number("weight", server.weight, 0.001, 1'000'000);
+        inner.read("drain", server.drain);
+        if (!inner.has("address"))
+            inner.require("address", address);
+        else if (!is_server_address(server.address))
+            inner.refuse("address", address);
+        reader.take_over(inner);
+    } else {
+        reader.refuse_entry(key, number, entry,
+                            concat(address, ", or {\"address\": ..., \"weight\": 2, \"drain\": true}"));
     }
-    if (!address || !address->is_string())
-        return std::nullopt;
-    server.address = address->get_string();
-    return is_server_address(server.address) ? std::optional(server) : std::nullopt;
 }
 
 void read_simulation_servers(ConfigReader& reader, std::vector<ServerSpec>& servers)
 {
-    constexpr std::string_view wanted = "a list of \"host:port\" or \"host/port\"";
+    constexpr std::string_view wanted = "a list of \"host:port\" or \"host/port\", or of objects "
+                                        "{\"address\": ..., \"weight\": 2, \"drain\": true}";
     auto const* found = reader.find("simulationServers");
     if (!found)
         return reader.require("simulationServers", wanted);
     if (!found->is_array())
         return reader.refuse("simulationServers", wanted);
     for (auto const& entry : found->get_array()) {
-        auto server = read_server(entry);
-        if (!server)
-            return reader.refuse("simulationServers", wanted);
-        if (auto const* object = entry.if_object())
-            reader.expect_keys("simulationServers", *object, {"address", "weight", "drain"});
-        servers.push_back(std::move(*server));
+        auto& server = servers.emplace_back();
+        read_simulation_server(reader, servers.size(), entry, server);
     }
 }
 
@@ -120,13 +162,16 @@ void read_mail(ConfigReader& reader, SessionConfig& config)
         reader.refuse("mailServer", "the name of a host");
 }
 
-void drop_administrator_without_mail(SessionConfig& config, std::filesystem::path const& origin,
+void drop_administrator_without_mail(SessionConfig& config, fs::path const& origin,
                                      std::vector<std::string>& warnings)
 {
-    auto const missing = config.mail_server.empty() ? "mailServer" : config.mail_sender.empty() ? "mailSender" : "";
+    auto const missing = config.mail_server.empty()   ? "mailServer"
+                         : config.mail_sender.empty() ? "mailSender"
+                                                      : "";
     if (config.administrator.empty() || !*missing)
         return;
-    warnings.push_back(concat(origin.string(), ": key \"administrator\" is ignored: no e-mails without \"", missing, "\""));
+    warnings.push_back(
+        concat(origin.string(), ": key \"administrator\" is ignored: no e-mails without \"", missing, "\""));
     config.administrator.clear();
 }
 
@@ -137,34 +182,105 @@ std::string without_final_slash(std::string url)
     return url;
 }
 
-void read_forges(ConfigReader& reader, std::filesystem::path const& folder, std::vector<ForgeConfig>& forges)
+bool is_web_address(std::string_view url)
 {
-    constexpr std::string_view wanted = "a list of base URLs, or of objects {\"url\": ..., \"directory\": ...}";
+    for (std::string_view const scheme : {"https://", "http://"})
+        if (url.starts_with(scheme))
+            return is_authority(url.substr(scheme.size(), url.find('/', scheme.size()) - scheme.size()));
+    return false;
+}
+
+void read_forge(ConfigReader& reader, std::size_t number, boost::json::value const& entry,
+                fs::path const& folder, ForgeConfig& forge)
+{
+    if (auto const* url = entry.if_string()) {
+        forge.url = without_final_slash(std::string(*url));
+        if (!forge.url.starts_with("https://") && !forge.url.starts_with("http://"))
+            reader.refuse_entry("forges", number, entry, "a URL that starts with https:// or http://");
+    } else if (auto const* object = entry.if_object()) {
+        auto inner = reader.entry("forges", number, *object);
+        inner.read("url", forge.url);
+        inner.read("directory", forge.directory);
+        if (!inner.has("url"))
+            inner.require("url", "the beginning of the addresses of its worlds, as in \"local:\"");
+        if (!inner.has("directory"))
+            inner.require("directory", "a folder");
+        forge.url = without_final_slash(std::move(forge.url));
+        forge.directory = (folder / forge.directory).lexically_normal();
+        reader.take_over(inner);
+    } else {
+        reader.refuse_entry("forges", number, entry, "a base URL, or {\"url\": ..., \"directory\": ...}");
+    }
+}
+
+void read_forges(ConfigReader& reader, fs::path const& folder, std::vector<ForgeConfig>& forges)
+{
     auto const* found = reader.find("forges");
     if (!found)
         return;
     auto const* list = found->if_array();
     if (!list)
-        return reader.refuse("forges", wanted);
+        return reader.refuse("forges",
+                             "a list of base URLs, or of objects {\"url\": ..., \"directory\": ...}");
     forges.clear();
     for (auto const& entry : *list) {
-        ForgeConfig forge;
-        if (auto const* url = entry.if_string()) {
-            forge.url = without_final_slash(std::string(*url));
-            if (!forge.url.starts_with("https://") && !forge.url.starts_with("http://"))
-                return reader.refuse("forges", "URLs that start with https:// or http://");
-        } else {
-            auto const* object = entry.if_object();
-            auto const* object_url = object ? object->if_contains("url") : nullptr;
-            auto const* directory = object ? object->if_contains("directory") : nullptr;
-            if (!object_url || !object_url->is_string() || !directory || !directory->is_string())
-                return reader.refuse("forges", wanted);
-            forge.url = without_final_slash(std::string(object_url->get_string()));
-            reader.expect_keys("forges", *object, {"url", "directory"});
-            forge.directory = (folder / core::expand_path(directory->get_string())).lexically_normal();
-        }
-        forges.push_back(std::move(forge));
+        auto& forge = forges.emplace_back();
+        read_forge(reader, forges.size(), entry, folder, forge);
     }
+}
+
+void read_notify(ConfigReader& reader, std::vector<std::string>& registries)
+{
+    auto const* found = reader.find("notify");
+    if (found && found->is_string())
+        registries = {std::string(found->get_string())};
+    else
+        reader.read("notify", registries);
+    if (found && !std::all_of(registries.begin(), registries.end(), is_web_address))
+        reader.refuse("notify", "addresses that start with https:// or http://, or [] for none");
+}
+
+/// Simulations have the ports after the server's, and in containers editors those 500 above them.
+void limit_connections(SimulationConfig& config, fs::path const& origin, std::vector<std::string>& warnings)
+{
+    int const room = (config.docker ? highest_port - editor_distance : highest_port) - config.port;
+    if (config.max_connections <= room)
+        return;
+    warnings.push_back(concat(origin.string(), ": key \"maxConnections\": only ", std::to_string(room),
+                              " simulations at once instead of ", std::to_string(config.max_connections),
+                              ", since there are no more ports above \"port\" (", std::to_string(config.port),
+                              ")"));
+    config.max_connections = room;
+}
+
+/// Repositories that are on none of the forges have no effect.
+void warn_of_foreign(std::string_view key, std::vector<std::string> const& repositories,
+                     SimulationConfig const& config, fs::path const& origin,
+                     std::vector<std::string>& warnings)
+{
+    for (auto const& repository : repositories) {
+        auto const is_there = [&repository](ForgeConfig const& forge) {
+            return core::covers(forge.url, repository, forge.url) ||
+                   core::covers(repository, forge.url, forge.url);
+        };
+        if (std::none_of(config.forges.begin(), config.forges.end(), is_there))
+            warnings.push_back(
+                concat(origin.string(), ": key \"", key, "\": \"", core::printable(repository, 200),
+                       "\" has no effect: it is on none of the \"forges\", for instance ",
+                       config.forges.empty() ? "https://github.com" : config.forges.front().url, "/<owner>"));
+    }
+}
+
+void warn_of_plain_simulators(SimulationConfig const& config, fs::path const& origin,
+                              std::vector<std::string>& warnings)
+{
+    if (config.network.ssl_certificate.empty() || !config.ssl || config.port_rewrite)
+        return;
+    warnings.push_back(
+        concat(origin.string(), ": browsers are sent to wss://", config.server,
+               ":<port of the simulation>, but simulators speak no TLS, whatever \"sslCertificate\" says: no "
+               "simulation can be "
+               "shown. Let a proxy end TLS, as in config/nginx, and set \"portRewrite\" to true"));
 }
 
 /// Both end up in one option of Webots, which takes them apart again.
@@ -179,7 +295,7 @@ void read_multimedia(ConfigReader& reader, SimulationConfig& config)
         reader.refuse("multimediaStream", "an address without spaces, quotes and semicolons");
 }
 
-void read_docker(ConfigReader& reader, std::filesystem::path const& folder, DockerConfig& docker)
+void read_docker(ConfigReader& reader, fs::path const& folder, DockerConfig& docker)
 {
     reader.read("dockerDir", docker.directory);
     docker.directory = (folder / docker.directory).lexically_normal();
@@ -193,7 +309,8 @@ void read_docker(ConfigReader& reader, std::filesystem::path const& folder, Dock
 
 } // namespace
 
-result<Configured<SessionConfig>> parse_session_config(std::string_view text, std::filesystem::path const& origin)
+result<Configured<SessionConfig>> parse_session_config(std::string_view text,
+                                                       std::filesystem::path const& origin)
 {
     auto reader = ConfigReader::parse(text, origin);
     if (!reader)
@@ -204,7 +321,7 @@ result<Configured<SessionConfig>> parse_session_config(std::string_view text, st
     if (!reader->has("port"))
         reader->require("port", "an integer from 1 to 65535");
     read_simulation_servers(*reader, config.simulation_servers);
-    reader->read("server", config.server);
+    read_server_name(*reader, "server", config.server);
     reader->read("ssl", config.ssl);
     reader->read("portRewrite", config.port_rewrite);
     read_network(*reader, config.network);
@@ -212,48 +329,48 @@ result<Configured<SessionConfig>> parse_session_config(std::string_view text, st
     read_seconds(*reader, "loadRefresh", config.load_refresh, 0.1);
     read_seconds(*reader, "loadTimeout", config.load_timeout, 0.1);
     reader->read_number("loadThreshold", config.load_threshold, 1, 1000);
-    reader->read_choice("scheduling", config.scheduling, {"least_committed", "least_reported", "random", "power_of_two"});
+    reader->read_choice("scheduling", config.scheduling,
+                        {"least_committed", "least_reported", "random", "power_of_two"});
     read_seconds(*reader, "placementTimeout", config.placement_timeout, 0);
     reader->read("decisionsForAll", config.decisions_for_all);
     reader->read("viewerUrl", config.viewer_url);
     read_mail(*reader, config);
-    if (reader->failure())
-        return *reader->failure();
+    if (auto const failure = reader->failure())
+        return *failure;
     configured.warnings = reader->unknown_keys();
     drop_administrator_without_mail(config, origin, configured.warnings);
     return configured;
 }
 
-result<Configured<SimulationConfig>> parse_simulation_config(std::string_view text, std::filesystem::path const& origin)
+result<Configured<SimulationConfig>> parse_simulation_config(std::string_view text,
+                                                             std::filesystem::path const& origin)
 {
     auto reader = ConfigReader::parse(text, origin);
     if (!reader)
         return reader.error();
     Configured<SimulationConfig> configured;
     auto& config = configured.config;
-    reader->read("fullyQualifiedDomainName", config.server);
-    reader->read("server", config.server);
+    read_server_name(*reader, "fullyQualifiedDomainName", config.server);
+    read_server_name(*reader, "server", config.server);
     reader->read("ssl", config.ssl);
-    read_port(*reader, config.port, 65534); // simulations have the ports after it
+    reader->read("docker", config.docker);
+    // Simulations have the ports after it, and their editors those 500 above.
+    read_port(*reader, config.port, highest_port - 1 - (config.docker ? editor_distance : 0));
     reader->read("portRewrite", config.port_rewrite);
     read_network(*reader, config.network);
-    reader->read("docker", config.docker);
     read_docker(*reader, origin.parent_path(), config.containers);
     reader->read("allowedRepositories", config.allowed_repositories);
     reader->read("blockedRepositories", config.blocked_repositories);
     reader->read_number("shareIdleTime", config.share_idle_time, 0, 100);
     read_forges(*reader, origin.parent_path(), config.forges);
-    if (auto const* notify = reader->find("notify"); notify && notify->is_string())
-        config.notify = {std::string(notify->get_string())};
-    else
-        reader->read("notify", config.notify);
+    read_notify(*reader, config.notify);
     double gigabytes = static_cast<double>(config.cache_bytes >> 30);
     reader->read_number("cacheSize", gigabytes, 0.1, 100'000);
     config.cache_bytes = static_cast<std::uint64_t>(gigabytes * (1 << 30));
     reader->read("webotsHome", config.webots_home);
     reader->read("display", config.display);
     reader->read_integer("maxConnections", config.max_connections, 1, 10'000);
-    if (config.docker && config.max_connections >= 500)
+    if (config.docker && config.max_connections >= editor_distance)
         reader->refuse(
             "maxConnections",
             "at most 499 with \"docker\", since the port of an editor is 500 above that of its simulation");
@@ -269,20 +386,28 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     reader->read("monitorLogEnabled", config.monitor_log);
     double days = 7;
     reader->read_number("simulationLogDays", days, 0, 3650);
-    config.simulation_log_keep = std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::ratio<86400>>(days));
+    config.simulation_log_keep =
+        std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::ratio<86400>>(days));
     reader->read("projectsDir", config.projects_dir);
     reader->read("keyDir", config.key_dir);
     read_multimedia(*reader, config);
     reader->ignore({"publicPort"});
-    if (reader->failure())
-        return *reader->failure();
+    if (auto const failure = reader->failure())
+        return *failure;
     configured.warnings = reader->unknown_keys();
     if (!reader->find("server") && !reader->find("fullyQualifiedDomainName"))
-        configured.warnings.push_back(concat(
-            origin.string(), ": key \"server\" is missing: browsers are sent to \"localhost\", which is right only on this machine"));
+        configured.warnings.push_back(
+            concat(origin.string(), ": key \"server\" is missing: browsers are sent to \"localhost\", which "
+                                    "is right only on this machine"));
+    limit_connections(config, origin, configured.warnings);
+    warn_of_plain_simulators(config, origin, configured.warnings);
+    warn_of_foreign("allowedRepositories", config.allowed_repositories, config, origin, configured.warnings);
+    warn_of_foreign("blockedRepositories", config.blocked_repositories, config, origin, configured.warnings);
     if (config.timeout < std::chrono::seconds(360)) {
-        config.timeout = std::chrono::seconds(7200); // as the Python server does, odd as it is: old files rely on it
-        configured.warnings.push_back(concat(origin.string(), ": key \"timeout\": less than 360 counts as 7200"));
+        config.timeout =
+            std::chrono::seconds(7200); // as the Python server does, odd as it is: old files rely on it
+        configured.warnings.push_back(
+            concat(origin.string(), ": key \"timeout\": less than 360 counts as 7200"));
     }
     return configured;
 }

@@ -45,7 +45,13 @@ std::string describe(json::value const& value)
 
 std::string number_text(double value)
 {
-    return value == std::floor(value) && std::abs(value) < 1e9 ? std::to_string(static_cast<long>(value)) : python_float(value);
+    return value == std::floor(value) && std::abs(value) < 1e9 ? std::to_string(static_cast<long>(value))
+                                                               : python_float(value);
+}
+
+std::string entry_of(std::string_view key, std::size_t number)
+{
+    return concat("key \"", key, "\", entry ", std::to_string(number), ": ");
 }
 
 std::string unknown_key(std::string_view name, std::vector<std::string_view> const& known)
@@ -69,10 +75,12 @@ result<ConfigReader> ConfigReader::parse(std::string_view text, std::filesystem:
     if (!error)
         parser.finish(error);
     if (error)
-        return Failure(errc::invalid_config, concat(reader.origin_, ": not JSON: ", error.message(), " at ", position(text, used)));
+        return Failure(errc::invalid_config,
+                       concat(reader.origin_, ": not JSON: ", error.message(), " at ", position(text, used)));
     auto value = parser.release();
     if (!value.is_object())
-        return Failure(errc::invalid_config, concat(reader.origin_, ": expected a JSON object { ... }, found ", describe(value)));
+        return Failure(errc::invalid_config,
+                       concat(reader.origin_, ": expected a JSON object { ... }, found ", describe(value)));
     reader.object_ = std::move(value.get_object());
     return reader;
 }
@@ -80,7 +88,7 @@ result<ConfigReader> ConfigReader::parse(std::string_view text, std::filesystem:
 void ConfigReader::fail(std::string_view what)
 {
     if (!failure_)
-        failure_ = Failure(errc::invalid_config, concat(origin_, ": ", what));
+        failure_ = Failure(errc::invalid_config, concat(origin_, ": ", place_, what));
 }
 
 void ConfigReader::refuse(std::string_view key, std::string_view wanted)
@@ -88,8 +96,15 @@ void ConfigReader::refuse(std::string_view key, std::string_view wanted)
     fail(concat("key \"", key, "\": expected ", wanted, ", found ", describe(object_.at(key))));
 }
 
+void ConfigReader::refuse_entry(std::string_view key, std::size_t number, json::value const& entry,
+                                std::string_view wanted)
+{
+    fail(concat(entry_of(key, number), "expected ", wanted, ", found ", describe(entry)));
+}
+
 void ConfigReader::require(std::string_view key, std::string_view wanted)
 {
+    misses_key_ = misses_key_ || !failure_;
     fail(concat("key \"", key, "\" is missing: expected ", wanted));
 }
 
@@ -99,7 +114,10 @@ json::value const* ConfigReader::find(std::string_view key)
     return object_.if_contains(key);
 }
 
-void ConfigReader::ignore(std::vector<std::string_view> const& keys) { known_.insert(known_.end(), keys.begin(), keys.end()); }
+void ConfigReader::ignore(std::vector<std::string_view> const& keys)
+{
+    known_.insert(known_.end(), keys.begin(), keys.end());
+}
 
 void ConfigReader::read(std::string_view key, std::string& value)
 {
@@ -134,7 +152,8 @@ void ConfigReader::read(std::string_view key, std::vector<std::string>& value)
     if (!found)
         return;
     auto const* list = found->if_array();
-    if (!list || !std::all_of(list->begin(), list->end(), [](json::value const& entry) { return entry.is_string(); }))
+    if (!list ||
+        !std::all_of(list->begin(), list->end(), [](json::value const& entry) { return entry.is_string(); }))
         return refuse(key, "a list of strings");
     value.clear();
     for (auto const& entry : *list)
@@ -165,7 +184,8 @@ void ConfigReader::read_integer(std::string_view key, int& value, int least, int
     value = static_cast<int>(number);
 }
 
-void ConfigReader::read_choice(std::string_view key, std::string& value, std::vector<std::string_view> const& choices)
+void ConfigReader::read_choice(std::string_view key, std::string& value,
+                               std::vector<std::string_view> const& choices)
 {
     auto const* found = find(key);
     if (!found)
@@ -181,21 +201,49 @@ void ConfigReader::read_choice(std::string_view key, std::string& value, std::ve
     refuse(key, wanted);
 }
 
-void ConfigReader::expect_keys(std::string_view key, json::object const& object,
-                               std::vector<std::string_view> const& known)
+ConfigReader ConfigReader::entry(std::string_view key, std::size_t number, json::object const& object) const
 {
-    for (auto const& [name, value] : object)
-        if (std::find(known.begin(), known.end(), std::string_view(name)) == known.end())
-            unknown_within_.push_back(concat(origin_, ": key \"", key, "\": ", unknown_key(name, known)));
+    ConfigReader reader(origin_);
+    reader.object_ = object;
+    reader.place_ = entry_of(key, number);
+    return reader;
 }
 
-std::vector<std::string> ConfigReader::unknown_keys() const
+void ConfigReader::take_over(ConfigReader const& entry)
+{
+    if (!failure_) {
+        failure_ = entry.failure_;
+        misses_key_ = entry.misses_key_;
+    }
+    auto const unknown = entry.unknown();
+    unknown_within_.insert(unknown_within_.end(), unknown.begin(), unknown.end());
+}
+
+std::optional<Failure> ConfigReader::failure() const
+{
+    if (!misses_key_)
+        return failure_;
+    auto sentence = failure_->message(); // the missing key may be there under a wrong name
+    for (auto const& other : unknown())
+        sentence += concat("; ", other);
+    return Failure(errc::invalid_config, std::move(sentence));
+}
+
+std::vector<std::string> ConfigReader::unknown() const
 {
     std::vector<std::string> sentences;
     for (auto const& [name, value] : object_)
         if (std::find(known_.begin(), known_.end(), std::string_view(name)) == known_.end())
-            sentences.push_back(concat(origin_, ": ", unknown_key(name, known_)));
+            sentences.push_back(concat(place_, unknown_key(name, known_)));
     sentences.insert(sentences.end(), unknown_within_.begin(), unknown_within_.end());
+    return sentences;
+}
+
+std::vector<std::string> ConfigReader::unknown_keys() const
+{
+    auto sentences = unknown();
+    for (auto& sentence : sentences)
+        sentence = concat(origin_, ": ", sentence);
     return sentences;
 }
 
@@ -214,9 +262,11 @@ std::string expand_path(std::string_view text)
             break;
         text.remove_prefix(dollar);
         bool const braced = text.starts_with("${") && text.find('}') != std::string_view::npos;
-        auto const name_end = braced ? text.find('}')
-                                     : std::min(text.size(), text.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZ"
-                                                                                     "abcdefghijklmnopqrstuvwxyz0123456789_", 1));
+        auto const name_end =
+            braced ? text.find('}')
+                   : std::min(text.size(), text.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                                                  "abcdefghijklmnopqrstuvwxyz0123456789_",
+                                                                  1));
         auto const name = std::string(text.substr(braced ? 2 : 1, name_end - (braced ? 2 : 1)));
         auto const whole = text.substr(0, name_end + (braced ? 1 : 0));
         char const* const value = name.empty() ? nullptr : std::getenv(name.c_str());

@@ -38,17 +38,23 @@ public:
     /// Declares keys that are known but not used here.
     void ignore(std::vector<std::string_view> const& keys);
 
-    /// Of an object within the value of `key`: declares all keys that it may have.
-    void expect_keys(std::string_view key, boost::json::object const& object,
-                     std::vector<std::string_view> const& known);
+    /// A reader of an object that is an entry of the list `key`; `number` counts from 1. Give it back to
+    /// `take_over`.
+    ConfigReader entry(std::string_view key, std::size_t number, boost::json::object const& object) const;
+    /// What was wrong with an entry, and its unknown keys, as if they were ours.
+    void take_over(ConfigReader const& entry);
 
     /// Notes that `key` is wrong: "expected <wanted>, found <what is there>".
     void refuse(std::string_view key, std::string_view wanted);
+    /// The same of one entry of the list `key`; `number` counts from 1.
+    void refuse_entry(std::string_view key, std::size_t number, boost::json::value const& entry,
+                      std::string_view wanted);
     /// Notes that a required key is missing.
     void require(std::string_view key, std::string_view wanted);
 
-    /// The first thing that was wrong, if any.
-    std::optional<Failure> const& failure() const noexcept { return failure_; }
+    /// The first thing that was wrong, if any. To be asked last: where a key is missing it tells the unknown
+    /// ones, too.
+    std::optional<Failure> failure() const;
 
     /// A sentence for each key that nobody asked for, with the nearest known one.
     std::vector<std::string> unknown_keys() const;
@@ -57,12 +63,15 @@ private:
     explicit ConfigReader(std::string origin) : origin_(std::move(origin)) {}
 
     void fail(std::string_view what);
+    std::vector<std::string> unknown() const;
 
     std::string origin_;
+    std::string place_; ///< Of an entry: what its sentences begin with.
     boost::json::object object_;
     std::vector<std::string_view> known_;
-    std::vector<std::string> unknown_within_; ///< Sentences.
+    std::vector<std::string> unknown_within_; ///< Sentences, of entries.
     std::optional<Failure> failure_;
+    bool misses_key_ = false; ///< That is the failure.
 };
 
 /// `text` with a leading `~` and each `$NAME` or `${NAME}` replaced from the environment, as Python's

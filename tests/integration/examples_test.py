@@ -14,8 +14,8 @@ from support.servers import BIN, main, program, wait_until  # noqa: E402
 FOLDER = os.path.dirname(os.path.abspath(EXAMPLES))
 
 
-def run(example, *arguments):
-    finished = subprocess.run([program(example), *arguments], capture_output=True, text=True, timeout=60)
+def run(example, *arguments, cwd=None):
+    finished = subprocess.run([program(example), *arguments], capture_output=True, text=True, timeout=60, cwd=cwd)
     return finished.returncode, finished.stdout + finished.stderr
 
 
@@ -42,6 +42,8 @@ class Examples(unittest.TestCase):
     def test_04_a_simulation_without_a_browser(self):
         world = "local:/demo_projects/robots/blob/main/worlds/arena.wbt"
         self.assertEqual(run("04_run_a_simulation", BIN, FOLDER, world), (0, "ready: it listens\nended: after it was ready\n"))
+        relative = run("04_run_a_simulation", os.path.basename(BIN), FOLDER, world, cwd=os.path.dirname(BIN))
+        self.assertEqual(relative, (0, "ready: it listens\nended: after it was ready\n"))
         status, text = run("04_run_a_simulation", BIN, FOLDER, world.replace("arena", "nowhere"))
         self.assertEqual((status, text), (1, "nowhere.wbt does not exist.\n"))
 
@@ -56,6 +58,12 @@ class Examples(unittest.TestCase):
             finally:
                 process.terminate()
             self.assertEqual(process.wait(30), 0)
+
+    def test_05_ports_that_are_none_are_answered_with_the_usage(self):
+        for ports in (("x", "y"), ("1999", "70000"), ("0", "2000"), ("1999", "2000x")):
+            status, text = run("05_embed_both", BIN, FOLDER, *ports)
+            self.assertEqual(status, 2, text)
+            self.assertTrue(text.startswith("usage: "), text)
 
     def test_06_a_policy_of_ones_own(self):
         status, text = run("06_own_policy")

@@ -2,6 +2,7 @@
 """The simulation server as a process, with the demo simulator and its faults. Protocol sections 4, 6, 8, 11 and 13."""
 
 import asyncio
+import contextlib
 import json
 import os
 import shlex
@@ -43,6 +44,20 @@ class Starts(unittest.IsolatedAsyncioTestCase):
                         await browser.hear("webots:")
                         self.assertEqual(browser.told[0], "shutdownTimeout: 400")  # 8.2 timeout
             simulation.wait_until_clean()
+
+    # 6.1: simulators run in other folders than the server.
+    async def test_a_relative_folder_of_webots_starts_at_the_folder_of_the_server(self):
+        for setting, environment in (({"webotsHome": "wh"}, {}), ({}, {"WEBOTS_HOME": "wh"})):
+            simulation = server(environment=environment, **setting)
+            with self.subTest(setting), contextlib.closing(simulation):
+                os.mkdir(os.path.join(simulation.folder, "wh"))
+                os.symlink(program("webots-demo-simulator"), os.path.join(simulation.folder, "wh", "webots"))
+                simulation.start()
+                async with Browser(simulation) as browser:
+                    await browser.start()
+                    await browser.hear("webots:")
+                self.assertIn(os.path.join(simulation.folder, "wh", "webots"), simulation.log())
+                simulation.wait_until_clean()
 
     # 4.1.1: malformed messages; 4.1.2 steps 3 to 5 and 8, 4.1.3: the sentences; 4.1.4: the close.
     async def test_failures_are_told_and_the_socket_is_closed(self):

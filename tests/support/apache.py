@@ -37,6 +37,11 @@ def sample(session_port, simulation_ports):
     return inside
 
 
+def site(session_port, simulation_ports, port, certificate):
+    """config/apache on `port`. The site's own page at / is 410 Gone."""
+    return Apache(sample(session_port, simulation_ports) + "    RewriteRule ^/$ - [G]\n", port, certificate)
+
+
 class Apache(Startable):
     def __init__(self, rules, port, certificate):
         self.port = port

@@ -26,8 +26,9 @@ ARGUMENTS = (
 
 
 @contextlib.contextmanager
-def open_browser(width, height, dark=False):
+def open_browser(width, height, dark=False, trusting=False):
     """Yields a Selenium driver whose page is exactly width x height CSS pixels; raises SkipTest without Chromium.
+    `trusting`: certificates that nobody vouches for are good enough.
 
     The profile is new and is removed afterwards; leaving the context ends Chromium and its driver.
     """
@@ -37,7 +38,7 @@ def open_browser(width, height, dark=False):
             raise unittest.SkipTest(f"{program} is missing (packages chromium and chromium-driver)")
     profile = tempfile.mkdtemp(prefix="webots_cloud_browser_")
     try:
-        driver = webdriver.Chrome(service=service_class(DRIVER), options=_options(webdriver, profile))
+        driver = webdriver.Chrome(service=service_class(DRIVER), options=_options(webdriver, profile, trusting))
         try:
             driver.set_script_timeout(30)
             driver.set_page_load_timeout(30)
@@ -77,9 +78,10 @@ def _selenium():
     return webdriver, Service
 
 
-def _options(webdriver, profile):
+def _options(webdriver, profile, trusting):
     options = webdriver.ChromeOptions()
     options.binary_location = CHROMIUM
+    options.accept_insecure_certs = trusting
     for argument in (*ARGUMENTS, f"--user-data-dir={profile}"):
         options.add_argument(argument)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})

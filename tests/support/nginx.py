@@ -1,4 +1,4 @@
-"""nginx in front of another server."""
+"""nginx in front of other servers, in the foreground, on the loopback."""
 
 import contextlib
 import os
@@ -24,6 +24,11 @@ http {{
     fastcgi_temp_path {folder}/fastcgi;
     uwsgi_temp_path {folder}/uwsgi;
     scgi_temp_path {folder}/scgi;
+    {servers}
+}}
+"""
+
+PASS_EVERYTHING_ON = """
     server {{
         listen 127.0.0.1:{port};
         gzip on;
@@ -33,24 +38,58 @@ http {{
             proxy_set_header Host $host;
         }}
     }}
-}}
 """
+
+SAMPLE = os.path.join(os.path.dirname(__file__), "..", "..", "config", "nginx", "webots_cloud.conf")
+
+
+def program():
+    """The path of nginx; SkipTest where it is not installed."""
+    found = find_program("nginx")
+    if not found:
+        raise unittest.SkipTest("nginx is missing (package nginx)")
+    return found
 
 
 @contextlib.contextmanager
 def reverse_proxy(target):
     """The origin of an nginx that passes everything on to this port of the loopback. Without nginx: SkipTest."""
-    program = find_program("nginx")
-    if not program:
-        raise unittest.SkipTest("nginx is missing (package nginx)")
+    port = free_port()
+    with _nginx(PASS_EVERYTHING_ON.format(port=port, target=target), port):
+        yield f"http://localhost:{port}"
+
+
+def site(session_port, simulation_ports, port, certificate):
+    """config/nginx on `port`, with the ports of the test instead of 1999 and 2000 to 2999. The site's own page at / is 410 Gone."""
+    with open(SAMPLE) as file:
+        text = file.read()
+    for theirs, ours in (("1999", str(session_port)),
+                         (r"2\d\d\d", "|".join(map(str, simulation_ports))),
+                         ("listen 443", f"listen 127.0.0.1:{port}"),
+                         ("/etc/letsencrypt/live/sim.example.org/fullchain.pem", certificate.certificate),
+                         ("/etc/letsencrypt/live/sim.example.org/privkey.pem", certificate.key),
+                         ("sim.example.org;", "localhost;\n    location = / { return 410; }")):
+        assert theirs in text, f"{SAMPLE} does not mention {theirs} any more"
+        text = text.replace(theirs, ours)
+    return _nginx(text, port)
+
+
+@contextlib.contextmanager
+def _nginx(servers, port):
+    executable = program()
     with tempfile.TemporaryDirectory(prefix="webots_cloud_nginx_") as folder:
-        port = free_port()
         configuration = os.path.join(folder, "nginx.conf")
         with open(configuration, "w") as file:
-            file.write(CONFIGURATION.format(folder=folder, port=port, target=target, user="user root;" if os.geteuid() == 0 else ""))
-        process = subprocess.Popen([program, "-p", folder, "-c", configuration], stdin=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            user = "user root;" if os.geteuid() == 0 else ""
+            file.write(CONFIGURATION.format(folder=folder, servers=servers, user=user))
+        log = os.path.join(folder, "error.log")
+        process = subprocess.Popen([executable, "-p", folder, "-c", configuration, "-e", log],
+                                   stdin=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         try:
             wait_until(lambda: process.poll() is not None or listens(port), "nginx does not listen")
-            yield f"http://localhost:{port}"
+            if process.poll() is not None:
+                with open(log) as file:
+                    raise AssertionError(f"nginx ended at once:\n{file.read()}")
+            yield
         finally:
             end(process)

@@ -36,14 +36,14 @@ def program(name):
 
 
 def wait_until(condition, what, patience=PATIENCE):
-    """Waits until `condition()` is true and returns its value; fails with `what` otherwise."""
+    """Waits until `condition()` is true and returns its value; fails with `what`, a text or what makes one then, otherwise."""
     end = time.monotonic() + patience
     while time.monotonic() < end:
         value = condition()
         if value:
             return value
         time.sleep(0.02)
-    raise AssertionError(f"waited {patience} s in vain: {what}")
+    raise AssertionError(f"waited {patience} s in vain: {what() if callable(what) else what}")
 
 
 def descendants(pid):

@@ -95,7 +95,7 @@ class Availability(ViewerTest):
         self.assertIn("available", self.text("light"))
         self.cloud.set_available("0")
         self.wait(lambda: self.data()["availability"] == "full", "a full light")
-        self.assertIn("busy", self.text("light"))
+        self.assertEqual(self.text("light"), "No machine is free")  # true also when every machine is down
 
     def test_the_light_comes_back_after_the_session_server_was_away(self):
         self.open_page()
@@ -183,9 +183,17 @@ class Failures(ViewerTest):
         self.assertEqual(self.text("status"), "Wrong Webots simulation URL")
 
     def test_an_error_without_the_loading_prefix_is_shown_too(self):
-        self.cloud.launch = ["Error: arena.wbt does not exist."]
+        self.cloud.launch = ["Error: no such world."]
         self.start()
-        self.wait_text("status", "Arena.wbt does not exist.")
+        self.wait_text("status", "No such world.")
+
+    def test_names_of_files_and_addresses_at_the_beginning_of_a_sentence_stay_as_they_are(self):
+        self.cloud.launch = []
+        self.start()
+        self.wait(lambda: self.cloud.leases == 1, "the lease")
+        for told in ("nope.wbt does not exist.", "https://github.com can't be reached.", "my_world is empty.", "local:/x is unknown."):
+            self.cloud.send("simulation", f"loading: Error: {told}")
+            self.wait_text("status", told)
 
     def test_an_unreachable_simulation_server_is_named(self):
         self.open_page()
@@ -311,6 +319,23 @@ class Running(ViewerTest):
         self.wait(lambda: (self.cloud.leases, self.cloud.streams) == (0, 0), "the end of all connections")
         self.assertFalse(self.element("play").is_enabled())
 
+    def test_enter_in_the_address_starts_but_never_ends_a_simulation(self):
+        self.cloud.launch = []
+        self.open_page()
+        for _ in range(2):  # impatient
+            self.element("connect-to").send_keys("\n")
+            self.assertEqual(self.data()["state"], "starting")
+        self.wait(lambda: len(self.cloud.started) == 1, "the start")
+        self.cloud.send("simulation", f"webots:{self.cloud.address('simulator')}")
+        self.wait_state("running")
+        self.element("connect-to").send_keys("\n")
+        self.assertEqual(self.data()["state"], "running")
+        self.click("start")
+        self.wait_state("idle")
+        self.element("connect-to").send_keys("\n")
+        self.wait_state("starting")
+        self.assertEqual(self.text("start"), "Cancel")
+
     def test_leaving_the_page_closes_the_lease(self):
         self.run_simulation()
         self.driver.get("about:blank")
@@ -403,6 +428,12 @@ class Addresses(ViewerTest):
         "https://h/1999/session?url=https%3A%2F%2Fg.org%2Fa%2Fworlds%2Fb.wbt&x=1":
             {"kind": "session", "server": "https://h/1999/", "world": "https://g.org/a/worlds/b.wbt",
              "request": "https://h/1999/session?url=https%3A%2F%2Fg.org%2Fa%2Fworlds%2Fb.wbt&x=1"},
+        "http://h:1999/session?url=local%3A%2Fo%2Fr%2Fblob%2Fmain%2Fworlds%2Fa.wbt":
+            {"kind": "session", "server": "http://h:1999/", "world": "local:/o/r/blob/main/worlds/a.wbt",
+             "request": "http://h:1999/session?url=local%3A%2Fo%2Fr%2Fblob%2Fmain%2Fworlds%2Fa.wbt"},
+        "http://h:1999/session?url=https://g.org/100%25/worlds/a%3Ab.wbt":
+            {"kind": "session", "server": "http://h:1999/", "world": "https://g.org/100%25/worlds/a%3Ab.wbt",
+             "request": "http://h:1999/session?url=https://g.org/100%25/worlds/a%3Ab.wbt"},
         "local:/o/r/blob/main/worlds/a.wbt":
             {"kind": "session", "server": "http://own/", "request": "http://own/session?url=local:/o/r/blob/main/worlds/a.wbt",
              "world": "local:/o/r/blob/main/worlds/a.wbt"},

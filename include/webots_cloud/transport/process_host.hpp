@@ -21,7 +21,7 @@ struct ProcessSpec
 {
     ProcessSpec() = default;
 
-    std::vector<std::string> argv; ///< argv[0] is the path of the program, absolute.
+    std::vector<std::string> argv; ///< argv[0] is the path of the program; a relative one starts at the host's own folder.
     /// The whole environment of the process; nothing else is inherited.
     std::vector<std::pair<std::string, std::string>> environment;
     std::filesystem::path directory; ///< Working directory; empty: the host's own.

@@ -54,9 +54,9 @@ function simulator(url, address) {
 
 function sessionRequest(url, address) {
   // Taken literally, as existing clients do: the simulation server expects the text that follows "url=". Only an
-  // address that was encoded as a whole (https%3A%2F%2F...) is decoded.
+  // address that was encoded as a whole (https%3A%2F%2F..., local%3A%2F...) is decoded.
   const literal = /[?&]url=([^&#]*)/.exec(address)?.[1] ?? '';
-  const world = /^https?%3a/i.test(literal) ? url.searchParams.get('url') : literal;
+  const world = /^[a-z][a-z0-9+.-]*%3a/i.test(literal) ? url.searchParams.get('url') : literal;
   if (world === '')
     throw new Error(`"${address}" does not say which world to start: "?url=<world>" is missing. ${EXPECTED}`);
   return { kind: 'session', server: sessionServerOf(url), request: address, world };

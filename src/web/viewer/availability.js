@@ -1,4 +1,4 @@
-// Follows a session server's availability socket: "1" (a machine is free) or "0" (all are busy). No DOM.
+// Follows a session server's availability socket: "1" (a machine is free) or "0" (none is, or none answers). No DOM.
 
 const FIRST_DELAY_MS = 500;
 const LONGEST_DELAY_MS = 30000;

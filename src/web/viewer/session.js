@@ -204,10 +204,8 @@ function leaseLoss(opened, ready, code, machine) {
 const shutdownWarning = (seconds) =>
   `The server will stop this simulation in ${seconds >= 120 ? `${Math.round(seconds / 60)} minutes` : `${seconds} seconds`}.`;
 
-export function sentence(text) {
-  const trimmed = text.trim();
-  return trimmed.charAt(0).toUpperCase() + trimmed.slice(1);
-}
+// With a capital letter, unless it begins with a name that is written as it is: a file, an address.
+export const sentence = (text) => text.trim().replace(/^[a-z]+(?= |$)/, (word) => word[0].toUpperCase() + word.slice(1));
 
 // A percentage written in the line, or an estimate from what docker compose prints; null when there is none.
 export function percentOf(line) {

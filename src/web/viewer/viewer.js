@@ -9,7 +9,7 @@ import { Console } from './console.js';
 import { Picture } from './picture.js';
 import { Session } from './session.js';
 
-const LIGHT = { available: 'A machine is available', full: 'All machines are busy', unknown: 'Availability unknown' };
+const LIGHT = { available: 'A machine is available', full: 'No machine is free', unknown: 'Availability unknown' };
 const MODE = { paused: 'The simulation is paused.', running: 'The simulation is running.', fast: 'The simulation is running as fast as it can.' };
 const COMMANDS = ['play', 'pause', 'step', 'fast', 'reset', 'reload'];
 
@@ -171,13 +171,13 @@ async function loadDefaults() {
   followAvailability();
 }
 
+// Enter in the address. The button is none of "submit", which Enter would press: only a press of its own ends a simulation.
 element('connection').addEventListener('submit', (event) => {
   event.preventDefault();
   if (session === null)
     start();
-  else
-    disconnect();
 });
+element('start').addEventListener('click', () => (session === null ? start() : disconnect()));
 element('connect-to').addEventListener('change', followAvailability);
 element('clear').addEventListener('click', () => output.clear());
 element('dismiss').addEventListener('click', () => setWarning(''));

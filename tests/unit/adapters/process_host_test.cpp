@@ -121,6 +121,14 @@ BOOST_AUTO_TEST_CASE(without_a_directory_it_is_ours)
     BOOST_TEST(watch_shell("pwd -P").output == fs::canonical(fs::current_path()).string() + "\n");
 }
 
+BOOST_AUTO_TEST_CASE(relative_paths_of_programs_start_at_our_directory_not_at_theirs)
+{
+    host = make_process_host(context.get_executor(), fs::relative(PROCESS_GUARD));
+    auto const process = start({fs::relative("/bin/echo").string(), "here"});
+    BOOST_TEST_REQUIRE(process.has_value());
+    BOOST_TEST(run(watch(**process, "")).output == "here\n");
+}
+
 BOOST_AUTO_TEST_CASE(a_program_has_no_descriptor_of_ours)
 {
     auto const hold = host->hold_port(0); // which does not close by itself

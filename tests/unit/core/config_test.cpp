@@ -49,6 +49,48 @@ BOOST_AUTO_TEST_CASE(simulation_servers_may_have_a_weight_and_be_drained)
         BOOST_TEST(!parse_session_config(R"({"port":1,"simulationServers":[)" + std::string(entry) + "]}", "c.json"), entry);
 }
 
+BOOST_AUTO_TEST_CASE(a_wrong_simulation_server_is_named_with_its_wrong_key)
+{
+    auto const error = [](std::string_view entry) {
+        return session_error(R"({"port":1,"simulationServers":["a:1",)" + std::string(entry) + "]}");
+    };
+    std::string const where = "c.json: key \"simulationServers\", entry 2: ";
+    std::string const address = "\"host:port\" or \"host/port\", with a port from 1 to 65535";
+    BOOST_TEST(error(R"({"address":"a:2","weight":0})") ==
+               where + "key \"weight\": expected a number from 0.001 to 1000000, found the number 0");
+    BOOST_TEST(error(R"({"address":"a:2","weight":"2"})") ==
+               where + "key \"weight\": expected a number from 0.001 to 1000000, found the string \"2\"");
+    BOOST_TEST(error(R"({"address":"a:2","drain":"yes"})") ==
+               where + "key \"drain\": expected true or false, found the string \"yes\"");
+    BOOST_TEST(error(R"({"address":"a"})") ==
+               where + "key \"address\": expected " + address + ", found the string \"a\"");
+    BOOST_TEST(error(R"({"adress":"a:2"})") ==
+               where + "key \"address\" is missing: expected " + address + "; key \"simulationServers\", entry 2: "
+               "unknown key \"adress\" is ignored; did you mean \"address\"?");
+    BOOST_TEST(error("5") == where + "expected " + address +
+               ", or {\"address\": ..., \"weight\": 2, \"drain\": true}, found the number 5");
+    BOOST_TEST(error("\"host\"") == where + "expected " + address + ", found the string \"host\"");
+}
+
+BOOST_AUTO_TEST_CASE(an_address_of_a_simulation_server_is_a_host_and_a_port)
+{
+    auto const is_good = [](std::string const& address) {
+        return parse_session_config(R"({"port":1,"simulationServers":[")" + address + "\"]}", "c.json").has_value();
+    };
+    for (auto const* good : {"a:1", "a.example.org/65535", "127.0.0.1:24000", "[::1]:24000", "proxy:8443/2000"})
+        BOOST_TEST(is_good(good), good);
+    for (auto const* bad : {"http://localhost:24000", "https://localhost/2000", "localhost:99999", "localhost:65536", "localhost:0",
+                            "localhost/0", "a/b/2000", "a//2000", "/2000", ":2000", "a:", "a:2x", "a:-1", "::1:2000", "[]:1", "a b:1"})
+        BOOST_TEST(!is_good(bad), bad);
+}
+
+BOOST_AUTO_TEST_CASE(a_missing_key_is_told_with_the_unknown_ones)
+{
+    BOOST_TEST(session_error(R"({"prot":1999,"simulationServers":[]})") ==
+               "c.json: key \"port\" is missing: expected an integer from 1 to 65535; "
+               "unknown key \"prot\" is ignored; did you mean \"port\"?");
+}
+
 BOOST_AUTO_TEST_CASE(what_is_no_json_is_placed_by_line_and_column)
 {
     BOOST_TEST(session_error("{\n  \"port\": 1999,\n  oops\n}").find("line 3, column 3") != std::string::npos);
@@ -67,8 +109,8 @@ BOOST_AUTO_TEST_CASE(wrong_values_are_named_with_key_found_and_wanted)
     BOOST_TEST(session_error(R"({"simulationServers":[]})") ==
                "c.json: key \"port\" is missing: expected an integer from 1 to 65535");
     BOOST_TEST(session_error(R"({"port":1})") ==
-               "c.json: key \"simulationServers\" is missing: expected a list of \"host:port\" or \"host/port\"");
-    BOOST_TEST(session_error(R"({"port":1,"simulationServers":["host"]})").find("[\"host\"]") != std::string::npos);
+               "c.json: key \"simulationServers\" is missing: expected a list of \"host:port\" or \"host/port\", or of objects "
+               "{\"address\": ..., \"weight\": 2, \"drain\": true}");
     BOOST_TEST(session_error(R"({"port":1,"simulationServers":["a:1"],"ssl":"yes"})") ==
                "c.json: key \"ssl\": expected true or false, found the string \"yes\"");
     BOOST_TEST(session_error(R"({"port":1,"simulationServers":["a:1"],"scheduling":"best"})").find("\"power_of_two\"") !=
@@ -87,11 +129,11 @@ BOOST_AUTO_TEST_CASE(so_are_those_of_servers_and_forges)
     auto const session = parse_session_config(
         R"({"port":1,"simulationServers":["a:1",{"address":"b:1","wieght":2}]})", "c.json");
     BOOST_TEST(session.value().warnings == std::vector<std::string>{
-        "c.json: key \"simulationServers\": unknown key \"wieght\" is ignored; did you mean \"weight\"?"});
+        "c.json: key \"simulationServers\", entry 2: unknown key \"wieght\" is ignored; did you mean \"weight\"?"});
     auto const simulation = parse_simulation_config(
         R"({"server":"h","forges":[{"url":"local:","directory":"x","owner":"me"}]})", "c.json");
     BOOST_TEST(simulation.value().warnings ==
-               std::vector<std::string>{"c.json: key \"forges\": unknown key \"owner\" is ignored"});
+               std::vector<std::string>{"c.json: key \"forges\", entry 1: unknown key \"owner\" is ignored"});
 }
 
 BOOST_AUTO_TEST_CASE(session_defaults_are_those_of_the_reference)
@@ -215,6 +257,72 @@ BOOST_AUTO_TEST_CASE(what_leaves_no_ports_for_simulations_or_editors_is_refused)
                "that of its simulation, found the number 500");
     BOOST_TEST(refusal(R"({"docker":true,"maxConnections":499})") == "");
     BOOST_TEST(refusal(R"({"maxConnections":500})") == "");
+    BOOST_TEST(refusal(R"({"docker":true,"port":65034})") == "");
+    BOOST_TEST(refusal(R"({"docker":true,"port":65035})") ==
+               "c.json: key \"port\": expected an integer from 1 to 65034, found the number 65035");
+}
+
+BOOST_AUTO_TEST_CASE(no_more_simulations_are_taken_than_there_are_ports)
+{
+    auto const read = [](std::string_view keys) {
+        return parse_simulation_config(R"({"server":"h",)" + std::string(keys) + "}", "c.json").value();
+    };
+    auto const five = read(R"("port":65530)");
+    BOOST_TEST(five.config.max_connections == 5);
+    BOOST_TEST(five.warnings ==
+               std::vector<std::string>{"c.json: key \"maxConnections\": only 5 simulations at once instead of 100, since there "
+                                        "are no more ports above \"port\" (65530)"});
+    auto const editors = read(R"("port":65030,"docker":true)");
+    BOOST_TEST(editors.config.max_connections == 5);
+    auto const enough = read(R"("port":65530,"maxConnections":5)");
+    BOOST_TEST(enough.config.max_connections == 5);
+    BOOST_TEST(enough.warnings.empty());
+}
+
+BOOST_AUTO_TEST_CASE(a_certificate_without_a_proxy_is_warned_of_since_simulators_speak_no_tls)
+{
+    auto const warnings = [](std::string_view keys) {
+        return parse_simulation_config(R"({"server":"h","sslCertificate":"/c","sslKey":"/k",)" + std::string(keys) + "}", "c.json")
+            .value()
+            .warnings;
+    };
+    BOOST_TEST(warnings(R"("portRewrite":false)") ==
+               std::vector<std::string>{
+                   "c.json: browsers are sent to wss://h:<port of the simulation>, but simulators speak no TLS, whatever "
+                   "\"sslCertificate\" says: no simulation can be shown. Let a proxy end TLS, as in config/nginx, and set "
+                   "\"portRewrite\" to true"});
+    BOOST_TEST(warnings(R"("portRewrite":true)").empty());
+    BOOST_TEST(warnings(R"("portRewrite":false,"ssl":false)").empty());
+}
+
+BOOST_AUTO_TEST_CASE(repositories_that_are_on_no_forge_are_warned_of)
+{
+    auto const warnings = [](std::string_view keys) {
+        return parse_simulation_config(R"({"server":"h",)" + std::string(keys) + "}", "c.json").value().warnings;
+    };
+    BOOST_TEST(warnings(R"("allowedRepositories":["cyberbotics"])") ==
+               std::vector<std::string>{"c.json: key \"allowedRepositories\": \"cyberbotics\" has no effect: it is on none of the "
+                                        "\"forges\", for instance https://github.com/<owner>"});
+    BOOST_TEST(warnings(R"("blockedRepositories":["https://gitlab.com/a"])").size() == 1u);
+    BOOST_TEST(warnings(R"("allowedRepositories":["https://github.com","https://GitHub.com/a/b/","https://"])").empty());
+    BOOST_TEST(warnings(R"("forges":[{"url":"local:","directory":"x"}],"allowedRepositories":["local:/a"])").empty());
+}
+
+BOOST_AUTO_TEST_CASE(the_name_of_a_server_is_a_host)
+{
+    auto const error = [](std::string const& server) {
+        auto const configured = parse_simulation_config(R"({"server":")" + server + "\"}", "c.json");
+        return configured ? std::string() : configured.error().message();
+    };
+    BOOST_TEST(error("http://x.org") ==
+               "c.json: key \"server\": expected the name of a host, as in \"sim.example.org\", found the string \"http://x.org\"");
+    for (auto const* bad : {"x.org/", "x y", "x.org:port"})
+        BOOST_TEST(!error(bad).empty(), bad);
+    for (auto const* good : {"x.org", "x.org:8443", "127.0.0.1", "[::1]", ""})
+        BOOST_TEST(error(good) == "", good);
+    BOOST_TEST(session_error(R"({"port":1,"simulationServers":[],"server":"https://x.org"})").find("key \"server\"") !=
+               std::string::npos);
+    BOOST_TEST(!parse_simulation_config(R"({"fullyQualifiedDomainName":"https://x.org"})", "c.json"));
 }
 
 // Section 8.2, a key a row: read without a warning, and where it goes.
@@ -235,8 +343,10 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
         {R"("port":3000)", [](auto const& c) { return c.port == 3000; }},
         {R"("portRewrite":false)", [](auto const& c) { return !c.port_rewrite; }},
         {R"("docker":true)", [](auto const& c) { return c.docker; }},
-        {R"("allowedRepositories":["a","b"])", [](auto const& c) { return c.allowed_repositories == Texts{"a", "b"}; }},
-        {R"("blockedRepositories":["a"])", [](auto const& c) { return c.blocked_repositories == Texts{"a"}; }},
+        {R"("allowedRepositories":["https://github.com/a","https://"])",
+         [](auto const& c) { return c.allowed_repositories == Texts{"https://github.com/a", "https://"}; }},
+        {R"("blockedRepositories":["https://github.com/a"])",
+         [](auto const& c) { return c.blocked_repositories == Texts{"https://github.com/a"}; }},
         {R"("shareIdleTime":12.5)", [](auto const& c) { return c.share_idle_time == 12.5; }},
         {R"("notify":["http://a"])", [](auto const& c) { return c.notify == Texts{"http://a"}; }},
         {R"("projectsDir":"/p")", [](auto const&) { return true; }},
@@ -305,6 +415,11 @@ BOOST_AUTO_TEST_CASE(registries_are_a_string_or_a_list)
     BOOST_TEST(notify(R"({"notify":"http://a"})") == std::vector<std::string>{"http://a"}, boost::test_tools::per_element());
     BOOST_TEST(notify(R"({"notify":[]})").empty());
     BOOST_TEST(!parse_simulation_config(R"({"notify":5})", "c.json"));
+    BOOST_TEST(parse_simulation_config(R"({"notify":["https://a","webots.cloud"]})", "c.json").error().message() ==
+               "c.json: key \"notify\": expected addresses that start with https:// or http://, or [] for none, found the list "
+               "[\"https://a\",\"webots.cloud\"]");
+    for (auto const* bad : {"webots.cloud", "", "https://", "ftp://a", "https:///a"})
+        BOOST_TEST(!parse_simulation_config(R"({"notify":")" + std::string(bad) + "\"}", "c.json"), bad);
 }
 
 BOOST_AUTO_TEST_CASE(forges_are_urls_or_folders_beside_the_file)

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""The servers behind a real Apache that ends TLS and rewrites ports: config/apache, and the rules that operators have had for
-years. Protocol sections 2, 4.1 and 8.4."""
+"""The servers behind a real Apache or nginx that ends TLS and rewrites ports: config/apache and config/nginx, and the rules that
+operators have had for years. Protocol sections 2, 4.1 and 8.4."""
 
 import asyncio
 import contextlib
@@ -15,7 +15,8 @@ import urllib.error
 import urllib.request
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
-from support import apache  # noqa: E402
+from support import apache, nginx  # noqa: E402
+from support.browser import open_browser  # noqa: E402
 from support.projects import EXAMPLES  # noqa: E402
 from support.servers import SessionServer, SimulationServer, free_port, main, wait_until  # noqa: E402
 
@@ -44,12 +45,12 @@ RULES_OF_THE_GUIDE = r"""
 
 
 class Site:
-    """A session server that knows one simulation server, each through Apache only."""
+    """A session server that knows one simulation server, each through a proxy only."""
 
-    def __init__(self, folder, rules):
+    def __init__(self, folder, proxy):
         self.certificate = Certificate(folder)
         self.context = ssl.create_default_context(cafile=self.certificate.authority)
-        self.rules = rules
+        self.proxy = proxy
         self.port = free_port()
 
     def __enter__(self):
@@ -59,8 +60,7 @@ class Site:
             self.session = SessionServer([f"localhost:{self.port}/{self.simulation.port}"], **public)
             self.session.environment["SSL_CERT_FILE"] = self.certificate.authority
             simulation_ports = range(self.simulation.port, self.simulation.port + 21)
-            rules = self.rules(self.session.port, simulation_ports)
-            self.apache = stack.enter_context(apache.Apache(rules, self.port, self.certificate))
+            stack.enter_context(self.proxy(self.session.port, simulation_ports, self.port, self.certificate))
             stack.enter_context(self.simulation)
             stack.enter_context(self.session)
             wait_until(lambda: self.session.get("/") == "1", "the session server finds the simulation server")
@@ -90,19 +90,15 @@ async def hear(socket):
     return await asyncio.wait_for(socket.recv(), PATIENCE)
 
 
-class BehindApache(unittest.IsolatedAsyncioTestCase):
+class BehindAProxy(unittest.IsolatedAsyncioTestCase):
     def setUp(self):
-        apache.program()
         if not shutil.which("openssl"):
             self.skipTest("openssl is missing (package openssl)")
-        self.folder = tempfile.mkdtemp(prefix="webots_cloud_apache_test_")
+        self.folder = tempfile.mkdtemp(prefix="webots_cloud_proxies_test_")
         self.addCleanup(shutil.rmtree, self.folder)
 
-    def site(self, rules):
-        site = Site(self.folder, rules)
-        site.__enter__()
-        self.addCleanup(site.__exit__)
-        return site
+    def site(self, proxy):
+        return self.enterContext(Site(self.folder, proxy))
 
     async def check_a_visit(self, site):
         """What a browser does: is there room, where, start, watch, leave."""
@@ -135,8 +131,7 @@ class BehindApache(unittest.IsolatedAsyncioTestCase):
                     return
             self.fail("the placement never showed")
 
-    async def test_our_configuration_carries_a_whole_visit_and_opens_nothing_else(self):
-        site = self.site(apache.sample)
+    async def check_our_configuration(self, site):
         await self.check_a_visit(site)
         await self.check_live_monitor(site, "/monitor")
         await self.check_live_monitor(site, f"/{site.session.port}/monitor")
@@ -152,14 +147,57 @@ class BehindApache(unittest.IsolatedAsyncioTestCase):
             self.assertEqual(site.get(path)[0], 404, path)
         self.assertEqual(site.get(f"/{site.session.port}/api/decisions")[0], 403, "the operator's, not the world's")
 
+    async def check_availability_beside_the_sites_own_page(self, site):
+        async with site.websocket("/") as light:
+            self.assertEqual(await hear(light), "1")
+        for headers in ({}, {"Upgrade": "h2c"}):
+            self.assertEqual(site.get("/", **headers)[0], 410, "the site's own page")
+
+    def check_the_light_of_the_viewer(self, site):
+        with open_browser(1280, 800, trusting=True) as browser:
+            for folder in ("", f"/{site.session.port}"):
+                browser.get(f"https://localhost:{site.port}{folder}/viewer/")
+                light = browser.find_element("id", "light-text")
+                wait_until(lambda: light.text == "A machine is available", lambda: f"{folder}/viewer/ says: {light.text}")
+
+
+class BehindApache(BehindAProxy):
+    def setUp(self):
+        apache.program()
+        super().setUp()
+
+    async def test_our_configuration_carries_a_whole_visit_and_opens_nothing_else(self):
+        await self.check_our_configuration(self.site(apache.site))
+
+    async def test_availability_is_told_at_the_address_of_the_sites_own_page(self):
+        await self.check_availability_beside_the_sites_own_page(self.site(apache.site))
+
+    async def test_the_viewer_shows_a_green_light(self):
+        await asyncio.to_thread(self.check_the_light_of_the_viewer, self.site(apache.site))
+
     async def test_the_rules_of_the_guide_carry_it_too_and_the_monitor_page_finds_its_way(self):
-        site = self.site(lambda port, _: RULES_OF_THE_GUIDE.format(port=port))
+        site = self.site(lambda session_port, _, *rest: apache.Apache(RULES_OF_THE_GUIDE.format(port=session_port), *rest))
         await self.check_a_visit(site)
         with self.assertRaises(websockets.InvalidHandshake):
             await site.websocket("/monitor")
         await self.check_live_monitor(site, f"/{site.session.port}/monitor")
         snapshot = json.loads(site.get("/monitor", Accept="application/json")[1])
         self.assertEqual(len(snapshot["servers"]), 1)
+
+
+class BehindNginx(BehindAProxy):
+    def setUp(self):
+        nginx.program()
+        super().setUp()
+
+    async def test_our_configuration_carries_a_whole_visit_and_opens_nothing_else(self):
+        await self.check_our_configuration(self.site(nginx.site))
+
+    async def test_availability_is_told_at_the_address_of_the_sites_own_page(self):
+        await self.check_availability_beside_the_sites_own_page(self.site(nginx.site))
+
+    async def test_the_viewer_shows_a_green_light(self):
+        await asyncio.to_thread(self.check_the_light_of_the_viewer, self.site(nginx.site))
 
 
 if __name__ == "__main__":
