@@ -289,6 +289,7 @@ class Ends(unittest.IsolatedAsyncioTestCase):
         with server() as first:
             again = subprocess.run([program("webots-simulation-server"), first.configure()], capture_output=True, text=True, timeout=60,
                                    env={**os.environ, "TMPDIR": first.temporary_folder()})
+            self.assertIn(f"no simulation server on port {first.port}: ", again.stderr)
             self.assertIn("another simulation server uses it; is one running already?\n", again.stderr)
             self.assertEqual(again.returncode, 2)
 
