@@ -400,6 +400,24 @@ class Configuration(unittest.TestCase):
         self.assertEqual(status, 0)
         self.assertIn('unknown key "prot" is ignored; did you mean "port"?', text)
 
+    def test_check_config_looks_at_the_files_that_the_configuration_names(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for settings, sentence in (
+                    ({"sslCertificate": "/nope.pem", "sslKey": "/nope.pem"},
+                     "the certificate /nope.pem can't be used: No such file or directory"),
+                    ({"sslCertificate": "/etc/passwd", "sslKey": "/nope.pem"},
+                     "the certificate /etc/passwd can't be used: expected a PEM file with \"-----BEGIN CERTIFICATE-----\""),
+                    ({"docker": True}, "no simulation can start, since there is no docker-compose-default.yml in /docker. "),
+                    ({"docker": True, "dockerDir": folder}, f"no docker-compose-default.yml in {folder}. Set \"dockerDir\"")):
+                text, status = self.complaint({"server": "h", **settings}, "--check-config")
+                self.assertEqual((status, text.count("\n")), (2, 1), text)
+                self.assertIn(sentence, text)
+
+    def test_a_forge_in_a_folder_that_is_not_there_is_warned_of(self):
+        text, status = self.complaint({"server": "h", "forges": [{"url": "local:", "directory": "nowhere"}]}, "--check-config")
+        self.assertEqual(status, 0)
+        self.assertIn("there is no folder /nowhere: no world of local: can be fetched\n", text)
+
     def test_a_port_in_use_is_said(self):
         with server() as first:
             text, status = self.complaint({"port": first.port, "debug": True})
