@@ -32,7 +32,7 @@ result<> check_templates(SimulationConfig const& config, fs::path const& origin)
             return Failure(
                 errc::invalid_config,
                 concat(origin.string(), ": key \"docker\": no simulation can start, since there is no ", name,
-                       " in ", config.containers.directory.string(),
+                       " in ", fs::absolute(config.containers.directory, ignored).string(),
                        ". Set \"dockerDir\" to the folder of the templates, as config/simulation/docker"));
     return {};
 }
@@ -43,8 +43,8 @@ void warn_of_missing_folders(Configured<SimulationConfig>& configured, fs::path 
     for (auto const& forge : configured.config.forges)
         if (!forge.directory.empty() && !fs::is_directory(forge.directory, ignored))
             configured.warnings.push_back(concat(origin.string(), ": key \"forges\": there is no folder ",
-                                                 forge.directory.string(), ": no world of ", forge.url,
-                                                 " can be fetched"));
+                                                 fs::absolute(forge.directory, ignored).string(),
+                                                 ": no world of ", forge.url, " can be fetched"));
 }
 
 } // namespace

@@ -383,12 +383,12 @@ class Configuration(unittest.TestCase):
             path = os.path.join(folder, "c.json")
             with open(path, "w") as file:
                 file.write(config if isinstance(config, str) else json.dumps(config))
-            finished = subprocess.run([program("webots-simulation-server"), path, *arguments], capture_output=True, text=True,
+            finished = subprocess.run([program("webots-simulation-server"), os.path.basename(path), *arguments], capture_output=True, text=True,
                                       timeout=30, cwd=folder, env={**os.environ, "TMPDIR": folder, "HOME": folder})
             return finished.stderr.replace(folder, ""), finished.returncode
 
     def test_a_bad_configuration_is_one_sentence_and_status_2(self):
-        for config, sentence in (("{", "/c.json: not JSON: "), ({"port": "abc"}, 'key "port": expected an integer from 1 to 65534, '
+        for config, sentence in (("{", "c.json: not JSON: "), ({"port": "abc"}, 'key "port": expected an integer from 1 to 65534, '
                                                                                   'found the string "abc"')):
             text, status = self.complaint(config)
             self.assertEqual(status, 2)
