@@ -108,6 +108,11 @@ public:
 std::unique_ptr<HttpServer> make_http_server(boost::asio::any_io_executor executor, HttpServerParams params,
                                              Endpoint& endpoint, Logger log);
 
+/// Whether a server could show a certificate (its chain after it) with its key, both PEM files.
+///
+/// Errors: `invalid_config`, naming the file that is unusable.
+result<> check_certificate(std::filesystem::path const& certificate, std::filesystem::path const& key);
+
 /// Processes of this computer over Boost.Process, each under a guard (the program `webots-process-guard`) that ends the whole
 /// tree when asked to, when the process ends, and when we die, however we die.
 std::unique_ptr<ProcessHost> make_process_host(boost::asio::any_io_executor executor, std::filesystem::path guard);

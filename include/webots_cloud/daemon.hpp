@@ -71,7 +71,14 @@ result<Configured<Config>> read_config(Arguments const& arguments,
     return configured;
 }
 
-/// Reads a configuration and prints what is wrong with it, if anything, in one line on standard error.
+/// Looks at the files and folders of this computer that a configuration names, and adds what an operator should know of them to
+/// its warnings. `origin` is the configuration's file, for messages.
+///
+/// Errors: `invalid_config`: nothing works without one that is unusable.
+result<> check_files(Configured<SessionConfig>& configured, std::filesystem::path const& origin);
+result<> check_files(Configured<SimulationConfig>& configured, std::filesystem::path const& origin);
+
+/// Reads a configuration and prints what is wrong with it, or with the files that it names, in one line on standard error.
 ///
 /// Returns an exit status instead when the program is to end at once.
 template<class Config>
@@ -80,8 +87,9 @@ std::pair<std::optional<Config>, int> load_config(Program const& program, Argume
                                                                                       std::filesystem::path const&))
 {
     auto configured = read_config(arguments, parse);
-    if (!configured) {
-        std::cerr << program.name << ": " << configured.error().message() << std::endl;
+    auto const usable = configured ? check_files(*configured, arguments.config) : result<>(configured.error());
+    if (!usable) {
+        std::cerr << program.name << ": " << usable.error().message() << std::endl;
         return {std::nullopt, exit_usage};
     }
     for (auto const& warning : configured->warnings)

@@ -2,6 +2,8 @@
 
 #include "../core/text.hpp"
 
+#include <webots_cloud/adapters.hpp>
+
 #include <openssl/err.h>
 #include <openssl/ssl.h>
 
@@ -20,15 +22,23 @@ int no_passphrase(char*, int, int, void*)
     return -1;
 }
 
+/// What OpenSSL says of a failure: its first error says what happened, the last where.
 std::string openssl_reason()
 {
     auto const first = ERR_peek_error();
-    auto const last = ERR_peek_last_error();
     ERR_clear_error();
-    if (ERR_SYSTEM_ERROR(first)) // the first says what happened, the last where
+    if (ERR_SYSTEM_ERROR(first))
         return std::system_category().message(static_cast<int>(ERR_GET_REASON(first)));
-    char const* const reason = ERR_reason_error_string(last);
+    char const* const reason = ERR_reason_error_string(first);
     return reason ? reason : "unknown reason";
+}
+
+/// The same of a file that was to be read: one that is there is not what was wanted.
+std::string reading_reason(std::string_view wanted)
+{
+    bool const is_there = !ERR_SYSTEM_ERROR(ERR_peek_error());
+    auto const reason = openssl_reason();
+    return is_there ? concat("expected ", wanted, ", found something else (", reason, ")") : reason;
 }
 
 Failure unusable(std::string_view what, std::filesystem::path const& file, std::string_view why)
@@ -70,10 +80,11 @@ result<TlsContext> load_tls_context(std::filesystem::path const& certificate,
     SSL_CTX_set_session_cache_mode(context.get(), SSL_SESS_CACHE_OFF); // tickets do the same without memory
     SSL_CTX_set_default_passwd_cb(context.get(), no_passphrase);
     if (SSL_CTX_use_certificate_chain_file(context.get(), certificate.c_str()) != 1)
-        return unusable("certificate", certificate, openssl_reason());
+        return unusable("certificate", certificate,
+                        reading_reason("a PEM file with \"-----BEGIN CERTIFICATE-----\""));
     if (SSL_CTX_use_PrivateKey_file(context.get(), key.c_str(), SSL_FILETYPE_PEM) != 1) {
         bool const is_other = ERR_GET_REASON(ERR_peek_last_error()) == X509_R_KEY_VALUES_MISMATCH;
-        auto const reason = openssl_reason();
+        auto const reason = reading_reason("a PEM file with a private key that has no passphrase");
         return unusable("key", key,
                         is_other ? concat("it is not the key of the certificate ", certificate.string())
                                  : reason);
@@ -112,3 +123,13 @@ void TlsCertificate::renew()
 }
 
 } // namespace webots_cloud::adapters
+
+namespace webots_cloud {
+
+result<> check_certificate(std::filesystem::path const& certificate, std::filesystem::path const& key)
+{
+    auto const loaded = adapters::load_tls_context(certificate, key);
+    return loaded ? result<>() : result<>(loaded.error());
+}
+
+} // namespace webots_cloud

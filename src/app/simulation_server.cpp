@@ -253,7 +253,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     auto const instances = instances_folder(config);
     auto const root = InstanceRoot::open(instances);
     if (!root)
-        co_return root.error();
+        co_return root.error().within(concat("no simulation server on port ", std::to_string(config.port)));
     if (auto const removed = root->left_overs().removed; removed > 0)
         log.info(concat("Removed ", std::to_string(removed), " left-over instance directories"));
     if (auto const kept = root->left_overs().kept; kept > 0)

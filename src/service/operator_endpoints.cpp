@@ -164,6 +164,8 @@ HttpResponse OperatorEndpoints::drain_answer(IncomingRequest const& request)
         return core::method_not_allowed_page("POST");
     if (!request.is_operators())
         return {403, std::string(core::html_type), "Draining is asked for on this machine only."};
+    if (request.query != "" && request.query != "exit" && request.query != "off")
+        return {400, std::string(core::html_type), "Expected /api/drain, /api/drain?exit or /api/drain?off."};
     if (request.query != "off") {
         drain(request.query == "exit");
         return core::page("draining");

@@ -2,6 +2,7 @@
 """What browsers, strangers and broken clients may do to a server without hurting anybody else: raw sockets, TLS, and limits."""
 
 import asyncio
+import json
 import os
 import re
 import resource
@@ -343,8 +344,10 @@ class Tls(unittest.IsolatedAsyncioTestCase):
                 (self.path("none.pem"), self.key, "none.pem can't be used: No such file or directory"),
                 (self.certificate, self.path("none.pem"), "none.pem can't be used: No such file or directory"),
                 (self.certificate, self.path("other_key.pem"), f"it is not the key of the certificate {self.certificate}"),
-                (self.path("empty"), self.key, "empty can't be used: "),
-                (self.certificate, self.path("locked.pem"), "locked.pem can't be used: ")):
+                (self.path("empty"), self.key, "empty can't be used: expected a PEM file with"),
+                (self.key, self.key, "can't be used: expected a PEM file with"),
+                (self.certificate, self.path("empty"), "empty can't be used: expected a PEM file with a private key"),
+                (self.certificate, self.path("locked.pem"), "locked.pem can't be used: expected a PEM file with a private key that has no")):
             with self.subTest(sentence=sentence):
                 self.assertEqual(self.fails(sentence, sslCertificate=certificate, sslKey=key), 2)
 
@@ -363,7 +366,8 @@ class Tls(unittest.IsolatedAsyncioTestCase):
     async def test_check_config_knows_the_keys(self):
         path = self.path("config.json")
         with open(path, "w") as file:
-            file.write('{"port": 1999, "simulationServers": [], "sslKey": "k", "sslCertificate": "c", "connectionsPerAddress": 9}')
+            json.dump({"port": 1999, "simulationServers": [], "sslKey": self.key, "sslCertificate": self.certificate,
+                       "connectionsPerAddress": 9}, file)
         checked = subprocess.run([program("webots-session-server"), "--check-config", path], capture_output=True, text=True,
                                  timeout=PATIENCE)
         self.assertEqual((checked.returncode, checked.stderr), (0, ""), checked)

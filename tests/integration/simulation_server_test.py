@@ -298,6 +298,7 @@ class Ends(unittest.IsolatedAsyncioTestCase):
         with server() as first:
             again = subprocess.run([program("webots-simulation-server"), first.configure()], capture_output=True, text=True, timeout=60,
                                    env={**os.environ, "TMPDIR": first.temporary_folder()})
+            self.assertIn(f"no simulation server on port {first.port}: ", again.stderr)
             self.assertIn("another simulation server uses it; is one running already?\n", again.stderr)
             self.assertEqual(again.returncode, 2)
 
@@ -391,12 +392,12 @@ class Configuration(unittest.TestCase):
             path = os.path.join(folder, "c.json")
             with open(path, "w") as file:
                 file.write(config if isinstance(config, str) else json.dumps(config))
-            finished = subprocess.run([program("webots-simulation-server"), path, *arguments], capture_output=True, text=True,
+            finished = subprocess.run([program("webots-simulation-server"), os.path.basename(path), *arguments], capture_output=True, text=True,
                                       timeout=30, cwd=folder, env={**os.environ, "TMPDIR": folder, "HOME": folder})
             return finished.stderr.replace(folder, ""), finished.returncode
 
     def test_a_bad_configuration_is_one_sentence_and_status_2(self):
-        for config, sentence in (("{", "/c.json: not JSON: "), ({"port": "abc"}, 'key "port": expected an integer from 1 to 65534, '
+        for config, sentence in (("{", "c.json: not JSON: "), ({"port": "abc"}, 'key "port": expected an integer from 1 to 65534, '
                                                                                   'found the string "abc"')):
             text, status = self.complaint(config)
             self.assertEqual(status, 2)
@@ -407,6 +408,24 @@ class Configuration(unittest.TestCase):
         text, status = self.complaint({"prot": 2000}, "--check-config")
         self.assertEqual(status, 0)
         self.assertIn('unknown key "prot" is ignored; did you mean "port"?', text)
+
+    def test_check_config_looks_at_the_files_that_the_configuration_names(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for settings, sentence in (
+                    ({"sslCertificate": "/nope.pem", "sslKey": "/nope.pem"},
+                     "the certificate /nope.pem can't be used: No such file or directory"),
+                    ({"sslCertificate": "/etc/passwd", "sslKey": "/nope.pem"},
+                     "the certificate /etc/passwd can't be used: expected a PEM file with \"-----BEGIN CERTIFICATE-----\""),
+                    ({"docker": True}, "no simulation can start, since there is no docker-compose-default.yml in /docker. "),
+                    ({"docker": True, "dockerDir": folder}, f"no docker-compose-default.yml in {folder}. Set \"dockerDir\"")):
+                text, status = self.complaint({"server": "h", **settings}, "--check-config")
+                self.assertEqual((status, text.count("\n")), (2, 1), text)
+                self.assertIn(sentence, text)
+
+    def test_a_forge_in_a_folder_that_is_not_there_is_warned_of(self):
+        text, status = self.complaint({"server": "h", "forges": [{"url": "local:", "directory": "nowhere"}]}, "--check-config")
+        self.assertEqual(status, 0)
+        self.assertIn("there is no folder /nowhere: no world of local: can be fetched\n", text)
 
     def test_a_port_in_use_is_said(self):
         with server() as first:

@@ -217,6 +217,10 @@ class Stopping(ServerScriptTest):
         self.start()
         self.write("config/simulation/broken.json", "[]")
         self.assertEqual(self.run_script("restart", "broken")[0], 1)
+        self.configure("uncertified", sslCertificate="/nope.pem", sslKey="/nope.pem")
+        status, output, errors = self.run_script("restart", "uncertified")
+        self.assertEqual((status, output), (1, ""))
+        self.assertIn("the certificate /nope.pem can't be used: No such file or directory", errors)
         self.assertTrue(is_running(self.pid("session")) and is_running(self.pid("simulation")))
 
 

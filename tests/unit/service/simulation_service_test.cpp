@@ -777,6 +777,9 @@ BOOST_AUTO_TEST_CASE(a_drained_server_takes_nothing_new_and_ends_with_its_last_s
     BOOST_TEST(ask("GET", "/readyz", "", false).status == 200);
     BOOST_TEST(ask("GET", "/api/drain", "", true).status == 405);
     BOOST_TEST(ask("POST", "/api/drain", "", false).status == 403);
+    BOOST_TEST(ask("POST", "/api/drain", "of", true).status == 400);
+    BOOST_TEST(ask("POST", "/api/drain", "exit=1", true).body == "Expected /api/drain, /api/drain?exit or /api/drain?off.");
+    BOOST_TEST(ask("GET", "/readyz", "", false).status == 200);
     BOOST_TEST(ask("POST", "/api/drain", "exit", true).status == 200);
     BOOST_TEST(ask("GET", "/readyz", "", false).status == 503);
     auto& refused = fixture.start();

@@ -1,0 +1,64 @@
+#include "../core/docker_project.hpp"
+#include "../core/text.hpp"
+
+#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/daemon.hpp>
+
+#include <filesystem>
+
+namespace webots_cloud {
+namespace {
+
+namespace fs = std::filesystem;
+using core::concat;
+
+result<> check_network(NetworkConfig const& network)
+{
+    return network.ssl_certificate.empty() ? result<>()
+                                           : check_certificate(network.ssl_certificate, network.ssl_key);
+}
+
+/// What every simulation in a container is made of.
+result<> check_templates(SimulationConfig const& config, fs::path const& origin)
+{
+    if (!config.docker)
+        return {};
+    std::vector<std::string> needed{core::compose_template_file(core::ComposeTemplate::standard)};
+    if (!config.containers.project_dockerfiles)
+        needed.emplace_back("Dockerfile.default");
+    std::error_code ignored;
+    for (auto const& name : needed)
+        if (!fs::exists(config.containers.directory / name, ignored))
+            return Failure(
+                errc::invalid_config,
+                concat(origin.string(), ": key \"docker\": no simulation can start, since there is no ", name,
+                       " in ", fs::absolute(config.containers.directory, ignored).string(),
+                       ". Set \"dockerDir\" to the folder of the templates, as config/simulation/docker"));
+    return {};
+}
+
+void warn_of_missing_folders(Configured<SimulationConfig>& configured, fs::path const& origin)
+{
+    std::error_code ignored;
+    for (auto const& forge : configured.config.forges)
+        if (!forge.directory.empty() && !fs::is_directory(forge.directory, ignored))
+            configured.warnings.push_back(concat(origin.string(), ": key \"forges\": there is no folder ",
+                                                 fs::absolute(forge.directory, ignored).string(),
+                                                 ": no world of ", forge.url, " can be fetched"));
+}
+
+} // namespace
+
+result<> check_files(Configured<SessionConfig>& configured, fs::path const&)
+{
+    return check_network(configured.config.network);
+}
+
+result<> check_files(Configured<SimulationConfig>& configured, fs::path const& origin)
+{
+    warn_of_missing_folders(configured, origin);
+    auto const certified = check_network(configured.config.network);
+    return certified ? check_templates(configured.config, origin) : certified;
+}
+
+} // namespace webots_cloud
