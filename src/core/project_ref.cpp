@@ -53,10 +53,14 @@ result<std::string> forge_of(std::string_view url, std::vector<std::string> cons
     auto const forge = std::find_if(forges.begin(), forges.end(), [&](std::string const& base) {
         return url.size() > base.size() && url.starts_with(base) && url[base.size()] == '/';
     });
-    if (forge == forges.end())
+    if (forge == forges.end()) {
+        std::string expected;
+        for (auto const& base : forges)
+            expected += concat(expected.empty() ? "" : " or ", base, "/");
         return Failure(errc::invalid_url,
                        concat("Unsupported URL protocol: ", core::printable(url, 200), ". The URL must start with ",
-                              forges.empty() ? "the address of a forge, and none is configured" : forges.front() + "/"));
+                              forges.empty() ? "the address of a forge, and none is configured" : expected));
+    }
     return *forge;
 }
 

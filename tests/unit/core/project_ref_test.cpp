@@ -86,6 +86,12 @@ BOOST_AUTO_TEST_CASE(the_forge_is_known_before_the_rest_is_understood)
         forge_of("https://github.com", forges).error().message().starts_with("Unsupported URL protocol: "));
 }
 
+BOOST_AUTO_TEST_CASE(all_forges_are_named_to_who_comes_from_another)
+{
+    BOOST_TEST(forge_of("ftp://x/y", {"https://github.com", "local:"}).error().message() ==
+               "Unsupported URL protocol: ftp://x/y. The URL must start with https://github.com/ or local:/");
+}
+
 BOOST_AUTO_TEST_CASE(shell_text_options_and_traversal_are_refused)
 {
     for (auto const* url : {
