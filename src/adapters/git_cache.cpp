@@ -309,9 +309,9 @@ void GitCache::remove_unused()
     });
 }
 
-void GitCache::trim()
+bool GitCache::trim()
 {
-    trim_to(most_bytes_);
+    return trim_to(most_bytes_);
 }
 
 bool GitCache::make_room()

@@ -84,8 +84,8 @@ public:
     result<GitSnapshotPtr> publish(GitIncoming const& incoming, std::string const& url,
                                    core::GitTarget const& target, GitIndex index);
 
-    /// Removes what is too much and not in use, the least recently used first.
-    void trim();
+    /// Removes what is too much and not in use, the least recently used first.   False: there was nothing.
+    bool trim();
 
     /// Removes all that is not in use, for a disk that is full.   False: there was nothing.
     bool make_room();

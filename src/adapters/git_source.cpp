@@ -109,7 +109,7 @@ public:
         auto const removed = co_await cleaning_.run(std::move(work));
         if (in_use_.erase(directory.string()) == 0)
             co_return removed;
-        auto trim = [this] { return cache_.trim(), true; }; // what was in use may have been too much
+        auto trim = [this] { return cache_.trim(); }; // what was in use may have been too much
         co_await cleaning_.run(std::move(trim));
         co_return removed;
     }
