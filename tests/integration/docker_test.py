@@ -7,8 +7,10 @@ import asyncio
 import contextlib
 import http.server
 import os
+import shutil
 import signal
 import sys
+import tempfile
 import threading
 import unittest
 
@@ -191,8 +193,7 @@ class Docker(unittest.IsolatedAsyncioTestCase):
         cases = [("fields", {}, "loading: Error: Wrong line in webots.yml: \"dockerCompose:theia\"."),
                  ("make", {}, "loading: Error: Unable to start Webots: it exited with status "),
                  ("own", {"projectDockerfiles": True}, "loading: Error: Unable to start Webots: it exited with status "),
-                 ("broken", {"projectDockerfiles": True}, "loading: Error: Unable to start Webots: it exited with status "),
-                 ("robots", {"dockerDir": "/nowhere"}, "loading: Error: Missing docker-compose-default.yml in /nowhere")]
+                 ("broken", {"projectDockerfiles": True}, "loading: Error: Unable to start Webots: it exited with status ")]
         for repository, settings, sentence in cases:
             with self.subTest(repository=repository, **settings), server(**settings) as simulation:
                 async with Browser(simulation) as browser:
@@ -306,15 +307,30 @@ class Docker(unittest.IsolatedAsyncioTestCase):
             self.check_clean(simulation)
 
 
+    async def test_templates_that_are_removed_while_the_server_runs_are_said_to_be_missing(self):
+        with tempfile.TemporaryDirectory() as folder:
+            templates = shutil.copytree(TEMPLATES, os.path.join(folder, "docker"))
+            with server(dockerDir=templates) as simulation:
+                os.unlink(os.path.join(templates, "docker-compose-default.yml"))
+                async with Browser(simulation) as browser:
+                    await browser.start(world("robots"))
+                    await browser.hear_all()
+                    self.assertEqual(browser.told[-1], f"loading: Error: Missing docker-compose-default.yml in {templates}")
+                self.check_clean(simulation)
+
+
 class WithoutDocker(unittest.TestCase):
-    def said_at_once(self, **environment):
-        broken = SimulationServer(environment={**docker.environment, **environment}, docker=True, dockerDir=TEMPLATES)
+    def said_at_once(self, templates=TEMPLATES, **environment):
+        broken = SimulationServer(environment={**docker.environment, **environment}, docker=True, dockerDir=templates)
         with self.assertRaises(AssertionError) as ended, broken:
             pass
         return str(ended.exception)
 
     def test_a_daemon_that_is_not_there_ends_the_server_with_a_sentence(self):
         self.assertIn("docker: the daemon does not answer: ", self.said_at_once(DOCKER_HOST="unix:///nowhere/docker.sock"))
+
+    def test_templates_that_are_not_there_end_the_server_with_a_sentence(self):
+        self.assertIn("no simulation can start, since there is no docker-compose-default.yml in /nowhere", self.said_at_once("/nowhere"))
 
     def test_programs_that_are_not_there_end_the_server_with_a_sentence(self):
         self.assertIn('docker: there is no program "docker". Install Docker, or set "docker" to false.', self.said_at_once(PATH="/nowhere"))
