@@ -41,6 +41,7 @@ class Unit:
     def __init__(self, kind):
         self.name = f"webots-{kind}-server.service"
         self.address = f"localhost:{PORTS[kind]}"
+        self.url = f"http://{self.address}"
         self.config = f"/etc/webots_cloud/{kind}/config.json"
         self.folder = f"/var/lib/webots_cloud/{kind}"
         self.log = f"{self.folder}/log/{kind}/output.log"
@@ -71,7 +72,7 @@ class Unit:
 
     def get(self, path):
         """The body of an answer; None when nobody answers."""
-        with contextlib.suppress(OSError), urllib.request.urlopen(f"http://{self.address}{path}", timeout=10) as answer:
+        with contextlib.suppress(OSError), urllib.request.urlopen(f"{self.url}{path}", timeout=10) as answer:
             return answer.read().decode()
 
     def configure(self, **keys):
