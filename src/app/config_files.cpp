@@ -25,7 +25,7 @@ result<> check_templates(SimulationConfig const& config, fs::path const& origin)
         return {};
     std::vector<std::string> needed{core::compose_template_file(core::ComposeTemplate::standard)};
     if (!config.containers.project_dockerfiles)
-        needed.emplace_back("Dockerfile.default");
+        needed.emplace_back(core::dockerfile_template);
     std::error_code ignored;
     for (auto const& name : needed)
         if (!fs::exists(config.containers.directory / name, ignored))

@@ -36,6 +36,9 @@ enum class ComposeTemplate
 /// `docker-compose-default.yml` and its like.
 std::string compose_template_file(ComposeTemplate kind);
 
+/// The template for projects without a `Dockerfile` of their own that may be used.
+inline constexpr char dockerfile_template[] = "Dockerfile.default";
+
 /// What `webots.yml` says to us.
 struct WebotsYml
 {

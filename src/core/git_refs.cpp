@@ -35,10 +35,12 @@ std::string_view short_name(GitRef const& ref) noexcept
 /// full; 0: it names another.
 std::size_t size_in(std::string_view path, GitRef const& ref) noexcept
 {
-    for (auto const name : {std::string_view(ref.name), short_name(ref)})
-        if (!short_name(ref).empty() && begins_with_segments(path, name))
-            return name.size();
-    return 0;
+    auto const brief = short_name(ref);
+    if (brief.empty())
+        return 0;
+    if (begins_with_segments(path, ref.name))
+        return ref.name.size();
+    return begins_with_segments(path, brief) ? brief.size() : 0;
 }
 
 GitTarget target(GitObjectId const& commit, std::string_view path, std::size_t ref_size)

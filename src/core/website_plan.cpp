@@ -8,6 +8,7 @@ namespace {
 
 constexpr std::string_view error_prefix = "Error:";
 constexpr std::string_view unchanged_prefix = "Error: no such directory: ";
+constexpr std::string_view end_of_archive = "PK\5\6"; // an archive that begins with it holds nothing
 
 DownloadRequest download_request(WebsiteProject const& project, std::string_view key)
 {
@@ -46,9 +47,6 @@ result<WebsitePlan> plan_website_project(WebsiteProject const& project, std::str
     plan.download = download_request(project, key);
     return plan;
 }
-
-// A zip file that begins with its end holds nothing.
-constexpr std::string_view end_of_archive = "PK\5\6";
 
 DownloadAnswer classify_download(std::string_view beginning) noexcept
 {

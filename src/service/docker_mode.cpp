@@ -230,7 +230,7 @@ asio::awaitable<result<ContainerPlan>> DockerMode::prepare(LaunchSpec const& spe
     if (own_dockerfile) {
         added.emplace_back("Dockerfile", core::with_server_label(*project.dockerfile, environment->server));
     } else {
-        auto dockerfile = co_await impl_->read_template("Dockerfile.default");
+        auto dockerfile = co_await impl_->read_template(core::dockerfile_template);
         if (!dockerfile)
             co_return dockerfile.error();
         added.emplace_back("Dockerfile", std::move(*dockerfile));

@@ -24,6 +24,12 @@ def picture(browser):
     return image.screenshot_as_png if int(image.get_property("naturalWidth") or 0) > 0 else b""
 
 
+def await_motion(browser):
+    """A picture, and then another one."""
+    first = wait_until(lambda: picture(browser), "no picture came")
+    wait_until(lambda: picture(browser) != first, "the picture stands still")
+
+
 def local_config(kind):
     """What ./server.sh start runs with, where nothing else is said."""
     with open(os.path.join(CONFIG, kind, "local.json")) as file:
@@ -46,8 +52,7 @@ class FirstMinute(unittest.TestCase):
             browser.find_element("id", "start").click()
             wait_until(lambda: body.get_attribute("data-state") in ("running", "failed"), lambda: simulation.log())
             self.assertEqual(body.get_attribute("data-state"), "running", browser.find_element("id", "status").text)
-            first = wait_until(lambda: picture(browser), "no picture came")
-            wait_until(lambda: picture(browser) != first, "the picture stands still")
+            await_motion(browser)
 
 
 class MainJob(unittest.TestCase):
@@ -72,8 +77,7 @@ class MainJob(unittest.TestCase):
         with open_browser(1280, 800) as browser:
             body = self.start_in(browser, "blob/main/projects/robots/worlds/arena.wbt")
             first_time = float(body.get_attribute("data-time"))
-            first = wait_until(lambda: picture(browser), "no picture came")
-            wait_until(lambda: picture(browser) != first, "the picture stands still")
+            await_motion(browser)
             wait_until(lambda: float(body.get_attribute("data-time")) > first_time + 300, "simulated time stands still")
             self.assertTrue(self.simulation.simulators())
             if os.environ.get("SCREENSHOTS"):

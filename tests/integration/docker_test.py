@@ -306,7 +306,6 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                 self.assertEqual(len(docker.things()["containers"]), 4)
             self.check_clean(simulation)
 
-
     async def test_templates_that_are_removed_while_the_server_runs_are_said_to_be_missing(self):
         with tempfile.TemporaryDirectory() as folder:
             templates = shutil.copytree(TEMPLATES, os.path.join(folder, "docker"))

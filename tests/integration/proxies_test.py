@@ -17,18 +17,14 @@ import urllib.request
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support import apache, nginx  # noqa: E402
 from support.browser import open_browser  # noqa: E402
-from support.projects import EXAMPLES  # noqa: E402
+from support.browser_client import LOCAL, WORLD, websockets  # noqa: E402
 from support.servers import SessionServer, SimulationServer, free_port, main, wait_until  # noqa: E402
 
 try:
-    import websockets
     from support.mailbox import Certificate
 except ImportError as error:
-    raise SystemExit(print(f"skipped: {error} (packages python3-websockets, python3-aiosmtpd)") or 77)
+    raise SystemExit(print(f"skipped: {error} (package python3-aiosmtpd)") or 77)
 
-WORLD = "local:/demo_projects/robots/blob/main/worlds/arena.wbt"
-LOCAL = {"forges": [{"url": "local:", "directory": os.path.dirname(os.path.abspath(EXAMPLES))}],
-         "allowedRepositories": ["local:/demo_projects"]}
 PATIENCE = 30
 
 # As the guide of Webots has them. For /monitor there is no WebSocket: the page finds its own way.
@@ -161,19 +157,25 @@ class BehindAProxy(unittest.IsolatedAsyncioTestCase):
                 wait_until(lambda: light.text == "A machine is available", lambda: f"{folder}/viewer/ says: {light.text}")
 
 
-class BehindApache(BehindAProxy):
+class OurConfiguration:
+    """The file in config/ for the proxy that `proxy`, a module, starts."""
+
     def setUp(self):
-        apache.program()
+        self.proxy.program()
         super().setUp()
 
     async def test_our_configuration_carries_a_whole_visit_and_opens_nothing_else(self):
-        await self.check_our_configuration(self.site(apache.site))
+        await self.check_our_configuration(self.site(self.proxy.site))
 
     async def test_availability_is_told_at_the_address_of_the_sites_own_page(self):
-        await self.check_availability_beside_the_sites_own_page(self.site(apache.site))
+        await self.check_availability_beside_the_sites_own_page(self.site(self.proxy.site))
 
     async def test_the_viewer_shows_a_green_light(self):
-        await asyncio.to_thread(self.check_the_light_of_the_viewer, self.site(apache.site))
+        await asyncio.to_thread(self.check_the_light_of_the_viewer, self.site(self.proxy.site))
+
+
+class BehindApache(OurConfiguration, BehindAProxy):
+    proxy = apache
 
     async def test_the_rules_of_the_guide_carry_it_too_and_the_monitor_page_finds_its_way(self):
         site = self.site(lambda session_port, _, *rest: apache.Apache(RULES_OF_THE_GUIDE.format(port=session_port), *rest))
@@ -185,19 +187,8 @@ class BehindApache(BehindAProxy):
         self.assertEqual(len(snapshot["servers"]), 1)
 
 
-class BehindNginx(BehindAProxy):
-    def setUp(self):
-        nginx.program()
-        super().setUp()
-
-    async def test_our_configuration_carries_a_whole_visit_and_opens_nothing_else(self):
-        await self.check_our_configuration(self.site(nginx.site))
-
-    async def test_availability_is_told_at_the_address_of_the_sites_own_page(self):
-        await self.check_availability_beside_the_sites_own_page(self.site(nginx.site))
-
-    async def test_the_viewer_shows_a_green_light(self):
-        await asyncio.to_thread(self.check_the_light_of_the_viewer, self.site(nginx.site))
+class BehindNginx(OurConfiguration, BehindAProxy):
+    proxy = nginx
 
 
 if __name__ == "__main__":
