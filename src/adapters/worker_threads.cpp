@@ -2,16 +2,17 @@
 
 #include "step_back.hpp"
 
+#include <exception>
+
 namespace webots_cloud::adapters {
 
-WorkerThreads::WorkerThreads(std::size_t threads, Priority priority) : priority_(priority), jobs_(threads)
+WorkerThreads::WorkerThreads(std::size_t threads, Priority priority)
+    : priority_(priority), jobs_(threads), most_(threads)
 {
     ::sem_init(&waiting_, 0, 0);
     try {
-        for (std::size_t i = 0; i < threads; ++i)
-            threads_.emplace_back(&WorkerThreads::work, this);
-    } catch (...) { // no more threads for us
-        join();
+        start_another();
+    } catch (...) {
         ::sem_destroy(&waiting_);
         throw;
     }
@@ -36,13 +37,36 @@ void WorkerThreads::enqueue(Job* job)
     ::sem_post(&waiting_);
 }
 
+void WorkerThreads::start_another()
+{
+    std::lock_guard const lock(starting_);
+    if (threads_.size() >= most_)
+        return;
+    ++idle_;
+    try {
+        threads_.emplace_back(&WorkerThreads::work, this);
+    } catch (...) {
+        --idle_;
+        throw;
+    }
+}
+
 void WorkerThreads::join()
 {
-    for (std::size_t i = 0; i < threads_.size(); ++i)
-        enqueue(nullptr);
-    for (auto& thread : threads_)
-        thread.join();
-    threads_.clear();
+    enqueue(nullptr);
+    for (std::size_t joined = 0;; ++joined) {
+        std::thread next;
+        {
+            std::lock_guard const lock(
+                starting_); // jobs that still wait may make one of the threads start another
+            if (joined == threads_.size()) {
+                threads_.clear();
+                return;
+            }
+            next = std::move(threads_[joined]);
+        }
+        next.join();
+    }
 }
 
 void WorkerThreads::work()
@@ -53,9 +77,18 @@ void WorkerThreads::work()
         while (::sem_wait(&waiting_) != 0) { // interrupted by a signal
         }
         Job* job = nullptr;
-        if (stopping_ || !jobs_.pop(job) || !job)
+        if (stopping_ || !jobs_.pop(job) || !job) {
+            enqueue(nullptr); // for the others
             return;
+        }
+        if (--idle_ == 0) {
+            try {
+                start_another();
+            } catch (std::exception const&) { // no more threads for us; those that there are go on
+            }
+        }
         job->run(std::unique_ptr<Job>(job));
+        ++idle_;
     }
 }
 

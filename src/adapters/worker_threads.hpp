@@ -9,6 +9,7 @@
 #include <concepts>
 #include <cstddef>
 #include <memory>
+#include <mutex>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -18,7 +19,10 @@ namespace webots_cloud::adapters {
 /// Does jobs in the order in which they are posted.
 ///
 /// What asio::thread_pool is for, but posting takes no lock that one of the threads may hold while another
-/// program runs in its place.   Thread-safety: any thread posts.
+/// program runs in its place. Nor does it start a thread, which waits in the kernel for others that start: one
+/// is there from the beginning, and whichever takes a job and leaves none idle starts the next.
+///
+/// Thread-safety: any thread posts.
 class WorkerThreads
 {
 public:
@@ -40,6 +44,7 @@ public:
         virtual void run(std::unique_ptr<Job> self) = 0;
     };
 
+    /// At most so many `threads`.
     explicit WorkerThreads(std::size_t threads, Priority priority = Priority::normal);
 
     /// Waits for jobs that run; jobs that wait are destroyed.
@@ -67,13 +72,17 @@ private:
         Work work_;
     };
 
+    void start_another();
     void enqueue(Job* job);
     void work();
 
     Priority priority_;
-    boost::lockfree::queue<Job*> jobs_; ///< Null: the thread that takes it ends.
+    boost::lockfree::queue<Job*> jobs_; ///< Null: the thread that takes it ends, and passes it on.
     ::sem_t waiting_{}; ///< As many as there are jobs. That of libstdc++ may lose a wake-up (GCC bug 98033).
     std::atomic<bool> stopping_ = false;
+    std::atomic<std::size_t> idle_ = 0; ///< Threads without a job.
+    std::mutex starting_;               ///< Of what follows; nobody who posts takes it.
+    std::size_t most_;
     std::vector<std::thread> threads_;
 };
 

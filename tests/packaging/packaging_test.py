@@ -86,6 +86,14 @@ class FindPackage(PackagingTest):
             expected = os.path.join(self.prefix, "share", "webots_cloud", "config", kind, "local.json")
             self.assertEqual((done.returncode, done.stdout, done.stderr), (0, f"{expected}: good\n", ""))
 
+    # Decision 002: a linker that leaves the library out says nothing.
+    def test_the_simulation_server_allocates_without_locks(self):
+        if "-fsanitize" in self.flags:
+            self.skipTest("sanitizers bring their own malloc")
+        program = os.path.join(self.prefix, "bin", "webots-simulation-server")
+        done = subprocess.run([program, "--version"], env={**os.environ, "MIMALLOC_VERBOSE": "1"}, text=True, capture_output=True)
+        self.assertIn("mimalloc: process init", done.stderr)
+
     def test_what_the_simulation_server_starts_is_installed_beside_it(self):
         for program in ("webots-process-guard", "webots-demo-simulator"):
             self.assertTrue(os.access(os.path.join(self.prefix, "bin", program), os.X_OK), program)

@@ -3,11 +3,24 @@
 #include "adapters/worker_threads.hpp"
 
 #include <atomic>
+#include <barrier>
+#include <cstddef>
+#include <filesystem>
+#include <iterator>
 #include <memory>
 #include <vector>
 
 using namespace webots_cloud;
 using adapters::WorkerThreads;
+
+namespace {
+
+std::ptrdiff_t threads_of_this_process()
+{
+    return std::distance(std::filesystem::directory_iterator("/proc/self/task"), {});
+}
+
+} // namespace
 
 BOOST_AUTO_TEST_SUITE(worker_threads)
 
@@ -30,6 +43,17 @@ BOOST_AUTO_TEST_CASE(several_threads_do_each_job_once)
     threads.join();
     for (auto const& times : done)
         BOOST_TEST(times == 1);
+}
+
+BOOST_AUTO_TEST_CASE(threads_start_when_there_is_work_for_them)
+{
+    auto const before = threads_of_this_process();
+    WorkerThreads threads(8);
+    BOOST_TEST(threads_of_this_process() == before + 1);
+    std::barrier all_at_once(8); // nobody passes before the last has come
+    for (int i = 0; i < 8; ++i)
+        threads.post([&all_at_once] { all_at_once.arrive_and_wait(); });
+    threads.join();
 }
 
 BOOST_AUTO_TEST_CASE(jobs_that_wait_are_destroyed_with_the_threads)
