@@ -137,6 +137,8 @@ struct GitSourceParams
     std::filesystem::path instances;
     std::uint64_t low_speed = 1'000; ///< Bytes per second. A server that stays below is given up; 0: never.
     Duration low_speed_time = std::chrono::seconds(60); ///< For how long it may.
+    /// How long a server may take to say what an address means now, when the cache knows what it meant last: then that is used.
+    Duration patience = std::chrono::seconds(10);
 };
 std::unique_ptr<ProjectSource> make_git_source(boost::asio::any_io_executor executor, GitSourceParams params, Logger log);
 

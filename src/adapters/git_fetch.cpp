@@ -158,6 +158,15 @@ GitClient GitFetch::client(std::uint64_t bytes)
     return GitClient(http_, remote(), http_limits(bytes));
 }
 
+/// For a question that the cache could answer, if need be, it does not wait as long as for others.
+GitClient GitFetch::client_for_refs()
+{
+    auto limits = http_limits(most_git_ref_bytes);
+    if (cache_.recall(url_, order_.project.ref_and_folder))
+        limits.deadline = std::min(limits.deadline, std::chrono::steady_clock::now() + params_.patience);
+    return GitClient(http_, remote(), std::move(limits));
+}
+
 result<Git2Client*> GitFetch::libgit2()
 {
     if (!libgit2_) {
@@ -325,7 +334,7 @@ result<GitFetch::Refs> GitFetch::list_refs(std::vector<std::string> const& prefi
 {
     if (!servers_.capabilities(order_.project.forge).version_2)
         return list_refs_with_libgit2();
-    auto refs = client(most_git_ref_bytes).ls_refs(prefixes);
+    auto refs = client_for_refs().ls_refs(prefixes);
     if (refs)
         return refs;
     auto const may_be_old = refs.error() == errc::protocol_error && !servers_.knows(order_.project.forge);

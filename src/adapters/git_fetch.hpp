@@ -89,6 +89,7 @@ private:
     CurlLimits http_limits(std::uint64_t bytes) const;
     GitRemote remote() const;
     GitClient client(std::uint64_t bytes);
+    GitClient client_for_refs();
     result<Git2Client*> libgit2();
     std::string not_reached(Failure const& failure) const;
     Failure explain(Failure const& failure) const;

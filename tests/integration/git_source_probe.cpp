@@ -4,7 +4,7 @@
 //     git_source_probe --cache FOLDER --forge URL --into FOLDER [options] WORLD_URL...
 //
 //     --fastest             in the fastest way that the folder allows; else by copying
-//     --bytes N, --files N, --timeout MS, --cache-bytes N, --low-speed BYTES MS
+//     --bytes N, --files N, --timeout MS, --cache-bytes N, --low-speed BYTES MS, --patience MS
 //     --together            all worlds at once instead of one after the other
 //     --discard             remove each project again
 //     --cancel-after MS     cancel everything then
@@ -65,7 +65,9 @@ Options parse(int argc, char** argv)
         else if (word == "--low-speed") {
             options.source.low_speed = std::stoull(next());
             options.source.low_speed_time = std::chrono::milliseconds(std::stol(next()));
-        } else if (word == "--forge")
+        } else if (word == "--patience")
+            options.source.patience = std::chrono::milliseconds(std::stol(next()));
+        else if (word == "--forge")
             options.forges.push_back(next());
         else if (word == "--into")
             options.into = next();

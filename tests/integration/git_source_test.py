@@ -481,6 +481,16 @@ class GitSourceUpdatesTest(GitCase):
         self.assertIn("root", answer)
         self.assertIn("from the cache", self.probe.log)
 
+    # An hour is how long a slow server may take here.
+    def test_a_forge_that_says_nothing_is_not_waited_for_when_the_cache_knows_the_address(self):
+        first = self.probe.fetch(self.world)
+        self.server.stop()
+        with socket.create_server(("127.0.0.1", self.server.port)):
+            answer = self.probe.fetch(self.world, "--patience", "300", "--low-speed", "1", "3600000")
+        self.assertEqual(answer.get("revision"), first["revision"])
+        self.assertIn("can't be reached", self.probe.log)
+        self.assertIn("from the cache", self.probe.log)
+
     def test_without_the_server_it_starts_from_the_cache_and_says_so(self):
         first = self.probe.fetch(self.world)
         self.server.stop()
