@@ -336,6 +336,13 @@ class Running(ViewerTest):
         self.wait_state("starting")
         self.assertEqual(self.text("start"), "Cancel")
 
+    def test_a_double_click_starts_once_and_takes_nothing_back(self):
+        from selenium.webdriver import ActionChains
+        self.open_page()
+        ActionChains(self.driver).double_click(self.element("start")).perform()
+        self.wait_state("running")
+        self.assertEqual(len(self.cloud.started), 1)
+
     def test_leaving_the_page_closes_the_lease(self):
         self.run_simulation()
         self.driver.get("about:blank")

@@ -177,7 +177,14 @@ element('connection').addEventListener('submit', (event) => {
   if (session === null)
     start();
 });
-element('start').addEventListener('click', () => (session === null ? start() : disconnect()));
+element('start').addEventListener('click', ({ detail: clicks }) => {
+  if (clicks > 1)
+    return; // an impatient second one, which would take back what the first did
+  if (session === null)
+    start();
+  else
+    disconnect();
+});
 element('connect-to').addEventListener('change', followAvailability);
 element('clear').addEventListener('click', () => output.clear());
 element('dismiss').addEventListener('click', () => setWarning(''));
