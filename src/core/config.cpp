@@ -5,6 +5,9 @@
 #include "repository_policy.hpp"
 #include "text.hpp"
 
+#include <boost/url/authority_view.hpp>
+#include <boost/url/parse.hpp>
+
 #include <algorithm>
 #include <charconv>
 #include <optional>
@@ -64,31 +67,25 @@ bool is_port(std::string_view text)
     return error == std::errc() && end == text.data() + text.size() && port != 0;
 }
 
-bool is_host(std::string_view text)
+enum class Port
 {
-    if (text.starts_with('[') && text.ends_with(']')) // IPv6
-        return text.size() > 2 && text.find_first_not_of("0123456789ABCDEFabcdef.:", 1) == text.size() - 1;
-    return !text.empty() && text.find_first_of(" \t\r\n\"<>?#@[]:/") == std::string_view::npos;
-}
-
-bool is_host_and_port(std::string_view text)
-{
-    auto const colon = text.rfind(':');
-    return colon != std::string_view::npos && is_host(text.substr(0, colon)) &&
-           is_port(text.substr(colon + 1));
-}
+    optional,
+    required
+};
 
 /// What may stand between `https://` and the first slash: a proxy may have a port of its own.
-bool is_authority(std::string_view text)
+bool is_authority(std::string_view text, Port port = Port::optional)
 {
-    return is_host(text) || is_host_and_port(text);
+    auto const authority = boost::urls::parse_authority(text);
+    return authority && !authority->encoded_host().empty() && !authority->has_userinfo() &&
+           (authority->has_port() ? is_port(authority->port()) : port == Port::optional);
 }
 
 bool is_server_address(std::string_view text)
 {
     auto const slash = text.find('/');
     return slash == std::string_view::npos
-               ? is_host_and_port(text)
+               ? is_authority(text, Port::required)
                : is_authority(text.substr(0, slash)) && is_port(text.substr(slash + 1));
 }
 
