@@ -17,11 +17,14 @@ namespace system_errc = boost::system::errc;
 
 Failure disk_failure()
 {
-    auto const error = errno;
-    auto const why = std::error_code(error, std::generic_category()).message();
-    auto const code = error == ENOSPC || error == EDQUOT ? make_error_code(system_errc::no_space_on_device)
-                                                         : make_error_code(errc::unavailable);
-    return {code, core::concat("This server can't store the project: ", why, ".")};
+    return disk_failure(std::error_code(errno, std::generic_category()));
+}
+
+Failure disk_failure(std::error_code const& why)
+{
+    auto const is_full = why.value() == ENOSPC || why.value() == EDQUOT;
+    return {is_full ? make_error_code(system_errc::no_space_on_device) : make_error_code(errc::unavailable),
+            core::concat("This server can't store the project: ", why.message(), ".")};
 }
 
 bool is_lack_of_room(Failure const& failure)

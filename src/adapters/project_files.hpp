@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <system_error>
 
 #include <sys/types.h>
 
@@ -17,6 +18,9 @@ namespace webots_cloud::adapters {
 /// What the operating system has just said (`errno`), as "This server can't store the project: <why>.". The
 /// code is `unavailable`, or boost's `no_space_on_device` where more room would have helped.
 Failure disk_failure();
+
+/// The same of what it has said to the library.
+Failure disk_failure(std::error_code const& why);
 
 /// True for the second of these; elsewhere `unavailable` stands for both.
 bool is_lack_of_room(Failure const& failure);

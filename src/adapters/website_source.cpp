@@ -31,11 +31,6 @@ constexpr std::size_t threads = 4; // for work on this machine, and as many for 
 constexpr mode_t runnable = 0775;
 constexpr std::size_t longest_key = 4096;
 
-Failure cannot_store(std::error_code const& why)
-{
-    return {errc::unavailable, concat("This server can't store the project: ", why.message(), ".")};
-}
-
 /// The key for a host, which is a safe file name; empty when there is none.
 result<std::string> read_key(fs::path const& keys, std::string const& host)
 {
@@ -63,7 +58,7 @@ result<> make_runnable(fs::path const& root)
             entry.increment(failed);
     }
     if (failed)
-        return cannot_store(failed);
+        return adapters::disk_failure(failed);
     return {};
 }
 
@@ -103,7 +98,7 @@ private:
                                   "\" on this server."));
         fs::create_directory(order_.directory, failed);
         if (failed)
-            return cannot_store(failed);
+            return adapters::disk_failure(failed);
         return adapters::copy_tree(from, order_.directory, order_.limits, *order_.progress, aborted_);
     }
 
@@ -141,7 +136,7 @@ private:
         std::error_code failed;
         fs::remove_all(order_.directory / "host.txt", failed);
         if (failed)
-            return cannot_store(failed);
+            return adapters::disk_failure(failed);
         auto const root = adapters::open_folder(AT_FDCWD, order_.directory.c_str());
         if (!root)
             return root.error();
