@@ -1,5 +1,6 @@
 #include "blocking_pool.hpp"
 #include "copy_tree.hpp"
+#include "project_files.hpp"
 #include "project_world.hpp"
 #include "remove_tree.hpp"
 #include "restore_file.hpp"
@@ -38,7 +39,7 @@ result<FetchedProject> copy_project(fs::path const& folder, FetchOrder const& or
                                                inner_folder(project), " with a folder \"worlds\" on this server."));
     fs::create_directory(order.directory, failed);
     if (failed)
-        return Failure(errc::unavailable, concat("This server can't store the project: ", failed.message(), "."));
+        return adapters::disk_failure(failed);
     if (auto const copied = adapters::copy_tree(root, order.directory, order.limits, *order.progress, aborted);
         !copied)
         return copied.error();

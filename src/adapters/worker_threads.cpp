@@ -56,9 +56,8 @@ void WorkerThreads::join()
     enqueue(nullptr);
     for (std::size_t joined = 0;; ++joined) {
         std::thread next;
-        {
-            std::lock_guard const lock(
-                starting_); // jobs that still wait may make one of the threads start another
+        { // jobs that still wait may make one of the threads start another
+            std::lock_guard const lock(starting_);
             if (joined == threads_.size()) {
                 threads_.clear();
                 return;
