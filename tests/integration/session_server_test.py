@@ -33,7 +33,8 @@ class Sessions(unittest.IsolatedAsyncioTestCase):
     async def test_a_browser_is_sent_to_the_idle_machine_and_told_when_there_is_none(self):
         with Machine("80") as busy, Machine("5.5") as idle, SessionServer([busy.address, idle.address],
                                                                           loadThreshold=95) as session:
-            wait_until(lambda: session.get("/") == "1", "availability")
+            wait_until(lambda: 'webots_servers{state="up"} 2' in server_states(session), "both are up")
+            self.assertEqual(session.get("/"), "1")
             with urllib.request.urlopen(session.url + "/session?url=https://github.com/o/r") as answer:
                 self.assertEqual(answer.read().decode(), f"ws://{idle.address}")
                 self.assertEqual(answer.headers["Access-Control-Allow-Origin"], "*")

@@ -88,8 +88,9 @@ class FindPackage(PackagingTest):
 
     # Decision 002: a linker that leaves the library out says nothing.
     def test_the_simulation_server_allocates_without_locks(self):
-        if "-fsanitize" in self.flags:
-            self.skipTest("sanitizers bring their own malloc")
+        with open(os.path.join(self.build, "CMakeCache.txt")) as cache:
+            if "WEBOTS_CLOUD_MIMALLOC:BOOL=ON\n" not in cache.read():
+                self.skipTest("WEBOTS_CLOUD_MIMALLOC is off: built without, or with sanitizers, which bring their own malloc")
         program = os.path.join(self.prefix, "bin", "webots-simulation-server")
         done = subprocess.run([program, "--version"], env={**os.environ, "MIMALLOC_VERBOSE": "1"}, text=True, capture_output=True)
         self.assertIn("mimalloc: process init", done.stderr)

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """How fast the servers are, beside nginx, HAProxy and the floor of bare system calls; all of them measured in one run, in turns.
 
-    cmake --preset release && cmake --build --preset release
+    cmake --preset release && cmake --build --preset release --target all bench
     WEBOTS_CLOUD_BIN=build/release/bin tests/bench/speed/speed_bench.py [--runs N] [--only WORD] [--quick] [--list]
 
 Prints a Markdown table: median [least .. most] of the runs. Ratios are medians of the ratios of each run, so a machine that slows down
