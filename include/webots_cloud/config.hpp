@@ -10,7 +10,6 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 namespace webots_cloud {
@@ -61,7 +60,7 @@ struct SessionConfig
 struct ForgeConfig
 {
     ForgeConfig() = default;
-    explicit ForgeConfig(std::string url) : url(std::move(url)) {}
+    explicit ForgeConfig(std::string_view url) : url(url) {}
 
     std::string url;                 ///< Base URL, without a slash at the end.
     std::filesystem::path directory; ///< Not empty: a plain folder of this computer instead of a git server.

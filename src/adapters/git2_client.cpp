@@ -131,7 +131,8 @@ public:
 
     result<> open(std::string const& folder)
     {
-        git_repository_init_options options = GIT_REPOSITORY_INIT_OPTIONS_INIT;
+        git_repository_init_options options;
+        git_repository_init_options_init(&options, GIT_REPOSITORY_INIT_OPTIONS_VERSION);
         options.flags = GIT_REPOSITORY_INIT_BARE | GIT_REPOSITORY_INIT_NO_REINIT | GIT_REPOSITORY_INIT_MKDIR;
         git_repository* repository = nullptr;
         if (git_repository_init_ext(&repository, folder.c_str(), &options) < 0)
@@ -196,7 +197,8 @@ public:
         target_ = target;
         char* name = ref.data();
         git_strarray const list{&name, 1};
-        git_fetch_options options = GIT_FETCH_OPTIONS_INIT;
+        git_fetch_options options;
+        git_fetch_options_init(&options, GIT_FETCH_OPTIONS_VERSION);
         options.callbacks = callbacks();
         options.download_tags = GIT_REMOTE_DOWNLOAD_TAGS_NONE;
         options.follow_redirects = GIT_REMOTE_REDIRECT_NONE;
@@ -208,7 +210,8 @@ public:
 private:
     git_remote_callbacks callbacks()
     {
-        git_remote_callbacks callbacks = GIT_REMOTE_CALLBACKS_INIT;
+        git_remote_callbacks callbacks;
+        git_remote_init_callbacks(&callbacks, GIT_REMOTE_CALLBACKS_VERSION);
         callbacks.transport = Git2Transport::connect;
         callbacks.payload = &transport_;
         return callbacks;

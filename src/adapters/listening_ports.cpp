@@ -114,8 +114,8 @@ std::vector<std::uint16_t> listening_ports(pid_t root)
     std::vector<pid_t> tree{root};
     for (std::size_t i = 0; i < tree.size(); ++i) {
         add_ports_of(tree[i], sockets, ports);
-        auto const next = children(tree[i]);
-        tree.insert(tree.end(), next.begin(), next.end());
+        for (pid_t const child : children(tree[i]))
+            tree.push_back(child);
     }
     std::sort(ports.begin(), ports.end());
     ports.erase(std::unique(ports.begin(), ports.end()), ports.end());
