@@ -33,12 +33,14 @@ main()
 
 test_preset()
 {
-    local preset=$1 log=build/$1/tests selection=()
+    local preset=$1 log=build/$1/tests selection=() passed=yes
     [[ $preset == release ]] || selection=(-LE "$without_sanitizers")
     printf '\n--- %s\n' "$preset"
-    rm -f "$log.log" "$log.again.log"
+    rm -f "$log.log" "$log.all.log" "$log.again.log"
     cmake --preset "$preset" && cmake --build --preset "$preset" || return
-    ctest --preset "$preset" --parallel "$(nproc)" "${selection[@]}" --output-log "$log.log" && return
+    ctest --preset "$preset" --parallel "$(nproc)" "${selection[@]}" --output-log "$log.log" || passed=
+    cp "build/$preset/Testing/Temporary/LastTest.log" "$log.all.log" # with what those printed that did not fail
+    [[ -z $passed ]] || return 0
     printf '\n--- %s: what failed, once more and one at a time\n' "$preset"
     ctest --preset "$preset" --rerun-failed --output-log "$log.again.log"
 }
@@ -50,8 +52,9 @@ summarise()
     local log=build/$1/tests outcome="did not build"
     [[ ! -e $log.log ]] || outcome=$(sed -n 's/^\(.*\), \(.*\) out of \(.*\)$/\1 of \3/p' "$log.log")
     printf '%-12s %s, %d min %02d s\n' "$1" "$outcome" $(($2 / 60)) $(($2 % 60))
-    [[ ! -e $log.log ]] || sed -n -e 's/^[0-9]*: \(skipped: .*\)/             \1/p' \
-        -e 's/^\t *[0-9]* - \(.*\) (\(.*\))$/             \2: \1/p' "$log.log"
+    [[ ! -e $log.all.log ]] || awk '
+        FNR == NR { if (/^[0-9]+\/[0-9]+ Test: /) name = $3; else if (sub(/^skipped: /, "")) reason[name] = ": " $0; next }
+        /^\t *[0-9]+ - .* \(.*\)$/ { gsub(/[()]/, "", $4); print "             " $4 ": " $3 reason[$3] }' "$log.all.log" "$log.log"
     if [[ -e $log.again.log ]]; then
         printf '             alone: '
         sed -n 's/^\(.*\), \(.*\) out of \(.*\)$/\1 of \3/p' "$log.again.log"
