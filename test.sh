@@ -54,7 +54,8 @@ summarise()
     printf '%-12s %s, %d min %02d s\n' "$1" "$outcome" $(($2 / 60)) $(($2 % 60))
     [[ ! -e $log.all.log ]] || awk '
         FNR == NR { if (/^[0-9]+\/[0-9]+ Test: /) name = $3; else if (sub(/^skipped: /, "")) reason[name] = ": " $0; next }
-        /^\t *[0-9]+ - .* \(.*\)$/ { gsub(/[()]/, "", $4); print "             " $4 ": " $3 reason[$3] }' "$log.all.log" "$log.log"
+        /^\t *[0-9]+ - .* \(.*\)$/ { gsub(/[()]/, "", $4); print "             " $4 ": " $3 ($4 == "Skipped" ? reason[$3] : "") }' \
+        "$log.all.log" "$log.log"
     if [[ -e $log.again.log ]]; then
         printf '             alone: '
         sed -n 's/^\(.*\), \(.*\) out of \(.*\)$/\1 of \3/p' "$log.again.log"
