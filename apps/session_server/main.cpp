@@ -8,8 +8,12 @@ int main(int argc, char** argv)
     using namespace webots_cloud;
     Program program;
     program.name = "webots-session-server";
+    program.kind = "session";
     program.summary = "Tells browsers whether a simulation machine is free and sends each to the best one.";
     program.default_config = "config/session/local.json";
+    program.commands = {
+        {"decisions", "show the last 100 placements of the running server, and why", "GET", "/api/decisions"},
+    };
 
     auto const [arguments, usage] = parse_arguments(argc, argv, program);
     if (!arguments)
@@ -17,6 +21,8 @@ int main(int argc, char** argv)
     auto const [config, status] = load_config(program, *arguments, parse_session_config);
     if (!config)
         return status;
+    if (arguments->command)
+        return ask_running_server(program, *arguments->command, config->port, config->access);
     auto const log =
         open_log(program, config->log_dir / "session" / "output.log", config->debug, config->json_log);
     if (!log)

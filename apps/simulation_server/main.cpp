@@ -8,8 +8,14 @@ int main(int argc, char** argv)
     using namespace webots_cloud;
     Program program;
     program.name = "webots-simulation-server";
+    program.kind = "simulation";
     program.summary = "Runs one simulation per browser on this machine, and cleans up after it.";
     program.default_config = "config/simulation/local.json";
+    program.commands = {
+        {"drain", "ask the running server to take no new simulations", "POST", "/api/drain"},
+        {"drain-and-exit", "the same, and to end with the last simulation", "POST", "/api/drain?exit"},
+        {"resume", "ask it to take new simulations again", "POST", "/api/drain?off"},
+    };
 
     auto const [arguments, usage] = parse_arguments(argc, argv, program);
     if (!arguments)
@@ -17,6 +23,8 @@ int main(int argc, char** argv)
     auto const [config, status] = load_config(program, *arguments, parse_simulation_config);
     if (!config)
         return status;
+    if (arguments->command)
+        return ask_running_server(program, *arguments->command, config->port, config->access);
     auto const log =
         open_log(program, config->log_dir / "simulation" / "output.log", config->debug, config->json_log);
     if (!log)

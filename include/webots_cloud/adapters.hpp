@@ -23,6 +23,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 
 namespace webots_cloud {
 
@@ -107,6 +108,36 @@ public:
 /// HTTP/1.1 and WebSocket, plain or with TLS 1.2 and 1.3.   Lifetime: `endpoint` must outlive the server.
 std::unique_ptr<HttpServer> make_http_server(boost::asio::any_io_executor executor, HttpServerParams params,
                                              Endpoint& endpoint, Logger log);
+
+/// A Unix socket on which the operator asks what nobody else may: every request there is `IncomingRequest::is_operator`.
+class OperatorSocket
+{
+public:
+    virtual ~OperatorSocket() = default;
+
+    /// Errors: `unavailable`, naming the socket. The server can do without: `run` then only waits for its cancellation.
+    virtual result<> listen() = 0;
+
+    /// Answers until cancelled.   Errors: `operation_aborted`.
+    virtual boost::asio::awaitable<result<>> run() = 0;
+};
+
+/// Only root and the user of this process are answered, and of their processes none that this one has started, such as
+/// simulations. A socket that a dead server has left is replaced. Lifetime: `endpoint` must outlive it.
+std::unique_ptr<OperatorSocket> make_operator_socket(boost::asio::any_io_executor executor, std::filesystem::path path,
+                                                     Endpoint& endpoint, Logger log);
+
+/// The body of the answer to a request over the operator's socket of a running server. Waits for it, 5 s at most.
+///
+/// Errors: `unreachable`: no server is there; `refused`, `timed_out`, `invalid_argument`.
+result<std::string> ask_operator_socket(std::filesystem::path const& path, std::string_view method,
+                                        std::string_view target);
+
+/// What tells the operator's token from other words. `file` has one line: the token, or `sha256:` and the 64 hexadecimal
+/// digits of its SHA-256, so that who reads the file does not know the token.
+///
+/// Errors: `invalid_config`: the file can't be read, others may read it too, or a token is shorter than 16 characters.
+result<std::function<bool(std::string_view token)>> make_operator_token_check(std::filesystem::path const& file);
 
 /// Whether a server could show a certificate (its chain after it) with its key, both PEM files.
 ///

@@ -25,6 +25,23 @@ struct NetworkConfig
     int connections_per_address = 1000; ///< `connectionsPerAddress`; the loopback, where proxies are, has no limit.
 };
 
+/// Who may ask a server what: keys that both configurations have.
+struct AccessConfig
+{
+    AccessConfig() = default;
+
+    std::vector<std::string> host_names; ///< `hostNames`: what this machine is called besides `server`.
+    /// `allowedOrigins`: sites whose pages may open WebSockets. Absent: see `AccessParams::allowed_origins`.
+    std::optional<std::vector<std::string>> allowed_origins;
+    /// `frameAncestors`: sites whose pages may show ours in a frame. Absent: those of `allowedOrigins`.
+    std::optional<std::vector<std::string>> frame_ancestors;
+    std::string monitor_password; ///< `monitorPassword`: of the user `operator`, for `/monitor` and `/metrics`.
+    std::filesystem::path operator_token_file; ///< `operatorTokenFile`. Empty: no operator requests over the network.
+    std::filesystem::path operator_socket;     ///< `operatorSocket`. Empty: see docs/operations.md.
+
+    bool operator==(AccessConfig const&) const = default;
+};
+
 /// `config/session/*.json` (protocol section 8.1).
 struct SessionConfig
 {
@@ -37,6 +54,7 @@ struct SessionConfig
     bool ssl = true;                             ///< `ssl`
     bool port_rewrite = true;                    ///< `portRewrite`
     NetworkConfig network;
+    AccessConfig access;
     /// `administrator`: who gets e-mails. Empty: nobody; also when `mailServer` or `mailSender` is missing.
     std::string administrator;
     std::string mail_server;                     ///< `mailServer`: host.
@@ -93,6 +111,7 @@ struct SimulationConfig
     std::uint16_t port = 2000;        ///< `port`
     bool port_rewrite = true;         ///< `portRewrite`
     NetworkConfig network;
+    AccessConfig access;
     bool docker = false;              ///< `docker`: simulations run in containers.
     DockerConfig containers;
     std::vector<std::string> allowed_repositories; ///< `allowedRepositories`

@@ -19,14 +19,30 @@
 
 namespace webots_cloud {
 
+/// A request that the operator makes of a running server with an option of its program.
+struct OperatorCommand
+{
+    OperatorCommand() = default;
+    OperatorCommand(std::string option, std::string summary, std::string method, std::string target)
+        : option(std::move(option)), summary(std::move(summary)), method(std::move(method)), target(std::move(target))
+    {}
+
+    std::string option; ///< Without dashes.
+    std::string summary;
+    std::string method;
+    std::string target;
+};
+
 /// What a program is called and does, for `--help`.
 struct Program
 {
     Program() = default;
 
     std::string name;                     ///< For instance "webots-session-server".
+    std::string kind;                     ///< `session` or `simulation`.
     std::string summary;                  ///< One sentence.
     std::filesystem::path default_config; ///< Relative to the working directory, or to the installation.
+    std::vector<OperatorCommand> commands;
 };
 
 /// The command line, understood.
@@ -37,6 +53,7 @@ struct Arguments
     std::filesystem::path config; ///< The file to read.
     bool check_config = false;    ///< Read it, say what is wrong, and stop.
     std::string log_format;       ///< `text` or `json`; empty: what the file says.
+    std::optional<OperatorCommand> command; ///< Ask the server that runs with this configuration, and stop.
 };
 
 /// Exit statuses of both programs.
@@ -48,6 +65,11 @@ inline constexpr int exit_usage = 2;  ///< Arguments or configuration are unusab
 ///
 /// Returns an exit status instead of arguments when the program is to end at once.
 std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* const* argv, Program const& program);
+
+/// Asks the server that runs on this machine with this port and configuration, prints its answer or why there is none, and returns an
+/// exit status.
+int ask_running_server(Program const& program, OperatorCommand const& command, std::uint16_t port,
+                       AccessConfig const& access);
 
 /// The contents of the configuration file.   Errors: `invalid_config`, naming the file and the reason.
 result<std::string> read_config_file(std::filesystem::path const& path);

@@ -19,7 +19,7 @@ using Reread = std::function<result<Configured<Config>>()>;
 
 /// Runs a session server until cancelled.
 ///
-/// SIGHUP applies everything but `port`, the log, TLS, `connectionsPerAddress`, `scheduling` and `placementTimeout`; browsers
+/// SIGHUP applies everything but `port`, the log, TLS, `connectionsPerAddress`, `operatorSocket`, `scheduling` and `placementTimeout`; browsers
 /// stay connected.
 /// Errors: `operation_aborted` when cancelled; `unavailable` when the port is in use; `invalid_argument`.
 /// Thread-safety: one executor, on one thread.
@@ -28,8 +28,8 @@ boost::asio::awaitable<result<>> serve_sessions(boost::asio::any_io_executor exe
 
 /// Runs a simulation server until cancelled; then every simulation is ended first.
 ///
-/// SIGHUP applies new `allowedRepositories`, `blockedRepositories`, `shareIdleTime`, `title` and
-/// `description`; registries are told of the first and the third.
+/// SIGHUP applies new `allowedRepositories`, `blockedRepositories`, `shareIdleTime`, `title`, `description` and
+/// `AccessConfig`, but for `operatorSocket`; registries are told of the first and the third.
 ///
 /// `programs` is the folder of `webots-process-guard` and `webots-demo-simulator`.
 /// Errors: as `serve_sessions`; `not_found` when there is neither Webots nor the demo simulator.

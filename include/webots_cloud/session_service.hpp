@@ -27,7 +27,7 @@ struct SessionServiceParams
     std::uint16_t port = 1999; ///< Our own, for the monitor page behind a proxy that rewrites ports.
     /// Between two points of the monitor page's charts. Default 5 s, as the polls: more would draw the same load twice.
     Duration history_step = std::chrono::seconds(5);
-    /// `GET /api/decisions` answers everybody, not this machine alone.
+    /// `GET /api/decisions` answers everybody, not the operator alone.
     bool decisions_for_all = false;
     /// What the viewer page proposes (JSON: url, mode, notice); empty: nothing.
     std::string viewer_defaults;

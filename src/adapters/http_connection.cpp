@@ -40,8 +40,7 @@ std::uint64_t& refusal_counter(HttpServerStatistics& statistics, int status)
 
 HttpConnection::HttpConnection(NetworkStream stream, asio::ip::address const& peer,
                                AddressLimit::Ticket ticket, HttpConnectionContext const& context)
-    : stream_(std::move(stream)), ticket_(std::move(ticket)), context_(context), peer_(peer.to_string()),
-      from_loopback_(peer.is_loopback())
+    : stream_(std::move(stream)), ticket_(std::move(ticket)), context_(context), peer_(peer.to_string())
 {}
 
 asio::awaitable<bool> HttpConnection::await_first_request()
@@ -136,7 +135,6 @@ HttpConnection::Next HttpConnection::answer()
     ++context_.statistics.requests;
     auto request = reader_.request();
     request.peer = peer_;
-    request.from_loopback = from_loopback_;
     if (wants_websocket(reader_)) {
         if (auto const refusal = refuse_handshake(reader_)) {
             ++context_.statistics.bad_handshakes;
@@ -233,7 +231,6 @@ ChannelInfo HttpConnection::channel_info() const
     info.query = reader_.request().query;
     info.host = reader_.request().header("Host");
     info.peer = peer_;
-    info.from_loopback = from_loopback_;
     return info;
 }
 

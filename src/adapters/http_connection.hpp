@@ -79,7 +79,6 @@ private:
     AddressLimit::Ticket ticket_;
     HttpConnectionContext const& context_;
     std::string peer_;
-    bool from_loopback_;
     bool awaiting_request_ = true;
     bool stopping_ = false;
     bool is_cut_ = false;

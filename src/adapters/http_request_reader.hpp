@@ -49,7 +49,7 @@ public:
 
     int refusal() const noexcept { return refusal_; }
 
-    /// `peer`, `upgrade` and `from_loopback` are the caller's to fill.
+    /// `peer` and `upgrade` are the caller's to fill.
     IncomingRequest const& request() const noexcept { return request_; }
 
     /// Whether the client wants to go on with this connection.

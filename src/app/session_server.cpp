@@ -2,8 +2,10 @@
 #include "current_notifier.hpp"
 #include "metrics.hpp"
 #include "network.hpp"
+#include "operator_requests.hpp"
 #include "signals.hpp"
 
+#include <webots_cloud/access_control.hpp>
 #include <webots_cloud/adapters.hpp>
 #include <webots_cloud/load_monitor.hpp>
 #include <webots_cloud/operator_mail.hpp>
@@ -120,6 +122,15 @@ SessionServiceParams session_service_params(SessionConfig const& config, Operato
     return params;
 }
 
+result<AccessParams> session_access_params(SessionConfig const& config)
+{
+    auto params = app::access_params(config.server, config.access);
+    if (params)
+        for (auto const& server : config.simulation_servers)
+            params->machines.push_back(server.address.substr(0, server.address.find('/')));
+    return params;
+}
+
 } // namespace
 
 asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, SessionConfig config, Reread<SessionConfig> reread,
@@ -142,13 +153,24 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
                            scheduler, *clock, log);
     service.set_servers(config.simulation_servers);
 
-    auto const server = make_http_server(executor, app::server_params(config.port, config.network), service, log);
+    auto const allowed = session_access_params(config);
+    if (!allowed)
+        co_return allowed.error();
+    AccessControl access(*allowed, service, log);
+    auto const server = make_http_server(executor, app::server_params(config.port, config.network), access, log);
     network = server.get();
     if (auto const listening = server->listen(); !listening)
         co_return listening.error();
     log.info(core::concat("Session server running on port ", std::to_string(config.port)));
+    auto const socket_path = app::operator_socket("session", config.port, config.access);
+    auto const operators = make_operator_socket(executor, socket_path, access, log);
+    if (auto const listening = operators->listen(); !listening)
+        log.warning(core::concat("No --decisions: ", listening.error().message()));
     std::function<result<>(SessionConfig const&)> const apply = [&](SessionConfig const& next) -> result<> {
         auto const limits = scheduler_params(next);
+        auto const next_access = session_access_params(next);
+        if (!next_access)
+            return next_access.error();
         if (auto const usable = administrator.obey(next); !usable)
             return usable;
         if (auto const usable = monitor.set_params(load_monitor_params(next)); !usable)
@@ -157,10 +179,11 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
             return usable;
         service.set_params(session_service_params(next, administrator.mail, more_metrics));
         service.set_servers(next.simulation_servers);
+        access.set_params(*next_access);
         return {};
     };
     auto const manager = make_service_manager();
-    auto const ended = co_await (server->run() || report_to(*manager, *clock) || service.run() || monitor.run() ||
+    auto const ended = co_await (server->run() || operators->run() || report_to(*manager, *clock) || service.run() || monitor.run() ||
                                  administrator.mail.run() ||
                                  app::obey_sighup(executor, std::move(reread), config, apply, log));
     co_return std::visit([](result<> const& outcome) { return outcome; }, ended);

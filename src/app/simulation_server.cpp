@@ -6,8 +6,10 @@
 #include "../core/text.hpp"
 #include "metrics.hpp"
 #include "network.hpp"
+#include "operator_requests.hpp"
 #include "signals.hpp"
 
+#include <webots_cloud/access_control.hpp>
 #include <webots_cloud/adapters.hpp>
 #include <webots_cloud/daemon.hpp>
 #include <webots_cloud/docker_mode.hpp>
@@ -298,14 +300,26 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     auto network = app::server_params(config.port, config.network);
     network.spare_descriptors +=
         descriptors_per_simulation * static_cast<std::size_t>(config.max_connections);
-    auto const server = make_http_server(executor, std::move(network), service, log);
+    auto const allowed = app::access_params(config.server, config.access);
+    if (!allowed)
+        co_return allowed.error();
+    AccessControl access(*allowed, service, log);
+    auto const server = make_http_server(executor, std::move(network), access, log);
     network_server = server.get();
     if (auto const listening = server->listen(); !listening)
         co_return listening.error();
     log.info(concat("Running simulation server on port ", std::to_string(config.port)));
+    auto const socket_path = app::operator_socket("simulation", config.port, config.access);
+    auto const operators = make_operator_socket(executor, socket_path, access, log);
+    if (auto const listening = operators->listen(); !listening)
+        log.warning(concat("No --drain, only SIGUSR1: ", listening.error().message()));
     auto const http = make_http_client(executor);
     Registration registration(registration_params(config), *http, *clock, log);
-    std::function<result<>(SimulationConfig const&)> const apply = [&](SimulationConfig const& next) {
+    std::function<result<>(SimulationConfig const&)> const apply = [&](SimulationConfig const& next) -> result<> {
+        auto const next_access = app::access_params(config.server, next.access);
+        if (!next_access)
+            return next_access.error();
+        access.set_params(*next_access);
         service.set_policy(service_params(next, choice->notice));
         registration.update(registration_params(next));
         return result<>();
@@ -313,7 +327,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     std::function<void()> const drain = [&service] { service.drain(false); };
     auto const manager = make_service_manager();
     auto const ended =
-        co_await (server->run() || report_to(*manager, *clock) || service.run() || registration.run() ||
+        co_await (server->run() || operators->run() || report_to(*manager, *clock) || service.run() || registration.run() ||
                   run(docker.get(), *clock) || app::obey_sigusr1(executor, drain) ||
                   app::obey_sighup(executor, std::move(reread), config, apply, log) || logs->run());
     co_return std::visit([](result<> const& outcome) { return outcome; }, ended);

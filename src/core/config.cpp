@@ -3,6 +3,7 @@
 #include "config_reader.hpp"
 #include "mail_message.hpp"
 #include "repository_policy.hpp"
+#include "site_access.hpp"
 #include "text.hpp"
 
 #include <boost/url/authority_view.hpp>
@@ -49,17 +50,6 @@ void read_network(ConfigReader& reader, NetworkConfig& network)
     reader.read_integer("connectionsPerAddress", network.connections_per_address, 1, 1'000'000);
 }
 
-/// The keys of both servers.
-template<class Config>
-void read_log(ConfigReader& reader, Config& config)
-{
-    reader.read("logDir", config.log_dir);
-    reader.read("debug", config.debug);
-    std::string format = "text";
-    reader.read_choice("logFormat", format, {"text", "json"});
-    config.json_log = format == "json";
-}
-
 bool is_port(std::string_view text)
 {
     std::uint16_t port = 0;
@@ -79,6 +69,41 @@ bool is_authority(std::string_view text, Port port = Port::optional)
     auto const authority = boost::urls::parse_authority(text);
     return authority && !authority->encoded_host().empty() && !authority->has_userinfo() &&
            (authority->has_port() ? is_port(authority->port()) : port == Port::optional);
+}
+
+/// Lists of origins, which are left alone when they are absent.
+void read_origins(ConfigReader& reader, std::string_view key, std::optional<std::vector<std::string>>& origins)
+{
+    if (!reader.has(key))
+        return reader.ignore({key});
+    origins.emplace();
+    reader.read(key, *origins);
+    if (!std::all_of(origins->begin(), origins->end(), core::is_origin_pattern))
+        reader.refuse(key, "a list of sites, as in \"https://example.org\", \"https://*.example.org\" or \"*\"");
+}
+
+void read_access(ConfigReader& reader, AccessConfig& access)
+{
+    reader.read("hostNames", access.host_names);
+    if (!std::all_of(access.host_names.begin(), access.host_names.end(),
+                     [](std::string const& name) { return is_authority(name); }))
+        reader.refuse("hostNames", "a list of names of this machine, as in \"lab7.example.org\"");
+    read_origins(reader, "allowedOrigins", access.allowed_origins);
+    read_origins(reader, "frameAncestors", access.frame_ancestors);
+    reader.read("monitorPassword", access.monitor_password);
+    reader.read("operatorTokenFile", access.operator_token_file);
+    reader.read("operatorSocket", access.operator_socket);
+}
+
+/// The keys of both servers.
+template<class Config>
+void read_log(ConfigReader& reader, Config& config)
+{
+    reader.read("logDir", config.log_dir);
+    reader.read("debug", config.debug);
+    std::string format = "text";
+    reader.read_choice("logFormat", format, {"text", "json"});
+    config.json_log = format == "json";
 }
 
 bool is_server_address(std::string_view text)
@@ -322,6 +347,7 @@ result<Configured<SessionConfig>> parse_session_config(std::string_view text,
     reader->read("ssl", config.ssl);
     reader->read("portRewrite", config.port_rewrite);
     read_network(*reader, config.network);
+    read_access(*reader, config.access);
     read_log(*reader, config);
     read_seconds(*reader, "loadRefresh", config.load_refresh, 0.1);
     read_seconds(*reader, "loadTimeout", config.load_timeout, 0.1);
@@ -355,6 +381,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     read_port(*reader, config.port, highest_port - 1 - (config.docker ? editor_distance : 0));
     reader->read("portRewrite", config.port_rewrite);
     read_network(*reader, config.network);
+    read_access(*reader, config.access);
     read_docker(*reader, origin.parent_path(), config.containers);
     reader->read("allowedRepositories", config.allowed_repositories);
     reader->read("blockedRepositories", config.blocked_repositories);

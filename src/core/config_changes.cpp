@@ -23,6 +23,7 @@ public:
         compare("sslKey", running.network.ssl_key, next.network.ssl_key);
         compare("connectionsPerAddress", running.network.connections_per_address,
                 next.network.connections_per_address);
+        compare("operatorSocket", running.access.operator_socket, next.access.operator_socket);
         compare("logDir", running.log_dir, next.log_dir);
         compare("debug", running.debug, next.debug);
         compare("logFormat", running.json_log, next.json_log);

@@ -6,10 +6,9 @@
 namespace webots_cloud {
 namespace {
 
-std::string_view content(std::string_view name)
+web::Asset find(std::string_view name)
 {
-    auto const asset = web::find_asset(core::concat("monitor/", name));
-    return asset ? asset->content : std::string_view();
+    return web::find_asset(core::concat("monitor/", name)).value_or(web::Asset());
 }
 
 } // namespace
@@ -36,8 +35,12 @@ core::PageAssets monitor_assets(std::string_view script, std::uint16_t port)
 {
     core::PageAssets assets;
     assets.port = port;
-    assets.styles = {content("dygraph.min.css"), content("monitor.css")};
-    assets.scripts = {content("dygraph.min.js"), content("live.js"), content(script)};
+    assets.styles = {find("dygraph.min.css").content, find("monitor.css").content};
+    for (auto const name : {std::string_view("dygraph.min.js"), std::string_view("live.js"), script}) {
+        auto const asset = find(name);
+        assets.scripts.push_back(asset.content);
+        assets.script_hashes.push_back(asset.inline_hash);
+    }
     return assets;
 }
 

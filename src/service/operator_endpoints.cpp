@@ -160,10 +160,10 @@ HttpResponse OperatorEndpoints::figures() const
 /// `POST /api/drain`, with `?exit` to end with the last simulation, or `?off` to go on as before.
 HttpResponse OperatorEndpoints::drain_answer(IncomingRequest const& request)
 {
+    if (!request.is_operator)
+        return core::not_found_page();
     if (request.method != "POST")
         return core::method_not_allowed_page("POST");
-    if (!request.is_operators())
-        return {403, std::string(core::html_type), "Draining is asked for on this machine only."};
     if (request.query != "" && request.query != "exit" && request.query != "off")
         return {400, std::string(core::html_type), "Expected /api/drain, /api/drain?exit or /api/drain?off."};
     if (request.query != "off") {

@@ -49,10 +49,11 @@ std::string transition_line(LoadEvent const& event)
 
 // With the type of what GET answers: this is the busiest answer, and a string of its own would be allocated for each.
 constexpr std::string_view html_for_any_origin = "Content-Type: text/html; charset=UTF-8\r\n"
+                                                 "X-Content-Type-Options: nosniff\r\n"
                                                  "Access-Control-Allow-Origin: *\r\n"
                                                  "Access-Control-Allow-Headers: x-requested-with\r\n"
                                                  "Access-Control-Allow-Methods: POST, GET, OPTIONS\r\n";
-constexpr std::string_view any_origin = html_for_any_origin.substr(html_for_any_origin.find("Access"));
+constexpr std::string_view any_origin = html_for_any_origin.substr(html_for_any_origin.find("X-"));
 
 } // namespace
 
@@ -279,8 +280,8 @@ HttpResponse SessionService::Impl::viewer(std::string_view path) const
 /// Why browsers were sent where they were sent: the operator's business.
 HttpResponse SessionService::Impl::decisions(IncomingRequest const& request) const
 {
-    if (!params.decisions_for_all && !request.is_operators())
-        return {403, std::string(core::html_type), "Decisions are shown on this machine only."};
+    if (!params.decisions_for_all && !request.is_operator)
+        return core::not_found_page();
     return core::json_page(decisions_json(scheduler, clock.now()));
 }
 

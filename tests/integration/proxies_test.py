@@ -141,7 +141,9 @@ class BehindAProxy(unittest.IsolatedAsyncioTestCase):
         self.assertEqual(site.get("/viewer/")[0], 200)
         for path in (f"/{site.port}/load", "/22/", "/3000x/", "/nope"):
             self.assertEqual(site.get(path)[0], 404, path)
-        self.assertEqual(site.get(f"/{site.session.port}/api/decisions")[0], 403, "the operator's, not the world's")
+        for path in ("api/decisions", "metrics", "metrics?a", "livez/../metrics"):
+            self.assertEqual(site.get(f"/{site.session.port}/{path}")[0], 404, f"{path}: the operator's, not the world's")
+        self.assertEqual(site.get(f"/{site.simulation.port}/metrics")[0], 404)
 
     async def check_availability_beside_the_sites_own_page(self, site):
         async with site.websocket("/") as light:

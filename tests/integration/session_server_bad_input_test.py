@@ -48,12 +48,12 @@ class Requests(unittest.TestCase):
 
     def test_each_bad_request_gets_its_status_and_the_connection_is_closed(self):
         for status, request in (
-                (414, b"GET /" + b"x" * 9000 + b" HTTP/1.1\r\nHost: h\r\n\r\n"),
+                (414, b"GET /" + b"x" * 9000 + b" HTTP/1.1\r\nHost: localhost\r\n\r\n"),
                 (414, b"GET /" + b"x" * 9000),
-                (431, b"GET / HTTP/1.1\r\nHost: h\r\nX: " + b"x" * 17000 + b"\r\n\r\n"),
-                (431, b"GET / HTTP/1.1\r\nHost: h\r\nX: " + b"x" * 17000),
-                (413, b"POST /session HTTP/1.1\r\nHost: h\r\nContent-Length: 1000000\r\n\r\n" + b"x" * 1000000),
-                (413, b"POST /session HTTP/1.1\r\nHost: h\r\nTransfer-Encoding: chunked\r\n\r\n5\r\nhello\r\n0\r\n\r\n"),
+                (431, b"GET / HTTP/1.1\r\nHost: localhost\r\nX: " + b"x" * 17000 + b"\r\n\r\n"),
+                (431, b"GET / HTTP/1.1\r\nHost: localhost\r\nX: " + b"x" * 17000),
+                (413, b"POST /session HTTP/1.1\r\nHost: localhost\r\nContent-Length: 1000000\r\n\r\n" + b"x" * 1000000),
+                (413, b"POST /session HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\n5\r\nhello\r\n0\r\n\r\n"),
                 (400, b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03"),
                 (400, os.urandom(5000).replace(b"\r", b"\0")),
                 (400, b"GET / HTTP/1.1\r\n\r\n"),
@@ -66,8 +66,8 @@ class Requests(unittest.TestCase):
                 self.assertEqual(answer.count(b"HTTP/1.1 "), 1)
 
     def test_pipelined_requests_are_answered_in_order(self):
-        answer = exchange(self.server, b"GET / HTTP/1.1\r\nHost: h\r\n\r\nGET /nope HTTP/1.1\r\nHost: h\r\n\r\n"
-                                       b"HEAD / HTTP/1.1\r\nHost: h\r\n\r\nGET http://other/load HTTP/1.0\r\n\r\nGET /never")
+        answer = exchange(self.server, b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\nGET /nope HTTP/1.1\r\nHost: localhost\r\n\r\n"
+                                       b"HEAD / HTTP/1.1\r\nHost: localhost\r\n\r\nGET http://other/load HTTP/1.0\r\n\r\nGET /never")
         self.assertEqual(re.findall(rb"HTTP/1.1 (\d+) ", answer), [b"200", b"404", b"405", b"200"])
         self.assertTrue(answer.endswith(b"\r\n\r\n-1"), answer)
 
@@ -125,7 +125,7 @@ class Crowds(unittest.TestCase):
         for _ in range(20):
             self.assertEqual(self.server.get("/session"), "Error: no simulation server available at the moment.")
         self.assertEqual(read_all(crowd[0]), b"", "the oldest made room")
-        crowd[-1].sendall(b"h\r\nConnection: close\r\n\r\n")
+        crowd[-1].sendall(b"localhost\r\nConnection: close\r\n\r\n")
         self.assertTrue(read_all(crowd[-1]).startswith(b"HTTP/1.1 200 "), "the newest is served")
 
     def test_websockets_are_kept_and_those_who_find_no_room_are_told(self):
@@ -170,7 +170,7 @@ class Limits(unittest.TestCase):
                 for _ in range(3):
                     admitted.append(socket.create_connection((address, server.port), timeout=PATIENCE))
                     self.addCleanup(admitted[-1].close)
-                    admitted[-1].sendall(b"GET /livez HTTP/1.1\r\nHost: h\r\n\r\n")
+                    admitted[-1].sendall(b"GET /livez HTTP/1.1\r\nHost: localhost\r\n\r\n")
                     self.assertTrue(read_head(admitted[-1]).startswith(b"HTTP/1.1 200 "))
                 for _ in range(2):
                     with socket.create_connection((address, server.port), timeout=PATIENCE) as refused:
@@ -204,7 +204,7 @@ class Shutdown(unittest.TestCase):
     def check(self, server, path, number):
         with server, open_websocket(server, path) as browser, connect(server) as half, connect(server) as kept:
             half.sendall(b"GET / HT")
-            kept.sendall(b"GET /load HTTP/1.1\r\nHost: h\r\n\r\n")
+            kept.sendall(b"GET /load HTTP/1.1\r\nHost: localhost\r\n\r\n")
             read_head(kept)
             self.assertEqual(server.stop(number), 0)  # nobody answers the close
             self.assertEqual(close_code(read_all(browser)), 1001)
@@ -272,7 +272,7 @@ class Tls(unittest.IsolatedAsyncioTestCase):
     async def test_many_requests_and_a_large_answer_over_one_connection(self):
         with self.server() as server:
             with self.context().wrap_socket(connect(server), server_hostname="localhost") as client:
-                client.sendall(b"GET /monitor HTTP/1.1\r\nHost: h\r\n\r\n" * 200 + b"GET /load HTTP/1.0\r\n\r\n")
+                client.sendall(b"GET /monitor HTTP/1.1\r\nHost: localhost\r\n\r\n" * 200 + b"GET /load HTTP/1.0\r\n\r\n")
                 answers = read_all(client)
                 self.assertEqual(answers.count(b"HTTP/1.1 200 "), 201)
                 self.assertTrue(answers.endswith(b"\r\n\r\n-1"))
@@ -297,15 +297,15 @@ class Tls(unittest.IsolatedAsyncioTestCase):
     async def test_who_does_not_speak_tls_hurts_nobody(self):
         with self.server() as server:
             with connect(server) as silent:
-                self.assertNotIn(b"200", exchange(server, b"GET /load HTTP/1.1\r\nHost: h\r\n\r\n"))
+                self.assertNotIn(b"200", exchange(server, b"GET /load HTTP/1.1\r\nHost: localhost\r\n\r\n"))
                 exchange(server, os.urandom(3000))
                 self.assertEqual(server.get("/load"), "-1")
                 self.assertEqual(read_all(silent), b"", "a handshake has a deadline")
 
     async def test_who_speaks_plain_http_to_it_is_told_so(self):
         with self.server() as server:
-            for request in (b"GET /load HTTP/1.1\r\nHost: h\r\n\r\n", HANDSHAKE.format(path="/").encode(),
-                            b"POST /session HTTP/1.1\r\nHost: h\r\nContent-Length: 5000\r\n\r\n" + b"x" * 5000):
+            for request in (b"GET /load HTTP/1.1\r\nHost: localhost\r\n\r\n", HANDSHAKE.format(path="/").encode(),
+                            b"POST /session HTTP/1.1\r\nHost: localhost\r\nContent-Length: 5000\r\n\r\n" + b"x" * 5000):
                 answer = exchange(server, request)
                 self.assertTrue(answer.startswith(b"HTTP/1.1 400 "), answer)
                 self.assertIn(b"This port speaks HTTPS", answer)

@@ -26,9 +26,9 @@ ARGUMENTS = (
 
 
 @contextlib.contextmanager
-def open_browser(width, height, dark=False, trusting=False):
+def open_browser(width, height, dark=False, trusting=False, arguments=()):
     """Yields a Selenium driver whose page is exactly width x height CSS pixels; raises SkipTest without Chromium.
-    `trusting`: certificates that nobody vouches for are good enough.
+    `trusting`: certificates that nobody vouches for are good enough. `arguments`: more of Chromium's command line.
 
     The profile is new and is removed afterwards; leaving the context ends Chromium and its driver.
     """
@@ -38,7 +38,7 @@ def open_browser(width, height, dark=False, trusting=False):
             raise unittest.SkipTest(f"{program} is missing (packages chromium and chromium-driver)")
     profile = tempfile.mkdtemp(prefix="webots_cloud_browser_")
     try:
-        driver = webdriver.Chrome(service=service_class(DRIVER), options=_options(webdriver, profile, trusting))
+        driver = webdriver.Chrome(service=service_class(DRIVER), options=_options(webdriver, profile, trusting, arguments))
         try:
             driver.set_script_timeout(30)
             driver.set_page_load_timeout(30)
@@ -78,11 +78,11 @@ def _selenium():
     return webdriver, Service
 
 
-def _options(webdriver, profile, trusting):
+def _options(webdriver, profile, trusting, arguments):
     options = webdriver.ChromeOptions()
     options.binary_location = CHROMIUM
     options.accept_insecure_certs = trusting
-    for argument in (*ARGUMENTS, f"--user-data-dir={profile}"):
+    for argument in (*ARGUMENTS, *arguments, f"--user-data-dir={profile}"):
         options.add_argument(argument)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     options.ignore_local_proxy_environment_variables()

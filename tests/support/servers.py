@@ -113,7 +113,7 @@ class Server(Startable):
         path = self.configure()
         os.makedirs(os.path.join(self.folder, "tmp"), exist_ok=True)
         environment = {**os.environ, "HOME": self.folder, "TMPDIR": os.path.join(self.folder, "tmp"),
-                       "XDG_CACHE_HOME": os.path.join(self.folder, "cache"), **self.environment}
+                       "XDG_CACHE_HOME": os.path.join(self.folder, "cache"), "XDG_RUNTIME_DIR": "", **self.environment}
         with open(self.log_path, "ab") as log:
             self.process = subprocess.Popen([program(self.PROGRAM), *self.arguments, path], stdin=subprocess.DEVNULL, stdout=log, stderr=log,
                                             env=environment, cwd=self.folder, preexec_fn=self._limit)
@@ -144,6 +144,18 @@ class Server(Startable):
             answer = refusal
         with answer:
             return answer.status, answer.read().decode()
+
+    def operator_socket(self):
+        kind = self.PROGRAM.split("-")[1]
+        return os.path.join(self.folder, "tmp", f"webots-{os.geteuid()}", f"{kind}-{self.port}.sock")
+
+    def command(self, *options):
+        """What the operator's command line says: its exit status and output."""
+        environment = {**os.environ, "HOME": self.folder, "TMPDIR": os.path.join(self.folder, "tmp"), "XDG_RUNTIME_DIR": "",
+                       **self.environment}
+        finished = subprocess.run([program(self.PROGRAM), *options, os.path.join(self.folder, "config.json")], capture_output=True,
+                                  text=True, env=environment, cwd=self.folder, timeout=PATIENCE)
+        return finished.returncode, (finished.stdout + finished.stderr).strip()
 
     def figures(self):
         """Memory in kilobytes, threads and descriptors."""

@@ -29,19 +29,15 @@ struct IncomingRequest
         return {};
     }
 
-    /// True when it was sent on this machine itself, and not by a proxy for somebody else: the operator's, then.
-    bool is_operators() const noexcept
-    {
-        return from_loopback && header("X-Forwarded-For").empty() && header("Forwarded").empty();
-    }
-
     std::string_view method;
     std::string_view path;  ///< Starts with `/`; as sent, not percent-decoded.
     std::string_view query; ///< What follows the first `?`, without it.
     std::span<std::pair<std::string_view, std::string_view> const> headers;
     std::string_view peer;   ///< Numeric address of the other end of the connection, without port.
     bool upgrade = false;    ///< A well-formed WebSocket handshake (its path is not checked).
-    bool from_loopback = false;
+    /// The operator's: it came over the operator's socket, or with the operator's token. Where it came from proves nothing:
+    /// web pages and simulations on this machine send requests too, and proxies for everybody.
+    bool is_operator = false;
 };
 
 /// An open WebSocket, seen from the server. Valid while `Endpoint::converse` runs.   Thread-safety: one executor.
@@ -82,7 +78,6 @@ struct ChannelInfo
     std::string query;
     std::string host; ///< The Host header.
     std::string peer; ///< Numeric address of the browser or its proxy.
-    bool from_loopback = false;
 };
 
 /// The server side of a protocol. Called on the executor of the server adapter; must outlive the adapter's `run()`.

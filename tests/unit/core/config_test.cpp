@@ -435,6 +435,28 @@ BOOST_AUTO_TEST_CASE(forges_are_urls_or_folders_beside_the_file)
     BOOST_TEST(!parse_simulation_config(R"({"forges":"https://x"})", "c.json"));
 }
 
+BOOST_AUTO_TEST_CASE(both_servers_know_who_may_ask_them)
+{
+    auto const none = parse_session_config(R"({"port":1,"simulationServers":[]})", "c.json").value().config.access;
+    BOOST_TEST((none == AccessConfig()));
+    BOOST_TEST(!none.allowed_origins.has_value());
+    std::string const keys = R"("hostNames":["lab7"],"allowedOrigins":["https://*.example.org","null"],"frameAncestors":[],)"
+                             R"("monitorPassword":"p","operatorTokenFile":"/t","operatorSocket":"/s")";
+    auto const access = parse_simulation_config("{" + keys + "}", "c.json").value().config.access;
+    BOOST_TEST(access.host_names == (std::vector<std::string>{"lab7"}));
+    BOOST_TEST(*access.allowed_origins == (std::vector<std::string>{"https://*.example.org", "null"}));
+    BOOST_TEST(access.frame_ancestors->empty());
+    BOOST_TEST(access.monitor_password == "p");
+    BOOST_TEST(access.operator_token_file == "/t");
+    BOOST_TEST(access.operator_socket == "/s");
+    BOOST_TEST((parse_session_config(R"({"port":1,"simulationServers":[],)" + keys + "}", "c.json").value().config.access == access));
+    BOOST_TEST(session_error(R"({"port":1,"simulationServers":[],"allowedOrigins":["example.org"]})") ==
+               "c.json: key \"allowedOrigins\": expected a list of sites, as in \"https://example.org\", "
+               "\"https://*.example.org\" or \"*\", found the list [\"example.org\"]");
+    BOOST_TEST(session_error(R"({"port":1,"simulationServers":[],"hostNames":["http://lab7/"]})")
+                   .starts_with("c.json: key \"hostNames\": expected a list of names of this machine"));
+}
+
 BOOST_AUTO_TEST_CASE(a_certificate_and_its_key_are_given_together)
 {
     auto const both = parse_session_config(

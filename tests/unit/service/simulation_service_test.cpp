@@ -766,17 +766,18 @@ BOOST_AUTO_TEST_CASE(a_drained_server_takes_nothing_new_and_ends_with_its_last_s
     Fixture fixture;
     fixture.processes.expect().prints(".\n");
     auto& running = fixture.start();
-    auto const ask = [&](std::string_view method, std::string_view path, std::string_view query, bool local) {
+    auto const ask = [&](std::string_view method, std::string_view path, std::string_view query, bool is_operator) {
         IncomingRequest request;
         request.method = method;
         request.path = path;
         request.query = query;
-        request.from_loopback = local;
+        request.is_operator = is_operator;
         return std::get<HttpResponse>(fixture.service.respond(request));
     };
     BOOST_TEST(ask("GET", "/readyz", "", false).status == 200);
     BOOST_TEST(ask("GET", "/api/drain", "", true).status == 405);
-    BOOST_TEST(ask("POST", "/api/drain", "", false).status == 403);
+    BOOST_TEST(ask("POST", "/api/drain", "", false).status == 404);
+    BOOST_TEST(ask("GET", "/api/drain", "", false).status == 404);
     BOOST_TEST(ask("POST", "/api/drain", "of", true).status == 400);
     BOOST_TEST(ask("POST", "/api/drain", "exit=1", true).body == "Expected /api/drain, /api/drain?exit or /api/drain?off.");
     BOOST_TEST(ask("GET", "/readyz", "", false).status == 200);

@@ -1,0 +1,67 @@
+// Who may ask a server what: an Endpoint in front of another one that checks where a request comes from.
+#pragma once
+
+#include <webots_cloud/transport/endpoint.hpp>
+#include <webots_cloud/transport/logger.hpp>
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace webots_cloud {
+
+struct AccessParams
+{
+    AccessParams() = default;
+
+    /// The public name of the server, as in the addresses that browsers get. Requests to one whose name leads
+    /// to this machine only (`localhost`) must name a known host.
+    std::string server = "localhost";
+    /// Other machines that are part of the site, with or without ports: it reaches as far as the farthest of
+    /// them.
+    std::vector<std::string> machines;
+    /// What this machine is called besides `server` and `localhost`.
+    std::vector<std::string> host_names;
+    /// Pages that may open WebSockets, as in `core::is_origin_pattern`. Default, nothing: everybody's on a
+    /// public site; otherwise our own pages, those of this machine and of https://webots.cloud.
+    std::optional<std::vector<std::string>> allowed_origins;
+    /// Pages that may show ours in a frame. Default, nothing: as `allowed_origins`.
+    std::optional<std::vector<std::string>> frame_ancestors;
+    /// Not empty: `/monitor` and `/metrics` ask for it, with `operator` as the name of the user.
+    std::string monitor_password;
+    /// Whether a word is the operator's secret. Empty: nobody is an operator over the network.
+    std::function<bool(std::string_view token)> is_operator_token;
+};
+
+/// Lets requests through to another endpoint, or answers in its place.
+///
+/// - Operator requests (below `/api/`) are passed on with `IncomingRequest::is_operator` set when they carry
+/// the operator's
+///   token (`Authorization: Bearer <token>`) and name a known host.
+/// - WebSockets of foreign pages are answered 403, and on a server of this machine requests to foreign names
+/// 421.
+/// - Pages get the headers that browsers need to protect them.
+///
+/// Lifetime: `endpoint` must outlive it.   Thread-safety: one executor.
+class AccessControl final : public Endpoint
+{
+public:
+    AccessControl(AccessParams params, Endpoint& endpoint, Logger log);
+    ~AccessControl() override;
+
+    /// From the next request on; what is connected stays.
+    void set_params(AccessParams params);
+
+    Answer respond(IncomingRequest const& request) override;
+    boost::asio::awaitable<void> converse(ChannelInfo info, Channel& channel) override;
+    void stopping() override;
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+} // namespace webots_cloud

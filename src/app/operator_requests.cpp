@@ -1,0 +1,102 @@
+#include "operator_requests.hpp"
+
+#include "../core/text.hpp"
+
+#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/daemon.hpp>
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <iostream>
+
+namespace webots_cloud {
+namespace {
+
+namespace fs = std::filesystem;
+using core::concat;
+
+constexpr auto service_folder = "/run/webots_cloud"; // as RuntimeDirectory of the units in config/systemd
+
+fs::path environment(char const* name)
+{
+    char const* const value = std::getenv(name);
+    return value ? value : "";
+}
+
+/// The names of this machine by which browsers may call it.
+std::vector<std::string> own_names()
+{
+    char name[256] = "";
+    if (::gethostname(name, sizeof name - 1) != 0 || !*name)
+        return {};
+    return {name, concat(name, ".local")}; // the second by multicast DNS (RFC 6762)
+}
+
+fs::path folder_of_user()
+{
+    auto const runtime = environment("XDG_RUNTIME_DIR");
+    if (runtime.is_absolute())
+        return runtime / "webots_cloud";
+    return fs::temp_directory_path() / concat("webots-", std::to_string(::getuid()));
+}
+
+bool has_socket(fs::path const& path)
+{
+    struct stat found;
+    return ::lstat(path.c_str(), &found) == 0 && S_ISSOCK(found.st_mode);
+}
+
+} // namespace
+
+namespace app {
+
+fs::path operator_socket(std::string_view kind, std::uint16_t port, AccessConfig const& access)
+{
+    if (!access.operator_socket.empty())
+        return fs::absolute(access.operator_socket);
+    auto const of_service = environment("RUNTIME_DIRECTORY");
+    return (of_service.is_absolute() ? of_service : folder_of_user()) /
+           concat(kind, "-", std::to_string(port), ".sock");
+}
+
+result<AccessParams> access_params(std::string const& server, AccessConfig const& access)
+{
+    AccessParams params;
+    params.server = server;
+    params.host_names = own_names();
+    params.host_names.insert(params.host_names.end(), access.host_names.begin(), access.host_names.end());
+    params.allowed_origins = access.allowed_origins;
+    params.frame_ancestors = access.frame_ancestors;
+    params.monitor_password = access.monitor_password;
+    if (access.operator_token_file.empty())
+        return params;
+    auto check = make_operator_token_check(access.operator_token_file);
+    if (!check)
+        return check.error();
+    params.is_operator_token = std::move(*check);
+    return params;
+}
+
+} // namespace app
+
+int ask_running_server(Program const& program, OperatorCommand const& command, std::uint16_t port,
+                       AccessConfig const& access)
+{
+    // A service's own folder is known to the service only: look there too.
+    auto path = app::operator_socket(program.kind, port, access);
+    auto const of_service = fs::path(service_folder) / program.kind / path.filename();
+    if (access.operator_socket.empty() && has_socket(of_service))
+        path = of_service;
+    auto const answer = ask_operator_socket(path, command.method, command.target);
+    if (answer) {
+        std::cout << *answer << std::endl;
+        return exit_ok;
+    }
+    std::cerr << program.name << ": no answer at " << path.string() << ": " << answer.error().message()
+              << ". Does a server with this configuration run on this machine, as this user?" << std::endl;
+    return exit_failed;
+}
+
+} // namespace webots_cloud

@@ -1,0 +1,24 @@
+// How the operator reaches a server on this machine, and who else may ask what: the same for both servers.
+#pragma once
+
+#include <webots_cloud/access_control.hpp>
+#include <webots_cloud/config.hpp>
+#include <webots_cloud/error.hpp>
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace webots_cloud::app {
+
+/// Where a server puts its operator's socket: `operatorSocket`, or `<kind>-<port>.sock` in the folder that
+/// systemd made for the service (`RUNTIME_DIRECTORY`), the user's (`XDG_RUNTIME_DIR`/webots_cloud) or one in
+/// the folder for temporary files.
+std::filesystem::path operator_socket(std::string_view kind, std::uint16_t port, AccessConfig const& access);
+
+/// What the configuration says of access, for a server called `server`.   Errors: as
+/// `make_operator_token_check`.
+result<AccessParams> access_params(std::string const& server, AccessConfig const& access);
+
+} // namespace webots_cloud::app

@@ -1,0 +1,70 @@
+// Which host names a server answers to, and which web pages may open its WebSockets.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace webots_cloud::core {
+
+/// From where the name of a server leads to it.
+enum class Reach
+{
+    this_machine,    ///< `localhost` and loopback addresses.
+    private_network, ///< Names without a dot, names such as `pc7.local`, and private addresses (RFC 1918, RFC
+                     ///< 4193).
+    everybody
+};
+
+/// The reach of a host name or address, with or without a port. Empty or malformed: `everybody`.
+Reach reach_of(std::string_view host);
+
+/// A wider reach wins.
+inline Reach wider(Reach left, Reach right) noexcept
+{
+    return left < right ? right : left;
+}
+
+/// True for an origin of a configuration: `https://example.org`, `https://*.example.org`, `http://pc7:8080`,
+/// `null` or `*`.
+bool is_origin_pattern(std::string_view text);
+
+/// The host names that a server has, and the origins (RFC 6454) of the pages that may talk with it.
+///
+/// Against DNS rebinding, where a page of a stranger's site gives its own name the address of this machine: a
+/// name that is not ours in `Host` gives such a page away. An address as `Host` is always good, since no page
+/// can claim one.
+class SiteAccess
+{
+public:
+    /// Everybody's site, which checks nothing.
+    SiteAccess() = default;
+
+    /// `names`: how this machine is called besides `localhost`, with or without ports. `origins`: patterns as
+    /// `is_origin_pattern` knows them; null: the default of the reach.
+    SiteAccess(Reach reach, std::vector<std::string> const& names, std::vector<std::string> const* origins);
+
+    /// Whether every request must name a host that is ours: only where no other name can be right.
+    bool checks_hosts() const noexcept { return reach_ == Reach::this_machine; }
+
+    /// Whether a `Host` header names this machine. Empty, as of a client of HTTP/1.0: true, since browsers
+    /// always send one.
+    bool knows_host(std::string_view host) const;
+
+    /// Whether a page of `origin` may open a WebSocket, `host` being the request's `Host`. Empty, as of
+    /// programs: true.
+    bool accepts_origin(std::string_view origin, std::string_view host) const;
+
+    /// The value of `frame-ancestors` in a Content-Security-Policy: `*`, or `'self'` and the origins.
+    std::string frame_ancestors() const;
+
+private:
+    bool is_own_name(std::string_view name) const;
+
+    Reach reach_ = Reach::everybody;
+    bool any_origin_ = true;
+    std::vector<std::string> names_;   ///< Without ports, in small letters.
+    std::vector<std::string> origins_; ///< In small letters, without default ports.
+};
+
+} // namespace webots_cloud::core

@@ -1,0 +1,182 @@
+#include <webots_cloud/access_control.hpp>
+
+#include "../core/base64.hpp"
+#include "../core/http_pages.hpp"
+#include "../core/site_access.hpp"
+#include "../core/text.hpp"
+
+#include <algorithm>
+
+namespace webots_cloud {
+
+using core::concat;
+
+namespace {
+
+constexpr std::string_view bearer = "Bearer ";
+constexpr std::size_t max_refusals_told = 32;
+constexpr std::string_view guessed_types = "X-Content-Type-Options: nosniff\r\n";
+
+core::SiteAccess site_of(AccessParams const& params)
+{
+    auto reach = core::reach_of(params.server);
+    if (reach == core::Reach::this_machine)
+        for (auto const& machine : params.machines)
+            reach = core::wider(reach, core::reach_of(machine));
+    auto names = params.host_names;
+    names.push_back(params.server);
+    return {reach, names, params.allowed_origins ? &*params.allowed_origins : nullptr};
+}
+
+std::string page_headers(AccessParams params)
+{
+    if (params.frame_ancestors)
+        params.allowed_origins = params.frame_ancestors;
+    return concat(guessed_types, "Content-Security-Policy: frame-ancestors ",
+                  site_of(params).frame_ancestors(), "\r\n");
+}
+
+bool is_page(std::string_view path) noexcept
+{
+    return path.starts_with("/viewer") || path == "/monitor";
+}
+
+bool is_monitoring(std::string_view path) noexcept
+{
+    return path == "/monitor" || path == "/metrics";
+}
+
+/// Takes the same time wherever they differ, so that nobody finds a password letter by letter.
+bool equal_in_constant_time(std::string_view left, std::string_view right) noexcept
+{
+    unsigned difference = left.size() == right.size() ? 0 : 1;
+    for (std::size_t i = 0; i < left.size() && !right.empty(); ++i)
+        difference |=
+            static_cast<unsigned char>(left[i]) ^ static_cast<unsigned char>(right[i % right.size()]);
+    return difference == 0;
+}
+
+HttpResponse password_wanted()
+{
+    HttpResponse response(401, std::string(core::html_type),
+                          "The monitor of this server asks for a password (user: operator).");
+    response.headers.emplace_back("WWW-Authenticate", "Basic realm=\"monitor\", charset=\"UTF-8\"");
+    return response;
+}
+
+} // namespace
+
+struct AccessControl::Impl
+{
+    Impl(AccessParams parameters, Endpoint& behind, Logger logger) : endpoint(behind), log(std::move(logger))
+    {
+        set(std::move(parameters));
+    }
+
+    void set(AccessParams parameters)
+    {
+        params = std::move(parameters);
+        site = site_of(params);
+        headers_of_pages = page_headers(params);
+        monitor_authorization =
+            params.monitor_password.empty()
+                ? std::string()
+                : concat("Basic ", core::base64(concat("operator:", params.monitor_password)));
+    }
+
+    bool is_operators(IncomingRequest const& request) const;
+    std::optional<HttpResponse> refuse(IncomingRequest const& request);
+    void tell_once(std::string sentence);
+
+    AccessParams params;
+    Endpoint& endpoint;
+    Logger log;
+    core::SiteAccess site;
+    std::string headers_of_pages; ///< With their line ends. Answers refer to it.
+    std::string monitor_authorization;
+    std::vector<std::string>
+        told; ///< Refusals that are in the log: a stranger can't fill it with more than these.
+};
+
+AccessControl::AccessControl(AccessParams params, Endpoint& endpoint, Logger log)
+    : impl_(std::make_unique<Impl>(std::move(params), endpoint, std::move(log)))
+{}
+
+AccessControl::~AccessControl() = default;
+
+void AccessControl::set_params(AccessParams params)
+{
+    impl_->set(std::move(params));
+    impl_->told.clear();
+}
+
+bool AccessControl::Impl::is_operators(IncomingRequest const& request) const
+{
+    auto const authorization = request.header("Authorization");
+    return params.is_operator_token && authorization.starts_with(bearer) &&
+           site.knows_host(request.header("Host")) &&
+           params.is_operator_token(authorization.substr(bearer.size()));
+}
+
+void AccessControl::Impl::tell_once(std::string sentence)
+{
+    if (told.size() >= max_refusals_told || std::find(told.begin(), told.end(), sentence) != told.end())
+        return;
+    log.warning(sentence);
+    told.push_back(std::move(sentence));
+}
+
+std::optional<HttpResponse> AccessControl::Impl::refuse(IncomingRequest const& request)
+{
+    auto const host = request.header("Host");
+    if (site.checks_hosts() && !site.knows_host(host)) {
+        tell_once(concat("Refused a request to the name \"", core::printable(host, 200),
+                         "\": if this machine is called so, add it to \"hostNames\""));
+        return HttpResponse(421, std::string(core::html_type),
+                            "This server has another name. Its operator can add this one to \"hostNames\".");
+    }
+    if (request.upgrade && !site.accepts_origin(request.header("Origin"), host)) {
+        tell_once(concat("Refused a WebSocket of a page of ", core::printable(request.header("Origin"), 200),
+                         ": to let it in, add that to \"allowedOrigins\""));
+        return HttpResponse(403, std::string(core::html_type),
+                            "Pages of this site may not use this server. Its operator can add the site to "
+                            "\"allowedOrigins\".");
+    }
+    if (!monitor_authorization.empty() && is_monitoring(request.path) &&
+        !equal_in_constant_time(request.header("Authorization"), monitor_authorization))
+        return password_wanted();
+    return std::nullopt;
+}
+
+Answer AccessControl::respond(IncomingRequest const& request)
+{
+    if (request.is_operator)
+        return impl_->endpoint.respond(request);
+    if (auto refusal = impl_->refuse(request)) {
+        refusal->fixed_headers = guessed_types;
+        return std::move(*refusal);
+    }
+    if (request.path.starts_with("/api/") && impl_->is_operators(request)) {
+        auto operators = request;
+        operators.is_operator = true;
+        return impl_->endpoint.respond(operators);
+    }
+    auto answer = impl_->endpoint.respond(request);
+    if (auto* const response = std::get_if<HttpResponse>(&answer);
+        response && response->fixed_headers.empty())
+        response->fixed_headers =
+            is_page(request.path) ? std::string_view(impl_->headers_of_pages) : guessed_types;
+    return answer;
+}
+
+boost::asio::awaitable<void> AccessControl::converse(ChannelInfo info, Channel& channel)
+{
+    return impl_->endpoint.converse(std::move(info), channel);
+}
+
+void AccessControl::stopping()
+{
+    impl_->endpoint.stopping();
+}
+
+} // namespace webots_cloud

@@ -1,0 +1,229 @@
+#include "unit_test.hpp"
+
+#include "core/base64.hpp"
+
+#include <webots_cloud/access_control.hpp>
+#include <webots_cloud/testing/recording_log.hpp>
+
+using namespace webots_cloud;
+
+namespace {
+
+using Headers = std::vector<std::pair<std::string_view, std::string_view>>;
+
+/// Answers everything, and remembers what it was asked last.
+class Site final : public Endpoint
+{
+public:
+    Answer respond(IncomingRequest const& request) override
+    {
+        ++requests;
+        by_operator = request.is_operator;
+        if (request.upgrade)
+            return Converse();
+        HttpResponse response(200, "text/html", "here");
+        response.fixed_headers = fixed_headers;
+        return response;
+    }
+
+    boost::asio::awaitable<void> converse(ChannelInfo, Channel&) override { co_return; }
+
+    int requests = 0;
+    bool by_operator = false;
+    std::string_view fixed_headers;
+};
+
+struct Fixture
+{
+    explicit Fixture(AccessParams params = AccessParams()) : access(std::move(params), site, log.logger()) {}
+
+    Answer ask(std::string_view path, Headers const& headers, bool upgrade = false)
+    {
+        IncomingRequest request;
+        request.method = "GET";
+        request.path = path;
+        request.headers = headers;
+        request.upgrade = upgrade;
+        return access.respond(request);
+    }
+
+    HttpResponse get(std::string_view path, Headers const& headers = {})
+    {
+        return std::get<HttpResponse>(ask(path, headers));
+    }
+
+    /// The status of a WebSocket handshake.
+    int open(std::string_view path, Headers const& headers)
+    {
+        auto const answer = ask(path, headers, true);
+        auto const* const refusal = std::get_if<HttpResponse>(&answer);
+        return refusal ? refusal->status : 101;
+    }
+
+    testing::RecordingLog log;
+    Site site;
+    AccessControl access;
+};
+
+AccessParams server(std::string name)
+{
+    AccessParams params;
+    params.server = std::move(name);
+    params.is_operator_token = [](std::string_view token) { return token == "secret"; };
+    return params;
+}
+
+} // namespace
+
+BOOST_AUTO_TEST_SUITE(access_control)
+
+BOOST_AUTO_TEST_CASE(a_server_of_this_machine_answers_to_its_own_names_only)
+{
+    auto params = server("localhost");
+    params.host_names = {"teacher-pc"};
+    Fixture fixture(params);
+    for (auto const host : {"localhost:1999", "127.0.0.1:1999", "teacher-pc:1999"})
+        BOOST_TEST(fixture.get("/load", {{"Host", host}}).status == 200, host);
+    for (auto const path : {"/load", "/session", "/viewer/", "/metrics", "/"})
+        BOOST_TEST(fixture.get(path, {{"Host", "evil.example:1999"}}).status == 421, path);
+    BOOST_TEST(fixture.open("/client", {{"Host", "evil.example"}, {"Origin", "http://evil.example"}}) == 421);
+    BOOST_TEST(fixture.site.requests == 3);
+}
+
+BOOST_AUTO_TEST_CASE(a_public_site_answers_to_any_name)
+{
+    Fixture fixture(server("sim.example.org"));
+    BOOST_TEST(fixture.get("/load", {{"Host", "anything.example"}}).status == 200);
+    BOOST_TEST(fixture.open("/client", {{"Host", "x.example"}, {"Origin", "https://anybody.example"}}) ==
+               101);
+}
+
+BOOST_AUTO_TEST_CASE(a_site_reaches_as_far_as_its_machines_when_nobody_named_it)
+{
+    auto params = server("localhost");
+    params.machines = {"localhost:2000", "sim1.example.org:2000"};
+    Fixture fixture(params);
+    BOOST_TEST(fixture.get("/session", {{"Host", "sessions.example.org"}}).status == 200);
+    BOOST_TEST(fixture.open("/", {{"Host", "x"}, {"Origin", "https://anybody.example"}}) == 101);
+    params.machines = {"localhost:2000"};
+    fixture.access.set_params(params);
+    BOOST_TEST(fixture.get("/session", {{"Host", "sessions.example.org"}}).status == 421);
+}
+
+BOOST_AUTO_TEST_CASE(foreign_pages_open_no_web_socket_and_the_log_names_the_key)
+{
+    Fixture fixture(server("localhost"));
+    for (auto const path : {"/client", "/", "/monitor", "/session"}) {
+        BOOST_TEST(fixture.open(path, {{"Host", "localhost:2000"}, {"Origin", "https://evil.example"}}) ==
+                       403,
+                   path);
+        BOOST_TEST(fixture.open(path, {{"Host", "localhost:2000"}, {"Origin", "null"}}) == 403, path);
+        BOOST_TEST(fixture.open(path, {{"Host", "localhost:2000"}, {"Origin", "http://localhost:1999"}}) ==
+                       101,
+                   path);
+        BOOST_TEST(fixture.open(path, {{"Host", "localhost:2000"}}) == 101, path << " of a program");
+    }
+    BOOST_TEST(fixture.log.lines ==
+                   (std::vector<std::string>{
+                       "Refused a WebSocket of a page of https://evil.example: to let it in, add "
+                       "that to \"allowedOrigins\"",
+                       "Refused a WebSocket of a page of null: to let it in, add that to "
+                       "\"allowedOrigins\""}),
+               boost::test_tools::per_element());
+}
+
+BOOST_AUTO_TEST_CASE(strangers_fill_no_log_with_names)
+{
+    Fixture fixture(server("localhost"));
+    for (int i = 0; i < 1000; ++i) {
+        auto const origin = "https://" + std::to_string(i) + ".example";
+        fixture.open("/client", {{"Host", "localhost"}, {"Origin", origin}});
+    }
+    BOOST_TEST(fixture.log.lines.size() == 32u);
+}
+
+BOOST_AUTO_TEST_CASE(operator_requests_need_the_token_and_a_known_host)
+{
+    Fixture fixture(server("sim.example.org"));
+    auto const is_operators = [&](Headers const& headers) {
+        (void)fixture.get("/api/drain", headers);
+        return fixture.site.by_operator;
+    };
+    BOOST_TEST(is_operators({{"Host", "sim.example.org"}, {"Authorization", "Bearer secret"}}));
+    BOOST_TEST(is_operators({{"Host", "10.0.0.5:2000"}, {"Authorization", "Bearer secret"}}));
+    for (Headers const& headers :
+         {Headers{{"Host", "sim.example.org"}}, Headers{{"Host", "sim.example.org"}, {"X-Forwarded-For", ""}},
+          Headers{{"Host", "localhost"}, {"Authorization", "Bearer"}},
+          Headers{{"Host", "localhost"}, {"Authorization", "Bearer wrong"}},
+          Headers{{"Host", "localhost"}, {"Authorization", "Basic secret"}},
+          Headers{{"Host", "evil.example"}, {"Authorization", "Bearer secret"}}})
+        BOOST_TEST(!is_operators(headers));
+}
+
+BOOST_AUTO_TEST_CASE(without_a_token_nobody_is_an_operator_but_over_the_socket)
+{
+    auto params = server("localhost");
+    params.is_operator_token = nullptr;
+    Fixture fixture(params);
+    (void)fixture.get("/api/drain", {{"Host", "localhost"}, {"Authorization", "Bearer "}});
+    BOOST_TEST(!fixture.site.by_operator);
+    IncomingRequest request;
+    request.method = "POST";
+    request.path = "/api/drain";
+    request.is_operator = true;
+    (void)fixture.access.respond(request);
+    BOOST_TEST(fixture.site.by_operator);
+}
+
+BOOST_AUTO_TEST_CASE(the_monitor_asks_for_its_password_where_there_is_one)
+{
+    auto params = server("sim.example.org");
+    params.monitor_password = "open sesame";
+    Fixture fixture(params);
+    auto const right = "Basic " + core::base64("operator:open sesame");
+    auto const wrong = "Basic " + core::base64("operator:open sesamE");
+    for (auto const path : {"/monitor", "/metrics"}) {
+        auto const refused = fixture.get(path);
+        BOOST_TEST(refused.status == 401);
+        BOOST_TEST((refused.headers ==
+                    HttpHeaders{{"WWW-Authenticate", "Basic realm=\"monitor\", charset=\"UTF-8\""}}));
+        BOOST_TEST(fixture.get(path, {{"Authorization", wrong}}).status == 401);
+        BOOST_TEST(fixture.get(path, {{"Authorization", "Basic "}}).status == 401);
+        BOOST_TEST(fixture.get(path, {{"Authorization", right}}).status == 200);
+    }
+    BOOST_TEST(fixture.open("/monitor", {}) == 401);
+    BOOST_TEST(fixture.open("/monitor", {{"Authorization", right}}) == 101);
+    BOOST_TEST(fixture.get("/load").status == 200);
+}
+
+BOOST_AUTO_TEST_CASE(pages_say_who_may_frame_them_and_nothing_is_guessed)
+{
+    Fixture fixture(server("localhost"));
+    Headers const here{{"Host", "localhost"}};
+    BOOST_TEST(fixture.get("/load", here).fixed_headers == "X-Content-Type-Options: nosniff\r\n");
+    constexpr auto* expected = "X-Content-Type-Options: nosniff\r\n"
+                               "Content-Security-Policy: frame-ancestors 'self' https://webots.cloud\r\n";
+    BOOST_TEST(fixture.get("/viewer/", here).fixed_headers == expected);
+    BOOST_TEST(fixture.get("/monitor", here).fixed_headers == expected);
+    auto params = server("sim.example.org");
+    params.frame_ancestors = {"https://course.example.edu"};
+    fixture.access.set_params(params);
+    BOOST_TEST(fixture.get("/viewer/").fixed_headers ==
+               "X-Content-Type-Options: nosniff\r\n"
+               "Content-Security-Policy: frame-ancestors 'self' https://course.example.edu\r\n");
+    BOOST_TEST(fixture.open("/client", {{"Origin", "https://anybody.example"}}) == 101,
+               "frames are not sockets");
+    fixture.site.fixed_headers = "Access-Control-Allow-Origin: *\r\n";
+    BOOST_TEST(fixture.get("/session").fixed_headers == "Access-Control-Allow-Origin: *\r\n");
+}
+
+BOOST_AUTO_TEST_CASE(base64_is_padded)
+{
+    BOOST_TEST(core::base64("") == "");
+    BOOST_TEST(core::base64("f") == "Zg==");
+    BOOST_TEST(core::base64("fo") == "Zm8=");
+    BOOST_TEST(core::base64("foo") == "Zm9v");
+    BOOST_TEST(core::base64("\xff\xfe\xfd\xfc") == "//79/A==");
+}
+
+BOOST_AUTO_TEST_SUITE_END()
