@@ -24,6 +24,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace webots_cloud {
 
@@ -49,7 +50,9 @@ struct HttpServerParams
     std::size_t queue_bytes = 256 * 1024;  ///< Waiting for a browser that does not read; more, and it is dropped.
     std::size_t message_bytes = 64 * 1024; ///< The longest message of a browser; a longer one closes with 1009.
     std::size_t connections_per_address = 1000; ///< More are answered 503 (or just closed, with TLS).
-    bool limit_loopback = false; ///< True: that holds for this computer too. Behind a proxy all connections come from there.
+    /// Addresses and networks, as in `10.0.0.0/8`, of proxies. The limit is not theirs, and what they say of their clients in
+    /// X-Forwarded-For (or Forwarded) is believed. Default: this computer.
+    std::vector<std::string> trusted_proxies{"127.0.0.0/8", "::1"};
     std::size_t spare_descriptors = 64; ///< Of the limit of open files, kept for everything that is no connection.
     Duration header_timeout = std::chrono::seconds(10); ///< For a TLS handshake, a request's headers, an answer to our close.
     Duration idle_timeout = std::chrono::seconds(75);   ///< Between two requests of one connection, and to take an answer.
@@ -96,7 +99,8 @@ public:
 
     /// Opens the port; `run` does so itself if need be.
     ///
-    /// Errors: `unavailable`, naming the port; `invalid_config`, naming a file of the certificate that is unusable.
+    /// Errors: `unavailable`, naming the port; `invalid_config`, naming a file of the certificate, or an entry of
+    /// `trusted_proxies`, that is unusable.
     virtual result<> listen() = 0;
 
     /// The port that is listened on.   Precondition: `listen` succeeded.

@@ -22,7 +22,9 @@ struct NetworkConfig
     /// `sslCertificate` and `sslKey`: PEM files, both or neither. Empty: plain HTTP, usually behind a proxy.
     std::filesystem::path ssl_certificate;
     std::filesystem::path ssl_key;
-    int connections_per_address = 1000; ///< `connectionsPerAddress`; the loopback, where proxies are, has no limit.
+    int connections_per_address = 1000; ///< `connectionsPerAddress`; trusted proxies have no limit.
+    /// `trustedProxies`: addresses and networks, whose word is taken for who their clients are.
+    std::vector<std::string> trusted_proxies{"127.0.0.0/8", "::1"};
 };
 
 /// Who may ask a server what: keys that both configurations have.

@@ -1,17 +1,24 @@
-// How many connections each address has.
+// How many connections each client has.
 #pragma once
 
-#include <boost/asio/ip/address.hpp>
-
 #include <cstddef>
+#include <string>
 #include <unordered_map>
 #include <utility>
 
 namespace webots_cloud::adapters {
 
-/// Counts connections by address and refuses those over a limit.   Lifetime: must outlive its tickets.
+/// Counts connections by their clients' quota keys and refuses those over a limit.   Lifetime: must outlive
+/// its tickets.
 class AddressLimit
 {
+    struct Entry
+    {
+        std::size_t connections = 0;
+        bool told = false;
+    };
+    using Entries = std::unordered_map<std::string, Entry>;
+
 public:
     explicit AddressLimit(std::size_t most) : most_(most) {}
 
@@ -20,57 +27,59 @@ public:
     {
     public:
         Ticket() = default; ///< For a connection that is not counted.
-        Ticket(AddressLimit& limit, boost::asio::ip::address address)
-            : limit_(&limit), address_(std::move(address))
-        {}
         Ticket(Ticket&& other) noexcept
-            : limit_(std::exchange(other.limit_, nullptr)), address_(std::move(other.address_))
+            : limit_(std::exchange(other.limit_, nullptr)), entry_(std::exchange(other.entry_, nullptr))
         {}
-        Ticket& operator=(Ticket&&) = delete;
+        Ticket& operator=(Ticket&& other) noexcept
+        {
+            std::swap(limit_, other.limit_);
+            std::swap(entry_, other.entry_);
+            return *this;
+        }
         ~Ticket()
         {
-            if (limit_)
-                limit_->release(address_);
+            if (entry_)
+                limit_->release(*entry_);
         }
 
     private:
+        friend AddressLimit;
+        Ticket(AddressLimit& limit, Entries::value_type& entry) : limit_(&limit), entry_(&entry) {}
+
         AddressLimit* limit_ = nullptr;
-        boost::asio::ip::address address_;
+        Entries::value_type* entry_ = nullptr;
     };
 
     enum class Verdict
     {
         admitted,
-        refused_first, ///< The first refusal since the address had no connection: worth a line in the log.
+        refused_first, ///< The first refusal since the client had no connection: worth a line in the log.
         refused
     };
 
-    /// On `admitted` the caller makes a Ticket at once.
-    Verdict admit(boost::asio::ip::address const& address)
+    /// The empty key is not counted. `ticket` is set when it is admitted.
+    Verdict admit(std::string const& key, Ticket& ticket)
     {
-        auto& entry = entries_[address];
-        if (entry.connections >= most_)
-            return std::exchange(entry.told, true) ? Verdict::refused : Verdict::refused_first;
-        ++entry.connections;
+        if (key.empty())
+            return Verdict::admitted;
+        auto& entry = *entries_.try_emplace(key).first;
+        if (entry.second.connections >= most_)
+            return std::exchange(entry.second.told, true) ? Verdict::refused : Verdict::refused_first;
+        ++entry.second.connections;
+        ticket = Ticket(*this, entry);
         return Verdict::admitted;
     }
 
 private:
-    struct Entry
+    void release(Entries::value_type const& entry)
     {
-        std::size_t connections = 0;
-        bool told = false;
-    };
-
-    void release(boost::asio::ip::address const& address)
-    {
-        auto const entry = entries_.find(address);
-        if (--entry->second.connections == 0)
-            entries_.erase(entry);
+        auto const found = entries_.find(entry.first);
+        if (--found->second.connections == 0)
+            entries_.erase(found);
     }
 
     std::size_t most_;
-    std::unordered_map<boost::asio::ip::address, Entry> entries_;
+    Entries entries_;
 };
 
 } // namespace webots_cloud::adapters

@@ -38,9 +38,9 @@ std::uint64_t& refusal_counter(HttpServerStatistics& statistics, int status)
 
 } // namespace
 
-HttpConnection::HttpConnection(NetworkStream stream, asio::ip::address const& peer,
-                               AddressLimit::Ticket ticket, HttpConnectionContext const& context)
-    : stream_(std::move(stream)), ticket_(std::move(ticket)), context_(context), peer_(peer.to_string())
+HttpConnection::HttpConnection(NetworkStream stream, Peer peer, AddressLimit::Ticket ticket,
+                               HttpConnectionContext const& context)
+    : stream_(std::move(stream)), ticket_(std::move(ticket)), context_(context), peer_(std::move(peer))
 {}
 
 asio::awaitable<bool> HttpConnection::await_first_request()
@@ -134,7 +134,7 @@ HttpConnection::Next HttpConnection::answer()
 {
     ++context_.statistics.requests;
     auto request = reader_.request();
-    request.peer = peer_;
+    name_client(request);
     if (wants_websocket(reader_)) {
         if (auto const refusal = refuse_handshake(reader_)) {
             ++context_.statistics.bad_handshakes;
@@ -149,11 +149,35 @@ HttpConnection::Next HttpConnection::answer()
     return Next::websocket;
 }
 
+void HttpConnection::name_client(IncomingRequest& request)
+{
+    if (peer_.is_proxy())
+        read_forwarded(request.headers);
+    request.peer = peer_.address;
+    request.client = client();
+    request.quota_key = quota_key();
+}
+
+/// What the proxy said of its last request does not hold for this one.
+void HttpConnection::read_forwarded(core::HeaderFields fields)
+{
+    client_.clear();
+    client_quota_key_.clear();
+    if (!reader_.is_forwarded())
+        return;
+    auto const client = core::forwarded_client(fields, context_.proxies);
+    if (!client)
+        return;
+    client_ = client->text();
+    if (!context_.proxies.contains(*client))
+        client_quota_key_ = client->quota_key();
+}
+
 HttpConnection::Next HttpConnection::give(HttpResponse const& response, IncomingRequest const& request)
 {
     if (response.status >= 400)
         context_.log.warning(concat(std::to_string(response.status), " ", request.method, " ",
-                                    core::printable(request.path, 200), " (", peer_, ")"));
+                                    core::printable(request.path, 200), " (", client(), ")"));
     bool const stays_open = reader_.keep_alive() && !stopping_;
     append_response(out_, response, stays_open, request.method != "HEAD");
     return stays_open ? Next::request : Next::close;
@@ -179,7 +203,7 @@ asio::awaitable<void> HttpConnection::refuse(int status, std::string_view what, 
 {
     ++refusal_counter(context_.statistics, status);
     HttpResponse const response(status, "text/html; charset=UTF-8", std::string(advice));
-    context_.log.warning(concat(std::to_string(status), " for ", what, " (", peer_, ")"));
+    context_.log.warning(concat(std::to_string(status), " for ", what, " (", peer_.address, ")"));
     append_response(out_, response, false, true);
     set_deadline(context_.params.header_timeout);
     bool const sent = co_await flush();
@@ -230,7 +254,9 @@ ChannelInfo HttpConnection::channel_info() const
     info.path = reader_.request().path;
     info.query = reader_.request().query;
     info.host = reader_.request().header("Host");
-    info.peer = peer_;
+    info.peer = peer_.address;
+    info.client = client();
+    info.quota_key = quota_key();
     return info;
 }
 

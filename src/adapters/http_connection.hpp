@@ -4,6 +4,7 @@
 #include "address_limit.hpp"
 #include "http_request_reader.hpp"
 #include "network_stream.hpp"
+#include "peer.hpp"
 
 #include <webots_cloud/adapters.hpp>
 #include <webots_cloud/time.hpp>
@@ -20,6 +21,7 @@ struct HttpConnectionContext
     Endpoint& endpoint;
     Logger const& log;
     HttpServerStatistics& statistics;
+    core::TrustedProxies const& proxies;
 };
 
 /// Reads requests and answers them in order, with a deadline for everything that the client does.
@@ -29,7 +31,7 @@ struct HttpConnectionContext
 class HttpConnection
 {
 public:
-    HttpConnection(NetworkStream stream, boost::asio::ip::address const& peer, AddressLimit::Ticket ticket,
+    HttpConnection(NetworkStream stream, Peer peer, AddressLimit::Ticket ticket,
                    HttpConnectionContext const& context);
 
     /// The TLS handshake, where there is one, and the first request; false when the connection is to be
@@ -72,13 +74,24 @@ private:
     boost::asio::awaitable<bool> flush();
     boost::asio::awaitable<void> refuse(int status, std::string_view what, std::string_view advice = {});
     Next answer();
+    void name_client(IncomingRequest& request);
+    void read_forwarded(core::HeaderFields fields);
+    std::string const& client() const noexcept { return client_.empty() ? peer_.address : client_; }
     Next give(HttpResponse const& response, IncomingRequest const& request);
+    /// By what the client is counted.
+    std::string const& quota_key() const noexcept
+    {
+        return peer_.is_proxy() ? client_quota_key_ : peer_.quota_key;
+    }
     void set_deadline(Duration from_now);
 
     NetworkStream stream_;
     AddressLimit::Ticket ticket_;
     HttpConnectionContext const& context_;
-    std::string peer_;
+    Peer peer_;
+    // Of a request that a trusted proxy has passed on; else empty.
+    std::string client_;
+    std::string client_quota_key_;
     bool awaiting_request_ = true;
     bool stopping_ = false;
     bool is_cut_ = false;

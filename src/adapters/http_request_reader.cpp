@@ -125,7 +125,7 @@ int HttpRequestReader::read_head(std::string_view head)
 {
     fields_.clear();
     hosts_ = 0;
-    is_http_1_0_ = has_upgrade_ = connection_upgrades_ = false;
+    is_http_1_0_ = has_upgrade_ = connection_upgrades_ = is_forwarded_ = false;
     keep_alive_ = true;
     if (int const status = read_request_line(head.substr(0, line_ - 2)); status != 0)
         return status;
@@ -204,6 +204,9 @@ int HttpRequestReader::note_field(std::string_view name, std::string_view value)
     case 7:
         has_upgrade_ = has_upgrade_ || equal_ignoring_case(name, "Upgrade");
         return 0;
+    case 9:
+        is_forwarded_ = is_forwarded_ || equal_ignoring_case(name, "Forwarded");
+        return 0;
     case 10:
         if (equal_ignoring_case(name, "Connection"))
             note_connection(value);
@@ -215,6 +218,9 @@ int HttpRequestReader::note_field(std::string_view name, std::string_view value)
             return 400;
         // Nothing that we serve takes a body.
         return value.find_first_not_of('0') == std::string_view::npos ? 0 : 413;
+    case 15:
+        is_forwarded_ = is_forwarded_ || equal_ignoring_case(name, "X-Forwarded-For");
+        return 0;
     case 17:
         return equal_ignoring_case(name, "Transfer-Encoding") ? 413 : 0;
     default:

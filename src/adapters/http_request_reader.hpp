@@ -49,7 +49,7 @@ public:
 
     int refusal() const noexcept { return refusal_; }
 
-    /// `peer` and `upgrade` are the caller's to fill.
+    /// What is known of the connection, and `upgrade`, are the caller's to fill.
     IncomingRequest const& request() const noexcept { return request_; }
 
     /// Whether the client wants to go on with this connection.
@@ -60,6 +60,9 @@ public:
 
     /// "upgrade" is among the options of the Connection fields.
     bool connection_upgrades() const noexcept { return connection_upgrades_; }
+
+    /// A proxy says for whom it asks, or somebody claims so.
+    bool is_forwarded() const noexcept { return is_forwarded_; }
 
     /// What was received after the current request.
     std::string_view rest() const noexcept { return received().substr(head_); }
@@ -91,6 +94,7 @@ private:
     bool keep_alive_ = false;
     bool has_upgrade_ = false;
     bool connection_upgrades_ = false;
+    bool is_forwarded_ = false;
 };
 
 } // namespace webots_cloud::adapters

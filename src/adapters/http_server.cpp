@@ -21,6 +21,7 @@ namespace asio = boost::asio;
 using adapters::AddressLimit;
 using adapters::HttpConnection;
 using adapters::HttpConnectionContext;
+using adapters::Peer;
 using adapters::WebSocketChannel;
 using asio::ip::tcp;
 using core::concat;
@@ -35,7 +36,7 @@ constexpr std::string_view busy_answer =
     "Connection: close\r\n\r\n"
     "Too many connections. Please try again in a moment.\r\n";
 
-asio::ip::address peer_of(tcp::socket const& socket)
+asio::ip::address address_of(tcp::socket const& socket)
 {
     boost::system::error_code gone;
     auto const address = socket.remote_endpoint(gone).address();
@@ -61,7 +62,8 @@ class NetworkServer final : public HttpServer
 public:
     NetworkServer(asio::any_io_executor executor, HttpServerParams params, Endpoint& endpoint, Logger log)
         : executor_(std::move(executor)), params_(std::move(params)),
-          log_(std::move(log)), context_{params_, endpoint, log_, statistics_}, endpoint_(endpoint),
+          log_(std::move(log)), proxies_(params_.trusted_proxies),
+          context_{params_, endpoint, log_, statistics_, proxies_}, endpoint_(endpoint),
           acceptor_(executor_), sweeper_(executor_), addresses_(params_.connections_per_address),
           tasks_(executor_)
     {}
@@ -81,7 +83,7 @@ private:
     asio::awaitable<void> stop();
     asio::awaitable<void> recover(boost::system::error_code failed);
     void admit(tcp::socket socket);
-    std::optional<AddressLimit::Ticket> admit_address(asio::ip::address const& peer);
+    std::optional<AddressLimit::Ticket> admit_address(Peer const& peer);
     Conversations::iterator begin_conversation(HttpConnection& connection);
     void complain(std::string_view sentence);
     bool make_room();
@@ -92,6 +94,7 @@ private:
     HttpServerParams params_;
     Logger log_;
     HttpServerStatistics statistics_;
+    core::TrustedProxies proxies_;
     HttpConnectionContext context_;
     Endpoint& endpoint_;
     adapters::Acceptor acceptor_;
@@ -110,6 +113,9 @@ result<> NetworkServer::listen()
 {
     if (acceptor_.is_open())
         return {};
+    if (!proxies_.malformed().empty())
+        return Failure(errc::invalid_config,
+                       concat("A trusted proxy is no address and no network: ", proxies_.malformed()));
     if (!params_.tls_certificate.empty()) {
         certificate_.emplace(params_.tls_certificate, params_.tls_key, log_);
         if (auto const loaded = certificate_->load(); !loaded)
@@ -177,24 +183,23 @@ void NetworkServer::complain(std::string_view sentence)
     log_.error(sentence);
 }
 
-std::optional<AddressLimit::Ticket> NetworkServer::admit_address(asio::ip::address const& peer)
+std::optional<AddressLimit::Ticket> NetworkServer::admit_address(Peer const& peer)
 {
-    if (peer.is_loopback() && !params_.limit_loopback)
-        return AddressLimit::Ticket();
-    auto const verdict = addresses_.admit(peer);
+    AddressLimit::Ticket ticket;
+    auto const verdict = addresses_.admit(peer.quota_key, ticket);
     if (verdict == AddressLimit::Verdict::admitted)
-        return AddressLimit::Ticket(addresses_, peer);
+        return ticket;
     ++statistics_.refused_address;
     if (verdict == AddressLimit::Verdict::refused_first)
         log_.warning(concat("More than ", std::to_string(params_.connections_per_address),
-                            " connections from ", peer.to_string(), ": refused"));
+                            " connections from ", peer.quota_key, ": refused"));
     return std::nullopt;
 }
 
 void NetworkServer::admit(tcp::socket socket)
 {
     ++statistics_.accepted;
-    auto const peer = peer_of(socket);
+    Peer peer(address_of(socket), proxies_);
     auto ticket = admit_address(peer);
     bool const has_room = open() < most_connections_ || make_room();
     if (ticket && !has_room) {
@@ -211,7 +216,7 @@ void NetworkServer::admit(tcp::socket socket)
     }
     adapters::NetworkStream stream(std::move(socket), certificate_ ? certificate_->context() : nullptr);
     auto const connection =
-        silent_.emplace(silent_.end(), std::move(stream), peer, std::move(*ticket), context_);
+        silent_.emplace(silent_.end(), std::move(stream), std::move(peer), std::move(*ticket), context_);
     tasks_.spawn(serve(connection));
 }
 

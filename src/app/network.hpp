@@ -13,6 +13,7 @@ inline HttpServerParams server_params(std::uint16_t port, NetworkConfig const& c
     params.tls_certificate = config.ssl_certificate;
     params.tls_key = config.ssl_key;
     params.connections_per_address = static_cast<std::size_t>(config.connections_per_address);
+    params.trusted_proxies = config.trusted_proxies;
     return params;
 }
 

@@ -1,6 +1,7 @@
 #include <webots_cloud/config.hpp>
 
 #include "config_reader.hpp"
+#include "ip_address.hpp"
 #include "mail_message.hpp"
 #include "repository_policy.hpp"
 #include "site_access.hpp"
@@ -39,6 +40,17 @@ void read_port(ConfigReader& reader, std::uint16_t& value, int highest)
     value = static_cast<std::uint16_t>(port);
 }
 
+void read_trusted_proxies(ConfigReader& reader, NetworkConfig& network)
+{
+    constexpr std::string_view key = "trustedProxies";
+    constexpr std::string_view wanted =
+        "an address or a network without bits set beyond it, as in \"127.0.0.1\", \"10.0.0.0/8\" or \"::1\"";
+    reader.read(key, network.trusted_proxies);
+    for (std::size_t i = 0; i < network.trusted_proxies.size(); ++i)
+        if (!core::IpNetwork::parse(network.trusted_proxies[i]))
+            reader.refuse_entry(key, i + 1, boost::json::value(network.trusted_proxies[i]), wanted);
+}
+
 void read_network(ConfigReader& reader, NetworkConfig& network)
 {
     reader.read("sslCertificate", network.ssl_certificate);
@@ -48,6 +60,16 @@ void read_network(ConfigReader& reader, NetworkConfig& network)
     if (network.ssl_key.empty() && reader.has("sslCertificate"))
         reader.require("sslKey", "the file of the key that \"sslCertificate\" belongs to");
     reader.read_integer("connectionsPerAddress", network.connections_per_address, 1, 1'000'000);
+    read_trusted_proxies(reader, network);
+}
+
+void warn_of_trust_in_everybody(NetworkConfig const& network, fs::path const& origin,
+                                std::vector<std::string>& warnings)
+{
+    for (auto const& proxies : network.trusted_proxies)
+        if (core::IpNetwork::parse(proxies)->is_everybody())
+            warnings.push_back(concat(origin.string(), ": key \"trustedProxies\": \"", proxies,
+                                      "\" is everybody: no client is limited, and each can pass for another"));
 }
 
 bool is_port(std::string_view text)
@@ -362,6 +384,7 @@ result<Configured<SessionConfig>> parse_session_config(std::string_view text,
         return *failure;
     configured.warnings = reader->unknown_keys();
     drop_administrator_without_mail(config, origin, configured.warnings);
+    warn_of_trust_in_everybody(config.network, origin, configured.warnings);
     return configured;
 }
 
@@ -425,6 +448,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
                                     "is right only on this machine"));
     limit_connections(config, origin, configured.warnings);
     warn_of_plain_simulators(config, origin, configured.warnings);
+    warn_of_trust_in_everybody(config.network, origin, configured.warnings);
     warn_of_foreign("allowedRepositories", config.allowed_repositories, config, origin, configured.warnings);
     warn_of_foreign("blockedRepositories", config.blocked_repositories, config, origin, configured.warnings);
     if (config.timeout < std::chrono::seconds(360)) {

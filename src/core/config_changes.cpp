@@ -24,6 +24,7 @@ public:
         compare("connectionsPerAddress", running.network.connections_per_address,
                 next.network.connections_per_address);
         compare("operatorSocket", running.access.operator_socket, next.access.operator_socket);
+        compare("trustedProxies", running.network.trusted_proxies, next.network.trusted_proxies);
         compare("logDir", running.log_dir, next.log_dir);
         compare("debug", running.debug, next.debug);
         compare("logFormat", running.json_log, next.json_log);

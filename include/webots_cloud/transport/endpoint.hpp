@@ -34,6 +34,10 @@ struct IncomingRequest
     std::string_view query; ///< What follows the first `?`, without it.
     std::span<std::pair<std::string_view, std::string_view> const> headers;
     std::string_view peer;   ///< Numeric address of the other end of the connection, without port.
+    std::string_view client; ///< Numeric address of who asks: the peer, or whose request a trusted proxy passes on.
+    /// By what the client's share of the server is counted: its address, with IPv6 its /64 network. Empty: not at all, as
+    /// for a trusted proxy itself.
+    std::string_view quota_key;
     bool upgrade = false;    ///< A well-formed WebSocket handshake (its path is not checked).
     /// The operator's: it came over the operator's socket, or with the operator's token. Where it came from proves nothing:
     /// web pages and simulations on this machine send requests too, and proxies for everybody.
@@ -78,6 +82,8 @@ struct ChannelInfo
     std::string query;
     std::string host; ///< The Host header.
     std::string peer; ///< Numeric address of the browser or its proxy.
+    std::string client;    ///< As in `IncomingRequest`.
+    std::string quota_key; ///< As in `IncomingRequest`.
 };
 
 /// The server side of a protocol. Called on the executor of the server adapter; must outlive the adapter's `run()`.

@@ -106,7 +106,7 @@ BOOST_AUTO_TEST_CASE(an_address_has_a_limit_of_connections_and_room_again_when_s
 {
     HttpServerParams params;
     params.connections_per_address = 3;
-    params.limit_loopback = true;
+    params.trusted_proxies.clear();
     RunningServer server(params);
     std::vector<std::optional<Client>> clients(3);
     for (auto& client : clients)
@@ -124,6 +124,53 @@ BOOST_AUTO_TEST_CASE(an_address_has_a_limit_of_connections_and_room_again_when_s
     Client admitted(server);
     admitted.say("GET /in HTTP/1.0\r\n\r\n");
     BOOST_TEST(admitted.read_all().ends_with("/in"));
+}
+
+// Issue 16, item 3.
+BOOST_AUTO_TEST_CASE(a_trusted_proxy_says_for_whom_it_asks)
+{
+    RunningServer server;
+    Client proxy(server);
+    auto const who = [&proxy](std::string const& fields) {
+        proxy.say("GET /who HTTP/1.1\r\nHost: h\r\n" + fields + "\r\n");
+        BOOST_TEST(proxy.read_to("I am ").ends_with("\r\n\r\nI am "));
+        return proxy.read_to("\n");
+    };
+    std::string const own = "127.0.0.1, counted by []\n";
+    BOOST_TEST(who("") == own);
+    BOOST_TEST(who("X-Forwarded-For: 192.0.2.1, 203.0.113.7\r\n") == "203.0.113.7, counted by [203.0.113.7]\n");
+    BOOST_TEST(who("") == own, "what was said of one request does not hold for the next");
+    BOOST_TEST(who("X-Forwarded-For: 192.0.2.1\r\nX-Forwarded-For: 2001:db8::7, 127.0.0.1\r\n") ==
+               "2001:db8::7, counted by [2001:db8::/64]\n");
+    BOOST_TEST(who("X-Forwarded-For: unknown\r\n") == own);
+    BOOST_TEST(who("X-Forwarded-For: 127.0.0.2\r\n") == "127.0.0.2, counted by []\n");
+    BOOST_TEST(who("forwarded: for=\"[2001:db8::7]:80\"\r\n") == "2001:db8::7, counted by [2001:db8::/64]\n");
+    Client browser(server);
+    browser.upgrade("/who", "X-Forwarded-For: 203.0.113.7\r\n");
+    BOOST_TEST(browser.read_to("\n").ends_with("I am 203.0.113.7, counted by [203.0.113.7]\n"));
+}
+
+BOOST_AUTO_TEST_CASE(what_others_claim_is_not_believed)
+{
+    HttpServerParams params;
+    params.trusted_proxies = {"10.0.0.0/8"};
+    RunningServer server(params);
+    Client client(server);
+    client.say("GET /who HTTP/1.0\r\nX-Forwarded-For: 203.0.113.7\r\nForwarded: for=203.0.113.8\r\n\r\n");
+    BOOST_TEST(client.read_all().ends_with("I am 127.0.0.1, counted by [127.0.0.1]\n"));
+}
+
+BOOST_AUTO_TEST_CASE(a_trusted_proxy_that_is_no_address_is_refused)
+{
+    boost::asio::io_context context;
+    TestEndpoint endpoint;
+    HttpServerParams params;
+    params.trusted_proxies = {"::1", "proxy.example.org"};
+    auto const server = make_http_server(context.get_executor(), params, endpoint, Logger());
+    auto const listening = server->listen();
+    BOOST_TEST_REQUIRE(!listening);
+    BOOST_TEST((listening.error() == errc::invalid_config));
+    BOOST_TEST(listening.error().message() == "A trusted proxy is no address and no network: proxy.example.org");
 }
 
 BOOST_AUTO_TEST_CASE(this_computer_has_no_limit_because_proxies_are_there)

@@ -28,8 +28,8 @@ namespace webots_cloud {
 
 inline constexpr auto patience = std::chrono::seconds(30); // only how long a broken server is waited for
 
-/// Answers every request with its path. WebSockets: `/echo` answers, `/flood` sends until the channel
-/// refuses.
+/// Answers every request with its path, but `/who` with who asks and by what that is counted. WebSockets:
+/// `/echo` answers, `/who` tells the same first, `/flood` sends until the channel refuses.
 class TestEndpoint final : public Endpoint
 {
 public:
@@ -37,6 +37,8 @@ public:
     {
         if (request.upgrade)
             return Converse();
+        if (request.path == "/who")
+            return HttpResponse(200, "text/plain", name(request.client, request.quota_key));
         return HttpResponse(request.method == "POST" ? 405 : 200, "text/plain", std::string(request.path));
     }
 
@@ -44,6 +46,8 @@ public:
     {
         if (info.path == "/flood")
             flood(channel);
+        if (info.path == "/who")
+            (void)channel.send(name(info.client, info.quota_key));
         for (;;) {
             auto message = co_await channel.receive();
             if (!message)
@@ -57,6 +61,11 @@ public:
     std::atomic<int> ended = 0; ///< Conversations.
 
 private:
+    static std::string name(std::string_view client, std::string_view quota_key)
+    {
+        return "I am " + std::string(client) + ", counted by [" + std::string(quota_key) + "]\n";
+    }
+
     void flood(Channel& channel)
     {
         // Far more than the kernel takes for a connection.
@@ -148,12 +157,17 @@ public:
         boost::asio::write(socket_, boost::asio::buffer(bytes), ignored);
     }
 
-    /// Asks for a WebSocket and reads the answer's headers.
-    void upgrade(std::string const& path)
+    /// Asks for a WebSocket. `fields`: more header fields, each with its line end.
+    void ask_upgrade(std::string const& path, std::string const& fields)
     {
-        say("GET " + path +
-            " HTTP/1.1\r\nHost: h\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+        say("GET " + path + " HTTP/1.1\r\nHost: h\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n" + fields +
             "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n");
+    }
+
+    /// The same, and reads the answer's headers.
+    void upgrade(std::string const& path, std::string const& fields = {})
+    {
+        ask_upgrade(path, fields);
         BOOST_TEST_REQUIRE(read_to("\r\n\r\n").starts_with("HTTP/1.1 101 "));
     }
 

@@ -377,6 +377,8 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
         {R"("loadFormula":"reference")", [](auto const& c) { return !c.strict_load; }},
         {R"("cacheSize":1)", [](auto const& c) { return c.cache_bytes == std::uint64_t{1} << 30; }},
         {R"("connectionsPerAddress":3)", [](auto const& c) { return c.network.connections_per_address == 3; }},
+        {R"("trustedProxies":["10.0.0.0/8"])",
+         [](auto const& c) { return c.network.trusted_proxies == std::vector<std::string>{"10.0.0.0/8"}; }},
     };
     for (auto const& [text, arrived] : rows) {
         auto const configured = parse_simulation_config(std::string(R"({"server":"h",)") + text + "}", "c.json");
@@ -391,6 +393,33 @@ BOOST_AUTO_TEST_CASE(addresses_of_multimedia_hold_nothing_that_would_end_their_o
     for (std::string const address : {"a b", "a;ssl", "a\\\"", "a\\t"})
         for (std::string const key : {"multimediaServer", "multimediaStream"})
             BOOST_TEST(parse_simulation_config("{\"" + key + "\":\"" + address + "\"}", "c.json").has_error(), address);
+}
+
+BOOST_AUTO_TEST_CASE(trusted_proxies_are_addresses_and_networks)
+{
+    auto const parse = [](std::string_view list) {
+        return parse_session_config(R"({"port":1,"simulationServers":[],"trustedProxies":)" + std::string(list) + "}", "c.json");
+    };
+    BOOST_TEST(parse(R"(["127.0.0.1","10.0.0.0/8","::1","2001:db8::/32"])")->warnings.empty());
+    BOOST_TEST(parse("[]")->config.network.trusted_proxies.empty());
+    BOOST_TEST(parse_simulation_config("{}", "c.json")->config.network.trusted_proxies ==
+                   (std::vector<std::string>{"127.0.0.0/8", "::1"}),
+               boost::test_tools::per_element());
+    BOOST_TEST(parse(R"(["::1","10.0.0.1/8"])").error().message() ==
+               "c.json: key \"trustedProxies\", entry 2: expected an address or a network without bits set beyond it, as in "
+               "\"127.0.0.1\", \"10.0.0.0/8\" or \"::1\", found the string \"10.0.0.1/8\"");
+    for (auto const* bad : {R"("127.0.0.1")", "[5]", R"(["localhost"])", R"(["10.0.0.0/33"])", R"([""])", R"(["127.0.0.1:80"])"})
+        BOOST_TEST(!parse(bad), bad);
+}
+
+BOOST_AUTO_TEST_CASE(trust_in_everybody_is_warned_of)
+{
+    for (std::string const everybody : {"0.0.0.0/0", "::/0"}) {
+        auto const configured = parse_simulation_config(R"({"server":"h","trustedProxies":[")" + everybody + "\"]}", "c.json").value();
+        BOOST_TEST(configured.warnings == std::vector<std::string>{
+            "c.json: key \"trustedProxies\": \"" + everybody +
+            "\" is everybody: no client is limited, and each can pass for another"});
+    }
 }
 
 // Quirk Q18.
