@@ -22,6 +22,8 @@ constexpr int most_drained = 64;              // reads, after a refusal
 constexpr std::string_view speaks_https =
     "This port speaks HTTPS: put https:// (or wss://) in front of the address.\r\n";
 
+constexpr std::string_view too_many_connections = "Too many connections. Please try again in a moment.\r\n";
+
 std::uint64_t& refusal_counter(HttpServerStatistics& statistics, int status)
 {
     switch (status) {
@@ -38,7 +40,7 @@ std::uint64_t& refusal_counter(HttpServerStatistics& statistics, int status)
 
 } // namespace
 
-HttpConnection::HttpConnection(NetworkStream stream, Peer peer, AddressLimit::Ticket ticket,
+HttpConnection::HttpConnection(NetworkStream stream, Peer peer, ConnectionLimit::Ticket ticket,
                                HttpConnectionContext const& context)
     : stream_(std::move(stream)), ticket_(std::move(ticket)), context_(context), peer_(std::move(peer))
 {}
@@ -145,6 +147,11 @@ HttpConnection::Next HttpConnection::answer()
     auto const answer = context_.endpoint.respond(request);
     if (auto const* response = std::get_if<HttpResponse>(&answer))
         return give(*response, request);
+    if (!admit_client()) {
+        HttpResponse refusal(429, "text/html; charset=UTF-8", std::string(too_many_connections));
+        refusal.headers.emplace_back("Retry-After", "5");
+        return give(refusal, request);
+    }
     append_handshake_answer(out_, request.header("Sec-WebSocket-Key"));
     return Next::websocket;
 }
@@ -173,9 +180,17 @@ void HttpConnection::read_forwarded(core::HeaderFields fields)
         client_quota_key_ = client->quota_key();
 }
 
+/// Whether the client may have one more WebSocket. One that came without a proxy has been counted since it was
+/// accepted; those of a proxy are counted here, where it is known whose they are.
+bool HttpConnection::admit_client()
+{
+    return !peer_.is_proxy() || context_.limit.admit(client_quota_key_, ticket_);
+}
+
 HttpConnection::Next HttpConnection::give(HttpResponse const& response, IncomingRequest const& request)
 {
-    if (response.status >= 400)
+    // Who refuses with 429 says so in the log itself, once: of these there may be thousands a second.
+    if (response.status >= 400 && response.status != 429)
         context_.log.warning(concat(std::to_string(response.status), " ", request.method, " ",
                                     core::printable(request.path, 200), " (", client(), ")"));
     bool const stays_open = reader_.keep_alive() && !stopping_;

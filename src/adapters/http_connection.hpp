@@ -1,7 +1,7 @@
 // One connection of the HTTP server, until it ends or becomes a WebSocket.
 #pragma once
 
-#include "address_limit.hpp"
+#include "connection_limit.hpp"
 #include "http_request_reader.hpp"
 #include "network_stream.hpp"
 #include "peer.hpp"
@@ -22,6 +22,7 @@ struct HttpConnectionContext
     Logger const& log;
     HttpServerStatistics& statistics;
     core::TrustedProxies const& proxies;
+    ConnectionLimit& limit;
 };
 
 /// Reads requests and answers them in order, with a deadline for everything that the client does.
@@ -31,7 +32,7 @@ struct HttpConnectionContext
 class HttpConnection
 {
 public:
-    HttpConnection(NetworkStream stream, Peer peer, AddressLimit::Ticket ticket,
+    HttpConnection(NetworkStream stream, Peer peer, ConnectionLimit::Ticket ticket,
                    HttpConnectionContext const& context);
 
     /// The TLS handshake, where there is one, and the first request; false when the connection is to be
@@ -59,7 +60,7 @@ public:
     ChannelInfo channel_info() const;
     std::string_view rest() const noexcept { return reader_.rest(); }
     NetworkStream&& take_stream() noexcept { return std::move(stream_); }
-    AddressLimit::Ticket&& take_ticket() noexcept { return std::move(ticket_); }
+    ConnectionLimit::Ticket&& take_ticket() noexcept { return std::move(ticket_); }
 
 private:
     enum class Next
@@ -74,6 +75,7 @@ private:
     boost::asio::awaitable<bool> flush();
     boost::asio::awaitable<void> refuse(int status, std::string_view what, std::string_view advice = {});
     Next answer();
+    bool admit_client();
     void name_client(IncomingRequest& request);
     void read_forwarded(core::HeaderFields fields);
     std::string const& client() const noexcept { return client_.empty() ? peer_.address : client_; }
@@ -86,7 +88,7 @@ private:
     void set_deadline(Duration from_now);
 
     NetworkStream stream_;
-    AddressLimit::Ticket ticket_;
+    ConnectionLimit::Ticket ticket_;
     HttpConnectionContext const& context_;
     Peer peer_;
     // Of a request that a trusted proxy has passed on; else empty.

@@ -18,7 +18,7 @@ namespace webots_cloud {
 namespace {
 
 namespace asio = boost::asio;
-using adapters::AddressLimit;
+using adapters::ConnectionLimit;
 using adapters::HttpConnection;
 using adapters::HttpConnectionContext;
 using adapters::Peer;
@@ -53,7 +53,7 @@ struct Conversation
           channel(connection.take_stream(), context.params, context.statistics)
     {}
 
-    AddressLimit::Ticket ticket;
+    ConnectionLimit::Ticket ticket;
     WebSocketChannel channel;
 };
 
@@ -63,9 +63,9 @@ public:
     NetworkServer(asio::any_io_executor executor, HttpServerParams params, Endpoint& endpoint, Logger log)
         : executor_(std::move(executor)), params_(std::move(params)),
           log_(std::move(log)), proxies_(params_.trusted_proxies),
-          context_{params_, endpoint, log_, statistics_, proxies_}, endpoint_(endpoint),
-          acceptor_(executor_), sweeper_(executor_), addresses_(params_.connections_per_address),
-          tasks_(executor_)
+          limit_(params_.connections_per_address, statistics_, log_),
+          context_{params_, endpoint, log_, statistics_, proxies_, limit_}, endpoint_(endpoint),
+          acceptor_(executor_), sweeper_(executor_), tasks_(executor_)
     {}
 
     result<> listen() override;
@@ -83,10 +83,10 @@ private:
     asio::awaitable<void> stop();
     asio::awaitable<void> recover(boost::system::error_code failed);
     void admit(tcp::socket socket);
-    std::optional<AddressLimit::Ticket> admit_address(Peer const& peer);
     Conversations::iterator begin_conversation(HttpConnection& connection);
     void complain(std::string_view sentence);
     bool make_room();
+    bool cut_closing();
     void sweep();
     std::size_t open() const noexcept { return silent_.size() + active_.size() + conversations_.size(); }
 
@@ -95,12 +95,12 @@ private:
     Logger log_;
     HttpServerStatistics statistics_;
     core::TrustedProxies proxies_;
+    ConnectionLimit limit_;
     HttpConnectionContext context_;
     Endpoint& endpoint_;
     adapters::Acceptor acceptor_;
     std::optional<adapters::TlsCertificate> certificate_;
     asio::steady_timer sweeper_;
-    AddressLimit addresses_;
     Connections silent_; ///< Without a complete request so far: what makes room when descriptors run out.
     Connections active_;
     Conversations conversations_;
@@ -183,30 +183,18 @@ void NetworkServer::complain(std::string_view sentence)
     log_.error(sentence);
 }
 
-std::optional<AddressLimit::Ticket> NetworkServer::admit_address(Peer const& peer)
-{
-    AddressLimit::Ticket ticket;
-    auto const verdict = addresses_.admit(peer.quota_key, ticket);
-    if (verdict == AddressLimit::Verdict::admitted)
-        return ticket;
-    ++statistics_.refused_address;
-    if (verdict == AddressLimit::Verdict::refused_first)
-        log_.warning(concat("More than ", std::to_string(params_.connections_per_address),
-                            " connections from ", peer.quota_key, ": refused"));
-    return std::nullopt;
-}
-
 void NetworkServer::admit(tcp::socket socket)
 {
     ++statistics_.accepted;
     Peer peer(address_of(socket), proxies_);
-    auto ticket = admit_address(peer);
-    bool const has_room = open() < most_connections_ || make_room();
-    if (ticket && !has_room) {
+    ConnectionLimit::Ticket ticket;
+    bool const is_admitted = limit_.admit(peer.quota_key, ticket);
+    bool const has_room = is_admitted && (open() < most_connections_ || make_room());
+    if (is_admitted && !has_room) {
         ++statistics_.refused_no_room;
         complain("Connections are refused: there are as many as the limit of open files allows");
     }
-    if (!ticket || !has_room) {
+    if (!has_room) {
         adapters::NetworkStream stream(std::move(socket), nullptr);
         boost::system::error_code ignored;
         if (!certificate_)
@@ -216,7 +204,7 @@ void NetworkServer::admit(tcp::socket socket)
     }
     adapters::NetworkStream stream(std::move(socket), certificate_ ? certificate_->context() : nullptr);
     auto const connection =
-        silent_.emplace(silent_.end(), std::move(stream), std::move(peer), std::move(*ticket), context_);
+        silent_.emplace(silent_.end(), std::move(stream), std::move(peer), std::move(ticket), context_);
     tasks_.spawn(serve(connection));
 }
 
@@ -257,7 +245,8 @@ asio::awaitable<void> NetworkServer::converse(Connections::iterator connection,
     return endpoint_.converse(std::move(info), conversation->channel);
 }
 
-/// Closes the oldest connection that has said nothing yet, or else one that waits between two requests.
+/// Closes the oldest connection that has said nothing yet, or else one that waits between two requests, or
+/// else for the answer to our close.
 bool NetworkServer::make_room()
 {
     auto victim =
@@ -266,10 +255,22 @@ bool NetworkServer::make_room()
         victim = std::find_if(active_.begin(), active_.end(),
                               [](HttpConnection const& c) { return c.is_idle() && !c.is_cut(); });
         if (victim == active_.end())
-            return false;
+            return cut_closing();
     }
     ++statistics_.made_room;
     victim->cut();
+    return true;
+}
+
+/// Gives up on the oldest WebSocket that we have closed and whose browser does not answer that.
+bool NetworkServer::cut_closing()
+{
+    auto const victim = std::find_if(conversations_.begin(), conversations_.end(),
+                                     [](Conversation const& c) { return c.channel.awaits_farewell(); });
+    if (victim == conversations_.end())
+        return false;
+    ++statistics_.made_room;
+    victim->channel.cut();
     return true;
 }
 

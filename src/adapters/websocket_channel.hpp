@@ -41,6 +41,9 @@ public:
     /// Gives up at once: the connection is cut, what was queued is lost.
     void cut();
 
+    /// Closed by us, but not by the browser yet.
+    bool awaits_farewell() const noexcept { return closing_ && !close_received_ && !lost_; }
+
     /// Pings, drops and gives up what is due: to be called about once a second.
     void check(TimePoint now);
 

@@ -150,6 +150,42 @@ BOOST_AUTO_TEST_CASE(a_trusted_proxy_says_for_whom_it_asks)
     BOOST_TEST(browser.read_to("\n").ends_with("I am 203.0.113.7, counted by [203.0.113.7]\n"));
 }
 
+// Issue 16, item 3.
+BOOST_AUTO_TEST_CASE(websockets_behind_a_proxy_are_counted_by_client)
+{
+    HttpServerParams params;
+    params.connections_per_address = 2;
+    RunningServer server(params);
+    auto const from = [](std::string const& client) {
+        return "X-Forwarded-For: 192.0.2." + std::to_string(client.size()) + ", " + client + "\r\n";
+    };
+    std::vector<std::optional<Client>> clients(6);
+    for (auto& client : clients)
+        client.emplace(server);
+    clients[0]->upgrade("/echo", from("203.0.113.7"));
+    clients[1]->upgrade("/echo", from("203.0.113.7"));
+    Client refused(server);
+    refused.ask_upgrade("/echo", "X-Forwarded-For: 198.51.100.1, 203.0.113.7\r\n");
+    auto const refusal = refused.read_to("moment.\r\n");
+    BOOST_TEST(refusal.starts_with("HTTP/1.1 429 Too Many Requests\r\n"), refusal);
+    BOOST_TEST(refusal.find("\r\nRetry-After: 5\r\n") != std::string::npos, refusal);
+    refused.say("GET /still-served HTTP/1.0\r\nX-Forwarded-For: 203.0.113.7\r\n\r\n");
+    BOOST_TEST(refused.read_all().ends_with("/still-served"), "a proxy's connection serves others too");
+    clients[2]->upgrade("/echo", from("203.0.113.8"));
+    clients[3]->upgrade("/echo", from("2001:db8::1"));
+    clients[4]->upgrade("/echo", from("2001:db8::ffff:1"));
+    Client neighbour(server);
+    neighbour.ask_upgrade("/echo", from("2001:db8::2"));
+    BOOST_TEST(neighbour.read_to("\r\n").starts_with("HTTP/1.1 429 "), "a /64 network is one client");
+    BOOST_TEST(server.statistics().refused_address == 2u);
+    clients[0].reset();
+    BOOST_TEST_REQUIRE(server.eventually_counts(&HttpServerStatistics::websockets, 4));
+    clients[5]->upgrade("/echo", from("203.0.113.7"));
+    std::vector<std::optional<Client>> own(5); // of the proxy itself
+    for (auto& client : own)
+        client.emplace(server).upgrade("/echo");
+}
+
 BOOST_AUTO_TEST_CASE(what_others_claim_is_not_believed)
 {
     HttpServerParams params;

@@ -1,0 +1,104 @@
+// How many of something each client has.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <unordered_map>
+#include <utility>
+
+namespace webots_cloud::core {
+
+/// Counts what clients hold, by their quota keys, and refuses what is over a limit.   Lifetime: must outlive
+/// its tickets.
+class ClientLimit
+{
+    struct Entry
+    {
+        std::size_t held = 0;
+        bool told = false;
+    };
+    using Entries = std::unordered_map<std::string, Entry>;
+
+public:
+    /// 0: no limit.
+    explicit ClientLimit(std::size_t most = 0) : most_(most) {}
+    ClientLimit(ClientLimit const&) = delete;
+    ClientLimit& operator=(ClientLimit const&) = delete;
+
+    /// The right to one, given back when it is destroyed.
+    class Ticket
+    {
+    public:
+        Ticket() = default; ///< For what is not counted.
+        Ticket(Ticket&& other) noexcept
+            : limit_(std::exchange(other.limit_, nullptr)), entry_(std::exchange(other.entry_, nullptr))
+        {}
+        Ticket& operator=(Ticket&& other) noexcept
+        {
+            if (this != &other) {
+                release();
+                limit_ = std::exchange(other.limit_, nullptr);
+                entry_ = std::exchange(other.entry_, nullptr);
+            }
+            return *this;
+        }
+        ~Ticket() { release(); }
+
+        /// Gives the right back now.
+        void release()
+        {
+            if (auto* const entry = std::exchange(entry_, nullptr))
+                limit_->give_back(*entry);
+        }
+
+    private:
+        friend ClientLimit;
+        Ticket(ClientLimit& limit, Entries::value_type& entry) : limit_(&limit), entry_(&entry) {}
+
+        ClientLimit* limit_ = nullptr;
+        Entries::value_type* entry_ = nullptr;
+    };
+
+    enum class Verdict
+    {
+        admitted,
+        refused_first, ///< The first refusal since the client had nothing: worth a line in the log.
+        refused
+    };
+
+    /// `ticket` is replaced when the client is admitted. The empty key is nobody's: it is not counted.
+    Verdict admit(std::string const& key, Ticket& ticket)
+    {
+        if (key.empty()) {
+            ticket = Ticket();
+            return Verdict::admitted;
+        }
+        auto& entry = *entries_.try_emplace(key).first;
+        if (most_ > 0 && entry.second.held >= most_)
+            return std::exchange(entry.second.told, true) ? Verdict::refused : Verdict::refused_first;
+        ++entry.second.held;
+        ticket = Ticket(*this, entry);
+        return Verdict::admitted;
+    }
+
+    std::size_t most() const noexcept { return most_; }
+
+    /// Who has more keeps it.
+    void set_most(std::size_t most) noexcept { most_ = most; }
+
+    /// Clients that have something.
+    std::size_t clients() const noexcept { return entries_.size(); }
+
+private:
+    void give_back(Entries::value_type const& entry)
+    {
+        auto const found = entries_.find(entry.first);
+        if (--found->second.held == 0)
+            entries_.erase(found);
+    }
+
+    std::size_t most_;
+    Entries entries_; // whose elements stay where they are
+};
+
+} // namespace webots_cloud::core
