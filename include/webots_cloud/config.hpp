@@ -131,6 +131,8 @@ struct SimulationConfig
     std::string multimedia_server; ///< `multimediaServer`: of Janus, for Webots R2021b and older.
     std::string multimedia_stream; ///< `multimediaStream`: where Janus takes the stream, `<host>:<port>`.
     int max_connections = 100;        ///< `maxConnections`; not more than there are ports after `port`.
+    /// `simulationsPerAddress`: of `max_connections`, how many a client may have; 0: all. Default: three quarters.
+    int simulations_per_address = 75;
     Duration timeout = std::chrono::hours(2);         ///< `timeout`, in seconds; less than 360 counts as 7200.
     Duration start_timeout = std::chrono::minutes(5); ///< `startTimeout`, in seconds.
     Duration reconnect_grace{};       ///< `reconnectGrace`, in seconds: how long a lost browser may return.

@@ -12,6 +12,7 @@
 
 #include <boost/asio/awaitable.hpp>
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -31,10 +32,16 @@ struct SimulationServiceParams
     std::vector<std::string> allowed_repositories; ///< URL prefixes always accepted.
     std::vector<std::string> blocked_repositories; ///< URL prefixes refused when idle time is shared.
     double share_idle_time = 50; ///< Percent: the highest load at which other repositories are accepted; 0: never.
+    /// Simulations that a client may have, from start to end: `IncomingRequest::quota_key` says who is one. 0: any number.
+    std::size_t simulations_per_address = 0;
     bool docker = false;         ///< Simulations run in containers.
     bool strict_load = true;     ///< The load formula: strict, or the one of the Python reference.
     /// From the opening of a socket to its `start`. Default 30 s: an open page that starts nothing costs nothing.
     Duration handshake_timeout = std::chrono::seconds(30);
+    /// Sockets that are open and have not started anything yet: of one client, and of all. One more, and the oldest is
+    /// closed. Browsers ask for their start within a round trip, so that this is far more than they need.
+    std::size_t waiting_per_address = 64;
+    std::size_t most_waiting = 256;
     /// How long a simulation waits for a browser that lost its connection. Default 0: it ends at once.
     Duration reconnect_grace{};
     /// Makes the tokens by which browsers return: words that nobody guesses. Wanted with a grace only.
@@ -62,7 +69,8 @@ public:
                       HostMetrics& metrics, Clock& clock, Logger log);
     ~SimulationService() override;
 
-    /// Takes the repositories, the shared idle time, title and description of `params`; simulations that run go on.
+    /// Takes the repositories, the shared idle time, `simulations_per_address`, title and description of `params`;
+    /// simulations that run go on.
     void set_policy(SimulationServiceParams const& params);
 
     /// Takes no new simulations from now on, and says so; with `exit_when_empty`, `run()` succeeds when the last has ended.

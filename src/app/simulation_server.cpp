@@ -195,6 +195,7 @@ SimulationServiceParams service_params(SimulationConfig const& config, std::stri
     params.allowed_repositories = config.allowed_repositories;
     params.blocked_repositories = config.blocked_repositories;
     params.share_idle_time = config.share_idle_time;
+    params.simulations_per_address = static_cast<std::size_t>(config.simulations_per_address);
     params.notify = config.notify;
     params.docker = config.docker;
     params.strict_load = config.strict_load;

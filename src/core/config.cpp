@@ -297,6 +297,13 @@ void limit_connections(SimulationConfig& config, fs::path const& origin, std::ve
     config.max_connections = room;
 }
 
+/// Unless the operator has said it: a class behind one address has room, and leaves some to others.
+void share_connections(ConfigReader const& reader, SimulationConfig& config)
+{
+    if (!reader.has("simulationsPerAddress"))
+        config.simulations_per_address = (3 * config.max_connections + 3) / 4;
+}
+
 /// Repositories that are on none of the forges have no effect.
 void warn_of_foreign(std::string_view key, std::vector<std::string> const& repositories,
                      SimulationConfig const& config, fs::path const& origin,
@@ -421,6 +428,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
         reader->refuse(
             "maxConnections",
             "at most 499 with \"docker\", since the port of an editor is 500 above that of its simulation");
+    reader->read_integer("simulationsPerAddress", config.simulations_per_address, 0, 10'000);
     read_seconds(*reader, "timeout", config.timeout, 0);
     read_seconds(*reader, "startTimeout", config.start_timeout, 1);
     read_seconds(*reader, "reconnectGrace", config.reconnect_grace, 0);
@@ -447,6 +455,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
             concat(origin.string(), ": key \"server\" is missing: browsers are sent to \"localhost\", which "
                                     "is right only on this machine"));
     limit_connections(config, origin, configured.warnings);
+    share_connections(*reader, config);
     warn_of_plain_simulators(config, origin, configured.warnings);
     warn_of_trust_in_everybody(config.network, origin, configured.warnings);
     warn_of_foreign("allowedRepositories", config.allowed_repositories, config, origin, configured.warnings);

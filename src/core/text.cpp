@@ -157,6 +157,11 @@ bool is_utf8(std::string_view text) noexcept
     return true;
 }
 
+std::string of_client(std::string_view address)
+{
+    return address.empty() ? std::string() : concat(" (", address, ")");
+}
+
 std::string python_float(double value)
 {
     char buffer[64];

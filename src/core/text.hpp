@@ -36,6 +36,9 @@ std::string printable(std::string_view text, std::size_t limit = 512);
 /// True when `text` is well-formed UTF-8 (no surrogates, no overlong forms).
 bool is_utf8(std::string_view text) noexcept;
 
+/// ` (203.0.113.7)`, for the end of a line of the log; nothing for nobody.
+std::string of_client(std::string_view address);
+
 /// A number as Python prints a float: the shortest digits that read back the same, `7.875`, `0.0`, `1e+16`.
 std::string python_float(double value);
 

@@ -341,7 +341,9 @@ asio::awaitable<void> SessionService::converse(ChannelInfo info, Channel& channe
         return impl_->feed.serve(impl_->monitor_snapshot(), channel);
     if (info.path == "/session")
         return impl_->say_place(channel);
-    return impl_->show_availability(concat("[", core::printable(info.host, 100), "] "), channel);
+    auto name = concat("[", core::printable(info.host, 100), "] ");
+    impl_->log.info(concat(name, "New client", core::of_client(info.client)));
+    return impl_->show_availability(std::move(name), channel);
 }
 
 asio::awaitable<void> SessionService::Impl::say_place(Channel& channel)
@@ -354,7 +356,6 @@ asio::awaitable<void> SessionService::Impl::say_place(Channel& channel)
 /// `name`: of the browser, for the log.
 asio::awaitable<void> SessionService::Impl::show_availability(std::string name, Channel& channel)
 {
-    log.info(concat(name, "New client"));
     browsers.insert(&channel);
     (void)channel.send(available ? "1" : "0");
     for (;;) {

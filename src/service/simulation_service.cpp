@@ -5,12 +5,14 @@
 #include "../core/http_pages.hpp"
 #include "../core/monitor_sample.hpp"
 #include "../core/text.hpp"
+#include "../core/waiting_clients.hpp"
 #include "operator_endpoints.hpp"
 #include "simulation_session.hpp"
 
 #include <boost/asio/this_coro.hpp>
 
 #include <algorithm>
+#include <unordered_map>
 #include <variant>
 
 namespace webots_cloud {
@@ -30,7 +32,8 @@ struct SimulationService::Impl
     Impl(SimulationServiceParams parameters, ProjectFetcher& projects, SimulationLauncher& simulators,
          HostMetrics& metrics, Clock& clock, Logger logger)
         : params(std::move(parameters)), surroundings(projects, simulators, clock, std::move(logger)),
-          operators(params, surroundings, sessions, metrics)
+          operators(params, surroundings, sessions, metrics),
+          waiting(params.most_waiting, params.waiting_per_address)
     {
         set_policy();
         surroundings.simulation_logs = params.simulation_logs;
@@ -43,8 +46,11 @@ struct SimulationService::Impl
 
     void set_policy();
     void stop();
+    void let_wait(std::uint64_t id, std::string const& quota_key, Channel& channel);
+    void end_wait(std::uint64_t id);
     asio::awaitable<Opening> await_opening(std::uint64_t id, Channel& channel);
-    asio::awaitable<void> simulate(std::uint64_t id, core::SimulationRequest request, Channel& channel);
+    asio::awaitable<void> simulate(std::uint64_t id, std::string quota_key, core::SimulationRequest request,
+                                   Channel& channel);
     asio::awaitable<void> reconnect(std::uint64_t id, std::string token, Channel& channel);
     std::shared_ptr<SimulationSession> find_session(std::string_view token) const;
 
@@ -54,6 +60,8 @@ struct SimulationService::Impl
     OperatorEndpoints operators;
     std::uint64_t last_id = 0;
     std::size_t clients = 0; ///< Browsers on /client, with and without a simulation.
+    core::WaitingClients waiting; ///< Those of them that have not said what they want.
+    std::unordered_map<std::uint64_t, Channel*> waiting_channels;
 };
 
 SimulationService::SimulationService(SimulationServiceParams params, ProjectFetcher& fetcher,
@@ -84,6 +92,7 @@ void SimulationService::set_policy(SimulationServiceParams const& params)
     impl_->params.allowed_repositories = params.allowed_repositories;
     impl_->params.blocked_repositories = params.blocked_repositories;
     impl_->params.share_idle_time = params.share_idle_time;
+    impl_->params.simulations_per_address = params.simulations_per_address;
     impl_->params.title = params.title;
     impl_->params.description = params.description;
     impl_->set_policy();
@@ -95,6 +104,7 @@ void SimulationService::Impl::set_policy()
     surroundings.policy.blocked = params.blocked_repositories;
     surroundings.policy.share_idle_time = params.share_idle_time;
     surroundings.policy.docker = params.docker;
+    surroundings.places_of_clients.set_most(params.simulations_per_address);
 }
 
 asio::awaitable<result<>> SimulationService::run()
@@ -134,10 +144,12 @@ asio::awaitable<void> SimulationService::converse(ChannelInfo info, Channel& cha
     ++impl_->clients;
     auto const id = ++impl_->last_id;
     auto const name = concat("[", std::to_string(id), "] ");
-    impl_->surroundings.log.info(concat(name, "New client"));
+    impl_->surroundings.log.info(concat(name, "New client", core::of_client(info.client)));
+    impl_->let_wait(id, info.quota_key, channel);
     auto opening = co_await impl_->await_opening(id, channel);
+    impl_->end_wait(id);
     if (auto* request = std::get_if<core::SimulationRequest>(&opening))
-        co_await impl_->simulate(id, std::move(*request), channel);
+        co_await impl_->simulate(id, std::move(info.quota_key), std::move(*request), channel);
     else if (auto const* reconnect = std::get_if<core::ReconnectMessage>(&opening))
         co_await impl_->reconnect(id, reconnect->token, channel);
     --impl_->clients;
@@ -154,6 +166,31 @@ void SimulationService::Impl::stop()
     surroundings.stopping = true;
     for (auto const& [id, session] : sessions)
         session->server_stops();
+}
+
+/// Nobody is kept out by those that are idle: the oldest of them makes room.
+void SimulationService::Impl::let_wait(std::uint64_t id, std::string const& quota_key, Channel& channel)
+{
+    auto const gone = waiting.enter(id, quota_key);
+    waiting_channels.emplace(id, &channel);
+    if (!gone)
+        return;
+    if (surroundings.limit_lines.take(surroundings.clock.now()))
+        surroundings.log.warning(
+            concat("More than ", std::to_string(params.most_waiting), " connections, or ",
+                   std::to_string(params.waiting_per_address), " of one address, start nothing: [",
+                   std::to_string(*gone), "] makes room for one of ", quota_key.empty() ? "a proxy" : quota_key));
+    auto* const oldest = waiting_channels.at(*gone);
+    waiting_channels.erase(*gone);
+    (void)oldest->send(
+        core::error_message("Too many connections wait here for their start: please start again."));
+    oldest->close();
+}
+
+void SimulationService::Impl::end_wait(std::uint64_t id)
+{
+    waiting.leave(id);
+    waiting_channels.erase(id);
 }
 
 asio::awaitable<Opening> SimulationService::Impl::await_opening(std::uint64_t id, Channel& channel)
@@ -184,11 +221,12 @@ asio::awaitable<Opening> SimulationService::Impl::await_opening(std::uint64_t id
     }
 }
 
-asio::awaitable<void> SimulationService::Impl::simulate(std::uint64_t id, core::SimulationRequest request,
-                                                        Channel& channel)
+asio::awaitable<void> SimulationService::Impl::simulate(std::uint64_t id, std::string quota_key,
+                                                        core::SimulationRequest request, Channel& channel)
 {
     auto const executor = co_await asio::this_coro::executor;
-    auto const session = std::make_shared<SimulationSession>(surroundings, executor, id, std::move(request));
+    auto const session = std::make_shared<SimulationSession>(surroundings, executor, id, std::move(quota_key),
+                                                             std::move(request));
     sessions.emplace(id, session);
     co_await session->run(channel);
     if (session->is_over())

@@ -57,9 +57,10 @@ public:
 } // namespace
 
 SimulationSession::SimulationSession(SessionSurroundings& surroundings, asio::any_io_executor const& executor,
-                                     std::uint64_t id, core::SimulationRequest request)
-    : surroundings_(surroundings), id_(id), request_(std::move(request)), since_(surroundings.clock.now()),
-      stage_began_(since_), something_changed_(executor), released_(executor)
+                                     std::uint64_t id, std::string quota_key, core::SimulationRequest request)
+    : surroundings_(surroundings), id_(id), quota_key_(std::move(quota_key)), request_(std::move(request)),
+      since_(surroundings.clock.now()), stage_began_(since_), something_changed_(executor),
+      released_(executor)
 {}
 
 std::string SimulationSession::name() const
@@ -295,9 +296,30 @@ result<> SimulationSession::admit()
     auto const most = surroundings_.launcher.params().most_simulations;
     if (surroundings_.places_taken >= most)
         return core::too_many_simulations(most);
+    if (auto const admitted = admit_client(); !admitted)
+        return admitted;
     ++surroundings_.places_taken;
     has_place_ = true;
     return {};
+}
+
+/// Whether the client may have one more, which it then has.
+result<> SimulationSession::admit_client()
+{
+    auto& places = surroundings_.places_of_clients;
+    auto const verdict = places.admit(quota_key_, place_of_client_);
+    if (verdict == core::ClientLimit::Verdict::admitted)
+        return {};
+    auto const most = std::to_string(places.most());
+    if (verdict == core::ClientLimit::Verdict::refused_first &&
+        surroundings_.limit_lines.take(surroundings_.clock.now()))
+        surroundings_.log.warning(concat("More than ", most, " simulations of ", quota_key_,
+                                         " are refused: see \"simulationsPerAddress\", and \"trustedProxies\" if "
+                                         "that is a proxy"));
+    return Failure(errc::refused,
+                   concat("Your network has ", most, " simulations on this server already, and may not have more. "
+                          "Please end one of them, or try again later. The administrator of the server can "
+                          "raise \"simulationsPerAddress\"."));
 }
 
 asio::awaitable<result<Project>> SimulationSession::fetch_requested(std::shared_ptr<FetchProgress> progress)
@@ -459,6 +481,7 @@ asio::awaitable<void> SimulationSession::clean_up()
     }
     if (has_place_)
         --surroundings_.places_taken;
+    place_of_client_.release();
     output_.reset();
     if (project_) {
         auto project = std::move(*project_);

@@ -2,7 +2,9 @@
 #pragma once
 
 #include "../async/wakeup.hpp"
+#include "../core/client_limit.hpp"
 #include "../core/client_protocol.hpp"
+#include "../core/line_budget.hpp"
 #include "../core/repository_policy.hpp"
 #include "../core/simulation_board.hpp"
 #include "../core/start_figures.hpp"
@@ -44,6 +46,8 @@ struct SessionSurroundings
     double load = 0;                        ///< Of this machine at the last look, in percent.
     bool draining = false;                  ///< No new simulation is taken.
     int places_taken = 0;                   ///< Simulations that are started, run or are ended.
+    core::ClientLimit places_of_clients;    ///< The same of each client.
+    core::LineBudget limit_lines{10, 1.0 / 6}; ///< Of the log, about clients over a limit.
     core::StartFigures starts;
 };
 
@@ -63,7 +67,7 @@ public:
     };
 
     SimulationSession(SessionSurroundings& surroundings, boost::asio::any_io_executor const& executor,
-                      std::uint64_t id, core::SimulationRequest request);
+                      std::uint64_t id, std::string quota_key, core::SimulationRequest request);
 
     /// Fetches, launches and relays until the browser leaves or the simulation ends, then cleans up. Once
     /// only.
@@ -119,6 +123,7 @@ private:
     void announce(Channel& channel);
     result<> check_policy() const;
     result<> admit();
+    result<> admit_client();
     void open_output(LaunchSpec& spec);
     void refuse(Channel& channel, Failure const& failure);
     void tell(Channel& channel, std::string_view error);
@@ -127,6 +132,7 @@ private:
 
     SessionSurroundings& surroundings_;
     std::uint64_t id_;
+    std::string quota_key_; ///< Of the client that started it, also when it returns from elsewhere.
     core::SimulationRequest request_;
     State state_ = State::fetching;
     Channel* channel_ = nullptr; ///< Of the browser, while `run` talks with it.
@@ -134,6 +140,7 @@ private:
     TimePoint stage_began_;
     bool start_over_ = false; ///< It got ready, or it failed.
     bool has_place_ = false;  ///< One of those that this machine has for simulations.
+    core::ClientLimit::Ticket place_of_client_; ///< The same of those that the client may have.
     std::optional<Project> project_;
     std::unique_ptr<SimulationLog> output_; ///< Outlives the simulation, which writes to it.
     std::unique_ptr<Simulation> simulation_;

@@ -53,7 +53,7 @@ BOOST_AUTO_TEST_CASE(a_simulation_server_takes_over_its_policy_and_texts)
 {
     auto const next = simulation(
         R"({"allowedRepositories":["https://a"],"blockedRepositories":["https://b"],"shareIdleTime":1,
-        "title":"t","description":"d"})");
+        "simulationsPerAddress":3,"title":"t","description":"d"})");
     BOOST_TEST(keys_for_restart(SimulationConfig(), next).empty());
 }
 

@@ -377,6 +377,8 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
         {R"("loadFormula":"reference")", [](auto const& c) { return !c.strict_load; }},
         {R"("cacheSize":1)", [](auto const& c) { return c.cache_bytes == std::uint64_t{1} << 30; }},
         {R"("connectionsPerAddress":3)", [](auto const& c) { return c.network.connections_per_address == 3; }},
+        {R"("simulationsPerAddress":7)", [](auto const& c) { return c.simulations_per_address == 7; }},
+        {R"("simulationsPerAddress":0)", [](auto const& c) { return c.simulations_per_address == 0; }},
         {R"("trustedProxies":["10.0.0.0/8"])",
          [](auto const& c) { return c.network.trusted_proxies == std::vector<std::string>{"10.0.0.0/8"}; }},
     };
@@ -410,6 +412,20 @@ BOOST_AUTO_TEST_CASE(trusted_proxies_are_addresses_and_networks)
                "\"127.0.0.1\", \"10.0.0.0/8\" or \"::1\", found the string \"10.0.0.1/8\"");
     for (auto const* bad : {R"("127.0.0.1")", "[5]", R"(["localhost"])", R"(["10.0.0.0/33"])", R"([""])", R"(["127.0.0.1:80"])"})
         BOOST_TEST(!parse(bad), bad);
+}
+
+BOOST_AUTO_TEST_CASE(an_address_may_have_three_quarters_of_the_simulations_unless_the_operator_says_otherwise)
+{
+    auto const share = [](std::string_view text) { return parse_simulation_config(text, "c.json")->config.simulations_per_address; };
+    BOOST_TEST(share("{}") == 75);
+    BOOST_TEST(SimulationConfig().simulations_per_address == 75);
+    BOOST_TEST(share(R"({"maxConnections":20})") == 15);
+    BOOST_TEST(share(R"({"maxConnections":3})") == 3);
+    BOOST_TEST(share(R"({"maxConnections":1})") == 1);
+    BOOST_TEST(share(R"({"maxConnections":100,"port":65515})") == 15, "of what there are ports for");
+    BOOST_TEST(share(R"({"maxConnections":20,"simulationsPerAddress":20})") == 20);
+    for (auto const* bad : {"-1", "10001", "1.5", "\"5\"", "null"})
+        BOOST_TEST(!parse_simulation_config(R"({"simulationsPerAddress":)" + std::string(bad) + "}", "c.json"), bad);
 }
 
 BOOST_AUTO_TEST_CASE(trust_in_everybody_is_warned_of)

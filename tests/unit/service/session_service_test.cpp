@@ -64,6 +64,7 @@ struct Fixture
         ChannelInfo info;
         info.path = std::move(path);
         info.host = "localhost:1999";
+        info.client = "203.0.113.7";
         tasks.spawn(service.converse(std::move(info), browser));
         world.settle();
     }
@@ -264,7 +265,7 @@ BOOST_AUTO_TEST_CASE(what_a_browser_says_is_logged_safely_and_ignored)
     fixture.connect(browser);
     browser.browser_says("hello\nfaked line");
     fixture.world.settle();
-    BOOST_TEST(fixture.log.contains("[localhost:1999] New client"));
+    BOOST_TEST(fixture.log.contains("[localhost:1999] New client (203.0.113.7)"));
     BOOST_TEST(fixture.log.contains("[localhost:1999] Ignored client message: hello\\x0afaked line"));
     browser.browser_leaves();
     fixture.world.settle();

@@ -1,0 +1,57 @@
+// Who has connected and not said yet what for.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <map>
+#include <optional>
+#include <string>
+
+namespace webots_cloud::core {
+
+/// A bounded list: who comes last is always let in, and who has waited longest makes room. To refuse
+/// newcomers instead would let idle connections lock everybody out for as long as they may be idle.
+class WaitingClients
+{
+public:
+    WaitingClients(std::size_t most, std::size_t most_of_a_client)
+        : most_(most), most_of_a_client_(most_of_a_client)
+    {}
+
+    /// Adds `id`, which must be higher than all before. Who must go for it, if anybody: the first of the same
+    /// client, when that has too many, else the first of all. The empty key is no client.
+    std::optional<std::uint64_t> enter(std::uint64_t id, std::string const& quota_key)
+    {
+        std::size_t own = 1;
+        auto victim = waiting_.begin();
+        for (auto one = waiting_.rbegin(); one != waiting_.rend() && !quota_key.empty(); ++one) {
+            own += one->second == quota_key ? 1 : 0;
+            if (own > most_of_a_client_) {
+                victim = std::prev(one.base());
+                break;
+            }
+        }
+        bool const is_full = own > most_of_a_client_ || waiting_.size() >= most_;
+        std::optional<std::uint64_t> gone;
+        if (is_full && victim != waiting_.end()) {
+            gone = victim->first;
+            waiting_.erase(victim);
+        }
+        waiting_.emplace(id, quota_key);
+        return gone;
+    }
+
+    /// `id` need not be there any more.
+    void leave(std::uint64_t id) { waiting_.erase(id); }
+
+    std::size_t size() const noexcept { return waiting_.size(); }
+
+private:
+    std::size_t most_;
+    std::size_t most_of_a_client_;
+    std::map<std::uint64_t, std::string>
+        waiting_; // some hundreds: to look at all of them costs a microsecond
+};
+
+} // namespace webots_cloud::core
