@@ -311,8 +311,7 @@ void warn_of_foreign(std::string_view key, std::vector<std::string> const& repos
 {
     for (auto const& repository : repositories) {
         auto const is_there = [&repository](ForgeConfig const& forge) {
-            return core::covers(forge.url, repository, forge.url) ||
-                   core::covers(repository, forge.url, forge.url);
+            return core::is_on_forge(repository, forge.url);
         };
         if (std::none_of(config.forges.begin(), config.forges.end(), is_there))
             warnings.push_back(

@@ -1,5 +1,6 @@
 #include <webots_cloud/project_ref.hpp>
 
+#include "repository_policy.hpp"
 #include "text.hpp"
 
 #include <webots_cloud/transport/http.hpp>
@@ -90,7 +91,7 @@ result<ProjectRef> parse_world_url(std::string_view url, std::vector<std::string
     project.world = parts.back();
     if (!is_forge_name(project.owner))
         return bad_part("name of an owner", project.owner);
-    if (!is_forge_name(project.repository) || project.repository.ends_with(".git"))
+    if (!is_forge_name(project.repository) || core::without_dot_git(project.repository) != project.repository)
         return bad_part("name of a repository", project.repository);
     for (std::size_t i = 3; i < parts.size(); ++i)
         if (!is_path_segment(parts[i]))
