@@ -10,8 +10,9 @@
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/core/read_size.hpp>
 #include <boost/beast/core/tcp_stream.hpp>
-#include <boost/beast/http/read.hpp>
+#include <boost/beast/http/parser.hpp>
 #include <boost/beast/http/string_body.hpp>
 #include <boost/beast/ssl/ssl_stream.hpp>
 #include <boost/url/parse.hpp>
@@ -37,6 +38,17 @@ using core::concat;
 constexpr std::size_t most_idle = 16 * 1024;
 
 constexpr std::size_t usual_request = 256; // bytes, without its body
+
+// Of an answer, before the parser has taken them: headers, trailers, and the line before a chunk, which must be
+// there as a whole. The parser looks through all of it again whenever more has come.
+constexpr std::size_t most_unparsed = 16 * 1024;
+
+// Of an answer altogether: what surrounds the chunks of a body may be as long as the body, and headers as
+// trailers as long as can be parsed.
+constexpr std::size_t most_of_answer(std::size_t body_limit) noexcept
+{
+    return 2 * (body_limit + most_unparsed);
+}
 
 constexpr std::uint16_t http_port = 80;
 constexpr std::uint16_t https_port = 443;
@@ -108,12 +120,16 @@ private:
         return beast::get_lowest_layer(std::get<Encrypted>(stream_));
     }
     asio::awaitable<result<>> encrypt(Encrypted& stream, std::string const& host);
+    using Parser = http::response_parser<http::string_body>;
+
+    beast::error_code parse(Parser& parser);
+    static beast::error_code end(Parser& parser, beast::error_code why);
     template<class Stream>
     asio::awaitable<result<HttpResponse>> exchange_on(Stream& stream, std::string request,
                                                       std::size_t body_limit);
 
     std::variant<std::monostate, Plain, Encrypted> stream_;
-    beast::flat_buffer buffer_;
+    beast::flat_buffer buffer_{most_unparsed};
     bool reusable_ = false;
     bool answered_ = false;
 };
@@ -143,7 +159,8 @@ Failure explain(beast::error_code error)
         return Failure(errc::timed_out);
     if (error == asio::error::operation_aborted)
         return Failure(error);
-    if (error == http::error::body_limit || error == http::error::header_limit)
+    if (error == http::error::body_limit || error == http::error::header_limit ||
+        error == http::error::buffer_overflow)
         return Failure(errc::too_large, "the answer is too large");
     if (error.category() == http::make_error_code(http::error::end_of_stream).category())
         return Failure(errc::protocol_error, concat("no HTTP answer: ", error.message()));
@@ -187,6 +204,32 @@ asio::awaitable<result<HttpResponse>> Connection::exchange(std::string request, 
     return exchange_on(std::get<Encrypted>(stream_), std::move(request), body_limit);
 }
 
+/// Takes what has come.
+beast::error_code Connection::parse(Parser& parser)
+{
+    beast::error_code failed;
+    std::size_t used = 1;
+    while (!failed && used > 0 && buffer_.size() > 0 && !parser.is_done()) {
+        used = parser.put(buffer_.data(), failed);
+        buffer_.consume(used);
+    }
+    if (failed == http::error::need_more)
+        failed = {};
+    return failed;
+}
+
+/// Nothing more comes: that may be how the answer ends.
+beast::error_code Connection::end(Parser& parser, beast::error_code why)
+{
+    if (why != asio::error::eof)
+        return why;
+    if (!parser.got_some())
+        return http::error::end_of_stream;
+    beast::error_code failed;
+    parser.put_eof(failed);
+    return failed;
+}
+
 template<class Stream>
 asio::awaitable<result<HttpResponse>> Connection::exchange_on(Stream& stream, std::string request,
                                                               std::size_t body_limit)
@@ -202,13 +245,26 @@ asio::awaitable<result<HttpResponse>> Connection::exchange_on(Stream& stream, st
         if (error)
             co_return explain(error);
     }
-    http::response_parser<http::string_body> parser;
+    Parser parser;
     parser.body_limit(body_limit);
-    auto const [read_error, read] =
-        co_await http::async_read(stream, buffer_, parser, asio::as_tuple(asio::use_awaitable));
-    answered_ = parser.got_some();
-    if (read_error)
-        co_return explain(read_error);
+    parser.eager(true);
+    std::size_t received = 0;
+    while (!parser.is_done()) {
+        // Not through http::async_read: its limits know nothing of what surrounds the chunks.
+        auto const room = buffer_.prepare(beast::read_size(buffer_, most_unparsed));
+        if (room.size() == 0)
+            co_return explain(http::error::buffer_overflow);
+        auto const [read_error, read] =
+            co_await stream.async_read_some(room, asio::as_tuple(asio::use_awaitable));
+        buffer_.commit(read);
+        received += read;
+        auto const parse_error = read_error ? end(parser, read_error) : parse(parser);
+        answered_ = parser.got_some();
+        if (parse_error)
+            co_return explain(parse_error);
+        if (received > most_of_answer(body_limit))
+            co_return explain(http::error::body_limit);
+    }
     reusable_ = parser.keep_alive() && buffer_.size() == 0;
     co_return to_response(parser.release());
 }
