@@ -29,6 +29,7 @@ struct Exchange
     CurlLimits const& limits;
     CURL* curl = nullptr;
     std::uint64_t received = 0;
+    std::uint64_t header_bytes = 0;
     bool heard_enough = false; ///< Of an answer whose status says it all.
     result<> outcome{};
 
@@ -59,6 +60,19 @@ std::size_t on_body(char* bytes, std::size_t, std::size_t count, void* user)
     else if (!exchange.must_stop())
         exchange.outcome = exchange.request.sink(std::string_view(bytes, count));
     return exchange.outcome ? count : 0;
+}
+
+/// libcurl keeps every line of headers and trailers until the next request, and has no limit of its own for
+/// trailers; interim answers (1xx) come here too.
+std::size_t on_header(char*, std::size_t, std::size_t count, void* user)
+{
+    auto& exchange = *static_cast<Exchange*>(user);
+    exchange.header_bytes += count;
+    if (exchange.header_bytes > exchange.limits.header_bytes)
+        exchange.outcome =
+            Failure(errc::too_large, concat("the answer of ", exchange.request.peer, " has more than ",
+                                            std::to_string(exchange.limits.header_bytes >> 10), " kB of headers"));
+    return exchange.outcome && !exchange.must_stop() ? count : 0;
 }
 
 int on_progress(void* user, curl_off_t, curl_off_t, curl_off_t, curl_off_t)
@@ -141,6 +155,8 @@ result<int> CurlHttp::Handle::send(CurlRequest const& request, CurlLimits const&
     Exchange exchange{.request = request, .limits = limits, .curl = curl_};
     curl_easy_setopt(curl_, CURLOPT_WRITEFUNCTION, on_body);
     curl_easy_setopt(curl_, CURLOPT_WRITEDATA, &exchange);
+    curl_easy_setopt(curl_, CURLOPT_HEADERFUNCTION, on_header);
+    curl_easy_setopt(curl_, CURLOPT_HEADERDATA, &exchange);
     curl_easy_setopt(curl_, CURLOPT_NOPROGRESS, 0L);
     curl_easy_setopt(curl_, CURLOPT_XFERINFOFUNCTION, on_progress);
     curl_easy_setopt(curl_, CURLOPT_XFERINFODATA, &exchange);
