@@ -30,6 +30,8 @@ def docker_project():
                                 (b"a\nX=1.wbt", b"#VRML_SIM", b"dockerCompose:theia\n"),
                                 (b"$(id).wbt", b"p", b"p-webots-1  | .\nwebots_1 | a\ncontroller-1 | b\nwebots-1 exited with code 0\nFROM a \\\n AS b\n")):
         yield bytes((len(world),)) + world + bytes((len(header),)) + header + text
+    yield b"\0\0dockerCompose:theia:a..b/"  # an ordinary name, though it has two dots
+    yield b"\0\0dockerCompose:theia:a/../b/"
 
 
 def client_message():
