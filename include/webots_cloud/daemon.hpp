@@ -71,6 +71,10 @@ std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* c
 int ask_running_server(Program const& program, OperatorCommand const& command, std::uint16_t port,
                        AccessConfig const& access);
 
+/// A sentence as a terminal may get it: in one line, and without what would steer it, whatever files and
+/// arguments are called.
+std::string terminal_text(std::string_view sentence);
+
 /// The contents of the configuration file.   Errors: `invalid_config`, naming the file and the reason.
 result<std::string> read_config_file(std::filesystem::path const& path);
 
@@ -111,13 +115,13 @@ std::pair<std::optional<Config>, int> load_config(Program const& program, Argume
     auto configured = read_config(arguments, parse);
     auto const usable = configured ? check_files(*configured, arguments.config) : result<>(configured.error());
     if (!usable) {
-        std::cerr << program.name << ": " << usable.error().message() << std::endl;
+        std::cerr << program.name << ": " << terminal_text(usable.error().message()) << std::endl;
         return {std::nullopt, exit_usage};
     }
     for (auto const& warning : configured->warnings)
-        std::cerr << program.name << ": warning: " << warning << std::endl;
+        std::cerr << program.name << ": warning: " << terminal_text(warning) << std::endl;
     if (arguments.check_config) {
-        std::cout << arguments.config.string() << ": good" << std::endl;
+        std::cout << terminal_text(arguments.config.string()) << ": good" << std::endl;
         return {std::nullopt, exit_ok};
     }
     return {std::move(configured->config), exit_ok};

@@ -2,6 +2,7 @@
 #include "smtp_exchange.hpp"
 
 #include "../core/mail_message.hpp"
+#include "../core/text.hpp"
 
 #include <webots_cloud/adapters.hpp>
 
@@ -67,6 +68,8 @@ result<std::unique_ptr<Notifier>> make_smtp_notifier(SmtpParams params)
         return Failure(errc::invalid_argument, "the mail server is no host name");
     if (!core::is_mail_address(params.sender) || !core::is_mail_address(params.recipient))
         return Failure(errc::invalid_argument, "a mail address is no plain address");
+    if (!core::is_printable(params.user) || !core::is_printable(params.password))
+        return Failure(errc::invalid_argument, "the mail server's user or password has control characters");
     if (!core::is_mail_host(params.own_name))
         params.own_name = "localhost"; // it greets, no more
     auto const curl = CurlLibrary::load();

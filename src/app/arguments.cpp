@@ -1,3 +1,5 @@
+#include "../core/text.hpp"
+
 #include <webots_cloud/adapters.hpp>
 #include <webots_cloud/daemon.hpp>
 #include <webots_cloud/version.hpp>
@@ -54,7 +56,8 @@ std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* c
     try {
         options::store(options::command_line_parser(argc, argv).options(all).positional(positions).run(), given);
     } catch (options::error const& failure) {
-        std::cerr << program.name << ": " << failure.what() << ". See " << program.name << " --help.\n";
+        std::cerr << program.name << ": " << terminal_text(failure.what()) << ". See " << program.name
+                  << " --help.\n";
         return {std::nullopt, exit_usage};
     }
     if (given.count("help")) {
@@ -82,8 +85,8 @@ std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* c
     if (given.count("log-format"))
         arguments.log_format = given["log-format"].as<std::string>();
     if (!arguments.log_format.empty() && arguments.log_format != "text" && arguments.log_format != "json") {
-        std::cerr << program.name << ": --log-format: expected text or json, found \"" << arguments.log_format
-                  << "\".\n";
+        std::cerr << program.name << ": --log-format: expected text or json, found \""
+                  << terminal_text(arguments.log_format) << "\".\n";
         return {std::nullopt, exit_usage};
     }
     return {arguments, exit_ok};
@@ -99,8 +102,14 @@ std::optional<Logger> open_log(Program const& program, std::filesystem::path con
     auto log = make_logger(params);
     if (log)
         return *log;
-    std::cerr << program.name << ": " << log.error().message() << std::endl;
+    std::cerr << program.name << ": " << terminal_text(log.error().message()) << std::endl;
     return std::nullopt;
+}
+
+std::string terminal_text(std::string_view sentence)
+{
+    constexpr std::size_t longest_sentence = 8192;
+    return core::printable(sentence, longest_sentence);
 }
 
 result<std::string> read_config_file(std::filesystem::path const& path)

@@ -63,7 +63,7 @@ int run_daemon(std::string const& name, std::function<asio::awaitable<result<>>(
             return;
         }
         auto const why = outcome.error();
-        std::cerr << name << ": " << why.message() << std::endl;
+        std::cerr << name << ": " << terminal_text(why.message()) << std::endl;
         // A port in use, a certificate that can't be read: the configuration asks for what is not to be had.
         bool const asked_in_vain = why == errc::unavailable || why == errc::invalid_config || why == errc::invalid_argument;
         status = asked_in_vain ? exit_usage : exit_failed;

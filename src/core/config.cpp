@@ -188,14 +188,14 @@ void read_simulation_servers(ConfigReader& reader, std::vector<ServerSpec>& serv
 /// Empty counts as absent: operators switch mails off like that.
 void read_mail(ConfigReader& reader, SessionConfig& config)
 {
-    reader.read("administrator", config.administrator);
-    reader.read("mailServer", config.mail_server);
+    reader.read_text("administrator", config.administrator);
+    reader.read_text("mailServer", config.mail_server);
     int port = config.mail_server_port;
     reader.read_integer("mailServerPort", port, 0, 65535);
     config.mail_server_port = static_cast<std::uint16_t>(port);
-    reader.read("mailSender", config.mail_sender);
+    reader.read_text("mailSender", config.mail_sender);
     reader.read("mailSenderUser", config.mail_sender_user);
-    reader.read("mailSenderPassword", config.mail_sender_password);
+    reader.read_secret("mailSenderPassword", config.mail_sender_password);
     if (config.mail_sender_user.empty())
         config.mail_sender_user = config.mail_sender;
     if (!config.administrator.empty() && !core::is_mail_address(config.administrator))
@@ -229,7 +229,7 @@ std::string without_final_slash(std::string url)
 bool is_web_address(std::string_view url)
 {
     for (std::string_view const scheme : {"https://", "http://"})
-        if (url.starts_with(scheme))
+        if (url.starts_with(scheme) && core::is_printable(url))
             return is_authority(url.substr(scheme.size(), url.find('/', scheme.size()) - scheme.size()));
     return false;
 }
@@ -239,7 +239,8 @@ void read_forge(ConfigReader& reader, std::size_t number, boost::json::value con
 {
     if (auto const* url = entry.if_string()) {
         forge.url = without_final_slash(std::string(*url));
-        if (!forge.url.starts_with("https://") && !forge.url.starts_with("http://"))
+        bool const is_web = forge.url.starts_with("https://") || forge.url.starts_with("http://");
+        if (!is_web || !core::is_printable(forge.url))
             reader.refuse_entry("forges", number, entry, "a URL that starts with https:// or http://");
     } else if (auto const* object = entry.if_object()) {
         auto inner = reader.entry("forges", number, *object);
@@ -345,6 +346,14 @@ void read_multimedia(ConfigReader& reader, SimulationConfig& config)
         reader.refuse("multimediaStream", "an address without spaces, quotes and semicolons");
 }
 
+/// They quote the configuration and name its file, and are printed on terminals.
+void make_printable(std::vector<std::string>& warnings)
+{
+    constexpr std::size_t longest_warning = 4096;
+    for (auto& warning : warnings)
+        warning = core::printable(warning, longest_warning);
+}
+
 void read_docker(ConfigReader& reader, fs::path const& folder, DockerConfig& docker)
 {
     reader.read("dockerDir", docker.directory);
@@ -391,6 +400,7 @@ result<Configured<SessionConfig>> parse_session_config(std::string_view text,
     configured.warnings = reader->unknown_keys();
     drop_administrator_without_mail(config, origin, configured.warnings);
     warn_of_trust_in_everybody(config.network, origin, configured.warnings);
+    make_printable(configured.warnings);
     return configured;
 }
 
@@ -432,8 +442,8 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     read_seconds(*reader, "startTimeout", config.start_timeout, 1);
     read_seconds(*reader, "reconnectGrace", config.reconnect_grace, 0);
     read_log(*reader, config);
-    reader->read("title", config.title);
-    reader->read("description", config.description);
+    reader->read_text("title", config.title);
+    reader->read_text("description", config.description);
     std::string formula = "strict";
     reader->read_choice("loadFormula", formula, {"strict", "reference"});
     config.strict_load = formula == "strict";
@@ -465,6 +475,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
         configured.warnings.push_back(
             concat(origin.string(), ": key \"timeout\": less than 360 counts as 7200"));
     }
+    make_printable(configured.warnings);
     return configured;
 }
 

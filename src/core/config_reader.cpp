@@ -14,6 +14,10 @@ namespace {
 
 namespace json = boost::json;
 
+constexpr std::size_t longest_key = 60;
+constexpr std::size_t longest_path = 1024;
+constexpr std::size_t most_unknown = 10; // keys that a failure names
+
 /// "line 3, column 7" of a position in a text.
 std::string position(std::string_view text, std::size_t at)
 {
@@ -43,6 +47,12 @@ std::string describe(json::value const& value)
     }
 }
 
+bool is_plain(json::value const& value)
+{
+    auto const* text = value.if_string();
+    return text && is_printable(*text);
+}
+
 std::string number_text(double value)
 {
     return value == std::floor(value) && std::abs(value) < 1e9 ? std::to_string(static_cast<long>(value))
@@ -56,8 +66,8 @@ std::string entry_of(std::string_view key, std::size_t number)
 
 std::string unknown_key(std::string_view name, std::vector<std::string_view> const& known)
 {
-    auto sentence = concat("unknown key \"", printable(name, 60), "\" is ignored");
-    if (auto const near = nearest(name, known); !near.empty())
+    auto sentence = concat("unknown key \"", printable(name, longest_key), "\" is ignored");
+    if (auto const near = nearest(name.substr(0, longest_key), known); !near.empty())
         sentence += concat("; did you mean \"", near, "\"?");
     return sentence;
 }
@@ -66,7 +76,7 @@ std::string unknown_key(std::string_view name, std::vector<std::string_view> con
 
 result<ConfigReader> ConfigReader::parse(std::string_view text, std::filesystem::path const& origin)
 {
-    ConfigReader reader(origin.string());
+    ConfigReader reader(printable(origin.string(), longest_path));
     json::stream_parser parser;
     boost::system::error_code error;
     auto const used = parser.write_some(text.data(), text.size(), error);
@@ -122,10 +132,28 @@ void ConfigReader::ignore(std::vector<std::string_view> const& keys)
 void ConfigReader::read(std::string_view key, std::string& value)
 {
     auto const* found = find(key);
+    if (found && is_plain(*found))
+        value = found->get_string();
+    else if (found)
+        refuse(key, found->is_string() ? "a string without control characters" : "a string");
+}
+
+void ConfigReader::read_text(std::string_view key, std::string& value)
+{
+    auto const* found = find(key);
     if (found && found->is_string())
         value = found->get_string();
     else if (found)
         refuse(key, "a string");
+}
+
+void ConfigReader::read_secret(std::string_view key, std::string& value)
+{
+    auto const* found = find(key);
+    if (found && is_plain(*found))
+        value = found->get_string();
+    else if (found)
+        fail(concat("key \"", key, "\": expected a string without control characters, found something else"));
 }
 
 void ConfigReader::read(std::string_view key, bool& value)
@@ -140,10 +168,10 @@ void ConfigReader::read(std::string_view key, bool& value)
 void ConfigReader::read(std::string_view key, std::filesystem::path& value)
 {
     auto const* found = find(key);
-    if (found && found->is_string() && !found->get_string().empty())
+    if (found && is_plain(*found) && !found->get_string().empty())
         value = expand_path(found->get_string());
     else if (found)
-        refuse(key, "a path");
+        refuse(key, found->is_string() && !is_plain(*found) ? "a path without control characters" : "a path");
 }
 
 void ConfigReader::read(std::string_view key, std::vector<std::string>& value)
@@ -155,6 +183,8 @@ void ConfigReader::read(std::string_view key, std::vector<std::string>& value)
     if (!list ||
         !std::all_of(list->begin(), list->end(), [](json::value const& entry) { return entry.is_string(); }))
         return refuse(key, "a list of strings");
+    if (!std::all_of(list->begin(), list->end(), is_plain))
+        return refuse(key, "a list of strings without control characters");
     value.clear();
     for (auto const& entry : *list)
         value.emplace_back(entry.get_string());
@@ -224,8 +254,11 @@ std::optional<Failure> ConfigReader::failure() const
     if (!misses_key_)
         return failure_;
     auto sentence = failure_->message(); // the missing key may be there under a wrong name
-    for (auto const& other : unknown())
-        sentence += concat("; ", other);
+    auto const others = unknown();
+    for (std::size_t i = 0; i < std::min(others.size(), most_unknown); ++i)
+        sentence += concat("; ", others[i]);
+    if (others.size() > most_unknown)
+        sentence += concat("; and ", std::to_string(others.size() - most_unknown), " more unknown keys");
     return Failure(errc::invalid_config, std::move(sentence));
 }
 

@@ -22,11 +22,16 @@ public:
 
     bool has(std::string_view key) const { return object_.contains(key); }
 
-    // Each leaves `value` alone when the key is absent.
+    // Each leaves `value` alone when the key is absent. Strings and paths have no control characters: they
+    // end up in requests, headers, command lines, environments and file names.
     void read(std::string_view key, std::string& value);
     void read(std::string_view key, bool& value);
     void read(std::string_view key, std::filesystem::path& value);
     void read(std::string_view key, std::vector<std::string>& value);
+    /// For texts that are only ever shown, and for what the caller checks more strictly: any string.
+    void read_text(std::string_view key, std::string& value);
+    /// A string that no message repeats.
+    void read_secret(std::string_view key, std::string& value);
     void read_number(std::string_view key, double& value, double least, double most);
     void read_integer(std::string_view key, int& value, int least, int most);
     /// One of `choices`.

@@ -45,6 +45,15 @@ std::size_t utf8_length(std::string_view text) noexcept
     return 0;
 }
 
+/// Whether the character of so many bytes at the start of `text` steers terminals: C1 controls (U+0080 to
+/// U+009F) do it as those of C0.
+bool is_control(std::string_view text, std::size_t length) noexcept
+{
+    auto const byte = static_cast<unsigned char>(text[0]);
+    bool const c1 = length == 2 && byte == 0xC2 && static_cast<unsigned char>(text[1]) < 0xA0;
+    return c1 || byte < 0x20 || byte == 0x7F;
+}
+
 std::size_t edit_distance(std::string_view left, std::string_view right)
 {
     std::vector<std::size_t> row(right.size() + 1);
@@ -131,9 +140,7 @@ std::string printable(std::string_view text, std::size_t limit)
     while (at < text.size() && safe.size() < limit) {
         auto const length = utf8_length(text.substr(at));
         auto const byte = static_cast<unsigned char>(text[at]);
-        // C1 controls (U+0080 to U+009F) steer terminals as C0 does.
-        bool const c1 = length == 2 && byte == 0xC2 && static_cast<unsigned char>(text[at + 1]) < 0xA0;
-        if (length == 0 || c1 || byte < 0x20 || byte == 0x7F) {
+        if (length == 0 || is_control(text.substr(at), length)) {
             safe.append("\\x").append(1, digits[byte >> 4]).append(1, digits[byte & 15]);
             ++at;
         } else {
@@ -144,6 +151,17 @@ std::string printable(std::string_view text, std::size_t limit)
     if (at < text.size())
         safe += "...";
     return safe;
+}
+
+bool is_printable(std::string_view text) noexcept
+{
+    while (!text.empty()) {
+        auto const length = utf8_length(text);
+        if (length == 0 || is_control(text, length))
+            return false;
+        text.remove_prefix(length);
+    }
+    return true;
 }
 
 bool is_utf8(std::string_view text) noexcept

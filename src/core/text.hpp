@@ -33,6 +33,9 @@ std::string escape_html(std::string_view text);
 /// `text` made safe for a log line: control characters and invalid UTF-8 as `\xNN`, at most `limit` bytes of it.
 std::string printable(std::string_view text, std::size_t limit = 512);
 
+/// True when `text` is well-formed UTF-8 without control characters: what `printable` leaves as it is.
+bool is_printable(std::string_view text) noexcept;
+
 /// True when `text` is well-formed UTF-8 (no surrogates, no overlong forms).
 bool is_utf8(std::string_view text) noexcept;
 

@@ -1,3 +1,4 @@
+#include "core/text.hpp"
 #include "unit_test.hpp"
 
 #include <webots_cloud/config.hpp>
@@ -577,6 +578,78 @@ BOOST_AUTO_TEST_CASE(mail_keys_that_could_forge_a_mail_are_refused)
                "c.json: key \"mailServer\": expected the name of a host, found the string \"smtp://m\"");
     BOOST_TEST(session_error(with(R"("mailServerPort":65536)")) ==
                "c.json: key \"mailServerPort\": expected an integer from 0 to 65535, found the number 65536");
+    BOOST_TEST(session_error(with(R"("mailSenderUser":"a\r\nRCPT TO:<c@d.org>")")) ==
+               "c.json: key \"mailSenderUser\": expected a string without control characters, "
+               "found the string \"a\\r\\nRCPT TO:<c@d.org>\"");
+}
+
+BOOST_AUTO_TEST_CASE(a_mail_password_is_any_text_without_control_characters_and_no_message_shows_it)
+{
+    auto const with = [](std::string const& password) {
+        return R"({"port":1,"simulationServers":[],"mailSenderPassword":)" + password + "}";
+    };
+    BOOST_TEST(
+        parse_session_config(with(R"("p\u00e4ss \"w;rd'\\ %00")"), "c.json")->config.mail_sender_password ==
+        "p\xc3\xa4ss \"w;rd'\\ %00");
+    for (auto const* bad :
+         {R"("secret\n")", R"("secret\r\nQUIT")", R"("secret\u0000")", R"("secret\u009b")", "12345"})
+        BOOST_TEST(session_error(with(bad)) ==
+                   "c.json: key \"mailSenderPassword\": expected a string without control "
+                   "characters, found something else");
+}
+
+BOOST_AUTO_TEST_CASE(values_that_reach_requests_commands_and_file_names_have_no_control_characters)
+{
+    auto const refused = [](std::string const& key, std::string const& value) {
+        auto const text = "{\"" + key + "\":" + value + "}";
+        auto const parsed = parse_simulation_config(text, "c.json");
+        BOOST_TEST_REQUIRE(!parsed, text);
+        auto const sentence = parsed.error().message();
+        BOOST_TEST(sentence.starts_with("c.json: key \"" + key + "\""), sentence);
+        BOOST_TEST(core::is_printable(sentence), sentence);
+    };
+    for (auto const* key : {"server", "fullyQualifiedDomainName", "display", "dockerImages",
+                            "multimediaServer", "multimediaStream", "webotsHome", "logDir", "dockerDir",
+                            "keyDir", "projectsDir", "sslCertificate", "notify"})
+        for (auto const* value : {R"("https://a\r\nX: b")", R"("https://a\u001b[2J")", R"("https://a\u0000")",
+                                  R"("https://a\u0085b")"})
+            refused(key, value);
+    for (auto const* key :
+         {"allowedRepositories", "blockedRepositories", "forges", "notify", "persistantDockerImages"})
+        refused(key, R"(["https://a\nb"])");
+    auto const shown = parse_simulation_config(R"({"title":"A\tB","description":"Two\nlines"})", "c.json");
+    BOOST_TEST(shown->config.description == "Two\nlines");
+}
+
+BOOST_AUTO_TEST_CASE(messages_show_no_raw_control_characters_whatever_the_file_is_called_and_says)
+{
+    std::string const origin = "a\x1b[2Jb\n.json";
+    std::vector<std::string> sentences;
+    for (auto const* text :
+         {"{", "[1]", R"({"port":"\u001b[2J"})", R"({"\u001b]0;x\u0007":1,"port":1})",
+          R"({"server":"\u009b"})",
+          R"({"timeout":1,"maxConnections":9999,"port":65000,"blockedRepositories":["x"],"\u007f":0})"}) {
+        auto const simulation = parse_simulation_config(text, origin);
+        auto const session = parse_session_config(text, origin);
+        sentences.push_back(session ? std::string() : session.error().message());
+        if (simulation)
+            sentences.insert(sentences.end(), simulation->warnings.begin(), simulation->warnings.end());
+        else
+            sentences.push_back(simulation.error().message());
+    }
+    BOOST_TEST(sentences.size() > 12u);
+    for (auto const& sentence : sentences)
+        BOOST_TEST(core::is_printable(sentence), sentence);
+}
+
+BOOST_AUTO_TEST_CASE(a_missing_key_is_told_with_ten_unknown_ones_at_most)
+{
+    std::string text = "{\"simulationServers\":[]";
+    for (int i = 0; i < 1000; ++i)
+        text += ",\"" + std::string(10'000, 'k') + std::to_string(i) + "\":0";
+    auto const sentence = session_error(text + "}");
+    BOOST_TEST(sentence.size() < 2'000u);
+    BOOST_TEST(sentence.ends_with("; and 990 more unknown keys"), sentence);
 }
 
 BOOST_AUTO_TEST_SUITE_END()

@@ -29,6 +29,18 @@ BOOST_AUTO_TEST_CASE(log_text_can_neither_break_lines_nor_steer_terminals)
     BOOST_TEST(printable("abcdef", 3) == "abc...");
 }
 
+BOOST_AUTO_TEST_CASE(what_is_printable_already_is_left_alone)
+{
+    for (auto const* good : {"", "abc", "caf\xc3\xa9", "\xf0\x9f\xa4\x96 \\x1b"}) {
+        BOOST_TEST(is_printable(good), good);
+        BOOST_TEST(printable(good) == good);
+    }
+    for (auto const* bad : {"a\nb", "\t", "\x1b", "\x7f", "\xc2\x80", "\xc2\x9f", "\xff", "\xc3"}) {
+        BOOST_TEST(!is_printable(bad), bad);
+        BOOST_TEST(is_printable(printable(bad)), bad);
+    }
+}
+
 BOOST_AUTO_TEST_CASE(utf8_is_checked_strictly)
 {
     BOOST_TEST(is_utf8("\xf0\x9f\xa4\x96 robot"));
