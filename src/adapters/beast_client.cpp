@@ -388,6 +388,7 @@ std::unique_ptr<Connection> BeastClient::make_connection(bool tls)
         context_.emplace(asio::ssl::context::tls_client);
         context_->set_default_verify_paths();
         context_->set_verify_mode(asio::ssl::verify_peer);
+        SSL_CTX_set_min_proto_version(context_->native_handle(), TLS1_2_VERSION);
     }
     return std::make_unique<Connection>(executor_, *context_);
 }

@@ -1,0 +1,71 @@
+#!/usr/bin/python3
+"""What TLS our servers speak: forward secrecy and authenticated encryption, or nothing."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
+from support.servers import PATIENCE, SessionServer, main  # noqa: E402
+
+OLD = ":@SECLEVEL=0"  # what a client must say to be allowed to offer old things
+
+if not shutil.which("openssl"):
+    raise SystemExit(print("skipped: there is no openssl (package openssl)") or 77)
+
+
+class Ciphers(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.mkdtemp(prefix="webots_cloud_tls_")
+        cls.addClassCleanup(shutil.rmtree, cls.folder)
+        certificate, key = os.path.join(cls.folder, "certificate.pem"), os.path.join(cls.folder, "key.pem")
+        subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=localhost",
+                        "-out", certificate, "-keyout", key], check=True, capture_output=True)
+        cls.server = SessionServer([], sslCertificate=certificate, sslKey=key)
+        cls.server.__enter__()
+        cls.addClassCleanup(cls.server.close)
+
+    def handshake(self, *arguments, said="Q\n"):
+        """The cipher that was agreed on, or None; and everything that openssl said."""
+        finished = subprocess.run(["openssl", "s_client", "-connect", f"127.0.0.1:{self.server.port}", *arguments], input=said, text=True,
+                                  capture_output=True, timeout=PATIENCE, env={**os.environ, "OPENSSL_CONF": os.devnull})
+        text = finished.stdout + finished.stderr
+        found = re.search(r"^New, \S+, Cipher is (\S+)$", text, re.MULTILINE)
+        return (found[1] if found and found[1] != "(NONE)" else None), text
+
+    def test_forward_secrecy_with_authenticated_encryption_is_spoken(self):
+        for cipher in ("ECDHE-RSA-AES256-GCM-SHA384", "ECDHE-RSA-AES128-GCM-SHA256", "ECDHE-RSA-CHACHA20-POLY1305"):
+            self.assertEqual(self.handshake("-tls1_2", "-cipher", cipher)[0], cipher)
+        for cipher in ("TLS_AES_256_GCM_SHA384", "TLS_AES_128_GCM_SHA256", "TLS_CHACHA20_POLY1305_SHA256"):
+            self.assertEqual(self.handshake("-tls1_3", "-ciphersuites", cipher)[0], cipher)
+
+    def test_everything_else_is_refused(self):
+        for cipher in ("AES128-GCM-SHA256", "AES256-GCM-SHA384", "AES128-SHA", "AES256-SHA256", "kRSA",  # no forward secrecy
+                       "ECDHE-RSA-AES128-SHA256", "ECDHE-RSA-AES256-SHA384", "ECDHE-RSA-AES128-SHA",  # no authenticated encryption
+                       "DHE-RSA-AES128-GCM-SHA256", "DHE-RSA-AES256-SHA", "NULL", "ADH"):
+            agreed, text = self.handshake("-tls1_2", "-cipher", cipher + OLD)
+            self.assertIsNone(agreed, cipher)
+            self.assertRegex(text, "alert|no cipher match", cipher)
+        for version in ("-tls1", "-tls1_1"):
+            agreed, text = self.handshake(version, "-cipher", "ALL" + OLD)
+            self.assertIsNone(agreed, version)
+            self.assertIn("alert protocol version", text)
+
+    def test_the_server_chooses(self):
+        order = "ECDHE-RSA-AES128-GCM-SHA256:ECDHE-RSA-AES256-GCM-SHA384"
+        self.assertEqual(self.handshake("-tls1_2", "-cipher", order)[0], "ECDHE-RSA-AES256-GCM-SHA384")
+
+    def test_nothing_is_negotiated_twice(self):
+        agreed, text = self.handshake("-tls1_2", said="R\n")
+        self.assertIsNotNone(agreed)
+        self.assertIn("RENEGOTIATING", text)
+        self.assertIn("no renegotiation", text)
+
+
+if __name__ == "__main__":
+    main()
