@@ -80,7 +80,7 @@ public:
         if (!obtained)
             co_return obtained.error();
         if (!obtained->notice.empty())
-            log_.warning(obtained->notice);
+            log_.warning(LogCause("fetch"), obtained->notice);
         auto project = std::move(head_start.project);
         if (!project || head_start.snapshot != obtained->snapshot) {
             if (head_start.snapshot)

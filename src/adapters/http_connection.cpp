@@ -191,7 +191,8 @@ HttpConnection::Next HttpConnection::give(HttpResponse const& response, Incoming
 {
     // Who refuses with 429 says so in the log itself, once: of these there may be thousands a second.
     if (response.status >= 400 && response.status != 429)
-        context_.log.warning(concat(std::to_string(response.status), " ", request.method, " ",
+        context_.log.warning(LogCause("answer", client()),
+                             concat(std::to_string(response.status), " ", request.method, " ",
                                     core::printable(request.path, 200), " (", client(), ")"));
     bool const stays_open = reader_.keep_alive() && !stopping_;
     append_response(out_, response, stays_open, request.method != "HEAD");
@@ -218,7 +219,8 @@ asio::awaitable<void> HttpConnection::refuse(int status, std::string_view what, 
 {
     ++refusal_counter(context_.statistics, status);
     HttpResponse const response(status, "text/html; charset=UTF-8", std::string(advice));
-    context_.log.warning(concat(std::to_string(status), " for ", what, " (", peer_.address, ")"));
+    context_.log.warning(LogCause("request", peer_.address),
+                         concat(std::to_string(status), " for ", what, " (", peer_.address, ")"));
     append_response(out_, response, false, true);
     set_deadline(context_.params.header_timeout);
     bool const sent = co_await flush();

@@ -51,7 +51,8 @@ struct Writer
     {
         auto text = concat("Simulation log ", path.string(), " ", what, ": ",
                            std::error_code(errno, std::generic_category()).message());
-        asio::post(executor, [log = log, text = std::move(text)] { log.error(text); });
+        asio::post(executor,
+                   [log = log, text = std::move(text)] { log.error(LogCause("simulation log"), text); });
     }
 };
 

@@ -1,3 +1,4 @@
+#include "../core/log_budget.hpp"
 #include "../core/log_line.hpp"
 #include "../core/text.hpp"
 #include "rotating_file.hpp"
@@ -99,8 +100,42 @@ std::unique_ptr<spdlog::formatter> make_formatter(bool json)
 /// The thread that writes and the logger that feeds it; the last copy of the Logger ends both, after the last line.
 struct Backend
 {
+    void write(LogLevel level, std::string_view line) const
+    {
+        logger->log(to_spdlog(level), spdlog::string_view_t(line.data(), line.size()));
+    }
+
     std::shared_ptr<spdlog::details::thread_pool> thread;
     std::shared_ptr<spdlog::async_logger> logger;
+};
+
+/// Lets strangers write as much as the budget allows, and tells at the end what it has not told yet.
+class BudgetLimit final : public LogLimit
+{
+public:
+    explicit BudgetLimit(std::shared_ptr<Backend const> backend) : backend_(std::move(backend)) {}
+
+    ~BudgetLimit() override
+    {
+        for (auto const& [level, line] : budget_.sum_up_everything(std::chrono::steady_clock::now()))
+            backend_->write(level, line);
+    }
+
+    void write(LogLevel level, LogCause const& cause, std::string_view line, Sink const& sink) override
+    {
+        if (budget_.take(std::chrono::steady_clock::now(), level, cause, line))
+            sink(level, line);
+    }
+
+    void sum_up(Sink const& sink) override
+    {
+        for (auto const& [level, line] : budget_.sum_up(std::chrono::steady_clock::now()))
+            sink(level, line);
+    }
+
+private:
+    std::shared_ptr<Backend const> backend_;
+    core::LogBudget budget_;
 };
 
 } // namespace
@@ -124,10 +159,16 @@ result<Logger> make_logger(LogParams params)
     backend->logger->set_formatter(make_formatter(params.json));
     backend->logger->set_level(spdlog::level::debug);
     backend->logger->flush_on(spdlog::level::debug);
-    auto const sink = [backend](LogLevel level, std::string_view line) {
-        backend->logger->log(to_spdlog(level), spdlog::string_view_t(line.data(), line.size()));
+    // Whatever a line quotes, it stays one, and steers no terminal; JSON has escapes of its own.
+    bool const plain = !params.json;
+    auto const sink = [backend, plain](LogLevel level, std::string_view line) {
+        if (plain && !core::is_printable(line))
+            backend->write(level, core::printable(line, 4 * line.size()));
+        else
+            backend->write(level, line);
     };
-    return Logger(sink, params.debug ? LogLevel::debug : LogLevel::info);
+    return Logger(sink, params.debug ? LogLevel::debug : LogLevel::info,
+                  std::make_shared<BudgetLimit>(backend));
 }
 
 } // namespace webots_cloud

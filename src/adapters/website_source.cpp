@@ -188,7 +188,7 @@ public:
         if (!plan)
             co_return plan.error();
         if (key->empty())
-            log_.warning(concat("No key for: ", host));
+            log_.warning(LogCause("website"), concat("No key for: ", host));
         auto& pool = plan->download ? pool_of(host) : local_;
         auto work = [this, order = std::move(order),
                      plan = std::move(*plan)](std::atomic<bool> const& aborted) {

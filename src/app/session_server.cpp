@@ -1,5 +1,6 @@
 #include "../core/text.hpp"
 #include "current_notifier.hpp"
+#include "log_summaries.hpp"
 #include "metrics.hpp"
 #include "network.hpp"
 #include "operator_requests.hpp"
@@ -183,8 +184,9 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
         return {};
     };
     auto const manager = make_service_manager();
-    auto const ended = co_await (server->run() || operators->run() || report_to(*manager, *clock) || service.run() || monitor.run() ||
-                                 administrator.mail.run() ||
+    auto const ended =
+        co_await (server->run() || operators->run() || report_to(*manager, *clock) || service.run() || monitor.run() ||
+                  administrator.mail.run() || app::sum_up_log(log, *clock) ||
                                  app::obey_sighup(executor, std::move(reread), config, apply, log));
     co_return std::visit([](result<> const& outcome) { return outcome; }, ended);
 }

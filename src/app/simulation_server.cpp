@@ -4,6 +4,7 @@
 #include "../core/monitor_sample.hpp"
 #include "../core/simulator_choice.hpp"
 #include "../core/text.hpp"
+#include "log_summaries.hpp"
 #include "metrics.hpp"
 #include "network.hpp"
 #include "operator_requests.hpp"
@@ -328,8 +329,9 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     std::function<void()> const drain = [&service] { service.drain(false); };
     auto const manager = make_service_manager();
     auto const ended =
-        co_await (server->run() || operators->run() || report_to(*manager, *clock) || service.run() || registration.run() ||
-                  run(docker.get(), *clock) || app::obey_sigusr1(executor, drain) ||
+        co_await (server->run() || operators->run() || report_to(*manager, *clock) || service.run() ||
+                  registration.run() || run(docker.get(), *clock) || app::obey_sigusr1(executor, drain) ||
+                  app::sum_up_log(log, *clock) ||
                   app::obey_sighup(executor, std::move(reread), config, apply, log) || logs->run());
     co_return std::visit([](result<> const& outcome) { return outcome; }, ended);
 }

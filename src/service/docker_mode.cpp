@@ -341,8 +341,8 @@ asio::awaitable<void> DockerMode::clear(std::string project)
     scope.project = project;
     auto const removed = co_await impl_->remove_leftovers(std::move(scope));
     if (!removed)
-        impl_->log.error(
-            concat("docker: of ", project, " something may be left: ", removed.error().message()));
+        impl_->log.error(LogCause("left-over"), concat("docker: of ", project, " something may be left: ",
+                                                       removed.error().message()));
     impl_->projects.erase(project);
     if (impl_->cleared)
         impl_->cleared->notify();
@@ -374,8 +374,8 @@ asio::awaitable<result<>> DockerMode::Impl::remove_leftovers(core::DockerScope s
             co_return found.error();
         if (*found == 0)
             co_return result<>();
-        log.info(concat("docker: removed ", std::to_string(*found), " left-overs of ",
-                        scope.project.empty() ? scope.identity : scope.project));
+        log.info(LogCause("left-overs"), concat("docker: removed ", std::to_string(*found), " left-overs of ",
+                                                scope.project.empty() ? scope.identity : scope.project));
     }
     co_return Failure(errc::unavailable, "docker goes on showing what was removed");
 }
@@ -406,7 +406,8 @@ asio::awaitable<result<>> DockerMode::Impl::watch_builds()
 
 asio::awaitable<void> DockerMode::Impl::remove_builds(Arguments containers)
 {
-    log.info(concat("docker: removes ", std::to_string(containers.size()), " containers of builds that were given up"));
+    log.info(LogCause("builds"), concat("docker: removes ", std::to_string(containers.size()),
+                                        " containers of builds that were given up"));
     Arguments removal{params.docker.string(), "rm", "--force", "--volumes"};
     removal.insert(removal.end(), containers.begin(), containers.end());
     auto const removed = co_await run(std::move(removal));

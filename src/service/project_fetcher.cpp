@@ -70,7 +70,8 @@ struct ProjectFetcher::Impl
     {
         auto const removed = co_await source.discard(directory);
         if (!removed)
-            log.error(concat("Can't remove ", directory.string(), ": ", removed.error().message()));
+            log.error(LogCause("directory"),
+                      concat("Can't remove ", directory.string(), ": ", removed.error().message()));
     }
 
     ProjectFetcherParams params;

@@ -67,7 +67,7 @@ struct SessionService::Impl
     asio::awaitable<result<>> carry_reports();
     asio::awaitable<result<>> check_availability();
     asio::awaitable<void> say_place(Channel& channel);
-    asio::awaitable<void> show_availability(std::string name, Channel& channel);
+    asio::awaitable<void> show_availability(std::string name, std::string client, Channel& channel);
     void take(LoadEvent const& event);
     void update_availability(TimePoint now);
     std::string place();
@@ -342,8 +342,8 @@ asio::awaitable<void> SessionService::converse(ChannelInfo info, Channel& channe
     if (info.path == "/session")
         return impl_->say_place(channel);
     auto name = concat("[", core::printable(info.host, 100), "] ");
-    impl_->log.info(concat(name, "New client", core::of_client(info.client)));
-    return impl_->show_availability(std::move(name), channel);
+    impl_->log.info(LogCause("client"), concat(name, "New client", core::of_client(info.client)));
+    return impl_->show_availability(std::move(name), std::move(info.client), channel);
 }
 
 asio::awaitable<void> SessionService::Impl::say_place(Channel& channel)
@@ -353,8 +353,9 @@ asio::awaitable<void> SessionService::Impl::say_place(Channel& channel)
     co_return;
 }
 
-/// `name`: of the browser, for the log.
-asio::awaitable<void> SessionService::Impl::show_availability(std::string name, Channel& channel)
+/// `name` and `client`: of the browser, for the log.
+asio::awaitable<void> SessionService::Impl::show_availability(std::string name, std::string client,
+                                                              Channel& channel)
 {
     browsers.insert(&channel);
     (void)channel.send(available ? "1" : "0");
@@ -362,10 +363,11 @@ asio::awaitable<void> SessionService::Impl::show_availability(std::string name, 
         auto const message = co_await channel.receive();
         if (!message)
             break;
-        log.info(concat(name, "Ignored client message: ", core::printable(*message)));
+        log.info(LogCause("message", client),
+                 concat(name, "Ignored client message: ", core::printable(*message)));
     }
     browsers.erase(&channel);
-    log.info(concat(name, "Client disconnected"));
+    log.info(LogCause("client"), concat(name, "Client disconnected"));
 }
 
 } // namespace webots_cloud

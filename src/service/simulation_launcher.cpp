@@ -285,7 +285,8 @@ asio::awaitable<void> RunningSimulation::restart_controller()
     auto spec = plan_.restart_controller;
     auto const restarted = co_await run_program(processes_, clock_, std::move(spec), restart_limit);
     if (!restarted && restarted.error().code() != asio::error::operation_aborted)
-        log_.error(concat("[", label_, "] The controller can't be restarted: ", restarted.error().message()));
+        log_.error(LogCause("controller", label_),
+                   concat("[", label_, "] The controller can't be restarted: ", restarted.error().message()));
 }
 
 void RunningSimulation::on_webots_line(std::string_view line)
@@ -333,7 +334,8 @@ void RunningSimulation::announce_if_listening()
     if (found == ports.end())
         return;
     if (*found != lease_.port())
-        log_.warning(concat("[", label_, "] Webots listens on port ", std::to_string(*found), " instead of ",
+        log_.warning(LogCause("port"),
+                     concat("[", label_, "] Webots listens on port ", std::to_string(*found), " instead of ",
                             std::to_string(lease_.port())));
     ready_ = true;
     events_.emplace_back(SimulationReady{*found});
@@ -384,7 +386,8 @@ asio::awaitable<result<std::unique_ptr<Simulation>>> SimulationLauncher::launch(
     auto const take = [&](std::uint16_t port) {
         auto taken = impl_->processes.hold_port(port);
         if (!taken) {
-            impl_->log.info(concat("Port ", std::to_string(port), " is already in use."));
+            impl_->log.info(LogCause("port in use"),
+                            concat("Port ", std::to_string(port), " is already in use."));
             return false;
         }
         hold = std::move(*taken);
@@ -409,7 +412,8 @@ asio::awaitable<result<std::unique_ptr<Simulation>>> SimulationLauncher::launch(
         impl_->docker->forget(plan->project);
     if (!started)
         co_return Failure(started.error().code(), concat("Unable to start Webots: ", started.error().message()));
-    impl_->log.info(concat("[", spec.label, "] Webots [", std::to_string((*started)->id()), "] started: \"",
+    impl_->log.info(LogCause("launch"),
+                    concat("[", spec.label, "] Webots [", std::to_string((*started)->id()), "] started: \"",
                            core::printable(command, 1024), "\""));
     co_return std::make_unique<RunningSimulation>(impl_->params, std::move(lease), std::move(*started), impl_->processes,
                                                   impl_->clock, impl_->log, std::move(spec), impl_->docker, std::move(*plan));

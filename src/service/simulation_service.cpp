@@ -144,7 +144,7 @@ asio::awaitable<void> SimulationService::converse(ChannelInfo info, Channel& cha
     ++impl_->clients;
     auto const id = ++impl_->last_id;
     auto const name = concat("[", std::to_string(id), "] ");
-    impl_->surroundings.log.info(concat(name, "New client", core::of_client(info.client)));
+    impl_->surroundings.log.info(LogCause("client"), concat(name, "New client", core::of_client(info.client)));
     impl_->let_wait(id, info.quota_key, channel);
     auto opening = co_await impl_->await_opening(id, channel);
     impl_->end_wait(id);
@@ -153,7 +153,7 @@ asio::awaitable<void> SimulationService::converse(ChannelInfo info, Channel& cha
     else if (auto const* reconnect = std::get_if<core::ReconnectMessage>(&opening))
         co_await impl_->reconnect(id, reconnect->token, channel);
     --impl_->clients;
-    impl_->surroundings.log.info(concat(name, "Client disconnected"));
+    impl_->surroundings.log.info(LogCause("client"), concat(name, "Client disconnected"));
 }
 
 void SimulationService::stopping()
@@ -213,8 +213,8 @@ asio::awaitable<Opening> SimulationService::Impl::await_opening(std::uint64_t id
             (void)channel.send(
                 core::error_message("No simulation was started: there is no controller to reset."));
         if (auto const* malformed = std::get_if<core::MalformedMessage>(&message)) {
-            surroundings.log.warning(
-                concat("[", std::to_string(id), "] Malformed message: ", malformed->reason));
+            surroundings.log.warning(LogCause("message"), concat("[", std::to_string(id),
+                                                                 "] Malformed message: ", malformed->reason));
             (void)channel.send(core::error_message(concat("Wrong message: ", malformed->reason, ".")));
             co_return Opening();
         }
@@ -252,8 +252,8 @@ asio::awaitable<void> SimulationService::Impl::reconnect(std::uint64_t id, std::
         (void)channel.send(core::error_message("This simulation has ended. Please start it again."));
         co_return;
     }
-    surroundings.log.info(
-        concat("[", std::to_string(id), "] Returned to simulation ", std::to_string(session->id())));
+    surroundings.log.info(LogCause("return"), concat("[", std::to_string(id), "] Returned to simulation ",
+                                                     std::to_string(session->id())));
     co_await session->resume(channel);
     if (session->is_over())
         sessions.erase(session->id());

@@ -178,7 +178,8 @@ asio::awaitable<void> SimulationSession::part(Channel& channel)
 asio::awaitable<void> SimulationSession::await_return()
 {
     auto const grace = surroundings_.reconnect_grace;
-    surroundings_.log.info(concat(name(), "The connection to the browser was lost; it may return for ",
+    surroundings_.log.info(LogCause("lost"),
+                           concat(name(), "The connection to the browser was lost; it may return for ",
                                   core::python_float(std::chrono::duration<double>(grace).count()), " s"));
     Nobody nobody;
     waiting_ = true;
@@ -227,7 +228,8 @@ asio::awaitable<void> SimulationSession::reset_controller(std::string file, Chan
 
 void SimulationSession::tell(Channel& channel, std::string_view error)
 {
-    surroundings_.log.error(concat(name(), core::printable(error)));
+    auto const client = std::to_string(id_);
+    surroundings_.log.error(LogCause("failure", client), concat(name(), core::printable(error)));
     (void)channel.send(core::error_message(error));
 }
 
@@ -252,8 +254,8 @@ void SimulationSession::pass(core::StartStage stage)
 asio::awaitable<void> SimulationSession::host(Channel& channel)
 {
     co_await asio::this_coro::throw_if_cancelled(false);
-    surroundings_.log.info(
-        concat(name(), "Starting simulation from ", core::printable(core::world_of(request_))));
+    surroundings_.log.info(LogCause("start"), concat(name(), "Starting simulation from ",
+                                                     core::printable(core::world_of(request_))));
     auto const fetched = co_await fetch(channel);
     if (!fetched) {
         if (fetched.error().code() != asio::error::operation_aborted)
@@ -384,7 +386,7 @@ void SimulationSession::open_output(LaunchSpec& spec)
         return;
     output_ = surroundings_.simulation_logs->open(id_);
     output_->write(concat("Output of ", core::world_of(request_)));
-    surroundings_.log.info(concat(name(), "What Webots prints is in ", output_->name()));
+    surroundings_.log.info(LogCause("output"), concat(name(), "What Webots prints is in ", output_->name()));
     spec.output = [log = output_.get()](std::string_view line) { log->write(line); };
 }
 
@@ -446,7 +448,8 @@ asio::awaitable<void> SimulationSession::relay(Channel& channel)
         } else if (auto const* ready = std::get_if<SimulationReady>(&*event)) {
             state_ = State::idle;
             pass(core::StartStage::ready);
-            surroundings_.log.info(concat(name(), "Webots world is loaded, ready to receive connections"));
+            surroundings_.log.info(LogCause("ready"),
+                                   concat(name(), "Webots world is loaded, ready to receive connections"));
             port_ = ready->port;
             if (surroundings_.reconnect_grace > Duration::zero())
                 token_ = surroundings_.new_token();
@@ -471,7 +474,7 @@ asio::awaitable<void> SimulationSession::clean_up()
 {
     if (simulation_) {
         auto const process = concat("Webots [", std::to_string(simulation_->process_id()), "] ");
-        surroundings_.log.info(concat(name(), process, ended_ ? "exited" : "was killed"));
+        surroundings_.log.info(LogCause("end"), concat(name(), process, ended_ ? "exited" : "was killed"));
         simulation_->terminate();
         while (!ended_) {
             auto const event = co_await simulation_->next_event();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string_view>
 #include <utility>
 
@@ -15,21 +16,59 @@ enum class LogLevel
     error
 };
 
+/// Why a stranger can make us write a line, and who did.
+struct LogCause
+{
+    LogCause() = default;
+    LogCause(std::string_view topic, std::string_view client = {}) : topic(topic), client(client) {}
+
+    std::string_view topic; ///< A word of ours: lines of a topic count together, whatever strangers say.
+    /// An address, or the number of a conversation. Empty: each line is about somebody else.
+    std::string_view client;
+};
+
+/// Limits the lines that strangers cause.
+class LogLimit
+{
+public:
+    virtual ~LogLimit() = default;
+
+    using Sink = std::function<void(LogLevel, std::string_view line)>;
+
+    /// Passes the line to `sink`, or counts it.
+    virtual void write(LogLevel level, LogCause const& cause, std::string_view line, Sink const& sink) = 0;
+
+    /// Says what was counted, where it is time to: to be called every few seconds.
+    virtual void sum_up(Sink const& sink) = 0;
+};
+
 /// Passes lines of at least its level to a sink; copies share the sink. Without a sink it is silent.
+///
+/// Lines with a cause are those that whoever reaches the server could make us write again and again; a limit,
+/// if there is one, keeps them from filling the log. Lines without are ours, and none is ever left out.
 ///
 /// The sink gets whole lines without a final newline and may be called from the executor's thread only.
 class Logger
 {
 public:
-    using Sink = std::function<void(LogLevel, std::string_view line)>;
+    using Sink = LogLimit::Sink;
 
     Logger() = default;
-    explicit Logger(Sink sink, LogLevel least = LogLevel::info) : sink_(std::move(sink)), least_(least) {}
+    explicit Logger(Sink sink, LogLevel least = LogLevel::info, std::shared_ptr<LogLimit> limit = nullptr)
+        : sink_(std::move(sink)), least_(least), limit_(std::move(limit))
+    {}
 
     void debug(std::string_view line) const { write(LogLevel::debug, line); }
     void info(std::string_view line) const { write(LogLevel::info, line); }
     void warning(std::string_view line) const { write(LogLevel::warning, line); }
     void error(std::string_view line) const { write(LogLevel::error, line); }
+
+    void info(LogCause const& cause, std::string_view line) const { write(LogLevel::info, cause, line); }
+    void warning(LogCause const& cause, std::string_view line) const
+    {
+        write(LogLevel::warning, cause, line);
+    }
+    void error(LogCause const& cause, std::string_view line) const { write(LogLevel::error, cause, line); }
 
     void write(LogLevel level, std::string_view line) const
     {
@@ -37,9 +76,25 @@ public:
             sink_(level, line);
     }
 
+    void write(LogLevel level, LogCause const& cause, std::string_view line) const
+    {
+        if (!limit_)
+            write(level, line);
+        else if (sink_ && level >= least_)
+            limit_->write(level, cause, line, sink_);
+    }
+
+    /// Has the limit say what it has counted.
+    void sum_up() const
+    {
+        if (sink_ && limit_)
+            limit_->sum_up(sink_);
+    }
+
 private:
     Sink sink_;
     LogLevel least_ = LogLevel::info;
+    std::shared_ptr<LogLimit> limit_;
 };
 
 } // namespace webots_cloud

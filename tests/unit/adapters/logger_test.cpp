@@ -66,6 +66,31 @@ BOOST_AUTO_TEST_CASE(a_file_is_full_at_500_000_bytes_and_ten_old_ones_are_kept)
     BOOST_TEST(files >= 2);
 }
 
+BOOST_AUTO_TEST_CASE(strangers_cannot_fill_it_and_what_they_did_is_told_at_the_end)
+{
+    {
+        auto const log = make_logger(params).value();
+        log.info("Running");
+        for (int i = 0; i < 100'000; ++i)
+            log.error(LogCause("failure", "7"), std::to_string(i) + std::string(450, 'x'));
+        for (int i = 0; i < 100'000; ++i)
+            log.warning(LogCause("answer", std::to_string(i)), std::string(450, 'x'));
+        log.error("Stopping");
+    }
+    BOOST_TEST(!fs::exists(params.file.string() + ".1"));
+    auto const lines = text();
+    BOOST_TEST(lines.find("[INFO   ]  Running\n") == 24u);
+    BOOST_TEST(lines.find("[ERROR  ]  Stopping\n") != std::string::npos);
+    BOOST_TEST(lines.find(" (99989 more like this in the last ") != std::string::npos);
+}
+
+BOOST_AUTO_TEST_CASE(a_line_stays_one_and_steers_no_terminal)
+{
+    make_logger(params)->warning("There is no folder /x\n2026-01-01 forged\x1b[2J\xc2\x9b\x9b caf\xc3\xa9");
+    BOOST_TEST(text().substr(24) ==
+               "[WARNING]  There is no folder /x\\x0a2026-01-01 forged\\x1b[2J\\xc2\\x9b\\x9b caf\xc3\xa9\n");
+}
+
 BOOST_AUTO_TEST_CASE(a_file_that_cannot_be_written_is_named_with_the_reason)
 {
     params.file = "/proc/nowhere/output.log";
