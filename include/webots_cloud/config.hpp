@@ -72,6 +72,8 @@ struct SessionConfig
     double load_threshold = 95;                  ///< `loadThreshold`, percent.
     std::string scheduling = "least_committed";  ///< `scheduling`: a policy of the Scheduler.
     Duration placement_timeout = std::chrono::seconds(60); ///< `placementTimeout`, in seconds.
+    int session_burst = 200;                     ///< `sessionBurst`: of one client, at once; 0: any number.
+    double session_rate = 10;                    ///< `sessionRate`: of one client, a second; 0: any number.
     bool decisions_for_all = false;              ///< `decisionsForAll`: `/api/decisions` answers everybody.
     std::string viewer_url;                      ///< `viewerUrl`: the world that the viewer page proposes.
 };

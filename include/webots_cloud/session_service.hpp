@@ -10,6 +10,7 @@
 
 #include <boost/asio/awaitable.hpp>
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -27,6 +28,10 @@ struct SessionServiceParams
     std::uint16_t port = 1999; ///< Our own, for the monitor page behind a proxy that rewrites ports.
     /// Between two points of the monitor page's charts. Default 5 s, as the polls: more would draw the same load twice.
     Duration history_step = std::chrono::seconds(5);
+    /// Requests for `/session`, from a client that `IncomingRequest::quota_key` names: at once, and a second in the long run.
+    /// Either 0: any number.
+    std::size_t session_burst = 0;
+    double session_rate = 0;
     /// `GET /api/decisions` answers everybody, not the operator alone.
     bool decisions_for_all = false;
     /// What the viewer page proposes (JSON: url, mode, notice); empty: nothing.

@@ -115,6 +115,8 @@ SessionServiceParams session_service_params(SessionConfig const& config, Operato
     params.threshold = config.load_threshold;
     params.port = config.port;
     params.history_step = config.load_refresh;
+    params.session_burst = static_cast<std::size_t>(config.session_burst);
+    params.session_rate = config.session_rate;
     params.decisions_for_all = config.decisions_for_all;
     params.viewer_defaults = viewer_defaults(config);
     if (!config.administrator.empty())

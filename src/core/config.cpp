@@ -185,6 +185,16 @@ void read_simulation_servers(ConfigReader& reader, std::vector<ServerSpec>& serv
     }
 }
 
+void read_session_budget(ConfigReader& reader, SessionConfig& config)
+{
+    constexpr int most = 100'000;
+    constexpr double slowest = 0.01;
+    reader.read_integer("sessionBurst", config.session_burst, 0, most);
+    reader.read_number("sessionRate", config.session_rate, 0, most);
+    if (config.session_rate > 0 && config.session_rate < slowest)
+        reader.refuse("sessionRate", "0, or a number from 0.01 to 100000");
+}
+
 /// Empty counts as absent: operators switch mails off like that.
 void read_mail(ConfigReader& reader, SessionConfig& config)
 {
@@ -392,6 +402,7 @@ result<Configured<SessionConfig>> parse_session_config(std::string_view text,
     reader->read_choice("scheduling", config.scheduling,
                         {"least_committed", "least_reported", "random", "power_of_two"});
     read_seconds(*reader, "placementTimeout", config.placement_timeout, 0);
+    read_session_budget(*reader, config);
     reader->read("decisionsForAll", config.decisions_for_all);
     reader->read("viewerUrl", config.viewer_url);
     read_mail(*reader, config);

@@ -1,10 +1,12 @@
 #include <webots_cloud/session_service.hpp>
 
 #include "../core/http_pages.hpp"
+#include "../core/line_budget.hpp"
 #include "../core/metrics_text.hpp"
 #include "../core/monitor_page.hpp"
 #include "../core/session_board.hpp"
 #include "../core/text.hpp"
+#include "../core/token_buckets.hpp"
 #include "../web/assets.hpp"
 #include "monitor_feed.hpp"
 
@@ -53,6 +55,8 @@ constexpr std::string_view html_for_any_origin = "Content-Type: text/html; chars
                                                  "Access-Control-Allow-Origin: *\r\n"
                                                  "Access-Control-Allow-Headers: x-requested-with\r\n"
                                                  "Access-Control-Allow-Methods: POST, GET, OPTIONS\r\n";
+constexpr std::string_view too_many_sessions =
+    "Error: too many sessions are asked for from your network. Please try again in a moment.";
 constexpr std::string_view any_origin = html_for_any_origin.substr(html_for_any_origin.find("X-"));
 
 } // namespace
@@ -62,15 +66,21 @@ struct SessionService::Impl
     Impl(SessionServiceParams parameters, LoadMonitor& load_monitor, Scheduler& placing, Clock& time, Logger logger) :
         params(std::move(parameters)), monitor(load_monitor), scheduler(placing), clock(time), log(std::move(logger)),
         started(clock.wall()), board(params.history_step, params.threshold)
-    {}
+    {
+        set_budget();
+    }
+
+    void set_budget() { asked = core::TokenBuckets(params.session_burst, params.session_rate); }
 
     asio::awaitable<result<>> carry_reports();
     asio::awaitable<result<>> check_availability();
-    asio::awaitable<void> say_place(Channel& channel);
+    asio::awaitable<void> say_place(std::string text, Channel& channel);
     asio::awaitable<void> show_availability(std::string name, std::string client, Channel& channel);
     void take(LoadEvent const& event);
     void update_availability(TimePoint now);
-    std::string place();
+    bool may_ask(std::string_view quota_key, TimePoint now);
+    std::string place(TimePoint now);
+    HttpResponse too_many_asked() const;
     Answer session(IncomingRequest const& request);
     Answer availability(IncomingRequest const& request) const;
     void update_monitor();
@@ -95,6 +105,9 @@ struct SessionService::Impl
     MonitorFeed feed; // to those that watch the monitor page
     std::uint64_t placed = 0;
     std::uint64_t refused = 0;
+    std::uint64_t limited = 0;
+    core::TokenBuckets asked; // how often each client asked for a place
+    core::LineBudget limit_lines{10, 1.0 / 6};
     std::uint64_t good_polls = 0;
     std::uint64_t failed_polls = 0;
 };
@@ -110,8 +123,12 @@ void SessionService::set_params(SessionServiceParams params)
 {
     params.port = impl_->params.port;
     params.history_step = impl_->params.history_step;
+    bool const keeps_budget = params.session_burst == impl_->params.session_burst &&
+                              params.session_rate == impl_->params.session_rate;
     impl_->params = std::move(params);
     impl_->board.set_threshold(impl_->params.threshold);
+    if (!keeps_budget)
+        impl_->set_budget();
 }
 
 void SessionService::set_servers(std::vector<ServerSpec> const& servers)
@@ -185,9 +202,21 @@ void SessionService::Impl::update_availability(TimePoint now)
         (void)browser->send(available ? "1" : "0");
 }
 
-std::string SessionService::Impl::place()
+/// Whether a client may ask for a place once more.
+bool SessionService::Impl::may_ask(std::string_view quota_key, TimePoint now)
 {
-    auto const now = clock.now();
+    auto const verdict = asked.take(quota_key, now);
+    if (verdict == core::TokenBuckets::Verdict::taken)
+        return true;
+    ++limited;
+    if (verdict == core::TokenBuckets::Verdict::refused_first && limit_lines.take(now))
+        log.warning(concat("More requests for /session than one address may send come from ", quota_key,
+                           ": see \"sessionBurst\" and \"sessionRate\", and \"trustedProxies\" if that is a proxy"));
+    return false;
+}
+
+std::string SessionService::Impl::place(TimePoint now)
+{
     auto const placement = scheduler.place(now);
     update_availability(now);
     ++(placement ? placed : refused);
@@ -196,12 +225,26 @@ std::string SessionService::Impl::place()
     return concat(params.ssl ? "wss://" : "ws://", placement->address);
 }
 
+/// With status 200, as every answer of /session: browsers of before 2021 are silent about any other, and those
+/// since then look at the text alone.
+HttpResponse SessionService::Impl::too_many_asked() const
+{
+    HttpResponse response(200, {}, std::string(too_many_sessions));
+    response.fixed_headers = html_for_any_origin;
+    auto const seconds = std::chrono::ceil<std::chrono::seconds>(asked.interval()).count();
+    response.headers.emplace_back("Retry-After", std::to_string(seconds));
+    return response;
+}
+
 Answer SessionService::Impl::session(IncomingRequest const& request)
 {
     if (request.upgrade)
         return Converse();
     if (request.method == "GET") {
-        HttpResponse response(200, {}, place());
+        auto const now = clock.now();
+        if (!may_ask(request.quota_key, now))
+            return too_many_asked();
+        HttpResponse response(200, {}, place(now));
         response.fixed_headers = html_for_any_origin;
         return response;
     }
@@ -299,7 +342,8 @@ HttpResponse SessionService::Impl::metrics() const
         .add(static_cast<double>(browsers.size()));
     text.family("placements_total", "counter", "Requests for a simulation server.")
         .add(static_cast<double>(placed), {{"result", "placed"}})
-        .add(static_cast<double>(refused), {{"result", "refused"}});
+        .add(static_cast<double>(refused), {{"result", "refused"}})
+        .add(static_cast<double>(limited), {{"result", "limited"}});
     text.family("polls_total", "counter", "Polls of simulation servers.")
         .add(static_cast<double>(good_polls), {{"result", "good"}})
         .add(static_cast<double>(failed_polls), {{"result", "failed"}});
@@ -339,16 +383,19 @@ asio::awaitable<void> SessionService::converse(ChannelInfo info, Channel& channe
 {
     if (info.path == "/monitor")
         return impl_->feed.serve(impl_->monitor_snapshot(), channel);
-    if (info.path == "/session")
-        return impl_->say_place(channel);
+    if (info.path == "/session") {
+        auto const now = impl_->clock.now();
+        return impl_->say_place(impl_->may_ask(info.quota_key, now) ? impl_->place(now) : std::string(too_many_sessions),
+                                channel);
+    }
     auto name = concat("[", core::printable(info.host, 100), "] ");
     impl_->log.info(LogCause("client"), concat(name, "New client", core::of_client(info.client)));
     return impl_->show_availability(std::move(name), std::move(info.client), channel);
 }
 
-asio::awaitable<void> SessionService::Impl::say_place(Channel& channel)
+asio::awaitable<void> SessionService::Impl::say_place(std::string text, Channel& channel)
 {
-    (void)channel.send(place());
+    (void)channel.send(std::move(text));
     channel.close(1000);
     co_return;
 }

@@ -1,9 +1,10 @@
-// Heads of HTTP requests: the same are accepted in one piece as byte by byte, and nothing that could split an
-// answer.
+// Heads of HTTP requests: the same are accepted in one piece as byte by byte, nothing that could split an
+// answer, and no client names another client.
 #include "fuzz.hpp"
 
 #include "adapters/http_request_reader.hpp"
 #include "adapters/websocket_handshake.hpp"
+#include "core/client_address.hpp"
 
 #include <algorithm>
 #include <string>
@@ -15,6 +16,16 @@ using Progress = HttpRequestReader::Progress;
 
 namespace {
 
+void check_client(HttpRequestReader const& reader)
+{
+    static core::TrustedProxies const proxies({"127.0.0.0/8", "::1", "10.0.0.0/8"});
+    auto fields = std::vector(reader.request().headers.begin(), reader.request().headers.end());
+    auto const client = core::forwarded_client(fields, proxies);
+    fuzz::require(!client || (reader.is_forwarded() && core::IpAddress::parse(client->text()) == client));
+    fields.emplace_back("X-Forwarded-For", "203.0.113.7, 10.0.0.1"); // as a proxy appends it
+    fuzz::require(core::forwarded_client(fields, proxies)->text() == "203.0.113.7");
+}
+
 void check(HttpRequestReader const& reader)
 {
     auto const& request = reader.request();
@@ -25,6 +36,7 @@ void check(HttpRequestReader const& reader)
     fuzz::require(!splits(request.path) && !splits(request.query));
     for (auto const& [name, value] : request.headers)
         fuzz::require(!name.empty() && !splits(name) && !splits(value));
+    check_client(reader);
     if (adapters::wants_websocket(reader))
         (void)adapters::refuse_handshake(reader);
 }

@@ -21,7 +21,7 @@ from support import haproxy, nginx  # noqa: E402
 from support.browser import open_browser  # noqa: E402
 from support.browser_client import Browser, server, websockets  # noqa: E402
 from support.machine import Machine  # noqa: E402
-from support.servers import SessionServer, main, program, wait_until  # noqa: E402
+from support.servers import SessionServer, free_port, main, program, wait_until  # noqa: E402
 
 EVIL = "evil.example"  # Chromium is told that this name is this machine's, as a name server that rebinds would
 
@@ -151,7 +151,8 @@ class Operators(unittest.IsolatedAsyncioTestCase):
         with server() as simulation:
             for headers in ({}, {"X-Forwarded-For": ""}, {"Forwarded": ""}, {"Authorization": "Bearer "}):
                 self.assertEqual(post(simulation.port, "/api/drain?exit", headers), 404, headers)
-            with haproxy.reverse_proxy(simulation.port) as port:
+            port = free_port()
+            with haproxy.proxies({port: simulation.port}):
                 self.assertEqual(post(port, "/api/drain?exit", {"X-Forwarded-For": ""}), 404)
             with nginx.reverse_proxy(simulation.port) as origin:
                 self.assertEqual(post(int(origin.rsplit(":", 1)[1]), "/api/drain?exit", {"Host": "localhost"}), 404)

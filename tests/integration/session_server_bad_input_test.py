@@ -355,6 +355,9 @@ class Tls(unittest.IsolatedAsyncioTestCase):
         self.assertEqual(self.fails('key "sslKey" is missing', sslCertificate=self.certificate), 2)
         self.assertEqual(self.fails('key "sslCertificate" is missing', sslKey=self.key), 2)
         self.assertEqual(self.fails('key "connectionsPerAddress": expected an integer from 1', connectionsPerAddress=0), 2)
+        self.assertEqual(self.fails('key "trustedProxies", entry 2: expected an address or a network',
+                                    trustedProxies=["::1", "proxy.example.org"]), 2)
+        self.assertEqual(self.fails('key "sessionRate": expected a number from 0', sessionRate=-1), 2)
 
     async def test_a_port_in_use_is_one_sentence_and_status_2(self):
         with SessionServer([]) as first:

@@ -1,4 +1,4 @@
-"""HAProxy in front of another server, in the foreground, on the loopback."""
+"""HAProxy in front of other servers, in the foreground, on the loopback; it names its clients by `option forwardfor`."""
 
 import contextlib
 import os
@@ -6,46 +6,52 @@ import subprocess
 import tempfile
 import unittest
 
-from .ports import free_port
 from .processes import find_program, listens
 from .servers import end, wait_until
 
 CONFIGURATION = """
-global
-    maxconn 100
 defaults
     mode http
     option forwardfor
-    timeout connect 10s
+    timeout connect 30s
     timeout client 60s
     timeout server 60s
-frontend site
+    timeout tunnel 60s
+"""
+
+FRONTEND = """
+frontend port_{port}
     bind 127.0.0.1:{port}
-    default_backend server
-backend server
-    server one 127.0.0.1:{target}
+    default_backend server_{target}
+backend server_{target}
+    server the_one 127.0.0.1:{target}
 """
 
 
-@contextlib.contextmanager
-def reverse_proxy(target):
-    """The port of a HAProxy that passes everything on to this port of the loopback, with X-Forwarded-For. Without it: SkipTest."""
-    executable = find_program("haproxy")
-    if not executable:
+def program():
+    """The path of HAProxy; SkipTest where it is not installed."""
+    found = find_program("haproxy")
+    if not found:
         raise unittest.SkipTest("haproxy is missing (package haproxy)")
-    port = free_port()
+    return found
+
+
+@contextlib.contextmanager
+def proxies(targets):
+    """Passes connections to some ports of the loopback on to others: `targets` maps the ones to the others."""
+    executable = program()
     with tempfile.TemporaryDirectory(prefix="webots_cloud_haproxy_") as folder:
         path = os.path.join(folder, "haproxy.cfg")
         with open(path, "w") as file:
-            file.write(CONFIGURATION.format(port=port, target=target))
-        log = open(os.path.join(folder, "output.log"), "w+")
-        process = subprocess.Popen([executable, "-db", "-f", path], stdin=subprocess.DEVNULL, stdout=log, stderr=log)
+            file.write(CONFIGURATION + "".join(FRONTEND.format(port=port, target=target) for port, target in targets.items()))
+        log = os.path.join(folder, "output.log")
+        with open(log, "wb") as output:
+            process = subprocess.Popen([executable, "-db", "-f", path], stdin=subprocess.DEVNULL, stdout=output, stderr=output)
         try:
-            wait_until(lambda: process.poll() is not None or listens(port), "HAProxy does not listen")
+            wait_until(lambda: process.poll() is not None or all(map(listens, targets)), "HAProxy does not listen")
             if process.poll() is not None:
-                log.seek(0)
-                raise AssertionError(f"HAProxy ended at once:\n{log.read()}")
-            yield port
+                with open(log) as file:
+                    raise AssertionError(f"HAProxy ended at once:\n{file.read()}")
+            yield
         finally:
             end(process)
-            log.close()

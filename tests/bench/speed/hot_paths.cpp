@@ -63,7 +63,10 @@ void session(int times)
     testing::ScriptedHttp http(world.clock);
     LoadMonitor monitor(LoadMonitorParams(), http, world.clock, Logger());
     auto scheduler = fleet(10);
-    SessionService service(SessionServiceParams(), monitor, scheduler, world.clock, Logger());
+    SessionServiceParams params;
+    params.session_burst = 100'000;
+    params.session_rate = 10;
+    SessionService service(params, monitor, scheduler, world.clock, Logger());
     adapters::HttpRequestReader reader;
     std::string const request =
         "GET /session?url=https://github.com/o/r/blob/main/worlds/a.wbt HTTP/1.1\r\nHost: localhost:1999\r\n"
@@ -75,9 +78,10 @@ void session(int times)
         reader.commit(request.size());
         if (reader.parse() != adapters::HttpRequestReader::Progress::complete)
             std::abort();
+        auto asked = reader.request();
+        asked.client = asked.quota_key = "203.0.113.7";
         answer.clear();
-        adapters::append_response(answer, std::get<HttpResponse>(service.respond(reader.request())), true,
-                                  true);
+        adapters::append_response(answer, std::get<HttpResponse>(service.respond(asked)), true, true);
         sink += answer.size();
         reader.next();
     }

@@ -31,7 +31,7 @@ BOOST_AUTO_TEST_CASE(a_session_server_takes_over_servers_mail_polling_and_addres
     auto const next =
         session(R"({"port":1,"simulationServers":["a:1"],"server":"s","ssl":false,"portRewrite":false,
         "administrator":"a@b","mailServer":"m","mailServerPort":25,"mailSender":"s@b","mailSenderUser":"u","mailSenderPassword":"p",
-        "loadRefresh":1,"loadTimeout":1,"loadThreshold":50,"decisionsForAll":true,"viewerUrl":"u",
+        "loadRefresh":1,"loadTimeout":1,"loadThreshold":50,"decisionsForAll":true,"viewerUrl":"u","sessionBurst":1,"sessionRate":1,
         "hostNames":["h"],"allowedOrigins":["*"],"frameAncestors":[],"monitorPassword":"p","operatorTokenFile":"t"})");
     BOOST_TEST(keys_for_restart(running, next).empty());
 }

@@ -429,6 +429,25 @@ BOOST_AUTO_TEST_CASE(an_address_may_have_three_quarters_of_the_simulations_unles
         BOOST_TEST(!parse_simulation_config(R"({"simulationsPerAddress":)" + std::string(bad) + "}", "c.json"), bad);
 }
 
+BOOST_AUTO_TEST_CASE(a_client_may_ask_for_so_many_sessions_at_once_and_so_many_a_second)
+{
+    auto const parse = [](std::string_view keys) {
+        return parse_session_config(R"({"port":1,"simulationServers":[])" + std::string(keys) + "}", "c.json");
+    };
+    BOOST_TEST(parse("")->config.session_burst == 200);
+    BOOST_TEST(parse("")->config.session_rate == 10);
+    auto const configured = parse(R"(,"sessionBurst":5,"sessionRate":0.5)").value();
+    BOOST_TEST(configured.warnings.empty());
+    BOOST_TEST(configured.config.session_burst == 5);
+    BOOST_TEST(configured.config.session_rate == 0.5);
+    BOOST_TEST(parse(R"(,"sessionBurst":0,"sessionRate":0)").has_value());
+    BOOST_TEST(parse(R"(,"sessionRate":0.001)").error().message() ==
+               "c.json: key \"sessionRate\": expected 0, or a number from 0.01 to 100000, found the number 1E-3");
+    for (auto const* bad : {R"(,"sessionBurst":-1)", R"(,"sessionBurst":1.5)", R"(,"sessionBurst":100001)", R"(,"sessionRate":-1)",
+                            R"(,"sessionRate":"10")", R"(,"sessionRate":null)"})
+        BOOST_TEST(!parse(bad), bad);
+}
+
 BOOST_AUTO_TEST_CASE(trust_in_everybody_is_warned_of)
 {
     for (std::string const everybody : {"0.0.0.0/0", "::/0"}) {

@@ -45,6 +45,7 @@ struct Fixture
     HttpResponse get(std::string_view path, std::string_view method = "GET")
     {
         IncomingRequest request;
+        request.quota_key = client;
         request.method = method;
         request.path = path;
         return std::get<HttpResponse>(service.respond(request));
@@ -65,10 +66,12 @@ struct Fixture
         info.path = std::move(path);
         info.host = "localhost:1999";
         info.client = "203.0.113.7";
+        info.quota_key = client;
         tasks.spawn(service.converse(std::move(info), browser));
         world.settle();
     }
 
+    std::string client; ///< Who asks from now on.
     testing::World world;
     testing::RecordingLog log;
     testing::ScriptedHttp http;
@@ -284,6 +287,70 @@ BOOST_AUTO_TEST_CASE(session_over_a_websocket_is_one_frame_and_a_normal_close)
     fixture.connect(browser, "/session");
     BOOST_TEST(browser.sent == (std::vector<std::string>{"wss://a:2000"}), boost::test_tools::per_element());
     BOOST_TEST(browser.close_code.value() == 1000);
+}
+
+SessionServiceParams with_budget(std::size_t burst, double rate)
+{
+    SessionServiceParams params;
+    params.session_burst = burst;
+    params.session_rate = rate;
+    return params;
+}
+
+// Issue 16, item 3. Protocol 2.1: status 200 in every case, and a text that starts with "Error:" is shown.
+BOOST_AUTO_TEST_CASE(who_asks_for_sessions_too_often_is_told_so_and_others_are_served)
+{
+    Fixture fixture(with_budget(5, 0.5));
+    fixture.http.expect("GET http://a:2000/load").reply(200, "10").always();
+    fixture.start({"a:2000"});
+    fixture.client = "203.0.113.7";
+    for (int i = 0; i < 5; ++i)
+        BOOST_TEST(fixture.get("/session").body == "wss://a:2000");
+    auto const refused = fixture.get("/session");
+    BOOST_TEST(refused.status == 200);
+    BOOST_TEST(refused.body == "Error: too many sessions are asked for from your network. Please try again in a moment.");
+    BOOST_TEST(header(refused, "Retry-After") == "2");
+    BOOST_TEST(header(refused, "Access-Control-Allow-Origin") == "*");
+    BOOST_TEST(content_type(refused) == "text/html; charset=UTF-8");
+    BOOST_TEST(fixture.get("/session", "OPTIONS").status == 204);
+    BOOST_TEST(fixture.get("/").body == "1");
+    for (int i = 0; i < 20; ++i)
+        fixture.get("/session");
+    BOOST_TEST(std::count_if(fixture.log.lines.begin(), fixture.log.lines.end(), [](std::string const& line) {
+        return line.find("from 203.0.113.7: see \"sessionBurst\" and \"sessionRate\"") != std::string::npos;
+    }) == 1);
+    BOOST_TEST(fixture.get("/metrics").body.find("webots_placements_total{result=\"limited\"} 21\n") != std::string::npos);
+    fixture.client = "203.0.113.8";
+    BOOST_TEST(fixture.get("/session").body == "wss://a:2000");
+    fixture.client = "203.0.113.7";
+    fixture.world.advance(2s);
+    BOOST_TEST(fixture.get("/session").body == "wss://a:2000");
+    BOOST_TEST(fixture.get("/session").body.starts_with("Error: too many"));
+    fixture.service.set_params(with_budget(7, 0.5));
+    for (int i = 0; i < 7; ++i)
+        BOOST_TEST(fixture.get("/session").body == "wss://a:2000");
+    fixture.service.set_params(with_budget(7, 0.5));
+    BOOST_TEST(fixture.get("/session").body.starts_with("Error: too many"), "what did not change is not forgiven");
+}
+
+BOOST_AUTO_TEST_CASE(sessions_over_websockets_are_counted_with_the_others)
+{
+    Fixture fixture(with_budget(2, 1));
+    fixture.http.expect("GET http://a:2000/load").reply(200, "10").always();
+    fixture.start({"a:2000"});
+    fixture.client = "2001:db8::/64";
+    auto const ask = [&fixture] {
+        testing::LoopbackChannel browser(fixture.world.executor());
+        fixture.connect(browser, "/session");
+        BOOST_TEST(browser.close_code.value() == 1000);
+        return browser.sent.front();
+    };
+    BOOST_TEST(ask() == "wss://a:2000");
+    BOOST_TEST(fixture.get("/session").body == "wss://a:2000");
+    BOOST_TEST(ask() == "Error: too many sessions are asked for from your network. Please try again in a moment.");
+    fixture.client.clear(); // a trusted proxy itself
+    for (int i = 0; i < 10; ++i)
+        BOOST_TEST(ask() == "wss://a:2000");
 }
 
 BOOST_AUTO_TEST_CASE(transitions_are_logged_in_the_words_that_operators_know)
