@@ -117,7 +117,7 @@ std::string comparable(std::string_view origin)
     auto text = in_small_letters(origin);
     for (auto const& [scheme, port] : {std::pair("https://", ":443"), std::pair("http://", ":80")})
         if (text.starts_with(scheme) && text.ends_with(port))
-            text.resize(text.size() - std::string_view(port).size());
+            text.erase(text.size() - std::string_view(port).size());
     return text;
 }
 

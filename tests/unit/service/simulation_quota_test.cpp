@@ -241,7 +241,7 @@ std::pair<std::string, void (*)(Fixture&)> const ends[] = {
          request.method = "POST";
          request.path = "/api/drain";
          request.query = "off";
-         request.from_loopback = true;
+         request.is_operator = true;
          (void)f.service.respond(request);
      }},
     {"the server stops while a lost browser is waited for",
