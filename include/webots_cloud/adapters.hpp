@@ -49,7 +49,9 @@ struct HttpServerParams
     std::filesystem::path tls_key;
     std::size_t queue_bytes = 256 * 1024;  ///< Waiting for a browser that does not read; more, and it is dropped.
     std::size_t message_bytes = 64 * 1024; ///< The longest message of a browser; a longer one closes with 1009.
-    std::size_t connections_per_address = 1000; ///< More are answered 503 (or just closed, with TLS).
+    /// More are answered 503 (or just closed, with TLS). Three quarters of all connections that the limit of open files
+    /// allows, if that is less.
+    std::size_t connections_per_address = 1000;
     /// Addresses and networks, as in `10.0.0.0/8`, of proxies. The limit is not theirs, and what they say of their clients in
     /// X-Forwarded-For (or Forwarded) is believed. Default: this computer.
     std::vector<std::string> trusted_proxies{"127.0.0.0/8", "::1"};

@@ -8,6 +8,7 @@
 #include <webots_cloud/adapters.hpp>
 #include <webots_cloud/time.hpp>
 
+#include <algorithm>
 #include <string>
 
 namespace webots_cloud::adapters {
@@ -24,6 +25,15 @@ public:
         : connections_(most), statistics_(statistics), log_(log)
     {}
 
+    /// So many connections are all there can be: one client may not have more than three quarters of them.
+    void leave_room(std::size_t all)
+    {
+        auto const share = std::max<std::size_t>(1, all - all / 4);
+        is_lowered_ = share < connections_.most();
+        if (is_lowered_)
+            connections_.set_most(share);
+    }
+
     /// `ticket` is replaced when the client is admitted.
     bool admit(std::string const& quota_key, Ticket& ticket)
     {
@@ -34,9 +44,9 @@ public:
         if (verdict == core::ClientLimit::Verdict::refused_first &&
             lines_.take(std::chrono::steady_clock::now()))
             log_.warning(core::concat("More than ", std::to_string(connections_.most()), " connections from ",
-                                      quota_key,
-                                      " are refused: see \"connectionsPerAddress\", and "
-                                      "\"trustedProxies\" if that is a proxy"));
+                                      quota_key, " are refused: see \"connectionsPerAddress\"",
+                                      is_lowered_ ? " and the limit of open files" : "",
+                                      ", and \"trustedProxies\" if that is a proxy"));
         return false;
     }
 
@@ -45,6 +55,7 @@ private:
     HttpServerStatistics& statistics_;
     Logger const& log_;
     core::LineBudget lines_{10, 1.0 / 6};
+    bool is_lowered_ = false; ///< By the limit of open files.
 };
 
 } // namespace webots_cloud::adapters

@@ -180,8 +180,8 @@ void HttpConnection::read_forwarded(core::HeaderFields fields)
         client_quota_key_ = client->quota_key();
 }
 
-/// Whether the client may have one more WebSocket. One that came without a proxy has been counted since it was
-/// accepted; those of a proxy are counted here, where it is known whose they are.
+/// Whether the client may have one more WebSocket. One that came without a proxy has been counted since it
+/// was accepted; those of a proxy are counted here, where it is known whose they are.
 bool HttpConnection::admit_client()
 {
     return !peer_.is_proxy() || context_.limit.admit(client_quota_key_, ticket_);

@@ -61,11 +61,10 @@ class NetworkServer final : public HttpServer
 {
 public:
     NetworkServer(asio::any_io_executor executor, HttpServerParams params, Endpoint& endpoint, Logger log)
-        : executor_(std::move(executor)), params_(std::move(params)),
-          log_(std::move(log)), proxies_(params_.trusted_proxies),
+        : executor_(std::move(executor)), params_(std::move(params)), log_(std::move(log)),
+          proxies_(params_.trusted_proxies),
           limit_(params_.connections_per_address, statistics_, log_),
-          context_{params_, endpoint, log_, statistics_, proxies_, limit_}, endpoint_(endpoint),
-          acceptor_(executor_), sweeper_(executor_), tasks_(executor_)
+          context_{params_, endpoint, log_, statistics_, proxies_, limit_}, endpoint_(endpoint), acceptor_(executor_), sweeper_(executor_), tasks_(executor_)
     {}
 
     result<> listen() override;
@@ -122,6 +121,7 @@ result<> NetworkServer::listen()
             return loaded;
     }
     most_connections_ = adapters::affordable_connections(params_.spare_descriptors);
+    limit_.leave_room(most_connections_);
     return acceptor_.listen(params_.address, params_.port);
 }
 

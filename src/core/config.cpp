@@ -68,8 +68,9 @@ void warn_of_trust_in_everybody(NetworkConfig const& network, fs::path const& or
 {
     for (auto const& proxies : network.trusted_proxies)
         if (core::IpNetwork::parse(proxies)->is_everybody())
-            warnings.push_back(concat(origin.string(), ": key \"trustedProxies\": \"", proxies,
-                                      "\" is everybody: no client is limited, and each can pass for another"));
+            warnings.push_back(
+                concat(origin.string(), ": key \"trustedProxies\": \"", proxies,
+                       "\" is everybody: no client is limited, and each can pass for another"));
 }
 
 bool is_port(std::string_view text)

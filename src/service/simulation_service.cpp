@@ -176,10 +176,10 @@ void SimulationService::Impl::let_wait(std::uint64_t id, std::string const& quot
     if (!gone)
         return;
     if (surroundings.limit_lines.take(surroundings.clock.now()))
-        surroundings.log.warning(
-            concat("More than ", std::to_string(params.most_waiting), " connections, or ",
-                   std::to_string(params.waiting_per_address), " of one address, start nothing: [",
-                   std::to_string(*gone), "] makes room for one of ", quota_key.empty() ? "a proxy" : quota_key));
+        surroundings.log.warning(concat("More than ", std::to_string(params.most_waiting),
+                                        " connections, or ", std::to_string(params.waiting_per_address),
+                                        " of one address, start nothing: the oldest, [", std::to_string(*gone),
+                                        "], is closed"));
     auto* const oldest = waiting_channels.at(*gone);
     waiting_channels.erase(*gone);
     (void)oldest->send(

@@ -315,11 +315,13 @@ result<> SimulationSession::admit_client()
     auto const most = std::to_string(places.most());
     if (verdict == core::ClientLimit::Verdict::refused_first &&
         surroundings_.limit_lines.take(surroundings_.clock.now()))
-        surroundings_.log.warning(concat("More than ", most, " simulations of ", quota_key_,
-                                         " are refused: see \"simulationsPerAddress\", and \"trustedProxies\" if "
-                                         "that is a proxy"));
+        surroundings_.log.warning(
+            concat("More than ", most, " simulations of ", quota_key_,
+                   " are refused: see \"simulationsPerAddress\", and \"trustedProxies\" if "
+                   "that is a proxy"));
     return Failure(errc::refused,
-                   concat("Your network has ", most, " simulations on this server already, and may not have more. "
+                   concat("Your network has ", most,
+                          " simulations on this server already, and may not have more. "
                           "Please end one of them, or try again later. The administrator of the server can "
                           "raise \"simulationsPerAddress\"."));
 }

@@ -376,7 +376,7 @@ BOOST_AUTO_TEST_CASE(sockets_that_start_nothing_make_room_for_those_that_come)
         boost::test_tools::per_element());
     BOOST_TEST(first.close_code.has_value());
     BOOST_TEST(fixture.log.contains(
-        "More than 3 connections, or 3 of one address, start nothing: [1] makes room for one of d"));
+        "More than 3 connections, or 3 of one address, start nothing: the oldest, [1], is closed"));
     auto& fourth = fixture.connect("e"); // who runs does not wait
     BOOST_TEST(!second.close_code.has_value());
     third.browser_says(start_message); // a start that comes late is as good
