@@ -145,6 +145,11 @@ result<std::string> ask_operator_socket(std::filesystem::path const& path, std::
 /// Errors: `invalid_config`: the file can't be read, others may read it too, or a token is shorter than 16 characters.
 result<std::function<bool(std::string_view token)>> make_operator_token_check(std::filesystem::path const& file);
 
+/// All bytes of a regular file. Never waits for anybody, whatever stands there.
+///
+/// Errors: `unavailable`, its detail the reason alone, as "it is larger than <limit> bytes".
+result<std::string> read_regular_file(std::filesystem::path const& path, std::size_t limit);
+
 /// Whether a server could show a certificate (its chain after it) with its key, both PEM files.
 ///
 /// Errors: `invalid_config`, naming the file that is unusable.

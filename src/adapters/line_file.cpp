@@ -1,4 +1,6 @@
 #include "../core/text.hpp"
+#include "project_files.hpp"
+#include "regular_file.hpp"
 #include "worker_threads.hpp"
 
 #include <webots_cloud/adapters.hpp>
@@ -7,7 +9,6 @@
 
 #include <atomic>
 #include <cerrno>
-#include <fstream>
 #include <memory>
 #include <system_error>
 
@@ -27,14 +28,11 @@ std::string last_problem()
 class LineFile
 {
 public:
-    LineFile(asio::any_io_executor executor, std::filesystem::path file, Logger log)
-        : executor_(std::move(executor)), path_(std::move(file)), log_(std::move(log)),
-          file_(path_, std::ios::trunc)
+    LineFile(asio::any_io_executor executor, std::filesystem::path path, adapters::FileDescriptor file, Logger log)
+        : executor_(std::move(executor)), path_(std::move(path)), log_(std::move(log)), file_(std::move(file))
     {}
 
     ~LineFile() { writer_.join(); }
-
-    bool is_open() const { return file_.is_open(); }
 
     void append(std::string line)
     {
@@ -50,20 +48,18 @@ public:
 private:
     void write(std::string const& line)
     {
-        if (!file_.is_open())
-            return;
-        if (file_ << line << std::flush)
+        if (!file_ || adapters::write_all(file_.get(), line))
             return;
         auto const text =
             core::concat("Monitor log file ", path_.string(), " cannot be written: ", last_problem());
-        file_.close();
+        file_ = adapters::FileDescriptor();
         asio::post(executor_, [log = log_, text] { log.error(text); });
     }
 
     asio::any_io_executor executor_;
     std::filesystem::path path_;
     Logger log_;
-    std::ofstream file_; ///< The writer's, once that has begun.
+    adapters::FileDescriptor file_; ///< The writer's, once that has begun.
     std::atomic<int> waiting_ = 0;
     adapters::WorkerThreads writer_{1};
 };
@@ -73,15 +69,12 @@ private:
 std::function<void(std::string line)>
 make_line_file(asio::any_io_executor executor, std::filesystem::path file, std::string first_line, Logger log)
 {
-    std::error_code problem;
-    std::filesystem::create_directories(file.parent_path(), problem);
-    errno = 0;
-    auto const lines = std::make_shared<LineFile>(std::move(executor), file, log);
-    if (!lines->is_open()) {
-        log.error(core::concat("Monitor log file ", file.string(),
-                               " cannot be created: ", problem ? problem.message() : last_problem()));
+    auto opened = adapters::open_to_append(file, true);
+    if (!opened) {
+        log.error(core::concat("Monitor log file ", file.string(), " cannot be created: ", opened.error().message()));
         return {};
     }
+    auto const lines = std::make_shared<LineFile>(std::move(executor), file, std::move(*opened), log);
     lines->append(std::move(first_line));
     return [lines](std::string line) { lines->append(std::move(line)); };
 }

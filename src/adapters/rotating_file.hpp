@@ -1,18 +1,21 @@
 // A log file that is set aside when it is full, under the names that operators know.
 #pragma once
 
-#include <spdlog/details/file_helper.h>
+#include "file_descriptor.hpp"
+
 #include <spdlog/details/null_mutex.h>
 #include <spdlog/sinks/base_sink.h>
 
 #include <cstddef>
 #include <filesystem>
+#include <string_view>
 
 namespace webots_cloud::adapters {
 
 /// As Python's RotatingFileHandler names them: `output.log` is written, `output.log.1` is the last that was
 /// full, and so on; spdlog's own sink has `output.1.log`. Throws spdlog_ex when the file can't be opened or
-/// written.
+/// written. What
+/// stands under its name and is no file, such as a pipe that nobody reads, is refused and not waited for.
 ///
 /// Thread-safety: one thread.
 class RotatingFile final : public spdlog::sinks::base_sink<spdlog::details::null_mutex>
@@ -23,15 +26,17 @@ public:
 
 private:
     void sink_it_(spdlog::details::log_msg const& message) override;
-    void flush_() override { open_.flush(); }
+    void flush_() override {}
 
+    void open(bool empty);
+    void write(std::string_view text);
     void rotate();
     std::filesystem::path name(int age) const;
 
     std::filesystem::path file_;
     std::size_t most_;
     int old_files_;
-    spdlog::details::file_helper open_;
+    FileDescriptor open_; ///< None after a failure.
     std::size_t size_ = 0;
 };
 

@@ -69,9 +69,16 @@ public:
     {
         std::error_code ignored;
         fs::create_directories(path_.parent_path(), ignored);
-        file_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_NOFOLLOW | O_CLOEXEC, 0640);
-        if (file_ < 0)
+        // O_NONBLOCK: one thread writes all of them, and a pipe must not make it wait; for files it means nothing.
+        file_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0640);
+        struct stat status;
+        bool const is_other = file_ >= 0 && (::fstat(file_, &status) != 0 || !S_ISREG(status.st_mode));
+        if (is_other)
+            errno = EEXIST;
+        if (file_ < 0 || is_other) {
             writer_.complain(path_, "cannot be created");
+            close();
+        }
     }
 
     void write(std::string_view text)

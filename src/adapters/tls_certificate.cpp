@@ -1,13 +1,17 @@
 #include "tls_certificate.hpp"
 
 #include "../core/text.hpp"
+#include "regular_file.hpp"
 
 #include <webots_cloud/adapters.hpp>
 
+#include <openssl/bio.h>
 #include <openssl/err.h>
+#include <openssl/pem.h>
 #include <openssl/ssl.h>
 
 #include <cerrno>
+#include <memory>
 #include <sys/stat.h>
 #include <system_error>
 
@@ -19,6 +23,23 @@ using core::concat;
 // Of TLS 1.2: forward secrecy and authenticated encryption, as of TLS 1.3, whose own list is good as it is.
 // Whoever records the traffic and gets the key years later reads nothing.
 constexpr auto ciphers = "ECDHE+AESGCM:ECDHE+CHACHA20";
+
+// A chain of certificates is some kilobytes; renewed ones are read while the server runs.
+constexpr std::size_t largest_file = 1 << 20;
+
+template<auto free>
+struct Free
+{
+    template<class T>
+    void operator()(T* object) const noexcept
+    {
+        free(object);
+    }
+};
+
+using Bio = std::unique_ptr<BIO, Free<BIO_free>>;
+using Certificate = std::unique_ptr<X509, Free<X509_free>>;
+using Key = std::unique_ptr<EVP_PKEY, Free<EVP_PKEY_free>>;
 
 /// No terminal is asked for a passphrase.
 int no_passphrase(char*, int, int, void*)
@@ -37,17 +58,38 @@ std::string openssl_reason()
     return reason ? reason : "unknown reason";
 }
 
-/// The same of a file that was to be read: one that is there is not what was wanted.
+/// The same of a file that is not what was wanted.
 std::string reading_reason(std::string_view wanted)
 {
-    bool const is_there = !ERR_SYSTEM_ERROR(ERR_peek_error());
-    auto const reason = openssl_reason();
-    return is_there ? concat("expected ", wanted, ", found something else (", reason, ")") : reason;
+    return concat("expected ", wanted, ", found something else (", openssl_reason(), ")");
 }
 
 Failure unusable(std::string_view what, std::filesystem::path const& file, std::string_view why)
 {
     return Failure(errc::invalid_config, concat("the ", what, " ", file.string(), " can't be used: ", why));
+}
+
+/// Takes the certificate that a text begins with, and those after it as its chain; false: OpenSSL says why.
+bool use_certificates(SSL_CTX* context, std::string const& text)
+{
+    Bio const bio(BIO_new_mem_buf(text.data(), static_cast<int>(text.size())));
+    Certificate const own(bio ? PEM_read_bio_X509_AUX(bio.get(), nullptr, no_passphrase, nullptr) : nullptr);
+    if (!own || SSL_CTX_use_certificate(context, own.get()) != 1)
+        return false;
+    while (Certificate next{PEM_read_bio_X509(bio.get(), nullptr, no_passphrase, nullptr)})
+        if (SSL_CTX_add0_chain_cert(context, next.get()) == 1)
+            (void)next.release();
+    bool const was_last = ERR_GET_REASON(ERR_peek_last_error()) == PEM_R_NO_START_LINE;
+    if (was_last)
+        ERR_clear_error();
+    return was_last;
+}
+
+bool use_key(SSL_CTX* context, std::string const& text)
+{
+    Bio const bio(BIO_new_mem_buf(text.data(), static_cast<int>(text.size())));
+    Key const key(bio ? PEM_read_bio_PrivateKey(bio.get(), nullptr, no_passphrase, nullptr) : nullptr);
+    return key && SSL_CTX_use_PrivateKey(context, key.get()) == 1;
 }
 
 /// Changes whenever the file does, also when another one was put in its place.
@@ -86,10 +128,16 @@ result<TlsContext> load_tls_context(std::filesystem::path const& certificate,
                                         SSL_MODE_RELEASE_BUFFERS);
     SSL_CTX_set_session_cache_mode(context.get(), SSL_SESS_CACHE_OFF); // tickets do the same without memory
     SSL_CTX_set_default_passwd_cb(context.get(), no_passphrase);
-    if (SSL_CTX_use_certificate_chain_file(context.get(), certificate.c_str()) != 1)
+    auto const certificate_text = read_regular_file(certificate, largest_file);
+    if (!certificate_text)
+        return unusable("certificate", certificate, certificate_text.error().message());
+    if (!use_certificates(context.get(), *certificate_text))
         return unusable("certificate", certificate,
                         reading_reason("a PEM file with \"-----BEGIN CERTIFICATE-----\""));
-    if (SSL_CTX_use_PrivateKey_file(context.get(), key.c_str(), SSL_FILETYPE_PEM) != 1) {
+    auto const key_text = read_regular_file(key, largest_file);
+    if (!key_text)
+        return unusable("key", key, key_text.error().message());
+    if (!use_key(context.get(), *key_text)) {
         bool const is_other = ERR_GET_REASON(ERR_peek_last_error()) == X509_R_KEY_VALUES_MISMATCH;
         auto const reason = reading_reason("a PEM file with a private key that has no passphrase");
         return unusable("key", key,

@@ -9,17 +9,15 @@
 #include <boost/program_options/positional_options.hpp>
 #include <boost/program_options/variables_map.hpp>
 
-#include <cerrno>
-#include <cstring>
-#include <fstream>
 #include <iostream>
-#include <sstream>
 
 namespace webots_cloud {
 
 namespace options = boost::program_options;
 
 namespace {
+
+constexpr std::size_t largest_config = 1 << 20; // it is read again while the server runs
 
 /// `relative` in the working directory, or else in the tree that the program was built or installed in.
 std::filesystem::path find_default(std::filesystem::path const& relative)
@@ -117,13 +115,11 @@ result<std::string> read_config_file(std::filesystem::path const& path)
     std::error_code ignored;
     if (std::filesystem::is_directory(path, ignored))
         return Failure(errc::invalid_config, path.string() + ": expected a configuration file, found a folder");
-    std::ifstream file(path, std::ios::binary);
-    if (!file)
+    auto text = read_regular_file(path, largest_config);
+    if (!text)
         return Failure(errc::invalid_config,
-                       path.string() + ": the configuration can't be read: " + std::strerror(errno));
-    std::ostringstream text;
-    text << file.rdbuf();
-    return text.str();
+                       path.string() + ": the configuration can't be read: " + text.error().message());
+    return text;
 }
 
 } // namespace webots_cloud

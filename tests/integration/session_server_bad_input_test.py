@@ -292,6 +292,10 @@ class Tls(unittest.IsolatedAsyncioTestCase):
                 self.renew()
                 wait_until(lambda: self.shown(server) not in (first, second), "the third one is shown")
                 self.assertEqual(server.log().count("The certificate stays as it was: "), 1, server.log())
+                os.remove(self.certificate)
+                os.mkfifo(self.certificate)  # which nobody writes: it would be waited for
+                wait_until(lambda: server.log().count("The certificate stays as it was: ") == 2, "the pipe is noticed")
+                self.assertIsNotNone(self.shown(server))
                 await asyncio.wait_for(await browser.ping(), PATIENCE)
 
     async def test_who_does_not_speak_tls_hurts_nobody(self):
@@ -340,7 +344,11 @@ class Tls(unittest.IsolatedAsyncioTestCase):
             pass
         subprocess.run(["openssl", "ec", "-aes128", "-passout", "pass:x", "-in", self.key, "-out", self.path("locked.pem")],
                        check=True, capture_output=True)
+        os.mkfifo(self.path("pipe"))
         for certificate, key, sentence in (
+                (self.path("pipe"), self.key, "pipe can't be used: it is no regular file"),
+                (self.certificate, self.path("pipe"), "pipe can't be used: it is no regular file"),
+                ("/dev/zero", self.key, "/dev/zero can't be used: it is no regular file"),
                 (self.path("none.pem"), self.key, "none.pem can't be used: No such file or directory"),
                 (self.certificate, self.path("none.pem"), "none.pem can't be used: No such file or directory"),
                 (self.certificate, self.path("other_key.pem"), f"it is not the key of the certificate {self.certificate}"),

@@ -169,6 +169,17 @@ class Sessions(unittest.IsolatedAsyncioTestCase):
         self.assertEqual(server.process.returncode, 2)
 
 
+    def test_a_log_file_that_is_a_pipe_is_not_waited_for(self):
+        server = SessionServer([], debug=False)
+        self.addCleanup(server.close)
+        folder = os.path.join(server.folder, "log", "session")
+        os.makedirs(folder)
+        os.mkfifo(os.path.join(folder, "output.log"))
+        with self.assertRaises(AssertionError) as raised:
+            server.start()
+        self.assertIn("output.log cannot be created: it is no regular file", str(raised.exception))
+        self.assertEqual(server.process.returncode, 2)
+
     def test_the_log_as_json_is_an_object_a_line(self):
         for arguments, keys in (([], {"logFormat": "json"}), (["--log-format", "json"], {}),
                                 (["--log-format=json"], {"logFormat": "text"})):
@@ -236,6 +247,18 @@ class Programs(unittest.TestCase):
             self.assertEqual(status, 2, arguments)
             self.assertIn(sentence, text)
             self.assertEqual(text.count("\n"), 1, text)
+
+    def test_a_configuration_that_is_no_file_or_endless_is_refused_and_not_waited_for(self):
+        with tempfile.TemporaryDirectory() as folder:
+            pipe, large = os.path.join(folder, "pipe"), os.path.join(folder, "large")
+            os.mkfifo(pipe)
+            with open(large, "wb") as file:
+                file.truncate(1 << 40)
+            for path, why in ((pipe, "it is no regular file"), ("/dev/zero", "it is no regular file"),
+                              (large, "it is larger than 1048576 bytes")):
+                status, _, text = self.run_program(path)
+                self.assertEqual(status, 2, path)
+                self.assertEqual(text, f"webots-session-server: {path}: the configuration can't be read: {why}\n")
 
 
 if __name__ == "__main__":
