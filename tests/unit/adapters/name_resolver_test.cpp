@@ -12,6 +12,8 @@
 #include <future>
 #include <latch>
 #include <optional>
+#include <string>
+#include <vector>
 
 using namespace webots_cloud;
 using namespace std::chrono_literals;
@@ -31,7 +33,7 @@ public:
         ++state_->lookups;
         if (name.starts_with("hole"))
             state_->released.wait();
-        if (name == "nobody")
+        if (name.ends_with("nobody"))
             return Failure(errc::unreachable, "nobody knows it");
         return Addresses{asio::ip::make_address("192.0.2.1")};
     }
@@ -54,10 +56,19 @@ private:
     std::shared_ptr<State> state_ = std::make_shared<State>();
 };
 
+adapters::NameResolverParams params_of(std::size_t threads, Duration slow_after)
+{
+    adapters::NameResolverParams params;
+    params.threads = threads;
+    params.slow_threads = 1;
+    params.slow_after = slow_after;
+    return params;
+}
+
 struct Fixture
 {
-    explicit Fixture(std::size_t threads = 64)
-        : resolver(std::in_place, context.get_executor(), names, threads)
+    explicit Fixture(adapters::NameResolverParams params = {})
+        : resolver(std::in_place, context.get_executor(), names, params)
     {}
     ~Fixture() { names.release(); }
 
@@ -136,7 +147,7 @@ BOOST_AUTO_TEST_CASE(a_name_is_looked_up_once_for_all_who_ask_meanwhile_and_agai
 
 BOOST_AUTO_TEST_CASE(beyond_the_most_threads_names_wait_for_their_turn_unless_nobody_wants_them_any_more)
 {
-    Fixture fixture(1);
+    Fixture fixture(params_of(1, 1h));
     auto const hanging = fixture.ask("hole");
     fixture.run_until(fixture.ask("forgotten", 0s));
     auto const patient = fixture.ask("good");
@@ -148,6 +159,45 @@ BOOST_AUTO_TEST_CASE(beyond_the_most_threads_names_wait_for_their_turn_unless_no
     BOOST_TEST((*patient)->has_value());
     BOOST_TEST((*hanging)->has_value());
     BOOST_TEST(fixture.names.lookups() == 2);
+}
+
+BOOST_AUTO_TEST_CASE(names_that_hang_give_their_threads_up_after_a_moment)
+{
+    Fixture fixture(params_of(2, 10ms));
+    std::vector<Fixture::Outcome> hanging;
+    for (int i = 0; i < 4; ++i)
+        hanging.push_back(fixture.ask("hole" + std::to_string(i)));
+    auto const good = fixture.ask("good");
+    fixture.run_until(good);
+    BOOST_TEST((*good)->has_value());
+    for (auto const& outcome : hanging)
+        BOOST_TEST(!outcome->has_value());
+    fixture.names.release();
+    for (auto const& outcome : hanging) {
+        fixture.run_until(outcome);
+        BOOST_TEST((*outcome)->has_value());
+    }
+}
+
+BOOST_AUTO_TEST_CASE(a_name_that_hung_is_left_alone_for_a_while_and_its_last_addresses_serve)
+{
+    Fixture fixture(params_of(64, 0s));
+    auto const slow = fixture.ask("hole");
+    auto const dead = fixture.ask("hole of nobody");
+    fixture.context.poll();
+    fixture.run_until(fixture.ask("hole", 0s)); // whose deadline comes after the moment from which they are slow
+    fixture.names.release();
+    fixture.run_until(slow);
+    fixture.run_until(dead);
+    auto const lookups = fixture.names.lookups();
+    auto const again = fixture.ask("hole");
+    fixture.run_until(again);
+    BOOST_TEST((**again)->front().to_string() == "192.0.2.1");
+    auto const in_vain = fixture.ask("hole of nobody");
+    fixture.run_until(in_vain);
+    BOOST_TEST((*in_vain)->error().message() ==
+               "the name hole of nobody can't be resolved: no answer the last time; it will be looked up again in a moment");
+    BOOST_TEST(fixture.names.lookups() == lookups);
 }
 
 BOOST_AUTO_TEST_CASE(what_the_lookup_says_is_the_answer)
