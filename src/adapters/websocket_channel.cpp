@@ -2,11 +2,13 @@
 
 #include <boost/asio/bind_allocator.hpp>
 #include <boost/asio/deferred.hpp>
+#include <boost/asio/post.hpp>
 #include <boost/asio/this_coro.hpp>
 
 #include <array>
 #include <memory_resource>
 #include <numeric>
+#include <optional>
 
 namespace webots_cloud::adapters {
 
@@ -14,7 +16,8 @@ namespace asio = boost::asio;
 
 namespace {
 
-// Messages of the browser that nobody has received yet; more are left on the network.
+// Messages of the browser that nobody has received yet, and so how many are handled in one turn of the event loop; more are
+// left on the network.
 constexpr std::size_t most_received = 16;
 
 // A whole record of TLS: nothing is left inside OpenSSL, where no wait would find it.
@@ -32,8 +35,14 @@ WebSocketChannel::WebSocketChannel(NetworkStream stream, HttpServerParams const&
 void WebSocketChannel::start(std::string_view received)
 {
     take(received);
-    if (stream_.is_tls())
-        read(); // the record that brought the handshake may hold more
+    read_on();
+}
+
+/// After bytes that were not read by `read`: a record of TLS may hold more, which no wait would find.
+void WebSocketChannel::read_on()
+{
+    if (stream_.is_tls() && !unread_)
+        read();
     else
         await_bytes();
 }
@@ -51,6 +60,15 @@ void WebSocketChannel::await_bytes()
     if (awaiting_read_ || lost_ || (!closing_ && is_full()))
         return;
     awaiting_read_ = true;
+    if (unread_) // what was left of the last read comes in a turn of its own: other browsers first
+        return asio::post(stream_.socket().get_executor(), [this] {
+            awaiting_read_ = false;
+            if (lost_)
+                return cut();
+            auto const rest = std::move(unread_);
+            take(*rest);
+            read_on();
+        });
     auto resume = [this](boost::system::error_code error) {
         awaiting_read_ = false;
         if (error || lost_)
@@ -80,25 +98,34 @@ void WebSocketChannel::read()
 
 void WebSocketChannel::take(std::string_view bytes)
 {
-    while (!bytes.empty() && !broken_ && !close_received_)
-        obey(frames_.next(bytes));
+    std::optional<std::string> ping;
+    while (!bytes.empty() && !broken_ && !close_received_ && (closing_ || !is_full())) {
+        auto event = frames_.next(bytes);
+        if (event.kind == WebSocketEvent::Kind::ping)
+            ping = std::move(event.payload);
+        else
+            obey(std::move(event));
+    }
+    if (!bytes.empty() && !broken_ && !close_received_)
+        unread_ = std::make_unique<std::string>(bytes);
+    // Of several pings the last one is answered (RFC 6455, 5.5.3): a browser can't make us write for each frame.
+    if (ping && !closing_ && outgoing_.size() < params_.queue_bytes)
+        append_pong_frame(outgoing_, *ping);
+    if (ping)
+        write();
 }
 
 void WebSocketChannel::obey(WebSocketEvent event)
 {
     switch (event.kind) {
     case WebSocketEvent::Kind::need_more:
+    case WebSocketEvent::Kind::ping:
     case WebSocketEvent::Kind::pong:
         break;
     case WebSocketEvent::Kind::message:
         if (!closing_)
             received_.push_back(std::move(event.payload));
         notify();
-        break;
-    case WebSocketEvent::Kind::ping:
-        if (!closing_ && outgoing_.size() < params_.queue_bytes)
-            append_pong_frame(outgoing_, event.payload);
-        write();
         break;
     case WebSocketEvent::Kind::close:
         close_received_ = true;
@@ -215,6 +242,7 @@ void WebSocketChannel::cut()
 {
     lost_ = true;
     outgoing_ = std::string();
+    unread_.reset();
     stream_.close();
     notify();
 }

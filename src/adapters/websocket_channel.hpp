@@ -11,6 +11,7 @@
 #include <boost/asio/steady_timer.hpp>
 
 #include <cstddef>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -50,6 +51,7 @@ public:
 private:
     void await_bytes();
     void read();
+    void read_on();
     void take(std::string_view bytes);
     std::string take_message();
     void obey(WebSocketEvent event);
@@ -65,7 +67,8 @@ private:
     HttpServerStatistics& statistics_;
     WebSocketFrameReader frames_;
     std::vector<std::string> received_; ///< Messages that nobody has asked for yet.
-    std::string outgoing_;              ///< Frames, whole but for the first, of which a part may be sent.
+    std::unique_ptr<std::string> unread_; ///< Bytes behind those messages; null most of the time.
+    std::string outgoing_;                ///< Frames, whole but for the first, of which a part may be sent.
     TimePoint last_heard_;
     TimePoint deadline_ =
         TimePoint::max(); ///< For the end, once the channel is closing; before, for an answer to our ping.
