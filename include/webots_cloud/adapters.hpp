@@ -57,7 +57,8 @@ struct HttpServerParams
     std::vector<std::string> trusted_proxies{"127.0.0.0/8", "::1"};
     std::size_t spare_descriptors = 64; ///< Of the limit of open files, kept for everything that is no connection.
     Duration header_timeout = std::chrono::seconds(10); ///< For a TLS handshake, a request's headers, an answer to our close.
-    Duration idle_timeout = std::chrono::seconds(75);   ///< Between two requests of one connection, and to take an answer.
+    Duration idle_timeout = std::chrono::seconds(75);   ///< Between two requests of one connection.
+    Duration write_timeout = std::chrono::seconds(30);  ///< To take an answer.
     Duration ping_after = std::chrono::seconds(30);     ///< A WebSocket silent for that long is pinged; twice that: dropped.
     Duration stop_timeout = std::chrono::seconds(1);    ///< For browsers to answer our close when the server stops.
 };

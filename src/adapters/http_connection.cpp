@@ -5,6 +5,8 @@
 #include "websocket_handshake.hpp"
 
 #include <boost/asio/awaitable.hpp>
+#include <boost/asio/deferred.hpp>
+#include <boost/asio/post.hpp>
 
 #include <ctime>
 #include <variant>
@@ -65,7 +67,7 @@ asio::awaitable<bool> HttpConnection::answer_requests()
 {
     for (;;) {
         auto const next = answer();
-        bool const may_wait = next == Next::request && reader_.rest().size() > 0 && out_.size() < flush_size;
+        bool const may_wait = next == Next::request && !body_ && reader_.rest().size() > 0 && out_.size() < flush_size;
         if (!may_wait) {
             bool sent = flush_at_once();
             if (!sent)
@@ -74,6 +76,8 @@ asio::awaitable<bool> HttpConnection::answer_requests()
                 co_return false;
             if (next == Next::websocket)
                 co_return true;
+            if (reader_.rest().size() > 0) // who has sent many requests at once does not keep others waiting
+                co_await asio::post(asio::deferred);
         }
         reader_.next();
         bool const complete = co_await read_request(context_.params.idle_timeout);
@@ -195,6 +199,13 @@ HttpConnection::Next HttpConnection::give(HttpResponse const& response, Incoming
                              concat(std::to_string(response.status), " ", request.method, " ",
                                     core::printable(request.path, 200), " (", client(), ")"));
     bool const stays_open = reader_.keep_alive() && !stopping_;
+    if (response.shared) {
+        body_rest_ = encoded(*response.shared, request.header("Accept-Encoding"));
+        append_shared_head(out_, response, stays_open, body_rest_);
+        if (request.method != "HEAD" && !body_rest_.empty())
+            body_ = response.shared;
+        return stays_open ? Next::request : Next::close;
+    }
     append_response(out_, response, stays_open, request.method != "HEAD");
     return stays_open ? Next::request : Next::close;
 }
@@ -204,14 +215,22 @@ bool HttpConnection::flush_at_once()
 {
     boost::system::error_code error;
     out_.erase(0, stream_.try_write(out_, error));
-    return out_.empty();
+    if (out_.empty() && body_) {
+        body_rest_.remove_prefix(stream_.try_write(body_rest_, error));
+        if (body_rest_.empty())
+            body_.reset();
+    }
+    return out_.empty() && !body_;
 }
 
 asio::awaitable<bool> HttpConnection::flush()
 {
-    set_deadline(context_.params.idle_timeout);
-    auto const error = co_await stream_.write(out_);
+    set_deadline(context_.params.write_timeout);
+    auto error = co_await stream_.write(out_);
     out_.clear();
+    if (body_ && !error)
+        error = co_await stream_.write(body_rest_);
+    body_.reset();
     co_return !error && !is_cut_;
 }
 

@@ -9,6 +9,7 @@
 #include <webots_cloud/adapters.hpp>
 #include <webots_cloud/time.hpp>
 
+#include <memory>
 #include <string>
 #include <string_view>
 
@@ -99,6 +100,8 @@ private:
     bool is_cut_ = false;
     HttpRequestReader reader_;
     std::string out_;
+    std::shared_ptr<SharedBody const> body_; ///< Follows `out_`; null: nothing does.
+    std::string_view body_rest_;             ///< What is still to be sent of it.
     TimePoint deadline_ = TimePoint::max();
 };
 

@@ -4,11 +4,18 @@
 #include <webots_cloud/transport/http.hpp>
 
 #include <string>
+#include <string_view>
 
 namespace webots_cloud::adapters {
 
 /// Appends status line, headers and body to `out`. `keep_alive` says whether the connection stays open; the
 /// answer to HEAD is without its body.
 void append_response(std::string& out, HttpResponse const& response, bool keep_alive, bool with_body);
+
+/// The same of a response with a shared body, which is not appended: `body` is what will be sent of it.
+void append_shared_head(std::string& out, HttpResponse const& response, bool keep_alive, std::string_view body);
+
+/// What is sent of a shared body to a client that says `accept_encoding`: the text, or the same compressed. A view into it.
+std::string_view encoded(SharedBody const& body, std::string_view accept_encoding);
 
 } // namespace webots_cloud::adapters

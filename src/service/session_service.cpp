@@ -5,6 +5,7 @@
 #include "../core/metrics_text.hpp"
 #include "../core/monitor_page.hpp"
 #include "../core/session_board.hpp"
+#include "../core/shared_page.hpp"
 #include "../core/text.hpp"
 #include "../core/token_buckets.hpp"
 #include "../web/assets.hpp"
@@ -88,7 +89,8 @@ struct SessionService::Impl
     std::vector<core::SessionRow> monitor_rows() const;
     std::string monitor_snapshot();
     HttpResponse monitor_page(IncomingRequest const& request);
-    HttpResponse viewer(std::string_view path) const;
+    std::string monitor_text() const;
+    HttpResponse viewer(IncomingRequest const& request);
     HttpResponse decisions(IncomingRequest const& request) const;
     HttpResponse metrics() const;
 
@@ -103,6 +105,9 @@ struct SessionService::Impl
     core::SessionBoard board;
     std::map<std::string, std::uint64_t, std::less<>> placed_before; // on servers that left the list and may come back
     MonitorFeed feed; // to those that watch the monitor page
+    core::TimedPage monitor_html;
+    core::TimedPage monitor_json;
+    std::map<char const*, core::SharedPage> files; // of the viewer, by where their contents are embedded
     std::uint64_t placed = 0;
     std::uint64_t refused = 0;
     std::uint64_t limited = 0;
@@ -129,6 +134,8 @@ void SessionService::set_params(SessionServiceParams params)
     impl_->board.set_threshold(impl_->params.threshold);
     if (!keeps_budget)
         impl_->set_budget();
+    impl_->monitor_html.expire();
+    impl_->monitor_json.expire();
 }
 
 void SessionService::set_servers(std::vector<ServerSpec> const& servers)
@@ -143,6 +150,8 @@ void SessionService::set_servers(std::vector<ServerSpec> const& servers)
             impl_->placed_before[row.address] = forgotten;
     impl_->monitor.set_servers(addresses);
     impl_->board.list(impl_->monitor_rows());
+    impl_->monitor_html.expire();
+    impl_->monitor_json.expire();
     impl_->update_availability(impl_->clock.now());
     impl_->update_monitor();
 }
@@ -293,8 +302,17 @@ void SessionService::Impl::update_monitor()
 
 HttpResponse SessionService::Impl::monitor_page(IncomingRequest const& request)
 {
-    if (request.header("Accept").starts_with("application/json"))
-        return core::json_page(monitor_snapshot()); // for pages whose proxy lets no WebSocket through
+    auto const known = request.header("If-None-Match");
+    if (request.header("Accept").starts_with("application/json")) { // for pages whose proxy lets no WebSocket through
+        auto const make = [this] { return monitor_snapshot(); };
+        return monitor_json.get(clock.now(), make).answer("application/json", known);
+    }
+    auto const make = [this] { return monitor_text(); };
+    return monitor_html.get(clock.now(), make).answer(core::html_type, known);
+}
+
+std::string SessionService::Impl::monitor_text() const
+{
     core::SessionMonitorView view;
     view.started = started;
     view.now = clock.now();
@@ -302,11 +320,12 @@ HttpResponse SessionService::Impl::monitor_page(IncomingRequest const& request)
     view.threshold = params.threshold;
     view.servers = monitor_rows();
     view.assets = monitor_assets("session.js", params.port);
-    return core::page(core::session_monitor_page(view));
+    return core::session_monitor_page(view);
 }
 
-HttpResponse SessionService::Impl::viewer(std::string_view path) const
+HttpResponse SessionService::Impl::viewer(IncomingRequest const& request)
 {
+    auto const path = request.path;
     if (path == "/viewer") {
         HttpResponse response(301, {}, {});
         response.headers.emplace_back("Location", "viewer/"); // relative: also right behind a rewriting proxy
@@ -315,9 +334,13 @@ HttpResponse SessionService::Impl::viewer(std::string_view path) const
     if (path == "/viewer/defaults.json" && !params.viewer_defaults.empty())
         return core::json_page(params.viewer_defaults);
     auto const name = path == "/viewer/" ? std::string_view("viewer/index.html") : path.substr(1);
-    if (auto const asset = web::find_asset(name))
-        return {200, std::string(asset->content_type), std::string(asset->content)};
-    return core::not_found_page();
+    auto const asset = web::find_asset(name);
+    if (!asset)
+        return core::not_found_page();
+    auto& page = files[asset->content.data()];
+    if (page.empty())
+        page.set(std::string(asset->content));
+    return page.answer(asset->content_type, request.header("If-None-Match"));
 }
 
 /// Why browsers were sent where they were sent: the operator's business.
@@ -375,7 +398,7 @@ Answer SessionService::respond(IncomingRequest const& request)
         return core::page(core::mean_load(impl_->monitor.totals()));
     if (request.path == "/monitor")
         return request.upgrade ? Answer(Converse()) : impl_->monitor_page(request);
-    return impl_->viewer(request.path);
+    return impl_->viewer(request);
 }
 
 /// No coroutine itself: its frame would lie below that of every browser that waits.

@@ -1,6 +1,7 @@
 // The parts of HTTP that the client seam and the server seam share.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -10,6 +11,15 @@ namespace webots_cloud {
 
 /// Header fields in order; names compare without case.
 using HttpHeaders = std::vector<std::pair<std::string, std::string>>;
+
+/// A body that many answers share: it is made once, and sent to each from the same memory.   Thread-safety: one executor.
+struct SharedBody
+{
+    explicit SharedBody(std::string body) : text(std::move(body)) {}
+
+    std::string const text;
+    mutable std::string gzip; ///< The same compressed, made by the adapter for the first client that takes it.
+};
 
 /// What one side answers. `Content-Length`, `Date`, `Server` and `Connection` are the adapter's business.
 struct HttpResponse
@@ -25,6 +35,10 @@ struct HttpResponse
     /// Headers that never differ, as lines with their line ends (CR LF): of static lifetime, so that busy answers need not build them.
     std::string_view fixed_headers;
     std::string body;
+    std::shared_ptr<SharedBody const> shared; ///< Instead of `body`, unless null.
+
+    /// The body, shared or not.
+    std::string const& text() const noexcept { return shared ? shared->text : body; }
 
     bool operator==(HttpResponse const&) const = default;
 };

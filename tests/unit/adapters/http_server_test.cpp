@@ -2,6 +2,8 @@
 
 #include "adapters/network_fixture.hpp"
 
+#include <zlib.h>
+
 #include <optional>
 #include <vector>
 
@@ -22,6 +24,21 @@ std::string frame(unsigned first, std::string_view payload)
 {
     std::string bytes{static_cast<char>(first), static_cast<char>(0x80 | payload.size()), 0, 0, 0, 0};
     return bytes.append(payload);
+}
+
+std::string unpacked(std::string const& gzip)
+{
+    z_stream stream{};
+    BOOST_TEST_REQUIRE(::inflateInit2(&stream, 15 + 16) == Z_OK);
+    std::string text(4'000'000, '\0');
+    stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(gzip.data()));
+    stream.avail_in = static_cast<uInt>(gzip.size());
+    stream.next_out = reinterpret_cast<Bytef*>(text.data());
+    stream.avail_out = static_cast<uInt>(text.size());
+    BOOST_TEST(::inflate(&stream, Z_FINISH) == Z_STREAM_END);
+    text.resize(stream.total_out);
+    ::inflateEnd(&stream);
+    return text;
 }
 
 std::string close_frame(unsigned code)
@@ -234,6 +251,61 @@ BOOST_AUTO_TEST_CASE(a_browser_that_does_not_read_is_dropped_and_slows_nobody)
     BOOST_TEST(server.eventually_counts(&HttpServerStatistics::connections, 0));
 }
 
+BOOST_AUTO_TEST_CASE(a_shared_body_is_sent_from_where_it_is_and_compressed_once_for_who_takes_that)
+{
+    RunningServer server;
+    std::string text;
+    for (int i = 0; i < 50'000; ++i)
+        text += std::to_string(i) + " ";
+    server.endpoint.shared = std::make_shared<SharedBody const>(text);
+    Client client(server);
+    std::string const asked = "GET /shared HTTP/1.1\r\nHost: h\r\n";
+    client.say(asked + "\r\nHEAD /shared HTTP/1.1\r\nHost: h\r\n\r\nGET /next HTTP/1.1\r\nHost: h\r\n\r\n");
+    auto const length = "Content-Length: " + std::to_string(text.size()) + "\r\n";
+    auto const head = client.read_to("\r\n\r\n");
+    BOOST_TEST(head.find(length) != std::string::npos, head);
+    BOOST_TEST(head.find("Content-Encoding") == std::string::npos);
+    BOOST_TEST((client.read(text.size()) == text));
+    BOOST_TEST(client.read_to("\r\n\r\n").find(length) != std::string::npos); // of HEAD
+    client.read_to("\r\n\r\n");
+    BOOST_TEST(client.read(5) == "/next");
+    std::string compressed;
+    for (auto const* encodings : {"gzip, br", "br;q=1.0, gzip;q=0.5", "GZIP"}) {
+        client.say(asked + "Accept-Encoding: " + encodings + "\r\n\r\n");
+        auto const answer = client.read_to("\r\n\r\n");
+        BOOST_TEST(answer.find("Content-Encoding: gzip\r\n") != std::string::npos, encodings);
+        auto const body = client.read(server.endpoint.shared->gzip.size());
+        BOOST_TEST(body.starts_with("\x1f\x8b"));
+        BOOST_TEST((compressed.empty() || body == compressed));
+        compressed = body;
+    }
+    BOOST_TEST(unpacked(compressed) == text);
+    for (auto const* encodings : {"gzip;q=0", "br", "gzipped"}) {
+        client.say(asked + "Accept-Encoding: " + encodings + "\r\n\r\n");
+        BOOST_TEST(client.read_to("\r\n\r\n").find(length) != std::string::npos, encodings);
+        BOOST_TEST((client.read(text.size()) == text));
+    }
+}
+
+BOOST_AUTO_TEST_CASE(who_does_not_take_a_shared_body_holds_no_copy_and_is_cut_in_time)
+{
+    HttpServerParams params;
+    params.write_timeout = std::chrono::seconds(1);
+    RunningServer server(params);
+    // Far more than the kernel takes for a connection.
+    server.endpoint.shared = std::make_shared<SharedBody const>(std::string(64'000'000, 'x'));
+    auto const readers = [&] { return server.endpoint.shared.use_count() - 1; };
+    Client slow(server);
+    slow.say("GET /shared HTTP/1.1\r\nHost: h\r\n\r\n");
+    BOOST_TEST(eventually([&] { return readers() == 1; }));
+    Client other(server);
+    other.say("GET /served HTTP/1.0\r\n\r\n");
+    BOOST_TEST(other.read_all().ends_with("/served"));
+    BOOST_TEST(eventually([&] { return readers() == 0; }));
+    BOOST_TEST(server.statistics().timed_out == 1u);
+    BOOST_TEST(slow.read_all().size() < 64'000'000u);
+}
+
 // Protocol sections 2.2 and 4.1.
 BOOST_AUTO_TEST_CASE(a_handshake_is_taken_from_every_origin_and_negotiates_nothing)
 {
@@ -266,6 +338,38 @@ BOOST_AUTO_TEST_CASE(messages_that_came_with_the_handshake_are_answered_in_order
     client.say(frame(0x88, "\x03\xe8"));
     BOOST_TEST(client.read_all() == close_frame(1000));
     BOOST_TEST(server.eventually_counts(&HttpServerStatistics::websockets, 0));
+}
+
+// The event loop belongs to nobody else.
+BOOST_AUTO_TEST_CASE(of_many_small_messages_a_few_are_handled_before_others_have_their_turn)
+{
+    RunningServer server;
+    Client client(server);
+    client.upgrade("/turns");
+    std::string frames;
+    for (int i = 0; i < 2000; ++i)
+        frames += frame(0x81, "");
+    client.say(frames);
+    BOOST_TEST(eventually([&] { return server.endpoint.messages == 2000; }));
+    BOOST_TEST(server.endpoint.most_messages_a_turn <= 32);
+    client.say(frame(0x88, ""));
+    BOOST_TEST(client.read_all() == std::string("\x88\0", 2));
+}
+
+BOOST_AUTO_TEST_CASE(of_many_pings_that_come_at_once_the_last_is_answered)
+{
+    RunningServer server;
+    Client client(server);
+    client.upgrade("/echo");
+    std::string frames;
+    for (int i = 0; i < 2000; ++i)
+        frames += frame(0x89, "");
+    client.say(frames + frame(0x89, "last") + frame(0x81, "x"));
+    auto const answers = client.read_to(std::string("\x81\x01x", 3));
+    BOOST_TEST(answers.size() < 100u);
+    BOOST_TEST(answers.find("\x8a\x04last") != std::string::npos);
+    client.say(frame(0x88, ""));
+    BOOST_TEST(client.read_all() == std::string("\x88\0", 2));
 }
 
 BOOST_AUTO_TEST_CASE(a_browser_that_breaks_the_protocol_is_told_why_and_closed)

@@ -13,8 +13,10 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
+#include <boost/asio/this_coro.hpp>
 #include <boost/asio/write.hpp>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -28,8 +30,9 @@ namespace webots_cloud {
 
 inline constexpr auto patience = std::chrono::seconds(30); // only how long a broken server is waited for
 
-/// Answers every request with its path, but `/who` with who asks and by what that is counted. WebSockets:
-/// `/echo` answers, `/who` tells the same first, `/flood` sends until the channel refuses.
+/// Answers every request with its path, `/shared` with `shared`, `/who` with who asks and by what that is counted. WebSockets:
+/// `/echo` answers, `/who` tells the same first, `/flood` sends until the
+/// channel refuses, `/turns` counts.
 class TestEndpoint final : public Endpoint
 {
 public:
@@ -39,6 +42,11 @@ public:
             return Converse();
         if (request.path == "/who")
             return HttpResponse(200, "text/plain", name(request.client, request.quota_key));
+        if (request.path == "/shared") {
+            HttpResponse response(200, "text/plain", {});
+            response.shared = shared;
+            return response;
+        }
         return HttpResponse(request.method == "POST" ? 405 : 200, "text/plain", std::string(request.path));
     }
 
@@ -48,6 +56,8 @@ public:
             flood(channel);
         if (info.path == "/who")
             (void)channel.send(name(info.client, info.quota_key));
+        if (info.path == "/turns")
+            co_return co_await count_turns(channel);
         for (;;) {
             auto message = co_await channel.receive();
             if (!message)
@@ -58,13 +68,34 @@ public:
     }
 
     std::atomic<bool> flood_refused = false;
-    std::atomic<int> ended = 0; ///< Conversations.
+    std::atomic<int> ended = 0;                ///< Conversations.
+    std::atomic<int> messages = 0;             ///< On `/turns`.
+    std::atomic<int> most_messages_a_turn = 0; ///< Of these, before others had their turn.
+    std::shared_ptr<SharedBody const> shared;
 
 private:
     static std::string name(std::string_view client, std::string_view quota_key)
     {
         return "I am " + std::string(client) + ", counted by [" + std::string(quota_key) + "]\n";
     }
+
+    /// Counts the messages that come before work that is waiting is done.
+    boost::asio::awaitable<void> count_turns(Channel& channel)
+    {
+        auto const executor = co_await boost::asio::this_coro::executor;
+        for (;;) {
+            auto const message = co_await channel.receive();
+            if (!message)
+                break;
+            ++messages;
+            if (++messages_this_turn_ == 1)
+                boost::asio::post(executor, [this] { messages_this_turn_ = 0; });
+            most_messages_a_turn = std::max(most_messages_a_turn.load(), messages_this_turn_);
+        }
+        ++ended;
+    }
+
+    int messages_this_turn_ = 0;
 
     void flood(Channel& channel)
     {

@@ -252,6 +252,20 @@ BOOST_AUTO_TEST_CASE(who_watches_the_monitor_gets_everything_once_and_then_what_
     BOOST_TEST(watcher.sent.size() == before);
 }
 
+// The event loop belongs to nobody else.
+BOOST_AUTO_TEST_CASE(the_monitor_page_is_made_once_a_second_for_all_who_ask)
+{
+    Fixture fixture;
+    fixture.http.expect("GET http://a:2000/load").reply(200, "10").always();
+    fixture.start({"a:2000"});
+    auto const page = fixture.get("/monitor");
+    BOOST_TEST_REQUIRE((page.shared != nullptr));
+    BOOST_TEST(fixture.get("/session").body == "wss://a:2000"); // which the page counts
+    BOOST_TEST((fixture.get("/monitor").shared == page.shared));
+    fixture.world.advance(1s);
+    BOOST_TEST((fixture.get("/monitor").shared != page.shared));
+}
+
 BOOST_AUTO_TEST_CASE(get_on_the_root_tells_availability_too)
 {
     Fixture fixture;
@@ -471,8 +485,8 @@ BOOST_AUTO_TEST_CASE(new_parameters_hold_at_once_and_browsers_stay)
     BOOST_TEST(fixture.get("/session").body == "ws://a:2000");
     BOOST_TEST(fixture.get("/api/decisions").status == 200);
     BOOST_TEST(fixture.get("/viewer/defaults.json").body == "{}");
-    BOOST_TEST(fixture.get("/monitor").body.find("class=\"full\"") != std::string::npos,
-               fixture.get("/monitor").body);
+    BOOST_TEST(fixture.get("/monitor").text().find("class=\"full\"") != std::string::npos,
+               fixture.get("/monitor").text());
     fixture.world.advance(10s);
     BOOST_TEST((told == std::vector{LoadTransition::not_responding}));
     BOOST_TEST(browser.sent == (std::vector<std::string>{"1", "0"}), boost::test_tools::per_element());
@@ -512,6 +526,8 @@ BOOST_AUTO_TEST_CASE(the_viewer_is_served_with_the_types_that_browsers_insist_on
     BOOST_TEST(header(fixture.get("/viewer"), "Location") == "viewer/");
     BOOST_TEST(fixture.get("/viewer/").content_type == "text/html; charset=UTF-8");
     BOOST_TEST(fixture.get("/viewer/viewer.js").content_type == "text/javascript");
+    BOOST_TEST((fixture.get("/viewer/viewer.js").shared == fixture.get("/viewer/viewer.js").shared)); // made once
+    BOOST_TEST(header(fixture.get("/viewer/viewer.js"), "ETag") != header(fixture.get("/viewer/"), "ETag"));
     BOOST_TEST(fixture.get("/viewer/../session").status == 404);
     BOOST_TEST(fixture.get("/viewer/nope.js").status == 404);
 }
