@@ -115,8 +115,8 @@ public:
     /// Whole messages that the browser gets before all others: what the project says of itself. Containers only.
     virtual std::vector<std::string> const& announcements() const noexcept = 0;
 
-    /// What the simulator and everything it started have consumed.
-    virtual ProcessUsage usage() const = 0;
+    /// What the simulator and everything it started have consumed. The simulation may be destroyed meanwhile.
+    virtual boost::asio::awaitable<ProcessUsage> usage() = 0;
 };
 
 /// Starts simulators on ports of its own.

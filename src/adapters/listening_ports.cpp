@@ -1,5 +1,7 @@
 #include "listening_ports.hpp"
 
+#include "process_tree.hpp"
+
 #include <dirent.h>
 #include <linux/inet_diag.h>
 #include <linux/netlink.h>
@@ -8,11 +10,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
 #include <charconv>
-#include <cstring>
-#include <fstream>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -26,29 +25,52 @@ constexpr unsigned listen_state = 10;
 
 using PortsByInode = std::unordered_map<std::uint32_t, std::uint16_t>;
 
+// Of one look: see the header.
+constexpr std::size_t most_processes = 64;
+constexpr std::size_t most_files = 8192;
+
+/// A question for sockets that listen, with a condition on their port: a program for the kernel, whose
+/// instructions have the size of a word, an argument in the word after them, and say how far to go on when
+/// they hold and when not. One that leads behind the end refuses the socket.
 struct Request
 {
     nlmsghdr header;
     inet_diag_req_v2 body;
+    nlattr attribute;
+    std::array<inet_diag_bc_op, 4> condition;
 };
 
 /// Reads one answer; false when it was the last.
 bool take_answer(char* data, ssize_t size, PortsByInode& ports)
 {
     auto left = static_cast<unsigned>(size);
-    for (auto* header = reinterpret_cast<nlmsghdr*>(data); NLMSG_OK(header, left); header = NLMSG_NEXT(header, left)) {
+    for (auto* header = reinterpret_cast<nlmsghdr*>(data); NLMSG_OK(header, left);
+         header = NLMSG_NEXT(header, left)) {
         if (header->nlmsg_type == NLMSG_DONE || header->nlmsg_type == NLMSG_ERROR)
             return false;
-        auto const* socket = reinterpret_cast<inet_diag_msg const*>(reinterpret_cast<char const*>(header) + NLMSG_HDRLEN);
+        auto const* socket =
+            reinterpret_cast<inet_diag_msg const*>(reinterpret_cast<char const*>(header) + NLMSG_HDRLEN);
         ports.emplace(socket->idiag_inode, ntohs(socket->id.idiag_sport));
     }
     return true;
 }
 
-/// Adds every listening TCP socket of one address family (sock_diag(7)).
-void ask_kernel(int netlink, std::uint8_t family, PortsByInode& ports)
+std::array<inet_diag_bc_op, 4> port_between(std::uint16_t first, std::uint16_t last)
+{
+    constexpr std::uint8_t word = sizeof(inet_diag_bc_op);
+    inet_diag_bc_op at_least{INET_DIAG_BC_S_GE, 2 * word, 5 * word};
+    inet_diag_bc_op at_most{INET_DIAG_BC_S_LE, 2 * word, 3 * word};
+    return {at_least, inet_diag_bc_op{0, 0, first}, at_most, inet_diag_bc_op{0, 0, last}};
+}
+
+/// Adds the TCP sockets of one address family that listen on such ports (sock_diag(7)).
+void ask_kernel(int netlink, std::uint8_t family, std::uint16_t first, std::uint16_t last,
+                PortsByInode& ports)
 {
     Request request{};
+    request.attribute.nla_type = INET_DIAG_REQ_BYTECODE;
+    request.attribute.nla_len = sizeof request.attribute + sizeof request.condition;
+    request.condition = port_between(first, last);
     request.header.nlmsg_len = sizeof request;
     request.header.nlmsg_type = SOCK_DIAG_BY_FAMILY;
     request.header.nlmsg_flags = NLM_F_REQUEST | NLM_F_DUMP;
@@ -65,61 +87,59 @@ void ask_kernel(int netlink, std::uint8_t family, PortsByInode& ports)
     }
 }
 
-PortsByInode listening_sockets()
+PortsByInode listening_sockets(std::uint16_t first, std::uint16_t last)
 {
     PortsByInode ports;
     int const netlink = ::socket(AF_NETLINK, SOCK_DGRAM | SOCK_CLOEXEC, NETLINK_SOCK_DIAG);
     if (netlink < 0)
         return ports;
-    ask_kernel(netlink, AF_INET, ports);
-    ask_kernel(netlink, AF_INET6, ports);
+    ask_kernel(netlink, AF_INET, first, last, ports);
+    ask_kernel(netlink, AF_INET6, first, last, ports);
     ::close(netlink);
     return ports;
 }
 
-std::vector<pid_t> children(pid_t parent)
-{
-    std::vector<pid_t> found;
-    std::ifstream list("/proc/" + std::to_string(parent) + "/task/" + std::to_string(parent) + "/children");
-    for (pid_t child = 0; list >> child;)
-        found.push_back(child);
-    return found;
-}
+/// What is left of the files that may be looked at.
+using Budget = std::size_t;
 
-void add_ports_of(pid_t process, PortsByInode const& sockets, std::vector<std::uint16_t>& ports)
+/// The lowest of `sockets` that is among the open files of a process; 0: none.
+std::uint16_t port_of(pid_t process, PortsByInode const& sockets, Budget& files)
 {
     auto const folder = "/proc/" + std::to_string(process) + "/fd";
     std::unique_ptr<DIR, int (*)(DIR*)> const directory(::opendir(folder.c_str()), ::closedir);
     if (!directory)
-        return;
+        return 0;
     constexpr std::string_view prefix = "socket:[";
-    while (auto const* entry = ::readdir(directory.get())) {
+    std::uint16_t lowest = 0;
+    for (; files > 0; --files) {
+        auto const* entry = ::readdir(directory.get());
+        if (!entry)
+            break;
         std::array<char, 64> target;
         auto const size = ::readlinkat(::dirfd(directory.get()), entry->d_name, target.data(), target.size());
         if (size <= 0 || !std::string_view(target.data(), static_cast<std::size_t>(size)).starts_with(prefix))
             continue;
         std::uint32_t inode = 0;
         std::from_chars(target.data() + prefix.size(), target.data() + size, inode);
-        if (auto const socket = sockets.find(inode); socket != sockets.end())
-            ports.push_back(socket->second);
+        auto const socket = sockets.find(inode);
+        if (socket != sockets.end() && (lowest == 0 || socket->second < lowest))
+            lowest = socket->second;
     }
+    return lowest;
 }
 
 } // namespace
 
-std::vector<std::uint16_t> listening_ports(pid_t root)
+std::uint16_t listening_port(pid_t root, std::uint16_t first, std::uint16_t last)
 {
-    auto const sockets = listening_sockets();
-    std::vector<std::uint16_t> ports;
-    std::vector<pid_t> tree{root};
-    for (std::size_t i = 0; i < tree.size(); ++i) {
-        add_ports_of(tree[i], sockets, ports);
-        for (pid_t const child : children(tree[i]))
-            tree.push_back(child);
-    }
-    std::sort(ports.begin(), ports.end());
-    ports.erase(std::unique(ports.begin(), ports.end()), ports.end());
-    return ports;
+    auto const sockets = listening_sockets(first, last);
+    if (sockets.empty()) // as it is until the simulator is ready
+        return 0;
+    Budget files = most_files;
+    for (auto const process : process_tree(root, most_processes).processes)
+        if (auto const port = port_of(process, sockets, files); port != 0)
+            return port;
+    return 0;
 }
 
 } // namespace webots_cloud::adapters

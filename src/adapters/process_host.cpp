@@ -82,12 +82,53 @@ asio::awaitable<void> await_end(process::process guard, std::shared_ptr<Alarm> a
     alarm->stop();
 }
 
+/// Looks at processes, on threads: what is there to be seen is up to the processes.
+struct Looks
+{
+    adapters::BlockingPool ports{1};
+    adapters::BlockingPool usage{1, adapters::BlockingPool::Priority::background};
+};
+
+struct FindPort
+{
+    std::uint16_t operator()() const { return adapters::listening_port(root, first, last); }
+
+    pid_t root;
+    std::uint16_t first;
+    std::uint16_t last;
+};
+
+struct TakeUsage
+{
+    ProcessUsage operator()() const { return adapters::process_usage(root); }
+
+    pid_t root;
+};
+
+// The process that asked may be gone before these have their answer.
+
+asio::awaitable<std::uint16_t> find_port(std::shared_ptr<Looks> looks, FindPort work)
+{
+    co_return co_await looks->ports.run(work);
+}
+
+asio::awaitable<ProcessUsage> take_usage(std::shared_ptr<Looks> looks, TakeUsage work)
+{
+    co_return co_await looks->usage.run(work);
+}
+
+asio::awaitable<ProcessUsage> no_usage()
+{
+    co_return ProcessUsage();
+}
+
 class GuardedProcess final : public Process
 {
 public:
-    GuardedProcess(process::process guard, asio::writable_pipe leash, asio::readable_pipe output)
+    GuardedProcess(process::process guard, asio::writable_pipe leash, asio::readable_pipe output,
+                   std::shared_ptr<Looks> looks)
         : guard_(std::move(guard)), leash_(std::move(leash)), output_(std::move(output)),
-          alarm_(std::make_shared<Alarm>(leash_.get_executor(), guard_.id()))
+          looks_(std::move(looks)), alarm_(std::make_shared<Alarm>(leash_.get_executor(), guard_.id()))
     {}
 
     ~GuardedProcess() override
@@ -104,19 +145,20 @@ public:
     int id() const noexcept override { return guard_.id(); }
     asio::awaitable<result<ProcessEvent>> next_event() override;
     void terminate() noexcept override;
-    std::vector<std::uint16_t> listening_ports() const override
+    asio::awaitable<std::uint16_t> listening_port(std::uint16_t first, std::uint16_t last) override
     {
-        return adapters::listening_ports(guard_.id());
+        return find_port(looks_, FindPort{guard_.id(), first, last});
     }
-    ProcessUsage usage() const override
+    asio::awaitable<ProcessUsage> usage() override
     {
-        return status_ ? ProcessUsage() : adapters::process_usage(guard_.id());
+        return status_ ? no_usage() : take_usage(looks_, TakeUsage{guard_.id()});
     }
 
 private:
     process::process guard_;
     asio::writable_pipe leash_;
     asio::readable_pipe output_;
+    std::shared_ptr<Looks> looks_;
     std::shared_ptr<Alarm> alarm_;
     std::array<char, read_size> buffer_;
     std::optional<ExitStatus> status_;
@@ -229,6 +271,7 @@ private:
     asio::any_io_executor executor_;
     std::filesystem::path guard_;
     adapters::BlockingPool pool_{1};
+    std::shared_ptr<Looks> looks_ = std::make_shared<Looks>();
 };
 
 asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(ProcessSpec spec)
@@ -281,7 +324,7 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
                           concat(spec.argv.front(), " can't be started: ",
                                  std::error_code(failure, std::generic_category()).message()));
     process::process guard(executor_, id);
-    co_return std::make_unique<GuardedProcess>(std::move(guard), std::move(leash), std::move(output));
+    co_return std::make_unique<GuardedProcess>(std::move(guard), std::move(leash), std::move(output), looks_);
 }
 
 result<std::unique_ptr<PortHold>> LocalProcessHost::hold_port(std::uint16_t port)

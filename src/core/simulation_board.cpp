@@ -43,6 +43,10 @@ void append_row(std::string& text, SimulationRow const& row)
         append_key(text, "memory");
         append_number(text, *row.memory, 1);
     }
+    if (row.more) {
+        append_key(text, "more");
+        append_number(text, 1, 0);
+    }
     text += '}';
 }
 

@@ -82,9 +82,9 @@ std::string sharing(SimulationMonitorView const& view)
                   registries.empty() ? "" : concat(" on ", registries), "</p>\n");
 }
 
-std::string figure(std::optional<double> value, std::string_view unit)
+std::string figure(std::optional<double> value, std::string_view unit, bool more)
 {
-    return value ? concat(python_float(std::round(*value * 10) / 10), unit) : std::string();
+    return value ? concat(more ? "more than " : "", python_float(std::round(*value * 10) / 10), unit) : std::string();
 }
 
 std::string simulation_row(SimulationRow const& row)
@@ -92,8 +92,8 @@ std::string simulation_row(SimulationRow const& row)
     return concat("<tr><td class=\"number\">", std::to_string(row.id), "</td><td class=\"world\">",
                   escape_html(row.world), "</td><td data-label=\"state\">", escape_html(row.state),
                   "</td><td class=\"number\" data-label=\"age\">", age_text(row.age),
-                  "</td><td class=\"number\" data-label=\"CPU\">", figure(row.cpu, "%"),
-                  "</td><td class=\"number\" data-label=\"memory\">", figure(row.memory, " MB"),
+                  "</td><td class=\"number\" data-label=\"CPU\">", figure(row.cpu, "%", row.more),
+                  "</td><td class=\"number\" data-label=\"memory\">", figure(row.memory, " MB", row.more),
                   "</td><td class=\"number\" data-label=\"process\">",
                   row.process == 0 ? "" : std::to_string(row.process),
                   "</td><td data-label=\"log\">", escape_html(row.log), "</td></tr>\n");

@@ -1,5 +1,6 @@
 #include "operator_endpoints.hpp"
 
+#include "../async/cancellation.hpp"
 #include "../core/http_pages.hpp"
 #include "../core/metrics_text.hpp"
 #include "../core/monitor_page.hpp"
@@ -8,6 +9,8 @@
 
 #include <webots_cloud/version.hpp>
 
+#include <boost/asio/this_coro.hpp>
+
 #include <algorithm>
 #include <array>
 
@@ -15,7 +18,7 @@ namespace webots_cloud {
 namespace {
 
 constexpr auto usage_interval = std::chrono::seconds(1);
-constexpr std::size_t usages_at_once = 25; // a millisecond or two: more would delay other browsers
+constexpr std::size_t usages_at_once = 25; // some milliseconds of a thread, a second
 
 } // namespace
 
@@ -46,7 +49,7 @@ void OperatorEndpoints::measure(TimePoint due, std::size_t clients)
         params_.monitor_log(core::monitor_csv_line(clock.wall(), figures));
     if (feed_.empty())
         return;
-    look_at_processes();
+    want_look(); // for the next update
     feed_.publish(board_.update(rows(), capacity()));
 }
 
@@ -57,17 +60,49 @@ std::size_t OperatorEndpoints::running() const
     }));
 }
 
-/// Takes a look at what some simulators consume: those whose turn it is.
-void OperatorEndpoints::look_at_processes()
+void OperatorEndpoints::want_look()
 {
-    looked_at_processes_ = surroundings_.clock.now();
-    auto next = sessions_.upper_bound(last_looked_at_);
-    for (std::size_t i = 0; i < std::min(usages_at_once, sessions_.size()); ++i, ++next) {
+    if (look_wanted_ && surroundings_.clock.now() - looked_at_processes_ >= usage_interval)
+        look_wanted_->notify();
+}
+
+boost::asio::awaitable<result<>> OperatorEndpoints::look_at_processes()
+{
+    auto const executor = co_await boost::asio::this_coro::executor;
+    co_await boost::asio::this_coro::throw_if_cancelled(false);
+    look_wanted_.emplace(executor);
+    for (;;) {
+        auto const wanted = co_await look_wanted_->wait();
+        bool const cancelled = co_await async::is_cancelled();
+        if (!wanted || cancelled)
+            co_return Failure(boost::asio::error::operation_aborted);
+        auto const now = surroundings_.clock.now();
+        if (now - looked_at_processes_ < usage_interval) // two have asked at the same moment
+            continue;
+        looked_at_processes_ = now;
+        co_await look_at_some();
+    }
+}
+
+/// Takes a look at what some simulators consume: those whose turn it is.
+boost::asio::awaitable<void> OperatorEndpoints::look_at_some()
+{
+    for (std::size_t i = std::min(usages_at_once, sessions_.size()); i > 0; --i) {
+        auto next = sessions_.upper_bound(last_looked_at_);
         if (next == sessions_.end())
             next = sessions_.begin();
+        if (next == sessions_.end()) // the last one has ended meanwhile
+            co_return;
         last_looked_at_ = next->first;
-        next->second->look_at_processes();
+        auto const session = next->second;
+        co_await session->look_at_processes();
     }
+}
+
+void OperatorEndpoints::refresh_pages()
+{
+    monitor_html_.expire();
+    monitor_json_.expire();
 }
 
 std::vector<core::SimulationRow> OperatorEndpoints::rows() const
@@ -97,18 +132,26 @@ LoadReport OperatorEndpoints::report() const
 
 std::string OperatorEndpoints::monitor_snapshot()
 {
-    if (surroundings_.clock.now() - looked_at_processes_ >= usage_interval)
-        look_at_processes();
+    want_look();
     return board_.snapshot(rows(), capacity());
 }
 
 HttpResponse OperatorEndpoints::monitor_page(IncomingRequest const& request)
 {
+    auto const now = surroundings_.clock.now();
+    auto const known = request.header("If-None-Match");
     if (request.header("Accept").starts_with(
-            "application/json")) // for pages whose proxy lets no WebSocket through
-        return core::json_page(monitor_snapshot());
-    if (surroundings_.clock.now() - looked_at_processes_ >= usage_interval)
-        look_at_processes();
+            "application/json")) { // for pages whose proxy lets no WebSocket through
+        auto const make = [this] { return monitor_snapshot(); };
+        return monitor_json_.get(now, make).answer("application/json", known);
+    }
+    want_look();
+    auto const make = [this] { return monitor_text(); };
+    return monitor_html_.get(now, make).answer(core::html_type, known);
+}
+
+std::string OperatorEndpoints::monitor_text() const
+{
     core::SimulationMonitorView view;
     view.title = params_.title;
     view.description = params_.description;
@@ -123,7 +166,7 @@ HttpResponse OperatorEndpoints::monitor_page(IncomingRequest const& request)
     view.capacity = surroundings_.launcher.params().most_simulations;
     view.simulations = rows();
     view.assets = monitor_assets("simulation.js", params_.port);
-    return core::page(core::simulation_monitor_page(view));
+    return core::simulation_monitor_page(view);
 }
 
 boost::asio::awaitable<void> OperatorEndpoints::watch(Channel& channel)

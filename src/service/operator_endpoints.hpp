@@ -2,7 +2,9 @@
 // answers.
 #pragma once
 
+#include "../async/wakeup.hpp"
 #include "../core/load_formula.hpp"
+#include "../core/shared_page.hpp"
 #include "../core/simulation_board.hpp"
 #include "monitor_feed.hpp"
 #include "simulation_session.hpp"
@@ -15,6 +17,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,6 +38,12 @@ public:
     /// Looks at the machine; `due` is when that was to happen, `clients` the browsers on /client.
     void measure(TimePoint due, std::size_t clients);
 
+    /// Looks at what simulators consume while somebody wants to know it.   Ends only when cancelled: `operation_aborted`.
+    boost::asio::awaitable<result<>> look_at_processes();
+
+    /// What the configuration says has changed: pages are made anew.
+    void refresh_pages();
+
     /// True when the path of a request is one of ours.
     static bool serves(std::string_view path) noexcept;
     Answer answer(IncomingRequest const& request);
@@ -50,7 +59,8 @@ public:
     double load() const noexcept { return average_.value(); }
 
 private:
-    void look_at_processes();
+    boost::asio::awaitable<void> look_at_some();
+    void want_look();
     std::size_t running() const;
     std::vector<core::SimulationRow> rows() const;
     std::size_t capacity() const;
@@ -61,6 +71,7 @@ private:
     HttpResponse readiness() const;
     std::string monitor_snapshot();
     HttpResponse monitor_page(IncomingRequest const& request);
+    std::string monitor_text() const;
 
     SimulationServiceParams const& params_;
     SessionSurroundings& surroundings_;
@@ -78,6 +89,9 @@ private:
 
     core::SimulationBoard board_;
     MonitorFeed feed_; ///< To those that watch the monitor page.
+    core::TimedPage monitor_html_;
+    core::TimedPage monitor_json_;
+    std::optional<async::Wakeup> look_wanted_; ///< There while `look_at_processes` is.
     TimePoint looked_at_processes_;
     std::uint64_t last_looked_at_ = 0; ///< The session whose processes were looked at last: they take turns.
     bool exit_when_empty_ = false;

@@ -4,6 +4,7 @@
 #include "../core/docker_project.hpp"
 #include "../core/launch_plan.hpp"
 #include "../core/line_budget.hpp"
+#include "../core/output_budget.hpp"
 #include "../core/port_pool.hpp"
 #include "../core/text.hpp"
 #include "../core/webots_output.hpp"
@@ -135,7 +136,7 @@ public:
     void terminate() noexcept override { stop({}); }
     int process_id() const noexcept override { return process_->id(); }
     std::vector<std::string> const& announcements() const noexcept override { return plan_.announcements; }
-    ProcessUsage usage() const override { return process_->usage(); }
+    asio::awaitable<ProcessUsage> usage() override { return process_->usage(); }
 
 private:
     TimePoint next_deadline() const;
@@ -144,10 +145,14 @@ private:
     void on_line(std::string_view line);
     void on_compose_line(std::string_view line);
     void on_webots_line(std::string_view line);
+    void note_last_line(std::string_view line);
     void on_container_end(std::string_view line);
     void on_exit(ExitStatus status);
     void show_progress(std::string_view text);
-    void announce_if_listening();
+    void note_activity(bool running);
+    void note_lines_left_out();
+    void announce(std::uint16_t port);
+    asio::awaitable<void> announce_if_listening();
     asio::awaitable<void> restart_controller();
     std::string reason_of_end(std::string_view how, bool expected) const;
     void stop(std::string reason) noexcept;
@@ -167,11 +172,16 @@ private:
     TimePoint ready_by_;
 
     core::LineSplitter lines_;
-    std::string last_line_;
+    core::OutputBudget budget_;
+    TimePoint read_at_;      ///< When more output may be read.
+    TimePoint output_came_;  ///< The last of it.
+    std::string last_line_;  ///< Its start, as it was printed.
     std::string stop_reason_;
     std::deque<SimulationEvent> events_;
     core::LineBudget shown_;
     bool loaded_ = false;
+    TimePoint next_look_ = TimePoint::max(); ///< For the port, once the world is loaded.
+    std::optional<bool> activity_;           ///< What was said of it before it was ready.
     bool ready_ = false;
     bool stopping_ = false;
     bool restart_wanted_ = false; ///< Of the controller: the simulation was reset.
@@ -189,12 +199,25 @@ asio::awaitable<result<SimulationEvent>> RunningSimulation::next_event()
         }
         // While it is stopping the process host keeps the time: its grace is short, and then it kills.
         auto const deadline = stopping_ ? TimePoint::max() : next_deadline();
-        auto event = co_await async::with_deadline(clock_, deadline, process_->next_event());
-        if (!event && event.error() == errc::timed_out) {
+        auto const now = clock_.now();
+        if (now >= deadline) { // also for one that prints without a pause
             on_deadline();
-        } else if (!event) {
+            if (now >= next_look_ && !ready_ && !stopping_)
+                co_await announce_if_listening();
+            continue;
+        }
+        if (now < read_at_) {
+            auto const waited = co_await clock_.wait_until(std::min(read_at_, deadline));
+            if (!waited)
+                co_return waited.error();
+            continue;
+        }
+        auto event = co_await async::with_deadline(clock_, deadline, process_->next_event());
+        if (!event && event.error() == errc::timed_out)
+            continue;
+        if (!event)
             co_return event.error();
-        } else if (auto const* output = std::get_if<ProcessOutput>(&*event)) {
+        if (auto const* output = std::get_if<ProcessOutput>(&*event)) {
             on_output(output->bytes);
         } else {
             if (docker_) { // not to be interrupted: the end is told when nothing is left
@@ -211,17 +234,19 @@ asio::awaitable<result<SimulationEvent>> RunningSimulation::next_event()
 
 TimePoint RunningSimulation::next_deadline() const
 {
-    if (ready_)
-        return end_of_life_;
-    return loaded_ ? std::min(ready_by_, clock_.now() + listening_check) : ready_by_;
+    auto const end = ready_ ? end_of_life_ : std::min(ready_by_, next_look_);
+    return std::min(end, budget_.notice_due());
 }
 
 void RunningSimulation::on_deadline()
 {
-    if (clock_.now() >= end_of_life_)
+    auto const now = clock_.now();
+    if (now >= budget_.notice_due())
+        note_lines_left_out();
+    if (now >= end_of_life_)
         stop(concat("The simulation reached its time limit of ", seconds_of(timeout_), " s."));
-    else if (ready_ || clock_.now() < ready_by_)
-        announce_if_listening();
+    else if (ready_ || now < ready_by_)
+        return;
     else if (loaded_)
         stop(concat("Webots loaded the world but opened no port within ", seconds_of(start_timeout_), " s."));
     else
@@ -230,8 +255,23 @@ void RunningSimulation::on_deadline()
 
 void RunningSimulation::on_output(std::string_view bytes)
 {
+    output_came_ = clock_.now();
+    read_at_ = budget_.read(bytes.size(), output_came_);
     auto const each = [this](std::string_view line) { on_line(line); };
     lines_.feed(bytes, each);
+}
+
+/// Tells the operator, and a browser that still waits, how much of the output nobody will see.
+void RunningSimulation::note_lines_left_out()
+{
+    auto const notice = budget_.take_notice(clock_.now());
+    if (!notice)
+        return;
+    if (output_)
+        output_(concat("[", *notice, "]"));
+    log_.warning(concat("[", label_, "] Of what the simulator prints ", *notice));
+    if (!ready_ && !stopping_)
+        events_.emplace_back(SimulationProgress{concat("Of what the simulator prints ", *notice)});
 }
 
 void RunningSimulation::on_line(std::string_view line)
@@ -250,15 +290,16 @@ void RunningSimulation::on_compose_line(std::string_view line)
         show_progress(parsed.text);
     if (parsed.source == webots)
         return on_webots_line(parsed.text);
-    if (output_)
-        output_(line);
-    log_.debug(concat("[", label_, "] compose: ", core::printable(line)));
+    if (budget_.take_line(output_came_)) {
+        if (output_)
+            output_(line);
+        log_.debug(concat("[", label_, "] compose: ", core::printable(line)));
+    }
     if (parsed.source == webots_end)
         on_container_end(line);
     if (parsed.source != compose || ready_)
         return;
-    if (!core::trim(line).empty())
-        last_line_ = core::printable(core::trim(line), 200);
+    note_last_line(line);
     ready_by_ = std::min(clock_.now() + start_timeout_, end_of_life_);
     if (!plan_.image.empty() && core::says_image_is_missing(line, plan_.image))
         stop(core::missing_image_text(plan_.image));
@@ -292,58 +333,83 @@ asio::awaitable<void> RunningSimulation::restart_controller()
 void RunningSimulation::on_webots_line(std::string_view line)
 {
     auto const kind = core::classify_output(line);
-    if (output_ && kind != core::OutputLine::heartbeat)
+    bool const passed_on = kind != core::OutputLine::heartbeat && budget_.take_line(output_came_);
+    if (output_ && passed_on)
         output_(line);
     switch (kind) {
     case core::OutputLine::heartbeat:
     case core::OutputLine::open:
-        if (ready_)
+        if (ready_ && budget_.take_heartbeat(output_came_))
             events_.emplace_back(SimulationHeartbeat());
-        else if (!stopping_) {
+        if (!loaded_ && !stopping_) {
             loaded_ = true;
-            announce_if_listening();
+            if (docker_) // which listens in its place; inside nobody else can have the port
+                announce(lease_.port());
+            else
+                next_look_ = output_came_;
         }
         break;
     case core::OutputLine::paused:
-        events_.emplace_back(SimulationActivity{false});
+        note_activity(false);
         break;
     case core::OutputLine::running:
-        events_.emplace_back(SimulationActivity{true});
+        note_activity(true);
         break;
     case core::OutputLine::reset:
         restart_wanted_ = !plan_.restart_controller.argv.empty();
         break;
     case core::OutputLine::other:
-        if (!core::trim(line).empty())
-            last_line_ = core::printable(core::trim(line), 200);
-        log_.debug(concat("[", label_, "] webots: ", core::printable(line)));
+        note_last_line(line);
+        if (passed_on)
+            log_.debug(concat("[", label_, "] webots: ", core::printable(line)));
     }
 }
 
-void RunningSimulation::announce_if_listening()
+/// Keeps the start of a line that is not blank: it may tell why the simulator ends.
+void RunningSimulation::note_last_line(std::string_view line)
 {
-    if (docker_) { // which listens in its place; inside nobody else can have the port
-        ready_ = true;
-        events_.emplace_back(SimulationReady{lease_.port()});
+    if (auto const text = core::trim(line); !text.empty())
+        last_line_ = text.substr(0, 400);
+}
+
+/// Whoever says it again and again is heard once.
+void RunningSimulation::note_activity(bool running)
+{
+    if (!ready_) {
+        activity_ = running;
         return;
     }
-    auto const ports = process_->listening_ports();
-    auto const highest = lease_.port() + ports_tried_by_webots;
-    auto const found = std::find_if(ports.begin(), ports.end(),
-                                    [&](std::uint16_t port) { return port >= lease_.port() && port <= highest; });
-    if (found == ports.end())
-        return;
-    if (*found != lease_.port())
-        log_.warning(LogCause("port"),
-                     concat("[", label_, "] Webots listens on port ", std::to_string(*found), " instead of ",
-                            std::to_string(lease_.port())));
+    if (!events_.empty() && std::holds_alternative<SimulationActivity>(events_.back()))
+        events_.pop_back();
+    events_.emplace_back(SimulationActivity{running});
+}
+
+void RunningSimulation::announce(std::uint16_t port)
+{
     ready_ = true;
-    events_.emplace_back(SimulationReady{*found});
+    events_.emplace_back(SimulationReady{port});
+    if (activity_)
+        note_activity(*activity_);
+}
+
+asio::awaitable<void> RunningSimulation::announce_if_listening()
+{
+    auto const assigned = lease_.port();
+    auto const highest = static_cast<std::uint16_t>(std::min(assigned + ports_tried_by_webots, 65535));
+    auto const port = co_await process_->listening_port(assigned, highest);
+    next_look_ = clock_.now() + listening_check;
+    if (port == 0 || stopping_)
+        co_return;
+    if (port != assigned)
+        log_.warning(concat("[", label_, "] Webots listens on port ", std::to_string(port), " instead of ",
+                            std::to_string(assigned)));
+    announce(port);
 }
 
 void RunningSimulation::on_exit(ExitStatus status)
 {
     lines_.finish([this](std::string_view line) { on_line(line); });
+    note_lines_left_out();
     SimulationEnded ended;
     ended.status = status;
     ended.was_ready = ready_;
@@ -355,7 +421,7 @@ std::string RunningSimulation::reason_of_end(std::string_view how, bool expected
 {
     if (!ready_)
         return concat("Unable to start Webots: ", how, " before the world was loaded",
-                      last_line_.empty() ? "." : ": " + last_line_);
+                      last_line_.empty() ? "." : ": " + core::printable(last_line_, 200));
     return expected ? "Webots has quit." : concat("Webots has quit unexpectedly: ", how, ".");
 }
 

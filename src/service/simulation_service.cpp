@@ -9,6 +9,7 @@
 #include "operator_endpoints.hpp"
 #include "simulation_session.hpp"
 
+#include <boost/asio/experimental/awaitable_operators.hpp>
 #include <boost/asio/this_coro.hpp>
 
 #include <algorithm>
@@ -48,6 +49,7 @@ struct SimulationService::Impl
     void stop();
     void let_wait(std::uint64_t id, std::string const& quota_key, Channel& channel);
     void end_wait(std::uint64_t id);
+    asio::awaitable<result<>> measure();
     asio::awaitable<Opening> await_opening(std::uint64_t id, Channel& channel);
     asio::awaitable<void> simulate(std::uint64_t id, std::string quota_key, core::SimulationRequest request,
                                    Channel& channel);
@@ -95,6 +97,7 @@ void SimulationService::set_policy(SimulationServiceParams const& params)
     impl_->params.simulations_per_address = params.simulations_per_address;
     impl_->params.title = params.title;
     impl_->params.description = params.description;
+    impl_->operators.refresh_pages();
     impl_->set_policy();
 }
 
@@ -109,17 +112,25 @@ void SimulationService::Impl::set_policy()
 
 asio::awaitable<result<>> SimulationService::run()
 {
-    auto& clock = impl_->surroundings.clock;
+    using namespace asio::experimental::awaitable_operators;
+    auto const ended = co_await (impl_->measure() || impl_->operators.look_at_processes());
+    co_return ended.index() == 0 ? std::get<0>(ended) : std::get<1>(ended);
+}
+
+/// Once a second, until the server is stopped or has finished.
+asio::awaitable<result<>> SimulationService::Impl::measure()
+{
+    auto& clock = surroundings.clock;
     for (;;) {
         // On whole seconds, so that the lines of monitor.csv of several machines can be laid side by side.
         auto const next = clock.now() + core::until_next_second(clock.wall());
         auto const waited = co_await clock.wait_until(next);
         if (!waited) {
-            impl_->stop();
+            stop();
             co_return waited;
         }
-        impl_->operators.measure(next, impl_->clients);
-        if (impl_->operators.has_finished())
+        operators.measure(next, clients);
+        if (operators.has_finished())
             co_return result<>();
     }
 }

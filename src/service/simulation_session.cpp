@@ -68,12 +68,14 @@ std::string SimulationSession::name() const
     return concat("[", std::to_string(id_), "] ");
 }
 
-void SimulationSession::look_at_processes()
+asio::awaitable<void> SimulationSession::look_at_processes()
 {
     if (!simulation_ || ended_)
-        return;
+        co_return;
+    auto const used = co_await simulation_->usage(); // which may have gone meanwhile
+    if (!simulation_ || ended_)
+        co_return;
     auto const now = surroundings_.clock.now();
-    auto const used = simulation_->usage();
     cpu_ = core::process_cpu_percent(used_.processor, used.processor, now - looked_);
     used_ = used;
     looked_ = now;
@@ -91,6 +93,7 @@ core::SimulationRow SimulationSession::row() const
     if (simulation_) {
         row.process = simulation_->process_id();
         row.cpu = cpu_;
+        row.more = !used_.complete;
         if (cpu_)
             row.memory = static_cast<double>(used_.memory_bytes) / 1e6;
     }

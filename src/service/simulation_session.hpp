@@ -97,8 +97,8 @@ public:
     State state() const noexcept { return state_; }
     bool is_starting() const noexcept { return state_ == State::fetching || state_ == State::launching; }
 
-    /// Takes a look at what the simulator consumes. Costs some small reads per process.
-    void look_at_processes();
+    /// Takes a look at what the simulator consumes.
+    boost::asio::awaitable<void> look_at_processes();
 
     core::SimulationRow row() const;
 

@@ -77,14 +77,21 @@ public:
     }
 
     int id() const noexcept override { return id_; }
-    std::vector<std::uint16_t> listening_ports() const override { return script_.ports_; }
+    asio::awaitable<std::uint16_t> listening_port(std::uint16_t first, std::uint16_t last) override
+    {
+        std::uint16_t lowest = 0;
+        for (auto const port : script_.ports_)
+            if (port >= first && port <= last && (lowest == 0 || port < lowest))
+                lowest = port;
+        co_return lowest;
+    }
 
-    ProcessUsage usage() const override
+    asio::awaitable<ProcessUsage> usage() override
     {
         if (status_)
-            return {};
+            co_return ProcessUsage();
         auto const busy = std::chrono::duration<double>(host_.clock_.now() - started_) * (script_.cpu_percent_ / 100);
-        return {std::chrono::duration_cast<Duration>(busy), script_.memory_bytes_};
+        co_return ProcessUsage(std::chrono::duration_cast<Duration>(busy), script_.memory_bytes_);
     }
 
     void terminate() noexcept override

@@ -64,6 +64,7 @@ struct ProcessUsage
 
     Duration processor{};           ///< Time of all processors, of processes that have ended too.
     std::uint64_t memory_bytes = 0; ///< In memory now; pages that processes share count once for each.
+    bool complete = true;           ///< False: there are more processes than were looked at.
 
     bool operator==(ProcessUsage const&) const = default;
 };
@@ -89,11 +90,12 @@ public:
     /// Asks the tree to end: SIGTERM now, SIGKILL after the grace. Returns at once; the exit is an event as always.
     virtual void terminate() noexcept = 0;
 
-    /// The TCP ports that some process of the tree listens on, ascending.
-    virtual std::vector<std::uint16_t> listening_ports() const = 0;
+    /// The lowest TCP port from `first` to `last` that some process of the tree listens on; 0: none. Only the processes that
+    /// are nearest to the root are looked at, in bounded number.
+    virtual boost::asio::awaitable<std::uint16_t> listening_port(std::uint16_t first, std::uint16_t last) = 0;
 
-    /// What the tree has consumed until now; nothing once it is gone. Costs some small reads per process.
-    virtual ProcessUsage usage() const = 0;
+    /// What the tree has consumed until now; nothing once it is gone. The process may be destroyed meanwhile.
+    virtual boost::asio::awaitable<ProcessUsage> usage() = 0;
 };
 
 /// Keeps a TCP port for us until destroyed: nobody else can bind it meanwhile, and who connects is refused.

@@ -137,8 +137,9 @@
         table.tBodies[0].append(row);
       }
       const {cpu, memory} = simulation;
+      const more = simulation.more ? "more than " : "";
       [String(simulation.id), simulation.world, simulation.state, monitor.age(simulation.age),
-       cpu === undefined ? "" : `${cpu.toFixed(1)}%`, memory === undefined ? "" : `${memory.toFixed(1)} MB`,
+       cpu === undefined ? "" : `${more}${cpu.toFixed(1)}%`, memory === undefined ? "" : `${more}${memory.toFixed(1)} MB`,
        String(simulation.process ?? ""), simulation.log ?? ""].forEach((text, index) => write(row.cells[index], text));
       row.cells[1].title = simulation.world;
     }

@@ -2,6 +2,10 @@
 // and 6.5 (Q15); what becomes of their children is in tests/integration/guard_test.py.
 #include "unit_test.hpp"
 
+#include "adapters/listening_ports.hpp"
+#include "adapters/process_tree.hpp"
+#include "adapters/process_usage.hpp"
+
 #include <webots_cloud/adapters.hpp>
 
 #include <boost/asio/co_spawn.hpp>
@@ -227,6 +231,36 @@ BOOST_AUTO_TEST_CASE(a_program_that_nobody_holds_any_more_is_killed_at_once_with
     BOOST_TEST(!fs::exists(folder / "bye"));
 }
 
+// What a simulation consumes, and where it listens, is looked at with a bound, whatever it has done.
+BOOST_AUTO_TEST_CASE(of_many_processes_some_are_looked_at_and_it_is_said)
+{
+    auto const process = start_shell("for i in 1 2 3 4 5 6 7 8 9; do /bin/sleep 600 & done; echo ready; wait");
+    run(watch(*process, "ready\n"));
+    auto const whole = run(process->usage());
+    BOOST_TEST(whole.complete);
+    BOOST_TEST(whole.memory_bytes > 0u);
+    auto const part = adapters::process_usage(process->id(), 5);
+    BOOST_TEST(!part.complete);
+    BOOST_TEST(part.memory_bytes > 0u);
+    BOOST_TEST(adapters::process_tree(process->id(), 5).processes.size() == 5u);
+    BOOST_TEST(adapters::process_tree(process->id(), 100).processes.size() > 9u);
+}
+
+BOOST_AUTO_TEST_CASE(an_answer_may_come_when_the_process_has_gone)
+{
+    auto process = start_shell("echo ready; /bin/sleep 600");
+    run(watch(*process, "ready\n"));
+    auto usage = asio::co_spawn(context, process->usage(), asio::use_future);
+    auto port = asio::co_spawn(context, process->listening_port(1, 65535), asio::use_future);
+    context.restart();
+    context.poll();
+    process.reset();
+    context.restart();
+    context.run();
+    BOOST_TEST(usage.get().complete);
+    BOOST_TEST(port.get() == 0);
+}
+
 BOOST_AUTO_TEST_SUITE_END()
 
 namespace {
@@ -314,6 +348,21 @@ BOOST_AUTO_TEST_CASE(a_port_that_somebody_listens_on_is_not_had)
         BOOST_REQUIRE(!listen(other, 0, reuse_address));
         BOOST_TEST((host->hold_port(other.local_endpoint().port()).error() == errc::unavailable));
     }
+}
+
+BOOST_AUTO_TEST_CASE(the_port_of_a_process_is_found_among_those_that_it_may_have_and_not_among_those_of_others)
+{
+    tcp::acceptor ours(context);
+    BOOST_REQUIRE(!listen(ours, 0, false));
+    auto const port = ours.local_endpoint().port();
+    auto const next = static_cast<std::uint16_t>(port + 1);
+    BOOST_TEST(adapters::listening_port(::getpid(), port, port) == port);
+    BOOST_TEST(adapters::listening_port(::getpid(), static_cast<std::uint16_t>(port - 1), next) == port);
+    auto const process = start_shell("echo ready; /bin/sleep 600");
+    run(watch(*process, "ready\n"));
+    BOOST_TEST(run(process->listening_port(port, port)) == 0); // somebody listens there, but not this process
+    ours.close();
+    BOOST_TEST(adapters::listening_port(::getpid(), port, port) == 0);
 }
 
 BOOST_AUTO_TEST_CASE(a_port_where_connections_have_just_ended_can_be_held)

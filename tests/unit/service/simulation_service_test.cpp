@@ -191,6 +191,67 @@ BOOST_AUTO_TEST_CASE(what_a_simulator_prints_is_kept_in_a_log_of_its_own_but_for
     BOOST_TEST(browser.close_code.has_value());
 }
 
+// The event loop belongs to nobody else.
+BOOST_AUTO_TEST_CASE(of_a_simulator_that_prints_without_end_a_part_is_passed_on_and_its_state_is_known_all_the_same)
+{
+    Fixture fixture;
+    std::string const flood(16'000, '\n');
+    auto& script = fixture.processes.expect();
+    script.prints(flood + "one word\n");
+    for (int i = 0; i < 1000; ++i)
+        script.prints(flood);
+    script.prints(".\nreal-time\n" + flood).after(100s).prints("last words\n").after(1s).exits(1);
+    auto& browser = fixture.start();
+    // 16 MB, of which 4 may come at once and the rest at 1 MB a second
+    fixture.world.advance(10s);
+    BOOST_TEST(!browser.was_told("webots:"));
+    BOOST_TEST(browser.was_told("loading: Of what the simulator prints "));
+    BOOST_TEST(std::count_if(browser.sent.begin(), browser.sent.end(),
+                             [](std::string const& text) { return text.starts_with("loading: Of what"); }) == 1);
+    fixture.world.advance(5s);
+    BOOST_TEST(browser.was_told("webots:"));
+    auto const& lines = fixture.logs->lines[1];
+    BOOST_TEST(lines.size() < 2000u + 500u * 16);
+    BOOST_TEST(fixture.get("/monitor").text().find("<td data-label=\"state\">running</td>") != std::string::npos);
+    fixture.world.advance(200s);
+    BOOST_TEST(fixture.log.contains("[1] Of what the simulator prints "));
+    BOOST_TEST((std::find(lines.begin(), lines.end(), "last words") != lines.end()));
+    auto const notices = std::count_if(lines.begin(), lines.end(), [](std::string const& line) {
+        return line.starts_with('[') && line.ends_with(" lines were left out: more than 500 a second were printed]");
+    });
+    BOOST_TEST(notices == 2); // after a second, and a minute after that
+    BOOST_TEST(browser.close_code.has_value());
+}
+
+BOOST_AUTO_TEST_CASE(heartbeats_without_end_reach_the_browser_in_moderation)
+{
+    Fixture fixture;
+    std::string beats;
+    for (int i = 0; i < 1000; ++i)
+        beats += ".\nreal-time\npause\n";
+    fixture.processes.expect().prints(".\n").after(1s).prints(beats).after(5s).prints(".\n");
+    auto& browser = fixture.start();
+    fixture.world.advance(1s);
+    auto const told = browser.sent.size();
+    BOOST_TEST(std::count(browser.sent.begin(), browser.sent.end(), ".") == 20);
+    fixture.world.advance(5s);
+    BOOST_TEST(browser.sent.size() == told + 1);
+    fixture.leave(browser);
+}
+
+// A simulator that never stops printing has a time limit as every other.
+BOOST_AUTO_TEST_CASE(a_simulator_that_prints_without_end_is_ended_at_its_time_limit)
+{
+    Fixture fixture;
+    auto& script = fixture.processes.expect();
+    script.prints(".\n");
+    for (int i = 0; i < 700; ++i)
+        script.after(1s).prints(std::string(1'000'000, 'x'));
+    auto& browser = fixture.start();
+    fixture.world.advance(601s);
+    BOOST_TEST(browser.sent.back() == "loading: Error: The simulation reached its time limit of 600 s.");
+}
+
 // Protocol sections 5.2 and 6.2.
 BOOST_AUTO_TEST_CASE(init_is_answered_with_the_address_alone_and_then_heartbeats)
 {
@@ -662,7 +723,10 @@ BOOST_AUTO_TEST_CASE(the_monitor_lists_what_runs)
     IncomingRequest request;
     request.method = "GET";
     request.path = "/monitor";
-    auto const page = std::get<HttpResponse>(fixture.service.respond(request)).body;
+    auto const first = std::get<HttpResponse>(fixture.service.respond(request));
+    BOOST_TEST((std::get<HttpResponse>(fixture.service.respond(request)).shared == first.shared)); // made once a second
+    fixture.world.advance(1s); // now it is looked at what it consumes
+    auto const page = std::get<HttpResponse>(fixture.service.respond(request)).text();
     BOOST_TEST(page.find("data-label=\"CPU\">50.0%</td>") != std::string::npos);
     BOOST_TEST(page.find("data-label=\"memory\">12.3 MB</td>") != std::string::npos);
     BOOST_TEST(page.find("data-label=\"log\">1.log</td>") != std::string::npos);
@@ -685,7 +749,7 @@ BOOST_AUTO_TEST_CASE(what_webots_prints_of_its_mode_makes_a_simulation_idle_or_r
     for (auto const& [line, state] : lines) {
         fixture.world.advance(1s);
         auto const cell = "<td data-label=\"state\">" + std::string(state) + "</td>";
-        BOOST_TEST(fixture.get("/monitor").body.find(cell) != std::string::npos, line);
+        BOOST_TEST(fixture.get("/monitor").text().find(cell) != std::string::npos, line);
     }
     fixture.leave(browser);
 }

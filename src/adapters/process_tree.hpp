@@ -1,0 +1,31 @@
+// Which processes there are below one, as proc(5) tells, and never more work than was asked for.
+#pragma once
+
+#include <sys/types.h>
+
+#include <array>
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace webots_cloud::adapters {
+
+/// A process and what is below it: the nearest first, as far as `most` processes go.
+struct ProcessTree
+{
+    std::vector<pid_t> processes; ///< The first is the root.
+    bool is_whole = true;         ///< False: there are more.
+};
+
+ProcessTree process_tree(pid_t root, std::size_t most);
+
+using ProcBuffer = std::array<char, 4096>;
+
+/// The start of a small file of the kernel, in one read.
+std::string_view read_start(std::string const& path, ProcBuffer& buffer);
+
+/// Cuts the next number off a list that is separated by blanks; 0: there is none.
+long long next_number(std::string_view& list);
+
+} // namespace webots_cloud::adapters
