@@ -4,7 +4,9 @@
 #include <linux/sched.h>
 #include <poll.h>
 #include <sched.h>
+#include <sys/mount.h>
 #include <sys/prctl.h>
+#include <sys/statvfs.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -13,9 +15,15 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
+#include <initializer_list>
 
 namespace webots_cloud::guard {
 namespace {
+
+// What the first process of a namespace says when the program runs: the sum of these.
+constexpr char is_running = 1;
+constexpr char has_own_proc = 2;
+constexpr char has_read_only = 4;
 
 bool write_file(char const* path, char const* text)
 {
@@ -31,12 +39,52 @@ bool write_file(char const* path, char const* text)
 /// In a new user namespace: makes us known there under the numbers that we have outside.
 bool map_ourselves(uid_t user, gid_t group)
 {
+    prctl(PR_SET_DUMPABLE, 1); // these files belong to root else
     char users[64];
     char groups[64];
     std::snprintf(users, sizeof users, "%u %u 1", user, user);
     std::snprintf(groups, sizeof groups, "%u %u 1", group, group);
-    return write_file("/proc/self/uid_map", users) && write_file("/proc/self/setgroups", "deny") &&
-           write_file("/proc/self/gid_map", groups);
+    bool const mapped = write_file("/proc/self/uid_map", users) &&
+                        write_file("/proc/self/setgroups", "deny") &&
+                        write_file("/proc/self/gid_map", groups);
+    prctl(PR_SET_DUMPABLE, 0);
+    return mapped;
+}
+
+/// The options of a mount that a user namespace may not take away from it.
+unsigned long options_of(char const* folder)
+{
+    struct statvfs status
+    {};
+    if (statvfs(folder, &status) != 0)
+        return 0;
+    unsigned long options = 0;
+    options |= (status.f_flag & ST_NOSUID) != 0 ? MS_NOSUID : 0;
+    options |= (status.f_flag & ST_NODEV) != 0 ? MS_NODEV : 0;
+    options |= (status.f_flag & ST_NOEXEC) != 0 ? MS_NOEXEC : 0;
+    options |= (status.f_flag & ST_NOATIME) != 0 ? MS_NOATIME : 0;
+    options |= (status.f_flag & ST_NODIRATIME) != 0 ? MS_NODIRATIME : 0;
+    options |= (status.f_flag & ST_RELATIME) != 0 ? MS_RELATIME : 0;
+    return options;
+}
+
+bool make_read_only(char const* folder)
+{
+    return mount(folder, folder, nullptr, MS_BIND, nullptr) == 0 &&
+           mount(nullptr, folder, nullptr, MS_REMOUNT | MS_BIND | MS_RDONLY | options_of(folder), nullptr) ==
+               0;
+}
+
+/// In a new mount namespace: what of it works.
+char arrange_mounts(Program const& program)
+{
+    if (mount(nullptr, "/", nullptr, MS_REC | MS_SLAVE, nullptr) != 0) // what we mount is for us alone
+        return 0;
+    bool read_only = true;
+    for (int i = 0; i < program.read_only_count; ++i)
+        read_only = make_read_only(program.read_only[i]) && read_only;
+    bool const proc = mount("proc", "/proc", "proc", MS_NOSUID | MS_NODEV | MS_NOEXEC, nullptr) == 0;
+    return static_cast<char>((read_only ? has_read_only : 0) | (proc ? has_own_proc : 0));
 }
 
 /// Forks; the child gets the number `wanted` if possible.
@@ -67,7 +115,7 @@ int reap_until_end(pid_t program, sigset_t const& watched)
 
 /// The first process of the namespace. `report` is how the guard hears from us; its other end closes when the
 /// guard dies.
-[[noreturn]] void be_first(char** argv, sigset_t const& signals, Become become, int report, pid_t number)
+[[noreturn]] void be_first(Program const& argument, Become become, int report, pid_t number, char mounts)
 {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     pollfd guard{report, 0, 0};
@@ -82,40 +130,46 @@ int reap_until_end(pid_t program, sigset_t const& watched)
     dup2(nothing, STDIN_FILENO); // the leash is the guard's
     pid_t const program = fork_as(number);
     if (program == 0)
-        become(argv, signals);
-    bool const told = program > 0 && write(report, "", 1) == 1;
+        become(argument);
+    char const news = static_cast<char>(is_running | mounts);
+    bool const told = program > 0 && write(report, &news, 1) == 1;
     int const status = told ? reap_until_end(program, watched) : 0;
     _exit(told && write(report, &status, sizeof status) == static_cast<ssize_t>(sizeof status) ? 0 : 1);
 }
 
-} // namespace
-
-Started start_in_namespace(char** argv, sigset_t const& signals, Become become)
+/// One of several ways; `flags` says which.
+Started try_to_start(Program const& program, Become become, unsigned long flags)
 {
     Started started;
     int ends[2];
-    if (pipe2(ends, O_CLOEXEC) != 0)
+    if (pipe2(ends, O_CLOEXEC) != 0) {
+        started.error = errno;
         return started;
-    bool const privileged = geteuid() == 0;
+    }
     auto const user = geteuid();
     auto const group = getegid();
     auto const number = getpid();
-    auto const flags = static_cast<unsigned long>(CLONE_NEWPID | (privileged ? 0 : CLONE_NEWUSER) | SIGCHLD);
-    auto const child = static_cast<pid_t>(syscall(SYS_clone, flags, nullptr, nullptr, nullptr, nullptr));
+    auto const child =
+        static_cast<pid_t>(syscall(SYS_clone, flags | SIGCHLD, nullptr, nullptr, nullptr, nullptr));
+    started.error = child < 0 ? errno : EPERM;
     if (child == 0) {
         close(ends[0]);
-        if (privileged || map_ourselves(user, group))
-            be_first(argv, signals, become, ends[1], number);
+        if ((flags & CLONE_NEWUSER) == 0 || map_ourselves(user, group))
+            be_first(program, become, ends[1], number,
+                     (flags & CLONE_NEWNS) != 0 ? arrange_mounts(program) : '\0');
         _exit(1);
     }
     close(ends[1]);
-    char byte = 0;
+    char news = 0;
     ssize_t size = -1;
-    while (child > 0 && (size = read(ends[0], &byte, 1)) < 0 && errno == EINTR)
+    while (child > 0 && (size = read(ends[0], &news, 1)) < 0 && errno == EINTR)
         continue;
     if (child > 0 && size == 1) {
         started.process = child;
         started.report = ends[0];
+        started.own_proc = (news & has_own_proc) != 0;
+        started.read_only = (news & has_read_only) != 0;
+        started.error = 0;
         return started;
     }
     if (child > 0) {
@@ -123,6 +177,26 @@ Started start_in_namespace(char** argv, sigset_t const& signals, Become become)
         waitpid(child, nullptr, 0);
     }
     close(ends[0]);
+    return started;
+}
+
+} // namespace
+
+Started start_in_namespace(Program const& program, Become become)
+{
+    constexpr unsigned long plain = CLONE_NEWPID;
+    constexpr unsigned long with_mounts = CLONE_NEWPID | CLONE_NEWNS;
+    constexpr unsigned long user = CLONE_NEWUSER;
+    Started started;
+    if (geteuid() == 0)
+        for (auto const flags : {with_mounts, plain})
+            if ((started = try_to_start(program, become, flags)).process > 0)
+                return started;
+    if (program.set_user_id) // which nothing can do in a user namespace
+        return started;
+    for (auto const flags : {user | with_mounts, user | plain})
+        if ((started = try_to_start(program, become, flags)).process > 0)
+            return started;
     return started;
 }
 

@@ -10,6 +10,7 @@ import errno
 import os
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -49,10 +50,10 @@ class Guard(unittest.TestCase):
         cls.guard = shutil.copy(program("webots-process-guard"), cls.folder)  # where everybody may reach it
         cls.count = 0
 
-    def start(self, script, grace=200, afterwards=(), options=()):
+    def start(self, script, grace=200, afterwards=(), options=(), name="sh"):
         last = ["--afterwards", str(len(afterwards)), *afterwards] if afterwards else []
         last += options
-        started = subprocess.Popen([*self.arguments, self.guard, *last, str(grace), "/bin/sh", "-c", script], stdin=subprocess.PIPE,
+        started = subprocess.Popen([*self.arguments, self.guard, *last, str(grace), "/bin/sh", "-c", script, name], stdin=subprocess.PIPE,
                                    stdout=subprocess.PIPE, text=True, user=self.user, group=self.user, extra_groups=self.user and [])
         self.addCleanup(self.end, started)
         return started
@@ -72,12 +73,10 @@ class Guard(unittest.TestCase):
         return started, f"600.{mark}"
 
     def is_in_namespace(self):
-        started = self.start("grep NSpid /proc/self/status; grep NSpid /proc/$PPID/status")
-        inside = started.stdout.readline().split()
+        started = self.start("readlink /proc/self/ns/pid")
+        inside = started.stdout.readline().strip()
         started.wait(30)
-        with open("/proc/self/status") as status:
-            outside = next(line.split() for line in status if line.startswith("NSpid"))
-        return len(inside) > len(outside)
+        return inside != os.readlink("/proc/self/ns/pid")
 
     def require_namespace(self):
         if not self.is_in_namespace():
@@ -155,6 +154,43 @@ class Guard(unittest.TestCase):
             self.assertEqual(started.stdout.read(), "tried\n")
             self.assertIsNone(stranger.poll())
             stranger.kill()
+
+    def test_the_owners_death_is_the_end_even_when_somebody_else_holds_the_leash(self):
+        mark = f"602.{os.getpid()}"
+        holder, end = socket.socketpair()
+        owner = "import subprocess, sys; subprocess.Popen(sys.argv[1:], stdin=0).wait()"
+        command = [*self.arguments, self.guard, "200", "/bin/sh", "-c", f"setsid sleep {mark} & echo ready; exec sleep {mark}"]
+        with holder, end, subprocess.Popen([sys.executable, "-c", owner, *command], stdin=end, stdout=subprocess.PIPE, user=self.user,
+                                           group=self.user, extra_groups=self.user and []) as started:
+            end.close()
+            started.stdout.readline()
+            wait_until(lambda: len(find(mark)) >= 3, "it does not run")  # the owner has it in its arguments too
+            started.kill()
+            wait_until(lambda: not find(mark), "the tree lives on")
+
+    def probe(self, *arguments):
+        """What the guard says that it can do."""
+        return subprocess.run([*self.arguments, self.guard, "--probe", *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                              text=True, user=self.user, group=self.user, extra_groups=self.user and [], timeout=30, check=True).stdout
+
+    def test_a_probe_says_in_one_line_what_programs_get(self):
+        said = self.probe("--read-only", self.folder)
+        if not self.is_in_namespace():
+            self.assertRegex(said, r"^(signals|none): [A-Z].*\n$")
+            return
+        self.assertRegex(said, r"^namespace( proc)?( read-only)?\n$")
+        self.assertNotIn("read-only", self.probe("--read-only", os.path.join(self.folder, "nowhere")))
+        tried = self.start("ls -d /proc/[0-9]*; touch $0/file 2>/dev/null || echo kept", options=["--read-only", self.folder], name=self.folder)
+        lines = tried.stdout.read().splitlines()
+        self.assertEqual("kept" in lines, "read-only" in said or self.user == NOBODY)
+        if "proc" in said:
+            self.assertLess(len(lines), 6, "it sees others")
+
+    def test_programs_of_root_can_not_trace_mount_or_load(self):
+        started = self.start("grep -E 'CapEff|CapBnd' /proc/self/status")
+        beyond = 1 << 19 | 1 << 21 | 1 << 16 | 1 << 27  # CAP_SYS_PTRACE, CAP_SYS_ADMIN, CAP_SYS_MODULE, CAP_MKNOD
+        lines = started.stdout.read().splitlines()
+        self.assertEqual(int(lines[0].split()[1], 16) & beyond, 0, lines)
 
     def test_programs_that_run_as_somebody_else_do_so_where_that_is_asked_for(self):
         """firejail is one, which Webots R2021b and older shut controllers in."""
