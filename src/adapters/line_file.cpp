@@ -1,11 +1,12 @@
 #include "../core/text.hpp"
-#include "project_files.hpp"
-#include "regular_file.hpp"
+#include "output_file.hpp"
 #include "worker_threads.hpp"
 
 #include <webots_cloud/adapters.hpp>
 
 #include <boost/asio/post.hpp>
+
+#include <unistd.h>
 
 #include <atomic>
 #include <cerrno>
@@ -28,7 +29,8 @@ std::string last_problem()
 class LineFile
 {
 public:
-    LineFile(asio::any_io_executor executor, std::filesystem::path path, adapters::FileDescriptor file, Logger log)
+    LineFile(asio::any_io_executor executor, std::filesystem::path path, adapters::FileDescriptor file,
+             Logger log)
         : executor_(std::move(executor)), path_(std::move(path)), log_(std::move(log)), file_(std::move(file))
     {}
 
@@ -46,10 +48,19 @@ public:
     }
 
 private:
-    void write(std::string const& line)
+    void write(std::string_view text)
     {
-        if (!file_ || adapters::write_all(file_.get(), line))
-            return;
+        while (file_ && !text.empty()) {
+            auto const written = ::write(file_.get(), text.data(), text.size());
+            if (written >= 0)
+                text.remove_prefix(static_cast<std::size_t>(written));
+            else if (errno != EINTR)
+                give_up();
+        }
+    }
+
+    void give_up()
+    {
         auto const text =
             core::concat("Monitor log file ", path_.string(), " cannot be written: ", last_problem());
         file_ = adapters::FileDescriptor();
@@ -69,12 +80,15 @@ private:
 std::function<void(std::string line)>
 make_line_file(asio::any_io_executor executor, std::filesystem::path file, std::string first_line, Logger log)
 {
-    auto opened = adapters::open_to_append(file, true);
+    auto opened = adapters::open_output(file, adapters::OutputMode::anew, 0666);
     if (!opened) {
-        log.error(core::concat("Monitor log file ", file.string(), " cannot be created: ", opened.error().message()));
+        log.error(core::concat("Monitor log file ", file.string(),
+                               " cannot be created: ", opened.error().message()));
         return {};
     }
-    auto const lines = std::make_shared<LineFile>(std::move(executor), file, std::move(*opened), log);
+    if (!opened->notice.empty())
+        log.warning(opened->notice);
+    auto const lines = std::make_shared<LineFile>(std::move(executor), file, std::move(opened->file), log);
     lines->append(std::move(first_line));
     return [lines](std::string line) { lines->append(std::move(line)); };
 }

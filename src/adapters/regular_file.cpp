@@ -1,6 +1,7 @@
 #include "regular_file.hpp"
 
 #include "../core/text.hpp"
+#include "file_descriptor.hpp"
 
 #include <webots_cloud/adapters.hpp>
 
@@ -27,17 +28,6 @@ Failure system_failure()
 Failure wrong_kind(mode_t mode)
 {
     return {errc::unavailable, S_ISDIR(mode) ? "it is a folder" : "it is no regular file"};
-}
-
-/// Whether a file is what we write our standard output or errors to.
-bool is_own_output(struct stat const& file)
-{
-    for (int const own : {STDOUT_FILENO, STDERR_FILENO}) {
-        struct stat status;
-        if (::fstat(own, &status) == 0 && status.st_dev == file.st_dev && status.st_ino == file.st_ino)
-            return true;
-    }
-    return false;
 }
 
 } // namespace
@@ -68,29 +58,6 @@ result<std::string> read_regular_file(std::filesystem::path const& path, std::si
             return bytes;
         }
     }
-}
-
-result<FileDescriptor> open_to_append(std::filesystem::path const& path, bool empty)
-{
-    std::error_code failed;
-    if (path.has_parent_path())
-        std::filesystem::create_directories(path.parent_path(), failed);
-    if (failed)
-        return Failure(errc::unavailable, failed.message());
-    FileDescriptor file(::open(path.c_str(), O_WRONLY | O_APPEND | O_CREAT | never_wait, 0666));
-    if (!file && errno == ENXIO) // a pipe that nobody reads, or a socket
-        return wrong_kind(S_IFIFO);
-    struct stat status;
-    if (!file || ::fstat(file.get(), &status) != 0)
-        return system_failure();
-    bool const is_pipe = S_ISFIFO(status.st_mode) && is_own_output(status);
-    if (!S_ISREG(status.st_mode) && !S_ISCHR(status.st_mode) && !is_pipe)
-        return wrong_kind(status.st_mode);
-    if (!S_ISREG(status.st_mode)) // whoever writes does that on a thread: let it wait rather than lose lines
-        ::fcntl(file.get(), F_SETFL, O_APPEND);
-    else if (empty && ::ftruncate(file.get(), 0) != 0)
-        return system_failure();
-    return file;
 }
 
 } // namespace webots_cloud::adapters

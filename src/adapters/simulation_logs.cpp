@@ -1,13 +1,12 @@
 #include "../core/simulation_log.hpp"
 #include "../core/text.hpp"
+#include "output_file.hpp"
 #include "worker_threads.hpp"
 
 #include <webots_cloud/adapters.hpp>
 
 #include <boost/asio/post.hpp>
 
-#include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -47,12 +46,15 @@ struct Writer
     std::atomic<int> waiting = 0;
     adapters::WorkerThreads thread{1};
 
-    void complain(fs::path const& path, std::string_view what)
+    void complain(fs::path const& path, std::string_view what, std::string_view why)
     {
-        auto text = concat("Simulation log ", path.string(), " ", what, ": ",
-                           std::error_code(errno, std::generic_category()).message());
-        asio::post(executor,
-                   [log = log, text = std::move(text)] { log.error(LogCause("simulation log"), text); });
+        auto text = concat("Simulation log ", path.string(), " ", what, ": ", why);
+        asio::post(executor, [log = log, text = std::move(text)] { log.error(LogCause("simulation log"), text); });
+    }
+
+    void warn(std::string text)
+    {
+        asio::post(executor, [log = log, text = std::move(text)] { log.warning(text); });
     }
 };
 
@@ -63,48 +65,35 @@ public:
     WrittenFile(Writer& writer, fs::path path) : writer_(writer), path_(std::move(path)) {}
     WrittenFile(WrittenFile const&) = delete;
     WrittenFile& operator=(WrittenFile const&) = delete;
-    ~WrittenFile() { close(); }
 
     void open()
     {
-        std::error_code ignored;
-        fs::create_directories(path_.parent_path(), ignored);
-        // O_NONBLOCK: one thread writes all of them, and a pipe must not make it wait; for files it means nothing.
-        file_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0640);
-        struct stat status;
-        bool const is_other = file_ >= 0 && (::fstat(file_, &status) != 0 || !S_ISREG(status.st_mode));
-        if (is_other)
-            errno = EEXIST;
-        if (file_ < 0 || is_other) {
-            writer_.complain(path_, "cannot be created");
-            close();
-        }
+        auto opened = adapters::open_output(path_, adapters::OutputMode::append, 0640);
+        if (!opened)
+            return writer_.complain(path_, "cannot be created", opened.error().message());
+        file_ = std::move(opened->file);
+        if (!opened->notice.empty())
+            writer_.warn(std::move(opened->notice));
     }
 
     void write(std::string_view text)
     {
-        while (file_ >= 0 && !text.empty()) {
-            auto const written = ::write(file_, text.data(), text.size());
+        while (file_ && !text.empty()) {
+            auto const written = ::write(file_.get(), text.data(), text.size());
             if (written > 0) {
                 text.remove_prefix(static_cast<std::size_t>(written));
             } else if (errno != EINTR) {
-                writer_.complain(path_, "cannot be written");
-                close();
+                writer_.complain(path_, "cannot be written",
+                                 std::error_code(errno, std::generic_category()).message());
+                file_ = adapters::FileDescriptor();
             }
         }
     }
 
 private:
-    void close()
-    {
-        if (file_ >= 0)
-            ::close(file_);
-        file_ = -1;
-    }
-
     Writer& writer_;
     fs::path path_;
-    int file_ = -1;
+    adapters::FileDescriptor file_;
 };
 
 class FileSimulationLog final : public SimulationLog

@@ -401,8 +401,8 @@ asio::awaitable<void> RunningSimulation::announce_if_listening()
     if (port == 0 || stopping_)
         co_return;
     if (port != assigned)
-        log_.warning(concat("[", label_, "] Webots listens on port ", std::to_string(port), " instead of ",
-                            std::to_string(assigned)));
+        log_.warning(LogCause("port"), concat("[", label_, "] Webots listens on port ", std::to_string(port),
+                                              " instead of ", std::to_string(assigned)));
     announce(port);
 }
 

@@ -6,6 +6,7 @@ import sys
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
+from support.disks import mount_small_disk  # noqa: E402
 from support.servers import SimulationServer, main, wait_until  # noqa: E402
 
 HEADER = ("Timestamp, Webots running, Webots idle, CPU load, CPU memory, GPU load compute, GPU load memory, GPU memory, Swap, Disk, "
@@ -67,11 +68,12 @@ class MonitorLog(unittest.TestCase):
             self.assertIsNotNone(server.get("/load"))
             self.assertEqual(server.log().count("Monitor log file"), 1)
 
-    @unittest.skipUnless(os.path.exists("/dev/full"), "needs /dev/full")
     def test_a_full_disk_costs_one_line_and_nothing_else(self):
         server = SimulationServer()
         os.makedirs(os.path.dirname(csv(server)))
-        os.symlink("/dev/full", csv(server))
+        mount_small_disk(self, os.path.dirname(csv(server)), "4k")
+        with open(os.path.join(os.path.dirname(csv(server)), "filler"), "wb") as file:
+            file.write(bytes(4096))
         with server:
             wait_until(lambda: "monitor.csv cannot be written: No space left on device" in server.log(), "no complaint")
             self.assertIsNotNone(server.get("/load"))

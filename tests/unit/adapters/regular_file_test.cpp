@@ -11,7 +11,6 @@
 #include <fstream>
 
 using namespace webots_cloud;
-using adapters::open_to_append;
 using adapters::read_regular_file;
 namespace fs = std::filesystem;
 
@@ -58,30 +57,6 @@ BOOST_AUTO_TEST_CASE(what_is_no_file_is_refused_and_nobody_waits_for_it)
     BOOST_TEST(read_regular_file(path, 10).error().message() == "it is a folder");
     BOOST_TEST(read_regular_file("/dev/zero", 10).error().message() == "it is no regular file");
     BOOST_TEST(read_regular_file(pipe(), 10).error().message() == "it is no regular file");
-}
-
-BOOST_AUTO_TEST_CASE(a_log_is_made_with_its_folders_and_appended_to)
-{
-    auto const name = path / "a" / "b" / "log";
-    for (bool const empty : {false, false, true}) {
-        auto const file = open_to_append(name, empty);
-        BOOST_TEST_REQUIRE(file.has_value());
-        BOOST_TEST(::write(file->get(), "line\n", 5) == 5);
-        BOOST_TEST(fs::file_size(name) == (empty ? 5u : fs::file_size(name)));
-    }
-    auto const again = open_to_append(name, false);
-    BOOST_TEST(::write(again->get(), "line\n", 5) == 5);
-    BOOST_TEST(fs::file_size(name) == 10u);
-}
-
-BOOST_AUTO_TEST_CASE(a_log_may_be_a_device_but_no_pipe_with_a_reader_or_without)
-{
-    BOOST_TEST(open_to_append("/dev/null", true).has_value());
-    BOOST_TEST(open_to_append(path, false).error().message() == "Is a directory");
-    auto const name = pipe();
-    BOOST_TEST(open_to_append(name, false).error().message() == "it is no regular file");
-    std::fstream const reader(name); // which is a writer as well, and so does not wait
-    BOOST_TEST(open_to_append(name, false).error().message() == "it is no regular file");
 }
 
 BOOST_AUTO_TEST_CASE(a_certificate_that_is_a_pipe_is_refused_in_words)

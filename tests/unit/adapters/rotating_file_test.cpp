@@ -4,6 +4,8 @@
 
 #include <spdlog/pattern_formatter.h>
 
+#include <sys/stat.h>
+
 #include <cstdlib>
 #include <fstream>
 #include <set>
@@ -92,6 +94,29 @@ BOOST_AUTO_TEST_CASE(a_line_longer_than_a_file_has_one_of_its_own)
     write(*file, "1");
     BOOST_TEST(folder.read("output.log.1").size() == 31u);
     BOOST_TEST(folder.read("output.log") == "1\n");
+}
+
+// A simulation may put anything where the logs are, at any time.
+BOOST_AUTO_TEST_CASE(what_is_in_the_way_is_set_aside_and_the_log_says_so)
+{
+    Folder folder;
+    std::ofstream(folder.path / "victim") << "precious";
+    BOOST_REQUIRE(::mkfifo((folder.path / "output.log").c_str(), 0600) == 0);
+    auto const file = std::make_unique<RotatingFile>(folder.path / "output.log", 1000, 2);
+    file->set_formatter(std::make_unique<spdlog::pattern_formatter>("%v"));
+    write(*file, "1111");
+    BOOST_TEST(
+        folder.read("output.log").find("was not what it has to be, and is now output.log.set-aside-") !=
+        std::string::npos);
+    BOOST_TEST(folder.read("output.log").ends_with("\n1111\n"));
+    fs::remove(folder.path / "output.log");
+    fs::create_symlink(folder.path / "victim", folder.path / "output.log");
+    fs::create_directories(folder.path / "output.log.1" / "in_the_way");
+    write(*file, std::string(1000, 'x'));
+    write(*file, "2222");
+    BOOST_TEST(folder.read("victim") == "precious");
+    BOOST_TEST(folder.read("output.log").ends_with("2222\n"));
+    BOOST_TEST(fs::is_regular_file(fs::symlink_status(folder.path / "output.log")));
 }
 
 BOOST_AUTO_TEST_SUITE_END()
