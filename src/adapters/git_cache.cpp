@@ -1,7 +1,8 @@
 #include "git_cache.hpp"
 
-#include "folder_walk.hpp"
 #include "git_digest.hpp"
+#include "git_proof.hpp"
+#include "own_folder.hpp"
 #include "project_files.hpp"
 #include "remove_tree.hpp"
 
@@ -15,34 +16,24 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace webots_cloud::adapters {
 namespace {
 
 namespace fs = std::filesystem;
 using core::concat;
-using Kind = core::GitTreeEntry::Kind;
 
 constexpr std::uint64_t longest_index = std::uint64_t{128} << 20;
+constexpr std::uint64_t longest_proof = std::uint64_t{288} << 20; // more than `GitStaging` keeps
 constexpr int most_siblings = 16;
+constexpr std::size_t most_notices = 16; // that nobody has taken
 
 std::string digest_of(std::string_view text)
 {
     GitDigest digest;
     digest.update(text);
     return to_hex(digest.finish());
-}
-
-/// Makes the folder for us alone. In a shared one such as /tmp somebody else may have been there first.
-bool make_private(fs::path const& folder)
-{
-    std::error_code failed;
-    fs::create_directories(folder.parent_path(), failed);
-    ::mkdir(folder.c_str(), 0700);
-    auto const opened = open_folder(AT_FDCWD, folder.c_str());
-    struct stat status;
-    return opened && ::fstat(opened->get(), &status) == 0 && status.st_uid == ::geteuid() &&
-           ::fchmod(opened->get(), 0700) == 0;
 }
 
 std::string snapshot_name(core::GitTarget const& target)
@@ -57,27 +48,24 @@ std::uint64_t bytes_on_disk(GitIndex const& index)
     return index.bytes + each * index.entries.size();
 }
 
-bool is_as_indexed(GitIndexEntry const& entry, struct stat const& status)
+/// Whether the index of a stored folder is that of the commit and the folder that its name says.
+bool is_proven_folder(fs::path const& folder, GitIndex const& index)
 {
-    if (entry.kind == Kind::folder)
-        return S_ISDIR(status.st_mode);
-    auto const same_size = static_cast<std::uint64_t>(status.st_size) == entry.size;
-    return same_size && (entry.kind == Kind::link ? S_ISLNK(status.st_mode) : S_ISREG(status.st_mode));
+    auto const proof = read_file(AT_FDCWD, (folder / "proof").c_str(), longest_proof);
+    auto const commit = core::git_object_id(folder.filename().string().substr(0, 40));
+    if (!proof || !commit)
+        return false;
+    core::GitTarget target;
+    target.commit = *commit;
+    target.folder = proven_folder(*proof);
+    return snapshot_name(target) == folder.filename() && is_proven(*proof, *commit, index);
 }
 
-/// Whether every file is there with its type and size.
-bool is_intact(GitIndex const& index, fs::path const& files)
+/// A link to one is none: what it leads to is not ours to clear away.
+bool is_folder(fs::directory_entry const& entry)
 {
-    auto const root = open_folder(AT_FDCWD, files.c_str());
-    if (!root)
-        return false;
-    FolderWalk walk(root->get());
-    return std::all_of(index.entries.begin(), index.entries.end(), [&](GitIndexEntry const& entry) {
-        auto const folder = walk.parent_of(entry.path);
-        struct stat status;
-        return folder && ::fstatat(*folder, file_name(entry.path), &status, AT_SYMLINK_NOFOLLOW) == 0 &&
-               is_as_indexed(entry, status);
-    });
+    std::error_code failed;
+    return entry.symlink_status(failed).type() == fs::file_type::directory;
 }
 
 } // namespace
@@ -118,13 +106,22 @@ void GitCache::open(fs::path const& folder)
 bool GitCache::make_folders()
 {
     std::error_code failed;
-    if (!make_private(folder_))
+    fs::create_directories(folder_.parent_path(), failed);
+    FileDescriptor const parent(::open(folder_.parent_path().c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC));
+    if (!parent)
         return false;
-    fs::create_directories(folder_ / "incoming", failed);
+    // In a shared folder such as /tmp somebody else may have been there first.
+    auto const own = open_own_folder(parent.get(), folder_, Foreign::refuse, notices_);
+    if (!own)
+        return false;
+    for (auto const* const name : {"incoming", "repositories"})
+        if (!open_own_folder(own->get(), folder_ / name, Foreign::set_aside, notices_))
+            return false;
     keep_folders_apart(folder_ / "incoming");
-    fs::create_directories(folder_ / "repositories", failed);
-    lock_ =
-        FileDescriptor(::open((folder_ / "lock").c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0600));
+    lock_ = FileDescriptor(
+        ::openat(own->get(), "lock", O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0600));
+    if (!lock_ && set_aside(own->get(), "lock", folder_ / "lock"))
+        lock_ = FileDescriptor(::openat(own->get(), "lock", O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600));
     return static_cast<bool>(lock_);
 }
 
@@ -143,13 +140,21 @@ void GitCache::scan()
     for (auto const& left_over : fs::directory_iterator(folder_ / "incoming", failed))
         remove_tree(left_over.path());
     for (auto const& repository : fs::directory_iterator(folder_ / "repositories", failed)) {
+        if (!is_folder(repository)) {
+            remove_tree(repository.path());
+            continue;
+        }
         auto const before = stored_.size();
         for (auto const& entry : fs::directory_iterator(repository.path(), failed)) {
-            if (entry.path().filename() == "refs")
+            if (is_folder(entry) && entry.path().filename() == "refs")
                 continue;
+            if (!is_folder(entry)) {
+                remove_tree(entry.path());
+                continue;
+            }
             auto const text = read_file(AT_FDCWD, (entry.path() / "index").c_str(), longest_index);
             auto const index = text ? parse_index(*text) : result<GitIndex>(text.error());
-            if (!index) {
+            if (!index || !fs::exists(entry.path() / "proof", failed)) { // or it is of an older server
                 remove_tree(entry.path());
                 continue;
             }
@@ -175,31 +180,73 @@ fs::path GitCache::fresh_path() const
     return folder_ / "incoming" / make_token();
 }
 
-GitSnapshotPtr GitCache::load(fs::path const& folder, core::GitTarget const& target)
+/// Reads a folder; outside the lock, since that takes as long as there are files. `known` is what is known
+/// of it, and then what is known now.
+GitContent GitCache::load(fs::path const& folder, GitSnapshot& snapshot, Known& known,
+                          std::atomic<bool> const* aborted)
 {
     auto const text = read_file(AT_FDCWD, (folder / "index").c_str(), longest_index);
     auto index = text ? parse_index(*text) : result<GitIndex>(text.error());
-    if (!index || !is_intact(*index, folder / "files"))
-        return nullptr;
-    auto snapshot = std::make_shared<GitSnapshot>();
-    snapshot->files = folder / "files";
-    snapshot->target = target;
-    snapshot->index = std::move(*index);
-    return snapshot;
+    if (!index)
+        return GitContent::changed;
+    GitDigest digest;
+    digest.update(*text);
+    auto const index_digest = digest.finish();
+    if (known.index ? *known.index != index_digest : !is_proven_folder(folder, *index))
+        return GitContent::changed;
+    known.index = index_digest;
+    snapshot.files = folder / "files";
+    auto const look = look_at(*index, snapshot.files);
+    if (!look)
+        return GitContent::changed;
+    auto content = GitContent::intact;
+    if (!known.look || *known.look != look->digest) {
+        content = check_content(*index, snapshot.files, aborted);
+        known.look = look->settled ? std::optional(look->digest) : std::nullopt;
+    }
+    snapshot.index = std::move(*index);
+    return content;
 }
 
-GitSnapshotPtr GitCache::find(std::string const& url, core::GitTarget const& target)
+void GitCache::complain_of(std::string const& url)
+{
+    if (notices_.size() < most_notices)
+        notices_.push_back(concat("What the cache held of ", core::printable(url, 200),
+                                  " was changed after it had been fetched: it is fetched again."));
+}
+
+std::vector<std::string> GitCache::take_notices()
+{
+    std::lock_guard const lock(mutex_);
+    return std::exchange(notices_, {});
+}
+
+GitSnapshotPtr GitCache::find(std::string const& url, core::GitTarget const& target,
+                              std::atomic<bool> const* aborted)
 {
     auto const folder = repository(url) / snapshot_name(target);
+    Known known;
+    {
+        std::lock_guard const lock(mutex_);
+        auto const found = stored_.find(folder.string());
+        if (found == stored_.end())
+            return nullptr;
+        known = found->second.known;
+    }
+    auto loaded = std::make_shared<GitSnapshot>();
+    loaded->target = target;
+    auto const content = load(folder, *loaded, known, aborted);
     std::lock_guard const lock(mutex_);
     auto const found = stored_.find(folder.string());
-    if (found == stored_.end())
+    if (found == stored_.end() || content == GitContent::unknown)
         return nullptr;
-    auto snapshot = load(folder, target);
-    if (!snapshot) {
+    if (content == GitContent::changed) {
         drop(folder);
+        complain_of(url);
         return nullptr;
     }
+    found->second.known = known;
+    GitSnapshotPtr snapshot = std::move(loaded);
     // Everyone shares one object: its use count tells whether the folder is in use.
     if (auto const open = found->second.open.lock())
         snapshot = open;
@@ -222,26 +269,49 @@ std::vector<GitSnapshotPtr> GitCache::relatives(std::string const& url)
 {
     constexpr std::size_t most = 4;
     auto const home = repository(url);
-    std::lock_guard const lock(mutex_);
     std::vector<std::pair<fs::file_time_type, std::string>> paths;
-    for (auto const& [path, stored] : stored_)
-        if (fs::path(path).parent_path() == home)
-            paths.emplace_back(stored.used, path);
+    {
+        std::lock_guard const lock(mutex_);
+        for (auto const& [path, stored] : stored_)
+            if (fs::path(path).parent_path() == home)
+                paths.emplace_back(stored.used, path);
+    }
     std::sort(paths.rbegin(), paths.rend());
     std::vector<GitSnapshotPtr> found;
     for (auto const& [used, path] : paths) {
         if (found.size() == most)
             break;
-        auto& stored = stored_.at(path);
-        auto snapshot = stored.open.lock();
-        if (!snapshot)
-            snapshot = load(path, {});
-        if (!snapshot)
-            continue;
-        stored.open = snapshot;
-        found.push_back(std::move(snapshot));
+        if (auto relative = open_relative(url, path))
+            found.push_back(std::move(relative));
     }
     return found;
+}
+
+GitSnapshotPtr GitCache::open_relative(std::string const& url, std::string const& path)
+{
+    Known known;
+    {
+        std::lock_guard const lock(mutex_);
+        if (auto const stored = stored_.find(path); stored != stored_.end())
+            known = stored->second.known;
+    }
+    auto loaded = std::make_shared<GitSnapshot>();
+    auto const content = load(path, *loaded, known, nullptr);
+    std::lock_guard const lock(mutex_);
+    auto const stored = stored_.find(path);
+    if (stored == stored_.end())
+        return nullptr;
+    if (content == GitContent::changed) {
+        drop(path);
+        complain_of(url);
+        return nullptr;
+    }
+    stored->second.known = known;
+    GitSnapshotPtr snapshot = std::move(loaded);
+    if (auto const open = stored->second.open.lock())
+        snapshot = open;
+    stored->second.open = snapshot;
+    return snapshot;
 }
 
 result<GitIncoming> GitCache::begin()
@@ -255,12 +325,18 @@ result<GitIncoming> GitCache::begin()
 }
 
 result<GitSnapshotPtr> GitCache::publish(GitIncoming const& incoming, std::string const& url,
-                                         core::GitTarget const& target, GitIndex index)
+                                         core::GitTarget const& target, GitIndex index,
+                                         std::string const& proof)
 {
-    if (auto const written =
-            write_file(AT_FDCWD, (incoming.folder() / "index").c_str(), write_index(index), 0644);
+    auto const text = write_index(index);
+    if (auto const written = write_file(AT_FDCWD, (incoming.folder() / "index").c_str(), text, 0644);
         !written)
         return written.error();
+    if (auto const written = write_file(AT_FDCWD, (incoming.folder() / "proof").c_str(), proof, 0644);
+        !written)
+        return written.error();
+    GitDigest digest;
+    digest.update(text);
     auto const folder = repository(url) / snapshot_name(target);
     std::lock_guard const lock(mutex_);
     std::error_code failed;
@@ -279,6 +355,7 @@ result<GitSnapshotPtr> GitCache::publish(GitIncoming const& incoming, std::strin
     stored.bytes = bytes_on_disk(snapshot->index);
     stored.used = fs::file_time_type::clock::now();
     stored.open = snapshot;
+    stored.known.index = digest.finish();
     stored_[folder.string()] = stored;
     return GitSnapshotPtr(snapshot);
 }

@@ -3,11 +3,13 @@
 
 #include "file_descriptor.hpp"
 #include "git_index.hpp"
+#include "git_verify.hpp"
 
 #include "../core/git_refs.hpp"
 
 #include <webots_cloud/error.hpp>
 
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -46,12 +48,13 @@ private:
     std::filesystem::path folder_;
 };
 
-/// Layout: `repositories/<digest of the url>/<commit>-<digest of the folder>/{index,files/}`,
+/// Layout: `repositories/<digest of the url>/<commit>-<digest of the folder>/{index,proof,files/}`,
 /// `.../refs/<digest>` for what a ref last meant, and `incoming/` for what is not complete.
 ///
 /// Complete folders appear by one rename, so that a crash leaves at most something in `incoming`, which the
 /// next start removes. With the last folder of a repository goes what is known of its refs. A folder whose
-/// files are not as its index says is dropped when it is asked for; who uses it keeps it. When all is removed
+/// files are not as its index says is dropped when it is asked for; who uses it keeps it. They are read for
+/// that once, and again when they look as if somebody had touched them. When all is removed
 /// while we run, it is made anew.   Thread-safety: any thread.
 class GitCache
 {
@@ -66,8 +69,10 @@ public:
     /// Why the cache can't be used, if so.
     result<> const& usable() const noexcept { return usable_; }
 
-    /// The folder if it is there and as it should be; counts as used now.
-    GitSnapshotPtr find(std::string const& url, core::GitTarget const& target);
+    /// The folder if it is there and as it should be; counts as used now. Nothing, too, soon after `aborted`
+    /// becomes true.
+    GitSnapshotPtr find(std::string const& url, core::GitTarget const& target,
+                        std::atomic<bool> const* aborted = nullptr);
 
     /// True when a folder of the commit is here: then the commit is known to belong to the repository.
     bool knows(std::string const& url, core::GitObjectId const& commit) const;
@@ -78,11 +83,11 @@ public:
     /// A fresh folder on the cache's file system.   Errors: `unavailable`.
     result<GitIncoming> begin();
 
-    /// Makes `files` (inside an incoming folder) the folder of `target`.
+    /// Makes `files` (inside an incoming folder) the folder of `target`; `proof` is the text of a `GitProof`.
     ///
     /// Errors: `unavailable`.
     result<GitSnapshotPtr> publish(GitIncoming const& incoming, std::string const& url,
-                                   core::GitTarget const& target, GitIndex index);
+                                   core::GitTarget const& target, GitIndex index, std::string const& proof);
 
     /// Removes what is too much and not in use, the least recently used first.   False: there was nothing.
     bool trim();
@@ -99,9 +104,20 @@ public:
     /// What it meant last, for when the server can't be asked.
     std::optional<core::GitTarget> recall(std::string const& url, std::string const& ref_and_folder) const;
 
+    /// What was in the way or had been changed since the last call: sentences for the operator.
+    std::vector<std::string> take_notices();
+
 private:
+    /// How a folder is to look.
+    struct Known
+    {
+        std::optional<core::GitObjectId> index; ///< Digest of its text.
+        std::optional<core::GitObjectId> look;  ///< When its content was checked.
+    };
+
     struct Stored
     {
+        Known known;
         std::uint64_t bytes = 0; ///< Of the disk, about.
         std::filesystem::file_time_type used;
         std::weak_ptr<GitSnapshot const> open;
@@ -117,7 +133,10 @@ private:
     void forget_empty(std::filesystem::path const& repository);
     std::filesystem::path repository(std::string const& url) const;
     std::filesystem::path fresh_path() const;
-    GitSnapshotPtr load(std::filesystem::path const& folder, core::GitTarget const& target);
+    GitSnapshotPtr open_relative(std::string const& url, std::string const& path);
+    void complain_of(std::string const& url);
+    static GitContent load(std::filesystem::path const& folder, GitSnapshot& snapshot, Known& known,
+                           std::atomic<bool> const* aborted);
 
     std::filesystem::path folder_;
     std::uint64_t most_bytes_;
@@ -125,6 +144,7 @@ private:
     result<> usable_;
     mutable std::mutex mutex_;
     std::unordered_map<std::string, Stored> stored_; ///< By path.
+    std::vector<std::string> notices_;
     /// Folders that are no longer good, and who still uses them.
     std::vector<std::pair<std::filesystem::path, std::weak_ptr<GitSnapshot const>>> dropped_;
 };

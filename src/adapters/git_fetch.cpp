@@ -217,7 +217,7 @@ std::optional<result<GitFetched>> GitFetch::look_up()
         return fall_back(target.error());
     target_ = std::move(*target);
     GitFetched fetched;
-    fetched.snapshot = cache_.find(url_, target_);
+    fetched.snapshot = cache_.find(url_, target_, order_.aborted);
     if (!fetched.snapshot)
         return std::nullopt;
     cache_.remember(url_, order_.project.ref_and_folder, target_);
@@ -379,7 +379,7 @@ result<GitFetched> GitFetch::fall_back(Failure const& failure)
     if (failure == errc::unreachable || failure == errc::timed_out || failure == errc::protocol_error) {
         if (auto const target = cache_.recall(url_, order_.project.ref_and_folder)) {
             GitFetched fetched;
-            fetched.snapshot = cache_.find(url_, *target);
+            fetched.snapshot = cache_.find(url_, *target, order_.aborted);
             fetched.notice = concat(not_reached(failure), " Starting ", order_.project.owner, "/",
                                     order_.project.repository, " from the cache.");
             if (fetched.snapshot)
@@ -461,14 +461,20 @@ result<GitSnapshotPtr> GitFetch::download_once(GitCapabilities const& capabiliti
     }
     if (auto const fetched = fetch_pack(state, wants); !fetched)
         return fetched.error();
-    auto const tree = folder_tree(state, target);
+    GitProof proof(target.folder);
+    auto const tree = folder_tree(state, target, proof);
     if (!tree)
         return tree.error();
     core::GitPlanLimits limits;
     limits.items = order_.limits.files;
     auto const interrupt = [this] { return may_go_on(); };
-    auto const plan = core::plan_git_folder(
-        *tree, limits, [&](auto const& id) { return interrupt() ? state.staging.find(id) : nullptr; });
+    auto const lookup = [&](core::GitObjectId const& id) {
+        auto const* const found = interrupt() ? state.staging.find(id) : nullptr;
+        if (found)
+            proof.add_tree(id, *found);
+        return found;
+    };
+    auto const plan = core::plan_git_folder(*tree, limits, lookup);
     if (auto const going_on = interrupt(); !going_on)
         return going_on.error();
     if (!plan)
@@ -487,13 +493,18 @@ result<GitSnapshotPtr> GitFetch::download_once(GitCapabilities const& capabiliti
                                                std::to_string(order_.limits.bytes >> 20), " MB."));
     std::error_code ignored;
     std::filesystem::remove_all(state.incoming.folder() / "objects", ignored);
-    return cache_.publish(state.incoming, url_, target, std::move(*index));
+    return cache_.publish(state.incoming, url_, target, std::move(*index), proof.text());
 }
 
 /// The tree of the wanted folder, which must have a folder `worlds`.
-result<core::GitObjectId> GitFetch::folder_tree(Download& state, core::GitTarget const& target)
+result<core::GitObjectId> GitFetch::folder_tree(Download& state, core::GitTarget const& target, GitProof& proof)
 {
-    auto const lookup = [&](core::GitObjectId const& id) { return state.staging.find(id); };
+    auto const lookup = [&](core::GitObjectId const& id) {
+        auto const* const found = state.staging.find(id);
+        if (found)
+            proof.add_tree(id, *found);
+        return found;
+    };
     auto const* const commit = state.staging.find(target.commit);
     if (!commit && !state.staging.has_blob(target.commit))
         return Failure(errc::protocol_error, "the git server left out the commit");
@@ -502,6 +513,7 @@ result<core::GitObjectId> GitFetch::folder_tree(Download& state, core::GitTarget
         return Failure(errc::not_found,
                        concat("has no commit at \"", core::printable(order_.project.ref_and_folder, 100),
                               "\", but something else"));
+    proof.add_commit(*commit);
     auto const tree = core::find_git_folder(*root, target.folder, lookup);
     if (!tree)
         return tree.error();

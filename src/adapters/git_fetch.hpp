@@ -4,6 +4,7 @@
 #include "curl_http.hpp"
 #include "git2_client.hpp"
 #include "git_cache.hpp"
+#include "git_proof.hpp"
 #include "git_client.hpp"
 #include "git_progress.hpp"
 #include "git_servers.hpp"
@@ -77,7 +78,7 @@ private:
     result<GitSnapshotPtr> download_with(GitCapabilities const& capabilities, core::GitTarget const& target);
     result<GitSnapshotPtr> download_once(GitCapabilities const& capabilities, core::GitTarget const& target);
     result<GitFetched> fall_back(Failure const& failure);
-    result<core::GitObjectId> folder_tree(Download& state, core::GitTarget const& target);
+    result<core::GitObjectId> folder_tree(Download& state, core::GitTarget const& target, GitProof& proof);
     result<> fetch_rest(Download& state, core::GitObjectId const& commit,
                         std::vector<core::GitPlanItem> const& plan, GitDonors const& donors);
     result<> fetch_files(Download& state, Ids const& files);

@@ -58,6 +58,7 @@ public:
             log_.info(concat("Projects are handed out by ", hand_out_.describe(), "."));
         else
             log_.error(concat("Projects can't be fetched: ", cache_.usable().error().message()));
+        log_notices();
     }
 
     asio::awaitable<result<FetchedProject>> fetch(FetchOrder order) override
@@ -77,6 +78,7 @@ public:
         if (!obtained)
             meanwhile.cancel_all();
         co_await meanwhile.join();
+        log_notices();
         if (!obtained)
             co_return obtained.error();
         if (!obtained->notice.empty())
@@ -115,6 +117,12 @@ public:
     }
 
 private:
+    void log_notices()
+    {
+        for (auto const& notice : cache_.take_notices())
+            log_.warning(notice);
+    }
+
     /// What was handed out while the server was being asked: what the address meant last time.
     struct HeadStart
     {
@@ -130,7 +138,7 @@ private:
             HeadStart made;
             auto const url = order.project.clone_url();
             if (auto const target = cache_.recall(url, order.project.ref_and_folder))
-                made.snapshot = cache_.find(url, *target);
+                made.snapshot = cache_.find(url, *target, &aborted);
             if (made.snapshot)
                 made.project = make_project(order, *made.snapshot, aborted);
             return made;
