@@ -26,7 +26,9 @@ main()
     local verb=${1-} name=${2-local}
     [[ $verb != -h && $verb != --help ]] || { usage && exit 0; }
     [[ $verb =~ ^(start|stop|restart)$ && $# -le 2 ]] || { usage >&2 && exit 2; }
+    ordinary log folder
     mkdir -p log
+    ordinary log/.server.lock
     exec {lock}>log/.server.lock
     flock "$lock" # one of us at a time
 
@@ -97,7 +99,10 @@ start_server()
     port=$(setting "$file" port)
     ! accepts "${port:=2000}" || fail "Port $port is in use by another program: $name $kind server not started. Change \"port\" in $file."
 
+    ordinary "log/$kind" folder
     mkdir -p "log/$kind"
+    ordinary "log/$kind/console.log"
+    ordinary "log/.$kind.pid"
     setsid "$(program "$kind")" "$file" </dev/null >"log/$kind/console.log" 2>&1 {lock}>&- &
     pid=$!
     echo "$pid" >"log/.$kind.pid"
@@ -124,7 +129,7 @@ give_up()
     local log
     echo "$2 It said:" >&2
     for log in "log/$1/output.log" "log/$1/console.log"; do
-        [[ ! -s $log ]] || { echo "--- $log" && tail -n 10 "$log"; } >&2
+        [[ ! -f $log || ! -s $log ]] || { echo "--- $log" && tail -n 10 "$log"; } >&2
     done
     exit 1
 }
@@ -141,10 +146,27 @@ stop_server()
     echo "Stopped $kind server ($pid)"
 }
 
+# ordinary PATH [folder]: what is there is a file (a folder, or a link to one), or nothing. Simulations run as we do: a pipe of theirs in the
+# place of a file would make us wait for ever, and a link make us overwrite what it leads to.
+ordinary()
+{
+    local path=$1 aside
+    [[ -e $path || -L $path ]] || return 0
+    if [[ ${2-} == folder ]]; then
+        [[ ! -d $path ]] || return 0
+    else
+        [[ ! -f $path || -L $path || $(stat -c %h "$path") != 1 ]] || return 0
+    fi
+    aside=$path.set-aside-$$
+    mv -T -- "$path" "$aside" || fail "$path is not what it has to be, and can't be moved away. Remove it."
+    echo "$path was not what it has to be, and is now $aside" >&2
+}
+
 # The process that the PID file of a kind names, if it is still that server: numbers are used again after a crash or reboot.
 running_pid()
 {
     local kind=$1 pid
+    ordinary "log/.$kind.pid"
     pid=$(cat "log/.$kind.pid" 2>/dev/null) || return 0
     if [[ $pid =~ ^[1-9][0-9]*$ && $(argument "$pid" 1) == "$(program "$kind")" ]] && is_alive "$pid"; then
         echo "$pid"
