@@ -30,7 +30,11 @@ def owned_by(user):
     found = []
     for entry in os.listdir("/proc"):
         with contextlib.suppress(OSError):
-            if entry.isdigit() and os.stat(f"/proc/{entry}").st_uid == user and is_alive(int(entry)):
+            if not entry.isdigit():
+                continue
+            with open(f"/proc/{entry}/status") as status:  # the file of a process that nobody may trace is root's
+                owner = next(int(line.split()[1]) for line in status if line.startswith("Uid:"))
+            if owner == user and is_alive(int(entry)):
                 found.append(int(entry))
     return found
 

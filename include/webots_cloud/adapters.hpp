@@ -158,7 +158,16 @@ result<> check_certificate(std::filesystem::path const& certificate, std::filesy
 
 /// Processes of this computer over Boost.Process, each under a guard (the program `webots-process-guard`) that ends the whole
 /// tree when asked to, when the process ends, and when we die, however we die.
-std::unique_ptr<ProcessHost> make_process_host(boost::asio::any_io_executor executor, std::filesystem::path guard);
+///
+/// The processes can't change the existing folders `read_only`, where the kernel allows a mount namespace: see `probe_guard`.
+std::unique_ptr<ProcessHost> make_process_host(boost::asio::any_io_executor executor, std::filesystem::path guard,
+                                               std::vector<std::filesystem::path> read_only = {});
+
+/// What that guard can do here, as its option `--probe` says it in one line; for `core::parse_isolation`.
+///
+/// Errors: `start_failed`, `timed_out` after five seconds.   Cancellation: terminal.
+boost::asio::awaitable<result<std::string>> probe_guard(std::filesystem::path guard,
+                                                        std::vector<std::filesystem::path> read_only, Clock& clock);
 
 /// Files of this computer, on a thread of its own.
 std::unique_ptr<TextFiles> make_text_files();

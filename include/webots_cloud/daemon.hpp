@@ -134,7 +134,8 @@ std::pair<std::optional<Config>, int> load_config(Program const& program, Argume
 /// where the thread has another scheduling policy than the normal one.
 void answer_promptly() noexcept;
 
-/// Runs `body` on one thread, which answers promptly, until it ends, or until SIGTERM or SIGINT cancel it.
+/// Runs `body` on one thread, which answers promptly, until it ends, or until SIGTERM or SIGINT cancel it. From then on nobody but
+/// root can trace this process, and it leaves no core.
 ///
 /// Returns `exit_ok` when it was cancelled, and otherwise prints why it ended, after `name`, and returns `exit_usage` for
 /// `unavailable`, `invalid_config` and `invalid_argument`, and `exit_failed` for everything else.

@@ -1,7 +1,9 @@
 #include "../core/text.hpp"
 #include "blocking_pool.hpp"
+#include "file_descriptor.hpp"
 #include "listening_ports.hpp"
 #include "process_usage.hpp"
+#include "spawn.hpp"
 
 #include <webots_cloud/adapters.hpp>
 
@@ -16,7 +18,6 @@
 #include <boost/asio/writable_pipe.hpp>
 #include <boost/process/v2/process.hpp>
 
-#include <spawn.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -125,18 +126,17 @@ asio::awaitable<ProcessUsage> no_usage()
 class GuardedProcess final : public Process
 {
 public:
-    GuardedProcess(process::process guard, asio::writable_pipe leash, asio::readable_pipe output,
+    GuardedProcess(process::process guard, adapters::FileDescriptor leash, asio::readable_pipe output,
                    std::shared_ptr<Looks> looks)
         : guard_(std::move(guard)), leash_(std::move(leash)), output_(std::move(output)),
-          looks_(std::move(looks)), alarm_(std::make_shared<Alarm>(leash_.get_executor(), guard_.id()))
+          looks_(std::move(looks)), alarm_(std::make_shared<Alarm>(output_.get_executor(), guard_.id()))
     {}
 
     ~GuardedProcess() override
     {
         if (!status_) {
-            auto const executor = leash_.get_executor();
-            boost::system::error_code ignored;
-            leash_.close(ignored); // the guard now kills the tree at once
+            auto const executor = output_.get_executor();
+            leash_ = adapters::FileDescriptor(); // the guard now kills the tree at once
             alarm_->ring();
             asio::co_spawn(executor, await_end(std::move(guard_), alarm_), asio::detached);
         }
@@ -156,7 +156,7 @@ public:
 
 private:
     process::process guard_;
-    asio::writable_pipe leash_;
+    adapters::FileDescriptor leash_;
     asio::readable_pipe output_;
     std::shared_ptr<Looks> looks_;
     std::shared_ptr<Alarm> alarm_;
@@ -194,58 +194,9 @@ void GuardedProcess::terminate() noexcept
 {
     if (status_)
         return;
-    boost::system::error_code ignored;
-    leash_.write_some(asio::buffer("T", 1), ignored); // one byte always fits into an empty pipe
+    ::send(leash_.get(), "T", 1, MSG_NOSIGNAL | MSG_DONTWAIT); // where it does not fit, others are there already
     alarm_->ring();
 }
-
-/// Starts the guard on a thread that may wait: until the new program runs, which takes its time where every
-/// core is busy.
-///
-/// Not by the launcher of Boost.Process, which forks: that copies our page tables, tells the io_context,
-/// which must not run meanwhile, and (in 1.81) leaves the new program descriptors of ours, the leash among
-/// them.
-struct Spawn
-{
-    std::string program;
-    std::vector<std::string> arguments; ///< Without the program's name.
-    std::vector<std::string> environment;
-    std::string directory;
-    int input = -1;
-    int output = -1; ///< Also for errors.
-
-    Spawn() = default;
-
-    /// The errno of a failure or 0, and the number of the new process.
-    std::pair<int, pid_t> operator()() const
-    {
-        posix_spawn_file_actions_t actions;
-        posix_spawn_file_actions_init(&actions);
-        posix_spawn_file_actions_adddup2(&actions, input, STDIN_FILENO);
-        posix_spawn_file_actions_adddup2(&actions, output, STDOUT_FILENO);
-        posix_spawn_file_actions_adddup2(&actions, output, STDERR_FILENO);
-        posix_spawn_file_actions_addclosefrom_np(&actions, STDERR_FILENO + 1);
-        posix_spawn_file_actions_addchdir_np(&actions, directory.c_str());
-        pid_t process = -1;
-        int const error =
-            posix_spawn(&process, program.c_str(), &actions, nullptr, pointers(&program, arguments).data(),
-                        pointers(nullptr, environment).data());
-        posix_spawn_file_actions_destroy(&actions);
-        return {error, process};
-    }
-
-private:
-    static std::vector<char*> pointers(std::string const* first, std::vector<std::string> const& texts)
-    {
-        std::vector<char*> all;
-        if (first)
-            all.push_back(const_cast<char*>(first->c_str()));
-        for (auto const& text : texts)
-            all.push_back(const_cast<char*>(text.c_str()));
-        all.push_back(nullptr);
-        return all;
-    }
-};
 
 /// A port that is bound; whoever connects to it is refused.
 class BoundPort final : public PortHold
@@ -260,8 +211,9 @@ private:
 class LocalProcessHost final : public ProcessHost
 {
 public:
-    LocalProcessHost(asio::any_io_executor executor, std::filesystem::path guard)
-        : executor_(std::move(executor)), guard_(std::move(guard))
+    LocalProcessHost(asio::any_io_executor executor, std::filesystem::path guard,
+                     std::vector<std::filesystem::path> read_only)
+        : executor_(std::move(executor)), guard_(std::move(guard)), read_only_(std::move(read_only))
     {}
 
     asio::awaitable<result<std::unique_ptr<Process>>> start(ProcessSpec spec) override;
@@ -270,6 +222,7 @@ public:
 private:
     asio::any_io_executor executor_;
     std::filesystem::path guard_;
+    std::vector<std::filesystem::path> read_only_;
     adapters::BlockingPool pool_{1};
     std::shared_ptr<Looks> looks_ = std::make_shared<Looks>();
 };
@@ -293,6 +246,10 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
     }
     if (spec.set_user_id)
         arguments.emplace_back("--set-user-id");
+    for (auto const& folder : read_only_) {
+        arguments.emplace_back("--read-only");
+        arguments.push_back((here / folder).string());
+    }
     arguments.push_back(
         std::to_string(std::chrono::duration_cast<std::chrono::milliseconds>(spec.grace).count()));
     arguments.insert(arguments.end(), spec.argv.begin(), spec.argv.end());
@@ -300,23 +257,26 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
     for (auto const& [name, value] : spec.environment)
         environment.push_back(concat(name, "=", value));
 
-    asio::readable_pipe leash_end(executor_);
-    asio::writable_pipe leash(executor_);
     asio::readable_pipe output(executor_);
     asio::writable_pipe output_end(executor_);
-    asio::connect_pipe(leash_end, leash, error);
-    if (!error)
-        asio::connect_pipe(output, output_end, error);
+    // A socket, since the end of a pipe can be opened again through /proc, by the simulation too, and then
+    // our death is not the end of the other.
+    int ends[2] = {-1, -1};
+    asio::connect_pipe(output, output_end, error);
+    if (!error && ::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
+        error.assign(errno, boost::system::system_category());
     if (error)
         co_return Failure(errc::start_failed, concat("no pipe: ", error.message()));
+    adapters::FileDescriptor leash(ends[0]);
+    adapters::FileDescriptor const leash_end(ends[1]);
 
     auto const directory = spec.directory.empty() ? here : spec.directory;
-    Spawn spawn;
+    adapters::Spawn spawn;
     spawn.program = (here / guard_).string();
     spawn.arguments = std::move(arguments);
     spawn.environment = std::move(environment);
     spawn.directory = directory.string();
-    spawn.input = leash_end.native_handle();
+    spawn.input = leash_end.get();
     spawn.output = output_end.native_handle();
     auto const [failure, id] = co_await pool_.run(std::move(spawn));
     if (failure != 0)
@@ -353,9 +313,10 @@ result<std::unique_ptr<PortHold>> LocalProcessHost::hold_port(std::uint16_t port
 
 } // namespace
 
-std::unique_ptr<ProcessHost> make_process_host(asio::any_io_executor executor, std::filesystem::path guard)
+std::unique_ptr<ProcessHost> make_process_host(asio::any_io_executor executor, std::filesystem::path guard,
+                                               std::vector<std::filesystem::path> read_only)
 {
-    return std::make_unique<LocalProcessHost>(std::move(executor), std::move(guard));
+    return std::make_unique<LocalProcessHost>(std::move(executor), std::move(guard), std::move(read_only));
 }
 
 } // namespace webots_cloud

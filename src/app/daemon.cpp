@@ -9,6 +9,7 @@
 
 #include <csignal>
 #include <iostream>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -46,6 +47,7 @@ void raise_descriptor_limit()
 
 int run_daemon(std::string const& name, std::function<asio::awaitable<result<>>(asio::any_io_executor)> body)
 {
+    ::prctl(PR_SET_DUMPABLE, 0); // simulations run as our user: none may trace us, or look into our memory and descriptors
     answer_promptly();
     raise_descriptor_limit();
     std::signal(SIGPIPE, SIG_IGN);
