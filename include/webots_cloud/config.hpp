@@ -125,6 +125,8 @@ struct SimulationConfig
     /// `notify`: registries that are told of this server; a string or a list, `[]` for none.
     std::vector<std::string> notify{"https://webots.cloud/ajax/server/setup.php"};
     std::uint64_t cache_bytes = std::uint64_t{10} << 30; ///< `cacheSize`, in gigabytes: fetched projects that are kept.
+    /// `stateDir`: what the server works with, projects of running simulations above all. Empty: see `core::state_folders`.
+    std::filesystem::path state_dir;
     std::filesystem::path webots_home; ///< `webotsHome`
     std::string display;              ///< `display`: what Webots draws on. Empty: what `DISPLAY` says, else `:0`.
     /// `projectsDir`: templates that websites start with `init`. Empty: those that came with Webots.

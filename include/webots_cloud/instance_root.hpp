@@ -5,7 +5,9 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <string>
 #include <utility>
+#include <vector>
 
 namespace webots_cloud {
 
@@ -20,35 +22,51 @@ struct LeftOvers
 class InstanceRoot
 {
 public:
-    /// So many folders at the end of a path are ours, as in `/tmp` and then `webots-1000/2000/instances`.
-    static constexpr int levels = 3;
+    /// Whether `state` may be a link.
+    enum class State
+    {
+        no_link,
+        may_be_link
+    };
 
-    /// Makes those folders if need be, locks the last one and removes what a dead predecessor left in it.
+    /// Makes `<state>/<name>/instances` if need be, locks it and removes what a dead predecessor left in it.
     ///
-    /// Nobody else can have put them there, or put something else in their place later.   Errors:
-    /// `invalid_argument`, its detail says what to do, when one of the three is a link, another user's or
-    /// writable for others, when everybody may rename what is in the folder above them, when another server
-    /// has the lock, or a folder can't be made.
-    static result<InstanceRoot> open(std::filesystem::path const& folder);
+    /// All three are ours: what is in the way of the inner two is set aside, and modes are mended, since simulations run as the same
+    /// user. Nobody else can have put them there, or put something else in their place later.
+    /// Errors: `invalid_argument`, its detail says what to do, when `state` is another user's, or everybody may rename what is in
+    /// the folder above it; another code where a later attempt may succeed: another server has the lock, or a disk is full.
+    static result<InstanceRoot> open(std::filesystem::path const& state, std::string const& name,
+                                     State link = State::no_link);
 
     InstanceRoot(InstanceRoot&& other) noexcept
-        : lock_(std::exchange(other.lock_, -1)), left_overs_(other.left_overs_)
+        : lock_(std::exchange(other.lock_, -1)), left_overs_(other.left_overs_), path_(std::move(other.path_)),
+          notices_(std::move(other.notices_))
     {}
     InstanceRoot& operator=(InstanceRoot&& other) noexcept
     {
         std::swap(lock_, other.lock_);
         std::swap(left_overs_, other.left_overs_);
+        std::swap(path_, other.path_);
+        std::swap(notices_, other.notices_);
         return *this;
     }
     ~InstanceRoot();
 
+    /// The folder.
+    std::filesystem::path const& path() const noexcept { return path_; }
+
     LeftOvers const& left_overs() const noexcept { return left_overs_; }
 
-private:
-    InstanceRoot(int lock, LeftOvers left_overs) : lock_(lock), left_overs_(left_overs) {}
+    /// What was found and mended: sentences for the operator.
+    std::vector<std::string> const& notices() const noexcept { return notices_; }
 
-    int lock_;
+private:
+    InstanceRoot() = default;
+
+    int lock_ = -1;
     LeftOvers left_overs_;
+    std::filesystem::path path_;
+    std::vector<std::string> notices_;
 };
 
 } // namespace webots_cloud

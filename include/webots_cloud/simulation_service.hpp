@@ -53,6 +53,9 @@ struct SimulationServiceParams
     std::function<void(std::string line)> monitor_log;
     std::shared_ptr<SimulationLogs> simulation_logs; ///< Keeps what simulators print. Null: nobody does.
     std::string notice;          ///< Shown on the monitor page: for instance that this is the demo simulator.
+    /// What is missing to keep simulations apart, a sentence: on the monitor page, in the answer of `/readyz` and as a figure.
+    /// Empty: nothing is.
+    std::string isolation_warning;
     /// What `GET /metrics` shows below the service's own figures: families in the text format of Prometheus.
     /// Must not wait.
     std::function<std::string()> more_metrics;

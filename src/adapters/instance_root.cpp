@@ -4,6 +4,7 @@
 
 #include "../core/text.hpp"
 #include "file_descriptor.hpp"
+#include "own_folder.hpp"
 #include "remove_tree.hpp"
 
 #include <fcntl.h>
@@ -21,62 +22,80 @@ using core::concat;
 
 namespace {
 
+constexpr std::string_view purpose = ", for the directories of simulations: ";
+constexpr std::string_view elsewhere = " or set \"stateDir\" to another folder.";
+
 Failure refusal(fs::path const& folder, std::string_view why)
 {
-    return Failure(errc::invalid_argument,
-                   concat(folder.string(), ", for the directories of simulations: ", why));
+    return Failure(errc::invalid_argument, concat(folder.string(), purpose, why));
 }
 
-std::string last_error()
+/// What may be otherwise at the next attempt.
+Failure system_refusal(fs::path const& folder)
 {
-    return std::error_code(errno, std::generic_category()).message();
+    boost::system::error_code const error(errno, boost::system::system_category());
+    return {error, concat(folder.string(), purpose, error.message())};
 }
 
 /// The folder that ours are in: the operator's choice, and perhaps everybody's.
 result<FileDescriptor> open_shared(fs::path const& folder)
 {
-    FileDescriptor opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    std::error_code failed;
+    fs::create_directories(folder, failed);
+    FileDescriptor opened(::open(folder.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC));
     struct stat status;
     if (!opened || ::fstat(opened.get(), &status) != 0)
-        return refusal(folder, last_error());
+        return system_refusal(folder);
     if ((status.st_mode & S_IWOTH) != 0 && (status.st_mode & S_ISVTX) == 0)
         return refusal(
-            folder, "everybody may rename what is in it. Give it the sticky bit (chmod +t), or set TMPDIR to "
-                    "another folder.");
+            folder,
+            concat("everybody may rename what is in it. Give it the sticky bit (chmod +t),", elsewhere));
     return opened;
 }
 
-/// Makes a folder in `parent` if need be. In a shared one somebody else may have been there first.
-result<FileDescriptor> take(int parent, fs::path const& folder)
+/// A folder that was chosen by somebody who may have put a link there.
+result<FileDescriptor> open_chosen(fs::path const& folder, std::vector<std::string>& notices)
 {
-    auto const name = folder.filename();
-    if (::mkdirat(parent, name.c_str(), 0700) != 0 && errno != EEXIST)
-        return refusal(folder, last_error());
-    FileDescriptor taken(::openat(parent, name.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
+    std::error_code failed;
+    fs::create_directories(folder, failed);
+    FileDescriptor found(::open(folder.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC));
     struct stat status;
-    if (!taken && (errno == ENOTDIR || errno == ELOOP))
-        return refusal(folder,
-                       "it is no folder, or a link to one. Remove it, or set TMPDIR to another folder.");
-    if (!taken || ::fstat(taken.get(), &status) != 0)
-        return refusal(folder, last_error());
-    if (status.st_uid != ::geteuid())
-        return refusal(folder, "it belongs to another user. Remove it, or set TMPDIR to another folder.");
-    if ((status.st_mode & (S_IWGRP | S_IWOTH)) != 0)
-        return refusal(folder, "others may write to it. Remove it, or set TMPDIR to another folder.");
-    if (::fchmod(taken.get(), 0700) != 0)
-        return refusal(folder, last_error());
-    return taken;
+    if (!found || ::fstat(found.get(), &status) != 0)
+        return system_refusal(folder);
+    auto const is_ours = status.st_uid == ::geteuid();
+    if (!is_ours && status.st_uid != 0)
+        return refusal(
+            folder,
+            concat("it belongs to another user. Give it to the user of this server (chown),", elsewhere));
+    bool const others_write = (status.st_mode & (S_IWGRP | S_IWOTH)) != 0;
+    bool const we_can = (status.st_mode & S_IRWXU) == S_IRWXU;
+    if (is_ours && (others_write || !we_can)) {
+        auto const link = concat("/proc/self/fd/", std::to_string(found.get()));
+        if (::chmod(link.c_str(), ((status.st_mode | S_IRWXU) & 07777) & ~mode_t(S_IWGRP | S_IWOTH)) != 0)
+            return system_refusal(folder);
+        notices.push_back(concat(folder.string(), " had the mode of a folder that ",
+                                 we_can ? "others may write to" : "we can't use", ": that is mended."));
+    } else if ((status.st_mode & S_IWOTH) != 0 && (status.st_mode & S_ISVTX) == 0) {
+        return refusal(
+            folder,
+            concat("everybody may rename what is in it. Give it the sticky bit (chmod +t),", elsewhere));
+    }
+    return found;
 }
 
-/// `folder`, of which the last `levels` names are ours.
-result<FileDescriptor> take(fs::path const& folder, int levels)
+/// The folder that was asked for, which holds those of all our ports.
+result<FileDescriptor> open_state(fs::path const& folder, InstanceRoot::State link,
+                                  std::vector<std::string>& notices)
 {
-    if (levels == 0)
-        return open_shared(folder);
-    auto const parent = take(folder.parent_path(), levels - 1);
+    if (link == InstanceRoot::State::may_be_link)
+        return open_chosen(folder, notices);
+    auto const parent = open_shared(folder.parent_path());
     if (!parent)
         return parent.error();
-    return take(parent->get(), folder);
+    auto own = adapters::open_own_folder(parent->get(), folder, adapters::Foreign::refuse, notices);
+    if (!own && own.error() == errc::invalid_argument)
+        return refusal(folder, concat("it belongs to another user. Remove it,", elsewhere));
+    return own;
 }
 
 constexpr std::string_view aside = "left-over-";
@@ -97,28 +116,43 @@ result<LeftOvers> clear(int opened, fs::path const& folder)
         auto const name = entry.path().filename().string();
         auto const other = concat(aside, make_token().substr(0, 8));
         if (!name.starts_with(aside) && ::renameat(opened, name.c_str(), opened, other.c_str()) != 0)
-            return refusal(folder,
-                           concat("can't remove the left-over ", name, ": ", outcome.error().message()));
+            return Failure(make_error_code(boost::system::errc::io_error),
+                           concat(folder.string(), purpose, "can't remove the left-over ", name, ": ",
+                                  outcome.error().message()));
         ++left_overs.kept;
     }
     if (failed)
-        return refusal(folder, failed.message());
+        return Failure(boost::system::error_code(failed), concat(folder.string(), purpose, failed.message()));
     return left_overs;
 }
 
 } // namespace
 
-result<InstanceRoot> InstanceRoot::open(fs::path const& folder)
+result<InstanceRoot> InstanceRoot::open(fs::path const& state, std::string const& name, State link)
 {
-    auto taken = take(folder, levels);
+    InstanceRoot root;
+    auto const outer = open_state(state, link, root.notices_);
+    if (!outer)
+        return outer.error();
+    auto const own =
+        adapters::open_own_folder(outer->get(), state / name, adapters::Foreign::set_aside, root.notices_);
+    if (!own)
+        return own.error();
+    root.path_ = state / name / "instances";
+    auto taken =
+        adapters::open_own_folder(own->get(), root.path_, adapters::Foreign::set_aside, root.notices_);
     if (!taken)
         return taken.error();
     if (::flock(taken->get(), LOCK_EX | LOCK_NB) != 0)
-        return refusal(folder, "another simulation server uses it; is one running already?");
-    auto const left_overs = clear(taken->get(), folder);
+        return Failure(boost::system::error_code(errno, boost::system::system_category()),
+                       concat(root.path_.string(), purpose,
+                              "another simulation server uses it; is one running already?"));
+    auto const left_overs = clear(taken->get(), root.path_);
     if (!left_overs)
         return left_overs.error();
-    return InstanceRoot(taken->release(), *left_overs);
+    root.lock_ = taken->release();
+    root.left_overs_ = *left_overs;
+    return root;
 }
 
 InstanceRoot::~InstanceRoot()

@@ -1,8 +1,10 @@
 #include "../core/client_protocol.hpp"
 #include "../core/docker_leftovers.hpp"
 #include "../core/docker_project.hpp"
+#include "../core/isolation.hpp"
 #include "../core/monitor_sample.hpp"
 #include "../core/simulator_choice.hpp"
+#include "../core/state_folder.hpp"
 #include "../core/text.hpp"
 #include "log_summaries.hpp"
 #include "metrics.hpp"
@@ -53,12 +55,6 @@ fs::path cache_folder(SimulationConfig const& config)
     return base / "webots_cloud" / std::to_string(config.port);
 }
 
-fs::path instances_folder(SimulationConfig const& config)
-{
-    auto const ours = concat("webots-", std::to_string(::getuid()));
-    return fs::temp_directory_path() / ours / std::to_string(config.port) / "instances";
-}
-
 bool is_program(fs::path const& path)
 {
     return ::access(path.c_str(), X_OK) == 0 && !fs::is_directory(path);
@@ -89,6 +85,82 @@ fs::path from_here(fs::path const& path)
     return failed ? path : found;
 }
 
+result<InstanceRoot> open_instances(core::StateFolder const& folder, std::string const& name)
+{
+    return InstanceRoot::open(folder.path, name,
+                              folder.may_be_link ? InstanceRoot::State::may_be_link
+                                                 : InstanceRoot::State::no_link);
+}
+
+bool is_in_use(Failure const& failure)
+{
+    return failure.code() == boost::system::errc::resource_unavailable_try_again;
+}
+
+/// The folder for the projects of running simulations, in the first state folder that works.
+result<InstanceRoot> open_instances(SimulationConfig const& config, Logger const& log)
+{
+    core::StateSurroundings surroundings;
+    surroundings.configured = from_here(config.state_dir);
+    surroundings.state_directory = environment("STATE_DIRECTORY");
+    surroundings.xdg_state_home = environment("XDG_STATE_HOME");
+    surroundings.home = environment("HOME");
+    surroundings.temporary = fs::temp_directory_path();
+    surroundings.user = ::getuid();
+    auto const name = std::to_string(config.port);
+    auto const folders = core::state_folders(surroundings);
+    auto root = open_instances(folders.front(), name);
+    for (std::size_t i = 1; i < folders.size() && !root && !is_in_use(root.error()); ++i) {
+        log.warning(concat(root.error().message(), ". Trying ", folders[i].path.string(), " instead."));
+        root = open_instances(folders[i], name);
+    }
+    if (!root)
+        return root.error().within(concat("no simulation server on port ", name));
+    for (auto const& notice : root->notices())
+        log.warning(notice);
+    if (auto const removed = root->left_overs().removed; removed > 0)
+        log.info(concat("Removed ", std::to_string(removed), " left-over instance directories"));
+    if (auto const kept = root->left_overs().kept; kept > 0)
+        log.warning(concat(std::to_string(kept), " left-over instance directories can't be removed: remove ",
+                           root->path().string(), "/left-over-* by hand."));
+    return root;
+}
+
+/// What simulations must not change: what the next ones are made of, and what was said about them.
+std::vector<fs::path> read_only_folders(SimulationConfig const& config)
+{
+    std::vector<fs::path> folders;
+    std::error_code failed;
+    auto const caches =
+        cache_folder(config).parent_path(); // another one is used where two servers share a port's
+    for (auto const& folder : {from_here(caches), from_here(config.log_dir / "simulation")})
+        if (fs::is_directory(folder, failed))
+            folders.push_back(folder);
+    return folders;
+}
+
+/// Asks the guard what it can do here, and tells the operator what it can't. Containers are kept apart by
+/// Docker.
+asio::awaitable<std::string> check_isolation(SimulationConfig const& config, fs::path guard,
+                                             std::vector<fs::path> read_only, Clock& clock, Logger log)
+{
+    if (config.docker)
+        co_return std::string();
+    auto const answer = co_await probe_guard(std::move(guard), std::move(read_only), clock);
+    auto const parsed = answer ? core::parse_isolation(*answer) : result<core::Isolation>(answer.error());
+    core::Isolation isolation;
+    if (parsed)
+        isolation = *parsed;
+    else
+        isolation.reason = parsed.error().message();
+    auto warning = core::isolation_warning(isolation);
+    if (!warning.empty())
+        log.warning(warning);
+    for (auto const& remark : core::isolation_remarks(isolation, ::geteuid() == 0))
+        log.warning(remark);
+    co_return warning;
+}
+
 /// Containers bring their own Webots.
 result<core::SimulatorChoice> choose_simulator(SimulationConfig const& config, fs::path const& programs)
 {
@@ -103,7 +175,8 @@ result<core::SimulatorChoice> choose_simulator(SimulationConfig const& config, f
 /// The sources of all forges. Git servers share one, and with it its cache.
 struct Sources
 {
-    Sources(asio::any_io_executor const& executor, SimulationConfig const& config, Logger const& log)
+    Sources(asio::any_io_executor const& executor, SimulationConfig const& config, fs::path const& instances,
+            Logger const& log)
     {
         for (auto const& forge : config.forges) {
             if (!forge.directory.empty()) {
@@ -115,7 +188,7 @@ struct Sources
                 GitSourceParams params;
                 params.cache = cache_folder(config);
                 params.cache_bytes = config.cache_bytes;
-                params.instances = instances_folder(config);
+                params.instances = instances;
                 git = make_git_source(executor, params, log);
             }
             forges.emplace_back(forge.url, *git);
@@ -163,7 +236,7 @@ SimulationLauncherParams launcher_params(SimulationConfig const& config, fs::pat
     return params;
 }
 
-DockerModeParams docker_params(SimulationConfig const& config)
+DockerModeParams docker_params(SimulationConfig const& config, fs::path const& instances)
 {
     DockerModeParams params;
     params.docker = find_program("docker");
@@ -173,7 +246,7 @@ DockerModeParams docker_params(SimulationConfig const& config)
     params.images = config.containers.images;
     params.project_dockerfiles = config.containers.project_dockerfiles;
     params.persistent_images = config.containers.persistent_images;
-    params.identity = core::docker_identity(host_name(), config.port, instances_folder(config));
+    params.identity = core::docker_identity(host_name(), config.port, instances);
     params.run = make_token().substr(0, 8);
     params.environment = current_environment();
     if (fs::exists("/dev/dri", failed))
@@ -254,20 +327,17 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
         co_return choice.error();
     if (!choice->notice.empty())
         log.warning(choice->notice);
-    auto const instances = instances_folder(config);
-    auto const root = InstanceRoot::open(instances);
+    auto const root = open_instances(config, log);
     if (!root)
-        co_return root.error().within(concat("no simulation server on port ", std::to_string(config.port)));
-    if (auto const removed = root->left_overs().removed; removed > 0)
-        log.info(concat("Removed ", std::to_string(removed), " left-over instance directories"));
-    if (auto const kept = root->left_overs().kept; kept > 0)
-        log.warning(concat(std::to_string(kept), " left-over instance directories can't be removed: remove ",
-                           instances.string(), "/left-over-* by hand."));
+        co_return root.error();
+    auto const& instances = root->path();
 
     auto const clock = make_steady_clock(executor);
-    auto const processes = make_process_host(executor, programs / "webots-process-guard");
     auto const metrics = make_host_metrics();
-    Sources sources(executor, config, log);
+    Sources sources(executor, config, instances, log);
+    auto const guard = programs / "webots-process-guard";
+    auto const read_only = read_only_folders(config);
+    auto const processes = make_process_host(executor, guard, read_only);
     ProjectFetcherParams fetching;
     fetching.instances = instances;
     std::unique_ptr<ProjectSource> websites; // whose pages know nothing of containers
@@ -278,7 +348,8 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     std::unique_ptr<DockerMode> docker;
     if (config.docker) {
         files = make_text_files();
-        docker = std::make_unique<DockerMode>(docker_params(config), *processes, *files, *clock, log);
+        docker =
+            std::make_unique<DockerMode>(docker_params(config, instances), *processes, *files, *clock, log);
         auto const opened = co_await docker->open();
         if (!opened)
             co_return opened.error();
@@ -286,6 +357,8 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     SimulationLauncher launcher(launcher_params(config, choice->program), *processes, *clock, log,
                                 docker.get());
     auto service_settings = service_params(config, choice->notice);
+    auto isolation_warning = co_await check_isolation(config, guard, read_only, *clock, log);
+    service_settings.isolation_warning = std::move(isolation_warning);
     if (config.monitor_log)
         service_settings.monitor_log = make_line_file(executor, config.log_dir / "simulation" / "monitor.csv",
                                                       core::monitor_csv_header(), log);

@@ -442,6 +442,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     double gigabytes = static_cast<double>(config.cache_bytes >> 30);
     reader->read_number("cacheSize", gigabytes, 0.1, 100'000);
     config.cache_bytes = static_cast<std::uint64_t>(gigabytes * (1 << 30));
+    reader->read("stateDir", config.state_dir);
     reader->read("webotsHome", config.webots_home);
     reader->read("display", config.display);
     reader->read_integer("maxConnections", config.max_connections, 1, 10'000);

@@ -63,6 +63,7 @@ std::vector<std::string_view> keys_for_restart(SimulationConfig const& running, 
     changes.compare("forges", running.forges, next.forges);
     changes.compare("notify", running.notify, next.notify);
     changes.compare("cacheSize", running.cache_bytes, next.cache_bytes);
+    changes.compare("stateDir", running.state_dir, next.state_dir);
     changes.compare("webotsHome", running.webots_home, next.webots_home);
     changes.compare("display", running.display, next.display);
     changes.compare("maxConnections", running.max_connections, next.max_connections);

@@ -37,6 +37,7 @@ struct SimulationMonitorView
     std::string title;
     std::string description;
     std::string notice;
+    std::string warning;
     double load = 0;
     HostDescription host;
     MonitorSample sample;

@@ -120,6 +120,8 @@ std::string simulation_monitor_page(SimulationMonitorView const& view)
     auto html = page_begin(view.title.empty() ? "Webots simulation server" : view.title, view.assets);
     if (!view.notice.empty())
         html += concat("<p class=\"notice\">", escape_html(view.notice), "</p>\n");
+    if (!view.warning.empty())
+        html += concat("<p class=\"notice\">", escape_html(view.warning), "</p>\n");
     if (!view.description.empty())
         html += concat("<p>", escape_html(view.description), "</p>\n");
     html += concat("<p>Current load: ", percentage("load", view.load), "</p>\n");

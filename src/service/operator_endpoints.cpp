@@ -156,6 +156,7 @@ std::string OperatorEndpoints::monitor_text() const
     view.title = params_.title;
     view.description = params_.description;
     view.notice = params_.notice;
+    view.warning = params_.isolation_warning;
     view.load = average_.value();
     view.host = description_;
     view.sample = board_.sample();
@@ -196,6 +197,9 @@ HttpResponse OperatorEndpoints::figures() const
     auto const highest = *std::max_element(event_loop_lags_.begin(), event_loop_lags_.end());
     text.family("event_loop_lag_highest_seconds", "gauge", "The highest of the last 60 measurements.")
         .add(std::chrono::duration<double>(highest).count());
+    text.family("simulations_isolated", "gauge",
+                "1 where the kernel keeps simulations from the server and from each other.")
+        .add(params_.isolation_warning.empty() ? 1 : 0);
     surroundings_.starts.write(text);
     return core::metrics_page(text.take(), params_.more_metrics);
 }
@@ -230,6 +234,8 @@ HttpResponse OperatorEndpoints::readiness() const
     auto const most = surroundings_.launcher.params().most_simulations;
     if (surroundings_.draining || surroundings_.places_taken >= most)
         return {503, std::string(core::html_type), surroundings_.draining ? "draining" : "full"};
+    if (!params_.isolation_warning.empty())
+        return core::page(core::concat("ready, but: ", core::escape_html(params_.isolation_warning)));
     return core::page("ready");
 }
 

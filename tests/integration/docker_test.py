@@ -74,7 +74,7 @@ def guards_of(folder):
     for entry in os.listdir("/proc"):
         if entry.isdigit():
             with contextlib.suppress(OSError), open(f"/proc/{entry}/cmdline", "rb") as line:
-                if os.path.join(folder, "tmp").encode() in line.read():
+                if os.path.join(folder, "state").encode() in line.read():
                     found.append(int(entry))
     return found
 

@@ -29,7 +29,7 @@ class ResetController(unittest.IsolatedAsyncioTestCase):
         async with Browser(simulation) as browser:
             await browser.start(**start)
             await browser.hear("webots:")
-            [path] = glob.glob(os.path.join(simulation.folder, "tmp", "**", "controllers", CONTROLLER), recursive=True)
+            [path] = glob.glob(os.path.join(simulation.instances_folder(), "**", "controllers", CONTROLLER), recursive=True)
             with open(path, "w") as file:
                 file.write("broken")
             await reset(browser)

@@ -46,7 +46,7 @@ FAULTS = ["", "never-ready", "ready-delay=300", "exit-before-ready=3", "exit-aft
 
 def processes_of(simulation):
     """Everything that this server's simulations started, also when the server is dead: the instance path is in every command line."""
-    mark = os.path.join(simulation.folder, "tmp").encode()
+    mark = simulation.instances_folder().encode()
     found = []
     for entry in os.listdir("/proc"):
         if entry.isdigit():

@@ -69,6 +69,11 @@ def is_alive(pid):
     return False
 
 
+def without_systemd(environment):
+    """An environment that names no folders of a service that we may be."""
+    return {name: value for name, value in environment.items() if name != "STATE_DIRECTORY"}
+
+
 def end(process):
     """Ends a process that we started, if it has not ended by itself."""
     if process.poll() is None:
@@ -87,6 +92,8 @@ class Server(Startable):
 
     arguments = ()  # of the command line, before the configuration
     descriptors = None  # a limit of open files
+    wrapper = ()  # a command line that the program's is put behind
+    user = None  # who runs it; None: we
 
     def __init__(self, config, port, environment=None):
         self.folder = tempfile.mkdtemp(prefix="webots_cloud_server_")
@@ -112,14 +119,19 @@ class Server(Startable):
     def start(self):
         path = self.configure()
         os.makedirs(os.path.join(self.folder, "tmp"), exist_ok=True)
-        environment = {**os.environ, "HOME": self.folder, "TMPDIR": os.path.join(self.folder, "tmp"),
-                       "XDG_CACHE_HOME": os.path.join(self.folder, "cache"), "XDG_RUNTIME_DIR": "", **self.environment}
+        environment = {**without_systemd(os.environ), "HOME": self.folder, "TMPDIR": os.path.join(self.folder, "tmp"),
+                       "XDG_CACHE_HOME": os.path.join(self.folder, "cache"), "XDG_STATE_HOME": os.path.join(self.folder, "state"),
+                       "XDG_RUNTIME_DIR": "", **self.environment}
         with open(self.log_path, "ab") as log:
-            self.process = subprocess.Popen([program(self.PROGRAM), *self.arguments, path], stdin=subprocess.DEVNULL, stdout=log, stderr=log,
-                                            env=environment, cwd=self.folder, preexec_fn=self._limit)
+            self.process = subprocess.Popen([*self.wrapper, self.program(), *self.arguments, path], stdin=subprocess.DEVNULL, stdout=log,
+                                            stderr=log, env=environment, cwd=self.folder, preexec_fn=self._limit, user=self.user,
+                                            group=self.user, extra_groups=None if self.user is None else [])
         wait_until(lambda: self.process.poll() is not None or self.get("/load"), f"{self.PROGRAM} does not answer")
         if self.process.poll() is not None:
             raise AssertionError(f"{self.PROGRAM} ended at once:\n{self.log()}")
+
+    def program(self):
+        return program(self.PROGRAM)
 
     def _limit(self):
         if self.descriptors:
@@ -161,12 +173,12 @@ class Server(Startable):
         """Memory in kilobytes, threads and descriptors."""
         with open(f"/proc/{self.process.pid}/status") as status:
             values = dict(line.split(":", 1) for line in status)
-        descriptors = len(os.listdir(f"/proc/{self.process.pid}/fd"))
+        descriptors = len(os.listdir(f"/proc/{self.process.pid}/fd")) if os.geteuid() == 0 else None  # nobody else may look
         return int(values["VmRSS"].split()[0]), int(values["Threads"]), descriptors
 
     def is_sanitized(self):
         """Sanitizers keep what was freed, so that the memory of what they watch only grows."""
-        with open(f"/proc/{self.process.pid}/exe", "rb") as file:
+        with open(program(self.PROGRAM), "rb") as file:
             code = file.read()
         return b"__asan_init" in code or b"__tsan_init" in code
 
@@ -210,11 +222,11 @@ class SimulationServer(Server):
         port = port or free_port(following=config["maxConnections"] + 10)
         super().__init__(config, port, {"WEBOTS_DEMO_FAULTS": faults, "WEBOTS_DEMO_ADDRESS": "127.0.0.1", **(environment or {})})
 
-    def temporary_folder(self):
-        return self.environment.get("TMPDIR", os.path.join(self.folder, "tmp"))
+    def state_folder(self):
+        return self.config.get("stateDir", os.path.join(self.folder, "state", "webots_cloud"))
 
     def instances_folder(self):
-        return os.path.join(self.temporary_folder(), f"webots-{os.geteuid()}", str(self.port), "instances")
+        return os.path.join(self.state_folder(), str(self.port), "instances")
 
     def instances(self):
         """The instance directories that exist."""

@@ -34,7 +34,7 @@ struct Fixture
     /// What the operator reads when the start is refused.
     std::string refusal()
     {
-        auto const root = InstanceRoot::open(instances);
+        auto const root = InstanceRoot::open(user, "2000");
         BOOST_TEST_REQUIRE(!root.has_value());
         BOOST_TEST((root.error() == errc::invalid_argument));
         return root.error().message();
@@ -68,7 +68,7 @@ BOOST_FIXTURE_TEST_SUITE(instance_root, Fixture)
 BOOST_AUTO_TEST_CASE(missing_folders_are_made_for_us_alone)
 {
     fs::remove_all(user);
-    auto const root = InstanceRoot::open(instances);
+    auto const root = InstanceRoot::open(user, "2000");
     BOOST_TEST_REQUIRE(root.has_value());
     BOOST_TEST(root->left_overs().removed == 0u);
     for (auto const& folder : {user, port, instances})
@@ -85,7 +85,7 @@ BOOST_AUTO_TEST_CASE(what_is_mounted_in_left_overs_is_unmounted_and_not_emptied)
         BOOST_TEST_MESSAGE("skipped: nothing may be mounted here");
         return;
     }
-    auto const root = InstanceRoot::open(instances);
+    auto const root = InstanceRoot::open(user, "2000");
     ::umount2(project.c_str(), MNT_DETACH);
     BOOST_TEST_REQUIRE(root.has_value());
     BOOST_TEST(root->left_overs().removed == 1u);
@@ -101,7 +101,7 @@ BOOST_AUTO_TEST_CASE(left_overs_are_counted_and_go_and_what_is_beside_them_stays
     fs::create_directory_symlink(shared / "strangers", instances / "3");
     put(port / "other");
     put(user / "2001" / "instances" / "1" / "file");
-    auto const root = InstanceRoot::open(instances);
+    auto const root = InstanceRoot::open(user, "2000");
     BOOST_TEST_REQUIRE(root.has_value());
     BOOST_TEST(root->left_overs().removed == 3u);
     BOOST_TEST(fs::is_empty(instances));
@@ -122,7 +122,7 @@ BOOST_AUTO_TEST_CASE(what_can_not_be_removed_is_set_aside_and_no_reason_not_to_s
         BOOST_REQUIRE(::chown(folder.c_str(), nobody, nobody) == 0);
     BOOST_REQUIRE(::seteuid(nobody) == 0);
     for (int start = 0; start < 2; ++start) {
-        auto const root = InstanceRoot::open(instances);
+        auto const root = InstanceRoot::open(user, "2000");
         BOOST_TEST_REQUIRE(root.has_value());
         BOOST_TEST(root->left_overs().removed == 0u);
         BOOST_TEST(root->left_overs().kept == 1u);
@@ -131,56 +131,92 @@ BOOST_AUTO_TEST_CASE(what_can_not_be_removed_is_set_aside_and_no_reason_not_to_s
     BOOST_TEST(!fs::exists(instances / "1"));
 }
 
-BOOST_AUTO_TEST_CASE(a_link_in_the_place_of_a_folder_is_refused_and_not_followed)
+// As a simulation may have done, which runs as the same user.
+BOOST_AUTO_TEST_CASE(what_is_in_the_place_of_a_folder_is_set_aside_and_not_followed)
 {
-    for (auto const& folder : {user, port, instances}) {
-        BOOST_TEST_CONTEXT(folder)
-        {
-            fs::remove_all(user);
-            auto const target = shared / "strangers" / folder.filename();
-            auto const victim = target / instances.lexically_relative(folder) / "project" / "file";
-            put(victim);
-            fs::create_directories(folder.parent_path());
-            fs::create_directory_symlink(target, folder);
-            BOOST_TEST(
-                says(refusal(), folder, "it is no folder, or a link to one. Remove it, or set TMPDIR"));
-            BOOST_TEST(fs::exists(victim));
-            fs::remove(folder);
-        }
-    }
-}
-
-BOOST_AUTO_TEST_CASE(folders_that_others_may_write_to_are_refused_with_what_is_in_them)
-{
-    put(instances / "1" / "file");
     for (auto const& folder : {user, port, instances})
-        for (auto const mode : {0777, 01777, 0770}) {
-            BOOST_TEST_CONTEXT(folder << " " << mode)
+        for (bool const link : {true, false}) {
+            BOOST_TEST_CONTEXT(folder << " " << link)
             {
-                BOOST_REQUIRE(::chmod(folder.c_str(), static_cast<mode_t>(mode)) == 0);
-                BOOST_TEST(says(refusal(), folder, "others may write to it. Remove it, or set TMPDIR"));
-                BOOST_TEST(fs::exists(instances / "1" / "file"));
-                BOOST_REQUIRE(::chmod(folder.c_str(), 0700) == 0);
+                fs::remove_all(user);
+                auto const target = shared / "strangers" / folder.filename();
+                auto const victim = target / instances.lexically_relative(folder) / "project" / "file";
+                put(victim);
+                fs::create_directories(folder.parent_path());
+                if (link)
+                    fs::create_directory_symlink(target, folder);
+                else
+                    BOOST_REQUIRE(::mkfifo(folder.c_str(), 0600) == 0);
+                auto const root = InstanceRoot::open(user, "2000");
+                BOOST_TEST_REQUIRE(root.has_value());
+                BOOST_TEST(root->path() == instances);
+                BOOST_TEST_REQUIRE(root->notices().size() == 1u);
+                BOOST_TEST(root->notices().front().find(folder.string() +
+                                                        " was not what it has to be, and is now ") == 0u);
+                BOOST_TEST(fs::is_directory(fs::symlink_status(instances)));
+                BOOST_TEST(fs::exists(victim));
             }
         }
 }
 
-BOOST_AUTO_TEST_CASE(folders_of_another_user_are_refused_with_what_is_in_them)
+BOOST_AUTO_TEST_CASE(the_folder_that_the_operator_names_may_be_a_link)
+{
+    fs::remove_all(user);
+    fs::create_directories(shared / "big_disk");
+    fs::create_directory_symlink(shared / "big_disk", user);
+    auto const root = InstanceRoot::open(user, "2000", InstanceRoot::State::may_be_link);
+    BOOST_TEST_REQUIRE(root.has_value());
+    BOOST_TEST(root->notices().empty());
+    BOOST_TEST(fs::is_directory(shared / "big_disk" / "2000" / "instances"));
+}
+
+BOOST_AUTO_TEST_CASE(modes_that_let_others_in_or_us_not_are_mended)
+{
+    put(instances / "1" / "file");
+    if (::geteuid() == 0) {
+        BOOST_REQUIRE(::chmod(shared.c_str(), 01777) == 0);
+        for (auto const& folder : {user, port, instances})
+            BOOST_REQUIRE(::chown(folder.c_str(), nobody, nobody) == 0);
+    }
+    auto const before = ::geteuid();
+    for (auto const link : {InstanceRoot::State::no_link, InstanceRoot::State::may_be_link})
+        for (auto const& folder : {user, port, instances})
+            for (auto const mode : {0777, 01777, 0770, 0, 0500}) {
+                BOOST_TEST_CONTEXT(folder << " " << mode)
+                {
+                    BOOST_REQUIRE(::chmod(folder.c_str(), static_cast<mode_t>(mode)) == 0);
+                    if (before == 0)
+                        BOOST_REQUIRE(::seteuid(nobody) == 0);
+                    auto const root = InstanceRoot::open(user, "2000", link);
+                    BOOST_REQUIRE(::seteuid(before) == 0);
+                    BOOST_TEST_REQUIRE(root.has_value());
+                    BOOST_TEST(root->notices().size() == 1u);
+                    BOOST_TEST((mode_of(folder) & 0722) == 0700u);
+                }
+            }
+}
+
+BOOST_AUTO_TEST_CASE(folders_of_another_user_are_not_used)
 {
     if (::geteuid() != 0) {
         BOOST_TEST_MESSAGE("skipped: only root can give a folder away");
         return;
     }
     put(instances / "1" / "file");
-    for (auto const& folder : {user, port, instances}) {
-        BOOST_TEST_CONTEXT(folder)
-        {
-            BOOST_REQUIRE(::chown(folder.c_str(), nobody, nobody) == 0);
-            BOOST_TEST(says(refusal(), folder, "it belongs to another user. Remove it, or set TMPDIR"));
-            BOOST_TEST(fs::exists(instances / "1" / "file"));
-            BOOST_REQUIRE(::chown(folder.c_str(), 0, 0) == 0);
-        }
-    }
+    BOOST_REQUIRE(::chown(user.c_str(), nobody, nobody) == 0);
+    BOOST_TEST(says(refusal(), user,
+                    "it belongs to another user. Remove it, or set \"stateDir\" to another folder."));
+    BOOST_TEST(fs::exists(instances / "1" / "file"));
+    auto const chosen = InstanceRoot::open(user, "2000", InstanceRoot::State::may_be_link);
+    BOOST_TEST_REQUIRE(!chosen.has_value());
+    BOOST_TEST(says(chosen.error().message(), user,
+                    "it belongs to another user. Give it to the user of this server"));
+    BOOST_REQUIRE(::chown(user.c_str(), 0, 0) == 0);
+    BOOST_REQUIRE(::chown(port.c_str(), nobody, nobody) == 0);
+    auto const root = InstanceRoot::open(user, "2000");
+    BOOST_TEST_REQUIRE(root.has_value());
+    BOOST_TEST(root->notices().size() == 1u);
+    BOOST_TEST(fs::is_empty(instances));
 }
 
 BOOST_AUTO_TEST_CASE(ours_may_be_in_a_folder_of_everybody_only_where_nobody_can_rename_them)
@@ -189,27 +225,39 @@ BOOST_AUTO_TEST_CASE(ours_may_be_in_a_folder_of_everybody_only_where_nobody_can_
     BOOST_TEST(
         says(refusal(), shared, "everybody may rename what is in it. Give it the sticky bit (chmod +t)"));
     BOOST_REQUIRE(::chmod(shared.c_str(), 01777) == 0);
-    BOOST_TEST(InstanceRoot::open(instances).has_value());
+    BOOST_TEST(InstanceRoot::open(user, "2000").has_value());
 }
 
 BOOST_AUTO_TEST_CASE(of_two_servers_the_second_is_refused_while_the_first_one_lives)
 {
     {
-        auto const first = InstanceRoot::open(instances);
+        auto const first = InstanceRoot::open(user, "2000");
         BOOST_TEST_REQUIRE(first.has_value());
         put(instances / "1" / "file");
-        BOOST_TEST(says(refusal(), instances, "another simulation server uses it; is one running already?"));
+        auto const again = InstanceRoot::open(user, "2000");
+        BOOST_TEST_REQUIRE(!again.has_value());
+        BOOST_TEST(says(again.error().message(), instances,
+                        "another simulation server uses it; is one running already?"));
+        BOOST_TEST((again.error() != errc::invalid_argument)); // a later attempt may succeed
         BOOST_TEST(fs::exists(instances / "1" / "file"));
     }
-    auto const second = InstanceRoot::open(instances);
+    auto const second = InstanceRoot::open(user, "2000");
     BOOST_TEST_REQUIRE(second.has_value());
     BOOST_TEST(second->left_overs().removed == 1u);
 }
 
+BOOST_AUTO_TEST_CASE(folders_above_are_made)
+{
+    user = shared / "home" / ".local" / "state" / "webots_cloud";
+    BOOST_TEST(InstanceRoot::open(user, "2000").has_value());
+}
+
 BOOST_AUTO_TEST_CASE(folders_that_can_not_be_made_say_why)
 {
-    instances = shared / "nowhere" / "webots-1000" / "2000" / "instances";
-    BOOST_TEST(says(refusal(), shared / "nowhere", "No such file or directory"));
+    user = "/proc/nowhere/webots-1000";
+    auto const root = InstanceRoot::open(user, "2000");
+    BOOST_TEST_REQUIRE(!root.has_value());
+    BOOST_TEST(says(root.error().message(), "/proc/nowhere", "No such file or directory"));
 }
 
 BOOST_AUTO_TEST_SUITE_END()

@@ -372,6 +372,7 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
          [](auto const& c) { return c.multimedia_server == "m" && c.multimedia_stream == "s"; }},
         {R"("publicPort":80)", [](auto const&) { return true; }},
         // ours
+        {R"("stateDir":"/s")", [](auto const& c) { return c.state_dir == "/s"; }},
         {R"("startTimeout":20)", [](auto const& c) { return c.start_timeout == std::chrono::seconds(20); }},
         {R"("reconnectGrace":1.5)", [](auto const& c) { return c.reconnect_grace == std::chrono::milliseconds(1500); }},
         {R"("simulationLogDays":0.5)", [](auto const& c) { return c.simulation_log_keep == std::chrono::hours(12); }},

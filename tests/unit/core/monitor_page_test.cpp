@@ -92,7 +92,7 @@ BOOST_AUTO_TEST_CASE(every_value_is_escaped)
     BOOST_TEST(!contains(session_monitor_page(view), "<img"));
 
     SimulationMonitorView simulation;
-    simulation.title = simulation.description = simulation.notice = "<script>";
+    simulation.title = simulation.description = simulation.notice = simulation.warning = "<script>";
     simulation.allowed = simulation.blocked = {"https://x/\"><script>"};
     SimulationRow hostile_row;
     hostile_row.world = hostile_row.state = hostile_row.log = "<script>";

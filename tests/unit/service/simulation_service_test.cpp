@@ -484,6 +484,21 @@ BOOST_AUTO_TEST_CASE(a_full_server_is_not_ready_until_a_simulation_ends)
     fixture.leave(second);
 }
 
+BOOST_AUTO_TEST_CASE(what_keeps_simulations_apart_and_is_missing_is_said_everywhere)
+{
+    Fixture good;
+    BOOST_TEST(good.get("/readyz").body == "ready");
+    BOOST_TEST(good.get("/metrics").body.find("webots_simulations_isolated 1\n") != std::string::npos);
+    auto params = service_params();
+    params.isolation_warning = "Nobody & nothing.";
+    Fixture fixture(std::move(params));
+    auto const ready = fixture.get("/readyz");
+    BOOST_TEST(ready.status == 200);
+    BOOST_TEST(ready.body == "ready, but: Nobody &amp; nothing.");
+    BOOST_TEST(fixture.get("/monitor").body.find("Nobody &amp; nothing.") != std::string::npos);
+    BOOST_TEST(fixture.get("/metrics").body.find("webots_simulations_isolated 0\n") != std::string::npos);
+}
+
 // Protocol 4.1.2 step 10; quirk Q15. The reason stands where the reference has the command, which says
 // nothing to browsers.
 BOOST_AUTO_TEST_CASE(a_simulator_that_can_not_be_run_is_told)

@@ -1,0 +1,40 @@
+// Where the simulation server keeps what it works with.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace webots_cloud::core {
+
+/// A folder that could be ours.
+struct StateFolder
+{
+    StateFolder() = default;
+    StateFolder(std::filesystem::path path, bool may_be_link)
+        : path(std::move(path)), may_be_link(may_be_link)
+    {}
+
+    std::filesystem::path path;
+    bool may_be_link =
+        false; ///< The operator, or systemd, has chosen it: whether it is a link is theirs to say.
+
+    bool operator==(StateFolder const&) const = default;
+};
+
+/// What the choice depends on; empty: not set.
+struct StateSurroundings
+{
+    std::filesystem::path configured; ///< `stateDir`, absolute.
+    std::string state_directory; ///< `STATE_DIRECTORY`, which systemd sets: folders with colons between them.
+    std::string xdg_state_home;  ///< `XDG_STATE_HOME`
+    std::string home;            ///< `HOME`
+    std::filesystem::path temporary; ///< The folder for temporary files.
+    unsigned user = 0;               ///< Our number, for a folder that all users share.
+};
+
+/// The folders to try, the best first: what the operator or systemd names, alone; or else one in the home
+/// folder, and where that is not to be had one among the temporary files.
+std::vector<StateFolder> state_folders(StateSurroundings const& surroundings);
+
+} // namespace webots_cloud::core

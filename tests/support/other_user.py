@@ -1,0 +1,46 @@
+"""The simulation server as another user, or where the kernel allows no namespaces."""
+
+import os
+import shutil
+import subprocess
+
+from .browser_client import LOCAL
+from .servers import SimulationServer, program
+
+NOBODY = 65534
+PROGRAMS = ("webots-simulation-server", "webots-process-guard", "webots-demo-simulator")
+# Within a user namespace of its own a test may forbid itself all others; outside nothing changes.
+WITHOUT_NAMESPACES = ("unshare", "--user", "--map-root-user", "sh", "-c",
+                      'echo 0 > /proc/sys/user/max_user_namespaces && echo 0 > /proc/sys/user/max_pid_namespaces && exec "$@"', "sh")
+
+
+def can_forbid_namespaces():
+    return subprocess.run([*WITHOUT_NAMESPACES, "true"], stderr=subprocess.DEVNULL).returncode == 0
+
+
+class OwnedServer(SimulationServer):
+    """All that it uses belongs to the user who runs it: programs too, which may lie where that user can't reach them."""
+
+    def __init__(self, user=None, wrapper=(), **config):
+        super().__init__(**{**LOCAL, **config})
+        self.user = user
+        self.wrapper = wrapper
+
+    def program(self):
+        if self.user is None:
+            return super().program()
+        return os.path.join(self.folder, "bin", self.PROGRAM)
+
+    def start(self):
+        if self.user is not None and not os.path.isdir(os.path.join(self.folder, "bin")):
+            os.mkdir(os.path.join(self.folder, "bin"))
+            for name in PROGRAMS:
+                shutil.copy(program(name), os.path.join(self.folder, "bin"))
+            projects = shutil.copytree(LOCAL["forges"][0]["directory"], os.path.join(self.folder, "projects"),
+                                       ignore=lambda folder, names: [name for name in names if "." in name and folder.endswith("examples")])
+            self.config["forges"] = [{"url": "local:", "directory": projects}]
+        self.configure()
+        os.makedirs(os.path.join(self.folder, "tmp"), exist_ok=True)
+        if self.user is not None:
+            subprocess.run(["chown", "-R", "-h", f"{self.user}:{self.user}", self.folder], check=True)
+        super().start()
