@@ -37,6 +37,7 @@ struct AccessConfig
     std::optional<std::vector<std::string>> allowed_origins;
     /// `frameAncestors`: sites whose pages may show ours in a frame. Absent: those of `allowedOrigins`.
     std::optional<std::vector<std::string>> frame_ancestors;
+    std::vector<std::string> monitor_addresses; ///< `monitorAddresses`: who may see `/monitor` and `/metrics`. Empty: all.
     std::string monitor_password; ///< `monitorPassword`: of the user `operator`, for `/monitor` and `/metrics`.
     std::filesystem::path operator_token_file; ///< `operatorTokenFile`. Empty: no operator requests over the network.
     std::filesystem::path operator_socket;     ///< `operatorSocket`. Empty: see docs/operations.md.

@@ -2,11 +2,9 @@
 #pragma once
 
 #include "../core/client_limit.hpp"
-#include "../core/line_budget.hpp"
 #include "../core/text.hpp"
 
 #include <webots_cloud/adapters.hpp>
-#include <webots_cloud/time.hpp>
 
 #include <algorithm>
 #include <string>
@@ -41,9 +39,9 @@ public:
         if (verdict == core::ClientLimit::Verdict::admitted)
             return true;
         ++statistics_.refused_address;
-        if (verdict == core::ClientLimit::Verdict::refused_first &&
-            lines_.take(std::chrono::steady_clock::now()))
-            log_.warning(core::concat("More than ", std::to_string(connections_.most()), " connections from ",
+        if (verdict == core::ClientLimit::Verdict::refused_first)
+            log_.warning(LogCause("connections"),
+                         core::concat("More than ", std::to_string(connections_.most()), " connections from ",
                                       quota_key, " are refused: see \"connectionsPerAddress\"",
                                       is_lowered_ ? " and the limit of open files" : "",
                                       ", and \"trustedProxies\" if that is a proxy"));
@@ -54,7 +52,6 @@ private:
     core::ClientLimit connections_;
     HttpServerStatistics& statistics_;
     Logger const& log_;
-    core::LineBudget lines_{10, 1.0 / 6};
     bool is_lowered_ = false; ///< By the limit of open files.
 };
 

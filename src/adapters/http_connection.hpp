@@ -22,7 +22,7 @@ struct HttpConnectionContext
     Endpoint& endpoint;
     Logger const& log;
     HttpServerStatistics& statistics;
-    core::TrustedProxies const& proxies;
+    core::IpNetworks const& proxies;
     ConnectionLimit& limit;
 };
 

@@ -93,7 +93,7 @@ private:
     HttpServerParams params_;
     Logger log_;
     HttpServerStatistics statistics_;
-    core::TrustedProxies proxies_;
+    core::IpNetworks proxies_;
     ConnectionLimit limit_;
     HttpConnectionContext context_;
     Endpoint& endpoint_;

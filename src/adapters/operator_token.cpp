@@ -1,18 +1,13 @@
 #include "../core/text.hpp"
-#include "file_descriptor.hpp"
+#include "regular_file.hpp"
 
 #include <webots_cloud/adapters.hpp>
 
 #include <openssl/crypto.h>
 #include <openssl/evp.h>
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
-#include <cerrno>
 
 namespace webots_cloud {
 namespace {
@@ -53,18 +48,14 @@ result<std::function<bool(std::string_view)>> make_operator_token_check(std::fil
     auto const refuse = [&file](std::string_view why) {
         return Failure(errc::invalid_config, concat("the operator's token in ", file.string(), ": ", why));
     };
-    adapters::FileDescriptor const opened(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
-    struct stat status;
-    if (!opened || ::fstat(opened.get(), &status) != 0)
-        return refuse(std::error_code(errno, std::generic_category()).message());
-    if (!S_ISREG(status.st_mode))
-        return refuse("expected a regular file");
-    if ((status.st_mode & (S_IRWXG | S_IRWXO)) != 0)
+    std::error_code failed;
+    auto const others = std::filesystem::perms::group_all | std::filesystem::perms::others_all;
+    auto const text = adapters::read_regular_file(file, max_file);
+    if (!text)
+        return refuse(text.error().message());
+    if ((std::filesystem::status(file, failed).permissions() & others) != std::filesystem::perms::none)
         return refuse("others may read it too. Run: chmod 600 on it, and take a new token");
-    std::array<char, max_file> text;
-    auto const size = ::read(opened.get(), text.data(), text.size());
-    auto const word =
-        core::trim(std::string_view(text.data(), size > 0 ? static_cast<std::size_t>(size) : 0));
+    auto const word = core::trim(*text);
     Digest expected = sha256(word);
     if (word.starts_with(hashed) && !read_digits(word.substr(hashed.size()), expected))
         return refuse("expected 64 hexadecimal digits after \"sha256:\"");

@@ -11,7 +11,7 @@ namespace webots_cloud::adapters {
 
 struct Peer
 {
-    Peer(boost::asio::ip::address const& from, core::TrustedProxies const& proxies)
+    Peer(boost::asio::ip::address const& from, core::IpNetworks const& proxies)
     {
         namespace ip = boost::asio::ip;
         auto const v6 = from.is_v4() ? ip::make_address_v6(ip::v4_mapped, from.to_v4()) : from.to_v6();

@@ -70,6 +70,7 @@ result<AccessParams> access_params(std::string const& server, AccessConfig const
     params.allowed_origins = access.allowed_origins;
     params.frame_ancestors = access.frame_ancestors;
     params.monitor_password = access.monitor_password;
+    params.monitor_addresses = access.monitor_addresses;
     if (access.operator_token_file.empty())
         return params;
     auto check = make_operator_token_check(access.operator_token_file);
@@ -94,8 +95,10 @@ int ask_running_server(Program const& program, OperatorCommand const& command, s
         std::cout << *answer << std::endl;
         return exit_ok;
     }
-    std::cerr << program.name << ": no answer at " << path.string() << ": " << answer.error().message()
-              << ". Does a server with this configuration run on this machine, as this user?" << std::endl;
+    std::cerr << terminal_text(
+                     concat(program.name, ": no answer at ", path.string(), ": ", answer.error().message(),
+                            ". Does a server with this configuration run on this machine, as this user?"))
+              << std::endl;
     return exit_failed;
 }
 

@@ -62,7 +62,7 @@ class Walk
 public:
     using Parse = std::optional<IpAddress> (*)(std::string_view entry);
 
-    Walk(TrustedProxies const& proxies, Parse parse) : proxies_(proxies), parse_(parse) {}
+    Walk(IpNetworks const& proxies, Parse parse) : proxies_(proxies), parse_(parse) {}
 
     void take(std::string_view value)
     {
@@ -89,14 +89,14 @@ private:
         done_ = !address || !proxies_.contains(*address) || hops_ == most_hops;
     }
 
-    TrustedProxies const& proxies_;
+    IpNetworks const& proxies_;
     Parse parse_;
     std::optional<IpAddress> client_;
     int hops_ = 0;
     bool done_ = false;
 };
 
-Walk walk(HeaderFields fields, std::string_view name, TrustedProxies const& proxies, Walk::Parse parse)
+Walk walk(HeaderFields fields, std::string_view name, IpNetworks const& proxies, Walk::Parse parse)
 {
     Walk walk(proxies, parse);
     for (auto field = fields.rbegin(); field != fields.rend(); ++field)
@@ -107,23 +107,7 @@ Walk walk(HeaderFields fields, std::string_view name, TrustedProxies const& prox
 
 } // namespace
 
-TrustedProxies::TrustedProxies(std::vector<std::string> const& networks)
-{
-    for (auto const& text : networks) {
-        if (auto const network = IpNetwork::parse(text))
-            networks_.push_back(*network);
-        else if (malformed_.empty())
-            malformed_ = text.empty() ? "an empty text" : text;
-    }
-}
-
-bool TrustedProxies::contains(IpAddress const& address) const noexcept
-{
-    return std::any_of(networks_.begin(), networks_.end(),
-                       [&](IpNetwork const& network) { return network.contains(address); });
-}
-
-std::optional<IpAddress> forwarded_client(HeaderFields fields, TrustedProxies const& proxies)
+std::optional<IpAddress> forwarded_client(HeaderFields fields, IpNetworks const& proxies)
 {
     auto const usual = walk(fields, "X-Forwarded-For", proxies, parse_plain);
     return usual.has_begun() ? usual.client() : walk(fields, "Forwarded", proxies, parse_element).client();

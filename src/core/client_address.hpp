@@ -12,23 +12,6 @@
 
 namespace webots_cloud::core {
 
-/// The proxies whose word is taken for who their clients are.
-class TrustedProxies
-{
-public:
-    /// `networks`: as `IpNetwork::parse` reads them; what it can't read is left out, see `malformed`.
-    explicit TrustedProxies(std::vector<std::string> const& networks);
-
-    bool contains(IpAddress const& address) const noexcept;
-
-    /// The first entry that is no address and no network, or empty.
-    std::string const& malformed() const noexcept { return malformed_; }
-
-private:
-    std::vector<IpNetwork> networks_;
-    std::string malformed_;
-};
-
 using HeaderFields = std::span<std::pair<std::string_view, std::string_view> const>;
 
 /// Who sent a request that a trusted proxy passed on: of the entries of X-Forwarded-For, over all its fields,
@@ -37,6 +20,6 @@ using HeaderFields = std::span<std::pair<std::string_view, std::string_view> con
 ///
 /// Forwarded (RFC 7239) counts only where X-Forwarded-For says nothing, for a proxy that writes the one
 /// passes on what its client sent of the other.
-std::optional<IpAddress> forwarded_client(HeaderFields fields, TrustedProxies const& proxies);
+std::optional<IpAddress> forwarded_client(HeaderFields fields, IpNetworks const& proxies);
 
 } // namespace webots_cloud::core

@@ -40,15 +40,13 @@ void read_port(ConfigReader& reader, std::uint16_t& value, int highest)
     value = static_cast<std::uint16_t>(port);
 }
 
-void read_trusted_proxies(ConfigReader& reader, NetworkConfig& network)
+void read_networks(ConfigReader& reader, std::string_view key, std::vector<std::string>& networks)
 {
-    constexpr std::string_view key = "trustedProxies";
-    constexpr std::string_view wanted =
-        "an address or a network without bits set beyond it, as in \"127.0.0.1\", \"10.0.0.0/8\" or \"::1\"";
-    reader.read(key, network.trusted_proxies);
-    for (std::size_t i = 0; i < network.trusted_proxies.size(); ++i)
-        if (!core::IpNetwork::parse(network.trusted_proxies[i]))
-            reader.refuse_entry(key, i + 1, boost::json::value(network.trusted_proxies[i]), wanted);
+    constexpr std::string_view wanted = "an address, or a network as in \"10.0.0.0/8\"";
+    reader.read(key, networks);
+    for (std::size_t i = 0; i < networks.size(); ++i)
+        if (!core::IpNetwork::parse(networks[i]))
+            reader.refuse_entry(key, i + 1, boost::json::value(networks[i]), wanted);
 }
 
 void read_network(ConfigReader& reader, NetworkConfig& network)
@@ -60,7 +58,7 @@ void read_network(ConfigReader& reader, NetworkConfig& network)
     if (network.ssl_key.empty() && reader.has("sslCertificate"))
         reader.require("sslKey", "the file of the key that \"sslCertificate\" belongs to");
     reader.read_integer("connectionsPerAddress", network.connections_per_address, 1, 1'000'000);
-    read_trusted_proxies(reader, network);
+    read_networks(reader, "trustedProxies", network.trusted_proxies);
 }
 
 void warn_of_trust_in_everybody(NetworkConfig const& network, fs::path const& origin,
@@ -114,6 +112,7 @@ void read_access(ConfigReader& reader, AccessConfig& access)
     read_origins(reader, "allowedOrigins", access.allowed_origins);
     read_origins(reader, "frameAncestors", access.frame_ancestors);
     reader.read("monitorPassword", access.monitor_password);
+    read_networks(reader, "monitorAddresses", access.monitor_addresses);
     reader.read("operatorTokenFile", access.operator_token_file);
     reader.read("operatorSocket", access.operator_socket);
 }

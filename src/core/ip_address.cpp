@@ -99,4 +99,20 @@ bool IpNetwork::contains(IpAddress const& address) const noexcept
     return address.is_v4() == first_.is_v4() && address.network(bits_) == first_;
 }
 
+IpNetworks::IpNetworks(std::vector<std::string> const& networks)
+{
+    for (auto const& text : networks) {
+        if (auto const network = IpNetwork::parse(text))
+            networks_.push_back(*network);
+        else if (malformed_.empty())
+            malformed_ = text.empty() ? "an empty text" : text;
+    }
+}
+
+bool IpNetworks::contains(IpAddress const& address) const noexcept
+{
+    return std::any_of(networks_.begin(), networks_.end(),
+                       [&](IpNetwork const& network) { return network.contains(address); });
+}
+
 } // namespace webots_cloud::core

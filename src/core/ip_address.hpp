@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace webots_cloud::core {
 
@@ -58,6 +59,24 @@ public:
 private:
     IpAddress first_;
     int bits_ = 128;
+};
+
+/// Several of them, as a configuration lists them.
+class IpNetworks
+{
+public:
+    /// `networks`: as `IpNetwork::parse` reads them; what it can't read is left out, see `malformed`.
+    explicit IpNetworks(std::vector<std::string> const& networks = {});
+
+    bool contains(IpAddress const& address) const noexcept;
+    bool empty() const noexcept { return networks_.empty(); }
+
+    /// The first entry that is no address and no network, or empty.
+    std::string const& malformed() const noexcept { return malformed_; }
+
+private:
+    std::vector<IpNetwork> networks_;
+    std::string malformed_;
 };
 
 } // namespace webots_cloud::core

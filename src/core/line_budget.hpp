@@ -1,4 +1,4 @@
-// How many lines of something that repeats itself are shown or logged.
+// How many lines of a build a browser is shown.
 #pragma once
 
 #include <webots_cloud/time.hpp>
@@ -7,19 +7,15 @@
 
 namespace webots_cloud::core {
 
+/// 200 at once and 50 a second: more than anybody reads, and fewer than fill a slow browser's queue.
 class LineBudget
 {
 public:
-    /// 200 at once and 50 a second of a build: more than anybody reads, and fewer than fill a slow browser's
-    /// queue.
-    LineBudget() = default;
-    LineBudget(double most, double a_second) : most_(most), a_second_(a_second), left_(most) {}
-
     /// Whether one more may be shown.
     bool take(TimePoint now)
     {
         auto const passed = std::chrono::duration<double>(now - last_).count();
-        left_ = std::min(most_, left_ + std::max(0.0, passed) * a_second_);
+        left_ = std::min(most, left_ + std::max(0.0, passed) * a_second);
         last_ = now;
         if (left_ < 1)
             return false;
@@ -28,9 +24,10 @@ public:
     }
 
 private:
-    double most_ = 200;
-    double a_second_ = 50;
-    double left_ = most_;
+    static constexpr double most = 200;
+    static constexpr double a_second = 50;
+
+    double left_ = most;
     TimePoint last_;
 };
 

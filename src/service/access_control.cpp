@@ -2,10 +2,9 @@
 
 #include "../core/base64.hpp"
 #include "../core/http_pages.hpp"
+#include "../core/ip_address.hpp"
 #include "../core/site_access.hpp"
 #include "../core/text.hpp"
-
-#include <algorithm>
 
 namespace webots_cloud {
 
@@ -14,7 +13,6 @@ using core::concat;
 namespace {
 
 constexpr std::string_view bearer = "Bearer ";
-constexpr std::size_t max_refusals_told = 32;
 constexpr std::string_view guessed_types = "X-Content-Type-Options: nosniff\r\n";
 
 core::SiteAccess site_of(AccessParams const& params)
@@ -64,6 +62,12 @@ HttpResponse password_wanted()
     return response;
 }
 
+HttpResponse address_refused()
+{
+    return HttpResponse(403, std::string(core::html_type),
+                        "The monitor of this server is not for your address.");
+}
+
 } // namespace
 
 struct AccessControl::Impl
@@ -77,6 +81,7 @@ struct AccessControl::Impl
     {
         params = std::move(parameters);
         site = site_of(params);
+        monitors = core::IpNetworks(params.monitor_addresses);
         headers_of_pages = page_headers(params);
         monitor_authorization =
             params.monitor_password.empty()
@@ -86,16 +91,15 @@ struct AccessControl::Impl
 
     bool is_operators(IncomingRequest const& request) const;
     std::optional<HttpResponse> refuse(IncomingRequest const& request);
-    void tell_once(std::string sentence);
+    bool may_monitor(IncomingRequest const& request) const;
 
     AccessParams params;
     Endpoint& endpoint;
     Logger log;
     core::SiteAccess site;
-    std::string headers_of_pages; ///< With their line ends. Answers refer to it.
-    std::string monitor_authorization;
-    std::vector<std::string>
-        told; ///< Refusals that are in the log: a stranger can't fill it with more than these.
+    std::string headers_of_pages;      ///< With their line ends. Answers refer to it.
+    std::string monitor_authorization; ///< Empty: nothing is asked for.
+    core::IpNetworks monitors;         ///< Who needs none.
 };
 
 AccessControl::AccessControl(AccessParams params, Endpoint& endpoint, Logger log)
@@ -107,7 +111,6 @@ AccessControl::~AccessControl() = default;
 void AccessControl::set_params(AccessParams params)
 {
     impl_->set(std::move(params));
-    impl_->told.clear();
 }
 
 bool AccessControl::Impl::is_operators(IncomingRequest const& request) const
@@ -118,33 +121,38 @@ bool AccessControl::Impl::is_operators(IncomingRequest const& request) const
            params.is_operator_token(authorization.substr(bearer.size()));
 }
 
-void AccessControl::Impl::tell_once(std::string sentence)
+bool AccessControl::Impl::may_monitor(IncomingRequest const& request) const
 {
-    if (told.size() >= max_refusals_told || std::find(told.begin(), told.end(), sentence) != told.end())
-        return;
-    log.warning(sentence);
-    told.push_back(std::move(sentence));
+    if (monitor_authorization.empty() && monitors.empty())
+        return true;
+    if (!monitor_authorization.empty() &&
+        equal_in_constant_time(request.header("Authorization"), monitor_authorization))
+        return true;
+    auto const client = core::IpAddress::parse(request.client);
+    return client && monitors.contains(*client);
 }
 
 std::optional<HttpResponse> AccessControl::Impl::refuse(IncomingRequest const& request)
 {
     auto const host = request.header("Host");
     if (site.checks_hosts() && !site.knows_host(host)) {
-        tell_once(concat("Refused a request to the name \"", core::printable(host, 200),
-                         "\": if this machine is called so, add it to \"hostNames\""));
+        log.warning(LogCause("host", request.client),
+                    concat("Refused a request to the name \"", core::printable(host, 200),
+                           "\": if this machine is called so, add it to \"hostNames\""));
         return HttpResponse(421, std::string(core::html_type),
                             "This server has another name. Its operator can add this one to \"hostNames\".");
     }
     if (request.upgrade && !site.accepts_origin(request.header("Origin"), host)) {
-        tell_once(concat("Refused a WebSocket of a page of ", core::printable(request.header("Origin"), 200),
-                         ": to let it in, add that to \"allowedOrigins\""));
+        log.warning(LogCause("origin", request.client),
+                    concat("Refused a WebSocket of a page of ",
+                           core::printable(request.header("Origin"), 200),
+                           ": to let it in, add that to \"allowedOrigins\""));
         return HttpResponse(403, std::string(core::html_type),
                             "Pages of this site may not use this server. Its operator can add the site to "
                             "\"allowedOrigins\".");
     }
-    if (!monitor_authorization.empty() && is_monitoring(request.path) &&
-        !equal_in_constant_time(request.header("Authorization"), monitor_authorization))
-        return password_wanted();
+    if (is_monitoring(request.path) && !may_monitor(request))
+        return monitor_authorization.empty() ? address_refused() : password_wanted();
     return std::nullopt;
 }
 

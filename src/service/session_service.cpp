@@ -1,7 +1,6 @@
 #include <webots_cloud/session_service.hpp>
 
 #include "../core/http_pages.hpp"
-#include "../core/line_budget.hpp"
 #include "../core/metrics_text.hpp"
 #include "../core/monitor_page.hpp"
 #include "../core/session_board.hpp"
@@ -112,7 +111,6 @@ struct SessionService::Impl
     std::uint64_t refused = 0;
     std::uint64_t limited = 0;
     core::TokenBuckets asked; // how often each client asked for a place
-    core::LineBudget limit_lines{10, 1.0 / 6};
     std::uint64_t good_polls = 0;
     std::uint64_t failed_polls = 0;
 };
@@ -218,8 +216,8 @@ bool SessionService::Impl::may_ask(std::string_view quota_key, TimePoint now)
     if (verdict == core::TokenBuckets::Verdict::taken)
         return true;
     ++limited;
-    if (verdict == core::TokenBuckets::Verdict::refused_first && limit_lines.take(now))
-        log.warning(concat("More requests for /session than one address may send come from ", quota_key,
+    if (verdict == core::TokenBuckets::Verdict::refused_first)
+        log.warning(LogCause("session limit"), concat("More requests for /session than one address may send come from ", quota_key,
                            ": see \"sessionBurst\" and \"sessionRate\", and \"trustedProxies\" if that is a proxy"));
     return false;
 }

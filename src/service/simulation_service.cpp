@@ -186,8 +186,7 @@ void SimulationService::Impl::let_wait(std::uint64_t id, std::string const& quot
     waiting_channels.emplace(id, &channel);
     if (!gone)
         return;
-    if (surroundings.limit_lines.take(surroundings.clock.now()))
-        surroundings.log.warning(concat("More than ", std::to_string(params.most_waiting),
+    surroundings.log.warning(LogCause("waiting limit"), concat("More than ", std::to_string(params.most_waiting),
                                         " connections, or ", std::to_string(params.waiting_per_address),
                                         " of one address, start nothing: the oldest, [", std::to_string(*gone),
                                         "], is closed"));

@@ -316,16 +316,16 @@ result<> SimulationSession::admit_client()
     if (verdict == core::ClientLimit::Verdict::admitted)
         return {};
     auto const most = std::to_string(places.most());
-    if (verdict == core::ClientLimit::Verdict::refused_first &&
-        surroundings_.limit_lines.take(surroundings_.clock.now()))
+    if (verdict == core::ClientLimit::Verdict::refused_first)
         surroundings_.log.warning(
+            LogCause("simulation limit"),
             concat("More than ", most, " simulations of ", quota_key_,
                    " are refused: see \"simulationsPerAddress\", and \"trustedProxies\" if "
                    "that is a proxy"));
     return Failure(errc::refused,
                    concat("Your network has ", most,
                           " simulations on this server already, and may not have more. "
-                          "Please end one of them, or try again later. The administrator of the server can "
+                          "Please end one of them, or try again later. Its operator can "
                           "raise \"simulationsPerAddress\"."));
 }
 

@@ -4,7 +4,6 @@
 #include "../async/wakeup.hpp"
 #include "../core/client_limit.hpp"
 #include "../core/client_protocol.hpp"
-#include "../core/line_budget.hpp"
 #include "../core/repository_policy.hpp"
 #include "../core/simulation_board.hpp"
 #include "../core/start_figures.hpp"
@@ -47,7 +46,6 @@ struct SessionSurroundings
     bool draining = false;                  ///< No new simulation is taken.
     int places_taken = 0;                   ///< Simulations that are started, run or are ended.
     core::ClientLimit places_of_clients;    ///< The same of each client.
-    core::LineBudget limit_lines{10, 1.0 / 6}; ///< Of the log, about clients over a limit.
     core::StartFigures starts;
 };
 

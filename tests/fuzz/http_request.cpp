@@ -18,7 +18,7 @@ namespace {
 
 void check_client(HttpRequestReader const& reader)
 {
-    static core::TrustedProxies const proxies({"127.0.0.0/8", "::1", "10.0.0.0/8"});
+    static core::IpNetworks const proxies({"127.0.0.0/8", "::1", "10.0.0.0/8"});
     auto fields = std::vector(reader.request().headers.begin(), reader.request().headers.end());
     auto const client = core::forwarded_client(fields, proxies);
     fuzz::require(!client || (reader.is_forwarded() && core::IpAddress::parse(client->text()) == client));

@@ -3,7 +3,7 @@
 #include "core/client_address.hpp"
 
 using namespace webots_cloud;
-using core::TrustedProxies;
+using core::IpNetworks;
 
 namespace {
 
@@ -12,7 +12,7 @@ using Fields = std::vector<std::pair<std::string_view, std::string_view>>;
 /// The client of a request that came from a trusted proxy; "-" when the headers tell none.
 std::string client(Fields const& fields)
 {
-    TrustedProxies const proxies({"127.0.0.0/8", "::1", "10.0.0.0/8", "2001:db8:ff::/48"});
+    IpNetworks const proxies({"127.0.0.0/8", "::1", "10.0.0.0/8", "2001:db8:ff::/48"});
     auto const found = core::forwarded_client(fields, proxies);
     return found ? found->text() : "-";
 }
@@ -135,9 +135,9 @@ BOOST_AUTO_TEST_CASE(x_forwarded_for_decides_where_there_are_both)
 
 BOOST_AUTO_TEST_CASE(entries_that_are_no_networks_are_told)
 {
-    BOOST_TEST(TrustedProxies({"10.0.0.0/8"}).malformed() == "");
-    BOOST_TEST(TrustedProxies({"10.0.0.0/8", "proxy.example.org", "x"}).malformed() == "proxy.example.org");
-    BOOST_TEST(TrustedProxies({""}).malformed() == "an empty text");
+    BOOST_TEST(IpNetworks({"10.0.0.0/8"}).malformed() == "");
+    BOOST_TEST(IpNetworks({"10.0.0.0/8", "proxy.example.org", "x"}).malformed() == "proxy.example.org");
+    BOOST_TEST(IpNetworks({""}).malformed() == "an empty text");
 }
 
 BOOST_AUTO_TEST_SUITE_END()

@@ -1,7 +1,6 @@
 #include "unit_test.hpp"
 
 #include "core/client_limit.hpp"
-#include "core/line_budget.hpp"
 
 #include <vector>
 
@@ -86,18 +85,6 @@ BOOST_AUTO_TEST_CASE(a_lower_limit_takes_nothing_away)
     BOOST_TEST(limit.admit("a", more) == Verdict::refused);
     tickets.pop_back();
     BOOST_TEST(limit.admit("a", more) == Verdict::admitted);
-}
-
-BOOST_AUTO_TEST_CASE(lines_that_repeat_have_a_budget)
-{
-    using namespace std::chrono_literals;
-    core::LineBudget lines(2, 1.0 / 6);
-    TimePoint const now(1h);
-    BOOST_TEST(lines.take(now));
-    BOOST_TEST(lines.take(now));
-    BOOST_TEST(!lines.take(now + 5s));
-    BOOST_TEST(lines.take(now + 7s));
-    BOOST_TEST(!lines.take(now + 7s));
 }
 
 BOOST_AUTO_TEST_SUITE_END()

@@ -507,12 +507,13 @@ BOOST_AUTO_TEST_CASE(both_servers_know_who_may_ask_them)
     BOOST_TEST((none == AccessConfig()));
     BOOST_TEST(!none.allowed_origins.has_value());
     std::string const keys = R"("hostNames":["lab7"],"allowedOrigins":["https://*.example.org","null"],"frameAncestors":[],)"
-                             R"("monitorPassword":"p","operatorTokenFile":"/t","operatorSocket":"/s")";
+                             R"("monitorPassword":"p","monitorAddresses":["10.0.0.0/8"],"operatorTokenFile":"/t","operatorSocket":"/s")";
     auto const access = parse_simulation_config("{" + keys + "}", "c.json").value().config.access;
     BOOST_TEST(access.host_names == (std::vector<std::string>{"lab7"}));
     BOOST_TEST(*access.allowed_origins == (std::vector<std::string>{"https://*.example.org", "null"}));
     BOOST_TEST(access.frame_ancestors->empty());
     BOOST_TEST(access.monitor_password == "p");
+    BOOST_TEST(access.monitor_addresses == (std::vector<std::string>{"10.0.0.0/8"}));
     BOOST_TEST(access.operator_token_file == "/t");
     BOOST_TEST(access.operator_socket == "/s");
     BOOST_TEST((parse_session_config(R"({"port":1,"simulationServers":[],)" + keys + "}", "c.json").value().config.access == access));
