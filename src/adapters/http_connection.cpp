@@ -181,7 +181,7 @@ void HttpConnection::read_forwarded(core::HeaderFields fields)
         return;
     client_ = client->text();
     if (!context_.proxies.contains(*client))
-        client_quota_key_ = client->quota_key();
+        client_quota_key_ = client->is_v4() ? client_ : client->quota_key();
 }
 
 /// Whether the client may have one more WebSocket. One that came without a proxy has been counted since it

@@ -5,6 +5,7 @@
 #include "adapters/http_request_reader.hpp"
 #include "adapters/http_response_text.hpp"
 #include "adapters/websocket_frames.hpp"
+#include "core/client_address.hpp"
 #include "core/client_protocol.hpp"
 
 #include <webots_cloud/load_report.hpp>
@@ -87,6 +88,18 @@ void session(int times)
     }
 }
 
+/// What a request costs more that came through a proxy.
+void client_behind_proxy(int times)
+{
+    core::TrustedProxies const proxies({"127.0.0.0/8", "::1"});
+    std::vector<std::pair<std::string_view, std::string_view>> const fields{
+        {"Host", "localhost:1999"}, {"X-Forwarded-For", "192.0.2.1, 203.0.113.7"}, {"Accept", "*/*"}};
+    for (int i = 0; i < times; ++i) {
+        auto const client = core::forwarded_client(fields, proxies);
+        sink += client->text().size() + (proxies.contains(*client) ? 1 : 0);
+    }
+}
+
 void load_report(int times)
 {
     for (int i = 0; i < times; ++i)
@@ -126,6 +139,7 @@ void browser_frame(int times)
 std::map<std::string, void (*)(int)> const paths = {{"place, 1,000 machines", place},
                                                     {"report, 1,000 machines", report},
                                                     {"GET /session, from bytes to bytes", session},
+                                                    {"name the client behind a proxy", client_behind_proxy},
                                                     {"read a load report", load_report},
                                                     {"read a start message", client_message},
                                                     {"read the URL of a world", world_url},
