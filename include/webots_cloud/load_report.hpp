@@ -3,6 +3,7 @@
 
 #include <webots_cloud/error.hpp>
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -27,6 +28,13 @@ struct LoadReport
     std::optional<double> memory;
     /// The server takes no new simulations.
     bool draining = false;
+    /// Counters since the server came up: they rise, and fall only when it comes up again. Browsers that
+    /// asked for a simulation, whatever became of that.
+    std::optional<std::int64_t> arrivals;
+    /// Those of `arrivals` whose simulation ended, failed or was given up before it was ready.
+    std::optional<std::int64_t> failed;
+    /// Those of `arrivals` that are not among `sessions` any more.
+    std::optional<std::int64_t> departures;
 
     bool operator==(LoadReport const&) const = default;
 };

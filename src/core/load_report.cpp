@@ -47,6 +47,19 @@ bool read_count(json::object const& object, std::string_view key, std::optional<
     return true;
 }
 
+/// The same of a counter, which may be as large as it likes.
+bool read_counter(json::object const& object, std::string_view key, std::optional<std::int64_t>& counter)
+{
+    auto const* value = object.if_contains(key);
+    if (!value)
+        return true;
+    auto const* number = value->if_int64();
+    if (!number || *number < 0)
+        return false;
+    counter = *number;
+    return true;
+}
+
 std::optional<LoadReport> read_object(json::object const& object)
 {
     LoadReport report;
@@ -56,7 +69,11 @@ std::optional<LoadReport> read_object(json::object const& object)
         return std::nullopt;
     report.load = load->to_number<double>(ignored);
     if (!is_load(report.load) || !read_count(object, "sessions", report.sessions) ||
-        !read_count(object, "starting", report.starting) || !read_count(object, "capacity", report.capacity))
+        !read_count(object, "starting", report.starting) ||
+        !read_count(object, "capacity", report.capacity) ||
+        !read_counter(object, "arrivals", report.arrivals) ||
+        !read_counter(object, "failed", report.failed) ||
+        !read_counter(object, "departures", report.departures))
         return std::nullopt;
     if (auto const* memory = object.if_contains("memory")) {
         if (!memory->is_number() || !is_load(memory->to_number<double>(ignored)))
@@ -105,6 +122,12 @@ std::string to_json(LoadReport const& report, std::string_view version)
     if (report.memory)
         object["memory"] = *report.memory;
     object["draining"] = report.draining;
+    if (report.arrivals)
+        object["arrivals"] = *report.arrivals;
+    if (report.failed)
+        object["failed"] = *report.failed;
+    if (report.departures)
+        object["departures"] = *report.departures;
     object["version"] = version;
     return json::serialize(object);
 }

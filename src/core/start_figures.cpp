@@ -41,6 +41,14 @@ void StartFigures::passed(StartStage stage, Duration took)
     sum.seconds += std::chrono::duration<double>(took).count();
 }
 
+std::uint64_t StartFigures::lost() const noexcept
+{
+    std::uint64_t sum = abandoned_;
+    for (auto const& [reason, count] : failed_)
+        sum += count;
+    return sum;
+}
+
 void StartFigures::write(MetricsText& text) const
 {
     auto const ready = stages_.find(StartStage::ready);

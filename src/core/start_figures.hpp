@@ -26,9 +26,14 @@ std::string_view start_failure_label(Failure const& failure) noexcept;
 class StartFigures
 {
 public:
+    void arrived() { ++arrivals_; } ///< A browser asked for a simulation.
     void passed(StartStage stage, Duration took);
     void failed(Failure const& failure) { ++failed_[start_failure_label(failure)]; }
     void abandoned() { ++abandoned_; } ///< The browser left before it was ready.
+
+    std::uint64_t arrivals() const noexcept { return arrivals_; }
+    /// Starts that failed or were abandoned.
+    std::uint64_t lost() const noexcept;
 
     void write(MetricsText& text) const;
 
@@ -39,6 +44,7 @@ private:
         double seconds = 0;
     };
 
+    std::uint64_t arrivals_ = 0;
     std::map<StartStage, Sum> stages_;
     std::map<std::string_view, std::uint64_t> failed_;
     std::uint64_t abandoned_ = 0;

@@ -127,6 +127,9 @@ LoadReport OperatorEndpoints::report() const
     report.capacity = surroundings_.launcher.params().most_simulations;
     report.memory = last_sample_.memory_used;
     report.draining = surroundings_.draining;
+    report.arrivals = static_cast<std::int64_t>(surroundings_.starts.arrivals());
+    report.failed = static_cast<std::int64_t>(surroundings_.starts.lost());
+    report.departures = *report.arrivals - *report.sessions;
     return report;
 }
 

@@ -61,7 +61,9 @@ SimulationSession::SimulationSession(SessionSurroundings& surroundings, asio::an
     : surroundings_(surroundings), id_(id), quota_key_(std::move(quota_key)), request_(std::move(request)),
       since_(surroundings.clock.now()), stage_began_(since_), something_changed_(executor),
       released_(executor)
-{}
+{
+    surroundings.starts.arrived();
+}
 
 std::string SimulationSession::name() const
 {

@@ -19,10 +19,32 @@ BOOST_AUTO_TEST_CASE(a_bare_number_is_a_load)
 
 BOOST_AUTO_TEST_CASE(anything_else_is_no_load)
 {
-    for (auto const* body : {"", " ", "abc", "nan", "inf", "-inf", "-1", "-0.1", "1,5", "12 34", "0x10", "<html>", "1e999",
-                             "{}", "{\"load\":\"5\"}", "{\"load\":-1}", "{\"load\":1,\"sessions\":-1}",
-                             "{\"load\":1,\"capacity\":1.5}", "{\"load\":1,\"draining\":1}", "{\"load\":1", "[1]",
-                             "{\"load\":1,\"memory\":-3}"}) {
+    for (auto const* body : {"",
+                             " ",
+                             "abc",
+                             "nan",
+                             "inf",
+                             "-inf",
+                             "-1",
+                             "-0.1",
+                             "1,5",
+                             "12 34",
+                             "0x10",
+                             "<html>",
+                             "1e999",
+                             "{}",
+                             "{\"load\":\"5\"}",
+                             "{\"load\":-1}",
+                             "{\"load\":1,\"sessions\":-1}",
+                             "{\"load\":1,\"capacity\":1.5}",
+                             "{\"load\":1,\"draining\":1}",
+                             "{\"load\":1",
+                             "[1]",
+                             "{\"load\":1,\"memory\":-3}",
+                             "{\"load\":1,\"arrivals\":-1}",
+                             "{\"load\":1,\"failed\":0.5}",
+                             "{\"load\":1,\"departures\":\"2\"}",
+                             "{\"load\":1,\"arrivals\":9223372036854775808}"}) {
         auto const report = parse_load_report(body);
         BOOST_TEST(!report, body);
         BOOST_TEST((report.error() == errc::protocol_error), body);
@@ -38,10 +60,13 @@ BOOST_AUTO_TEST_CASE(our_own_servers_say_more_and_are_understood)
     report.capacity = 100;
     report.memory = 40.25;
     report.draining = true;
+    report.arrivals = 9'223'372'036'854'775'807;
+    report.failed = 2;
+    report.departures = 0;
     BOOST_TEST(boost::json::parse(to_json(report, "1.2.3")) ==
                boost::json::parse(
                    R"({"load":12.5,"sessions":3,"starting":1,"capacity":100,"memory":40.25,"draining":true,
-                                     "version":"1.2.3"})"));
+                       "arrivals":9223372036854775807,"failed":2,"departures":0,"version":"1.2.3"})"));
     BOOST_TEST((parse_load_report(to_json(report, "1.2.3")).value() == report));
 }
 

@@ -668,7 +668,37 @@ BOOST_AUTO_TEST_CASE(load_is_a_bare_float_and_json_for_those_who_ask)
     BOOST_TEST(report.starting.value() == 1);
     BOOST_TEST(report.capacity.value() == 2);
     BOOST_TEST(report.memory.value() == 12.5);
+    BOOST_TEST(report.arrivals.value() == 1);
     fixture.leave(browser);
+}
+
+// A session server gives back the places of those who came and whose start failed.
+BOOST_AUTO_TEST_CASE(load_counts_who_came_whose_start_failed_and_who_left_since_the_server_is_up)
+{
+    Fixture fixture;
+    auto const counters = [&fixture] {
+        IncomingRequest request;
+        request.method = "GET";
+        request.path = "/load";
+        std::pair<std::string_view, std::string_view> const accept[] = {{"Accept", "application/json"}};
+        request.headers = accept;
+        auto const report =
+            parse_load_report(std::get<HttpResponse>(fixture.service.respond(request)).body).value();
+        return std::array<std::int64_t, 3>{report.arrivals.value(), report.failed.value(),
+                                           report.departures.value()};
+    };
+    BOOST_TEST((counters() == std::array<std::int64_t, 3>{0, 0, 0}));
+    fixture.processes.expect().prints("starting\nError: no display").exits(1);
+    fixture.processes.expect().prints("loading\n");
+    auto& failing = fixture.start();
+    fixture.world.advance(5s);
+    BOOST_TEST((counters() == std::array<std::int64_t, 3>{1, 1, 1}));
+    auto& leaving = fixture.start();
+    fixture.world.advance(5s);
+    BOOST_TEST((counters() == std::array<std::int64_t, 3>{2, 1, 1}));
+    fixture.leave(leaving); // before it was ready
+    BOOST_TEST((counters() == std::array<std::int64_t, 3>{2, 2, 2}));
+    fixture.leave(failing);
 }
 
 // Section 4: the routes.
