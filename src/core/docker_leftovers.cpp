@@ -39,6 +39,17 @@ bool is_failed_build(std::vector<std::string_view> const& fields, std::string_vi
            !fields[3].starts_with("Exited (0)");
 }
 
+/// The lines of a listing, as fields, the first of which is a name that docker takes for no option.
+std::vector<std::vector<std::string_view>> rows_of(std::string_view listing)
+{
+    std::vector<std::vector<std::string_view>> rows;
+    for (auto const line : split(listing, '\n'))
+        if (auto fields = split(line, '\t');
+            fields.size() >= 2 && !fields[0].empty() && !fields[0].starts_with('-'))
+            rows.push_back(std::move(fields));
+    return rows;
+}
+
 /// Of `2026-11-21 17:25:24 +0000 UTC`.
 std::optional<WallTime> parse_time(std::string const& text)
 {
@@ -53,7 +64,7 @@ std::optional<WallTime> parse_time(std::string const& text)
         return std::nullopt;
     std::chrono::year_month_day const date{std::chrono::year(year), std::chrono::month(month),
                                            std::chrono::day(day)};
-    if (!date.ok())
+    if (!date.ok() || year < 1970 || year > 2200) // what WallTime can say
         return std::nullopt;
     auto const offset = std::chrono::hours(zone / 100) + std::chrono::minutes(zone % 100);
     return std::chrono::sys_days(date) + std::chrono::hours(hour) + std::chrono::minutes(minute) - offset;
@@ -81,10 +92,7 @@ std::string docker_identity(std::string_view machine, std::uint16_t port,
 std::vector<std::string> leftovers(std::string_view listing, DockerScope const& scope)
 {
     std::vector<std::string> found;
-    for (auto const line : split(listing, '\n')) {
-        auto const fields = split(line, '\t');
-        if (fields.size() < 2 || fields[0].empty())
-            continue;
+    for (auto const& fields : rows_of(listing)) {
         bool const wanted =
             scope.project.empty() ? is_of(fields[1], scope.identity) : fields[1] == scope.project;
         if (wanted || is_failed_build(fields, scope.identity))
@@ -96,19 +104,16 @@ std::vector<std::string> leftovers(std::string_view listing, DockerScope const& 
 std::vector<std::string> unstarted_builds(std::string_view listing, std::string_view identity)
 {
     std::vector<std::string> found;
-    for (auto const line : split(listing, '\n')) {
-        auto const fields = split(line, '\t');
+    for (auto const& fields : rows_of(listing))
         if (is_build(fields, identity) && fields[3] == "Created")
             found.emplace_back(fields[0]);
-    }
     return found;
 }
 
 std::vector<std::string> old_images(std::string_view listing, ImagePolicy const& policy, WallTime now)
 {
     std::vector<std::string> found;
-    for (auto const line : split(listing, '\n')) {
-        auto const fields = split(line, '\t');
+    for (auto const& fields : rows_of(listing)) {
         if (fields.size() != 2 || !is_ours(fields[0], policy))
             continue;
         auto const& keep = policy.persistent;

@@ -102,4 +102,21 @@ BOOST_AUTO_TEST_CASE(images_go_that_are_ours_and_older_than_48_hours_and_not_kep
                boost::test_tools::per_element());
 }
 
+BOOST_AUTO_TEST_CASE(no_name_is_taken_for_an_option)
+{
+    constexpr auto listing = "--all\twebots-2000-1f3a9c4d-run1-1\t\tUp 3 seconds\n"
+                             "-f\t\twebots-2000-1f3a9c4d\tCreated\n";
+    BOOST_TEST(leftovers(listing, scope()).empty());
+    BOOST_TEST(unstarted_builds(listing, identity).empty());
+}
+
+BOOST_AUTO_TEST_CASE(images_of_years_that_no_clock_can_say_stay)
+{
+    constexpr auto images = "cyberbotics/webots.cloud:a\t9999-12-31 10:00:00 +0000 UTC\n"
+                            "cyberbotics/webots.cloud:b\t-999-12-31 10:00:00 +0000 UTC\n"
+                            "cyberbotics/webots.cloud:c\t0001-01-01 00:00:00 +0000 UTC\n";
+    auto const now = std::chrono::sys_days(std::chrono::year(2026) / 11 / 21);
+    BOOST_TEST(old_images(images, policy(), now).empty());
+}
+
 BOOST_AUTO_TEST_SUITE_END()
