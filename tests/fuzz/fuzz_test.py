@@ -9,9 +9,11 @@ import tempfile
 from seeds import SEEDS
 
 RUNS = 20_000
+FEWER_RUNS = {"http_answer": 3_000, "smtp_reply": 2_000}  # each with a connection of its own
 
 
-def main(program, name, runs=RUNS):
+def main(program, name, runs=None):
+    runs = runs or FEWER_RUNS.get(name, RUNS)
     with tempfile.TemporaryDirectory(prefix="webots_cloud_fuzz_") as folder:
         corpus = os.path.join(folder, "corpus")
         os.mkdir(corpus)

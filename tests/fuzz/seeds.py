@@ -151,4 +151,102 @@ def websocket_frames():
     yield b"\x81\xff\x7f\xff\xff\xff\xff\xff\xff\xff\0\0\0\0"
 
 
-SEEDS = {each.__name__: each for each in (archive, client_message, docker_project, git_pack, git_plan, git_protocol, http_request, websocket_frames, world_url)}
+def load_report():
+    yield b"12.5"
+    yield b" 0\n"
+    yield b"1e16"
+    yield b"-1"
+    yield b"nan"
+    yield b'{"load":7.875,"sessions":3,"starting":1,"capacity":100,"memory":41.5,"draining":false,"version":"1.0"}'
+    yield b'{"load":1e999,"sessions":-1}'
+    yield b'{"load":0,"sessions":1.5}'
+    yield b"<html>502 Bad Gateway</html>"
+
+
+def policy():
+    """Length and text of a rule, then the address of a world."""
+    base = b"https://github.com/"
+    for rule in (b"", base + b"good", base + b"Good/Robots/blob/main", base + b"o/r/tree/feature/x", base + b"o//r.git", b"https://", b"%6fx"):
+        for world in (b"good/robots/blob/main/worlds/a.wbt", b"GOOD/ROBOTS/tree/refs/heads/main/worlds/a.wbt", b"o/r/blob/feature/x/p/worlds/a.wbt",
+                      b"o/r/blob/" + b"a" * 40 + b"/worlds/a.wbt", b"o/r/blob/HEAD/worlds/a.wbt", b"o/r.GIT/blob/main/worlds/a.wbt",
+                      b"o/%72/blob/m%61in/%77orlds/a%20b.wbt?x#y", b"o/r/blob/v1/worlds/a.wbt", b"o/../r/blob/main/worlds/a.wbt",
+                      b"o//r/blob/main/worlds/a.wbt"):
+            yield bytes((len(rule),)) + rule + base + world
+
+
+def simulator_output():
+    yield b".\n.\nopen\npause\r\nreal-time\nfast\nstep\nreset\nINFO: controller\n"
+    yield b"\n" * 50 + b"\r\r\n" + b"x" * 300
+    yield b"p-webots-1  | .\np_webots_1 exited with code 137\n\x1b[2Kp-controller-1  | a | b\n"
+    yield b"webots-1 exited with code 0\n\x1b[31;1mStep 1/5 : FROM a\x1b[0m\n"
+    yield b"x" * 700 + b"\nlast"
+
+
+def mount_table():
+    yield b"36 35 98:0 / /tmp/instances/1/a\\040b rw,noatime master:1 - ext3 /dev/root rw\n36 35 0:1 / / rw - ext4 /dev/sda rw\n"
+    yield b"1 1 1 / /tmp/instances/1\\134x\n1 1 1 / /tmp/instances/10/y\n\\\\\\04"
+    yield b"\x00\x03a b\x04\x02\\0\x01\x01x\x03\x04\t\n\\0\x02\x011"
+
+
+def docker_listing():
+    ours = b"webots-2000-1f3a9c4d"
+    yield b"0a1b\t" + ours + b"-1\t\tUp 2 hours\n0c2d\tother\t\tUp 2 hours\n0e3f\t\t" + ours + b"\tExited (1) 3 hours ago\n"
+    yield b"0a1b\t\t" + ours + b"\tCreated\n--all\t" + ours + b"-1\n\t" + ours + b"-1\n"
+    yield (b"cyberbotics/webots.cloud:R2023b-ubuntu22.04\t2026-11-01 17:25:24 +0000 UTC\n" + ours + b"-7-webots:latest\t2026-11-01 07:05:04 -0730 X\n"
+           b"cyberbotics/webots.cloud:R2025a\t2020-01-01 00:00:00 +0000 UTC\n")
+    yield b"cyberbotics/webots.cloud:a\t9999-12-31 99:99:99 +9999 UTC\ncyberbotics/webots.cloud:b\t-999-1-1 -1:-1:-1 -9999 UTC\n"
+    yield bytes(range(60))
+
+
+def mail():
+    def notice(when, subject, name, sender, recipient, text):
+        return bytes((when,)) + b"".join(bytes((len(part),)) + part for part in (subject, name, sender, recipient)) + text
+    yield notice(1, b"Servers are down", b"1.2-3", b"a@b.org", b"c@d.org", b"host:2000 is down\nhost:2001 is down\n")
+    yield notice(255, b"a\r\nBcc: x@y.org\r\n\r\nText", b">\r\n", b"a@b\r\nX: y", b"c>\n", b"\r\n.\r\nQUIT\r\n.\n")
+    yield notice(0, "caf\u00e9".encode(), b"", b"", b"@", "caf\u00e9\r\r\n\n".encode())
+
+
+def configuration():
+    """Even: of a session server; odd: of a simulation server."""
+    yield (b'0{"port":1999,"portRewrite":true,"server":"h.org","administrator":"a@h.org","mailServer":"m.h.org","mailServerPort":587,'
+           b'"mailSender":"s@h.org","mailSenderUser":"u","mailSenderPassword":"p","simulationServers":["h.org/2000",'
+           b'{"address":"g.org:2000","weight":2,"drain":true}],"loadRefresh":5,"loadTimeout":0.5,"loadThreshold":95,"scheduling":"random"}')
+    yield (b'1{"server":"h.org","ssl":false,"port":65000,"docker":true,"dockerDir":"d","allowedRepositories":["https://github.com/a"],'
+           b'"blockedRepositories":["https://github.com/b"],"shareIdleTime":50,"forges":["https://github.com",{"url":"local:","directory":"x"}],'
+           b'"notify":["https://r.org/x"],"cacheSize":1.5,"maxConnections":499,"timeout":7200,"title":"A\\u001b","description":"B"}')
+    yield b'1{"sslCertificate":"$HOME/c","sslKey":"~/k","multimediaServer":"a","multimediaStream":"b:1","display":":0","keyDir":"k"}'
+    yield b'0{"mailSenderUser":"a\\r\\nRCPT TO:<x>","mailSenderPassword":"\\u0000","port":1,"simulationServers":[]}'
+    yield b'0{"prot":1,"prto":2,"\\u001b[2J":3,"simulationServers":[{"adress":5}]}'
+    yield b'1{"timeout":1,"port":2000,"startTimeout":1e300,"loadFormula":"reference","logFormat":"json","simulationLogDays":0}'
+    yield b"0[[[[{"
+
+
+def http_answer():
+    yield b"HTTP/1.1 200 OK\r\nContent-Length: 4\r\n\r\n12.5"
+    yield b"HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n4;x=y\r\n12.5\r\n0\r\nA: b\r\n\r\n"
+    yield b"HTTP/1.0 200 OK\r\n\r\n12.5"
+    yield b"HTTP/1.1 100 Continue\r\n\r\nHTTP/1.1 204 No Content\r\n\r\n"
+    yield b"HTTP/1.1 301 Moved\r\nLocation: /x\r\nConnection: close\r\nContent-Length: 0\r\n\r\n"
+    yield b"HTTP/1.1 200 OK\r\nContent-Length: 4\r\nContent-Length: 5\r\nTransfer-Encoding: chunked\r\n\r\n12.5"
+    yield b"HTTP/1.1 200 OK\r\nContent-Length: 2000\r\n\r\n" + b"x" * 2000
+    yield b"HTTP/1.1 200 OK\r\n" + b"X: " + b"y" * 9000 + b"\r\n\r\n"
+    yield b"\x15\x03\x01\x00\x02\x02\x0a"
+    yield b""
+
+
+def smtp_reply():
+    """Odd: with a password. Then all replies in a row."""
+    good = b"220 m ESMTP\r\n250-m\r\n250 8BITMIME\r\n250 sender\r\n250 recipient\r\n354 go on\r\n250 queued\r\n221 bye\r\n"
+    yield b"\0" + good
+    yield b"\1" + good
+    yield b"\1220 m\r\n250-m\r\n250-STARTTLS\r\n250 AUTH PLAIN LOGIN\r\n220 go on\r\n"
+    yield b"\0220-a\r\n220 b\r\n250 m\r\n550 5.1.1 no such sender\x1b[2J\r\n"
+    yield b"\0421 busy\r\n"
+    yield b"\0220 m\r\n500 what\r\n250 m\r\n250 a\r\n251 b\r\n354 c\r\n452 full\r\n"
+    yield b"\0220 " + b"x" * 3000
+    yield b"\0\r\n\r\n999\r\n"
+
+
+SEEDS = {each.__name__: each for each in (archive, client_message, configuration, docker_listing, docker_project, git_pack, git_plan, git_protocol,
+                                          http_answer, http_request, load_report, mail, mount_table, policy, simulator_output, smtp_reply,
+                                          websocket_frames, world_url)}

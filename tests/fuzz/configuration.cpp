@@ -1,0 +1,99 @@
+// Configurations: what is accepted can be served with and holds nothing that steers a terminal or ends a
+// line; what is refused is so in one printable sentence of bounded length.
+#include "fuzz.hpp"
+
+#include "core/mail_message.hpp"
+#include "core/text.hpp"
+
+#include <webots_cloud/config.hpp>
+
+#include <string>
+#include <vector>
+
+using namespace webots_cloud;
+
+namespace {
+
+constexpr std::string_view origin = "c\x1b[2J.json";
+
+void check_sentence(std::string_view sentence)
+{
+    fuzz::require(core::is_printable(sentence) && sentence.size() <= 8192);
+    fuzz::require(sentence.starts_with("c\\x1b[2J.json: "));
+}
+
+void check_plain(std::vector<std::string> const& texts)
+{
+    for (auto const& text : texts)
+        fuzz::require(core::is_printable(text));
+}
+
+void check_network(NetworkConfig const& network)
+{
+    check_plain({network.ssl_certificate.string(), network.ssl_key.string()});
+    fuzz::require(network.ssl_certificate.empty() == network.ssl_key.empty());
+    fuzz::require(network.connections_per_address > 0);
+}
+
+void check(SessionConfig const& config)
+{
+    check_network(config.network);
+    check_plain({config.server, config.administrator, config.mail_server, config.mail_sender,
+                 config.mail_sender_user, config.mail_sender_password, config.log_dir.string(),
+                 config.scheduling, config.viewer_url});
+    fuzz::require(config.port > 0 && config.load_refresh > Duration::zero() &&
+                  config.load_timeout > Duration::zero());
+    for (auto const& server : config.simulation_servers) {
+        check_plain({server.address});
+        fuzz::require(server.address.find(' ') == std::string::npos && server.weight > 0);
+    }
+    if (!config.administrator.empty())
+        fuzz::require(core::is_mail_address(config.administrator) &&
+                      core::is_mail_address(config.mail_sender) && core::is_mail_host(config.mail_server));
+}
+
+void check(SimulationConfig const& config)
+{
+    check_network(config.network);
+    check_plain({config.server, config.containers.directory.string(), config.containers.images,
+                 config.webots_home.string(), config.display, config.projects_dir.string(),
+                 config.key_dir.string(), config.multimedia_server, config.multimedia_stream,
+                 config.log_dir.string()});
+    check_plain(config.allowed_repositories);
+    check_plain(config.blocked_repositories);
+    check_plain(config.notify);
+    for (auto const& forge : config.forges)
+        check_plain({forge.url, forge.directory.string()});
+    int const editors = config.docker ? 500 : 0;
+    fuzz::require(config.port > 0 && config.max_connections > 0);
+    fuzz::require(config.port + config.max_connections + editors <= 65535);
+    fuzz::require(config.timeout >= std::chrono::seconds(360) &&
+                  config.start_timeout >= std::chrono::seconds(1));
+    fuzz::require(config.multimedia_stream.find_first_of(" \";") == std::string::npos);
+}
+
+template<class Config>
+void read(std::string_view text,
+          result<Configured<Config>> (*parse)(std::string_view, std::filesystem::path const&))
+{
+    auto const configured = parse(text, origin);
+    if (!configured) {
+        fuzz::require(configured.error() == errc::invalid_config);
+        return check_sentence(configured.error().message());
+    }
+    for (auto const& warning : configured->warnings)
+        check_sentence(warning);
+    check(configured->config);
+}
+
+} // namespace
+
+int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
+{
+    auto text = fuzz::text_of(data, size);
+    if (fuzz::take_byte(text) % 2 == 0)
+        read(text, parse_session_config);
+    else
+        read(text, parse_simulation_config);
+    return 0;
+}
