@@ -10,7 +10,8 @@ import tempfile
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
-from support.servers import PATIENCE, SessionServer, main  # noqa: E402
+from support.ports import free_port  # noqa: E402
+from support.servers import PATIENCE, SessionServer, end, main, wait_until  # noqa: E402
 
 OLD = ":@SECLEVEL=0"  # what a client must say to be allowed to offer old things
 
@@ -18,14 +19,20 @@ if not shutil.which("openssl"):
     raise SystemExit(print("skipped: there is no openssl (package openssl)") or 77)
 
 
+def certify(folder):
+    """A certificate of RSA, which the oldest suites need, and its key."""
+    certificate, key = os.path.join(folder, "certificate.pem"), os.path.join(folder, "key.pem")
+    subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=localhost",
+                    "-addext", "subjectAltName=DNS:localhost", "-out", certificate, "-keyout", key], check=True, capture_output=True)
+    return certificate, key
+
+
 class Ciphers(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.mkdtemp(prefix="webots_cloud_tls_")
         cls.addClassCleanup(shutil.rmtree, cls.folder)
-        certificate, key = os.path.join(cls.folder, "certificate.pem"), os.path.join(cls.folder, "key.pem")
-        subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=localhost",
-                        "-out", certificate, "-keyout", key], check=True, capture_output=True)
+        certificate, key = certify(cls.folder)
         cls.server = SessionServer([], sslCertificate=certificate, sslKey=key)
         cls.server.__enter__()
         cls.addClassCleanup(cls.server.close)
@@ -65,6 +72,34 @@ class Ciphers(unittest.TestCase):
         self.assertIsNotNone(agreed)
         self.assertIn("RENEGOTIATING", text)
         self.assertIn("no renegotiation", text)
+
+
+class OldPeers(unittest.TestCase):
+    """Whom we ask ourselves: a machine that speaks TLS 1.1 and no more, on a system whose OpenSSL would allow that."""
+
+    CONFIGURATION = ("openssl_conf = all\n[all]\nssl_conf = tls\n[tls]\nsystem_default = old\n"
+                     "[old]\nMinProtocol = TLSv1\nCipherString = ALL:@SECLEVEL=0\n")
+
+    def problem_with(self, *version):
+        """Why the session server can't use the machine."""
+        folder = tempfile.mkdtemp(prefix="webots_cloud_tls_")
+        self.addCleanup(shutil.rmtree, folder)
+        certificate, key = certify(folder)
+        with open(os.path.join(folder, "openssl.cnf"), "w") as file:
+            file.write(self.CONFIGURATION)
+        environment = {"OPENSSL_CONF": file.name, "SSL_CERT_FILE": certificate}
+        port = free_port()
+        machine = subprocess.Popen(["openssl", "s_server", "-accept", f"127.0.0.1:{port}", "-cert", certificate, "-key", key, "-www",
+                                    "-cipher", "ALL:@SECLEVEL=0", *version], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                                   stderr=subprocess.DEVNULL, env={**os.environ, **environment})
+        self.addCleanup(end, machine)
+        with SessionServer([f"localhost:{port}"], environment=environment, ssl=True) as server:
+            found = wait_until(lambda: re.search(r"TLS failed: .*|the load must be a number.*|HTTP 404.*", server.log()), server.log)
+            return found[0]
+
+    def test_what_is_older_than_tls_1_2_is_not_spoken_to(self):
+        self.assertIn("TLS failed", self.problem_with("-tls1_1"))
+        self.assertNotIn("TLS failed", self.problem_with("-tls1_2"))
 
 
 if __name__ == "__main__":
