@@ -177,6 +177,13 @@ std::unique_ptr<TextFiles> make_text_files();
 /// The part of the world's URL that names a branch is ignored: a plain folder is what it is.
 std::unique_ptr<ProjectSource> make_directory_source(boost::asio::any_io_executor executor, std::filesystem::path folder);
 
+/// What all fetches of projects together may take: memory and disk. Who does not fit waits, or is refused.
+class FetchBudget;
+
+/// In bytes. What is fetched already is not counted but for the memory that its index needs while it is used.
+std::shared_ptr<FetchBudget> make_fetch_budget(std::uint64_t memory = std::uint64_t{1} << 30,
+                                               std::uint64_t disk = std::uint64_t{8} << 30);
+
 /// Projects in git repositories over HTTP(S).
 struct GitSourceParams
 {
@@ -189,6 +196,7 @@ struct GitSourceParams
     std::filesystem::path instances;
     std::uint64_t low_speed = 1'000; ///< Bytes per second. A server that stays below is given up; 0: never.
     Duration low_speed_time = std::chrono::seconds(60); ///< For how long it may.
+    std::shared_ptr<FetchBudget> budget;                ///< Shared with other sources. Null: one of its own.
     /// How long a server may take to say what an address means now, when the cache knows what it meant last: then that is used.
     Duration patience = std::chrono::seconds(10);
 };
@@ -203,6 +211,7 @@ struct WebsiteSourceParams
     /// Folder with a file for each website, named as its host, whose first line is our key. Read anew for each fetch. Other
     /// websites are sent nothing.
     std::filesystem::path keys;
+    std::shared_ptr<FetchBudget> budget; ///< Shared with other sources. Null: one of its own.
     std::uint64_t low_speed = 1'000; ///< Bytes per second. A website that stays below is given up; 0: never.
     Duration low_speed_time = std::chrono::seconds(60); ///< For how long it may.
 };

@@ -128,6 +128,10 @@ struct SimulationConfig
     std::uint64_t cache_bytes = std::uint64_t{10} << 30; ///< `cacheSize`, in gigabytes: fetched projects that are kept.
     /// `stateDir`: what the server works with, projects of running simulations above all. Empty: see `core::state_folders`.
     std::filesystem::path state_dir;
+    /// `fetchMemory`, in megabytes, and `fetchDisk`, in gigabytes: what all fetches of projects together may
+    /// take.
+    std::uint64_t fetch_memory = std::uint64_t{1} << 30;
+    std::uint64_t fetch_disk = std::uint64_t{8} << 30;
     std::filesystem::path webots_home; ///< `webotsHome`
     std::string display;              ///< `display`: what Webots draws on. Empty: what `DISPLAY` says, else `:0`.
     /// `projectsDir`: templates that websites start with `init`. Empty: those that came with Webots.

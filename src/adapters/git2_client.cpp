@@ -268,6 +268,16 @@ result<std::vector<core::GitRef>> Git2Client::ls_refs()
     return refs_;
 }
 
+std::uint64_t Git2Client::memory_of_refs() const noexcept
+{
+    constexpr std::uint64_t each = 256; // here and in libgit2
+    constexpr std::uint64_t copies = 3;
+    std::uint64_t bytes = 0;
+    for (auto const& ref : refs_)
+        bytes += each + copies * ref.name.size();
+    return bytes;
+}
+
 result<> Git2Client::fetch(core::GitObjectId const& commit, bool shallow, GitPackReader& pack,
                            GitClient::Progress const& progress)
 {

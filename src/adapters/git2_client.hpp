@@ -10,6 +10,7 @@
 
 #include <webots_cloud/error.hpp>
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -28,6 +29,9 @@ public:
 
     /// All refs of the repository. One round trip, the first time.   Errors: as `GitClient::ls_refs`.
     result<std::vector<core::GitRef>> ls_refs();
+
+    /// What all refs take that were listed, about.
+    std::uint64_t memory_of_refs() const noexcept;
 
     /// Fetches a commit that a ref points to into `pack`. One round trip, after `ls_refs`.
     ///

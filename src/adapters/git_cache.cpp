@@ -42,10 +42,19 @@ std::string snapshot_name(core::GitTarget const& target)
 }
 
 /// Folders and the rest of a file's last block take room too.
-std::uint64_t bytes_on_disk(GitIndex const& index)
+std::uint64_t bytes_of(GitIndex const& index)
 {
     constexpr std::uint64_t each = 4096;
     return index.bytes + each * index.entries.size();
+}
+
+std::uint64_t memory_of(GitIndex const& index)
+{
+    constexpr std::uint64_t allocation = 16; // what surrounds a path
+    std::uint64_t bytes = 0;
+    for (auto const& entry : index.entries)
+        bytes += sizeof entry + allocation + entry.path.size();
+    return bytes;
 }
 
 /// Whether the index of a stored folder is that of the commit and the folder that its name says.
@@ -76,7 +85,8 @@ GitIncoming::~GitIncoming()
         remove_tree(folder_);
 }
 
-GitCache::GitCache(fs::path folder, std::uint64_t most_bytes) : most_bytes_(most_bytes)
+GitCache::GitCache(fs::path folder, std::uint64_t most_bytes, std::shared_ptr<FetchBudget> budget)
+    : most_bytes_(most_bytes), budget_(std::move(budget))
 {
     open(folder);
     if (!usable_)
@@ -159,7 +169,7 @@ void GitCache::scan()
                 continue;
             }
             Stored stored;
-            stored.bytes = bytes_on_disk(*index);
+            stored.bytes = bytes_of(*index);
             stored.used = fs::last_write_time(entry.path() / "index", failed);
             stored_.emplace(entry.path().string(), stored);
         }
@@ -208,6 +218,15 @@ GitContent GitCache::load(fs::path const& folder, GitSnapshot& snapshot, Known& 
     return content;
 }
 
+/// The index is in memory for as long as somebody uses the folder.
+void GitCache::pay_for_index(GitSnapshot& snapshot)
+{
+    FetchBytes price;
+    price.memory = memory_of(snapshot.index);
+    snapshot.grant = FetchGrant(budget_);
+    snapshot.grant.take_anyway(price);
+}
+
 void GitCache::complain_of(std::string const& url)
 {
     if (notices_.size() < most_notices)
@@ -246,6 +265,7 @@ GitSnapshotPtr GitCache::find(std::string const& url, core::GitTarget const& tar
         return nullptr;
     }
     found->second.known = known;
+    pay_for_index(*loaded);
     GitSnapshotPtr snapshot = std::move(loaded);
     // Everyone shares one object: its use count tells whether the folder is in use.
     if (auto const open = found->second.open.lock())
@@ -307,6 +327,7 @@ GitSnapshotPtr GitCache::open_relative(std::string const& url, std::string const
         return nullptr;
     }
     stored->second.known = known;
+    pay_for_index(*loaded);
     GitSnapshotPtr snapshot = std::move(loaded);
     if (auto const open = stored->second.open.lock())
         snapshot = open;
@@ -351,8 +372,9 @@ result<GitSnapshotPtr> GitCache::publish(GitIncoming const& incoming, std::strin
     snapshot->files = folder / "files";
     snapshot->target = target;
     snapshot->index = std::move(index);
+    pay_for_index(*snapshot);
     Stored stored;
-    stored.bytes = bytes_on_disk(snapshot->index);
+    stored.bytes = bytes_of(snapshot->index);
     stored.used = fs::file_time_type::clock::now();
     stored.open = snapshot;
     stored.known.index = digest.finish();

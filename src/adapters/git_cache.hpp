@@ -1,6 +1,7 @@
 // The cache of fetched folders on disk.
 #pragma once
 
+#include "fetch_budget.hpp"
 #include "file_descriptor.hpp"
 #include "git_index.hpp"
 #include "git_verify.hpp"
@@ -29,6 +30,7 @@ struct GitSnapshot
     std::filesystem::path files; ///< The folder itself.
     core::GitTarget target;
     GitIndex index;
+    FetchGrant grant; ///< For the index, which is in memory as long as somebody uses the folder.
 };
 
 using GitSnapshotPtr = std::shared_ptr<GitSnapshot const>;
@@ -59,8 +61,10 @@ private:
 class GitCache
 {
 public:
-    /// Uses `folder`, or a sibling when another process uses it.
-    GitCache(std::filesystem::path folder, std::uint64_t most_bytes);
+    /// Uses `folder`, or a sibling when another process uses it. `budget`, which may be null, is told of the
+    /// memory that folders in use need.
+    GitCache(std::filesystem::path folder, std::uint64_t most_bytes,
+             std::shared_ptr<FetchBudget> budget = nullptr);
     ~GitCache();
 
     /// The folder that is used.
@@ -137,9 +141,11 @@ private:
     void complain_of(std::string const& url);
     static GitContent load(std::filesystem::path const& folder, GitSnapshot& snapshot, Known& known,
                            std::atomic<bool> const* aborted);
+    void pay_for_index(GitSnapshot& snapshot);
 
     std::filesystem::path folder_;
     std::uint64_t most_bytes_;
+    std::shared_ptr<FetchBudget> budget_;
     FileDescriptor lock_;
     result<> usable_;
     mutable std::mutex mutex_;

@@ -21,6 +21,18 @@ using Kind = core::GitTreeEntry::Kind;
 constexpr Duration longest_fetch = std::chrono::hours(24); // later than that, the sum could overflow
 constexpr std::size_t wants_at_once = 10'000; // half a megabyte: proxies limit the size of requests
 
+// Of memory, in bytes, about: what is not counted object by object.
+constexpr std::uint64_t memory_of_refs = std::uint64_t{16} << 20;    // of 8 MB that a server may list
+constexpr std::uint64_t memory_of_libgit2 = std::uint64_t{64} << 20; // of the same
+// A conversation that waits for a download.
+constexpr std::uint64_t memory_in_queue = std::uint64_t{256} << 10;
+// Buffers on the way, and one file of a megabyte.
+constexpr std::uint64_t memory_of_download = std::uint64_t{4} << 20;
+constexpr std::uint64_t memory_of_plan = std::uint64_t{96} << 20; // of 50,000 files with the longest paths
+constexpr std::uint64_t most_memory_of_entries = std::uint64_t{48} << 20; // of one folder: 100,000
+constexpr std::uint64_t memory_of_item = 512; // plan, index, its text; the path comes 4 times
+constexpr std::uint64_t most_memory_of_item = memory_of_item + 4 * 1024;
+
 constexpr char no_single_files[] = "the git server does not hand out single files";
 
 // Of a commit that was asked for by its hash.
@@ -70,6 +82,24 @@ std::string_view without_full_stop(std::string_view words) noexcept
     return words.substr(0, words.find_last_not_of('.') + 1);
 }
 
+std::uint64_t memory_of_items(std::vector<core::GitPlanItem> const& plan)
+{
+    constexpr std::uint64_t copies = 4;
+    std::uint64_t bytes = 0;
+    for (auto const& item : plan)
+        bytes += memory_of_item + copies * item.path.size();
+    return bytes;
+}
+
+std::uint64_t memory_of_files(GitDonors const& donors)
+{
+    constexpr std::uint64_t each = 192;
+    std::uint64_t bytes = 0;
+    for (auto const& [id, file] : donors.files)
+        bytes += each + file.path.size();
+    return bytes;
+}
+
 /// What neither came with the folders nor lies in another folder of the cache, each once.
 std::vector<core::GitObjectId> missing_files(std::vector<core::GitPlanItem> const& plan,
                                              GitStaging const& staging, GitDonors const& donors)
@@ -101,8 +131,8 @@ bool is_about_filters(Failure const& failure)
 /// A download in the making.
 struct GitFetch::Download
 {
-    Download(GitIncoming folder, FileDescriptor objects_folder, GitCapabilities offered)
-        : incoming(std::move(folder)), objects(std::move(objects_folder)), staging(objects.get()),
+    Download(GitIncoming folder, FileDescriptor objects_folder, GitCapabilities offered, FetchShare& share)
+        : incoming(std::move(folder)), objects(std::move(objects_folder)), staging(objects.get(), &share),
           capabilities(offered)
     {}
 
@@ -123,6 +153,22 @@ GitFetch::GitFetch(CurlHttp& http, GitCache& cache, GitServers& servers, GitSour
 void GitFetch::start_clock()
 {
     deadline_ = std::chrono::steady_clock::now() + std::min<Duration>(order_.limits.timeout, longest_fetch);
+    if (share_)
+        return;
+    FetchShare::Waiting waiting;
+    waiting.interrupt = [this] { return may_go_on(); };
+    waiting.tell = [progress = order_.progress](bool waits) {
+        if (progress)
+            progress->report_waiting(waits);
+    };
+    share_ = std::make_unique<FetchShare>(params_.budget, std::move(waiting));
+}
+
+result<> GitFetch::take_memory(std::uint64_t bytes)
+{
+    FetchBytes price;
+    price.memory = bytes;
+    return share_->take(price);
 }
 
 result<> GitFetch::may_go_on() const
@@ -173,6 +219,8 @@ result<Git2Client*> GitFetch::libgit2()
         auto scratch = cache_.begin();
         if (!scratch)
             return scratch.error();
+        if (auto const taken = take_memory(memory_of_libgit2); !taken)
+            return taken.error();
         auto server = remote();
         server.version_2 = false;
         libgit2_ = std::make_unique<Git2Client>(http_, std::move(server), http_limits(order_.limits.bytes),
@@ -208,6 +256,7 @@ Failure GitFetch::explain(Failure const& failure) const
 std::optional<result<GitFetched>> GitFetch::look_up()
 {
     start_clock();
+    FetchShare::Loan const loan(*share_);
     if (servers_.is_missing(url_))
         return explain({errc::not_found, "does not exist or is private"});
     auto target = resolve();
@@ -218,8 +267,11 @@ std::optional<result<GitFetched>> GitFetch::look_up()
     target_ = std::move(*target);
     GitFetched fetched;
     fetched.snapshot = cache_.find(url_, target_, order_.aborted);
-    if (!fetched.snapshot)
+    if (!fetched.snapshot) {
+        if (libgit2_ && libgit2_->memory_of_refs() > memory_in_queue)
+            libgit2_.reset();
         return std::nullopt;
+    }
     cache_.remember(url_, order_.project.ref_and_folder, target_);
     return fetched;
 }
@@ -227,7 +279,9 @@ std::optional<result<GitFetched>> GitFetch::look_up()
 result<GitFetched> GitFetch::download()
 {
     start_clock(); // for its turn it has waited through no fault of the server's
+    FetchShare::Loan const loan(*share_);
     auto downloaded = download_target();
+    libgit2_.reset();
     if (!downloaded)
         return explain(downloaded.error());
     cache_.trim();
@@ -301,6 +355,10 @@ result<> GitFetch::check_history(Download& state, core::GitObjectId const& commi
     auto const lookup = [&](core::GitObjectId const& id) {
         return may_go_on() ? state.staging.find(id) : nullptr;
     };
+    FetchShare::Loan const loan(*share_);
+    constexpr std::uint64_t growth = 3; // of a line that names a parent: seen, and waiting to be looked at
+    if (auto const taken = take_memory(growth * state.staging.memory()); !taken)
+        return taken.error();
     auto const found = core::is_in_git_history(commit, *may_be_from_, lookup);
     if (auto const going_on = may_go_on(); !going_on)
         return going_on.error();
@@ -332,6 +390,8 @@ Failure GitFetch::about_commit(errc code, std::string_view what, core::GitObject
 /// What the server lists: all that begin with `prefixes`, and maybe more.
 result<GitFetch::Refs> GitFetch::list_refs(std::vector<std::string> const& prefixes)
 {
+    if (auto const taken = take_memory(memory_of_refs); !taken)
+        return taken.error();
     if (!servers_.capabilities(order_.project.forge).version_2)
         return list_refs_with_libgit2();
     auto refs = client_for_refs().ls_refs(prefixes);
@@ -421,7 +481,7 @@ result<GitFetch::Download> GitFetch::begin_download(GitCapabilities const& capab
     auto objects = make_folder(AT_FDCWD, (incoming->folder() / "objects").c_str());
     if (!objects)
         return objects.error();
-    return Download(std::move(*incoming), std::move(*objects), capabilities);
+    return Download(std::move(*incoming), std::move(*objects), capabilities, *share_);
 }
 
 /// A second time where a full disk can be helped.
@@ -438,13 +498,18 @@ result<GitSnapshotPtr> GitFetch::download_with(GitCapabilities const& capabiliti
 result<GitSnapshotPtr> GitFetch::download_once(GitCapabilities const& capabilities,
                                                core::GitTarget const& target)
 {
+    FetchShare::Loan const loan(*share_); // given back when there is nothing left of what it pays for
+    if (auto const taken = take_memory(memory_of_download); !taken)
+        return taken.error();
     auto begun = begin_download(capabilities);
     if (!begun)
         return begun.error();
     auto& state = *begun;
     std::vector<FileDescriptor> donor_folders;
     auto const relatives = cache_.relatives(url_);
-    auto const donors = donors_among(relatives, donor_folders);
+    auto donors = donors_among(relatives, donor_folders);
+    if (!take_memory(memory_of_files(donors)))
+        donors.files.clear(); // it goes without them, too
 
     GitWants wants;
     wants.ids = {target.commit};
@@ -468,42 +533,111 @@ result<GitSnapshotPtr> GitFetch::download_once(GitCapabilities const& capabiliti
     core::GitPlanLimits limits;
     limits.items = order_.limits.files;
     auto const interrupt = [this] { return may_go_on(); };
-    auto const lookup = [&](core::GitObjectId const& id) {
-        auto const* const found = interrupt() ? state.staging.find(id) : nullptr;
-        if (found)
-            proof.add_tree(id, *found);
-        return found;
+    result<> paid_for_plan;
+    std::uint64_t plan_memory = 0;
+    auto const lookup = [&](core::GitObjectId const& id) -> std::string const* {
+        auto const* const folder = interrupt() ? state.staging.find(id) : nullptr;
+        if (folder && paid_for_plan)
+            paid_for_plan = pay_for_folder(*folder, plan_memory);
+        if (folder && paid_for_plan && !proof.has_tree(id))
+            paid_for_plan = take_memory(folder->size());
+        if (!folder || !paid_for_plan)
+            return nullptr;
+        proof.add_tree(id, *folder);
+        return folder;
     };
     auto const plan = core::plan_git_folder(*tree, limits, lookup);
     if (auto const going_on = interrupt(); !going_on)
         return going_on.error();
+    if (!paid_for_plan)
+        return paid_for_plan.error();
     if (!plan)
         return plan.error();
+    FetchBytes spare;
+    spare.memory = plan_memory - std::min(plan_memory, memory_of_items(*plan));
+    share_->give_back(spare);
     if (auto const fetched = fetch_rest(state, target.commit, *plan, donors); !fetched)
         return fetched.error();
 
     auto const files = make_folder(AT_FDCWD, (state.incoming.folder() / "files").c_str());
     if (!files)
         return files.error();
+    if (auto const paid = pay_for_files(*plan, state.staging, donors); !paid)
+        return paid.error();
     auto index = unpack_git_folder(*plan, state.staging, donors, files->get(), interrupt);
     if (!index)
         return index.error();
-    if (index->bytes > order_.limits.bytes)
-        return Failure(errc::too_large, concat("The project is larger than ",
-                                               std::to_string(order_.limits.bytes >> 20), " MB."));
     std::error_code ignored;
     std::filesystem::remove_all(state.incoming.folder() / "objects", ignored);
     return cache_.publish(state.incoming, url_, target, std::move(*index), proof.text());
 }
 
+/// For what a folder becomes in a plan, whatever the path to it: before it is looked into. `taken`: for the
+/// plan so far.
+result<> GitFetch::pay_for_folder(std::string const& folder, std::uint64_t& taken)
+{
+    constexpr std::uint64_t shortest_entry = 27;
+    auto const wanted = (folder.size() / shortest_entry + 1) * most_memory_of_item;
+    auto const more = std::min(wanted, memory_of_plan - taken);
+    auto paid = take_memory(more);
+    if (paid)
+        taken += more;
+    return paid;
+}
+
+/// For the entries of a folder that is looked into on the way; `taken`: for the largest so far.
+result<> GitFetch::pay_for_entries(std::string const& folder, std::uint64_t& taken)
+{
+    constexpr std::uint64_t growth = 4;
+    auto const wanted = std::min(growth * folder.size(), most_memory_of_entries);
+    if (wanted <= taken)
+        return {};
+    auto paid = take_memory(wanted - taken);
+    if (paid)
+        taken = wanted;
+    return paid;
+}
+
+/// Before anything is made of the plan: a file that occurs many times may have to be copied each time.
+result<> GitFetch::pay_for_files(std::vector<core::GitPlanItem> const& plan, GitStaging const& staging,
+                                 GitDonors const& donors)
+{
+    std::unordered_set<core::GitObjectId, core::GitObjectIdHash> moved;
+    std::uint64_t bytes = 0;
+    FetchBytes price;
+    for (auto const& item : plan) {
+        auto const is_file = item.kind == Kind::file || item.kind == Kind::executable;
+        auto const donor = is_file ? donors.files.find(item.id) : donors.files.end();
+        auto const is_here = is_file && donor == donors.files.end() && staging.has_blob(item.id);
+        std::uint64_t size = 0; // links have a kilobyte at most
+        if (is_here)
+            size = staging.blob_size(item.id);
+        else if (donor != donors.files.end())
+            size = donor->second.size;
+        bytes += size;
+        if (!is_here || !moved.insert(item.id).second)
+            price.disk += bytes_on_disk(size);
+        if (bytes > order_.limits.bytes)
+            return Failure(errc::too_large, concat("The project is larger than ",
+                                                   std::to_string(order_.limits.bytes >> 20), " MB."));
+    }
+    return share_->take(price);
+}
+
 /// The tree of the wanted folder, which must have a folder `worlds`.
 result<core::GitObjectId> GitFetch::folder_tree(Download& state, core::GitTarget const& target, GitProof& proof)
 {
-    auto const lookup = [&](core::GitObjectId const& id) {
-        auto const* const found = state.staging.find(id);
-        if (found)
-            proof.add_tree(id, *found);
-        return found;
+    FetchShare::Loan const loan(*share_); // for the entries of one folder after the other
+    result<> paid;
+    std::uint64_t taken = 0;
+    auto const lookup = [&](core::GitObjectId const& id) -> std::string const* {
+        auto const* const folder = state.staging.find(id);
+        if (folder && paid)
+            paid = pay_for_entries(*folder, taken);
+        if (!folder || !paid)
+            return nullptr;
+        proof.add_tree(id, *folder);
+        return folder;
     };
     auto const* const commit = state.staging.find(target.commit);
     if (!commit && !state.staging.has_blob(target.commit))
@@ -515,10 +649,12 @@ result<core::GitObjectId> GitFetch::folder_tree(Download& state, core::GitTarget
                               "\", but something else"));
     proof.add_commit(*commit);
     auto const tree = core::find_git_folder(*root, target.folder, lookup);
+    auto const* const folder = tree ? lookup(*tree) : nullptr;
+    if (!paid)
+        return paid.error();
     if (!tree)
         return tree.error();
-    auto const entries =
-        core::parse_git_tree(lookup(*tree) ? std::string_view(*lookup(*tree)) : std::string_view());
+    auto const entries = core::parse_git_tree(folder ? std::string_view(*folder) : std::string_view());
     if (!entries)
         return entries.error();
     if (std::none_of(entries->begin(), entries->end(),

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "curl_http.hpp"
+#include "fetch_budget.hpp"
 #include "git2_client.hpp"
 #include "git_cache.hpp"
 #include "git_proof.hpp"
@@ -57,6 +58,8 @@ public:
     /// After `look_up`, once.   Errors: as there.
     result<GitFetched> download();
 
+    GitFetch(GitFetch const&) = delete; // what it shares asks it whether it may go on
+
 private:
     struct Download;
 
@@ -65,6 +68,7 @@ private:
 
     result<core::GitTarget> resolve();
     void start_clock();
+    result<> take_memory(std::uint64_t bytes);
     result<core::GitTarget> resolve_commit();
     result<Refs> list_refs(std::vector<std::string> const& prefixes);
     result<Refs> list_refs_with_libgit2();
@@ -81,6 +85,10 @@ private:
     result<core::GitObjectId> folder_tree(Download& state, core::GitTarget const& target, GitProof& proof);
     result<> fetch_rest(Download& state, core::GitObjectId const& commit,
                         std::vector<core::GitPlanItem> const& plan, GitDonors const& donors);
+    result<> pay_for_folder(std::string const& folder, std::uint64_t& taken);
+    result<> pay_for_entries(std::string const& folder, std::uint64_t& taken);
+    result<> pay_for_files(std::vector<core::GitPlanItem> const& plan, GitStaging const& staging,
+                           GitDonors const& donors);
     result<> fetch_files(Download& state, Ids const& files);
     result<> fetch_pack(Download& state, GitWants const& wants);
     result<> fetch_pack_with_libgit2(Download& state, GitWants const& wants, GitPackReader& pack,
@@ -103,6 +111,7 @@ private:
     std::string url_;
     TimePoint deadline_;
     core::GitTarget target_;              ///< Once it was looked up.
+    std::unique_ptr<FetchShare> share_;   ///< Outlives all that it pays for.
     std::unique_ptr<Git2Client> libgit2_; ///< Once it was needed.
     std::uint64_t received_ = 0;          ///< Bytes of packs, of all requests.
     std::uint64_t unpacked_ = 0;          ///< Bytes of objects.

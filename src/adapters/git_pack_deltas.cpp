@@ -63,50 +63,88 @@ struct GitPackReader::Resolver
         return children;
     }
 
-    result<std::string> load(Entry const& entry) const
+    /// The bytes that deltas are applied to. Those of files are read from the disk, into memory that is paid
+    /// for.
+    struct Base
     {
-        if (entry.kind == GitObjectKind::blob) {
-            if (pack.staging_.blob_size(entry.id) > largest_delta_result)
-                return Failure(errc::too_large, "The repository has objects that are too large.");
-            return pack.staging_.read_blob(entry.id);
-        }
-        return *pack.staging_.find(entry.id);
-    }
+        explicit Base(GitPackReader& of) : pack(of) {}
+        Base(Base const&) = delete;
+        ~Base() { pack.staging_.give_back_memory(paid); }
 
-    result<> apply(std::size_t base, std::vector<std::size_t> const& children)
+        result<> load(Entry const& entry)
+        {
+            if (entry.kind != GitObjectKind::blob) {
+                bytes = *pack.staging_.find(entry.id);
+                return {};
+            }
+            auto const size = pack.staging_.blob_size(entry.id);
+            if (size > largest_delta_result)
+                return Failure(errc::too_large, "The repository has objects that are too large.");
+            if (auto const taken = pack.staging_.take_memory(size); !taken)
+                return taken;
+            paid = size;
+            auto text = pack.staging_.read_blob(entry.id);
+            if (!text)
+                return text.error();
+            read = std::move(*text);
+            bytes = read;
+            return {};
+        }
+
+        GitPackReader& pack;
+        std::uint64_t paid = 0;
+        std::string read;
+        std::string_view bytes;
+    };
+
+    result<> apply(std::size_t base_entry, std::vector<std::size_t> const& children)
     {
-        auto const bytes = load(pack.entries_[base]);
-        if (!bytes)
-            return bytes.error();
+        Base base(pack);
+        if (auto const loaded = base.load(pack.entries_[base_entry]); !loaded)
+            return loaded;
         for (auto const child : children) {
             if (auto const may_go_on = ask(pack.interrupt_); !may_go_on)
                 return may_go_on;
-            auto& delta = pack.deltas_[child];
-            auto object = make(*bytes, delta.bytes);
-            if (!object)
-                return object.error();
-            delta.bytes = std::string();
-            auto& entry = pack.entries_[delta.entry];
-            entry.kind = pack.entries_[base].kind;
-            entry.id = pack.digest_of(entry.kind, *object);
-            entry.resolved = true;
-            if (auto const stored = pack.staging_.put(entry.kind, entry.id, std::move(*object)); !stored)
-                return stored.error();
-            waiting.push_back(delta.entry);
+            if (auto const made = make(base.bytes, pack.entries_[base_entry].kind, pack.deltas_[child]);
+                !made)
+                return made;
+            waiting.push_back(pack.deltas_[child].entry);
         }
         return {};
     }
 
-    result<std::string> make(std::string_view base, std::string_view delta) const
+    /// The object that a delta stands for, in the staging area.
+    result<> make(std::string_view base, GitObjectKind kind, Delta& delta)
     {
-        auto const size = core::delta_result_size(delta);
+        auto const size = core::delta_result_size(delta.bytes);
         if (!size)
             return size.error();
         if (*size > largest_delta_result)
             return Failure(errc::too_large, "The repository has objects that are too large.");
         if (auto const spent = pack.spend(*size); !spent)
-            return spent.error();
-        return core::apply_delta(base, delta);
+            return spent;
+        if (auto const paid = pack.staging_.pay_for(kind, *size); !paid)
+            return paid;
+        auto const passing = kind == GitObjectKind::blob ? *size : 0; // until it is on the disk
+        if (auto const taken = pack.staging_.take_memory(passing); !taken)
+            return taken;
+        auto const stored = store(core::apply_delta(base, delta.bytes), kind, delta);
+        pack.staging_.give_back_memory(passing);
+        return stored;
+    }
+
+    result<> store(result<std::string> object, GitObjectKind kind, Delta& delta)
+    {
+        if (!object)
+            return object.error();
+        pack.staging_.give_back_memory(delta.bytes.size());
+        pack.paid_memory_ -= delta.bytes.size();
+        delta.bytes = std::string();
+        auto& entry = pack.entries_[delta.entry];
+        entry.kind = kind;
+        entry.id = pack.digest_of(kind, *object);
+        entry.resolved = true;
+        return pack.staging_.put(kind, entry.id, std::move(*object));
     }
 
     GitPackReader& pack;

@@ -15,6 +15,7 @@ namespace {
 constexpr std::uint64_t largest_in_memory = std::uint64_t{1} << 20;
 constexpr std::uint64_t most_delta_memory = std::uint64_t{256} << 20;
 constexpr std::uint32_t most_objects = 1'000'000;
+constexpr std::uint64_t delta_overhead = 256; // to remember it, and to find it by its base
 constexpr std::size_t pack_header_size = 12;
 constexpr std::size_t digest_size = 20;
 
@@ -38,6 +39,7 @@ GitPackReader::GitPackReader(GitStaging& staging, std::uint64_t budget, GitInter
 GitPackReader::~GitPackReader()
 {
     inflateEnd(inflater_.get());
+    staging_.give_back_memory(paid_memory_);
 }
 
 result<> GitPackReader::push(std::string_view bytes)
@@ -69,6 +71,15 @@ result<> GitPackReader::spend(std::uint64_t bytes)
         return Failure(errc::too_large,
                        core::concat("The project is larger than ", std::to_string(budget_ >> 20), " MB."));
     return {};
+}
+
+/// For memory that is needed until there is no reader any more.
+result<> GitPackReader::pay(std::uint64_t memory)
+{
+    auto const taken = staging_.take_memory(memory);
+    if (taken)
+        paid_memory_ += memory;
+    return taken;
 }
 
 /// True when there may be more to do with what has arrived.
@@ -145,6 +156,8 @@ result<> GitPackReader::begin_entry(unsigned type, std::uint64_t size)
     streamed_ = !is_delta_ && entry_.kind == GitObjectKind::blob && size > largest_in_memory;
     if (delta_memory_ > most_delta_memory || (!streamed_ && size > most_delta_memory))
         return Failure(errc::too_large, "The repository has objects that are too large.");
+    if (auto const paid = is_delta_ ? pay(size + delta_overhead) : staging_.pay_for(entry_.kind, size); !paid)
+        return paid.error();
     entry_size_ = size;
     entry_read_ = 0;
     body_.clear();

@@ -17,8 +17,9 @@ struct z_stream_s;
 
 namespace webots_cloud::adapters {
 
-/// Unpacks one pack into a staging area. Nothing in it is trusted: every size is checked against the budget
-/// before memory is taken or a byte is written, so that a small pack can't become a large one.
+/// Unpacks one pack into a staging area. Nothing in it is trusted: every size is checked against the budget,
+/// and paid for from the share of the staging area, before memory is taken or a byte is written, so that a
+/// small pack can't become a large one.
 ///
 /// Lifetime: `staging` must outlive it.   Thread-safety: one thread at a time.
 class GitPackReader
@@ -84,6 +85,7 @@ private:
     result<> end_entry();
     result<bool> read_trailer();
     result<> spend(std::uint64_t bytes);
+    result<> pay(std::uint64_t memory);
     std::string_view rest() const noexcept { return std::string_view(input_).substr(used_); }
     void consume(std::size_t count);
     core::GitObjectId digest_of(GitObjectKind kind, std::string_view bytes);
@@ -112,6 +114,7 @@ private:
     std::vector<Entry> entries_;
     std::vector<Delta> deltas_;
     std::uint64_t delta_memory_ = 0;
+    std::uint64_t paid_memory_ = 0; ///< For what is here and not in the staging area.
 };
 
 } // namespace webots_cloud::adapters

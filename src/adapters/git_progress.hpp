@@ -30,6 +30,14 @@ public:
         }
     }
 
+    /// For room: other projects are fetched.
+    void report_waiting(bool waiting)
+    {
+        std::lock_guard const lock(mutex_);
+        for (auto const& progress : joined_)
+            progress->waiting = waiting;
+    }
+
 private:
     std::mutex mutex_;
     std::vector<std::shared_ptr<FetchProgress>> joined_;

@@ -19,6 +19,7 @@ public:
     explicit GitProof(std::string_view folder);
 
     void add_commit(std::string_view object) { add('c', object); }
+    bool has_tree(core::GitObjectId const& id) const { return trees_.contains(id); }
     void add_tree(core::GitObjectId const& id, std::string_view object);
 
     /// The text of a file, for `is_proven`.

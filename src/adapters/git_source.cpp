@@ -46,11 +46,19 @@ bool on_one_disk(fs::path const& one, fs::path const& other)
            of_one.st_dev == of_other.st_dev;
 }
 
+GitSourceParams with_budget(GitSourceParams params)
+{
+    if (!params.budget)
+        params.budget = make_fetch_budget();
+    return params;
+}
+
 class GitSource final : public ProjectSource
 {
 public:
     GitSource(asio::any_io_executor executor, GitSourceParams params, Logger log)
-        : params_(std::move(params)), log_(std::move(log)), cache_(params_.cache, params_.cache_bytes),
+        : params_(with_budget(std::move(params))), log_(std::move(log)),
+          cache_(params_.cache, params_.cache_bytes, params_.budget),
           hand_out_(cache_.folder(), params_.instances), pool_(copies, BlockingPool::Priority::background),
           cleaning_(cleaners, BlockingPool::Priority::background), executor_(std::move(executor))
     {

@@ -17,6 +17,34 @@ constexpr char part[] = "part";
 
 } // namespace
 
+result<> GitStaging::pay_for(GitObjectKind kind, std::uint64_t size)
+{
+    if (!share_)
+        return {};
+    FetchBytes price;
+    price.memory = git_object_memory;
+    if (kind == GitObjectKind::blob)
+        price.disk = bytes_on_disk(size);
+    else
+        price.memory += size;
+    return share_->take(price);
+}
+
+result<> GitStaging::take_memory(std::uint64_t bytes)
+{
+    FetchBytes price;
+    price.memory = bytes;
+    return share_ ? share_->take(price) : result<>();
+}
+
+void GitStaging::give_back_memory(std::uint64_t bytes) noexcept
+{
+    FetchBytes price;
+    price.memory = bytes;
+    if (share_)
+        share_->give_back(price);
+}
+
 result<> GitStaging::put(GitObjectKind kind, core::GitObjectId const& id, std::string bytes)
 {
     if (kind != GitObjectKind::blob) {

@@ -1,6 +1,7 @@
 // Objects of a repository on their way from the network into a folder.
 #pragma once
 
+#include "fetch_budget.hpp"
 #include "file_descriptor.hpp"
 
 #include "../core/git_object_id.hpp"
@@ -22,16 +23,26 @@ enum class GitObjectKind
     tag
 };
 
+/// What is noted of each object, whatever its size: about what the tables here and in a pack's reader need.
+constexpr std::uint64_t git_object_memory = 192;
+
 /// Keeps files (blobs) in a folder, each under its digest, and everything else in memory.
 ///
-/// Lifetime: the folder must outlive it.   Thread-safety: one thread at a time.
+/// Lifetime: the folder and the share must outlive it.   Thread-safety: one thread at a time.
 class GitStaging
 {
 public:
-    /// `folder`: an open, empty folder.
-    explicit GitStaging(int folder) : folder_(folder) {}
+    /// `folder`: an open, empty folder. `share`: of the fetch that pays for the objects; null: nobody does.
+    explicit GitStaging(int folder, FetchShare* share = nullptr) : folder_(folder), share_(share) {}
 
-    /// Stores a whole object.   Errors: `unavailable` (disk), `too_large` (memory).
+    /// Takes an object's share of memory and disk before there is any of it.   Errors: as `FetchShare::take`.
+    result<> pay_for(GitObjectKind kind, std::uint64_t size);
+
+    /// The same for what is given back with `give_back_memory`.
+    result<> take_memory(std::uint64_t bytes);
+    void give_back_memory(std::uint64_t bytes) noexcept;
+
+    /// Stores a whole object, which was paid for.   Errors: `unavailable` (disk), `too_large` (memory).
     result<> put(GitObjectKind kind, core::GitObjectId const& id, std::string bytes);
 
     /// A commit, tree or tag; null when it never arrived.
@@ -41,6 +52,9 @@ public:
 
     /// Size of a blob that is there.
     std::uint64_t blob_size(core::GitObjectId const& id) const { return blobs_.at(id); }
+
+    /// Bytes of all objects in memory.
+    std::uint64_t memory() const noexcept { return memory_; }
 
     /// A blob's bytes.   Errors: `unavailable`.
     result<std::string> read_blob(core::GitObjectId const& id) const;
@@ -55,6 +69,7 @@ public:
 
 private:
     int folder_;
+    FetchShare* share_;
     FileDescriptor open_blob_;
     std::uint64_t memory_ = 0;
     std::unordered_map<core::GitObjectId, std::string, core::GitObjectIdHash> objects_;

@@ -33,10 +33,15 @@ struct Answer
     {
         beginning.append(bytes.substr(0, judged - std::min(judged, beginning.size())));
         progress.bytes_received += bytes.size();
+        FetchBytes price;
+        price.disk = bytes.size();
+        if (auto const taken = share.take(price); !taken)
+            return taken;
         return write_all(file, bytes);
     }
 
     int file;
+    FetchShare& share;
     FetchProgress& progress;
     std::string beginning{};
 };
@@ -45,7 +50,7 @@ struct Answer
 Failure explain(Failure const& failure, std::string const& host)
 {
     if (failure.code() == boost::asio::error::operation_aborted || failure == errc::unavailable ||
-        is_lack_of_room(failure))
+        is_lack_of_room(failure) || failure.detail().starts_with("The project "))
         return failure;
     return {failure.code(), concat("Failed to download project from ", host, ": ", failure.message(), ".")};
 }
@@ -55,13 +60,13 @@ Failure explain(Failure const& failure, std::string const& host)
 result<std::optional<FileDescriptor>> download_archive(CurlHttp& http, WebsiteProject const& project,
                                                        core::DownloadRequest const& request,
                                                        CurlLimits const& limits, int folder,
-                                                       FetchProgress& progress)
+                                                       FetchShare& share, FetchProgress& progress)
 {
     auto file = make_nameless_file(folder);
     if (!file)
         return file.error();
     progress.bytes_received = 0;
-    Answer answer{file->get(), progress};
+    Answer answer{file->get(), share, progress};
     CurlRequest question;
     question.peer = "the website";
     question.base = project.origin;

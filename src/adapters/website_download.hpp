@@ -2,6 +2,7 @@
 #pragma once
 
 #include "curl_http.hpp"
+#include "fetch_budget.hpp"
 #include "file_descriptor.hpp"
 
 #include "../core/website_plan.hpp"
@@ -15,7 +16,7 @@
 namespace webots_cloud::adapters {
 
 /// Sends the request and keeps the answer in a file of `folder` that has no name, and so is gone when it is
-/// closed. Blocks.
+/// closed. What it takes of the disk is taken from `share`. Blocks.
 ///
 /// Nothing: the user has changed nothing.
 /// Errors: `refused` (by the website), `unreachable`, `timed_out`, `too_large`, `protocol_error`,
@@ -23,6 +24,6 @@ namespace webots_cloud::adapters {
 result<std::optional<FileDescriptor>> download_archive(CurlHttp& http, WebsiteProject const& project,
                                                        core::DownloadRequest const& request,
                                                        CurlLimits const& limits, int folder,
-                                                       FetchProgress& progress);
+                                                       FetchShare& share, FetchProgress& progress);
 
 } // namespace webots_cloud::adapters

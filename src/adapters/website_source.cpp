@@ -30,6 +30,7 @@ using core::concat;
 constexpr std::size_t threads = 4; // for work on this machine, and as many for each website
 constexpr mode_t runnable = 0775;
 constexpr std::size_t longest_key = 4096;
+constexpr std::uint64_t memory_of_download = std::uint64_t{2} << 20; // buffers of libcurl and libarchive
 
 /// The key for a host, which is a safe file name; empty when there is none.
 result<std::string> read_key(fs::path const& keys, std::string const& host)
@@ -69,7 +70,8 @@ public:
     Making(adapters::CurlHttp& http, WebsiteSourceParams const& params, core::WebsitePlan const& plan,
            FetchOrder const& order, std::atomic<bool> const& aborted)
         : http_(http), params_(params), plan_(plan), order_(order), project_(*order.website),
-          aborted_(aborted), deadline_(std::chrono::steady_clock::now() + order.limits.timeout)
+          aborted_(aborted), deadline_(std::chrono::steady_clock::now() + order.limits.timeout),
+          share_(params.budget, how_it_waits())
     {}
 
     result<FetchedProject> run()
@@ -88,6 +90,20 @@ public:
     }
 
 private:
+    adapters::FetchShare::Waiting how_it_waits()
+    {
+        adapters::FetchShare::Waiting waiting;
+        waiting.interrupt = [this]() -> result<> {
+            if (aborted_.load(std::memory_order_relaxed))
+                return Failure(asio::error::operation_aborted);
+            if (std::chrono::steady_clock::now() > deadline_)
+                return Failure(errc::timed_out, "The project took too long to unpack.");
+            return {};
+        };
+        waiting.tell = [progress = order_.progress.get()](bool waits) { progress->waiting = waits; };
+        return waiting;
+    }
+
     result<> copy_template()
     {
         auto const from = params_.projects / plan_.project;
@@ -105,6 +121,10 @@ private:
     /// True when the website had something for this user.
     result<bool> lay_over()
     {
+        FetchBytes price;
+        price.memory = memory_of_download;
+        if (auto const taken = share_.take(price); !taken)
+            return taken.error();
         auto const root = adapters::open_folder(AT_FDCWD, order_.directory.c_str());
         if (!root)
             return root.error();
@@ -115,7 +135,7 @@ private:
         limits.low_speed = params_.low_speed;
         limits.low_speed_time = params_.low_speed_time;
         auto const archive = adapters::download_archive(http_, project_, *plan_.download, limits, root->get(),
-                                                        *order_.progress);
+                                                        share_, *order_.progress);
         if (!archive)
             return archive.error();
         if (!*archive)
@@ -123,6 +143,7 @@ private:
         adapters::UnpackLimits unpacked;
         unpacked.entries = order_.limits.files;
         unpacked.bytes = order_.limits.bytes;
+        unpacked.share = &share_;
         if (auto const done = adapters::unpack_zip((*archive)->get(), root->get(), unpacked, aborted_); !done)
             return done.error();
         if (auto const done = make_runnable(order_.directory); !done)
@@ -164,13 +185,21 @@ private:
     WebsiteProject const& project_;
     std::atomic<bool> const& aborted_;
     TimePoint deadline_;
+    adapters::FetchShare share_;
 };
+
+WebsiteSourceParams with_budget(WebsiteSourceParams params)
+{
+    if (!params.budget)
+        params.budget = make_fetch_budget();
+    return params;
+}
 
 class WebsiteSource final : public ProjectSource
 {
 public:
     WebsiteSource(WebsiteSourceParams params, Logger log)
-        : params_(std::move(params)), log_(std::move(log)),
+        : params_(with_budget(std::move(params))), log_(std::move(log)),
           local_(threads, adapters::BlockingPool::Priority::background)
     {}
 

@@ -103,9 +103,6 @@ public:
                 return {};
             if (outcome != ARCHIVE_OK)
                 return bad_zip(reader_);
-            if (++entries_ > limits_.entries)
-                return Failure(errc::too_large, concat("The project has more than ",
-                                                       std::to_string(limits_.entries), " files."));
             if (auto const added = add(entry); !added)
                 return added;
         }
@@ -126,6 +123,8 @@ private:
         if (!folder)
             return folder.error();
         bool const is_folder = archive_entry_filetype(entry) == AE_IFDIR;
+        if (auto const counted = count(*path); !counted)
+            return counted;
         if (!is_folder && !seen_.insert(*path).second)
             return refuse("two files with one name", *path);
         return is_folder ? make(*folder, file_name(*path), *path) : write(*folder, file_name(*path), *path);
@@ -150,6 +149,19 @@ private:
         return {};
     }
 
+    /// One more file or folder, with what it takes however small it is.
+    result<> count(std::string_view path)
+    {
+        constexpr std::uint64_t remembered = 128;
+        if (++entries_ > limits_.entries)
+            return Failure(errc::too_large,
+                           concat("The project has more than ", std::to_string(limits_.entries), " files."));
+        FetchBytes price;
+        price.memory = remembered + path.size();
+        price.disk = bytes_on_disk(0);
+        return limits_.share ? limits_.share->take(price) : result<>();
+    }
+
     Failure too_large() const
     {
         if (most_bytes_ < limits_.bytes)
@@ -164,8 +176,11 @@ private:
     {
         for (auto slash = path.find('/'); slash != std::string::npos; slash = path.find('/', slash + 1)) {
             auto const folder = path.substr(0, slash);
-            if (!folders_.insert(folder).second)
+            if (folders_.count(folder) > 0)
                 continue;
+            if (auto const counted = count(folder); !counted)
+                return counted;
+            folders_.insert(folder);
             auto const parent = walk_.parent_of(folder);
             if (!parent)
                 return parent.error();
@@ -207,10 +222,19 @@ private:
                 return too_large();
             if (aborted_.load(std::memory_order_relaxed))
                 return Failure(boost::asio::error::operation_aborted);
+            if (auto const paid = pay(static_cast<std::uint64_t>(count)); !paid)
+                return paid;
             auto const text = std::string_view(buffer_.data(), static_cast<std::size_t>(count));
             if (auto const written = write_all(file.get(), text); !written)
                 return written;
         }
+    }
+
+    result<> pay(std::uint64_t bytes)
+    {
+        FetchBytes price;
+        price.disk = bytes;
+        return limits_.share ? limits_.share->take(price) : result<>();
     }
 
     archive* reader_;
@@ -238,6 +262,15 @@ result<> unpack_zip(int file, int root, UnpackLimits const& limits, std::atomic<
         return tail.error();
     if (auto const checked = core::check_zip_directory(*tail, size, limits.entries); !checked)
         return checked;
+
+    // A reader takes the list of all entries into memory, and several times as much as the list is long.
+    constexpr std::uint64_t growth = 8;
+    constexpr std::uint64_t most_of_list = std::uint64_t{24} << 20;
+    FetchBytes list;
+    list.memory = std::min(growth * size, most_of_list);
+    if (limits.share)
+        if (auto const taken = limits.share->take(list); !taken)
+            return taken;
 
     Utf8Locale const locale;
     std::unique_ptr<archive, FreeArchive> const reader(archive_read_new());

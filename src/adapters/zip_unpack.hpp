@@ -1,6 +1,8 @@
 // Unpacks zip files that strangers have made, with libarchive.
 #pragma once
 
+#include "fetch_budget.hpp"
+
 #include <webots_cloud/error.hpp>
 
 #include <atomic>
@@ -10,12 +12,14 @@ namespace webots_cloud::adapters {
 
 struct UnpackLimits
 {
-    std::uint32_t entries = 50'000;
+    std::uint32_t entries = 50'000; ///< With the folders that entries are in, whether or not they are named.
     std::uint64_t bytes = std::uint64_t{2} << 30; ///< Unpacked.
     /// Unpacked bytes for each byte of the archive. Texts of worlds shrink to a twentieth, a bomb to a
     /// thousandth.
     std::uint64_t growth = 200;
     std::uint64_t free_growth = std::uint64_t{64} << 20; ///< Unpacked bytes that are no bomb in any case.
+    FetchShare* share =
+        nullptr; ///< Pays for memory and disk; null: nobody does.   Lifetime: outlives the call.
 };
 
 /// Unpacks the zip in the open file `archive`, from its beginning, into the open folder `root`, over what is

@@ -176,7 +176,7 @@ result<core::SimulatorChoice> choose_simulator(SimulationConfig const& config, f
 struct Sources
 {
     Sources(asio::any_io_executor const& executor, SimulationConfig const& config, fs::path const& instances,
-            Logger const& log)
+            std::shared_ptr<FetchBudget> const& budget, Logger const& log)
     {
         for (auto const& forge : config.forges) {
             if (!forge.directory.empty()) {
@@ -189,6 +189,7 @@ struct Sources
                 params.cache = cache_folder(config);
                 params.cache_bytes = config.cache_bytes;
                 params.instances = instances;
+                params.budget = budget;
                 git = make_git_source(executor, params, log);
             }
             forges.emplace_back(forge.url, *git);
@@ -200,9 +201,11 @@ struct Sources
     std::vector<Forge> forges;
 };
 
-WebsiteSourceParams website_params(SimulationConfig const& config, fs::path const& simulator)
+WebsiteSourceParams website_params(SimulationConfig const& config, fs::path const& simulator,
+                                   std::shared_ptr<FetchBudget> budget)
 {
     WebsiteSourceParams params;
+    params.budget = std::move(budget);
     params.keys = config.key_dir;
     params.projects = config.projects_dir;
     if (params.projects.empty())
@@ -334,7 +337,8 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
 
     auto const clock = make_steady_clock(executor);
     auto const metrics = make_host_metrics();
-    Sources sources(executor, config, instances, log);
+    auto const budget = make_fetch_budget(config.fetch_memory, config.fetch_disk);
+    Sources sources(executor, config, instances, budget, log);
     auto const guard = programs / "webots-process-guard";
     auto const read_only = read_only_folders(config);
     auto const processes = make_process_host(executor, guard, read_only);
@@ -342,7 +346,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     fetching.instances = instances;
     std::unique_ptr<ProjectSource> websites; // whose pages know nothing of containers
     if (!config.docker)
-        websites = make_website_source(executor, website_params(config, choice->program), log);
+        websites = make_website_source(executor, website_params(config, choice->program, budget), log);
     ProjectFetcher fetcher(fetching, sources.forges, log, websites.get());
     std::unique_ptr<TextFiles> files;
     std::unique_ptr<DockerMode> docker;

@@ -364,6 +364,17 @@ void make_printable(std::vector<std::string>& warnings)
         warning = core::printable(warning, longest_warning);
 }
 
+void read_fetch_budget(ConfigReader& reader, SimulationConfig& config)
+{
+    constexpr double least_megabytes = 192; // less, and not even a small project could be fetched
+    double megabytes = static_cast<double>(config.fetch_memory >> 20);
+    reader.read_number("fetchMemory", megabytes, least_megabytes, 1'000'000);
+    config.fetch_memory = static_cast<std::uint64_t>(megabytes * (1 << 20));
+    double gigabytes = static_cast<double>(config.fetch_disk >> 30);
+    reader.read_number("fetchDisk", gigabytes, 0.1, 100'000);
+    config.fetch_disk = static_cast<std::uint64_t>(gigabytes * (1 << 30));
+}
+
 void read_docker(ConfigReader& reader, fs::path const& folder, DockerConfig& docker)
 {
     reader.read("dockerDir", docker.directory);
@@ -442,6 +453,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     reader->read_number("cacheSize", gigabytes, 0.1, 100'000);
     config.cache_bytes = static_cast<std::uint64_t>(gigabytes * (1 << 30));
     reader->read("stateDir", config.state_dir);
+    read_fetch_budget(*reader, config);
     reader->read("webotsHome", config.webots_home);
     reader->read("display", config.display);
     reader->read_integer("maxConnections", config.max_connections, 1, 10'000);

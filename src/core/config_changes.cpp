@@ -64,6 +64,8 @@ std::vector<std::string_view> keys_for_restart(SimulationConfig const& running, 
     changes.compare("notify", running.notify, next.notify);
     changes.compare("cacheSize", running.cache_bytes, next.cache_bytes);
     changes.compare("stateDir", running.state_dir, next.state_dir);
+    changes.compare("fetchMemory", running.fetch_memory, next.fetch_memory);
+    changes.compare("fetchDisk", running.fetch_disk, next.fetch_disk);
     changes.compare("webotsHome", running.webots_home, next.webots_home);
     changes.compare("display", running.display, next.display);
     changes.compare("maxConnections", running.max_connections, next.max_connections);

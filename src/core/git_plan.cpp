@@ -32,16 +32,18 @@ public:
         auto const entries = read_tree(tree, lookup_);
         if (!entries)
             return entries.error();
+        // Also what is left out: folders that hold nothing else may be shown again and again. All at once,
+        // before their own folders are read: what was read of those above is still in memory.
+        entries_ += entries->size();
+        if (entries_ > limits_.items)
+            return Failure(errc::too_large,
+                           concat("The project has more than ", std::to_string(limits_.items), " files."));
         std::unordered_set<std::string_view> names;
         for (auto const& entry : *entries) {
             if (!is_safe_file_name(entry.name) || !names.insert(entry.name).second)
                 return Failure(errc::protocol_error,
                                concat("The project has a file with a forbidden name: \"",
                                       printable(entry.name, 100), "\"."));
-            // Also what is left out: folders that hold nothing else may be shown again and again.
-            if (++entries_ > limits_.items)
-                return Failure(errc::too_large, concat("The project has more than ",
-                                                       std::to_string(limits_.items), " files."));
             if (entry.kind == Kind::submodule)
                 continue;
             if (auto const added = add(entry, path, depth); !added)
@@ -61,12 +63,16 @@ private:
         item.id = entry.id;
         if (item.path.size() > limits_.path_length)
             return Failure(errc::too_large, "The project has a file whose path is too long.");
+        path_bytes_ += item.path.size();
+        if (path_bytes_ > limits_.path_bytes)
+            return Failure(errc::too_large, "The project has too many files with long paths.");
         items.push_back(item);
         return entry.kind == Kind::folder ? add_folder(entry.id, item.path, depth + 1) : result<>();
     }
 
     GitPlanLimits limits_;
-    std::uint32_t entries_ = 0;
+    std::size_t entries_ = 0;
+    std::size_t path_bytes_ = 0;
     GitTreeLookup const& lookup_;
 };
 

@@ -30,6 +30,7 @@ struct GitPlanLimits
 {
     std::uint32_t items = 50'000; ///< Submodules count too.
     std::size_t path_length = 1024;
+    std::size_t path_bytes = std::size_t{16} << 20; ///< Of all paths together.
     std::size_t depth = 64;
 };
 

@@ -133,8 +133,8 @@ bool begins_with(Segments const& all, Segments const& beginning, Same same)
            std::equal(beginning.begin(), beginning.end(), all.begin(), same);
 }
 
-/// What is left of a rule's segments after those of the forge; nothing: it is about something else. A rule that
-/// names the forge, or what the forge is on, leaves none.
+/// What is left of a rule's segments after those of the forge; nothing: it is about something else. A rule
+/// that names the forge, or what the forge is on, leaves none.
 std::optional<Segments> segments_on_forge(Location const& rule, Location const& forge, Same same)
 {
     if (begins_with(forge.path, rule.path, same))
@@ -150,8 +150,8 @@ std::optional<Segments> segments_on_forge(Location const& rule, Location const& 
 /// Forges that are known to take `Owner/Repository` and `owner/repository` for the same.
 bool ignores_case(Location const& forge)
 {
-    constexpr std::array<std::string_view, 5> known{"github.com", "gitlab.com", "bitbucket.org", "codeberg.org",
-                                                    "gitee.com"};
+    constexpr std::array<std::string_view, 5> known{"github.com", "gitlab.com", "bitbucket.org",
+                                                    "codeberg.org", "gitee.com"};
     return forge.path.empty() && std::find(known.begin(), known.end(), forge.host) != known.end();
 }
 
@@ -192,8 +192,8 @@ bool blocks_ref(Segments const& rule, Segments const& world)
                                      git_object_id(brief_rule.front()) && git_object_id(brief_world.front());
         return !both_are_hashes || begins_with(brief_world, brief_rule, same_without_case);
     }
-    return begins_with(brief_world, brief_rule, same_exactly) || begins_with(world, brief_rule, same_exactly) ||
-           begins_with(brief_world, rule, same_exactly);
+    return begins_with(brief_world, brief_rule, same_exactly) ||
+           begins_with(world, brief_rule, same_exactly) || begins_with(brief_world, rule, same_exactly);
 }
 
 Segments from(Segments const& segments, std::size_t first)
@@ -201,13 +201,69 @@ Segments from(Segments const& segments, std::size_t first)
     return {segments.begin() + static_cast<std::ptrdiff_t>(std::min(first, segments.size())), segments.end()};
 }
 
-using Covers = bool (*)(std::string_view rule, std::string_view url, std::string_view forge);
-
-bool any_covers(std::vector<std::string> const& rules, std::string_view url, std::string_view forge,
-                Covers covers)
+/// What rules are compared with.
+struct World
 {
-    return std::any_of(rules.begin(), rules.end(),
-                       [&](std::string const& rule) { return covers(rule, url, forge); });
+    World(std::string_view url, std::string_view forge)
+        : place(location_of(forge)), segments(segments_of_world(url, forge))
+    {}
+
+    Location place; ///< Of the forge.
+    Segments segments;
+};
+
+bool rule_allows(std::string_view rule, World const& world)
+{
+    auto const named = location_of_rule(rule);
+    if (!named)
+        return false;
+    if (is_scheme_of(*named, world.place))
+        return true;
+    if (named->scheme != world.place.scheme || named->host != world.place.host)
+        return false;
+    auto const wanted = segments_on_forge(*named, world.place, same_exactly);
+    auto const& found = world.segments;
+    if (!wanted || wanted->size() > found.size())
+        return false;
+    auto const same_name = ignores_case(world.place) ? same_without_case : same_exactly;
+    for (std::size_t i = 0; i < wanted->size(); ++i) {
+        auto const& mine = (*wanted)[i];
+        auto const same = i < kind_at    ? same_name(mine, found[i])
+                          : i == kind_at ? is_kind(mine) && is_kind(found[i])
+                                         : mine == found[i];
+        if (!same)
+            return false;
+    }
+    return true;
+}
+
+bool rule_blocks(std::string_view rule, World const& world)
+{
+    auto const named = location_of_rule(rule);
+    if (!named)
+        return false;
+    if (is_scheme_of(*named, world.place))
+        return true;
+    if (without_www(named->host) != without_www(world.place.host))
+        return false;
+    auto const wanted = segments_on_forge(*named, world.place, same_without_case);
+    auto const& found = world.segments;
+    if (!wanted)
+        return false;
+    auto const names = std::min(wanted->size(), kind_at);
+    if (found.size() < names ||
+        !std::equal(wanted->begin(), wanted->begin() + static_cast<std::ptrdiff_t>(names), found.begin(),
+                    same_without_case))
+        return false;
+    // Whatever page of the forge the rule was copied from: /blob/, /tree/, /commits/, /-/tree/.
+    auto const dash = wanted->size() > kind_at && (*wanted)[kind_at] == "-" ? 1u : 0u;
+    auto const ref = from(*wanted, ref_at + dash);
+    if (ref.empty())
+        return true;
+    auto const is_git = world.place.scheme == "http" || world.place.scheme == "https";
+    if (!is_git) // a plain folder is the same, whatever its branch is called
+        return begins_with(from(found, ref_at + 1), from(ref, 1), same_exactly);
+    return blocks_ref(ref, from(found, ref_at));
 }
 
 } // namespace
@@ -222,58 +278,12 @@ std::string_view without_dot_git(std::string_view name) noexcept
 
 bool allows(std::string_view rule, std::string_view url, std::string_view forge)
 {
-    auto const named = location_of_rule(rule);
-    auto const place = location_of(forge);
-    if (!named)
-        return false;
-    if (is_scheme_of(*named, place))
-        return true;
-    if (named->scheme != place.scheme || named->host != place.host)
-        return false;
-    auto const wanted = segments_on_forge(*named, place, same_exactly);
-    auto const found = segments_of_world(url, forge);
-    if (!wanted || wanted->size() > found.size())
-        return false;
-    auto const same_name = ignores_case(place) ? same_without_case : same_exactly;
-    for (std::size_t i = 0; i < wanted->size(); ++i) {
-        auto const& mine = (*wanted)[i];
-        auto const same = i < kind_at    ? same_name(mine, found[i])
-                          : i == kind_at ? is_kind(mine) && is_kind(found[i])
-                                         : mine == found[i];
-        if (!same)
-            return false;
-    }
-    return true;
+    return rule_allows(rule, World(url, forge));
 }
 
 bool blocks(std::string_view rule, std::string_view url, std::string_view forge)
 {
-    auto const named = location_of_rule(rule);
-    auto const place = location_of(forge);
-    if (!named)
-        return false;
-    if (is_scheme_of(*named, place))
-        return true;
-    if (without_www(named->host) != without_www(place.host))
-        return false;
-    auto const wanted = segments_on_forge(*named, place, same_without_case);
-    auto const found = segments_of_world(url, forge);
-    if (!wanted)
-        return false;
-    auto const names = std::min(wanted->size(), kind_at);
-    if (found.size() < names ||
-        !std::equal(wanted->begin(), wanted->begin() + static_cast<std::ptrdiff_t>(names), found.begin(),
-                    same_without_case))
-        return false;
-    // Whatever page of the forge the rule was copied from: /blob/, /tree/, /commits/, /-/tree/.
-    auto const dash = wanted->size() > kind_at && (*wanted)[kind_at] == "-" ? 1u : 0u;
-    auto const ref = from(*wanted, ref_at + dash);
-    if (ref.empty())
-        return true;
-    auto const is_git = place.scheme == "http" || place.scheme == "https";
-    if (!is_git) // a plain folder is the same, whatever its branch is called
-        return begins_with(from(found, ref_at + 1), from(ref, 1), same_exactly);
-    return blocks_ref(ref, from(found, ref_at));
+    return rule_blocks(rule, World(url, forge));
 }
 
 bool is_on_forge(std::string_view rule, std::string_view forge)
@@ -289,15 +299,22 @@ bool is_on_forge(std::string_view rule, std::string_view forge)
 std::optional<std::string> refusal(RepositoryPolicy const& policy, std::string_view url,
                                    std::string_view forge, double load)
 {
-    if (any_covers(policy.allowed, url, forge, allows))
+    World const world(url, forge);
+    auto const& allowed = policy.allowed;
+    if (std::any_of(allowed.begin(), allowed.end(),
+                    [&](auto const& rule) { return rule_allows(rule, world); }))
         return std::nullopt;
     if (!policy.docker)
-        return "Docker not enabled: cannot host simulations from repositories outside of \"allowedRepositories\".";
+        return "Docker not enabled: cannot host simulations from repositories outside of "
+               "\"allowedRepositories\".";
     if (policy.share_idle_time == 0)
         return "This simulation server is not configured to share idle time.";
     if (load > policy.share_idle_time)
-        return concat("Cannot share idle time when current load is above threshold: ", python_float(load), ".");
-    if (any_covers(policy.blocked, url, forge, blocks))
+        return concat("Cannot share idle time when current load is above threshold: ", python_float(load),
+                      ".");
+    auto const& blocked = policy.blocked;
+    if (std::any_of(blocked.begin(), blocked.end(),
+                    [&](auto const& rule) { return rule_blocks(rule, world); }))
         return concat("Cannot run simulation from blocked repository: ", url);
     return std::nullopt;
 }

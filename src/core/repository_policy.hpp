@@ -15,23 +15,25 @@ struct RepositoryPolicy
 
     std::vector<std::string> allowed; ///< URL prefixes that are always accepted.
     std::vector<std::string> blocked; ///< URL prefixes that are refused when idle time is shared.
-    double share_idle_time = 50;      ///< Percent: the highest load at which other repositories are accepted; 0: never.
-    bool docker = false;              ///< Simulations run in containers; without, strangers' projects are never run.
+    double share_idle_time =
+        50;              ///< Percent: the highest load at which other repositories are accepted; 0: never.
+    bool docker = false; ///< Simulations run in containers; without, strangers' projects are never run.
 };
 
 // A rule is a URL prefix, compared by segments, so `https://github.com/cyberbotics` does not cover
 // `https://github.com/cyberbotics-evil`. Rule and world are brought into one form first: percent-encodings
 // decoded, host in lower case and without its usual port, no empty and dot segments, no `.git` after the
-// repository, no query and fragment; `blob` and `tree` are the same. A world is what `parse_world_url` makes of
-// it, which is what will be fetched. `url` is on `forge`, which says where its owner stands.
+// repository, no query and fragment; `blob` and `tree` are the same. A world is what `parse_world_url` makes
+// of it, which is what will be fetched. `url` is on `forge`, which says where its owner stands.
 
-/// True when `rule` certainly names the world or something that contains it. Owner and repository are compared
-/// without case only on forges that are known to ignore it.
+/// True when `rule` certainly names the world or something that contains it. Owner and repository are
+/// compared without case only on forges that are known to ignore it.
 bool allows(std::string_view rule, std::string_view url, std::string_view forge);
 
-/// True when `rule` possibly names the world or something that contains it: owner and repository without case,
-/// whatever the scheme, `refs/heads/x` and `refs/tags/x` as `x`. A commit that is asked for by its hash, and
-/// `HEAD`, may be on any branch: a rule with a branch blocks them, and a rule with a hash every branch.
+/// True when `rule` possibly names the world or something that contains it: owner and repository without
+/// case, whatever the scheme, `refs/heads/x` and `refs/tags/x` as `x`. A commit that is asked for by its
+/// hash, and `HEAD`, may be on any branch: a rule with a branch blocks them, and a rule with a hash every
+/// branch.
 bool blocks(std::string_view rule, std::string_view url, std::string_view forge);
 
 /// True when a rule could be about worlds of this forge.

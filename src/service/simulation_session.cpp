@@ -39,6 +39,8 @@ std::string progress_text(FetchProgress const& progress)
     auto const received = progress.objects_received.load();
     auto const tenths = progress.bytes_received.load() / 100'000;
     auto const megabytes = concat(std::to_string(tenths / 10), ".", std::to_string(tenths % 10), " MB");
+    if (progress.waiting)
+        return concat("Waiting for other projects to be fetched (", megabytes, ")");
     if (total == 0)
         return concat("Receiving objects (", megabytes, ")");
     return concat("Receiving objects ", std::to_string(std::uint64_t{100} * received / total), "% (",

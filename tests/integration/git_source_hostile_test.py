@@ -15,6 +15,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."
 from support.git_case import GitCase, main  # noqa: E402
 from support.git_probe import HEADER, WORLD, tree  # noqa: E402
 from support.git_server import GitServer  # noqa: E402
+from support.hostile_peer import HostileGitServer, pack_of_deltas, pack_of_folders, pack_of_waiting_deltas  # noqa: E402
 
 WORLDS = "worlds/a.wbt"
 FORBIDDEN = "The project has a file with a forbidden name: "
@@ -332,6 +333,38 @@ class HostileServerTest(GitCase):
             headers = {"Content-Length": str(1 << 40), "Location": "http://elsewhere.test/"}
             self.assertIn(words, self.error("--timeout", "60000", refs=(status, headers, b"")))
             self.assertLess(self.http.written, 50_000_000, "what fits into buffers on the way")
+
+    def test_headers_and_trailers_without_end_are_refused(self):
+        hostile = HostileGitServer({})
+        self.addCleanup(hostile.close)
+        self.fetch_from(hostile.url)
+        for attack in ("headers", "interim", "trailers"):
+            for name in (attack, f"pack-{attack}"):
+                with self.subTest(name):
+                    answer = self.probe.fetch(f"evil/{name}/blob/main/{WORLDS}")
+                    self.assertEqual(answer["error"], f"{hostile.url}: the answer of the git server has more than 256 kB of headers.")
+
+    def test_what_a_pack_becomes_is_paid_for_before_it_is_there(self):
+        memory = ("--memory", str(200 << 20))
+        for make in (pack_of_deltas, pack_of_folders, pack_of_waiting_deltas):
+            with self.subTest(make.__name__):
+                self.assertEqual(self.error(*memory, fetch=make()),
+                                 "The project needs more memory than this server has for all that it fetches (200 MB). "
+                                 "Its operator can raise \"fetchMemory\".")
+                self.assertEqual(self.left_in_cache(), [])
+
+    def test_each_file_takes_a_block_of_the_disk(self):
+        message = self.error("--disk", str(20 << 20), fetch=packed(pack([(3, 4, struct.pack(">I", i), b"") for i in range(6000)])))
+        self.assertEqual(message, "The project needs more room than this server has for all that it fetches (20 MB). "
+                                  "Its operator can raise \"fetchDisk\".")
+        self.assertEqual(self.left_in_cache(), [])
+
+    def test_fetches_that_do_not_fit_together_wait_for_each_other(self):
+        fetch = pack_of_folders(100 << 20)
+        self.http.script = {"refs": REFS, "fetch": fetch}
+        worlds = [f"evil/r{i}/blob/main/{WORLDS}" for i in range(6)]
+        for answer in self.probe.fetch_all(worlds, "--together", "--memory", str(256 << 20)):
+            self.assertIn("left out the commit", answer["error"])
 
     def cut(self, body):
         """The answer of a connection that breaks in the middle."""

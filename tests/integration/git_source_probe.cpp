@@ -5,6 +5,7 @@
 //
 //     --fastest             in the fastest way that the folder allows; else by copying
 //     --bytes N, --files N, --timeout MS, --cache-bytes N, --low-speed BYTES MS, --patience MS
+//     --memory N, --disk N  what all of it may take together, in bytes
 //     --together            all worlds at once instead of one after the other
 //     --discard             remove each project again
 //     --cancel-after MS     cancel everything then
@@ -53,6 +54,8 @@ Options parse(int argc, char** argv)
 {
     Options options;
     bool fastest = false;
+    std::uint64_t memory = std::uint64_t{1} << 30;
+    std::uint64_t disk = std::uint64_t{8} << 30;
     for (int i = 1; i < argc; ++i) {
         std::string const word = argv[i];
         auto const next = [&] { return std::string(argv[++i]); };
@@ -67,6 +70,10 @@ Options parse(int argc, char** argv)
             options.source.low_speed_time = std::chrono::milliseconds(std::stol(next()));
         } else if (word == "--patience")
             options.source.patience = std::chrono::milliseconds(std::stol(next()));
+        else if (word == "--memory")
+            memory = std::stoull(next());
+        else if (word == "--disk")
+            disk = std::stoull(next());
         else if (word == "--forge")
             options.forges.push_back(next());
         else if (word == "--into")
@@ -90,6 +97,7 @@ Options parse(int argc, char** argv)
     }
     if (fastest)
         options.source.instances = options.into;
+    options.source.budget = make_fetch_budget(memory, disk);
     return options;
 }
 

@@ -428,6 +428,13 @@ class HostileArchives(WebsiteTest):
                 archive.writestr(f"{i:x}", b"")
         self.assertEqual(await self.fails(content.getvalue()), "The project has more than 50000 files.")
 
+    async def test_folders_count_that_the_archive_does_not_name(self):
+        content = io.BytesIO()
+        with zipfile.ZipFile(content, "w", zipfile.ZIP_STORED) as archive:
+            for i in range(5000):  # files, in 11 folders each
+                archive.writestr(f"{i:x}/" + "d/" * 10 + "f", b"")
+        self.assertEqual(await self.fails(content.getvalue()), "The project has more than 50000 files.")
+
     async def test_archives_that_are_damaged(self):
         good = raw_zip(entry("worlds/arena.wbt", WORLD.encode()), entry("noise", os.urandom(10_000)))
         for what, content in (("nothing", b""), ("text", b"hello"), ("truncated", good[:-30]), ("half", good[:len(good) // 2]),

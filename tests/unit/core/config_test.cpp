@@ -377,6 +377,8 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
         {R"("reconnectGrace":1.5)", [](auto const& c) { return c.reconnect_grace == std::chrono::milliseconds(1500); }},
         {R"("simulationLogDays":0.5)", [](auto const& c) { return c.simulation_log_keep == std::chrono::hours(12); }},
         {R"("loadFormula":"reference")", [](auto const& c) { return !c.strict_load; }},
+        {R"("fetchMemory":256)", [](auto const& c) { return c.fetch_memory == std::uint64_t{256} << 20; }},
+        {R"("fetchDisk":0.5)", [](auto const& c) { return c.fetch_disk == std::uint64_t{512} << 20; }},
         {R"("cacheSize":1)", [](auto const& c) { return c.cache_bytes == std::uint64_t{1} << 30; }},
         {R"("connectionsPerAddress":3)", [](auto const& c) { return c.network.connections_per_address == 3; }},
         {R"("simulationsPerAddress":7)", [](auto const& c) { return c.simulations_per_address == 7; }},

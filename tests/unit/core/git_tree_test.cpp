@@ -173,6 +173,39 @@ BOOST_AUTO_TEST_CASE(folders_of_nothing_but_submodules_end_at_the_limit_too)
     BOOST_TEST(repository.plan(1, limits).starts_with("d:f0 d:f1 "));
 }
 
+// Entries of all folders on the way are in memory at once.
+BOOST_AUTO_TEST_CASE(a_folder_counts_as_a_whole_before_its_own_folders_are_looked_into)
+{
+    Repository repository;
+    repository.trees[id(1)] = entry("40000", "a", 2);
+    for (int i = 0; i < 1000; ++i)
+        repository.trees[id(1)] += entry("100644", "f" + std::to_string(i), 3);
+    GitPlanLimits limits;
+    limits.items = 1000;
+    BOOST_TEST(repository.plan(1, limits) == "The project has more than 1000 files.");
+}
+
+BOOST_AUTO_TEST_CASE(a_folder_without_end_and_a_name_without_end_are_refused)
+{
+    std::string tree;
+    for (int i = 0; i < 100'000; ++i)
+        tree += entry("100644", "f" + std::to_string(i), 3);
+    BOOST_TEST(parse_git_tree(tree).value().size() == 100'000u);
+    tree += entry("100644", "one more", 3);
+    BOOST_TEST(parse_git_tree(tree).error().message() == "The repository has a folder with too many files.");
+    BOOST_TEST((parse_git_tree(entry("100644", std::string(5000, 'x'), 1)).error() == errc::protocol_error));
+}
+
+BOOST_AUTO_TEST_CASE(all_paths_together_are_limited)
+{
+    Repository repository;
+    for (int i = 0; i < 100; ++i)
+        repository.trees[id(1)] += entry("100644", std::string(200, 'x') + std::to_string(i), 3);
+    GitPlanLimits limits;
+    limits.path_bytes = 20'000;
+    BOOST_TEST(repository.plan(1, limits) == "The project has too many files with long paths.");
+}
+
 BOOST_AUTO_TEST_CASE(depth_and_length_of_paths_are_limited)
 {
     Repository repository;

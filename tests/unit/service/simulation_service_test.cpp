@@ -647,6 +647,18 @@ BOOST_AUTO_TEST_CASE(slow_fetches_show_their_progress_and_hold_up_no_other)
         fixture.leave(*browser);
 }
 
+BOOST_AUTO_TEST_CASE(who_waits_for_other_fetches_is_told_so)
+{
+    Fixture fixture;
+    fixture.source.delay = 2s;
+    fixture.source.waits = true;
+    auto& browser = fixture.start();
+    fixture.world.advance(600ms);
+    BOOST_TEST(browser.sent == (Texts{"loading: Waiting for other projects to be fetched (12.3 MB)"}),
+               boost::test_tools::per_element());
+    fixture.leave(browser);
+}
+
 // Protocol 4.2, 13.
 BOOST_AUTO_TEST_CASE(load_is_a_bare_float_and_json_for_those_who_ask)
 {
