@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <fcntl.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -17,6 +19,10 @@ using asio::ip::tcp;
 using core::concat;
 
 namespace {
+
+// What the kernel takes of an answer before its turn to be sent. Without a limit it is some hundred kilobytes
+// for each client that does not read, which would look as if the answer had been taken.
+constexpr int most_unsent = 16 * 1024;
 
 int take_descriptor()
 {
@@ -35,6 +41,9 @@ result<> Acceptor::open(tcp::endpoint const& where)
         acceptor_.set_option(asio::ip::v6_only(false), error);
     if (!error)
         acceptor_.bind(where, error);
+    if (!error) // what is accepted inherits it; a kernel that does not know it takes more
+        (void)::setsockopt(acceptor_.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &most_unsent,
+                           sizeof most_unsent);
     if (!error)
         acceptor_.listen(asio::socket_base::max_listen_connections, error);
     if (!error)

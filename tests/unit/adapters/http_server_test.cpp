@@ -306,6 +306,19 @@ BOOST_AUTO_TEST_CASE(who_does_not_take_a_shared_body_holds_no_copy_and_is_cut_in
     BOOST_TEST(slow.read_all().size() < 64'000'000u);
 }
 
+BOOST_AUTO_TEST_CASE(what_a_client_does_not_take_waits_with_us_and_not_in_the_kernel_where_no_deadline_is)
+{
+    HttpServerParams params;
+    params.write_timeout = std::chrono::seconds(1);
+    RunningServer server(params);
+    server.endpoint.shared =
+        std::make_shared<SharedBody const>(std::string(150'000, 'x')); // as a monitor page
+    Client slow(server, 4096);
+    slow.say("GET /shared HTTP/1.1\r\nHost: h\r\n\r\n");
+    BOOST_TEST(server.eventually_counts(&HttpServerStatistics::timed_out, 1));
+    BOOST_TEST(server.endpoint.shared.use_count() == 1);
+}
+
 // Protocol sections 2.2 and 4.1.
 BOOST_AUTO_TEST_CASE(a_handshake_is_taken_from_every_origin_and_negotiates_nothing)
 {

@@ -175,8 +175,12 @@ private:
 class Client
 {
 public:
-    explicit Client(RunningServer const& server) : socket_(context_)
+    /// With a `receive_buffer` the kernel takes but so much for a client that does not read.
+    explicit Client(RunningServer const& server, int receive_buffer = 0) : socket_(context_)
     {
+        socket_.open(boost::asio::ip::tcp::v4());
+        if (receive_buffer > 0)
+            socket_.set_option(boost::asio::socket_base::receive_buffer_size(receive_buffer));
         socket_.connect({boost::asio::ip::make_address("127.0.0.1"), server.port()});
         timeval const limit{patience.count(), 0};
         ::setsockopt(socket_.native_handle(), SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
