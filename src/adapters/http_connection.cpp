@@ -67,7 +67,8 @@ asio::awaitable<bool> HttpConnection::answer_requests()
 {
     for (;;) {
         auto const next = answer();
-        bool const may_wait = next == Next::request && !body_ && reader_.rest().size() > 0 && out_.size() < flush_size;
+        bool const may_wait =
+            next == Next::request && !body_ && reader_.rest().size() > 0 && out_.size() < flush_size;
         if (!may_wait) {
             bool sent = flush_at_once();
             if (!sent)

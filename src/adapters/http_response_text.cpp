@@ -40,7 +40,8 @@ void append_number(std::string& out, std::size_t number)
 constexpr std::size_t worth_compressing = 1024;
 constexpr std::size_t most_compressed = 512 * 1024;
 
-// A page of 150 kB takes 1.3 ms, once for all who ask; the usual level, 6, takes three times as long for a sixth less.
+// A page of 150 kB takes 1.3 ms, once for all who ask; the usual level, 6, takes three times as long for a
+// sixth less.
 constexpr int compression_level = 1;
 constexpr int gzip_window_bits = 15 + 16;
 
@@ -51,7 +52,8 @@ std::string compress(std::string const& text)
     if (deflateInit2(&stream, compression_level, Z_DEFLATED, gzip_window_bits, 8, Z_DEFAULT_STRATEGY) != Z_OK)
         return {};
     std::string out(deflateBound(&stream, static_cast<uLong>(text.size())), '\0');
-    stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(text.data())); // zlib's interface knows no const
+    stream.next_in =
+        reinterpret_cast<Bytef*>(const_cast<char*>(text.data())); // zlib's interface knows no const
     stream.avail_in = static_cast<uInt>(text.size());
     stream.next_out = reinterpret_cast<Bytef*>(out.data());
     stream.avail_out = static_cast<uInt>(out.size());
@@ -105,7 +107,8 @@ void append_response(std::string& out, HttpResponse const& response, bool keep_a
         out.append(response.body);
 }
 
-void append_shared_head(std::string& out, HttpResponse const& response, bool keep_alive, std::string_view body)
+void append_shared_head(std::string& out, HttpResponse const& response, bool keep_alive,
+                        std::string_view body)
 {
     if (body.data() == response.shared->text.data())
         return append_head(out, response, keep_alive, body.size());
@@ -116,7 +119,8 @@ void append_shared_head(std::string& out, HttpResponse const& response, bool kee
 
 std::string_view encoded(SharedBody const& body, std::string_view accept_encoding)
 {
-    if (body.text.size() < worth_compressing || body.text.size() > most_compressed || !takes_gzip(accept_encoding))
+    if (body.text.size() < worth_compressing || body.text.size() > most_compressed ||
+        !takes_gzip(accept_encoding))
         return body.text;
     if (body.gzip.empty())
         body.gzip = compress(body.text);

@@ -13,9 +13,11 @@ namespace webots_cloud::adapters {
 void append_response(std::string& out, HttpResponse const& response, bool keep_alive, bool with_body);
 
 /// The same of a response with a shared body, which is not appended: `body` is what will be sent of it.
-void append_shared_head(std::string& out, HttpResponse const& response, bool keep_alive, std::string_view body);
+void append_shared_head(std::string& out, HttpResponse const& response, bool keep_alive,
+                        std::string_view body);
 
-/// What is sent of a shared body to a client that says `accept_encoding`: the text, or the same compressed. A view into it.
+/// What is sent of a shared body to a client that says `accept_encoding`: the text, or the same compressed. A
+/// view into it.
 std::string_view encoded(SharedBody const& body, std::string_view accept_encoding);
 
 } // namespace webots_cloud::adapters

@@ -61,7 +61,8 @@ struct NameResolver::Question
 {
     explicit Question(asio::any_io_executor const& executor) : patience(executor) {}
 
-    std::optional<result<Addresses>> answer; ///< For those who ask now; a lookup that goes on may bring another one.
+    std::optional<result<Addresses>>
+        answer; ///< For those who ask now; a lookup that goes on may bring another one.
     std::vector<asio::steady_timer*>
         askers; ///< Each expires at its asker's deadline, and is cancelled by the answer.
     asio::steady_timer patience; ///< Expires when the lookup counts as slow.

@@ -36,22 +36,23 @@ struct NameResolverParams
 
     std::size_t threads = 64;      ///< For names that are answered soon, as far as anybody knows.
     std::size_t slow_threads = 16; ///< More of them, for names that were slow the last time.
-    /// A lookup that has taken so long is a slow one, and gives its place up to others, as long as there are not four times as
-    /// many threads in all.
+    /// A lookup that has taken so long is a slow one, and gives its place up to others, as long as there are
+    /// not four times as many threads in all.
     Duration slow_after = std::chrono::seconds(2);
     Duration first_pause = std::chrono::seconds(5); ///< Until a slow name is looked up again; doubles up to
     Duration longest_pause = std::chrono::minutes(1);
-    /// For so long the last addresses of a name serve when it is slow. A name that is said not to exist has none.
+    /// For so long the last addresses of a name serve when it is slow. A name that is said not to exist has
+    /// none.
     Duration memory = std::chrono::hours(1);
 };
 
 /// Looks names up, each on a thread of its own: a name whose servers do not answer delays no other.
 ///
-/// A name is looked up once at a time for all who ask; beyond the most threads, names wait for their turn. However many names
-/// hang, others wait for `slow_after` at most, and only the first time: a name that hung before waits for one of a few threads that are
-/// for such names alone, and is left alone in between. Whoever asks for it meanwhile gets its last addresses, or is told
-/// at once. A lookup can't be ended, so the destructor leaves those that hang to themselves.   Thread-safety: one
-/// executor.
+/// A name is looked up once at a time for all who ask; beyond the most threads, names wait for their turn.
+/// However many names hang, others wait for `slow_after` at most, and only the first time: a name that hung
+/// before waits for one of a few threads that are for such names alone, and is left alone in between. Whoever
+/// asks for it meanwhile gets its last addresses, or is told at once. A lookup can't be ended, so the
+/// destructor leaves those that hang to themselves.   Thread-safety: one executor.
 class NameResolver
 {
 public:
@@ -91,8 +92,8 @@ private:
     boost::asio::any_io_executor executor_;
     NameLookup lookup_;
     NameResolverParams params_;
-    std::size_t prompt_ = 0; ///< Lookups under way that are not slow.
-    std::size_t slow_ = 0;   ///< Those that are.
+    std::size_t prompt_ = 0;                                     ///< Lookups under way that are not slow.
+    std::size_t slow_ = 0;                                       ///< Those that are.
     std::map<std::string, std::shared_ptr<Question>> questions_; ///< Being looked up, or waiting for that.
     std::deque<std::string> waiting_;                            ///< For a thread.
     std::deque<std::string> slow_waiting_;                       ///< The same of names that were slow.

@@ -16,8 +16,8 @@ namespace asio = boost::asio;
 
 namespace {
 
-// Messages of the browser that nobody has received yet, and so how many are handled in one turn of the event loop; more are
-// left on the network.
+// Messages of the browser that nobody has received yet, and so how many are handled in one turn of the event
+// loop; more are left on the network.
 constexpr std::size_t most_received = 16;
 
 // A whole record of TLS: nothing is left inside OpenSSL, where no wait would find it.
@@ -108,7 +108,8 @@ void WebSocketChannel::take(std::string_view bytes)
     }
     if (!bytes.empty() && !broken_ && !close_received_)
         unread_ = std::make_unique<std::string>(bytes);
-    // Of several pings the last one is answered (RFC 6455, 5.5.3): a browser can't make us write for each frame.
+    // Of several pings the last one is answered (RFC 6455, 5.5.3): a browser can't make us write for each
+    // frame.
     if (ping && !closing_ && outgoing_.size() < params_.queue_bytes)
         append_pong_frame(outgoing_, *ping);
     if (ping)

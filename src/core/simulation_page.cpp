@@ -84,7 +84,8 @@ std::string sharing(SimulationMonitorView const& view)
 
 std::string figure(std::optional<double> value, std::string_view unit, bool more)
 {
-    return value ? concat(more ? "more than " : "", python_float(std::round(*value * 10) / 10), unit) : std::string();
+    return value ? concat(more ? "more than " : "", python_float(std::round(*value * 10) / 10), unit)
+                 : std::string();
 }
 
 std::string simulation_row(SimulationRow const& row)
@@ -95,8 +96,8 @@ std::string simulation_row(SimulationRow const& row)
                   "</td><td class=\"number\" data-label=\"CPU\">", figure(row.cpu, "%", row.more),
                   "</td><td class=\"number\" data-label=\"memory\">", figure(row.memory, " MB", row.more),
                   "</td><td class=\"number\" data-label=\"process\">",
-                  row.process == 0 ? "" : std::to_string(row.process),
-                  "</td><td data-label=\"log\">", escape_html(row.log), "</td></tr>\n");
+                  row.process == 0 ? "" : std::to_string(row.process), "</td><td data-label=\"log\">",
+                  escape_html(row.log), "</td></tr>\n");
 }
 
 std::string simulations(SimulationMonitorView const& view)

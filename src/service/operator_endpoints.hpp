@@ -38,7 +38,8 @@ public:
     /// Looks at the machine; `due` is when that was to happen, `clients` the browsers on /client.
     void measure(TimePoint due, std::size_t clients);
 
-    /// Looks at what simulators consume while somebody wants to know it.   Ends only when cancelled: `operation_aborted`.
+    /// Looks at what simulators consume while somebody wants to know it.   Ends only when cancelled:
+    /// `operation_aborted`.
     boost::asio::awaitable<result<>> look_at_processes();
 
     /// What the configuration says has changed: pages are made anew.

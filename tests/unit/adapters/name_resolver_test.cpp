@@ -185,7 +185,8 @@ BOOST_AUTO_TEST_CASE(a_name_that_hung_is_left_alone_for_a_while_and_its_last_add
     auto const slow = fixture.ask("hole");
     auto const dead = fixture.ask("hole of nobody");
     fixture.context.poll();
-    fixture.run_until(fixture.ask("hole", 0s)); // whose deadline comes after the moment from which they are slow
+    fixture.run_until(
+        fixture.ask("hole", 0s)); // whose deadline comes after the moment from which they are slow
     fixture.names.release();
     fixture.run_until(slow);
     fixture.run_until(dead);
@@ -195,8 +196,8 @@ BOOST_AUTO_TEST_CASE(a_name_that_hung_is_left_alone_for_a_while_and_its_last_add
     BOOST_TEST((**again)->front().to_string() == "192.0.2.1");
     auto const in_vain = fixture.ask("hole of nobody");
     fixture.run_until(in_vain);
-    BOOST_TEST((*in_vain)->error().message() ==
-               "the name hole of nobody can't be resolved: no answer the last time; it will be looked up again in a moment");
+    BOOST_TEST((*in_vain)->error().message() == "the name hole of nobody can't be resolved: no answer the "
+                                                "last time; it will be looked up again in a moment");
     BOOST_TEST(fixture.names.lookups() == lookups);
 }
 

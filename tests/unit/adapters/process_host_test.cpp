@@ -234,7 +234,8 @@ BOOST_AUTO_TEST_CASE(a_program_that_nobody_holds_any_more_is_killed_at_once_with
 // What a simulation consumes, and where it listens, is looked at with a bound, whatever it has done.
 BOOST_AUTO_TEST_CASE(of_many_processes_some_are_looked_at_and_it_is_said)
 {
-    auto const process = start_shell("for i in 1 2 3 4 5 6 7 8 9; do /bin/sleep 600 & done; echo ready; wait");
+    auto const process =
+        start_shell("for i in 1 2 3 4 5 6 7 8 9; do /bin/sleep 600 & done; echo ready; wait");
     run(watch(*process, "ready\n"));
     auto const whole = run(process->usage());
     BOOST_TEST(whole.complete);
@@ -350,7 +351,8 @@ BOOST_AUTO_TEST_CASE(a_port_that_somebody_listens_on_is_not_had)
     }
 }
 
-BOOST_AUTO_TEST_CASE(the_port_of_a_process_is_found_among_those_that_it_may_have_and_not_among_those_of_others)
+BOOST_AUTO_TEST_CASE(
+    the_port_of_a_process_is_found_among_those_that_it_may_have_and_not_among_those_of_others)
 {
     tcp::acceptor ours(context);
     BOOST_REQUIRE(!listen(ours, 0, false));
