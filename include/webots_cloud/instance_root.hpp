@@ -31,16 +31,17 @@ public:
 
     /// Makes `<state>/<name>/instances` if need be, locks it and removes what a dead predecessor left in it.
     ///
-    /// All three are ours: what is in the way of the inner two is set aside, and modes are mended, since simulations run as the same
-    /// user. Nobody else can have put them there, or put something else in their place later.
-    /// Errors: `invalid_argument`, its detail says what to do, when `state` is another user's, or everybody may rename what is in
-    /// the folder above it; another code where a later attempt may succeed: another server has the lock, or a disk is full.
+    /// All three are ours: what is in the way of the inner two is set aside, and modes are mended, since
+    /// simulations run as the same user. Nobody else can have put them there, or put something else in their
+    /// place later. Errors: `invalid_argument`, its detail says what to do, when `state` is another user's,
+    /// or everybody may rename what is in the folder above it; another code where a later attempt may
+    /// succeed: another server has the lock, or a disk is full.
     static result<InstanceRoot> open(std::filesystem::path const& state, std::string const& name,
                                      State link = State::no_link);
 
     InstanceRoot(InstanceRoot&& other) noexcept
-        : lock_(std::exchange(other.lock_, -1)), left_overs_(other.left_overs_), path_(std::move(other.path_)),
-          notices_(std::move(other.notices_))
+        : lock_(std::exchange(other.lock_, -1)), left_overs_(other.left_overs_),
+          path_(std::move(other.path_)), notices_(std::move(other.notices_))
     {}
     InstanceRoot& operator=(InstanceRoot&& other) noexcept
     {

@@ -625,7 +625,8 @@ result<> GitFetch::pay_for_files(std::vector<core::GitPlanItem> const& plan, Git
 }
 
 /// The tree of the wanted folder, which must have a folder `worlds`.
-result<core::GitObjectId> GitFetch::folder_tree(Download& state, core::GitTarget const& target, GitProof& proof)
+result<core::GitObjectId> GitFetch::folder_tree(Download& state, core::GitTarget const& target,
+                                                GitProof& proof)
 {
     FetchShare::Loan const loan(*share_); // for the entries of one folder after the other
     result<> paid;

@@ -5,9 +5,9 @@
 #include "fetch_budget.hpp"
 #include "git2_client.hpp"
 #include "git_cache.hpp"
-#include "git_proof.hpp"
 #include "git_client.hpp"
 #include "git_progress.hpp"
+#include "git_proof.hpp"
 #include "git_servers.hpp"
 #include "git_unpack.hpp"
 

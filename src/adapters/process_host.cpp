@@ -44,8 +44,8 @@ constexpr std::size_t read_size = 16 * 1024;
 
 constexpr auto wake_interval = std::chrono::milliseconds(250);
 
-/// Wakes a guard that was asked to end, again and again: whoever stops it (SIGSTOP), and whenever, it would never look at its leash.
-/// One that runs does not notice.
+/// Wakes a guard that was asked to end, again and again: whoever stops it (SIGSTOP), and whenever, it would
+/// never look at its leash. One that runs does not notice.
 class Alarm : public std::enable_shared_from_this<Alarm>
 {
 public:
@@ -194,7 +194,8 @@ void GuardedProcess::terminate() noexcept
 {
     if (status_)
         return;
-    ::send(leash_.get(), "T", 1, MSG_NOSIGNAL | MSG_DONTWAIT); // where it does not fit, others are there already
+    ::send(leash_.get(), "T", 1,
+           MSG_NOSIGNAL | MSG_DONTWAIT); // where it does not fit, others are there already
     alarm_->ring();
 }
 

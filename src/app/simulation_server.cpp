@@ -133,9 +133,11 @@ std::vector<fs::path> read_only_folders(SimulationConfig const& config)
     std::error_code failed;
     auto const caches =
         cache_folder(config).parent_path(); // another one is used where two servers share a port's
-    for (auto const& folder : {from_here(caches), from_here(config.log_dir / "simulation")})
+    for (auto const& folder : {from_here(caches), from_here(config.log_dir / "simulation")}) {
+        fs::create_directories(folder, failed); // what is made later is not read-only for who runs then
         if (fs::is_directory(folder, failed))
             folders.push_back(folder);
+    }
     return folders;
 }
 

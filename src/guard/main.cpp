@@ -23,7 +23,7 @@
 // --probe says in one line which of this works here: "namespace", "signals" (Landlock) or "none", followed by "proc" and "read-only"
 // where they do, or by ": " and the reason why there is no namespace.
 //
-// Nobody may trace us or look into our memory and descriptors (PR_SET_DUMPABLE), but root.
+// Nobody may trace us or look into our memory and descriptors (PR_SET_DUMPABLE), but root; see `forbid_tracing`.
 //
 // Plain system calls and nothing of the library: it runs once per simulation, and its few pages are all that each one costs.
 
@@ -331,7 +331,7 @@ int probe(Program const& program)
 
 int main(int argc, char** argv)
 {
-    prctl(PR_SET_DUMPABLE, 0);
+    webots_cloud::guard::forbid_tracing();
     char const* const name = argv[0];
     char** const afterwards = take_afterwards(argc, argv);
     bool const is_probe = take_word(argc, argv, "--probe");

@@ -39,6 +39,7 @@ bool write_file(char const* path, char const* text)
 /// In a new user namespace: makes us known there under the numbers that we have outside.
 bool map_ourselves(uid_t user, gid_t group)
 {
+    int const dumpable = prctl(PR_GET_DUMPABLE);
     prctl(PR_SET_DUMPABLE, 1); // these files belong to root else
     char users[64];
     char groups[64];
@@ -47,7 +48,7 @@ bool map_ourselves(uid_t user, gid_t group)
     bool const mapped = write_file("/proc/self/uid_map", users) &&
                         write_file("/proc/self/setgroups", "deny") &&
                         write_file("/proc/self/gid_map", groups);
-    prctl(PR_SET_DUMPABLE, 0);
+    prctl(PR_SET_DUMPABLE, dumpable);
     return mapped;
 }
 

@@ -1,12 +1,15 @@
 #include "privileges.hpp"
 
 #include <linux/capability.h>
+#include <mntent.h>
 #include <sys/prctl.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cstdint>
+#include <cstdio>
+#include <cstring>
 #include <initializer_list>
 
 namespace webots_cloud::guard {
@@ -33,7 +36,25 @@ constexpr std::initializer_list<int> kept = {
     CAP_NET_RAW, CAP_SYS_CHROOT,   CAP_AUDIT_WRITE};
 constexpr int most_capabilities = 64;
 
+bool hides_processes()
+{
+    std::FILE* const mounts = setmntent("/proc/self/mounts", "re");
+    bool hides = false;
+    while (mntent const* const each = mounts ? getmntent(mounts) : nullptr)
+        if (std::strcmp(each->mnt_dir, "/proc") == 0)
+            hides = std::strstr(each->mnt_opts, "hidepid=") != nullptr; // the last one is on top
+    if (mounts)
+        endmntent(mounts);
+    return hides;
+}
+
 } // namespace
+
+void forbid_tracing()
+{
+    if (!hides_processes())
+        prctl(PR_SET_DUMPABLE, 0);
+}
 
 void drop_capabilities()
 {

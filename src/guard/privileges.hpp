@@ -8,6 +8,11 @@ namespace webots_cloud::guard {
 /// who has none.
 void drop_capabilities();
 
+/// From now on nobody but root can trace this process, or look into its memory and descriptors. Not where
+/// `/proc` hides such processes
+/// (`hidepid`): the server could not see the tree below us, and would wait for its port in vain.
+void forbid_tracing();
+
 /// Whether the kernel can keep a process from signalling others (Landlock, since Linux 6.12).
 bool can_confine_signals();
 

@@ -10,7 +10,7 @@ import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser_client import Browser  # noqa: E402
-from support.other_user import NOBODY, WITHOUT_NAMESPACES, OwnedServer, can_forbid_namespaces  # noqa: E402
+from support.other_user import NOBODY, WITHOUT_NAMESPACES, WITH_HIDDEN_PROCESSES, OwnedServer, works  # noqa: E402
 from support.servers import is_alive, main, wait_until  # noqa: E402
 
 # Opens and keeps whatever it can of its guard's and its server's, tries to read and to kill them and to write where it should not, says
@@ -79,7 +79,7 @@ class Hostile(unittest.IsolatedAsyncioTestCase):
     def setUpClass(cls):
         if cls.user is not None and os.geteuid() != 0:
             raise unittest.SkipTest("the tests run without privileges anyway")
-        if cls.wrapper and not can_forbid_namespaces():
+        if cls.wrapper and not works(cls.wrapper):
             raise unittest.SkipTest("user namespaces, with which this is arranged, are not allowed here")
 
     def setUp(self):
@@ -170,6 +170,16 @@ class HostileWithoutNamespaces(Hostile):
 class HostileToSomebodyElseWithoutNamespaces(Hostile):
     user = NOBODY
     wrapper = WITHOUT_NAMESPACES
+
+
+class HiddenProcesses(unittest.IsolatedAsyncioTestCase):
+    async def test_simulations_are_found_where_proc_hides_processes_that_can_not_be_traced(self):
+        if os.geteuid() != 0 or not works(WITH_HIDDEN_PROCESSES):
+            self.skipTest("no /proc with hidepid may be mounted here")
+        with OwnedServer(NOBODY, WITH_HIDDEN_PROCESSES, wrapper_drops_privileges=True) as server:
+            async with Browser(server) as browser:
+                await browser.start()
+                await browser.hear("webots:")
 
 
 if __name__ == "__main__":

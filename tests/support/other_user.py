@@ -14,25 +14,31 @@ WITHOUT_NAMESPACES = ("unshare", "--user", "--map-root-user", "sh", "-c",
                       'echo 0 > /proc/sys/user/max_user_namespaces && echo 0 > /proc/sys/user/max_pid_namespaces && exec "$@"', "sh")
 
 
-def can_forbid_namespaces():
-    return subprocess.run([*WITHOUT_NAMESPACES, "true"], stderr=subprocess.DEVNULL).returncode == 0
+# As machines that hide the processes of others; becomes somebody else.
+WITH_HIDDEN_PROCESSES = ("unshare", "--mount", "sh", "-c", 'mount -t proc -o hidepid=2 proc /proc && '
+                         f'exec setpriv --reuid {NOBODY} --regid {NOBODY} --clear-groups "$@"', "sh")
+
+
+def works(wrapper):
+    return subprocess.run([*wrapper, "true"], stderr=subprocess.DEVNULL).returncode == 0
 
 
 class OwnedServer(SimulationServer):
     """All that it uses belongs to the user who runs it: programs too, which may lie where that user can't reach them."""
 
-    def __init__(self, user=None, wrapper=(), **config):
+    def __init__(self, user=None, wrapper=(), wrapper_drops_privileges=False, **config):
         super().__init__(**{**LOCAL, **config})
-        self.user = user
+        self.owner = user
+        self.user = None if wrapper_drops_privileges else user
         self.wrapper = wrapper
 
     def program(self):
-        if self.user is None:
+        if self.owner is None:
             return super().program()
         return os.path.join(self.folder, "bin", self.PROGRAM)
 
     def start(self):
-        if self.user is not None and not os.path.isdir(os.path.join(self.folder, "bin")):
+        if self.owner is not None and not os.path.isdir(os.path.join(self.folder, "bin")):
             os.mkdir(os.path.join(self.folder, "bin"))
             for name in PROGRAMS:
                 shutil.copy(program(name), os.path.join(self.folder, "bin"))
@@ -41,6 +47,6 @@ class OwnedServer(SimulationServer):
             self.config["forges"] = [{"url": "local:", "directory": projects}]
         self.configure()
         os.makedirs(os.path.join(self.folder, "tmp"), exist_ok=True)
-        if self.user is not None:
-            subprocess.run(["chown", "-R", "-h", f"{self.user}:{self.user}", self.folder], check=True)
+        if self.owner is not None:
+            subprocess.run(["chown", "-R", "-h", f"{self.owner}:{self.owner}", self.folder], check=True)
         super().start()
