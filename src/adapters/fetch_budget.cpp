@@ -87,8 +87,12 @@ void FetchShare::give_back(FetchBytes const& less) noexcept
 
 void FetchShare::note_holding(bool before) noexcept
 {
-    if (auto* const budget = grant_.budget(); budget && before != holds())
-        budget->holding += before ? -1 : 1;
+    auto* const budget = grant_.budget();
+    if (!budget || before == holds())
+        return;
+    budget->holding += before ? -1 : 1;
+    if (before && yielding_)
+        budget->yielding = yielding_ = false;
 }
 
 /// Nobody waits for what can't come.
@@ -108,8 +112,9 @@ result<> FetchShare::wait_for(FetchBytes const& more)
     struct Waiter // counted while it waits
     {
         Waiter(FetchBudget& of, bool holds, std::function<void(bool)> const& told)
-            : budget(of), counts(holds ? 1 : 0), tell(told), all_wait(waits())
+            : budget(of), counts(holds ? 1 : 0), tell(told)
         {
+            budget.waiting += counts;
             if (tell)
                 tell(true);
         }
@@ -121,13 +126,9 @@ result<> FetchShare::wait_for(FetchBytes const& more)
                 tell(false);
         }
 
-        /// The last one to begin gives up what it holds, so that the others can go on.
-        bool waits() { return counts > 0 && (budget.waiting += counts) >= budget.holding; }
-
         FetchBudget& budget;
         int counts;
         std::function<void(bool)> const& tell;
-        bool all_wait;
     };
     constexpr auto pause = std::chrono::milliseconds(20);
 
@@ -142,7 +143,10 @@ result<> FetchShare::wait_for(FetchBytes const& more)
     while (!grant_.take(more)) {
         if (auto const may_go_on = ask(waiting_.interrupt); !may_go_on)
             return may_go_on;
-        if (waiter.all_wait || std::chrono::steady_clock::now() > end)
+        // When all who hold something wait, one of them gives up, and the others see what that brings.
+        if (holds() && budget.waiting >= budget.holding && !budget.yielding.exchange(true))
+            yielding_ = true;
+        if (yielding_ || std::chrono::steady_clock::now() > end)
             return Failure(
                 errc::unavailable,
                 "The project has to wait: this server fetches too many large ones. Try again in a minute.");

@@ -60,6 +60,7 @@ public:
     /// back.
     std::atomic<int> holding{0};
     std::atomic<int> waiting{0};
+    std::atomic<bool> yielding{false}; ///< One has given up, and is about to give back.
 
 private:
     FetchBytes limits_;
@@ -175,6 +176,7 @@ private:
 
     FetchGrant grant_;
     Waiting waiting_;
+    bool yielding_ = false;
 };
 
 } // namespace adapters

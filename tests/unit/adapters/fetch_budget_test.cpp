@@ -147,13 +147,42 @@ BOOST_AUTO_TEST_CASE(a_wait_ends_with_patience_and_when_it_is_told_to)
     BOOST_TEST(budget->taken().memory == 90u);
 }
 
-BOOST_AUTO_TEST_CASE(when_all_wait_for_each_other_the_last_gives_up)
+BOOST_AUTO_TEST_CASE(who_waits_for_nobody_gives_up)
 {
     FetchShare alone(budget, patient());
     BOOST_TEST(alone.take(bytes(50)).has_value());
     budget->take_anyway(bytes(50)); // which no fetch will give back
     BOOST_TEST((alone.take(bytes(1)).error() == errc::unavailable));
     budget->give_back(bytes(50));
+}
+
+BOOST_AUTO_TEST_CASE(when_all_wait_for_each_other_one_gives_up_and_the_other_goes_on)
+{
+    auto third = std::make_unique<FetchShare>(budget, patient());
+    BOOST_TEST(third->take(bytes(10)).has_value());
+    auto large = std::make_unique<FetchShare>(budget, FetchShare::Waiting());
+    BOOST_TEST(large->take(bytes(50)).has_value());
+    std::atomic<int> succeeded = 0;
+    std::thread other;
+    {
+        auto waiting = patient();
+        waiting.interrupt = [&]() -> result<> { // when both wait, the third, which still works, gives back
+            if (budget->waiting == 2)
+                third.reset();
+            return {};
+        };
+        FetchShare small(budget, std::move(waiting));
+        BOOST_TEST(small.take(bytes(40)).has_value());
+        other = std::thread([&] {
+            succeeded += large->take(bytes(45)) ? 1 : 0;
+            large.reset();
+        });
+        succeeded += small.take(bytes(50)) ? 1 : 0;
+    }
+    other.join();
+    BOOST_TEST(succeeded == 1);
+    BOOST_TEST(is_empty());
+    BOOST_TEST(!budget->yielding);
 }
 
 BOOST_AUTO_TEST_CASE(whatever_many_threads_do_the_limits_hold_and_all_is_given_back)
