@@ -37,6 +37,14 @@ result<> check_templates(SimulationConfig const& config, fs::path const& origin)
     return {};
 }
 
+result<> check_access(AccessConfig const& access)
+{
+    if (access.operator_token_file.empty())
+        return {};
+    auto const token = make_operator_token_check(access.operator_token_file);
+    return token ? result<>() : token.error();
+}
+
 void warn_of_missing_folders(Configured<SimulationConfig>& configured, fs::path const& origin)
 {
     std::error_code ignored;
@@ -51,14 +59,17 @@ void warn_of_missing_folders(Configured<SimulationConfig>& configured, fs::path 
 
 result<> check_files(Configured<SessionConfig>& configured, fs::path const&)
 {
-    return check_network(configured.config.network);
+    auto const certified = check_network(configured.config.network);
+    return certified ? check_access(configured.config.access) : certified;
 }
 
 result<> check_files(Configured<SimulationConfig>& configured, fs::path const& origin)
 {
     warn_of_missing_folders(configured, origin);
-    auto const certified = check_network(configured.config.network);
-    return certified ? check_templates(configured.config, origin) : certified;
+    for (auto const& checked : {check_network(configured.config.network), check_access(configured.config.access)})
+        if (!checked)
+            return checked;
+    return check_templates(configured.config, origin);
 }
 
 } // namespace webots_cloud

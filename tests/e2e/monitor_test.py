@@ -226,6 +226,7 @@ class SimulationMonitor(unittest.TestCase):
             for world in ("robots/blob/main/worlds/arena.wbt", "corridor/blob/main/worlds/corridor.wbt"):
                 browser.execute_script(START, f"ws://{simulation.address}/client", f"local:/demo_projects/{world}")
             wait_until(lambda: [row[2] for row in self.rows(browser)] in (["idle"] * 2, ["running"] * 2), simulation.log)
+            wait_until(lambda: all(row[4] for row in self.rows(browser)), "their processes are looked at, on another thread")
             first, second = self.rows(browser)
             self.assertTrue(first[1].endswith("arena.wbt"), first)
             self.assertTrue(second[1].endswith("corridor.wbt"), second)

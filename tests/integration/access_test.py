@@ -190,7 +190,7 @@ class Operators(unittest.IsolatedAsyncioTestCase):
         with server() as simulation:
             path = simulation.operator_socket()
             os.chmod(os.path.dirname(path), 0o755)
-            for folder in (simulation.folder, simulation.temporary_folder()):
+            for folder in (simulation.folder, os.path.join(simulation.folder, "tmp")):
                 os.chmod(folder, 0o755)
             os.chmod(path, 0o666)  # even then
             script = ("import socket, sys; s = socket.socket(socket.AF_UNIX); s.connect(sys.argv[1]); "

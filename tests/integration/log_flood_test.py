@@ -78,7 +78,7 @@ class Floods(unittest.TestCase):
                     self.assertIn(b"Unsupported URL protocol", answer)
             self.assertEqual(server.stop(), 0)
             text = self.log(server, "simulation")
-            self.assertIn("Running simulation server", text.splitlines()[0] + text.splitlines()[1])
+            self.assertIn("Running simulation server", text)
             self.assertLess(text.count("Unsupported URL protocol"), 500)
             told = re.findall(r"Unsupported URL protocol.*\((\d+) more like this", text)
             self.assertGreater(text.count("Unsupported URL protocol") - len(told) + sum(map(int, told)) + len(told), refusals - 1)

@@ -168,7 +168,7 @@ class Refusing(ServerScriptTest):
         self.assertFalse(os.path.exists(self.path("log/.simulation.pid")))
 
     def test_a_server_that_ends_at_once_is_told_with_its_last_words(self):
-        self.write("log/session/output.log/in_the_way", "")
+        self.configure("local", kinds=("session",), logDir="/proc/nowhere")
         status, _, errors = self.run_script("start")
         self.assertEqual(status, 1)
         self.assertIn("The session server ended at once. It said:", errors)

@@ -32,7 +32,8 @@ struct HttpResponse
     int status = 200;
     std::string content_type; ///< Empty: no such header.
     HttpHeaders headers;      ///< The other headers.
-    /// Headers that never differ, as lines with their line ends (CR LF): of static lifetime, so that busy answers need not build them.
+    /// More headers, as lines with their line ends (CR LF), so that busy answers need not build them. What they lie in must outlive
+    /// the call of `Endpoint::respond` that gives this answer, until the next one.
     std::string_view fixed_headers;
     std::string body;
     std::shared_ptr<SharedBody const> shared; ///< Instead of `body`, unless null.

@@ -495,7 +495,7 @@ BOOST_AUTO_TEST_CASE(what_keeps_simulations_apart_and_is_missing_is_said_everywh
     auto const ready = fixture.get("/readyz");
     BOOST_TEST(ready.status == 200);
     BOOST_TEST(ready.body == "ready, but: Nobody &amp; nothing.");
-    BOOST_TEST(fixture.get("/monitor").body.find("Nobody &amp; nothing.") != std::string::npos);
+    BOOST_TEST(fixture.get("/monitor").text().find("Nobody &amp; nothing.") != std::string::npos);
     BOOST_TEST(fixture.get("/metrics").body.find("webots_simulations_isolated 0\n") != std::string::npos);
 }
 
