@@ -31,7 +31,8 @@ struct LoadReport
     /// Counters since the server came up: they rise, and fall only when it comes up again. Browsers that
     /// asked for a simulation, whatever became of that.
     std::optional<std::int64_t> arrivals;
-    /// Those of `arrivals` whose simulation ended, failed or was given up before it was ready.
+    /// Only with `arrivals`: those of them whose simulation ended, failed or was given up before it was
+    /// ready.
     std::optional<std::int64_t> failed;
     /// Those of `arrivals` that are not among `sessions` any more.
     std::optional<std::int64_t> departures;

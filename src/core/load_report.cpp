@@ -60,6 +60,15 @@ bool read_counter(json::object const& object, std::string_view key, std::optiona
     return true;
 }
 
+/// The counters of arrivals and of what became of them: all are looked for where the first one is.
+bool read_counters(json::object const& object, LoadReport& report)
+{
+    if (!read_counter(object, "arrivals", report.arrivals))
+        return false;
+    return !report.arrivals || (read_counter(object, "failed", report.failed) &&
+                                read_counter(object, "departures", report.departures));
+}
+
 std::optional<LoadReport> read_object(json::object const& object)
 {
     LoadReport report;
@@ -70,10 +79,7 @@ std::optional<LoadReport> read_object(json::object const& object)
     report.load = load->to_number<double>(ignored);
     if (!is_load(report.load) || !read_count(object, "sessions", report.sessions) ||
         !read_count(object, "starting", report.starting) ||
-        !read_count(object, "capacity", report.capacity) ||
-        !read_counter(object, "arrivals", report.arrivals) ||
-        !read_counter(object, "failed", report.failed) ||
-        !read_counter(object, "departures", report.departures))
+        !read_count(object, "capacity", report.capacity) || !read_counters(object, report))
         return std::nullopt;
     if (auto const* memory = object.if_contains("memory")) {
         if (!memory->is_number() || !is_load(memory->to_number<double>(ignored)))

@@ -42,8 +42,8 @@ BOOST_AUTO_TEST_CASE(anything_else_is_no_load)
                              "[1]",
                              "{\"load\":1,\"memory\":-3}",
                              "{\"load\":1,\"arrivals\":-1}",
-                             "{\"load\":1,\"failed\":0.5}",
-                             "{\"load\":1,\"departures\":\"2\"}",
+                             "{\"load\":1,\"arrivals\":1,\"failed\":0.5}",
+                             "{\"load\":1,\"arrivals\":1,\"departures\":\"2\"}",
                              "{\"load\":1,\"arrivals\":9223372036854775808}"}) {
         auto const report = parse_load_report(body);
         BOOST_TEST(!report, body);
