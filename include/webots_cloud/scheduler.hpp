@@ -50,10 +50,10 @@ enum class Refusal : std::uint8_t
     lost,      ///< Its last poll failed.
     stale,     ///< Its last report is older than `report_lifetime`.
     draining,  ///< It says so itself, or the operator does.
-    full,      ///< Its sessions and our placements reach its `capacity`.
-    memory,    ///< Its memory in use, with what our placements will need, reaches `memory_threshold`.
+    full,      ///< Its sessions reach its `capacity`.
+    memory,    ///< Its memory in use, with what its starting sessions will need, reaches `memory_threshold`.
     load,      ///< Its reported load reaches `threshold`.
-    committed, ///< Its reported load does not reach `threshold`, but does with what was placed since.
+    committed, ///< Its reported load does not reach `threshold`, but does with its starting sessions.
 };
 inline constexpr std::size_t refusal_count = 9;
 
@@ -74,6 +74,9 @@ struct Candidate
     int sessions = 0;  ///< As reported; 0 where the machine reports a bare number.
     int pending = 0;   ///< Placed by us, neither confirmed by a report nor timed out.
     Refusal refusal = Refusal::none; ///< Always `none` in a snapshot; a `Decision` lists refused ones too.
+    /// With what was placed and nobody has claimed yet it would be refused as `full`, for its `memory` or as
+    /// `committed`. That alone sends nobody away, but it is offered only while every machine is like that.
+    bool overcommitted = false;
 
     bool operator==(Candidate const&) const = default;
 };
@@ -166,15 +169,16 @@ struct SchedulerParams
     double memory_threshold = 90;
 
     /// Percent of a machine, default 12, positive: what a session costs until the machine has taught better.
-    /// A machine that reports its capacity starts with `threshold` / capacity instead. A guess chooses between
-    /// machines but sends nobody away: `Refusal::committed` begins when sessions have been seen to come or go.
+    /// A reported capacity is a ceiling, often generous, and says nothing about it. A guess chooses between
+    /// machines but sends nobody away: `Refusal::committed` begins when sessions have been seen to come or
+    /// go.
     double session_cost = 12;
     /// Percent of a machine's memory, default 2, not negative: likewise.
     double session_memory = 2;
 
     /// Default 60 s, not negative: how long a browser that was sent to a machine may take to show up in its
     /// reports; then its place is given back. Longer than the slowest start, as peers that report a bare
-    /// number show a session only when it runs.
+    /// number show a session only when it runs. Of peers that count `arrivals`, three eighths of it.
     Duration placement_timeout = std::chrono::seconds(60);
     /// Default 15 s, three polls: how long a report is trusted. 0: for ever, for callers that call lost().
     Duration report_lifetime = std::chrono::seconds(15);
@@ -219,7 +223,7 @@ struct Decision
     /// How many machines there were for each `Refusal`.
     std::array<std::size_t, refusal_count> refused{};
 
-    /// One machine and its position in the snapshot; refused ones have none.
+    /// One machine and its position in the snapshot; those that were not offered have none.
     struct Entry
     {
         Entry() = default;
@@ -256,22 +260,29 @@ struct Decision
 ///
 ///     score = (level + cost * (u + 1 + v * sqrt(u + 1)) / readiness) / w,     u = starting + expected
 ///
-/// is smallest, among those that no hard rule refuses (see `Refusal`). The parts:
+/// is smallest, among those that no hard rule refuses (see `Refusal`). Rules refuse by what machines
+/// report, never by what was placed: anybody can ask for a place and not come. A machine that our
+/// placements would fill is passed over while another has room, and where all are like that the
+/// smallest score decides as ever; a browser too many is told so by the machine itself. The parts:
 ///
 /// - level, the load that is explained. It rises by `cost` for every session that becomes visible, and
 ///   follows the report beyond that. While sessions become visible, a report (a mean of five samples)
 ///   may lie anywhere between before and after and contradicts neither; what lies outside is followed
 ///   by 0.3 a report, or at once when it is more than a session's worth. So noise does not decide who
 ///   is next, and a heavy world is believed immediately.
-/// - starting, as the machine counts them, and expected, what our reservations will still become. A
-///   reservation is confirmed when a report counts more sessions or more starts than the one before,
-///   and ends when it was not after `placement_timeout`. Until then it counts with the probability that
-///   a browser unseen for so long comes at all: the actuary's estimate from those whose fate is known,
-///   1 where everybody comes.
+/// - starting, as the machine counts them, and expected, what our reservations will still become.
+///   Machines of ours count everybody who ever came: their counters confirm a reservation without doubt,
+///   also of a browser that has left or whose start has failed, and who is not counted within three
+///   eighths of `placement_timeout` does not come. Counters that fall are those of a machine that came
+///   up anew. Without them a reservation is confirmed when a report counts more sessions or more starts
+///   than the one before, and ends when it was not after `placement_timeout`; until then it counts with
+///   the probability that a browser unseen for so long comes at all: the actuary's estimate from those
+///   whose fate is known, 1 where everybody comes, and a half at least before a report can show it.
 /// - cost, how much a session moves this machine's load: the slope of load against sessions, both
 ///   through one high-pass filter, by clipped least squares; towards the fleet's slope with a weight
 ///   that falls as machines are found to disagree (empirical Bayes); and where there are many sessions,
-///   also the load divided by them.
+///   also the load divided by them. A fall that no departure explains teaches nothing, and neither does a
+///   capacity, which is a ceiling.
 /// - v, how different sessions are: the relative standard deviation of their costs, learned from how
 ///   far load steps miss what was expected. A mean and one standard deviation of what the unseen will
 ///   cost: caution that is nothing where sessions are alike and keeps the unknown off small machines
@@ -281,7 +292,8 @@ struct Decision
 ///
 /// Peers of the previous generation report a bare number. There `starting` is 0, a rise of the load by
 /// n costs confirms n reservations, oldest first, and the slope is taken over what we had placed some
-/// 20 to 40 s before.
+/// 20 to 40 s before, as far as the load shows that somebody came: placements of which it shows no
+/// trace are taken for browsers that did not, not for sessions that cost nothing.
 ///
 /// Equal scores are served in turn, whoever was given a session longest ago first, beginning with a
 /// random order.
@@ -306,9 +318,9 @@ struct Decision
 ///     random           9.99   9.99   9.99   9.99   9.99   9.99   9.99
 ///     least_committed  1.07   1.83   2.13   2.60   3.00   3.44   4.02
 ///
-/// The class of 60 sits 6 on every machine, in each of 400 classes; with bare numbers 6.05 on the worst
+/// The class of 60 sits 6 on every machine, in each of 400 classes; with bare numbers 6.06 on the worst
 /// on average. Where session costs differ by a factor of 50 and machines have 4 to 64 seats, users
-/// spend 5.3 % of their time on an over-full machine; under the reference's rule 30.2 %, and under an
+/// spend 6.0 % of their time on an over-full machine; under the reference's rule 30.2 %, and under an
 /// oracle that knows every cost 1.2 %.
 ///
 /// What was tried and rejected (users' time crammed on unequal machines, 6.0 % in those ten runs, where
@@ -332,8 +344,7 @@ struct Decision
 /// - Scores kept in a heap, or scanned: see core/placement_index.hpp.
 ///
 /// What would close the rest of the gap: knowing a world's cost before it starts (its URL is in the
-/// request) is worth the step from 2.6 % to 1.2 % of the oracle that knows none; and machines that
-/// count all arrivals since they came up, so that a departure never hides one.
+/// request) is worth the step from 2.6 % to 1.2 % of the oracle that knows none.
 ///
 /// Cost
 ///

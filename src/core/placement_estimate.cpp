@@ -16,12 +16,19 @@ constexpr double least_strength = 10;
 constexpr double most_strength = 300;
 constexpr double variety = 30; // sessions² s: what one session more or less is worth, as sessions differ
 constexpr double enough_to_disagree = 120;
+constexpr double most_at_once =
+    5 * 64 * 64; // 64 sessions that come at once: no report teaches the fleet more
 
 constexpr int few = 4;
 constexpr double other_load = 5;      // percent
 constexpr double whole_strength = 10; // s
 constexpr double least_cost = 0.1;    // percent
 constexpr double longest_step = 30;   // s: a longer silence is no evidence of what happened in it
+// The load does not show that unclaimed placements came where it rose by less than this part of what they
+// were expected to add, or by so few percent; and of fewer than half a session it shows nothing.
+constexpr double trace = 1.0 / 4;
+constexpr double noise = 1.5;
+constexpr double least_expected = 0.5;
 
 constexpr double most_surprise = 16;  // one session in a thousand must not teach more than all others
 constexpr double variety_memory = 50; // sessions
@@ -31,6 +38,7 @@ constexpr double travel = 1;          // s, from our answer to the browser's arr
 
 constexpr double show_prior = 10; // browsers assumed to have come, so that the first no-show proves nothing
 constexpr double show_memory = 1000; // browsers
+constexpr std::size_t unreported = 2; // eighths: the browser's way, and a poll
 
 } // namespace
 
@@ -38,8 +46,9 @@ void FleetCost::learn(Evidence const& sample, Evidence const& own, TimePoint now
 {
     double const fade = memory / (memory + std::max(0.0, Seconds(now - last_).count()));
     last_ = now;
-    sum_.xx = sum_.xx * fade + sample.xx;
-    sum_.xy = sum_.xy * fade + sample.xy;
+    double const part = std::min(1.0, most_at_once / std::max(sample.xx, 1.0));
+    sum_.xx = sum_.xx * fade + part * sample.xx;
+    sum_.xy = sum_.xy * fade + part * sample.xy;
     ratio_ = std::clamp((fleet_strength + sum_.xy) / (fleet_strength + sum_.xx), 0.01, 100.0);
     if (own.xx < enough_to_disagree)
         return;
@@ -53,28 +62,38 @@ bool FleetCost::is_taught() const noexcept
     return sum_.xx >= fleet_strength;
 }
 
-Evidence SessionCost::learn(double load, double sessions, Seconds since_last, bool settled) noexcept
+Evidence SessionCost::learn(double load, double sessions, Seconds since_last, bool settled,
+                            Doubt doubt) noexcept
 {
     double const step = since_last.count();
     if (!primed_ || step <= 0 || step > longest_step) {
         slow_load_ = load - mean_y_;
         slow_sessions_ = sessions - mean_x_;
+        slow_unclaimed_ = doubt.unclaimed;
         primed_ = true;
         return {};
     }
     double const share = step / (high_pass + step);
     slow_load_ += share * (load - slow_load_);
     slow_sessions_ += share * (sessions - slow_sessions_);
+    slow_unclaimed_ += share * (doubt.unclaimed - slow_unclaimed_);
     double const fade = memory / (memory + step);
     sum_.xx *= fade;
     sum_.xy *= fade;
     if (!settled)
         return {};
 
-    weight_ = weight_ * fade + step;
-    double const dx = sessions - slow_sessions_ - mean_x_;
+    double const claimed = sessions - slow_sessions_ - mean_x_;
+    double const expected = doubt.unclaimed - slow_unclaimed_;
     double const dy = load - slow_load_ - mean_y_;
     double const limit = 2 * value_;
+    bool const shown =
+        expected >= least_expected && dy >= std::max(noise, trace * value_ * (claimed + expected));
+    double const dx = claimed + (shown ? expected : 0);
+    shown_ = shown_ || shown;
+    if (doubt.no_departures && dy < std::min(0.0, value_ * dx - limit))
+        return {};
+    weight_ = weight_ * fade + step;
     double const robust = value_ * dx + std::clamp(dy - value_ * dx, -limit, limit);
     mean_x_ += dx * step / weight_;
     mean_y_ += dy * step / weight_;
@@ -83,6 +102,12 @@ Evidence SessionCost::learn(double load, double sessions, Seconds since_last, bo
     sum_.xx += rest * dx * dx;
     sum_.xy += rest * dx * robust;
     return assumed_ > 0 ? Evidence{rest * dx * dx, rest * dx * robust / assumed_} : Evidence{};
+}
+
+void SessionCost::claim(double part) noexcept
+{
+    slow_sessions_ += part * slow_unclaimed_;
+    slow_unclaimed_ -= part * slow_unclaimed_;
 }
 
 void SessionCost::weigh(double load, int sessions) noexcept
@@ -127,7 +152,7 @@ void ShowRate::record(AgeCounts const& came, std::uint32_t never_came) noexcept
     for (std::size_t age = age_count; age-- != 0;) {
         came_[age] *= fade;
         later += came_[age];
-        rate_[age] = later / (later + never_came_);
+        rate_[age] = std::max(later / (later + never_came_), age < unreported ? least_ : 0);
     }
 }
 

@@ -42,6 +42,13 @@ private:
     TimePoint last_{};
 };
 
+/// What is not known about the sessions of a sample.
+struct Doubt
+{
+    double unclaimed = 0;       ///< So many more may be there: placements that nobody has claimed yet.
+    bool no_departures = false; ///< None is known to have left of late, so none explains a fall.
+};
+
 /// How much one session moves one machine's load (or memory), in percent.
 ///
 /// The slope of load against number of sessions, both passed through the same high-pass (2 minutes), so that
@@ -49,6 +56,10 @@ private:
 /// hour). Residuals are clipped at two sessions: a compiler that runs for a minute teaches little. Where the
 /// number of sessions is known and large, the load itself says more than its changes: whatever the machine
 /// carries besides is then a small part of it.
+///
+/// What nobody did teaches nothing: placements of which the load shows no trace count as sessions that never
+/// came, not as sessions that cost nothing; and a fall that no departure explains is somebody else's work
+/// that ended.
 class SessionCost
 {
 public:
@@ -59,13 +70,20 @@ public:
     /// `sessions`: how many are visible in `load`, up to a constant. `settled`: for as long as `load` looks
     /// back; samples that are not only pass through the filters. Returns the new evidence, relative to what
     /// was assumed.
-    Evidence learn(double load, double sessions, Seconds since_last, bool settled) noexcept;
+    Evidence learn(double load, double sessions, Seconds since_last, bool settled, Doubt doubt = {}) noexcept;
     /// All evidence of changes, relative to what was assumed.
     Evidence evidence() const noexcept { return {sum_.xx, assumed_ > 0 ? sum_.xy / assumed_ : 0}; }
     /// What the load itself says, where `sessions` is all there are.
     void weigh(double load, int sessions) noexcept;
+    /// Since it was last asked, the load has shown that placements came that nobody claimed: they cost less
+    /// than was expected.
+    bool has_shown_unclaimed() noexcept { return std::exchange(shown_, false); }
     /// Combines what this machine taught with a prior: what the fleet says.
     void combine(double ratio, double strength) noexcept;
+    /// This part of the placements that nobody had claimed was claimed.
+    void claim(double part) noexcept;
+    /// This part of them never came: they leave no trace in the filters.
+    void forget(double part) noexcept { slow_unclaimed_ -= part * slow_unclaimed_; }
     /// Starts anew from the next sample, keeping what was learned.
     void interrupt() noexcept { primed_ = false; }
 
@@ -74,12 +92,14 @@ private:
     double value_;
     double slow_load_ = 0;
     double slow_sessions_ = 0;
+    double slow_unclaimed_ = 0; ///< Not among `slow_sessions_`.
     double mean_x_ = 0;
     double mean_y_ = 0;
     double weight_ = 0;
     Evidence sum_;
     Evidence whole_;
     bool primed_ = false;
+    bool shown_ = false;
 };
 
 /// How different sessions are: the standard deviation of their cost, relative to its mean.
@@ -100,9 +120,14 @@ private:
 /// Of all whose fate is known and who were unseen at that age, the part that came later. With nobody missing
 /// that is 1, and a reservation counts in full until it is confirmed or runs out; where three of ten browsers
 /// never come, a reservation counts 0.7 at first and next to nothing when those who come would have come.
+///
+/// However many never came, a reservation that no report can have shown yet counts `least`: else requests of
+/// nobody would make the next class sit on one machine.
 class ShowRate
 {
 public:
+    explicit ShowRate(double least) noexcept : least_(least) {}
+
     void record(AgeCounts const& came, std::uint32_t never_came) noexcept;
     /// How many of these reservations will still turn into sessions.
     double expected(AgeCounts const& unseen) const noexcept;
@@ -110,6 +135,7 @@ public:
 private:
     std::array<double, age_count> came_{};
     double never_came_ = 0;
+    double least_;
     std::array<double, age_count> rate_ = filled_with_one();
 
     static std::array<double, age_count> filled_with_one() noexcept

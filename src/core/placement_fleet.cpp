@@ -41,8 +41,9 @@ void Fleet::rebuild()
     places_.assign(machines_.size(), Place());
     by_score_.reset(machines_.size());
     by_load_.reset(machines_.size());
-    offered_.clear();
-    offered_.reserve(machines_.size());
+    usable_.clear();
+    usable_.reserve(machines_.size());
+    roomy_ = 0;
     refused_.fill(0);
     refused_[static_cast<std::size_t>(Refusal::unknown)] = machines_.size();
     oldest_ = newest_ = nowhere;
@@ -69,8 +70,9 @@ void Fleet::report(std::string_view server, LoadReport const& report, TimePoint 
         first_report_ = now;
     // Who answers in our own first moments was up before us; who answers first later has just come up.
     bool const established = now - *first_report_ < params_.slow_start && !machines_[slot].was_lost();
-    Arrivals const arrivals = machines_[slot].report(report, now, established, params_);
-    lessons_.show_rates[arrivals.counted].record(arrivals.confirmed, arrivals.expired);
+    Arrivals const arrivals = machines_[slot].report(report, now, established);
+    if (arrivals.counted && !arrivals.exact)
+        lessons_.show_rate.record(arrivals.confirmed, arrivals.expired);
     if (arrivals.since_last > Seconds::zero())
         lessons_.cost.learn(arrivals.cost, machines_[slot].cost_evidence(), now);
     if (arrivals.surprise)
@@ -120,9 +122,14 @@ std::size_t Fleet::lowest(std::span<std::size_t> positions, std::size_t parts, d
 {
     auto const near = static_cast<std::size_t>(where * static_cast<double>(machines_.size()));
     std::size_t const found = by_score_.lowest(positions, parts, near);
-    for (std::size_t& entry : positions.first(found))
+    std::size_t offered_here = 0;
+    for (; offered_here != found; ++offered_here) {
+        std::size_t& entry = positions[offered_here];
         entry = position_of(entry);
-    return found;
+        if (entry >= offered())
+            break; // those with room come first
+    }
+    return offered_here;
 }
 
 void Fleet::assess(std::size_t slot, TimePoint now) noexcept
@@ -136,9 +143,11 @@ void Fleet::assess(std::size_t slot, TimePoint now) noexcept
     counted = refusal;
     ++refused_[static_cast<std::size_t>(counted)];
     if (refusal == Refusal::none) {
-        offer(number);
-        by_score_.set(slot, order_key(machine.view().score, machine.turn()));
-        by_load_.set(slot, order_key(machine.view().load, machine.turn()));
+        bool const roomy = !machine.view().overcommitted;
+        offer(number, roomy);
+        std::uint64_t const rank = roomy ? 0 : TournamentTree::last;
+        by_score_.set(slot, rank | order_key(machine.view().score, machine.turn()));
+        by_load_.set(slot, rank | order_key(machine.view().load, machine.turn()));
     } else if (places_[slot].position != nowhere) {
         withdraw(number);
         by_score_.set(slot, TournamentTree::absent);
@@ -146,21 +155,34 @@ void Fleet::assess(std::size_t slot, TimePoint now) noexcept
     }
 }
 
-void Fleet::offer(std::uint32_t slot) noexcept
+void Fleet::offer(std::uint32_t slot, bool roomy) noexcept
 {
-    if (places_[slot].position != nowhere)
-        return;
-    places_[slot].position = static_cast<std::uint32_t>(offered_.size());
-    offered_.push_back(slot); // reserved for all machines: never allocates
+    if (places_[slot].position == nowhere) {
+        places_[slot].position = static_cast<std::uint32_t>(usable_.size());
+        usable_.push_back(slot); // reserved for all machines: never allocates
+    }
+    bool const was_roomy = places_[slot].position < roomy_;
+    if (roomy && !was_roomy)
+        exchange(slot, roomy_++);
+    else if (!roomy && was_roomy)
+        exchange(slot, --roomy_);
 }
 
 void Fleet::withdraw(std::uint32_t slot) noexcept
 {
-    std::uint32_t const position = std::exchange(places_[slot].position, nowhere);
-    offered_[position] = offered_.back();
-    places_[offered_[position]].position = position;
-    offered_.pop_back();
+    if (places_[slot].position < roomy_)
+        exchange(slot, --roomy_);
+    exchange(slot, usable_.size() - 1);
+    usable_.pop_back();
     places_[slot].position = nowhere;
+}
+
+/// Swaps the positions of a machine and of the one that is at `position`.
+void Fleet::exchange(std::uint32_t slot, std::size_t position) noexcept
+{
+    std::uint32_t const other = usable_[position];
+    std::swap(usable_[places_[slot].position], usable_[position]);
+    std::swap(places_[slot].position, places_[other].position);
 }
 
 void Fleet::unlink(std::uint32_t slot) noexcept

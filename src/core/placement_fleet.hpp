@@ -39,9 +39,9 @@ public:
     std::array<std::size_t, refusal_count> const& refused() const noexcept { return refused_; }
     double unseen_arrivals() const noexcept { return lessons_.foreign.unseen(); }
 
-    // Those offered, by position: dense, in no order.
-    std::size_t offered() const noexcept { return offered_.size(); }
-    std::size_t slot_at(std::size_t position) const noexcept { return offered_[position]; }
+    // Those offered, by position: dense, in no order. Overcommitted machines only while there are no others.
+    std::size_t offered() const noexcept { return roomy_ != 0 ? roomy_ : usable_.size(); }
+    std::size_t slot_at(std::size_t position) const noexcept { return usable_[position]; }
     std::size_t position_of(std::size_t slot) const noexcept { return places_[slot].position; }
     std::size_t least_committed() const noexcept { return position_of(by_score_.first()); }
     std::size_t least_reported() const noexcept { return position_of(by_load_.first()); }
@@ -50,8 +50,8 @@ public:
 private:
     static constexpr std::uint32_t nowhere = std::numeric_limits<std::uint32_t>::max();
 
-    /// What the indexes know of a machine: its position among those offered, and its neighbours by age of
-    /// report.
+    /// What the indexes know of a machine: its position among those not refused, and its neighbours by age
+    /// of report.
     struct Place
     {
         std::uint32_t position = nowhere;
@@ -71,8 +71,9 @@ private:
 
     void rebuild();
     void assess(std::size_t slot, TimePoint now) noexcept;
-    void offer(std::uint32_t slot) noexcept;
+    void offer(std::uint32_t slot, bool roomy) noexcept;
     void withdraw(std::uint32_t slot) noexcept;
+    void exchange(std::uint32_t slot, std::size_t position) noexcept;
     void unlink(std::uint32_t slot) noexcept;
     void link_newest(std::uint32_t slot) noexcept;
 
@@ -81,7 +82,8 @@ private:
     std::vector<Place> places_;
     std::unordered_map<std::string_view, std::uint32_t, NameHash, std::equal_to<>> slots_;
 
-    std::vector<std::uint32_t> offered_;
+    std::vector<std::uint32_t> usable_; ///< Not refused: first those with room, then the overcommitted.
+    std::size_t roomy_ = 0;
     TournamentTree by_score_;
     TournamentTree by_load_;
     std::array<std::size_t, refusal_count> refused_{};

@@ -31,6 +31,8 @@ json::object machine_json(Decision::Entry const& entry)
     object["server"] = entry.address;
     if (entry.machine.refusal != Refusal::none)
         object["refused"] = to_string(entry.machine.refusal);
+    if (entry.machine.overcommitted)
+        object["overcommitted"] = true;
     object["load"] = rounded(entry.machine.load);
     object["committed"] = rounded(entry.machine.committed);
     object["score"] = rounded(entry.machine.score);

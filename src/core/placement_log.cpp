@@ -27,9 +27,9 @@ void Record::begin(std::uint64_t decision, std::uint64_t seed, TimePoint now, Fl
     entry_count = whole_fleet ? fleet.size() : 0;
     for (std::size_t slot = 0; slot != entry_count; ++slot) {
         Candidate const& machine = fleet.machine(slot).view();
-        bool const refused_now = machine.refusal != Refusal::none;
+        bool const offered_now = machine.refusal == Refusal::none && fleet.position_of(slot) < offered;
         entries[slot].machine = machine;
-        entries[slot].position = refused_now ? no_position : fleet.position_of(slot);
+        entries[slot].position = offered_now ? fleet.position_of(slot) : no_position;
     }
 }
 

@@ -15,6 +15,13 @@ constexpr Duration averaging = seconds(6);
 constexpr double gain = 0.3;
 /// How much evidence outweighs the assumed need of memory, in sessions² s.
 constexpr double memory_strength = 60;
+/// A departure explains a falling load for two of the high-pass filters' times.
+constexpr Duration departure_memory = seconds(240);
+/// In eighths of the placement timeout: a browser asks for its start a second or two after it was sent.
+constexpr std::size_t counted_lifetime = 3;
+constexpr std::int64_t most_arrivals = 1'000'000;
+constexpr std::uint32_t most_foreign = 100;
+constexpr int most_steps = 1'000'000;
 /// The part of its room that a machine in its slow start has at first.
 constexpr double least_readiness = 0.1;
 /// The reference's rule knows no commitments, neither for choosing nor for refusing.
@@ -40,39 +47,118 @@ int Machine::visible(LoadReport const& report) const noexcept
     return report.sessions.value_or(0) - std::min(report.starting.value_or(0), report.sessions.value_or(0));
 }
 
-Arrivals Machine::report(LoadReport const& report, TimePoint now, bool established,
-                         SchedulerParams const& params)
+namespace {
+
+using Counter = std::optional<std::int64_t>;
+
+bool fell(Counter const& before, Counter const& now) noexcept
+{
+    return before && now && *now < *before;
+}
+
+/// How much a counter rose; one that began anew rose from 0. At most a million.
+std::uint32_t rise_of(Counter const& before, Counter const& now, bool anew) noexcept
+{
+    if (!now || (!before && !anew))
+        return 0;
+    std::int64_t const from = anew ? 0 : std::max<std::int64_t>(*before, 0);
+    std::int64_t const rise = std::max<std::int64_t>(*now, 0) - from;
+    return static_cast<std::uint32_t>(std::clamp<std::int64_t>(rise, 0, most_arrivals));
+}
+
+} // namespace
+
+/// A machine whose counters fell came up anew since its last report.
+bool Machine::restarted(LoadReport const& report) const noexcept
+{
+    return fell(last_.arrivals, report.arrivals) || fell(last_.failed, report.failed) ||
+           fell(last_.departures, report.departures);
+}
+
+Arrivals Machine::report(LoadReport const& report, TimePoint now, bool established)
 {
     Arrivals arrivals;
     arrivals.counted = report.sessions.has_value();
+    arrivals.exact = report.sessions && report.arrivals;
     placed_.age_until(ages_.eighth(now));
-    bool const continues = reporting() && last_.sessions.has_value() == report.sessions.has_value();
+    bool const restart = restarted(report);
+    bool const continues =
+        reporting() && !restart && last_.sessions.has_value() == report.sessions.has_value();
     if (continues) {
         arrivals.since_last = now - reported_at_;
         int const more_visible =
             report.sessions ? count_arrivals(report, arrivals) : infer_arrivals(report, arrivals);
-        arrivals.cost = learn(report, arrivals.since_last);
+        arrivals.cost = learn(report, now);
         arrivals.surprise = surprise(report.load, more_visible, now);
         follow(report.load, more_visible, now);
     } else {
-        if (contact_ == Contact::unknown && report.capacity.value_or(0) > 0)
-            cost_ = SessionCost(params.threshold / *report.capacity);
-        // A machine that has sessions did not restart: only the way to it was broken.
-        bool const restarted = !established && report.sessions.value_or(0) == 0;
-        up_since_ = restarted ? now : TimePoint::min();
+        // A machine that has sessions did not restart, unless its counters say so: only the way to it was
+        // broken.
+        bool const came_up = restart || (!established && report.sessions.value_or(0) == 0);
+        up_since_ = came_up ? now : TimePoint::min();
         cost_.interrupt();
         memory_cost_.interrupt();
         level_ = level_before_ = report.load;
+        confirm(0, restart, report, arrivals);
     }
-    if (ages_.forgets_at_once())
-        reservations_.clear(); // whoever is not in this report came and has gone
-    else
-        arrivals.expired = reservations_.age_until(ages_.eighth(now));
+    expire(now, arrivals);
     last_ = report;
     reported_at_ = now;
     contact_ = Contact::reporting;
     stale_ = false;
     return arrivals;
+}
+
+/// Gives back the reservations of those who did not come in time: where arrivals are counted, that is known
+/// soon.
+void Machine::expire(TimePoint now, Arrivals& arrivals) noexcept
+{
+    if (ages_.forgets_at_once()) {
+        reservations_.clear(); // whoever is not in this report came and has gone
+        return;
+    }
+    if (reservations_.count() == 0)
+        return;
+    if (arrivals.counted) {
+        arrivals.expired =
+            reservations_.age_until(ages_.eighth(now), arrivals.exact ? counted_lifetime : age_count);
+        return;
+    }
+    double const before = unclaimed_visible(now);
+    arrivals.expired = reservations_.age_until(ages_.eighth(now));
+    if (arrivals.expired == 0)
+        return;
+    double const part = before > arrivals.expired ? arrivals.expired / before : 1;
+    if (cost_.has_shown_unclaimed()) {
+        cost_.claim(part);
+        return;
+    }
+    cost_.forget(part);
+    placed_.forget(arrivals.expired);
+}
+
+/// How many sessions more a bare number would show if all who were placed had come.
+double Machine::unclaimed_visible(TimePoint now) const noexcept
+{
+    if (reservations_.count() == 0)
+        return 0;
+    Reservations aged = reservations_;
+    std::uint32_t const expired = aged.age_until(ages_.eighth(now));
+    return visible_of(aged.by_age()) + expired;
+}
+
+/// Confirms reservations by `rise`, the sessions that are surely new, and by the counter of arrivals, which
+/// no departure hides: one whose start failed has given its reservation back with that.
+void Machine::confirm(int rise, bool restart, LoadReport const& report, Arrivals& arrivals) noexcept
+{
+    if (!arrivals.counted)
+        return;
+    auto const seen = static_cast<std::uint32_t>(rise);
+    std::uint32_t const counted = rise_of(last_.arrivals, report.arrivals, restart);
+    std::uint32_t const ours = reservations_.confirm(std::max(seen, counted), true, arrivals.confirmed);
+    // Of the strangers only what sessions show, and no more than one machine can have: it says something
+    // about the others.
+    arrivals.foreign = std::min(seen, most_foreign) - std::min(ours, std::min(seen, most_foreign));
 }
 
 /// Departures hide arrivals in the number of sessions, ends of starts hide them in the number of starts: the
@@ -81,9 +167,7 @@ int Machine::count_arrivals(LoadReport const& report, Arrivals& arrivals) noexce
 {
     int const more_sessions = *report.sessions - *last_.sessions;
     int const more_starting = report.starting.value_or(0) - last_.starting.value_or(0);
-    auto const arrived = static_cast<std::uint32_t>(std::max({more_sessions, more_starting, 0}));
-    std::uint32_t const ours = reservations_.confirm(arrived, true, arrivals.confirmed);
-    arrivals.foreign = arrived - ours;
+    confirm(std::max({more_sessions, more_starting, 0}), false, report, arrivals);
     return visible(report) - visible(last_);
 }
 
@@ -92,7 +176,11 @@ int Machine::infer_arrivals(LoadReport const& report, Arrivals& arrivals) noexce
 {
     double const rise = (report.load - level_) / cost_.value();
     auto const arrived = static_cast<std::uint32_t>(std::clamp(std::round(rise), 0.0, 1e6));
-    return static_cast<int>(reservations_.confirm(arrived, false, arrivals.confirmed));
+    std::uint32_t const before = reservations_.count();
+    std::uint32_t const ours = reservations_.confirm(arrived, false, arrivals.confirmed);
+    if (ours != 0)
+        cost_.claim(static_cast<double>(ours) / before);
+    return static_cast<int>(ours);
 }
 
 /// Moves the level by what became visible, then towards the report as far as that leaves it unexplained.
@@ -107,7 +195,7 @@ void Machine::follow(double load, int more_visible, TimePoint now) noexcept
         steps_ = rise_ = 0;
     }
     if (more_visible != 0) {
-        steps_ += std::abs(more_visible);
+        steps_ = std::min(steps_ + std::abs(more_visible), most_steps);
         rise_ += more_visible;
         stepped_at_ = now;
         level_ += cost_.value() * more_visible;
@@ -132,17 +220,38 @@ std::optional<double> Machine::surprise(double load, int more_visible, TimePoint
     return difference * difference / steps_;
 }
 
-Evidence Machine::learn(LoadReport const& report, Seconds since_last) noexcept
+/// A departure explains that the load falls, for as long as the filters of the cost remember it.
+void Machine::note_departures(LoadReport const& report, TimePoint now) noexcept
+{
+    if (visible(report) < visible(last_) || rise_of(last_.departures, report.departures, false) > 0)
+        left_at_ = now;
+}
+
+Evidence Machine::learn(LoadReport const& report, TimePoint now) noexcept
 {
     if (!report.sessions)
-        return cost_.learn(report.load, placed_.visible(), since_last, true);
+        return learn_by_placements(report.load, now);
+    Seconds const since_last = now - reported_at_;
     double const sessions = (visible(report) + visible(last_)) / 2.0;
     bool const settled = visible(report) == visible(last_);
+    note_departures(report, now);
+    Doubt doubt;
+    doubt.no_departures = left_at_ == TimePoint::min() || now - left_at_ > departure_memory;
     if (report.memory && last_.memory)
-        memory_cost_.learn(*report.memory, sessions, since_last, settled);
+        memory_cost_.learn(*report.memory, sessions, since_last, settled, doubt);
     memory_cost_.combine(1, memory_strength);
     cost_.weigh(report.load, visible(report));
-    return cost_.learn(report.load, sessions, since_last, settled);
+    return cost_.learn(report.load, sessions, since_last, settled, doubt);
+}
+
+/// Where only the load is known: sessions are what was placed, if the load shows that they came. Nobody says
+/// when one leaves.
+Evidence Machine::learn_by_placements(double load, TimePoint now) noexcept
+{
+    Doubt doubt;
+    doubt.unclaimed = unclaimed_visible(now);
+    doubt.no_departures = true;
+    return cost_.learn(load, placed_.visible() - doubt.unclaimed, now - reported_at_, true, doubt);
 }
 
 void Machine::lost() noexcept
@@ -168,10 +277,9 @@ double Machine::readiness(TimePoint now, SchedulerParams const& params) const no
     return std::clamp(passed, least_readiness, 1.0);
 }
 
-/// A guess decides between machines, but sends nobody away: until the fleet has shown what sessions cost,
-/// only reports do.
-Refusal Machine::refusal(double committed, double committed_memory, bool is_taught,
-                         SchedulerParams const& params) const noexcept
+/// By reports alone. What was placed and nobody has claimed decides between machines, but sends nobody away:
+/// anybody can ask for a place and not come.
+Refusal Machine::refusal(bool is_taught, SchedulerParams const& params) const noexcept
 {
     if (contact_ == Contact::unknown)
         return Refusal::unknown;
@@ -181,22 +289,36 @@ Refusal Machine::refusal(double committed, double committed_memory, bool is_taug
         return Refusal::stale;
     if (drained_ || last_.draining)
         return Refusal::draining;
-    if (last_.capacity && view_.sessions + view_.pending >= *last_.capacity)
+    if (last_.capacity && view_.sessions >= *last_.capacity)
         return Refusal::full;
-    if (last_.memory && committed_memory >= params.memory_threshold)
+    int const starting = last_.starting.value_or(0);
+    if (last_.memory && *last_.memory + memory_cost_.value() * starting >= params.memory_threshold)
         return Refusal::memory;
     if (last_.load >= params.threshold)
         return Refusal::load;
-    if (is_taught && committed >= params.threshold && params.policy != reports_only)
+    // A guess of what sessions cost sends nobody away either: the fleet must have shown it.
+    if (last_.sessions && is_taught && level_ + cost_.value() * starting >= params.threshold &&
+        params.policy != reports_only)
         return Refusal::committed;
     return Refusal::none;
+}
+
+bool Machine::overcommitted(double unseen, bool is_taught, SchedulerParams const& params) const noexcept
+{
+    if (last_.capacity && view_.sessions + view_.pending >= *last_.capacity)
+        return true;
+    if (last_.memory && *last_.memory + memory_cost_.value() * unseen >= params.memory_threshold)
+        return true;
+    return is_taught && view_.committed >= params.threshold && params.policy != reports_only;
 }
 
 void Machine::assess(TimePoint now, Lessons const& lessons, SchedulerParams const& params) noexcept
 {
     cost_.combine(lessons.cost.ratio(), lessons.cost.strength());
     double const cost = cost_.value();
-    double const coming = lessons.show_rates[counts_sessions()].expected(reservations_.by_age());
+    double const coming = counts_sessions() && !counts_arrivals()
+                              ? lessons.show_rate.expected(reservations_.by_age())
+                              : reservations_.count();
     double const unseen = last_.starting.value_or(0) + coming;
     // One session more, and the standard deviation of what all unseen ones may turn out to cost.
     double const next = unseen + 1 + lessons.variety.value() * std::sqrt(unseen + 1);
@@ -209,8 +331,9 @@ void Machine::assess(TimePoint now, Lessons const& lessons, SchedulerParams cons
     view_.pending = static_cast<int>(reservations_.count());
     view_.committed = std::max(0.0, level_ + cost * unseen);
     view_.score = std::max(0.0, level_ + cost * next / room) / weight_;
-    double const memory = last_.memory.value_or(0) + memory_cost_.value() * unseen;
-    view_.refusal = refusal(view_.committed, memory, lessons.cost.is_taught(), params);
+    bool const is_taught = lessons.cost.is_taught();
+    view_.refusal = refusal(is_taught, params);
+    view_.overcommitted = overcommitted(unseen, is_taught, params);
 }
 
 } // namespace webots_cloud::placement

@@ -18,7 +18,8 @@ struct Arrivals
     Evidence cost;             ///< What it taught about the cost of sessions.
     std::optional<double>
         surprise;         ///< How far sessions that became visible differed from that cost: a square.
-    bool counted = false; ///< The machine reports its number of sessions.
+    bool counted = false; ///< The machine reports its number of sessions,
+    bool exact = false;   ///< and of arrivals.
 };
 
 /// What the machines of a fleet taught together.
@@ -26,8 +27,9 @@ struct Lessons
 {
     FleetCost cost;
     SessionVariety variety;
-    std::array<ShowRate, 2>
-        show_rates; ///< Of machines that report a bare number, of those that count sessions.
+    /// Of machines that count sessions. Elsewhere reservations count in full until it is known that nobody
+    /// came: where arrivals are counted that is soon, and a bare number does not tell who came.
+    ShowRate show_rate = ShowRate(0.5);
     ForeignTraffic foreign;
 };
 
@@ -41,7 +43,7 @@ public:
     void configure(ServerSpec const& spec, std::string_view address) noexcept;
 
     /// `established`: it may have been up long before this first report, so there is no slow start.
-    Arrivals report(LoadReport const& report, TimePoint now, bool established, SchedulerParams const& params);
+    Arrivals report(LoadReport const& report, TimePoint now, bool established);
     void lost() noexcept;
     void stale() noexcept { stale_ = true; }
     void place(TimePoint now) noexcept;
@@ -50,9 +52,10 @@ public:
     void assess(TimePoint now, Lessons const& lessons, SchedulerParams const& params) noexcept;
     Candidate const& view() const noexcept { return view_; }
 
+    bool counts_sessions() const noexcept { return last_.sessions.has_value(); }
+    bool counts_arrivals() const noexcept { return last_.sessions && last_.arrivals; }
     bool reporting() const noexcept { return contact_ == Contact::reporting; }
     bool was_lost() const noexcept { return contact_ == Contact::lost; }
-    bool counts_sessions() const noexcept { return last_.sessions.has_value(); }
     Evidence cost_evidence() const noexcept { return cost_.evidence(); }
     TimePoint last_report() const noexcept { return reported_at_; }
     /// Of machines of one score the smallest turn is served first: who was given a session longest ago.
@@ -70,14 +73,20 @@ private:
     };
 
     int visible(LoadReport const& report) const noexcept;
+    bool restarted(LoadReport const& report) const noexcept;
+    void confirm(int rise, bool restart, LoadReport const& report, Arrivals& arrivals) noexcept;
     int count_arrivals(LoadReport const& report, Arrivals& arrivals) noexcept;
     int infer_arrivals(LoadReport const& report, Arrivals& arrivals) noexcept;
+    void expire(TimePoint now, Arrivals& arrivals) noexcept;
+    double unclaimed_visible(TimePoint now) const noexcept;
     void follow(double load, int more_visible, TimePoint now) noexcept;
     std::optional<double> surprise(double load, int more_visible, TimePoint now) noexcept;
     bool settling(TimePoint now) const noexcept;
-    Evidence learn(LoadReport const& report, Seconds since_last) noexcept;
-    Refusal refusal(double committed, double committed_memory, bool is_taught,
-                    SchedulerParams const& params) const noexcept;
+    void note_departures(LoadReport const& report, TimePoint now) noexcept;
+    Evidence learn(LoadReport const& report, TimePoint now) noexcept;
+    Evidence learn_by_placements(double load, TimePoint now) noexcept;
+    Refusal refusal(bool is_taught, SchedulerParams const& params) const noexcept;
+    bool overcommitted(double unseen, bool is_taught, SchedulerParams const& params) const noexcept;
     double readiness(TimePoint now, SchedulerParams const& params) const noexcept;
 
     std::string_view address_;
@@ -88,6 +97,7 @@ private:
     LoadReport last_;
     TimePoint reported_at_{};
     TimePoint up_since_ = TimePoint::min();
+    TimePoint left_at_ = TimePoint::min(); ///< When a session was last seen to leave.
 
     SessionCost cost_;
     SessionCost memory_cost_;

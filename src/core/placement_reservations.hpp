@@ -7,6 +7,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <utility>
 
 namespace webots_cloud::placement {
@@ -16,6 +17,14 @@ inline constexpr std::size_t age_count = 8;
 
 /// How many reservations there are of each age.
 using AgeCounts = std::array<std::uint32_t, age_count>;
+
+/// The part of those of each age whose load a bare number shows, 20 to 40 s after they were placed.
+inline constexpr std::array<double, age_count> visible_part = {0, 0, 0.25, 0.6, 0.9, 1, 1, 1};
+
+inline double visible_of(AgeCounts const& counts) noexcept
+{
+    return std::inner_product(counts.begin(), counts.end(), visible_part.begin(), 0.0);
+}
 
 /// The number of the eighth that a moment lies in; all of time is one eighth where the timeout is 0.
 class AgeClock
@@ -56,15 +65,15 @@ public:
         ++count_;
     }
 
-    /// Lets time pass until the eighth `now`; returns how many ran out.
-    std::uint32_t age_until(std::int64_t now) noexcept
+    /// Lets time pass until the eighth `now`; returns how many ran out: those `lifetime` eighths old.
+    std::uint32_t age_until(std::int64_t now, std::size_t lifetime = age_count) noexcept
     {
         std::size_t const steps = steps_until(now);
         std::uint32_t expired = 0;
         for (std::size_t age = age_count; age-- != 0;) {
-            if (age + steps >= age_count)
+            if (age + steps >= lifetime)
                 expired += ages_[age];
-            ages_[age] = age >= steps ? ages_[age - steps] : 0;
+            ages_[age] = age >= steps && age < lifetime ? ages_[age - steps] : 0;
         }
         count_ -= expired;
         return expired;
@@ -127,15 +136,11 @@ public:
         eighth_ = std::max(eighth_, now);
     }
 
+    /// Takes back those that never came: their reservations ran out.
+    void forget(std::uint32_t expired) noexcept { older_ = std::max(0.0, older_ - expired); }
+
     /// Those whose load should be visible: all older than four eighths, part of those of one to four.
-    double visible() const noexcept
-    {
-        constexpr std::array<double, age_count> part = {0, 0, 0.25, 0.6, 0.9, 1, 1, 1};
-        double sum = older_;
-        for (std::size_t age = 0; age != age_count; ++age)
-            sum += part[age] * recent_[age];
-        return sum;
-    }
+    double visible() const noexcept { return older_ + visible_of(recent_); }
 
 private:
     std::int64_t eighth_ = 0;

@@ -43,6 +43,7 @@ struct MachineState
     double changes_at = 0; ///< When it dies, or is back.
     bool alive = true;
     std::vector<Session> sessions;
+    std::size_t departed = 0; ///< Since it came up.
     std::array<double, samples> recent{};
 
     double wanted() const
@@ -106,13 +107,15 @@ private:
     void live(double now)
     {
         for (MachineState& machine : machines_) {
-            std::erase_if(machine.sessions, [now](Session const& session) { return session.ends <= now; });
+            machine.departed += std::erase_if(machine.sessions,
+                                              [now](Session const& session) { return session.ends <= now; });
             if (machine.changes_at <= now) {
                 machine.alive = !machine.alive;
                 machine.changes_at =
                     now + (machine.alive ? random_.exponential(campus_.mean_life) : campus_.repair);
                 clicks_again_ += machine.sessions.size();
                 machine.sessions.clear();
+                machine.departed = 0;
                 machine.recent.fill(machine.base);
             }
             std::shift_right(machine.recent.begin(), machine.recent.end(), 1);
@@ -149,6 +152,11 @@ private:
         report.starting = *report.sessions - counts(&Session::visible);
         if (campus_.peers == Peers::seated)
             report.capacity = machine.seats;
+        if (campus_.peers == Peers::exact) {
+            report.departures = static_cast<std::int64_t>(machine.departed);
+            report.arrivals = *report.departures + *report.sessions;
+            report.failed = 0;
+        }
         return report;
     }
 

@@ -15,7 +15,8 @@ enum class Peers
 {
     bare,    ///< A number.
     counted, ///< A number, `sessions` and `starting`.
-    seated   ///< These and `capacity`.
+    seated,  ///< These and `capacity`.
+    exact    ///< Those without `capacity`, and the counters since they came up.
 };
 
 /// Who places: the real Scheduler, or somebody who knows what no scheduler can.

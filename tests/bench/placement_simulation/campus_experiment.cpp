@@ -43,6 +43,7 @@ std::vector<Contestant> contestants()
     return {{"oracle", Knowledge::everything},
             {"oracle without costs", Knowledge::every_queue},
             {"least_committed, with capacity", Knowledge::reports, "least_committed", Peers::seated},
+            {"least_committed, arrivals counted", Knowledge::reports, "least_committed", Peers::exact},
             {"least_committed", Knowledge::reports},
             {"least_committed, bare numbers", Knowledge::reports, "least_committed", Peers::bare},
             {"power_of_two", Knowledge::reports, "power_of_two"},

@@ -30,11 +30,13 @@ class Lesson
 public:
     Lesson(Classroom const& room, std::uint64_t seed) : room_(room), random_(seed), machines_(room.machines)
     {
+        double const first_report = room.unclaimed > 0 ? -room.minute : 0;
         std::vector<ServerSpec> specs;
         for (std::size_t machine = 0; machine != room.machines; ++machine) {
             specs.emplace_back(std::to_string(machine));
             machines_[machine].base = random_.uniform(0, room.most_base_load);
-            machines_[machine].next_report = random_.uniform(-2 * room.report_every, -room.report_every);
+            machines_[machine].next_report =
+                first_report + random_.uniform(-2 * room.report_every, -room.report_every);
         }
         for (std::size_t server = 0; server != room.session_servers; ++server) {
             SchedulerParams params;
@@ -54,6 +56,7 @@ public:
             clicks.push_back(random_.uniform(0, room_.minute));
         std::ranges::sort(clicks);
         Seating seating;
+        ask_for_nobody(seating);
         for (double const click : clicks) {
             report_until(click);
             auto const server =
@@ -70,6 +73,18 @@ public:
     }
 
 private:
+    void ask_for_nobody(Seating& seating)
+    {
+        std::vector<double> requests;
+        for (int request = 0; request != room_.unclaimed; ++request)
+            requests.push_back(random_.uniform(-room_.minute, 0));
+        std::ranges::sort(requests);
+        for (double const request : requests) {
+            report_until(request);
+            seating.refused += schedulers_.front().place(at(request)).has_error();
+        }
+    }
+
     void report_until(double now)
     {
         for (;;) {
@@ -102,6 +117,12 @@ private:
         if (room_.counted) {
             report.sessions = placed_before(machine, now - room_.travel);
             report.starting = *report.sessions - placed_before(machine, now - room_.visible_after);
+            if (room_.capacity > 0)
+                report.capacity = room_.capacity;
+            if (room_.arrivals) {
+                report.arrivals = *report.sessions;
+                report.failed = report.departures = 0;
+            }
         }
         return report;
     }

@@ -26,6 +26,9 @@ struct Classroom
     double noise = 2;                ///< Percent, of one sample, either way.
     double threshold = 95;           ///< Percent.
     bool counted = true;             ///< Machines report `sessions` and `starting`, not only a number.
+    bool arrivals = false;           ///< Machines that do count arrivals, too.
+    int capacity = 0;                ///< What machines that do report as theirs; 0: nothing.
+    int unclaimed = 0;               ///< Requests in the minute before, of which nobody comes.
     std::size_t session_servers = 1; ///< That share the machines without talking to each other.
     std::string policy = "least_committed";
     webots_cloud::SchedulingPolicy custom;

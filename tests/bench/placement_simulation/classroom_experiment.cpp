@@ -73,6 +73,25 @@ void classroom(Output& output)
             print_figures(
                 output, "least_committed, session_cost " + decimals(assumed, 0) + " % instead of 12 %", room);
         }
+        for (int const capacity : {100, 8}) {
+            Classroom room;
+            room.capacity = capacity;
+            if (counted)
+                print_figures(output, "least_committed, a capacity of " + std::to_string(capacity), room);
+        }
+        for (bool const arrivals : {false, true}) {
+            Classroom room;
+            room.counted = counted;
+            room.arrivals = arrivals;
+            if (arrivals && counted)
+                print_figures(output, "least_committed, arrivals counted", room);
+            room.unclaimed = 330;
+            if (!arrivals || counted)
+                print_figures(output,
+                              std::string("least_committed, ") + (arrivals ? "arrivals counted, " : "") +
+                                  "after 330 requests that nobody claimed",
+                              room);
+        }
         Classroom room;
         room.counted = counted;
         room.session_servers = 5;

@@ -77,7 +77,7 @@ BOOST_AUTO_TEST_CASE(machines_that_disagree_listen_less_to_the_fleet)
 
 BOOST_AUTO_TEST_CASE(all_browsers_are_expected_until_some_never_came)
 {
-    ShowRate rate;
+    ShowRate rate(0);
     AgeCounts unseen{};
     unseen[0] = 4;
     BOOST_TEST(rate.expected(unseen) == 4);
@@ -90,6 +90,61 @@ BOOST_AUTO_TEST_CASE(all_browsers_are_expected_until_some_never_came)
     AgeCounts late{};
     late[3] = 4;
     BOOST_TEST(rate.expected(late) == 4 * 10.0 / 110, boost::test_tools::tolerance(1e-9));
+}
+
+BOOST_AUTO_TEST_CASE(however_many_never_came_who_cannot_have_been_reported_counts_half)
+{
+    ShowRate rate(0.5);
+    rate.record({}, 990);
+    AgeCounts fresh{};
+    fresh[0] = fresh[1] = 2;
+    BOOST_TEST(rate.expected(fresh) == 2);
+    AgeCounts old{};
+    old[2] = 4;
+    BOOST_TEST(rate.expected(old) == 0.04, boost::test_tools::tolerance(1e-9));
+}
+
+BOOST_AUTO_TEST_CASE(placements_of_which_the_load_shows_no_trace_teach_nothing)
+{
+    SessionCost estimate(12);
+    Doubt doubt;
+    for (int time = 0; time <= 300; time += 5) {
+        doubt.unclaimed = time < 60 ? 0 : 33;
+        BOOST_TEST(estimate.learn(10, 0, Seconds(5), true, doubt).xx == 0);
+    }
+    BOOST_TEST(!estimate.has_shown_unclaimed());
+    estimate.forget(1); // nobody came: as if it had never been
+    BOOST_TEST(estimate.learn(10, 0, Seconds(5), true).xx == 0);
+}
+
+BOOST_AUTO_TEST_CASE(a_load_that_rises_with_unclaimed_placements_shows_what_each_of_them_costs)
+{
+    SessionCost estimate(12);
+    Doubt doubt;
+    for (int time = 0; time <= 100; time += 5) {
+        doubt.unclaimed = time < 60 ? 0 : 4;
+        estimate.learn(time < 60 ? 10 : 30, 0, Seconds(5), true, doubt);
+    }
+    BOOST_TEST(estimate.has_shown_unclaimed());
+    BOOST_TEST(!estimate.has_shown_unclaimed(), "until it is shown again");
+    estimate.claim(1);
+    for (int time = 105; time <= 300; time += 5)
+        estimate.learn(30, 4, Seconds(5), true);
+    estimate.combine(1, 10);
+    BOOST_TEST(estimate.value() == 5, boost::test_tools::tolerance(0.1));
+}
+
+BOOST_AUTO_TEST_CASE(a_fall_teaches_only_where_a_departure_may_explain_it)
+{
+    for (bool const known_to_stay : {false, true}) {
+        SessionCost estimate(12);
+        Doubt doubt;
+        doubt.no_departures = known_to_stay;
+        for (int time = 0; time <= 300; time += 5)
+            estimate.learn(time < 60 ? 0 : 60, time < 60 ? 0 : 4, Seconds(5), true, doubt);
+        Evidence const fallen = estimate.learn(5, 4, Seconds(5), true, doubt);
+        BOOST_TEST((fallen.xx == 0) == known_to_stay);
+    }
 }
 
 BOOST_AUTO_TEST_CASE(the_variety_of_sessions_is_learned)
@@ -183,6 +238,15 @@ BOOST_AUTO_TEST_CASE(a_few_light_sessions_say_little_by_the_load_itself)
     BOOST_TEST(estimate.value() > 10);
 }
 
+BOOST_AUTO_TEST_CASE(one_absurd_report_does_not_teach_the_fleet_for_hours)
+{
+    FleetCost fleet;
+    fleet.learn({5e12, 5e14}, {}, start);
+    for (int report = 0; report != 100; ++report)
+        fleet.learn({1000, 1000}, {}, start);
+    BOOST_TEST(fleet.ratio() < 20);
+}
+
 BOOST_AUTO_TEST_CASE(one_absurd_machine_does_not_make_the_fleet_disagree)
 {
     FleetCost fleet;
@@ -199,7 +263,7 @@ BOOST_AUTO_TEST_CASE(one_absurd_session_does_not_make_all_look_different)
 
 BOOST_AUTO_TEST_CASE(who_came_long_ago_says_little_about_who_comes_now)
 {
-    ShowRate rate;
+    ShowRate rate(0);
     AgeCounts came{};
     came[0] = 100;
     for (int good = 0; good != 100; ++good)

@@ -125,18 +125,4 @@ BOOST_FIXTURE_TEST_CASE(the_score_is_the_load_with_one_session_more_and_what_the
     BOOST_TEST(machine("a").score == 4 * 12 + 2 * 6, tolerance(1e-9));
 }
 
-BOOST_AUTO_TEST_CASE(an_unknown_session_keeps_off_small_machines)
-{
-    Scheduler scheduler;
-    scheduler.set_servers(named({"small", "big"}));
-    LoadReport small = counted(20, 0);
-    small.capacity = 4;
-    LoadReport big = counted(42, 0);
-    big.capacity = 32;
-    scheduler.report("small", small, start);
-    scheduler.report("big", big, start);
-    // On average 44 % and 45 %, but half as much again would be 56 % and 46 %.
-    BOOST_TEST(scheduler.place(start).value().address == "big");
-}
-
 BOOST_AUTO_TEST_SUITE_END()

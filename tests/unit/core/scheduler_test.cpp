@@ -173,13 +173,23 @@ BOOST_FIXTURE_TEST_CASE(a_server_at_the_threshold_is_not_offered, OneMachine)
     BOOST_TEST((machine("a").refusal == Refusal::load));
 }
 
-BOOST_FIXTURE_TEST_CASE(what_is_committed_alone_makes_a_server_unavailable, OneMachine)
+BOOST_FIXTURE_TEST_CASE(sessions_that_start_make_a_server_unavailable_before_their_load_shows, OneMachine)
+{
+    TimePoint const now = teach_cost();
+    scheduler.report("a", counted(48, 8, 4), now + seconds(5)); // 8 * 12 % reach 95 %
+    BOOST_TEST(!scheduler.available(now + seconds(5)));
+    BOOST_TEST((machine("a", now + seconds(5)).refusal == Refusal::committed));
+    BOOST_TEST(scheduler.place(now + seconds(5)).has_error());
+}
+
+BOOST_FIXTURE_TEST_CASE(what_was_placed_and_nobody_claimed_makes_no_server_unavailable, OneMachine)
 {
     TimePoint const now = teach_cost();
     place(4, now); // with the four that are there: 8 * 12 % reach 95 %
-    BOOST_TEST(!scheduler.available(now));
-    BOOST_TEST((machine("a").refusal == Refusal::committed));
-    BOOST_TEST(scheduler.place(now).has_error());
+    BOOST_TEST(machine("a", now).overcommitted);
+    BOOST_TEST((machine("a", now).refusal == Refusal::none));
+    BOOST_TEST(scheduler.available(now));
+    BOOST_TEST(scheduler.place(now).has_value());
 }
 
 BOOST_FIXTURE_TEST_CASE(a_guess_of_what_sessions_cost_sends_nobody_away, OneMachine)
@@ -225,7 +235,7 @@ BOOST_AUTO_TEST_CASE(available_says_whether_a_placement_would_succeed)
         if (random.uniform() < 0.1) {
             fixture.scheduler.lost(name, now);
         } else {
-            LoadReport report = counted(random.uniform() * 110, static_cast<int>(random.below(8)));
+            LoadReport report = counted(random.uniform() * 110, static_cast<int>(random.below(9)));
             report.capacity = 8;
             report.memory = random.uniform() * 100;
             report.draining = random.uniform() < 0.1;
