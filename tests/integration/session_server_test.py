@@ -177,7 +177,7 @@ class Sessions(unittest.IsolatedAsyncioTestCase):
         os.mkfifo(os.path.join(folder, "output.log"))
         server.start()
         with open(os.path.join(folder, "output.log")) as file:
-            self.assertIn("set aside", file.read())
+            self.assertIn("is now output.log.set-aside-", file.read())
         self.assertTrue(any("set-aside" in name for name in os.listdir(folder)), os.listdir(folder))
 
     def test_the_log_as_json_is_an_object_a_line(self):

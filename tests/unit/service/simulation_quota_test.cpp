@@ -278,8 +278,8 @@ BOOST_AUTO_TEST_CASE(a_client_over_its_limit_is_told_what_to_raise_and_others_ha
     BOOST_TEST(
         refused.sent ==
             (Texts{"loading: Error: Your network has 2 simulations on this server already, and may not "
-                   "have more. Please end one of them, or try again later. The administrator of the "
-                   "server can raise \"simulationsPerAddress\"."}),
+                   "have more. Please end one of them, or try again later. Its operator can raise "
+                   "\"simulationsPerAddress\"."}),
         boost::test_tools::per_element());
     BOOST_TEST(refused.close_code.has_value());
     auto& other = fixture.run_one("203.0.113.8");
@@ -344,7 +344,7 @@ BOOST_AUTO_TEST_CASE(the_limit_can_be_raised_while_simulations_run)
     fixture.leave(fixture.run_one("a"));
 }
 
-BOOST_AUTO_TEST_CASE(the_log_names_the_key_and_is_not_flooded)
+BOOST_AUTO_TEST_CASE(the_log_names_the_key_once_for_each_client)
 {
     Fixture fixture(1);
     auto& first = fixture.run_one("203.0.113.7");
@@ -354,12 +354,9 @@ BOOST_AUTO_TEST_CASE(the_log_names_the_key_and_is_not_flooded)
                    "More than 1 simulations of 203.0.113.7 are refused: see \"simulationsPerAddress\"") == 1);
     BOOST_TEST(fixture.log.contains("[1] New client (203.0.113.7)"));
     fixture.leave(first);
-    for (int i = 0; i < 50; ++i) {
-        auto& one = fixture.run_one("b" + std::to_string(i));
-        fixture.start("b" + std::to_string(i));
-        fixture.leave(one);
-    }
-    BOOST_TEST(fixture.lines(" are refused: see ") == 10);
+    fixture.run_one("b");
+    fixture.start("b");
+    BOOST_TEST(fixture.lines(" are refused: see ") == 2);
 }
 
 BOOST_AUTO_TEST_CASE(sockets_that_start_nothing_make_room_for_those_that_come)
