@@ -165,7 +165,7 @@ std::unique_ptr<ProcessHost> make_process_host(boost::asio::any_io_executor exec
 
 /// What that guard can do here, as its option `--probe` says it in one line; for `core::parse_isolation`.
 ///
-/// Errors: `start_failed`, `timed_out` after five seconds.   Cancellation: terminal.
+/// Errors: `start_failed`, `timed_out` after 15 seconds.   Cancellation: terminal.
 boost::asio::awaitable<result<std::string>> probe_guard(std::filesystem::path guard,
                                                         std::vector<std::filesystem::path> read_only, Clock& clock);
 

@@ -27,7 +27,7 @@ namespace asio = boost::asio;
 namespace process = boost::process::v2;
 using core::concat;
 
-constexpr auto patience = std::chrono::seconds(5);
+constexpr auto patience = std::chrono::seconds(15); // of a machine that has much to do
 constexpr std::size_t longest_answer = 4096;
 
 asio::awaitable<result<std::string>> read_all(asio::readable_pipe& output)
