@@ -42,7 +42,8 @@ void read_port(ConfigReader& reader, std::uint16_t& value, int highest)
 
 void read_networks(ConfigReader& reader, std::string_view key, std::vector<std::string>& networks)
 {
-    constexpr std::string_view wanted = "an address, or a network as in \"10.0.0.0/8\"";
+    constexpr std::string_view wanted =
+        "an address or a network without bits set beyond it, as in \"127.0.0.1\", \"10.0.0.0/8\" or \"::1\"";
     reader.read(key, networks);
     for (std::size_t i = 0; i < networks.size(); ++i)
         if (!core::IpNetwork::parse(networks[i]))

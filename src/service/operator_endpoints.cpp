@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 namespace webots_cloud {
 namespace {
@@ -47,10 +48,10 @@ void OperatorEndpoints::measure(TimePoint due, std::size_t clients)
     board_.take(figures, average_.value(), now, clock.wall());
     if (params_.monitor_log)
         params_.monitor_log(core::monitor_csv_line(clock.wall(), figures));
-    if (feed_.empty())
+    if (feed_.empty() || !look_wanted_)
         return;
-    want_look(); // for the next update
-    feed_.publish(board_.update(rows(), capacity()));
+    update_due_ = true;
+    look_wanted_->notify();
 }
 
 std::size_t OperatorEndpoints::running() const
@@ -76,11 +77,15 @@ boost::asio::awaitable<result<>> OperatorEndpoints::look_at_processes()
         bool const cancelled = co_await async::is_cancelled();
         if (!wanted || cancelled)
             co_return Failure(boost::asio::error::operation_aborted);
+        bool const update_due = std::exchange(update_due_, false);
         auto const now = surroundings_.clock.now();
-        if (now - looked_at_processes_ < usage_interval) // two have asked at the same moment
-            continue;
-        looked_at_processes_ = now;
-        co_await look_at_some();
+        if (update_due ||
+            now - looked_at_processes_ >= usage_interval) { // unless two have asked at the same moment
+            looked_at_processes_ = now;
+            co_await look_at_some();
+        }
+        if (update_due)
+            feed_.publish(board_.update(rows(), capacity()));
     }
 }
 

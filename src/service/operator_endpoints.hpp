@@ -38,8 +38,8 @@ public:
     /// Looks at the machine; `due` is when that was to happen, `clients` the browsers on /client.
     void measure(TimePoint due, std::size_t clients);
 
-    /// Looks at what simulators consume while somebody wants to know it.   Ends only when cancelled:
-    /// `operation_aborted`.
+    /// Looks at what simulators consume while somebody wants to know it, and tells who watches.   Ends only
+    /// when cancelled: `operation_aborted`.
     boost::asio::awaitable<result<>> look_at_processes();
 
     /// What the configuration says has changed: pages are made anew.
@@ -93,6 +93,7 @@ private:
     core::TimedPage monitor_html_;
     core::TimedPage monitor_json_;
     std::optional<async::Wakeup> look_wanted_; ///< There while `look_at_processes` is.
+    bool update_due_ = false;                  ///< To who watches, after that look.
     TimePoint looked_at_processes_;
     std::uint64_t last_looked_at_ = 0; ///< The session whose processes were looked at last: they take turns.
     bool exit_when_empty_ = false;
