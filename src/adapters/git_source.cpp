@@ -128,7 +128,7 @@ private:
     void log_notices()
     {
         for (auto const& notice : cache_.take_notices())
-            log_.warning(notice);
+            log_.warning(LogCause("cache"), notice);
     }
 
     /// What was handed out while the server was being asked: what the address meant last time.

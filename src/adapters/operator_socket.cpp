@@ -195,7 +195,8 @@ asio::awaitable<result<>> LocalOperatorSocket::run()
         if (error)
             co_return Failure(error);
         if (auto const why = refusal(socket); !why.empty())
-            log_.warning(LogCause("operator's socket"), concat("Refused a connection to the operator's socket: ", why));
+            log_.warning(LogCause("operator's socket"),
+                         concat("Refused a connection to the operator's socket: ", why));
         else
             co_await serve(std::move(socket));
     }

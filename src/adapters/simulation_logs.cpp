@@ -54,7 +54,8 @@ struct Writer
 
     void warn(std::string text)
     {
-        asio::post(executor, [log = log, text = std::move(text)] { log.warning(text); });
+        asio::post(executor,
+                   [log = log, text = std::move(text)] { log.warning(LogCause("simulation log"), text); });
     }
 };
 

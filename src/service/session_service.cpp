@@ -217,8 +217,10 @@ bool SessionService::Impl::may_ask(std::string_view quota_key, TimePoint now)
         return true;
     ++limited;
     if (verdict == core::TokenBuckets::Verdict::refused_first)
-        log.warning(LogCause("session limit"), concat("More requests for /session than one address may send come from ", quota_key,
-                           ": see \"sessionBurst\" and \"sessionRate\", and \"trustedProxies\" if that is a proxy"));
+        log.warning(
+            LogCause("session limit"),
+            concat("More requests for /session than one address may send come from ", quota_key,
+                   ": see \"sessionBurst\" and \"sessionRate\", and \"trustedProxies\" if that is a proxy"));
     return false;
 }
 

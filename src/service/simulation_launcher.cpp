@@ -269,7 +269,7 @@ void RunningSimulation::note_lines_left_out()
         return;
     if (output_)
         output_(concat("[", *notice, "]"));
-    log_.warning(concat("[", label_, "] Of what the simulator prints ", *notice));
+    log_.warning(LogCause("output", label_), concat("[", label_, "] Of what the simulator prints ", *notice));
     if (!ready_ && !stopping_)
         events_.emplace_back(SimulationProgress{concat("Of what the simulator prints ", *notice)});
 }

@@ -186,10 +186,11 @@ void SimulationService::Impl::let_wait(std::uint64_t id, std::string const& quot
     waiting_channels.emplace(id, &channel);
     if (!gone)
         return;
-    surroundings.log.warning(LogCause("waiting limit"), concat("More than ", std::to_string(params.most_waiting),
-                                        " connections, or ", std::to_string(params.waiting_per_address),
-                                        " of one address, start nothing: the oldest, [", std::to_string(*gone),
-                                        "], is closed"));
+    surroundings.log.warning(LogCause("waiting limit"),
+                             concat("More than ", std::to_string(params.most_waiting), " connections, or ",
+                                    std::to_string(params.waiting_per_address),
+                                    " of one address, start nothing: the oldest, [", std::to_string(*gone),
+                                    "], is closed"));
     auto* const oldest = waiting_channels.at(*gone);
     waiting_channels.erase(*gone);
     (void)oldest->send(
