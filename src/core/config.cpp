@@ -112,7 +112,7 @@ void read_access(ConfigReader& reader, AccessConfig& access)
         reader.refuse("hostNames", "a list of names of this machine, as in \"lab7.example.org\"");
     read_origins(reader, "allowedOrigins", access.allowed_origins);
     read_origins(reader, "frameAncestors", access.frame_ancestors);
-    reader.read("monitorPassword", access.monitor_password);
+    reader.read_secret("monitorPassword", access.monitor_password);
     read_networks(reader, "monitorAddresses", access.monitor_addresses);
     reader.read("operatorTokenFile", access.operator_token_file);
     reader.read("operatorSocket", access.operator_socket);

@@ -621,6 +621,14 @@ BOOST_AUTO_TEST_CASE(a_mail_password_is_any_text_without_control_characters_and_
                    "characters, found something else");
 }
 
+BOOST_AUTO_TEST_CASE(no_message_shows_the_password_of_the_monitor)
+{
+    for (auto const* bad : {R"("secret\n")", "12345"})
+        BOOST_TEST(session_error(R"({"port":1,"simulationServers":[],"monitorPassword":)" + std::string(bad) + "}") ==
+                   "c.json: key \"monitorPassword\": expected a string without control characters, "
+                   "found something else");
+}
+
 BOOST_AUTO_TEST_CASE(values_that_reach_requests_commands_and_file_names_have_no_control_characters)
 {
     auto const refused = [](std::string const& key, std::string const& value) {
