@@ -11,6 +11,7 @@ import json
 import os
 import random
 import sys
+import threading
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
@@ -31,6 +32,7 @@ class Seated(Machine):
 
     def __init__(self, base, capacity=None, bare=False):
         super().__init__()
+        self.thread = threading.Thread(target=self.server.serve_forever, args=(0.02,), daemon=True)  # it ends sooner: there are many
         self.base, self.capacity, self.bare = base, capacity, bare
         self.came = 0
         self.tell()
