@@ -91,7 +91,7 @@ void session(int times)
 /// What a request costs more that came through a proxy.
 void client_behind_proxy(int times)
 {
-    core::TrustedProxies const proxies({"127.0.0.0/8", "::1"});
+    core::IpNetworks const proxies({"127.0.0.0/8", "::1"});
     std::vector<std::pair<std::string_view, std::string_view>> const fields{
         {"Host", "localhost:1999"}, {"X-Forwarded-For", "192.0.2.1, 203.0.113.7"}, {"Accept", "*/*"}};
     for (int i = 0; i < times; ++i) {

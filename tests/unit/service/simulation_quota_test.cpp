@@ -354,9 +354,10 @@ BOOST_AUTO_TEST_CASE(the_log_names_the_key_once_for_each_client)
                    "More than 1 simulations of 203.0.113.7 are refused: see \"simulationsPerAddress\"") == 1);
     BOOST_TEST(fixture.log.contains("[1] New client (203.0.113.7)"));
     fixture.leave(first);
-    fixture.run_one("b");
+    auto& other = fixture.run_one("b");
     fixture.start("b");
     BOOST_TEST(fixture.lines(" are refused: see ") == 2);
+    fixture.leave(other);
 }
 
 BOOST_AUTO_TEST_CASE(sockets_that_start_nothing_make_room_for_those_that_come)
