@@ -5,6 +5,8 @@ import asyncio
 import contextlib
 import os
 import shutil
+import signal
+import socket
 import stat
 import subprocess
 import sys
@@ -128,6 +130,65 @@ def beside_simulator(kind):
     return setting
 
 
+class HangingNames:
+    """A name server that never answers, and what makes a server ask it: a mount namespace with a resolv.conf of its own."""
+
+    ADDRESS = "127.53.53.53"  # of the loopback, so that the port of name servers is free
+
+    def __enter__(self):
+        self.folder = tempfile.mkdtemp(prefix="webots_cloud_speed_")
+        path = os.path.join(self.folder, "resolv.conf")
+        with open(path, "w") as file:
+            file.write(f"nameserver {self.ADDRESS}\noptions timeout:30 attempts:5\n")
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.socket.bind((self.ADDRESS, 53))
+        self.wrapper = ("unshare", "--mount", "sh", "-c", f'mount --bind {path} /etc/resolv.conf && exec "$@"', "sh")
+        return self
+
+    def __exit__(self, *_):
+        self.socket.close()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+
+@contextlib.contextmanager
+def hanging_names(quick):
+    """64 simulation servers whose names hang. Needs root, for the namespace and the port."""
+    def measure():
+        with HangingNames() as names, Machines(10) as machines:
+            machines.addresses += [f"hangs{number}.example.org:2000" for number in range(64)]
+            server = PinnedSessionServer(machines)
+            server.wrapper = names.wrapper
+            with server:
+                names.socket.settimeout(30)
+                names.socket.recv(512)  # it asks
+                return longest_waits(server, quick)
+    yield measure
+
+
+@contextlib.contextmanager
+def pipe_as_configuration(quick):
+    """Read again ten times a second, by SIGHUP."""
+    def measure():
+        with Machines(10) as machines, PinnedSessionServer(machines) as server:
+            server.wait_for_polls(machines)
+            path = os.path.join(server.folder, "config.json")
+            os.unlink(path)
+            os.mkfifo(path)
+            over = threading.Event()
+
+            def hang_up():
+                while not over.wait(0.1):
+                    os.kill(server.pid, signal.SIGHUP)
+            thread = threading.Thread(target=hang_up)
+            thread.start()
+            try:
+                return longest_waits(server, quick)
+            finally:
+                over.set()
+                thread.join()
+    yield measure
+
+
 GOAL = ("ms", "at most 20 ms", 20, itself)
 
 ROWS = [
@@ -141,4 +202,7 @@ ROWS = [
         attacked_simulation_server("pages", "/monitor", 300)),
     Row("longest wait of `GET /livez` while 300 clients ask for `/monitor` and do not read, session server", *GOAL,
         attacked_session_server("pages", "/monitor", 300)),
+    Row("longest wait of `GET /livez` while 64 names of simulation servers hang", *GOAL, hanging_names),
+    Row("longest wait of `GET /livez` while a pipe is in the place of the configuration, at ten SIGHUPs a second", *GOAL,
+        pipe_as_configuration),
 ]
