@@ -214,8 +214,10 @@ asio::awaitable<void> LocalOperatorSocket::serve(Protocol::socket socket)
     if (unreadable)
         co_return;
     std::vector<std::pair<std::string_view, std::string_view>> headers;
-    auto const answer = endpoint_.respond(to_request(parser.get(), headers));
-    auto const* const response = std::get_if<HttpResponse>(&answer);
+    auto answer = endpoint_.respond(to_request(parser.get(), headers));
+    auto* const response = std::get_if<HttpResponse>(&answer);
+    if (response && response->shared)
+        response->body = response->shared->text;
     std::string text;
     adapters::append_response(text, response ? *response : HttpResponse(400, {}, {}), false, true);
     stream.expires_after(patience);

@@ -21,6 +21,7 @@ from support import haproxy, nginx  # noqa: E402
 from support.browser import open_browser  # noqa: E402
 from support.browser_client import Browser, server, websockets  # noqa: E402
 from support.machine import Machine  # noqa: E402
+from support.raw_websocket import read_all  # noqa: E402
 from support.servers import SessionServer, free_port, main, program, wait_until  # noqa: E402
 
 EVIL = "evil.example"  # Chromium is told that this name is this machine's, as a name server that rebinds would
@@ -243,6 +244,12 @@ os.execv({program('webots-demo-simulator')!r}, ['webots', *sys.argv[1:]])
             status, told = simulation.command("--drain")
             self.assertEqual(status, 1)
             self.assertIn("Does a server with this configuration run on this machine, as this user?", told)
+
+    def test_the_socket_answers_everything_without_the_monitors_password(self):
+        with SessionServer([], monitorPassword="open sesame") as session, socket.socket(socket.AF_UNIX) as client:
+            client.connect(session.operator_socket())
+            client.sendall(b"GET /monitor HTTP/1.1\r\nHost: localhost\r\n\r\n")
+            self.assertTrue(read_all(client).endswith(b"</html>\n"))
 
     def test_whoever_connects_and_says_nothing_is_waited_for_briefly(self):
         with SessionServer([]) as session, socket.socket(socket.AF_UNIX) as silent:
