@@ -155,6 +155,19 @@ class Units(unittest.IsolatedAsyncioTestCase):
                 self.assertIsNotNone(unit.get("/load"))
         wait_until(lambda: self.session.get("/session") == f"ws://{self.simulation.address}", "no session is offered")
 
+    def test_root_asks_the_running_servers_over_their_sockets(self):
+        def ask(unit, option):
+            program = f"/usr/local/bin/{unit.name.removesuffix('.service')}"
+            return subprocess.run([program, option, unit.config], capture_output=True, text=True, timeout=60).stdout.strip()
+
+        self.assertIn("decisions", json.loads(ask(self.session, "--decisions")))
+        self.assertEqual(ask(self.simulation, "--drain"), "draining")
+        self.assertEqual(ask(self.simulation, "--resume"), "serving")
+
+    def test_simulations_are_kept_apart_under_the_unit(self):
+        with urllib.request.urlopen(f"{self.simulation.url}/readyz") as answer:
+            self.assertEqual(answer.read().decode(), "ready")
+
     def test_they_run_without_privileges_and_with_short_turns_of_their_event_loop(self):
         for unit in self.both:
             with self.subTest(unit.name):
