@@ -92,7 +92,8 @@ std::string refusal(Protocol::socket& socket)
         return last_error();
     if (peer.uid != 0 && peer.uid != ::geteuid())
         return concat("user ", std::to_string(peer.uid), " is not ours");
-    // Nothing that we started becomes root, unless root wants it to; and root's processes may be hidden from us.
+    // Nothing that we started becomes root, unless root wants it to; and root's processes may be hidden from
+    // us.
     if (peer.uid == 0 && ::geteuid() != 0)
         return {};
     if (is_descendant(peer.pid))
