@@ -244,6 +244,23 @@ GitSnapshotPtr GitCache::find(std::string const& url, core::GitTarget const& tar
                               std::atomic<bool> const* aborted)
 {
     auto const folder = repository(url) / snapshot_name(target);
+    auto snapshot = open_stored(url, folder, target, aborted);
+    if (!snapshot)
+        return nullptr;
+    std::lock_guard const lock(mutex_);
+    if (auto const found = stored_.find(folder.string()); found != stored_.end()) {
+        found->second.used = fs::file_time_type::clock::now();
+        std::error_code ignored;
+        fs::last_write_time(folder / "index", found->second.used, ignored);
+    }
+    return snapshot;
+}
+
+/// A stored folder whose content was looked at. Null when there is none, when it was changed, and when it
+/// could not be looked at.
+GitSnapshotPtr GitCache::open_stored(std::string const& url, fs::path const& folder,
+                                     core::GitTarget const& target, std::atomic<bool> const* aborted)
+{
     Known known;
     {
         std::lock_guard const lock(mutex_);
@@ -265,16 +282,12 @@ GitSnapshotPtr GitCache::find(std::string const& url, core::GitTarget const& tar
         return nullptr;
     }
     found->second.known = known;
-    pay_for_index(*loaded);
-    GitSnapshotPtr snapshot = std::move(loaded);
     // Everyone shares one object: its use count tells whether the folder is in use.
-    if (auto const open = found->second.open.lock())
-        snapshot = open;
-    found->second.open = snapshot;
-    found->second.used = fs::file_time_type::clock::now();
-    std::error_code ignored;
-    fs::last_write_time(folder / "index", found->second.used, ignored);
-    return snapshot;
+    if (auto open = found->second.open.lock())
+        return open;
+    pay_for_index(*loaded);
+    found->second.open = loaded;
+    return loaded;
 }
 
 bool GitCache::knows(std::string const& url, core::GitObjectId const& commit) const
@@ -301,38 +314,10 @@ std::vector<GitSnapshotPtr> GitCache::relatives(std::string const& url)
     for (auto const& [used, path] : paths) {
         if (found.size() == most)
             break;
-        if (auto relative = open_relative(url, path))
+        if (auto relative = open_stored(url, path, {}, nullptr))
             found.push_back(std::move(relative));
     }
     return found;
-}
-
-GitSnapshotPtr GitCache::open_relative(std::string const& url, std::string const& path)
-{
-    Known known;
-    {
-        std::lock_guard const lock(mutex_);
-        if (auto const stored = stored_.find(path); stored != stored_.end())
-            known = stored->second.known;
-    }
-    auto loaded = std::make_shared<GitSnapshot>();
-    auto const content = load(path, *loaded, known, nullptr);
-    std::lock_guard const lock(mutex_);
-    auto const stored = stored_.find(path);
-    if (stored == stored_.end())
-        return nullptr;
-    if (content == GitContent::changed) {
-        drop(path);
-        complain_of(url);
-        return nullptr;
-    }
-    stored->second.known = known;
-    pay_for_index(*loaded);
-    GitSnapshotPtr snapshot = std::move(loaded);
-    if (auto const open = stored->second.open.lock())
-        snapshot = open;
-    stored->second.open = snapshot;
-    return snapshot;
 }
 
 result<GitIncoming> GitCache::begin()

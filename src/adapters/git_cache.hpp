@@ -137,7 +137,8 @@ private:
     void forget_empty(std::filesystem::path const& repository);
     std::filesystem::path repository(std::string const& url) const;
     std::filesystem::path fresh_path() const;
-    GitSnapshotPtr open_relative(std::string const& url, std::string const& path);
+    GitSnapshotPtr open_stored(std::string const& url, std::filesystem::path const& folder,
+                               core::GitTarget const& target, std::atomic<bool> const* aborted);
     void complain_of(std::string const& url);
     static GitContent load(std::filesystem::path const& folder, GitSnapshot& snapshot, Known& known,
                            std::atomic<bool> const* aborted);

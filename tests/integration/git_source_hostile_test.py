@@ -15,7 +15,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."
 from support.git_case import GitCase, main  # noqa: E402
 from support.git_probe import HEADER, WORLD, tree  # noqa: E402
 from support.git_server import GitServer  # noqa: E402
-from support.hostile_peer import HostileGitServer, pack_of_deltas, pack_of_folders, pack_of_waiting_deltas  # noqa: E402
+from support.hostile_peer import HostileGitServer, pack_of_deltas, pack_of_folders, pack_of_waiting_deltas, varint  # noqa: E402
 
 WORLDS = "worlds/a.wbt"
 FORBIDDEN = "The project has a file with a forbidden name: "
@@ -176,15 +176,6 @@ def packed(pack_bytes):
     """The answer to a fetch."""
     chunks = [pack_bytes[i:i + 60_000] for i in range(0, len(pack_bytes), 60_000)]
     return frame("packfile\n") + b"".join(frame(b"\1" + chunk) for chunk in chunks) + b"0000"
-
-
-def varint(number):
-    out = b""
-    while True:
-        out += bytes([number & 0x7F | (0x80 if number >> 7 else 0)])
-        number >>= 7
-        if not number:
-            return out
 
 
 COMMIT = "a" * 40
