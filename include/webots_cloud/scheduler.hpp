@@ -341,7 +341,7 @@ struct Decision
 /// - Ending reservations by the clock: between two reports nothing new is known. Only reports settle.
 /// - Expected departures between two reports (not measured): with sessions of minutes and reports of
 ///   seconds there is next to nothing to gain.
-/// - Scores kept in a heap, or scanned: see core/placement_index.hpp.
+/// - Scores kept in a heap, or scanned: see core/placement/placement_index.hpp.
 ///
 /// What would close the rest of the gap: knowing a world's cost before it starts (its URL is in the
 /// request) is worth the step from 2.6 % to 1.2 % of the oracle that knows none.

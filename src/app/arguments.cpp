@@ -1,4 +1,4 @@
-#include "../core/text.hpp"
+#include "core/text.hpp"
 
 #include <webots_cloud/adapters.hpp>
 #include <webots_cloud/daemon.hpp>

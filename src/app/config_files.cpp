@@ -1,5 +1,5 @@
-#include "../core/docker_project.hpp"
-#include "../core/text.hpp"
+#include "core/docker/docker_project.hpp"
+#include "core/text.hpp"
 
 #include <webots_cloud/adapters.hpp>
 #include <webots_cloud/daemon.hpp>

@@ -1,6 +1,6 @@
 #include "metrics.hpp"
 
-#include "../core/metrics_text.hpp"
+#include "core/pages/metrics_text.hpp"
 
 namespace webots_cloud::app {
 namespace {

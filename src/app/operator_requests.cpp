@@ -1,6 +1,6 @@
 #include "operator_requests.hpp"
 
-#include "../core/text.hpp"
+#include "core/text.hpp"
 
 #include <webots_cloud/adapters.hpp>
 #include <webots_cloud/daemon.hpp>

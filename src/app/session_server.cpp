@@ -1,4 +1,4 @@
-#include "../core/text.hpp"
+#include "core/text.hpp"
 #include "current_notifier.hpp"
 #include "log_summaries.hpp"
 #include "metrics.hpp"

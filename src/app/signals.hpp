@@ -1,8 +1,8 @@
 // What signals ask of a running server: SIGHUP, to read its configuration again; SIGUSR1, to drain.
 #pragma once
 
-#include "../core/config_changes.hpp"
-#include "../core/text.hpp"
+#include "core/config/config_changes.hpp"
+#include "core/text.hpp"
 
 #include <webots_cloud/config.hpp>
 #include <webots_cloud/servers.hpp>

@@ -1,10 +1,10 @@
 #include <webots_cloud/access_control.hpp>
 
-#include "../core/base64.hpp"
-#include "../core/http_pages.hpp"
-#include "../core/ip_address.hpp"
-#include "../core/site_access.hpp"
-#include "../core/text.hpp"
+#include "core/base64.hpp"
+#include "core/pages/http_pages.hpp"
+#include "core/access/ip_address.hpp"
+#include "core/access/site_access.hpp"
+#include "core/text.hpp"
 
 namespace webots_cloud {
 

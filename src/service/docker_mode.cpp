@@ -1,10 +1,10 @@
 #include <webots_cloud/docker_mode.hpp>
 
-#include "../async/wakeup.hpp"
-#include "../core/docker_leftovers.hpp"
-#include "../core/docker_project.hpp"
-#include "../core/launch_plan.hpp"
-#include "../core/text.hpp"
+#include "async/wakeup.hpp"
+#include "core/docker/docker_leftovers.hpp"
+#include "core/docker/docker_project.hpp"
+#include "core/simulation/launch_plan.hpp"
+#include "core/text.hpp"
 #include "run_program.hpp"
 
 #include <webots_cloud/simulation_launcher.hpp>

@@ -1,9 +1,9 @@
 #include <webots_cloud/load_monitor.hpp>
 
-#include "../core/load_table.hpp"
-#include "../core/text.hpp"
-#include "../async/cancellation.hpp"
-#include "../async/task_group.hpp"
+#include "core/load/load_table.hpp"
+#include "core/text.hpp"
+#include "async/cancellation.hpp"
+#include "async/task_group.hpp"
 
 #include <boost/asio/this_coro.hpp>
 

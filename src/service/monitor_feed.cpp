@@ -1,7 +1,7 @@
 #include "monitor_feed.hpp"
 
-#include "../core/text.hpp"
-#include "../web/assets.hpp"
+#include "core/text.hpp"
+#include "web/assets.hpp"
 
 namespace webots_cloud {
 namespace {

@@ -1,7 +1,7 @@
 // The browsers that watch a monitor page.
 #pragma once
 
-#include "../core/page_parts.hpp"
+#include "core/pages/page_parts.hpp"
 
 #include <webots_cloud/transport/endpoint.hpp>
 

@@ -1,11 +1,11 @@
 #include "operator_endpoints.hpp"
 
-#include "../async/cancellation.hpp"
-#include "../core/http_pages.hpp"
-#include "../core/metrics_text.hpp"
-#include "../core/monitor_page.hpp"
-#include "../core/monitor_sample.hpp"
-#include "../core/text.hpp"
+#include "async/cancellation.hpp"
+#include "core/pages/http_pages.hpp"
+#include "core/pages/metrics_text.hpp"
+#include "core/pages/monitor_page.hpp"
+#include "core/pages/monitor_sample.hpp"
+#include "core/text.hpp"
 
 #include <webots_cloud/version.hpp>
 

@@ -2,10 +2,10 @@
 // answers.
 #pragma once
 
-#include "../async/wakeup.hpp"
-#include "../core/load_formula.hpp"
-#include "../core/shared_page.hpp"
-#include "../core/simulation_board.hpp"
+#include "async/wakeup.hpp"
+#include "core/load/load_formula.hpp"
+#include "core/pages/shared_page.hpp"
+#include "core/pages/simulation_board.hpp"
 #include "monitor_feed.hpp"
 #include "simulation_session.hpp"
 

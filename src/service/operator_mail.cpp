@@ -1,11 +1,11 @@
 #include <webots_cloud/operator_mail.hpp>
 
-#include "../async/cancellation.hpp"
-#include "../async/wakeup.hpp"
-#include "../core/news_digest.hpp"
-#include "../core/notice_queue.hpp"
-#include "../core/notification.hpp"
-#include "../core/text.hpp"
+#include "async/cancellation.hpp"
+#include "async/wakeup.hpp"
+#include "core/notices/news_digest.hpp"
+#include "core/notices/notice_queue.hpp"
+#include "core/notices/notification.hpp"
+#include "core/text.hpp"
 
 #include <boost/asio/experimental/awaitable_operators.hpp>
 #include <boost/asio/this_coro.hpp>

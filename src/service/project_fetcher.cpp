@@ -1,6 +1,6 @@
 #include <webots_cloud/project_fetcher.hpp>
 
-#include "../core/text.hpp"
+#include "core/text.hpp"
 
 #include <boost/asio/this_coro.hpp>
 

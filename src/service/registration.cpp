@@ -1,10 +1,10 @@
 #include <webots_cloud/registration.hpp>
 
-#include "../async/cancellation.hpp"
-#include "../async/task_group.hpp"
-#include "../core/registration_form.hpp"
-#include "../core/text.hpp"
-#include "../core/web_form.hpp"
+#include "async/cancellation.hpp"
+#include "async/task_group.hpp"
+#include "core/notices/registration_form.hpp"
+#include "core/text.hpp"
+#include "core/web_form.hpp"
 
 #include <boost/asio/this_coro.hpp>
 

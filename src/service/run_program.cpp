@@ -1,7 +1,7 @@
 #include "run_program.hpp"
 
-#include "../async/deadline.hpp"
-#include "../core/text.hpp"
+#include "async/deadline.hpp"
+#include "core/text.hpp"
 
 #include <algorithm>
 

@@ -1,13 +1,13 @@
 #include <webots_cloud/session_service.hpp>
 
-#include "../core/http_pages.hpp"
-#include "../core/metrics_text.hpp"
-#include "../core/monitor_page.hpp"
-#include "../core/session_board.hpp"
-#include "../core/shared_page.hpp"
-#include "../core/text.hpp"
-#include "../core/token_buckets.hpp"
-#include "../web/assets.hpp"
+#include "core/pages/http_pages.hpp"
+#include "core/pages/metrics_text.hpp"
+#include "core/pages/monitor_page.hpp"
+#include "core/pages/session_board.hpp"
+#include "core/pages/shared_page.hpp"
+#include "core/text.hpp"
+#include "core/access/token_buckets.hpp"
+#include "web/assets.hpp"
 #include "monitor_feed.hpp"
 
 #include <webots_cloud/operator_mail.hpp>

@@ -1,14 +1,14 @@
 #include <webots_cloud/simulation_launcher.hpp>
 
-#include "../core/compose_output.hpp"
-#include "../core/docker_project.hpp"
-#include "../core/launch_plan.hpp"
-#include "../core/line_budget.hpp"
-#include "../core/output_budget.hpp"
-#include "../core/port_pool.hpp"
-#include "../core/text.hpp"
-#include "../core/webots_output.hpp"
-#include "../async/deadline.hpp"
+#include "core/docker/compose_output.hpp"
+#include "core/docker/docker_project.hpp"
+#include "core/simulation/launch_plan.hpp"
+#include "core/docker/line_budget.hpp"
+#include "core/simulation/output_budget.hpp"
+#include "core/simulation/port_pool.hpp"
+#include "core/text.hpp"
+#include "core/simulation/webots_output.hpp"
+#include "async/deadline.hpp"
 #include "run_program.hpp"
 
 #include <boost/asio/this_coro.hpp>

@@ -1,11 +1,11 @@
 #include <webots_cloud/simulation_service.hpp>
 
-#include "../async/deadline.hpp"
-#include "../core/client_protocol.hpp"
-#include "../core/http_pages.hpp"
-#include "../core/monitor_sample.hpp"
-#include "../core/text.hpp"
-#include "../core/waiting_clients.hpp"
+#include "async/deadline.hpp"
+#include "core/simulation/client_protocol.hpp"
+#include "core/pages/http_pages.hpp"
+#include "core/pages/monitor_sample.hpp"
+#include "core/text.hpp"
+#include "core/access/waiting_clients.hpp"
 #include "operator_endpoints.hpp"
 #include "simulation_session.hpp"
 

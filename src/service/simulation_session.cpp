@@ -1,8 +1,8 @@
 #include "simulation_session.hpp"
 
-#include "../async/cancellation.hpp"
-#include "../core/port_pool.hpp"
-#include "../core/text.hpp"
+#include "async/cancellation.hpp"
+#include "core/simulation/port_pool.hpp"
+#include "core/text.hpp"
 
 #include <boost/asio/experimental/awaitable_operators.hpp>
 #include <boost/asio/this_coro.hpp>

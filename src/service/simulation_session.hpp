@@ -1,12 +1,12 @@
 // The life of one browser on /client: from its `start` to the last cleaned-up byte.
 #pragma once
 
-#include "../async/wakeup.hpp"
-#include "../core/client_limit.hpp"
-#include "../core/client_protocol.hpp"
-#include "../core/repository_policy.hpp"
-#include "../core/simulation_board.hpp"
-#include "../core/start_figures.hpp"
+#include "async/wakeup.hpp"
+#include "core/access/client_limit.hpp"
+#include "core/simulation/client_protocol.hpp"
+#include "core/projects/repository_policy.hpp"
+#include "core/pages/simulation_board.hpp"
+#include "core/simulation/start_figures.hpp"
 
 #include <webots_cloud/project_fetcher.hpp>
 #include <webots_cloud/simulation_launcher.hpp>

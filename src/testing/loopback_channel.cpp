@@ -1,6 +1,6 @@
 #include <webots_cloud/testing/loopback_channel.hpp>
 
-#include "../async/wakeup.hpp"
+#include "async/wakeup.hpp"
 
 #include <algorithm>
 #include <deque>

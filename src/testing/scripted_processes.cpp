@@ -1,6 +1,6 @@
 #include <webots_cloud/testing/scripted_processes.hpp>
 
-#include "../async/wakeup.hpp"
+#include "async/wakeup.hpp"
 
 #include <boost/asio/experimental/awaitable_operators.hpp>
 #include <boost/asio/this_coro.hpp>

@@ -1,10 +1,10 @@
 // Zip files: whatever is in them, files and folders below the root are all that comes out, within the limits.
 #include "fuzz.hpp"
 
-#include "adapters/project_files.hpp"
-#include "adapters/remove_tree.hpp"
-#include "adapters/zip_unpack.hpp"
-#include "core/archive_path.hpp"
+#include "adapters/files/project_files.hpp"
+#include "adapters/files/remove_tree.hpp"
+#include "adapters/projects/zip_unpack.hpp"
+#include "core/projects/archive_path.hpp"
 
 #include <fcntl.h>
 #include <sys/mman.h>

@@ -2,7 +2,7 @@
 // line; what is refused is so in one printable sentence of bounded length.
 #include "fuzz.hpp"
 
-#include "core/mail_message.hpp"
+#include "core/notices/mail_message.hpp"
 #include "core/text.hpp"
 
 #include <webots_cloud/config.hpp>

@@ -1,7 +1,7 @@
 // What docker lists: only what is ours is removed, and no name is taken for an option.
 #include "fuzz.hpp"
 
-#include "core/docker_leftovers.hpp"
+#include "core/docker/docker_leftovers.hpp"
 #include "core/text.hpp"
 
 #include <string>

@@ -1,8 +1,8 @@
 // What projects say to docker mode: nothing of it adds a line or a word to what compose is told.
 #include "fuzz.hpp"
 
-#include "core/compose_output.hpp"
-#include "core/docker_project.hpp"
+#include "core/docker/compose_output.hpp"
+#include "core/docker/docker_project.hpp"
 #include "core/text.hpp"
 
 using namespace webots_cloud;

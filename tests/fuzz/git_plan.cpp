@@ -2,9 +2,9 @@
 // Whatever they hold, every path stays inside and every limit holds.
 #include "fuzz.hpp"
 
-#include "adapters/git_index.hpp"
-#include "core/git_names.hpp"
-#include "core/git_plan.hpp"
+#include "adapters/git/git_index.hpp"
+#include "core/git/git_names.hpp"
+#include "core/git/git_plan.hpp"
 
 #include <map>
 #include <set>

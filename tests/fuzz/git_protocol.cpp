@@ -2,11 +2,11 @@
 // libgit2 and a server.
 #include "fuzz.hpp"
 
-#include "adapters/git2_transport.hpp"
-#include "core/git_delta.hpp"
-#include "core/git_pkt_line.hpp"
-#include "core/git_refs.hpp"
-#include "core/git_tree.hpp"
+#include "adapters/git/git2_transport.hpp"
+#include "core/git/git_delta.hpp"
+#include "core/git/git_pkt_line.hpp"
+#include "core/git/git_refs.hpp"
+#include "core/git/git_tree.hpp"
 
 #include <optional>
 #include <string>

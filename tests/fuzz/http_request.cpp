@@ -2,9 +2,9 @@
 // answer, and no client names another client.
 #include "fuzz.hpp"
 
-#include "adapters/http_request_reader.hpp"
-#include "adapters/websocket_handshake.hpp"
-#include "core/client_address.hpp"
+#include "adapters/http/http_request_reader.hpp"
+#include "adapters/http/websocket_handshake.hpp"
+#include "core/access/client_address.hpp"
 
 #include <algorithm>
 #include <string>

@@ -1,7 +1,7 @@
 // Mails: whatever a notice holds, the headers are ours, each once, and the text is the notice's.
 #include "fuzz.hpp"
 
-#include "core/mail_message.hpp"
+#include "core/notices/mail_message.hpp"
 #include "core/text.hpp"
 
 #include <string>

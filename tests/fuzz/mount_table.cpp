@@ -2,7 +2,7 @@
 // missed, whatever a simulation has called its folders.
 #include "fuzz.hpp"
 
-#include "adapters/mounts.hpp"
+#include "adapters/files/mounts.hpp"
 
 #include <string>
 #include <vector>

@@ -1,8 +1,8 @@
 // Whose worlds run here: what the policy has judged is what will be fetched, however the address spells it.
 #include "fuzz.hpp"
 
-#include "core/git_refs.hpp"
-#include "core/repository_policy.hpp"
+#include "core/git/git_refs.hpp"
+#include "core/projects/repository_policy.hpp"
 #include "core/text.hpp"
 
 #include <webots_cloud/project_ref.hpp>

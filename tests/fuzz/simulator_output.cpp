@@ -2,9 +2,9 @@
 // and the log of it stays within its size.
 #include "fuzz.hpp"
 
-#include "core/compose_output.hpp"
-#include "core/simulation_log.hpp"
-#include "core/webots_output.hpp"
+#include "core/docker/compose_output.hpp"
+#include "core/simulation/simulation_log.hpp"
+#include "core/simulation/webots_output.hpp"
 
 #include <string>
 #include <vector>

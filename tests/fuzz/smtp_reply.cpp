@@ -2,9 +2,9 @@
 // without TLS, and a failure is one printable sentence.
 #include "fuzz.hpp"
 
-#include "adapters/file_descriptor.hpp"
-#include "adapters/smtp_exchange.hpp"
-#include "core/mail_message.hpp"
+#include "adapters/files/file_descriptor.hpp"
+#include "adapters/mail/smtp_exchange.hpp"
+#include "core/notices/mail_message.hpp"
 #include "core/text.hpp"
 
 #include <arpa/inet.h>

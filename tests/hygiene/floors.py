@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Checks who includes whom against the floors of ARCHITECTURE.md, and that public headers stay light."""
+"""Checks who includes whom against the floors and rooms of ARCHITECTURE.md, and that public headers stay light."""
 import re
 import sys
 from pathlib import Path
@@ -30,12 +30,42 @@ FLOORS = {
                      'dlfcn.h'],
     'src/app': ['webots_cloud/', 'src/core/', 'src/app/', 'boost/asio/', 'boost/json/', 'boost/program_options/', 'sys/', 'unistd.h'],
     'apps': ['webots_cloud/daemon.hpp', 'webots_cloud/servers.hpp'],
+    'examples/demo_simulator': ['examples/demo_simulator/', 'boost/', 'cairo', 'jpeglib.h', 'sys/', 'linux/', 'netinet/', 'arpa/', 'unistd.h', 'fcntl.h', 'poll.h'],
+}
+# Floor -> its rooms, and which of the others each may look into. The floor's own files, outside of all rooms, are everybody's.
+ROOMS = {
+    'src/core': {
+        'access': [],
+        'git': [],
+        'load': [],
+        'logs': [],
+        'notices': [],
+        'placement': [],
+        'pages': ['load'],
+        'projects': ['git'],
+        'simulation': ['git', 'pages'],
+        'docker': ['simulation'],
+        'config': ['access', 'notices', 'projects'],
+    },
+    'src/adapters': {
+        'files': [],
+        'host': [],
+        'threads': ['files'],
+        'http': ['files'],
+        'logs': ['files', 'threads'],
+        'mail': ['threads'],
+        'operator': ['files', 'http'],
+        'process': ['files', 'threads'],
+        'projects': ['files', 'http', 'threads'],
+        'git': ['files', 'http', 'projects', 'threads'],
+    },
 }
 # One sentence for each arrow that must not be.
 WHY = {
     'src/core': 'decisions know no clock, no I/O and no Asio: they get the time as an argument and return what to do',
     'src/service': 'services reach the world through seams only, so that they run in virtual time and in other programs',
     'src/adapters': 'adapters know one library each and no service: they meet in src/app',
+    'examples/demo_simulator': 'it stands in for a program of others: with code of ours it could hide our mistakes',
     'include/webots_cloud': 'a public header costs every user its includes: the awaitable is the heaviest that is allowed',
 }
 # Public headers that run the coroutines of tests need more of Asio than others.
@@ -55,6 +85,48 @@ def resolve(path, name, quoted):
     return name
 
 
+def room_of(path):
+    """The floor and the room of a file of ours; no room: the file is the whole floor's."""
+    floor = next((f for f in ROOMS if path.startswith(f + '/')), None)
+    inside = path[len(floor) + 1:].split('/') if floor else []
+    return floor, inside[0] if len(inside) > 1 else None
+
+
+def check_rooms(path, name):
+    """Says what is wrong with the file at `path`, which includes the file `name`."""
+    (floor, room), (other_floor, other) = room_of(path), room_of(name)
+    if floor and room and room not in ROOMS[floor]:
+        return f'{room} is no room of {floor}'
+    if floor is None or floor != other_floor or other is None or other == room:
+        return None
+    if room is None:
+        return f'what all rooms of {floor} share must not include {name}'
+    return None if other in ROOMS[floor][room] else f'the room {room} of {floor} must not include {name} of the room {other}'
+
+
+def check_table():
+    """Rooms see each other in one direction, and each has its folder."""
+    for floor, rooms in ROOMS.items():
+        seen = []
+        for room, others in rooms.items():
+            for other in others:
+                if other not in seen:
+                    yield f'{floor}: the room {room} sees {other}, which must stand above it in the table'
+            seen.append(room)
+            if not (ROOT / floor / room).is_dir():
+                yield f'{floor}/{room} is a room without a folder'
+            told = re.search(rf'^\| `{room}` \|[^|]*\|([^|]*)\|$', documented(floor), re.M)
+            if not told or re.findall(r'`([a-z]+)`', told.group(1)) != sorted(others):
+                yield f'ARCHITECTURE.md does not say of {floor}/{room} what this table says: {sorted(others)}'
+
+
+def documented(floor):
+    """The table of a floor's rooms in ARCHITECTURE.md."""
+    text = (ROOT / 'ARCHITECTURE.md').read_text()
+    found = re.search(rf'^\| `{floor}/` \|.*?(?=\n\n)', text, re.M | re.S)
+    return found.group(0) if found else ''
+
+
 def check(path):
     floor = floor_of(path)
     text = (ROOT / path).read_text()
@@ -65,16 +137,18 @@ def check(path):
             name = resolve(path, match.group(2), match.group(1) == '"')
             if not re.fullmatch(STD, name) and not any(name.startswith(a) for a in allowed):
                 yield f'{path}:{number}: {floor} must not include {name}: {WHY.get(floor, "see ARCHITECTURE.md")}'
+            if fault := check_rooms(path, name):
+                yield f'{path}:{number}: {fault}'
         if floor in ('src/core', 'src/service') and CLOCKS.search(line):
             yield f'{path}:{number}: names a clock or timer: take the time as an argument or from the Clock'
 
 
 def main():
-    files = sorted(str(p.relative_to(ROOT)) for f in ('include', 'src', 'apps') for p in (ROOT / f).rglob('*.[ch]pp'))
+    files = sorted(str(p.relative_to(ROOT)) for f in ('include', 'src', 'apps', 'examples/demo_simulator') for p in (ROOT / f).rglob('*.[ch]pp'))
     files = [f for f in files if floor_of(f)]
     assert len(files) > 50, 'the checkout has lost its sources'
-    found = [fault for f in files for fault in check(f)]
-    print('\n'.join(found) or f'{len(files)} files stay on their floors')
+    found = [*check_table(), *(fault for f in files for fault in check(f))]
+    print('\n'.join(found) or f'{len(files)} files stay on their floors and in their rooms')
     return 1 if found else 0
 
 

@@ -2,11 +2,11 @@
 // count its instructions.
 //
 //     hot_paths NAME N        (without arguments: the names, one a line)
-#include "adapters/http_request_reader.hpp"
-#include "adapters/http_response_text.hpp"
-#include "adapters/websocket_frames.hpp"
-#include "core/client_address.hpp"
-#include "core/client_protocol.hpp"
+#include "adapters/http/http_request_reader.hpp"
+#include "adapters/http/http_response_text.hpp"
+#include "adapters/http/websocket_frames.hpp"
+#include "core/access/client_address.hpp"
+#include "core/simulation/client_protocol.hpp"
 
 #include <webots_cloud/load_report.hpp>
 #include <webots_cloud/project_ref.hpp>

@@ -1,10 +1,10 @@
 // What the parsers and writers of messages cost, each alone; placement has a benchmark of its own
 // (tests/bench/placement_simulation).
-#include "adapters/http_request_reader.hpp"
-#include "adapters/http_response_text.hpp"
-#include "adapters/websocket_frames.hpp"
-#include "core/git_pkt_line.hpp"
-#include "core/http_pages.hpp"
+#include "adapters/http/http_request_reader.hpp"
+#include "adapters/http/http_response_text.hpp"
+#include "adapters/http/websocket_frames.hpp"
+#include "core/git/git_pkt_line.hpp"
+#include "core/pages/http_pages.hpp"
 
 #include <webots_cloud/load_report.hpp>
 #include <webots_cloud/project_ref.hpp>

@@ -2,7 +2,7 @@
 #include "unit_test.hpp"
 
 #include "async/task_group.hpp"
-#include "core/docker_leftovers.hpp"
+#include "core/docker/docker_leftovers.hpp"
 
 #include <webots_cloud/docker_mode.hpp>
 #include <webots_cloud/simulation_service.hpp>

@@ -2,7 +2,7 @@
 #include "unit_test.hpp"
 
 #include "async/task_group.hpp"
-#include "core/registration_form.hpp"
+#include "core/notices/registration_form.hpp"
 
 #include <webots_cloud/registration.hpp>
 #include <webots_cloud/testing/recording_log.hpp>

@@ -1,0 +1,85 @@
+#include "restore_file.hpp"
+
+#include "core/text.hpp"
+#include "project_files.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+
+namespace webots_cloud::adapters {
+namespace {
+
+using core::concat;
+
+/// The folder of `parts`, but for the last one, below `root`.
+result<FileDescriptor> folder_of(std::filesystem::path const& root,
+                                 std::vector<std::string_view> const& parts, bool make)
+{
+    auto folder = open_folder(AT_FDCWD, root.c_str());
+    for (std::size_t i = 0; folder && i + 1 < parts.size(); ++i) {
+        auto const name = std::string(parts[i]);
+        if (make && ::mkdirat(folder->get(), name.c_str(), 0755) != 0 && errno != EEXIST)
+            return disk_failure();
+        folder = open_folder(folder->get(), name.c_str());
+    }
+    return folder;
+}
+
+result<> copy_bytes(int from, int to)
+{
+    std::array<char, 64 * 1024> buffer;
+    for (;;) {
+        auto const count = ::read(from, buffer.data(), buffer.size());
+        if (count == 0)
+            return {};
+        if (count < 0 && errno == EINTR)
+            continue;
+        if (count < 0)
+            return disk_failure();
+        if (auto const written = write_all(to, {buffer.data(), static_cast<std::size_t>(count)}); !written)
+            return written;
+    }
+}
+
+/// Writes beside the file first: a simulator that reads it meanwhile sees the old one or the new one.
+result<> replace(int folder, std::string const& name, int pristine, mode_t mode)
+{
+    constexpr auto beside = ".webots_cloud-reset";
+    ::unlinkat(folder, beside, 0);
+    FileDescriptor const copy(
+        ::openat(folder, beside, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600));
+    if (!copy)
+        return disk_failure();
+    auto copied = copy_bytes(pristine, copy.get());
+    if (copied && (::fchmod(copy.get(), mode) != 0 || ::renameat(folder, beside, folder, name.c_str()) != 0))
+        copied = disk_failure();
+    if (!copied)
+        ::unlinkat(folder, beside, 0);
+    return copied;
+}
+
+} // namespace
+
+result<> restore_file(std::filesystem::path const& from, std::filesystem::path const& to,
+                      std::string const& file, mode_t also)
+{
+    auto const parts = core::split(file, '/');
+    auto const name = std::string(parts.back());
+    auto const source = folder_of(from, parts, false);
+    // O_NONBLOCK: a pipe must not make us wait; for regular files it means nothing.
+    FileDescriptor const pristine(
+        source ? ::openat(source->get(), name.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC) : -1);
+    struct stat status;
+    if (!pristine || ::fstat(pristine.get(), &status) != 0 || !S_ISREG(status.st_mode))
+        return Failure(errc::not_found, concat("The project has no file ", core::printable(file, 200), "."));
+    auto const target = folder_of(to, parts, true);
+    if (!target)
+        return target.error();
+    return replace(target->get(), name, pristine.get(), (status.st_mode & 0777) | also);
+}
+
+} // namespace webots_cloud::adapters

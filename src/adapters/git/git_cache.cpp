@@ -1,0 +1,481 @@
+#include "git_cache.hpp"
+
+#include "git_digest.hpp"
+#include "git_proof.hpp"
+#include "adapters/files/own_folder.hpp"
+#include "adapters/files/project_files.hpp"
+#include "adapters/files/remove_tree.hpp"
+
+#include "core/text.hpp"
+
+#include <webots_cloud/adapters.hpp>
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace webots_cloud::adapters {
+namespace {
+
+namespace fs = std::filesystem;
+using core::concat;
+
+constexpr std::uint64_t longest_index = std::uint64_t{128} << 20;
+constexpr std::uint64_t longest_proof = std::uint64_t{288} << 20; // more than `GitStaging` keeps
+constexpr int most_siblings = 16;
+constexpr std::size_t most_notices = 16; // that nobody has taken
+
+std::string digest_of(std::string_view text)
+{
+    GitDigest digest;
+    digest.update(text);
+    return to_hex(digest.finish());
+}
+
+std::string snapshot_name(core::GitTarget const& target)
+{
+    return concat(to_hex(target.commit), "-", digest_of(target.folder).substr(0, 16));
+}
+
+/// Folders and the rest of a file's last block take room too.
+std::uint64_t bytes_of(GitIndex const& index)
+{
+    constexpr std::uint64_t each = 4096;
+    return index.bytes + each * index.entries.size();
+}
+
+std::uint64_t memory_of(GitIndex const& index)
+{
+    constexpr std::uint64_t allocation = 16; // what surrounds a path
+    std::uint64_t bytes = 0;
+    for (auto const& entry : index.entries)
+        bytes += sizeof entry + allocation + entry.path.size();
+    return bytes;
+}
+
+/// Whether the index of a stored folder is that of the commit and the folder that its name says.
+bool is_proven_folder(fs::path const& folder, GitIndex const& index)
+{
+    auto const proof = read_file(AT_FDCWD, (folder / "proof").c_str(), longest_proof);
+    auto const commit = core::git_object_id(folder.filename().string().substr(0, 40));
+    if (!proof || !commit)
+        return false;
+    core::GitTarget target;
+    target.commit = *commit;
+    target.folder = proven_folder(*proof);
+    return snapshot_name(target) == folder.filename() && is_proven(*proof, *commit, index);
+}
+
+/// A link to one is none: what it leads to is not ours to clear away.
+bool is_folder(fs::directory_entry const& entry)
+{
+    std::error_code failed;
+    return entry.symlink_status(failed).type() == fs::file_type::directory;
+}
+
+} // namespace
+
+GitIncoming::~GitIncoming()
+{
+    if (!folder_.empty())
+        remove_tree(folder_);
+}
+
+GitCache::GitCache(fs::path folder, std::uint64_t most_bytes, std::shared_ptr<FetchBudget> budget)
+    : most_bytes_(most_bytes), budget_(std::move(budget))
+{
+    open(folder);
+    if (!usable_)
+        return;
+    scan();
+    trim();
+}
+
+GitCache::~GitCache() = default;
+
+void GitCache::open(fs::path const& folder)
+{
+    for (int sibling = 0; sibling < most_siblings; ++sibling) {
+        folder_ = sibling == 0 ? folder : fs::path(concat(folder.string(), "-", std::to_string(sibling)));
+        if (folder.empty() || !make_folders()) {
+            usable_ = Failure(errc::unavailable, concat("the cache folder \"", folder_.string(),
+                                                        "\" can't be made or belongs to somebody else"));
+            return;
+        }
+        if (::flock(lock_.get(), LOCK_EX | LOCK_NB) == 0)
+            return;
+    }
+    usable_ = Failure(errc::unavailable, concat("cache folder ", folder.string(), ": other servers use it"));
+}
+
+/// All that a cache begins with, and its lock, not yet locked.
+bool GitCache::make_folders()
+{
+    std::error_code failed;
+    fs::create_directories(folder_.parent_path(), failed);
+    FileDescriptor const parent(::open(folder_.parent_path().c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC));
+    if (!parent)
+        return false;
+    // In a shared folder such as /tmp somebody else may have been there first.
+    auto const own = open_own_folder(parent.get(), folder_, Foreign::refuse, notices_);
+    if (!own)
+        return false;
+    for (auto const* const name : {"incoming", "repositories"})
+        if (!open_own_folder(own->get(), folder_ / name, Foreign::set_aside, notices_))
+            return false;
+    keep_folders_apart(folder_ / "incoming");
+    lock_ = FileDescriptor(
+        ::openat(own->get(), "lock", O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0600));
+    if (!lock_ && set_aside(own->get(), "lock", folder_ / "lock"))
+        lock_ = FileDescriptor(::openat(own->get(), "lock", O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600));
+    return static_cast<bool>(lock_);
+}
+
+/// After somebody has removed the cache.
+bool GitCache::restore_folders()
+{
+    std::error_code failed;
+    std::lock_guard const lock(mutex_);
+    return fs::exists(folder_ / "incoming", failed) ||
+           (make_folders() && ::flock(lock_.get(), LOCK_EX | LOCK_NB) == 0);
+}
+
+void GitCache::scan()
+{
+    std::error_code failed;
+    for (auto const& left_over : fs::directory_iterator(folder_ / "incoming", failed))
+        remove_tree(left_over.path());
+    for (auto const& repository : fs::directory_iterator(folder_ / "repositories", failed)) {
+        if (!is_folder(repository)) {
+            remove_tree(repository.path());
+            continue;
+        }
+        auto const before = stored_.size();
+        for (auto const& entry : fs::directory_iterator(repository.path(), failed)) {
+            if (is_folder(entry) && entry.path().filename() == "refs")
+                continue;
+            if (!is_folder(entry)) {
+                remove_tree(entry.path());
+                continue;
+            }
+            auto const text = read_file(AT_FDCWD, (entry.path() / "index").c_str(), longest_index);
+            auto const index = text ? parse_index(*text) : result<GitIndex>(text.error());
+            if (!index || !fs::exists(entry.path() / "proof", failed)) { // or it is of an older server
+                remove_tree(entry.path());
+                continue;
+            }
+            Stored stored;
+            stored.bytes = bytes_of(*index);
+            stored.used = fs::last_write_time(entry.path() / "index", failed);
+            stored_.emplace(entry.path().string(), stored);
+        }
+        if (stored_.size() == before)
+            remove_tree(repository.path());
+    }
+}
+
+fs::path GitCache::repository(std::string const& url) const
+{
+    return folder_ / "repositories" / digest_of(url);
+}
+
+/// File systems choose the place of a folder by its name: one that was used before is where files were
+/// deleted just now.
+fs::path GitCache::fresh_path() const
+{
+    return folder_ / "incoming" / make_token();
+}
+
+/// Reads a folder; outside the lock, since that takes as long as there are files. `known` is what is known
+/// of it, and then what is known now.
+GitContent GitCache::load(fs::path const& folder, GitSnapshot& snapshot, Known& known,
+                          std::atomic<bool> const* aborted)
+{
+    auto const text = read_file(AT_FDCWD, (folder / "index").c_str(), longest_index);
+    auto index = text ? parse_index(*text) : result<GitIndex>(text.error());
+    if (!index)
+        return GitContent::changed;
+    GitDigest digest;
+    digest.update(*text);
+    auto const index_digest = digest.finish();
+    if (known.index ? *known.index != index_digest : !is_proven_folder(folder, *index))
+        return GitContent::changed;
+    known.index = index_digest;
+    snapshot.files = folder / "files";
+    auto const look = look_at(*index, snapshot.files);
+    if (!look)
+        return GitContent::changed;
+    auto content = GitContent::intact;
+    if (!known.look || *known.look != look->digest) {
+        content = check_content(*index, snapshot.files, aborted);
+        known.look = look->settled ? std::optional(look->digest) : std::nullopt;
+    }
+    snapshot.index = std::move(*index);
+    return content;
+}
+
+/// The index is in memory for as long as somebody uses the folder.
+void GitCache::pay_for_index(GitSnapshot& snapshot)
+{
+    FetchBytes price;
+    price.memory = memory_of(snapshot.index);
+    snapshot.grant = FetchGrant(budget_);
+    snapshot.grant.take_anyway(price);
+}
+
+void GitCache::complain_of(std::string const& url)
+{
+    if (notices_.size() < most_notices)
+        notices_.push_back(concat("What the cache held of ", core::printable(url, 200),
+                                  " was changed after it had been fetched: it is fetched again."));
+}
+
+std::vector<std::string> GitCache::take_notices()
+{
+    std::lock_guard const lock(mutex_);
+    return std::exchange(notices_, {});
+}
+
+GitSnapshotPtr GitCache::find(std::string const& url, core::GitTarget const& target,
+                              std::atomic<bool> const* aborted)
+{
+    auto const folder = repository(url) / snapshot_name(target);
+    auto snapshot = open_stored(url, folder, target, aborted);
+    if (!snapshot)
+        return nullptr;
+    std::lock_guard const lock(mutex_);
+    if (auto const found = stored_.find(folder.string()); found != stored_.end()) {
+        found->second.used = fs::file_time_type::clock::now();
+        std::error_code ignored;
+        fs::last_write_time(folder / "index", found->second.used, ignored);
+    }
+    return snapshot;
+}
+
+/// A stored folder whose content was looked at. Null when there is none, when it was changed, and when it
+/// could not be looked at.
+GitSnapshotPtr GitCache::open_stored(std::string const& url, fs::path const& folder,
+                                     core::GitTarget const& target, std::atomic<bool> const* aborted)
+{
+    Known known;
+    {
+        std::lock_guard const lock(mutex_);
+        auto const found = stored_.find(folder.string());
+        if (found == stored_.end())
+            return nullptr;
+        known = found->second.known;
+    }
+    auto loaded = std::make_shared<GitSnapshot>();
+    loaded->target = target;
+    auto const content = load(folder, *loaded, known, aborted);
+    std::lock_guard const lock(mutex_);
+    auto const found = stored_.find(folder.string());
+    if (found == stored_.end() || content == GitContent::unknown)
+        return nullptr;
+    if (content == GitContent::changed) {
+        drop(folder);
+        complain_of(url);
+        return nullptr;
+    }
+    found->second.known = known;
+    // Everyone shares one object: its use count tells whether the folder is in use.
+    if (auto open = found->second.open.lock())
+        return open;
+    pay_for_index(*loaded);
+    found->second.open = loaded;
+    return loaded;
+}
+
+bool GitCache::knows(std::string const& url, core::GitObjectId const& commit) const
+{
+    auto const start = concat((repository(url) / to_hex(commit)).string(), "-");
+    std::lock_guard const lock(mutex_);
+    return std::any_of(stored_.begin(), stored_.end(),
+                       [&](auto const& each) { return each.first.starts_with(start); });
+}
+
+std::vector<GitSnapshotPtr> GitCache::relatives(std::string const& url)
+{
+    constexpr std::size_t most = 4;
+    auto const home = repository(url);
+    std::vector<std::pair<fs::file_time_type, std::string>> paths;
+    {
+        std::lock_guard const lock(mutex_);
+        for (auto const& [path, stored] : stored_)
+            if (fs::path(path).parent_path() == home)
+                paths.emplace_back(stored.used, path);
+    }
+    std::sort(paths.rbegin(), paths.rend());
+    std::vector<GitSnapshotPtr> found;
+    for (auto const& [used, path] : paths) {
+        if (found.size() == most)
+            break;
+        if (auto relative = open_stored(url, path, {}, nullptr))
+            found.push_back(std::move(relative));
+    }
+    return found;
+}
+
+result<GitIncoming> GitCache::begin()
+{
+    auto const folder = fresh_path();
+    if (::mkdir(folder.c_str(), 0700) == 0)
+        return GitIncoming(folder);
+    if (errno == ENOENT && restore_folders() && ::mkdir(folder.c_str(), 0700) == 0)
+        return GitIncoming(folder);
+    return disk_failure();
+}
+
+result<GitSnapshotPtr> GitCache::publish(GitIncoming const& incoming, std::string const& url,
+                                         core::GitTarget const& target, GitIndex index,
+                                         std::string const& proof)
+{
+    auto const text = write_index(index);
+    if (auto const written = write_file(AT_FDCWD, (incoming.folder() / "index").c_str(), text, 0644);
+        !written)
+        return written.error();
+    if (auto const written = write_file(AT_FDCWD, (incoming.folder() / "proof").c_str(), proof, 0644);
+        !written)
+        return written.error();
+    GitDigest digest;
+    digest.update(text);
+    auto const folder = repository(url) / snapshot_name(target);
+    std::lock_guard const lock(mutex_);
+    std::error_code failed;
+    fs::create_directories(folder.parent_path() / "refs", failed);
+    if (auto const twin = stored_.find(folder.string()); twin != stored_.end())
+        if (auto open = twin->second.open.lock())
+            return open; // another ref of the same commit was faster
+    drop(folder);
+    if (::rename(incoming.folder().c_str(), folder.c_str()) != 0)
+        return disk_failure();
+    auto snapshot = std::make_shared<GitSnapshot>();
+    snapshot->files = folder / "files";
+    snapshot->target = target;
+    snapshot->index = std::move(index);
+    pay_for_index(*snapshot);
+    Stored stored;
+    stored.bytes = bytes_of(snapshot->index);
+    stored.used = fs::file_time_type::clock::now();
+    stored.open = snapshot;
+    stored.known.index = digest.finish();
+    stored_[folder.string()] = stored;
+    return GitSnapshotPtr(snapshot);
+}
+
+void GitCache::drop(fs::path const& folder)
+{
+    std::weak_ptr<GitSnapshot const> open;
+    if (auto const stored = stored_.find(folder.string()); stored != stored_.end()) {
+        open = stored->second.open;
+        stored_.erase(stored);
+    }
+    std::error_code failed;
+    if (!fs::exists(folder, failed))
+        return;
+    // Renamed first: half a folder must never be found under its name.
+    auto const doomed = fresh_path();
+    auto const renamed = ::rename(folder.c_str(), doomed.c_str()) == 0; // which takes room, too
+    dropped_.emplace_back(renamed ? doomed : folder, open);
+    remove_unused();
+}
+
+/// Of what was dropped. A simulation may have it mounted.
+void GitCache::remove_unused()
+{
+    std::erase_if(dropped_, [](auto const& dropped) {
+        auto const& [folder, user] = dropped;
+        return user.expired() && remove_tree(folder).has_value();
+    });
+}
+
+bool GitCache::trim()
+{
+    return trim_to(most_bytes_);
+}
+
+bool GitCache::make_room()
+{
+    return trim_to(0);
+}
+
+/// True when something was removed.
+bool GitCache::trim_to(std::uint64_t most_bytes)
+{
+    std::lock_guard const lock(mutex_);
+    remove_unused();
+    bool removed = false;
+    std::uint64_t total = 0;
+    for (auto const& [path, stored] : stored_)
+        total += stored.bytes;
+    while (total > most_bytes) {
+        auto oldest = stored_.end();
+        for (auto each = stored_.begin(); each != stored_.end(); ++each)
+            if (each->second.open.expired() &&
+                (oldest == stored_.end() || each->second.used < oldest->second.used))
+                oldest = each;
+        if (oldest == stored_.end())
+            break; // everything is in use
+        total -= oldest->second.bytes;
+        fs::path const path = oldest->first;
+        drop(path);
+        forget_empty(path.parent_path());
+        removed = true;
+    }
+    return removed;
+}
+
+void GitCache::forget_empty(fs::path const& repository)
+{
+    auto const is_there = [&](auto const& each) { return fs::path(each.first).parent_path() == repository; };
+    if (std::none_of(stored_.begin(), stored_.end(), is_there))
+        remove_tree(repository);
+}
+
+void GitCache::remember(std::string const& url, std::string const& ref_and_folder,
+                        core::GitTarget const& target)
+{
+    if (core::names_commit(ref_and_folder))
+        return; // it always means the same
+    auto const folder = repository(url) / "refs";
+    auto const path = folder / digest_of(ref_and_folder);
+    auto const text = concat(to_hex(target.commit), " ", target.folder, "\n");
+    std::lock_guard const lock(mutex_);
+    auto const known = read_file(AT_FDCWD, path.c_str(), 4096);
+    if (known && *known == text)
+        return;
+    std::error_code failed;
+    fs::create_directories(folder, failed);
+    auto const fresh = fresh_path();
+    if (write_file(AT_FDCWD, fresh.c_str(), text, 0644))
+        fs::rename(fresh, path, failed);
+}
+
+void GitCache::forget(std::string const& url, std::string const& ref_and_folder)
+{
+    std::error_code ignored;
+    std::lock_guard const lock(mutex_);
+    fs::remove(repository(url) / "refs" / digest_of(ref_and_folder), ignored);
+}
+
+std::optional<core::GitTarget> GitCache::recall(std::string const& url,
+                                                std::string const& ref_and_folder) const
+{
+    auto const text =
+        read_file(AT_FDCWD, (repository(url) / "refs" / digest_of(ref_and_folder)).c_str(), 4096);
+    if (!text || text->size() < 42 || !text->ends_with('\n'))
+        return std::nullopt;
+    auto const commit = core::git_object_id(std::string_view(*text).substr(0, 40));
+    if (!commit)
+        return std::nullopt;
+    core::GitTarget target;
+    target.commit = *commit;
+    target.folder = text->substr(41, text->size() - 42);
+    return target;
+}
+
+} // namespace webots_cloud::adapters

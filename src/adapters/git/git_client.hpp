@@ -1,0 +1,88 @@
+// The smart protocol of git, version 2, as far as a reader of one commit needs it.
+#pragma once
+
+#include "adapters/http/curl_http.hpp"
+#include "git_pack_reader.hpp"
+
+#include "core/git/git_object_id.hpp"
+#include "core/git/git_refs.hpp"
+
+#include <webots_cloud/error.hpp>
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace webots_cloud::adapters {
+
+constexpr std::uint64_t most_git_ref_bytes = std::uint64_t{8} << 20; ///< What a server may list.
+
+/// A repository on a server.
+struct GitRemote
+{
+    std::string base;      ///< The forge's address.
+    std::string url;       ///< Of the repository, `https://github.com/owner/repository.git`.
+    bool version_2 = true; ///< Asked for; a server may answer in an older one all the same.
+};
+
+/// Servers report what they refuse as a line `ERR <words>`.   Errors: `protocol_error` if `line` is one.
+result<> check_for_git_error(std::string_view line);
+
+/// What a server can do beyond the least.
+struct GitCapabilities
+{
+    bool version_2 = true; ///< Without it: `Git2Client`.
+    bool shallow = true;   ///< One commit without its history.
+    bool filter = true;    ///< Without files; and objects by name.
+};
+
+/// What to fetch.
+struct GitWants
+{
+    std::vector<core::GitObjectId> ids;
+    bool shallow = false;    ///< Without history.
+    std::string_view filter; ///< What to leave out, as git says it; empty: nothing.
+};
+
+constexpr std::string_view git_filter_files = "blob:none";
+constexpr std::string_view git_filter_files_and_folders = "tree:0"; ///< Leaves commits.
+
+/// One conversation with one server.   Thread-safety: one thread at a time.
+class GitClient
+{
+public:
+    /// `progress` is called after each piece that arrives, with the bytes of the answer so far.
+    using Progress = std::function<void(GitPackReader const& pack, std::uint64_t received)>;
+    using Sink = std::function<result<>(std::string_view)>;
+
+    GitClient(CurlHttp& http, GitRemote remote, CurlLimits limits)
+        : http_(http), remote_(std::move(remote)), limits_(limits)
+    {}
+
+    /// The refs whose names begin with one of `prefixes`. One round trip.
+    ///
+    /// Errors: `not_found` (no such repository), `protocol_error`, as `CurlHttp::send`.
+    result<std::vector<core::GitRef>> ls_refs(std::vector<std::string> const& prefixes);
+
+    /// What the server says it can do. One round trip.   Errors: as `ls_refs`, `refused` (SHA-256).
+    result<GitCapabilities> capabilities();
+
+    /// Fetches objects into `pack`. One round trip.   Errors: as `ls_refs`, as `GitPackReader`.
+    result<> fetch(GitWants const& wants, GitPackReader& pack, Progress const& progress);
+
+    /// The two requests that there are, for somebody else who speaks the protocol: a GET of what the server
+    /// offers, and a POST to git-upload-pack.   Errors: `not_found`, as `CurlHttp::send`.
+    result<> advertise(Sink sink);
+    result<> post(std::string body, Sink sink);
+
+private:
+    result<> ask(std::string url, std::string body, Sink sink);
+
+    CurlHttp& http_;
+    GitRemote remote_;
+    CurlLimits limits_;
+};
+
+} // namespace webots_cloud::adapters

@@ -1,0 +1,58 @@
+// Fetches of the same thing at the same time, merged into one.
+#pragma once
+
+#include "git_fetch.hpp"
+#include "git_progress.hpp"
+#include "adapters/threads/worker_threads.hpp"
+
+#include "async/wakeup.hpp"
+
+#include <webots_cloud/error.hpp>
+
+#include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/awaitable.hpp>
+
+#include <atomic>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+#include <unordered_map>
+
+namespace webots_cloud::adapters {
+
+/// Runs fetches on threads of its own. Who asks for a key that is on its way joins; when all who wait for a
+/// fetch have gone, it is told to stop. What only has to be looked up waits for no download.
+///
+/// The destructor stops and waits for all fetches.   Thread-safety: one executor.
+class GitFlights
+{
+public:
+    using Make = std::function<GitFetch(std::atomic<bool> const& aborted, GitProgress& progress)>;
+
+    /// So many look something up at once, and as many download.
+    GitFlights(boost::asio::any_io_executor home, std::size_t threads)
+        : home_(std::move(home)), looking_up_(threads, WorkerThreads::Priority::background),
+          downloading_(threads, WorkerThreads::Priority::background)
+    {}
+    ~GitFlights();
+
+    /// The result of what `make` returns, or of the fetch that is already on its way to `key`.
+    ///
+    /// Cancellation: terminal; the fetch goes on for the others.
+    boost::asio::awaitable<result<GitFetched>> join(std::string key, std::shared_ptr<FetchProgress> progress,
+                                                    Make make);
+
+private:
+    struct Flight;
+
+    std::shared_ptr<Flight> start(std::string const& key, Make const& make);
+    void download(std::shared_ptr<Flight> flight);
+
+    boost::asio::any_io_executor home_;
+    std::unordered_map<std::string, std::shared_ptr<Flight>> flights_;
+    WorkerThreads looking_up_;
+    WorkerThreads downloading_;
+};
+
+} // namespace webots_cloud::adapters

@@ -1,0 +1,94 @@
+#include "git_hand_out.hpp"
+
+#include "git_overlay.hpp"
+#include "adapters/files/project_files.hpp"
+#include "adapters/files/remove_tree.hpp"
+
+#include "core/git/git_names.hpp"
+#include "core/text.hpp"
+
+#include <fcntl.h>
+#include <linux/fs.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+namespace webots_cloud::adapters {
+namespace {
+
+namespace fs = std::filesystem;
+using core::concat;
+
+/// Makes `directory` and the folders in it, and opens the innermost.
+result<FileDescriptor> make_folders(fs::path const& directory, std::string const& inner)
+{
+    auto folder = make_folder(AT_FDCWD, directory.c_str());
+    for (auto const part : core::split(inner, '/')) {
+        if (!folder)
+            break;
+        if (!core::is_safe_file_name(part))
+            return Failure(errc::invalid_url,
+                           concat("\"", core::printable(part, 60), "\" can't be a folder."));
+        folder = make_folder(folder->get(), std::string(part).c_str());
+    }
+    return folder;
+}
+
+/// Whether files can share their blocks from one folder to the other.
+bool can_clone(fs::path const& cache, fs::path const& instances)
+{
+    auto const name = concat(".probe-", std::to_string(::getpid()));
+    auto const below = cache / name;
+    auto const above = instances / name;
+    bool cloned = false;
+    if (write_file(AT_FDCWD, below.c_str(), "probe", 0644) && write_file(AT_FDCWD, above.c_str(), "", 0644)) {
+        FileDescriptor const from(::open(below.c_str(), O_RDONLY | O_CLOEXEC));
+        FileDescriptor const to(::open(above.c_str(), O_WRONLY | O_CLOEXEC));
+        cloned = ::ioctl(to.get(), FICLONE, from.get()) == 0;
+    }
+    ::unlink(below.c_str());
+    ::unlink(above.c_str());
+    return cloned;
+}
+
+} // namespace
+
+GitHandOut::GitHandOut(fs::path const& cache, fs::path const& instances)
+{
+    if (instances.empty())
+        return;
+    keep_folders_apart(instances);
+    overlay_ = can_overlay(cache, instances);
+    if (!overlay_ && can_clone(cache, instances))
+        way_ = GitCopyWay::clone;
+}
+
+std::string_view GitHandOut::describe() const noexcept
+{
+    if (overlay_)
+        return "overlay mounts";
+    return way_ == GitCopyWay::clone ? "reflinks" : "copying";
+}
+
+result<fs::path> GitHandOut::give(GitSnapshot const& snapshot, fs::path const& directory,
+                                  std::string const& repository, BlockingPool& pool,
+                                  std::atomic<bool> const& aborted) const
+{
+    auto const inner =
+        snapshot.target.folder.empty() ? repository : concat(repository, "/", snapshot.target.folder);
+    auto const target = make_folders(directory, inner);
+    if (!target)
+        return target.error();
+    auto const source = open_folder(AT_FDCWD, snapshot.files.c_str());
+    if (!source)
+        return source.error();
+    auto root = directory / inner;
+    // The name begins with a dot, as no repository's does.
+    if (overlay_ && mount_overlay(source->get(), directory / ".overlay", target->get()))
+        return root;
+    auto const copied = copy_folder(snapshot.index, source->get(), target->get(), way_, pool, aborted);
+    if (!copied)
+        return copied.error();
+    return root;
+}
+
+} // namespace webots_cloud::adapters

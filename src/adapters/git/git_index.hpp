@@ -1,0 +1,38 @@
+// What an unpacked folder in the cache holds: enough to copy it, to check it, and to build its successor from
+// it.
+#pragma once
+
+#include "core/git/git_object_id.hpp"
+#include "core/git/git_tree.hpp"
+
+#include <webots_cloud/error.hpp>
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace webots_cloud::adapters {
+
+/// One folder, file or link; a folder comes before what is in it.
+struct GitIndexEntry
+{
+    core::GitTreeEntry::Kind kind = core::GitTreeEntry::Kind::file; ///< Never `submodule`.
+    core::GitObjectId id;
+    std::uint64_t size = 0; ///< Of a file, in bytes.
+    std::string path;       ///< Relative, safe.
+};
+
+struct GitIndex
+{
+    std::vector<GitIndexEntry> entries;
+    std::uint64_t bytes = 0; ///< Of all files.
+};
+
+/// The text of an index file: a line of its own, one line per entry, a line that ends it.
+std::string write_index(GitIndex const& index);
+
+/// Errors: `protocol_error` for anything that `write_index` would not have written.
+result<GitIndex> parse_index(std::string_view text);
+
+} // namespace webots_cloud::adapters

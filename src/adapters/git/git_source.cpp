@@ -1,0 +1,233 @@
+#include "adapters/threads/blocking_pool.hpp"
+#include "adapters/http/curl_http.hpp"
+#include "git_cache.hpp"
+#include "git_fetch.hpp"
+#include "git_flights.hpp"
+#include "git_hand_out.hpp"
+#include "adapters/files/mounts.hpp"
+#include "adapters/files/project_files.hpp"
+#include "adapters/projects/project_world.hpp"
+#include "adapters/files/remove_tree.hpp"
+#include "adapters/files/restore_file.hpp"
+
+#include "async/task_group.hpp"
+#include "core/git/git_names.hpp"
+#include "core/git/git_refs.hpp"
+#include "core/text.hpp"
+
+#include <webots_cloud/adapters.hpp>
+
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <atomic>
+#include <unordered_map>
+
+namespace webots_cloud {
+namespace {
+
+namespace asio = boost::asio;
+namespace fs = std::filesystem;
+using adapters::BlockingPool;
+using adapters::GitSnapshotPtr;
+using core::concat;
+
+// Threads that mostly wait for the network, of each forge: for answers, and as many for downloads. One that
+// does not answer keeps only its own busy.
+constexpr std::size_t at_once = 8;
+constexpr std::size_t copies = 4;   // threads that keep a disk busy, together on one project if need be
+constexpr std::size_t cleaners = 2; // others, so that no start waits for what somebody has left
+
+bool on_one_disk(fs::path const& one, fs::path const& other)
+{
+    struct stat of_one;
+    struct stat of_other;
+    return ::stat(one.c_str(), &of_one) == 0 && ::stat(other.c_str(), &of_other) == 0 &&
+           of_one.st_dev == of_other.st_dev;
+}
+
+GitSourceParams with_budget(GitSourceParams params)
+{
+    if (!params.budget)
+        params.budget = make_fetch_budget();
+    return params;
+}
+
+class GitSource final : public ProjectSource
+{
+public:
+    GitSource(asio::any_io_executor executor, GitSourceParams params, Logger log)
+        : params_(with_budget(std::move(params))), log_(std::move(log)),
+          cache_(params_.cache, params_.cache_bytes, params_.budget),
+          hand_out_(cache_.folder(), params_.instances), pool_(copies, BlockingPool::Priority::background),
+          cleaning_(cleaners, BlockingPool::Priority::background), executor_(std::move(executor))
+    {
+        if (cache_.usable())
+            log_.info(concat("Projects are handed out by ", hand_out_.describe(), "."));
+        else
+            log_.error(concat("Projects can't be fetched: ", cache_.usable().error().message()));
+        log_notices();
+    }
+
+    asio::awaitable<result<FetchedProject>> fetch(FetchOrder order) override
+    {
+        co_await asio::this_coro::throw_if_cancelled(false);
+        if (!cache_.usable())
+            co_return Failure(errc::unavailable,
+                              "This server can't store projects; its operator finds the reason in its log.");
+        auto const executor = co_await asio::this_coro::executor;
+        HeadStart head_start;
+        async::TaskGroup meanwhile(executor);
+        meanwhile.spawn(try_head_start(order, head_start));
+        auto const key = concat(order.project.clone_url(), "\n", order.project.ref_and_folder);
+        adapters::GitFlights::Make make = maker_of(order);
+        auto& flights = flights_.try_emplace(order.project.forge, executor_, at_once).first->second;
+        auto const obtained = co_await flights.join(key, order.progress, std::move(make));
+        if (!obtained)
+            meanwhile.cancel_all();
+        co_await meanwhile.join();
+        log_notices();
+        if (!obtained)
+            co_return obtained.error();
+        if (!obtained->notice.empty())
+            log_.warning(LogCause("fetch"), obtained->notice);
+        auto project = std::move(head_start.project);
+        if (!project || head_start.snapshot != obtained->snapshot) {
+            if (head_start.snapshot)
+                (void)co_await discard(order.directory);
+            project = co_await deliver(std::move(order), obtained->snapshot);
+        }
+        if (project)
+            project->notice = obtained->notice;
+        co_return project;
+    }
+
+    asio::awaitable<result<>> restore(RestoreOrder order) override
+    {
+        auto const found = in_use_.find(order.directory.string());
+        if (found == in_use_.end())
+            co_return Failure(errc::not_found, "The project is not here any more.");
+        auto work = [snapshot = found->second, order = std::move(order)] {
+            return adapters::restore_file(snapshot->files, order.root, order.file);
+        };
+        co_return co_await pool_.run(std::move(work));
+    }
+
+    asio::awaitable<result<>> discard(fs::path directory) override
+    {
+        auto work = [directory] { return adapters::remove_tree(directory); };
+        auto const removed = co_await cleaning_.run(std::move(work));
+        if (in_use_.erase(directory.string()) == 0)
+            co_return removed;
+        auto trim = [this] { return cache_.trim(); }; // what was in use may have been too much
+        co_await cleaning_.run(std::move(trim));
+        co_return removed;
+    }
+
+private:
+    void log_notices()
+    {
+        for (auto const& notice : cache_.take_notices())
+            log_.warning(LogCause("cache"), notice);
+    }
+
+    /// What was handed out while the server was being asked: what the address meant last time.
+    struct HeadStart
+    {
+        GitSnapshotPtr snapshot; ///< Null: nothing.
+        result<FetchedProject> project = Failure(errc::not_found);
+    };
+
+    asio::awaitable<void> try_head_start(FetchOrder const& order, HeadStart& head_start)
+    {
+        if (core::names_commit(order.project.ref_and_folder))
+            co_return; // nobody is asked, so there is nothing to be ahead of
+        auto work = [this, order](std::atomic<bool> const& aborted) {
+            HeadStart made;
+            auto const url = order.project.clone_url();
+            if (auto const target = cache_.recall(url, order.project.ref_and_folder))
+                made.snapshot = cache_.find(url, *target, &aborted);
+            if (made.snapshot)
+                made.project = make_project(order, *made.snapshot, aborted);
+            return made;
+        };
+        head_start = co_await pool_.run_abortable(std::move(work));
+        if (head_start.snapshot)
+            in_use_[order.directory.string()] = head_start.snapshot;
+    }
+
+    adapters::GitFlights::Make maker_of(FetchOrder const& order)
+    {
+        return [this, project = order.project, limits = order.limits](std::atomic<bool> const& aborted,
+                                                                      adapters::GitProgress& progress) {
+            adapters::GitFetchOrder wanted;
+            wanted.project = project;
+            wanted.limits = limits;
+            wanted.aborted = &aborted;
+            wanted.progress = &progress;
+            return adapters::GitFetch(http_, cache_, servers_, params_, std::move(wanted));
+        };
+    }
+
+    /// Puts a folder of the cache into the order's directory.
+    asio::awaitable<result<FetchedProject>> deliver(FetchOrder order, GitSnapshotPtr snapshot)
+    {
+        auto const directory = order.directory.string();
+        in_use_[directory] = snapshot;
+        auto work = [this, order, snapshot](std::atomic<bool> const& aborted) {
+            return make_project(order, *snapshot, aborted);
+        };
+        auto made = co_await pool_.run_abortable(std::move(work));
+        if (!made)
+            in_use_.erase(directory);
+        co_return made;
+    }
+
+    result<FetchedProject> make_project(FetchOrder const& order, adapters::GitSnapshot const& snapshot,
+                                        std::atomic<bool> const& aborted)
+    {
+        auto const give = [&] {
+            return hand_out_.give(snapshot, order.directory, order.project.repository, pool_, aborted);
+        };
+        auto root = give();
+        auto const too_little = !root && adapters::is_lack_of_room(root.error());
+        if (too_little && on_one_disk(order.directory, cache_.folder()) && cache_.make_room() &&
+            adapters::remove_tree(order.directory))
+            root = give();
+        if (!root)
+            return root.error();
+        auto header = adapters::read_world_header(*root, order.project.world);
+        if (!header) {
+            adapters::unmount_below(order.directory);
+            return header.error();
+        }
+        FetchedProject project;
+        project.root = std::move(*root);
+        project.revision = to_hex(snapshot.target.commit);
+        project.world_header = std::move(*header);
+        return project;
+    }
+
+    GitSourceParams params_;
+    Logger log_;
+    adapters::CurlHttp http_;
+    adapters::GitServers servers_;
+    adapters::GitCache cache_;
+    adapters::GitHandOut hand_out_;
+    /// By directory: what must not leave the cache, be it mounted or wanted again.
+    std::unordered_map<std::string, GitSnapshotPtr> in_use_;
+    BlockingPool pool_; // these and the flights end their threads before anything that they use goes
+    BlockingPool cleaning_;
+    asio::any_io_executor executor_;
+    std::unordered_map<std::string, adapters::GitFlights> flights_; ///< By forge.
+};
+
+} // namespace
+
+std::unique_ptr<ProjectSource> make_git_source(asio::any_io_executor executor, GitSourceParams params,
+                                               Logger log)
+{
+    return std::make_unique<GitSource>(std::move(executor), std::move(params), std::move(log));
+}
+
+} // namespace webots_cloud

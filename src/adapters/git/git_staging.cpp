@@ -1,0 +1,99 @@
+#include "git_staging.hpp"
+
+#include "adapters/files/project_files.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <limits>
+
+namespace webots_cloud::adapters {
+namespace {
+
+constexpr std::uint64_t most_memory = std::uint64_t{256}
+                                      << 20; // all folders of a commit: some 40 bytes per file
+constexpr char part[] = "part";
+
+} // namespace
+
+result<> GitStaging::pay_for(GitObjectKind kind, std::uint64_t size)
+{
+    if (!share_)
+        return {};
+    FetchBytes price;
+    price.memory = git_object_memory;
+    if (kind == GitObjectKind::blob)
+        price.disk = bytes_on_disk(size);
+    else
+        price.memory += size;
+    return share_->take(price);
+}
+
+result<> GitStaging::take_memory(std::uint64_t bytes)
+{
+    FetchBytes price;
+    price.memory = bytes;
+    return share_ ? share_->take(price) : result<>();
+}
+
+void GitStaging::give_back_memory(std::uint64_t bytes) noexcept
+{
+    FetchBytes price;
+    price.memory = bytes;
+    if (share_)
+        share_->give_back(price);
+}
+
+result<> GitStaging::put(GitObjectKind kind, core::GitObjectId const& id, std::string bytes)
+{
+    if (kind != GitObjectKind::blob) {
+        memory_ += bytes.size();
+        if (memory_ > most_memory)
+            return Failure(errc::too_large, "The repository has too many folders.");
+        objects_.emplace(id, std::move(bytes));
+        return {};
+    }
+    if (!blobs_.emplace(id, bytes.size()).second)
+        return {};
+    return write_file(folder_, to_hex(id).c_str(), bytes, 0644);
+}
+
+std::string const* GitStaging::find(core::GitObjectId const& id) const
+{
+    auto const found = objects_.find(id);
+    return found == objects_.end() ? nullptr : &found->second;
+}
+
+result<std::string> GitStaging::read_blob(core::GitObjectId const& id) const
+{
+    auto bytes = read_file(folder_, to_hex(id).c_str(), std::numeric_limits<std::int64_t>::max());
+    if (!bytes)
+        return Failure(errc::unavailable, "This server can't read what it has fetched. Start it again.");
+    return bytes;
+}
+
+result<> GitStaging::begin_blob()
+{
+    open_blob_ =
+        FileDescriptor(::openat(folder_, part, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0644));
+    if (!open_blob_)
+        return disk_failure();
+    return {};
+}
+
+result<> GitStaging::append(std::string_view bytes)
+{
+    return write_all(open_blob_.get(), bytes);
+}
+
+result<> GitStaging::finish_blob(core::GitObjectId const& id, std::uint64_t size)
+{
+    open_blob_ = FileDescriptor();
+    blobs_.emplace(id, size);
+    if (::renameat(folder_, part, folder_, to_hex(id).c_str()) != 0)
+        return disk_failure();
+    return {};
+}
+
+} // namespace webots_cloud::adapters

@@ -1,0 +1,208 @@
+#include "nvml.hpp"
+
+#include "core/text.hpp"
+
+#include <dlfcn.h>
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace webots_cloud::adapters {
+namespace {
+
+constexpr auto look_interval = std::chrono::seconds(1);
+constexpr auto first_look = std::chrono::seconds(3);
+constexpr auto last_look = std::chrono::seconds(2);
+constexpr unsigned most_devices = 64;
+constexpr int success = 0; // NVML_SUCCESS
+
+// As nvml.h has had them since version 2 of its interface.
+using Device = void*;
+struct Utilization
+{
+    unsigned gpu = 0;    ///< Percent of the last moments in which something was computed.
+    unsigned memory = 0; ///< Percent in which memory was read or written.
+};
+struct Memory
+{
+    unsigned long long total = 0;
+    unsigned long long free = 0;
+    unsigned long long used = 0;
+};
+
+/// The functions of the library that we need.
+class Library
+{
+public:
+    explicit Library(std::string const& name) : handle_(::dlopen(name.c_str(), RTLD_NOW | RTLD_LOCAL))
+    {
+        complete_ = handle_ && find(init_, "nvmlInit_v2") && find(count_, "nvmlDeviceGetCount_v2") &&
+                    find(device_, "nvmlDeviceGetHandleByIndex_v2") && find(name_, "nvmlDeviceGetName") &&
+                    find(utilization_, "nvmlDeviceGetUtilizationRates") &&
+                    find(memory_, "nvmlDeviceGetMemoryInfo");
+    }
+    // Never closed: a driver's threads may still be inside.
+
+    bool complete() const noexcept { return complete_; }
+
+    std::vector<Device> devices() const
+    {
+        unsigned count = 0;
+        if (init_() != success || count_(&count) != success)
+            return {};
+        std::vector<Device> found;
+        for (unsigned i = 0; i < std::min(count, most_devices); ++i) {
+            Device device = nullptr;
+            if (device_(i, &device) == success)
+                found.push_back(device);
+        }
+        return found;
+    }
+
+    /// Model and memory.
+    std::string name(Device device) const
+    {
+        char text[96] = {};
+        std::string name = name_(device, text, sizeof text - 1) == success ? text : "NVIDIA";
+        Memory memory;
+        if (memory_(device, &memory) == success && memory.total > 0)
+            name += core::concat(" (", core::gigabytes(memory.total), ")");
+        return name;
+    }
+
+    /// A figure that a processor does not tell counts as 0.
+    GpuSample look(Device device) const
+    {
+        GpuSample sample;
+        Utilization utilization;
+        if (utilization_(device, &utilization) == success) {
+            sample.compute = std::min(100U, utilization.gpu);
+            sample.memory_controller = std::min(100U, utilization.memory);
+        }
+        Memory memory;
+        if (memory_(device, &memory) == success && memory.total > 0)
+            sample.memory_used =
+                std::min(100.0, 100 * static_cast<double>(memory.used) / static_cast<double>(memory.total));
+        return sample;
+    }
+
+private:
+    template<class Function>
+    bool find(Function& function, char const* name)
+    {
+        function = reinterpret_cast<Function>(::dlsym(handle_, name));
+        return function != nullptr;
+    }
+
+    void* handle_;
+    bool complete_ = false;
+    int (*init_)() = nullptr;
+    int (*count_)(unsigned*) = nullptr;
+    int (*device_)(unsigned, Device*) = nullptr;
+    int (*name_)(Device, char*, unsigned) = nullptr;
+    int (*utilization_)(Device, Utilization*) = nullptr;
+    int (*memory_)(Device, Memory*) = nullptr;
+};
+
+std::string describe(Library const& library, std::vector<Device> const& devices)
+{
+    std::string text;
+    for (std::size_t i = 0; i < devices.size();) {
+        auto const name = library.name(devices[i]);
+        std::size_t same = 1;
+        while (i + same < devices.size() && library.name(devices[i + same]) == name)
+            ++same;
+        text += core::concat(text.empty() ? "" : ", ", same > 1 ? std::to_string(same) + "x " : "", name);
+        i += same;
+    }
+    return text;
+}
+
+GpuSample highest(Library const& library, std::vector<Device> const& devices)
+{
+    GpuSample most;
+    for (auto* const device : devices) {
+        auto const one = library.look(device);
+        most.compute = std::max(most.compute, one.compute);
+        most.memory_controller = std::max(most.memory_controller, one.memory_controller);
+        most.memory_used = std::max(most.memory_used, one.memory_used);
+    }
+    return most;
+}
+
+} // namespace
+
+struct NvidiaGpus::Shared
+{
+    explicit Shared(Library found) : library(found) {}
+
+    void watch()
+    {
+        auto const devices = library.devices();
+        auto const name = describe(library, devices);
+        for (bool going_on = !devices.empty(); going_on;) {
+            auto const sample = highest(library, devices);
+            std::unique_lock lock(mutex);
+            latest = sample;
+            text = name;
+            looked = true;
+            changed.notify_all();
+            going_on = !changed.wait_for(lock, look_interval, [this] { return stopping; });
+        }
+        std::lock_guard const lock(mutex);
+        looked = done = true;
+        changed.notify_all();
+    }
+
+    Library const library;
+    mutable std::mutex mutex;
+    std::condition_variable changed;
+    std::optional<GpuSample> latest;
+    std::string text;
+    bool looked = false;
+    bool stopping = false;
+    bool done = false;
+};
+
+NvidiaGpus::NvidiaGpus(std::string const& name)
+{
+    Library const library(name);
+    if (!library.complete())
+        return;
+    shared_ = std::make_shared<Shared>(library);
+    std::thread([shared = shared_] { shared->watch(); }).detach();
+    std::unique_lock lock(shared_->mutex);
+    shared_->changed.wait_for(lock, first_look, [this] { return shared_->looked; });
+}
+
+NvidiaGpus::~NvidiaGpus()
+{
+    if (!shared_)
+        return;
+    std::unique_lock lock(shared_->mutex);
+    shared_->stopping = true;
+    shared_->changed.notify_all();
+    shared_->changed.wait_for(lock, last_look, [this] { return shared_->done; });
+}
+
+std::optional<GpuSample> NvidiaGpus::sample() const
+{
+    if (!shared_)
+        return std::nullopt;
+    std::lock_guard const lock(shared_->mutex);
+    return shared_->latest;
+}
+
+std::string NvidiaGpus::description() const
+{
+    if (!shared_)
+        return {};
+    std::lock_guard const lock(shared_->mutex);
+    return shared_->text;
+}
+
+} // namespace webots_cloud::adapters

@@ -1,0 +1,106 @@
+#include "acceptor.hpp"
+
+#include "core/text.hpp"
+
+#include <boost/asio/ip/v6_only.hpp>
+
+#include <algorithm>
+#include <fcntl.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+namespace webots_cloud::adapters {
+
+namespace asio = boost::asio;
+using asio::ip::tcp;
+using core::concat;
+
+namespace {
+
+// What the kernel takes of an answer before its turn to be sent. Without a limit it is some hundred kilobytes
+// for each client that does not read, which would look as if the answer had been taken.
+constexpr int most_unsent = 16 * 1024;
+
+int take_descriptor()
+{
+    return ::open("/dev/null", O_RDONLY | O_CLOEXEC);
+}
+
+} // namespace
+
+result<> Acceptor::open(tcp::endpoint const& where)
+{
+    boost::system::error_code error;
+    acceptor_.open(where.protocol(), error);
+    if (!error)
+        acceptor_.set_option(tcp::acceptor::reuse_address(true), error);
+    if (!error && where.protocol() == tcp::v6())
+        acceptor_.set_option(asio::ip::v6_only(false), error);
+    if (!error)
+        acceptor_.bind(where, error);
+    if (!error) // what is accepted inherits it; a kernel that does not know it takes more
+        (void)::setsockopt(acceptor_.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &most_unsent,
+                           sizeof most_unsent);
+    if (!error)
+        acceptor_.listen(asio::socket_base::max_listen_connections, error);
+    if (!error)
+        return {};
+    boost::system::error_code ignored;
+    acceptor_.close(ignored);
+    return Failure(
+        errc::unavailable,
+        concat("can't listen on port ", std::to_string(where.port()), ": ", error.message(),
+               error == asio::error::address_in_use ? ". Is a server running there already?" : ""));
+}
+
+result<> Acceptor::listen(std::string const& address, std::uint16_t port)
+{
+    boost::system::error_code error;
+    auto const where = asio::ip::make_address(address, error);
+    if (error)
+        return Failure(errc::invalid_argument,
+                       concat("\"", address, "\" is no numeric address to listen on"));
+    auto opened = open({where, port});
+    // A machine without IPv6 still has every IPv4 address.
+    if (!opened && where == asio::ip::address_v6::any())
+        opened = open({asio::ip::address_v4::any(), port});
+    if (opened)
+        reserve_ = take_descriptor();
+    return opened;
+}
+
+bool Acceptor::turn_away()
+{
+    if (reserve_ < 0)
+        return false;
+    ::close(reserve_);
+    int const turned_away =
+        ::accept4(acceptor_.native_handle(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
+    if (turned_away >= 0)
+        ::close(turned_away);
+    reserve_ = take_descriptor();
+    return turned_away >= 0;
+}
+
+void Acceptor::close()
+{
+    boost::system::error_code ignored;
+    acceptor_.close(ignored);
+    if (reserve_ >= 0)
+        ::close(reserve_);
+    reserve_ = -1;
+}
+
+std::size_t affordable_connections(std::size_t spare)
+{
+    rlimit limit{};
+    if (::getrlimit(RLIMIT_NOFILE, &limit) != 0)
+        return SIZE_MAX;
+    auto const all = static_cast<std::size_t>(limit.rlim_cur);
+    return all - std::min(spare, all / 2);
+}
+
+} // namespace webots_cloud::adapters

@@ -1,0 +1,412 @@
+#include "core/text.hpp"
+#include "name_resolver.hpp"
+
+#include <webots_cloud/adapters.hpp>
+
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/ssl/context.hpp>
+#include <boost/asio/ssl/host_name_verification.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/core/read_size.hpp>
+#include <boost/beast/core/tcp_stream.hpp>
+#include <boost/beast/http/parser.hpp>
+#include <boost/beast/http/string_body.hpp>
+#include <boost/beast/ssl/ssl_stream.hpp>
+#include <boost/url/parse.hpp>
+
+#include <charconv>
+#include <iterator>
+#include <optional>
+#include <sys/socket.h>
+#include <type_traits>
+#include <unordered_map>
+#include <variant>
+
+namespace webots_cloud {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+using asio::ip::tcp;
+using core::concat;
+
+// Connections kept for the next request: as many servers as one session server may poll.
+constexpr std::size_t most_idle = 16 * 1024;
+
+constexpr std::size_t usual_request = 256; // bytes, without its body
+
+// Of an answer, before the parser has taken them: headers, trailers, and the line before a chunk, which must be
+// there as a whole. The parser looks through all of it again whenever more has come.
+constexpr std::size_t most_unparsed = 16 * 1024;
+
+// Of an answer altogether: what surrounds the chunks of a body may be as long as the body, and headers as
+// trailers as long as can be parsed.
+constexpr std::size_t most_of_answer(std::size_t body_limit) noexcept
+{
+    return 2 * (body_limit + most_unparsed);
+}
+
+constexpr std::uint16_t http_port = 80;
+constexpr std::uint16_t https_port = 443;
+
+struct Target
+{
+    bool tls = false;
+    std::string host;
+    std::uint16_t port = 0;
+    std::string path;
+};
+
+/// 0 when `text` is no port.
+std::uint16_t parse_port(std::string_view text)
+{
+    std::uint16_t port = 0;
+    auto const* const end = text.data() + text.size();
+    return std::from_chars(text.data(), end, port).ptr == end ? port : 0;
+}
+
+result<Target> parse_target(std::string const& text)
+{
+    auto const unusable = [&text] {
+        return Failure(errc::invalid_url,
+                       concat("\"", core::printable(text, 200), "\" is no http or https URL"));
+    };
+    auto const url = boost::urls::parse_uri(text);
+    if (!url || (url->scheme() != "http" && url->scheme() != "https") || url->host().empty())
+        return unusable();
+    Target target;
+    target.tls = url->scheme() == "https";
+    target.host = url->host_address();
+    target.port = target.tls ? https_port : http_port;
+    if (url->has_port())
+        target.port = parse_port({url->port().data(), url->port().size()});
+    if (target.port == 0)
+        return unusable();
+    auto const path = url->encoded_resource();
+    target.path = path.empty() ? "/" : std::string(path.data(), path.size());
+    return target;
+}
+
+/// A connection to one server, plain or encrypted.
+class Connection
+{
+public:
+    using Plain = beast::tcp_stream;
+    using Encrypted = beast::ssl_stream<beast::tcp_stream>;
+
+    explicit Connection(asio::any_io_executor const& executor) { stream_.emplace<Plain>(executor); }
+    Connection(asio::any_io_executor const& executor, asio::ssl::context& context)
+    {
+        stream_.emplace<Encrypted>(executor, context);
+    }
+
+    asio::awaitable<result<>> open(Target const& target, std::vector<tcp::endpoint> addresses);
+    asio::awaitable<result<HttpResponse>> exchange(std::string request, std::size_t body_limit);
+
+    void expires_at(TimePoint when) { lowest().expires_at(when); }
+    bool is_reusable() const noexcept { return reusable_; }
+    /// Some byte of an answer has come: the request must not be repeated.
+    bool has_answered() const noexcept { return answered_; }
+
+private:
+    beast::tcp_stream& lowest()
+    {
+        if (auto* plain = std::get_if<Plain>(&stream_))
+            return *plain;
+        return beast::get_lowest_layer(std::get<Encrypted>(stream_));
+    }
+    asio::awaitable<result<>> encrypt(Encrypted& stream, std::string const& host);
+    using Parser = http::response_parser<http::string_body>;
+
+    beast::error_code parse(Parser& parser);
+    static beast::error_code end(Parser& parser, beast::error_code why);
+    template<class Stream>
+    asio::awaitable<result<HttpResponse>> exchange_on(Stream& stream, std::string request,
+                                                      std::size_t body_limit);
+
+    std::variant<std::monostate, Plain, Encrypted> stream_;
+    beast::flat_buffer buffer_{most_unparsed};
+    bool reusable_ = false;
+    bool answered_ = false;
+};
+
+/// A request fits into the buffer of its socket: to wait for that, with a deadline, would cost a quarter of a
+/// poll. Returns how many bytes went out; what is wrong, if anything, shows when the others follow.
+std::size_t send_at_once(tcp::socket& socket, std::string_view bytes)
+{
+    auto const sent = ::send(socket.native_handle(), bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+    return sent < 0 ? 0 : static_cast<std::size_t>(sent);
+}
+
+HttpResponse to_response(http::response<http::string_body> message)
+{
+    HttpResponse response;
+    response.status = static_cast<int>(message.result_int());
+    response.headers.reserve(static_cast<std::size_t>(std::distance(message.begin(), message.end())));
+    for (auto const& field : message)
+        response.headers.emplace_back(std::string(field.name_string()), std::string(field.value()));
+    response.body = std::move(message.body());
+    return response;
+}
+
+Failure explain(beast::error_code error)
+{
+    if (error == beast::error::timeout)
+        return Failure(errc::timed_out);
+    if (error == asio::error::operation_aborted)
+        return Failure(error);
+    if (error == http::error::body_limit || error == http::error::header_limit ||
+        error == http::error::buffer_overflow)
+        return Failure(errc::too_large, "the answer is too large");
+    if (error.category() == http::make_error_code(http::error::end_of_stream).category())
+        return Failure(errc::protocol_error, concat("no HTTP answer: ", error.message()));
+    return Failure(errc::unreachable, error.message());
+}
+
+asio::awaitable<result<>> Connection::open(Target const& target, std::vector<tcp::endpoint> addresses)
+{
+    auto const [error, endpoint] =
+        co_await lowest().async_connect(addresses, asio::as_tuple(asio::use_awaitable));
+    if (error == beast::error::timeout)
+        co_return Failure(errc::unreachable, "no connection in time");
+    if (error)
+        co_return explain(error);
+    beast::error_code ignored;
+    lowest().socket().set_option(tcp::no_delay(true), ignored);
+    if (auto* encrypted = std::get_if<Encrypted>(&stream_))
+        co_return co_await encrypt(*encrypted, target.host);
+    co_return result<>();
+}
+
+asio::awaitable<result<>> Connection::encrypt(Encrypted& stream, std::string const& host)
+{
+    stream.set_verify_callback(asio::ssl::host_name_verification(host));
+    // What the macro SSL_set_tlsext_host_name does, without its C casts.
+    SSL_ctrl(stream.native_handle(), SSL_CTRL_SET_TLSEXT_HOSTNAME, TLSEXT_NAMETYPE_host_name,
+             const_cast<char*>(host.c_str()));
+    auto const [error] =
+        co_await stream.async_handshake(asio::ssl::stream_base::client, asio::as_tuple(asio::use_awaitable));
+    if (error == beast::error::timeout)
+        co_return Failure(errc::unreachable, "TLS failed: no answer in time");
+    if (error)
+        co_return Failure(errc::unreachable, concat("TLS failed: ", error.message()));
+    co_return result<>();
+}
+
+asio::awaitable<result<HttpResponse>> Connection::exchange(std::string request, std::size_t body_limit)
+{
+    if (auto* plain = std::get_if<Plain>(&stream_))
+        return exchange_on(*plain, std::move(request), body_limit);
+    return exchange_on(std::get<Encrypted>(stream_), std::move(request), body_limit);
+}
+
+/// Takes what has come.
+beast::error_code Connection::parse(Parser& parser)
+{
+    beast::error_code failed;
+    std::size_t used = 1;
+    while (!failed && used > 0 && buffer_.size() > 0 && !parser.is_done()) {
+        used = parser.put(buffer_.data(), failed);
+        buffer_.consume(used);
+    }
+    if (failed == http::error::need_more)
+        failed = {};
+    return failed;
+}
+
+/// Nothing more comes: that may be how the answer ends.
+beast::error_code Connection::end(Parser& parser, beast::error_code why)
+{
+    if (why != asio::error::eof)
+        return why;
+    if (!parser.got_some())
+        return http::error::end_of_stream;
+    beast::error_code failed;
+    parser.put_eof(failed);
+    return failed;
+}
+
+template<class Stream>
+asio::awaitable<result<HttpResponse>> Connection::exchange_on(Stream& stream, std::string request,
+                                                              std::size_t body_limit)
+{
+    reusable_ = false;
+    answered_ = false;
+    auto rest = asio::buffer(request);
+    if constexpr (std::is_same_v<Stream, Plain>)
+        rest += send_at_once(stream.socket(), request);
+    if (rest.size() > 0) {
+        auto const [error, written] =
+            co_await asio::async_write(stream, rest, asio::as_tuple(asio::use_awaitable));
+        if (error)
+            co_return explain(error);
+    }
+    Parser parser;
+    parser.body_limit(body_limit);
+    parser.eager(true);
+    std::size_t received = 0;
+    while (!parser.is_done()) {
+        // Not through http::async_read: its limits know nothing of what surrounds the chunks.
+        auto const room = buffer_.prepare(beast::read_size(buffer_, most_unparsed));
+        if (room.size() == 0)
+            co_return explain(http::error::buffer_overflow);
+        auto const [read_error, read] =
+            co_await stream.async_read_some(room, asio::as_tuple(asio::use_awaitable));
+        buffer_.commit(read);
+        received += read;
+        auto const parse_error = read_error ? end(parser, read_error) : parse(parser);
+        answered_ = parser.got_some();
+        if (parse_error)
+            co_return explain(parse_error);
+        if (received > most_of_answer(body_limit))
+            co_return explain(http::error::body_limit);
+    }
+    reusable_ = parser.keep_alive() && buffer_.size() == 0;
+    co_return to_response(parser.release());
+}
+
+/// An open connection that waits for the next request to where it leads.
+struct Kept
+{
+    Kept() = default;
+
+    Target target;
+    std::unique_ptr<Connection> connection;
+};
+
+class BeastClient final : public HttpClient
+{
+public:
+    explicit BeastClient(asio::any_io_executor executor)
+        : executor_(std::move(executor)), resolver_(executor_)
+    {}
+
+    asio::awaitable<result<HttpResponse>> send(HttpRequest request) override;
+
+private:
+    asio::awaitable<result<HttpResponse>> send_anew(HttpRequest request, TimePoint deadline);
+    std::unique_ptr<Connection> make_connection(bool tls);
+    asio::awaitable<result<std::vector<tcp::endpoint>>> resolve(Target const& target, TimePoint deadline);
+    bool may_keep(Connection& connection) const;
+
+    asio::any_io_executor executor_;
+    std::optional<asio::ssl::context>
+        context_; ///< Made when first needed: it reads every certificate authority of the system.
+    adapters::NameResolver resolver_;
+    std::unordered_map<std::string, Kept> idle_; ///< By the whole URL, so that a poll need not take it apart.
+};
+
+// Not through Beast's serializer, which takes as long as all the rest of a poll.
+std::string to_text(HttpRequest const& request, Target const& target)
+{
+    bool const usual_port = target.port == (target.tls ? https_port : http_port);
+    std::string text;
+    text.reserve(usual_request + request.body.size());
+    text.append(request.method).append(" ").append(target.path).append(" HTTP/1.1\r\nHost: ").append(target.host);
+    if (!usual_port)
+        text.append(":").append(std::to_string(target.port));
+    text.append("\r\nUser-Agent: webots_cloud\r\n");
+    for (auto const& [name, value] : request.headers)
+        text.append(name).append(": ").append(value).append("\r\n");
+    if (!request.body.empty() || request.method != "GET")
+        text.append("Content-Length: ").append(std::to_string(request.body.size())).append("\r\n");
+    return text.append("\r\n").append(request.body);
+}
+
+asio::awaitable<result<HttpResponse>> BeastClient::send(HttpRequest request)
+{
+    auto const deadline = std::chrono::steady_clock::now() + request.timeout;
+
+    // The peer may close a kept connection just when we use it: then, and only then, the request goes out
+    // once more.
+    if (auto kept = idle_.extract(request.url)) {
+        auto& connection = *kept.mapped().connection;
+        connection.expires_at(deadline);
+        auto response =
+            co_await connection.exchange(to_text(request, kept.mapped().target), request.body_limit);
+        bool const is_stale = !response && !connection.has_answered() &&
+                              response.error().code() != asio::error::operation_aborted &&
+                              std::chrono::steady_clock::now() < deadline;
+        if (response && may_keep(connection))
+            idle_.insert(std::move(kept));
+        if (!is_stale)
+            co_return response;
+    }
+    co_return co_await send_anew(std::move(request), deadline);
+}
+
+/// A coroutine of its own, so that polls on kept connections do not carry its frame.
+asio::awaitable<result<HttpResponse>> BeastClient::send_anew(HttpRequest request, TimePoint deadline)
+{
+    auto target = parse_target(request.url);
+    if (!target)
+        co_return target.error();
+    auto addresses = co_await resolve(*target, deadline);
+    if (!addresses)
+        co_return addresses.error();
+    Kept fresh;
+    fresh.connection = make_connection(target->tls);
+    auto& connection = *fresh.connection;
+    connection.expires_at(deadline);
+    auto const opened = co_await connection.open(*target, std::move(*addresses));
+    if (!opened)
+        co_return opened.error();
+    auto response = co_await connection.exchange(to_text(request, *target), request.body_limit);
+    fresh.target = std::move(*target);
+    if (response && may_keep(connection))
+        idle_.insert_or_assign(request.url, std::move(fresh));
+    co_return response;
+}
+
+asio::awaitable<result<std::vector<tcp::endpoint>>> BeastClient::resolve(Target const& target,
+                                                                         TimePoint deadline)
+{
+    std::vector<tcp::endpoint> endpoints;
+    boost::system::error_code not_numeric;
+    auto const address = asio::ip::make_address(target.host, not_numeric);
+    if (!not_numeric) {
+        endpoints.emplace_back(address, target.port);
+        co_return endpoints;
+    }
+    auto const addresses = co_await resolver_.resolve(target.host, deadline);
+    if (!addresses)
+        co_return addresses.error();
+    for (auto const& found : *addresses)
+        endpoints.emplace_back(found, target.port);
+    co_return endpoints;
+}
+
+std::unique_ptr<Connection> BeastClient::make_connection(bool tls)
+{
+    if (!tls)
+        return std::make_unique<Connection>(executor_);
+    if (!context_) {
+        context_.emplace(asio::ssl::context::tls_client);
+        context_->set_default_verify_paths();
+        context_->set_verify_mode(asio::ssl::verify_peer);
+        SSL_CTX_set_min_proto_version(context_->native_handle(), TLS1_2_VERSION);
+    }
+    return std::make_unique<Connection>(executor_, *context_);
+}
+
+/// Takes the deadline off a connection that may be used again.
+bool BeastClient::may_keep(Connection& connection) const
+{
+    if (!connection.is_reusable() || idle_.size() >= most_idle)
+        return false;
+    connection.expires_at(TimePoint::max());
+    return true;
+}
+
+} // namespace
+
+std::unique_ptr<HttpClient> make_http_client(asio::any_io_executor executor)
+{
+    return std::make_unique<BeastClient>(std::move(executor));
+}
+
+} // namespace webots_cloud

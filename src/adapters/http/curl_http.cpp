@@ -1,0 +1,222 @@
+#include "curl_http.hpp"
+
+#include "core/text.hpp"
+
+#include <boost/asio/error.hpp>
+
+#include <curl/curl.h>
+
+#include <algorithm>
+#include <array>
+
+namespace webots_cloud::adapters {
+namespace {
+
+using core::concat;
+
+constexpr int most_redirects = 3;
+constexpr std::uint64_t most_of_other_answers = 64 * 1024;
+
+bool is_set(std::atomic<bool> const* flag)
+{
+    return flag && flag->load(std::memory_order_relaxed);
+}
+
+/// One attempt: what libcurl's callbacks need to know.
+struct Exchange
+{
+    CurlRequest const& request;
+    CurlLimits const& limits;
+    CURL* curl = nullptr;
+    std::uint64_t received = 0;
+    std::uint64_t header_bytes = 0;
+    bool heard_enough = false; ///< Of an answer whose status says it all.
+    result<> outcome{};
+
+    bool must_stop()
+    {
+        if (is_set(limits.aborted) || is_set(limits.abandoned))
+            outcome = Failure(boost::asio::error::operation_aborted);
+        else if (std::chrono::steady_clock::now() > limits.deadline)
+            outcome = Failure(errc::timed_out, concat(request.peer, " took too long"));
+        return outcome.has_error();
+    }
+};
+
+std::size_t on_body(char* bytes, std::size_t, std::size_t count, void* user)
+{
+    auto& exchange = *static_cast<Exchange*>(user);
+    long status = 0;
+    curl_easy_getinfo(exchange.curl, CURLINFO_RESPONSE_CODE, &status);
+    exchange.received += count;
+    if (status != 200) { // the text of an error page is nobody's business
+        exchange.heard_enough = exchange.received > most_of_other_answers;
+        return exchange.heard_enough || exchange.must_stop() ? 0 : count;
+    }
+    if (exchange.received > exchange.limits.bytes)
+        exchange.outcome =
+            Failure(errc::too_large, concat("the answer of ", exchange.request.peer, " is larger than ",
+                                            std::to_string(exchange.limits.bytes >> 20), " MB"));
+    else if (!exchange.must_stop())
+        exchange.outcome = exchange.request.sink(std::string_view(bytes, count));
+    return exchange.outcome ? count : 0;
+}
+
+/// libcurl keeps every line of headers and trailers until the next request, and has no limit of its own for
+/// trailers; interim answers (1xx) come here too.
+std::size_t on_header(char*, std::size_t, std::size_t count, void* user)
+{
+    auto& exchange = *static_cast<Exchange*>(user);
+    exchange.header_bytes += count;
+    if (exchange.header_bytes > exchange.limits.header_bytes)
+        exchange.outcome =
+            Failure(errc::too_large, concat("the answer of ", exchange.request.peer, " has more than ",
+                                            std::to_string(exchange.limits.header_bytes >> 10), " kB of headers"));
+    return exchange.outcome && !exchange.must_stop() ? count : 0;
+}
+
+int on_progress(void* user, curl_off_t, curl_off_t, curl_off_t, curl_off_t)
+{
+    return static_cast<Exchange*>(user)->must_stop() ? 1 : 0;
+}
+
+Failure failure_of(CURLcode code, char const* words)
+{
+    std::string const detail = *words ? words : curl_easy_strerror(code);
+    if (code == CURLE_OPERATION_TIMEDOUT)
+        return {errc::timed_out, detail};
+    if (code == CURLE_GOT_NOTHING || code == CURLE_PARTIAL_FILE)
+        return {errc::unreachable, concat("the connection was cut (", detail, ")")};
+    if (code == CURLE_WEIRD_SERVER_REPLY)
+        return {errc::protocol_error, detail};
+    return {errc::unreachable, detail};
+}
+
+} // namespace
+
+/// A libcurl handle with its connections.
+class CurlHttp::Handle
+{
+public:
+    Handle() : curl_(curl_easy_init()) {}
+    Handle(Handle const&) = delete;
+    ~Handle()
+    {
+        curl_slist_free_all(headers_);
+        curl_easy_cleanup(curl_);
+    }
+
+    /// `redirected` gets the address that the answer points to, or empty.
+    result<int> send(CurlRequest const& request, CurlLimits const& limits, std::string const& url,
+                     std::string& redirected);
+
+private:
+    void prepare(CurlRequest const& request, CurlLimits const& limits, std::string const& url);
+
+    CURL* curl_;
+    curl_slist* headers_ = nullptr;
+    std::array<char, CURL_ERROR_SIZE> words_{};
+};
+
+void CurlHttp::Handle::prepare(CurlRequest const& request, CurlLimits const& limits, std::string const& url)
+{
+    curl_easy_reset(curl_); // keeps the connections
+    curl_slist_free_all(headers_);
+    headers_ = nullptr;
+    for (auto const& line : request.headers)
+        headers_ = curl_slist_append(headers_, line.c_str());
+    if (!request.body.empty()) {
+        headers_ = curl_slist_append(headers_, "Expect:"); // no round trip before the body
+        curl_easy_setopt(curl_, CURLOPT_POSTFIELDS, request.body.data());
+        curl_easy_setopt(curl_, CURLOPT_POSTFIELDSIZE_LARGE, static_cast<curl_off_t>(request.body.size()));
+    }
+    curl_easy_setopt(curl_, CURLOPT_HTTPHEADER, headers_);
+    curl_easy_setopt(curl_, CURLOPT_URL, url.c_str());
+    curl_easy_setopt(curl_, CURLOPT_USERAGENT, request.agent.c_str());
+    curl_easy_setopt(curl_, CURLOPT_PROTOCOLS_STR, "http,https");
+    curl_easy_setopt(curl_, CURLOPT_SSLVERSION, static_cast<long>(CURL_SSLVERSION_TLSv1_2)); // or newer
+    curl_easy_setopt(curl_, CURLOPT_FOLLOWLOCATION, 0L);
+    curl_easy_setopt(curl_, CURLOPT_NOSIGNAL, 1L);
+    curl_easy_setopt(curl_, CURLOPT_NETRC, static_cast<long>(CURL_NETRC_IGNORED));
+    curl_easy_setopt(curl_, CURLOPT_CONNECTTIMEOUT, 20L);
+    curl_easy_setopt(curl_, CURLOPT_BUFFERSIZE, 256L * 1024);
+    if (limits.low_speed > 0) {
+        auto const seconds = std::chrono::duration_cast<std::chrono::seconds>(limits.low_speed_time).count();
+        curl_easy_setopt(curl_, CURLOPT_LOW_SPEED_LIMIT, static_cast<long>(limits.low_speed));
+        curl_easy_setopt(curl_, CURLOPT_LOW_SPEED_TIME, static_cast<long>(seconds));
+    }
+    words_[0] = '\0';
+    curl_easy_setopt(curl_, CURLOPT_ERRORBUFFER, words_.data());
+}
+
+result<int> CurlHttp::Handle::send(CurlRequest const& request, CurlLimits const& limits,
+                                   std::string const& url, std::string& redirected)
+{
+    prepare(request, limits, url);
+    Exchange exchange{.request = request, .limits = limits, .curl = curl_};
+    curl_easy_setopt(curl_, CURLOPT_WRITEFUNCTION, on_body);
+    curl_easy_setopt(curl_, CURLOPT_WRITEDATA, &exchange);
+    curl_easy_setopt(curl_, CURLOPT_HEADERFUNCTION, on_header);
+    curl_easy_setopt(curl_, CURLOPT_HEADERDATA, &exchange);
+    curl_easy_setopt(curl_, CURLOPT_NOPROGRESS, 0L);
+    curl_easy_setopt(curl_, CURLOPT_XFERINFOFUNCTION, on_progress);
+    curl_easy_setopt(curl_, CURLOPT_XFERINFODATA, &exchange);
+    auto const code = curl_easy_perform(curl_);
+    if (exchange.outcome.has_error())
+        return exchange.outcome.error();
+    if (code != CURLE_OK && !exchange.heard_enough)
+        return failure_of(code, words_.data());
+    long status = 0;
+    curl_easy_getinfo(curl_, CURLINFO_RESPONSE_CODE, &status);
+    char* target = nullptr;
+    curl_easy_getinfo(curl_, CURLINFO_REDIRECT_URL, &target);
+    redirected = target ? target : "";
+    return static_cast<int>(status);
+}
+
+CurlHttp::CurlHttp()
+{
+    static auto const initialized = curl_global_init(CURL_GLOBAL_DEFAULT);
+    (void)initialized;
+}
+
+CurlHttp::~CurlHttp() = default;
+
+std::unique_ptr<CurlHttp::Handle> CurlHttp::take()
+{
+    std::lock_guard const lock(mutex_);
+    if (idle_.empty())
+        return std::make_unique<Handle>();
+    auto handle = std::move(idle_.back());
+    idle_.pop_back();
+    return handle;
+}
+
+void CurlHttp::give_back(std::unique_ptr<Handle> handle)
+{
+    std::lock_guard const lock(mutex_);
+    idle_.push_back(std::move(handle));
+}
+
+result<int> CurlHttp::send(CurlRequest const& request, CurlLimits const& limits)
+{
+    auto handle = take();
+    auto url = request.url;
+    result<int> status = 0;
+    for (int attempt = 0; attempt <= most_redirects; ++attempt) {
+        std::string redirected;
+        status = handle->send(request, limits, url, redirected);
+        if (!status || redirected.empty())
+            break;
+        status = Failure(errc::protocol_error, concat(request.peer, " redirects in circles"));
+        if (!redirected.starts_with(request.base + "/")) {
+            status = Failure(errc::protocol_error, concat(request.peer, " redirects to another host"));
+            break;
+        }
+        url = redirected;
+    }
+    give_back(std::move(handle));
+    return status;
+}
+
+} // namespace webots_cloud::adapters

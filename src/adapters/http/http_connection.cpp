@@ -1,0 +1,300 @@
+#include "http_connection.hpp"
+
+#include "core/text.hpp"
+#include "http_response_text.hpp"
+#include "websocket_handshake.hpp"
+
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/deferred.hpp>
+#include <boost/asio/post.hpp>
+
+#include <ctime>
+#include <variant>
+
+namespace webots_cloud::adapters {
+
+namespace asio = boost::asio;
+using core::concat;
+
+namespace {
+
+constexpr std::size_t flush_size = 64 * 1024; // answers to pipelined requests are sent together up to here
+constexpr int most_drained = 64;              // reads, after a refusal
+
+constexpr std::string_view speaks_https =
+    "This port speaks HTTPS: put https:// (or wss://) in front of the address.\r\n";
+
+constexpr std::string_view too_many_connections = "Too many connections. Please try again in a moment.\r\n";
+
+std::uint64_t& refusal_counter(HttpServerStatistics& statistics, int status)
+{
+    switch (status) {
+    case 413:
+        return statistics.refused_bodies;
+    case 414:
+        return statistics.long_request_lines;
+    case 431:
+        return statistics.long_headers;
+    default:
+        return statistics.bad_requests;
+    }
+}
+
+} // namespace
+
+HttpConnection::HttpConnection(NetworkStream stream, Peer peer, ConnectionLimit::Ticket ticket,
+                               HttpConnectionContext const& context)
+    : stream_(std::move(stream)), ticket_(std::move(ticket)), context_(context), peer_(std::move(peer))
+{}
+
+asio::awaitable<bool> HttpConnection::await_first_request()
+{
+    set_deadline(context_.params.header_timeout);
+    if (stream_.is_tls()) {
+        auto const failed = co_await stream_.handshake();
+        if (failed) {
+            ++context_.statistics.tls_failures;
+            if (stream_.turn_plain())
+                co_await refuse(400, "a request without TLS", speaks_https);
+            co_return false;
+        }
+    }
+    bool const complete = co_await read_request(context_.params.header_timeout);
+    co_return complete;
+}
+
+asio::awaitable<bool> HttpConnection::answer_requests()
+{
+    for (;;) {
+        auto const next = answer();
+        bool const may_wait =
+            next == Next::request && !body_ && reader_.rest().size() > 0 && out_.size() < flush_size;
+        if (!may_wait) {
+            bool sent = flush_at_once();
+            if (!sent)
+                sent = co_await flush();
+            if (!sent || next == Next::close || stopping_)
+                co_return false;
+            if (next == Next::websocket)
+                co_return true;
+            if (reader_.rest().size() > 0) // who has sent many requests at once does not keep others waiting
+                co_await asio::post(asio::deferred);
+        }
+        reader_.next();
+        bool const complete = co_await read_request(context_.params.idle_timeout);
+        if (!complete)
+            co_return false;
+    }
+}
+
+void HttpConnection::set_deadline(Duration from_now)
+{
+    // The time of the last tick, some milliseconds ago, costs a fifth of the exact one; deadlines are seconds away.
+    timespec tick{};
+    ::clock_gettime(CLOCK_MONOTONIC_COARSE, &tick);
+    deadline_ = TimePoint(std::chrono::seconds(tick.tv_sec) + std::chrono::nanoseconds(tick.tv_nsec)) + from_now;
+}
+
+/// Reads until a request's head is complete; false when the connection is to be closed.
+asio::awaitable<bool> HttpConnection::read_request(Duration patience)
+{
+    bool has_begun = reader_.has_begun();
+    set_deadline(has_begun ? context_.params.header_timeout : patience);
+    for (;;) {
+        auto const progress = reader_.parse();
+        if (progress == HttpRequestReader::Progress::complete)
+            co_return true;
+        if (progress == HttpRequestReader::Progress::refused) {
+            co_await refuse(reader_.refusal(), "a malformed or oversized request");
+            co_return false;
+        }
+        if (!out_.empty()) { // answers to earlier requests must not wait for the rest of this one
+            bool const sent = co_await flush();
+            if (!sent)
+                co_return false;
+        }
+        if (!has_begun && reader_.has_begun()) {
+            has_begun = true;
+            set_deadline(context_.params.header_timeout);
+        }
+        auto const span = reader_.prepare();
+        auto const space = asio::buffer(span.data(), span.size());
+        boost::system::error_code failed;
+        awaiting_request_ = true;
+        if (stream_.is_tls()) {
+            auto const [error, size] = co_await stream_.read_some(space);
+            failed = error;
+            reader_.commit(size);
+        } else {
+            auto const [error, size] = co_await stream_.read_plain(space);
+            failed = error;
+            reader_.commit(size);
+        }
+        awaiting_request_ = false;
+        if (failed || is_cut_)
+            co_return false;
+    }
+}
+
+/// Appends the answer to what is to be sent.
+HttpConnection::Next HttpConnection::answer()
+{
+    ++context_.statistics.requests;
+    auto request = reader_.request();
+    name_client(request);
+    if (wants_websocket(reader_)) {
+        if (auto const refusal = refuse_handshake(reader_)) {
+            ++context_.statistics.bad_handshakes;
+            return give(*refusal, request);
+        }
+        request.upgrade = true;
+    }
+    auto const answer = context_.endpoint.respond(request);
+    if (auto const* response = std::get_if<HttpResponse>(&answer))
+        return give(*response, request);
+    if (!admit_client()) {
+        HttpResponse refusal(429, "text/html; charset=UTF-8", std::string(too_many_connections));
+        refusal.headers.emplace_back("Retry-After", "5");
+        return give(refusal, request);
+    }
+    append_handshake_answer(out_, request.header("Sec-WebSocket-Key"));
+    return Next::websocket;
+}
+
+void HttpConnection::name_client(IncomingRequest& request)
+{
+    if (peer_.is_proxy())
+        read_forwarded(request.headers);
+    request.peer = peer_.address;
+    request.client = client();
+    request.quota_key = quota_key();
+}
+
+/// What the proxy said of its last request does not hold for this one.
+void HttpConnection::read_forwarded(core::HeaderFields fields)
+{
+    client_.clear();
+    client_quota_key_.clear();
+    if (!reader_.is_forwarded())
+        return;
+    auto const client = core::forwarded_client(fields, context_.proxies);
+    if (!client)
+        return;
+    client_ = client->text();
+    if (!context_.proxies.contains(*client))
+        client_quota_key_ = client->is_v4() ? client_ : client->quota_key();
+}
+
+/// Whether the client may have one more WebSocket. One that came without a proxy has been counted since it
+/// was accepted; those of a proxy are counted here, where it is known whose they are.
+bool HttpConnection::admit_client()
+{
+    return !peer_.is_proxy() || context_.limit.admit(client_quota_key_, ticket_);
+}
+
+HttpConnection::Next HttpConnection::give(HttpResponse const& response, IncomingRequest const& request)
+{
+    // Who refuses with 429 says so in the log itself, once: of these there may be thousands a second.
+    if (response.status >= 400 && response.status != 429)
+        context_.log.warning(LogCause("answer", client()),
+                             concat(std::to_string(response.status), " ", request.method, " ",
+                                    core::printable(request.path, 200), " (", client(), ")"));
+    bool const stays_open = reader_.keep_alive() && !stopping_;
+    if (response.shared) {
+        body_rest_ = encoded(*response.shared, request.header("Accept-Encoding"));
+        append_shared_head(out_, response, stays_open, body_rest_);
+        if (request.method != "HEAD" && !body_rest_.empty())
+            body_ = response.shared;
+        return stays_open ? Next::request : Next::close;
+    }
+    append_response(out_, response, stays_open, request.method != "HEAD");
+    return stays_open ? Next::request : Next::close;
+}
+
+/// Sends all that is to be sent if that is possible without waiting, as it almost always is.
+bool HttpConnection::flush_at_once()
+{
+    boost::system::error_code error;
+    out_.erase(0, stream_.try_write(out_, error));
+    if (out_.empty() && body_) {
+        body_rest_.remove_prefix(stream_.try_write(body_rest_, error));
+        if (body_rest_.empty())
+            body_.reset();
+    }
+    return out_.empty() && !body_;
+}
+
+asio::awaitable<bool> HttpConnection::flush()
+{
+    set_deadline(context_.params.write_timeout);
+    auto error = co_await stream_.write(out_);
+    out_.clear();
+    if (body_ && !error)
+        error = co_await stream_.write(body_rest_);
+    body_.reset();
+    co_return !error && !is_cut_;
+}
+
+asio::awaitable<void> HttpConnection::refuse(int status, std::string_view what, std::string_view advice)
+{
+    ++refusal_counter(context_.statistics, status);
+    HttpResponse const response(status, "text/html; charset=UTF-8", std::string(advice));
+    context_.log.warning(LogCause("request", peer_.address),
+                         concat(std::to_string(status), " for ", what, " (", peer_.address, ")"));
+    append_response(out_, response, false, true);
+    set_deadline(context_.params.header_timeout);
+    bool const sent = co_await flush();
+    if (!sent)
+        co_return;
+    // Closing with unread bytes would reset the connection, and the answer with it: read a little, then
+    // close.
+    stream_.shut_down();
+    for (int i = 0; i < most_drained; ++i) {
+        reader_.discard();
+        auto const space = reader_.prepare();
+        auto const outcome = co_await stream_.read_some(asio::buffer(space.data(), space.size()));
+        if (outcome.first)
+            break;
+    }
+}
+
+void HttpConnection::cut()
+{
+    is_cut_ = true;
+    stream_.close();
+}
+
+void HttpConnection::stop()
+{
+    stopping_ = true;
+    if (awaiting_request_)
+        cut();
+}
+
+void HttpConnection::check(TimePoint now)
+{
+    if (now < deadline_ || is_cut_)
+        return;
+    ++context_.statistics.timed_out;
+    if (awaiting_request_ && reader_.has_begun()) {
+        std::string text;
+        append_response(text, HttpResponse(408, {}, {}), false, true);
+        boost::system::error_code ignored;
+        stream_.try_write(text, ignored);
+    }
+    cut();
+}
+
+ChannelInfo HttpConnection::channel_info() const
+{
+    ChannelInfo info;
+    info.path = reader_.request().path;
+    info.query = reader_.request().query;
+    info.host = reader_.request().header("Host");
+    info.peer = peer_.address;
+    info.client = client();
+    info.quota_key = quota_key();
+    return info;
+}
+
+} // namespace webots_cloud::adapters

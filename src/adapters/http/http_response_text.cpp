@@ -1,0 +1,130 @@
+#include "http_response_text.hpp"
+
+#include <ostream> // what follows forgets it
+
+#include "core/text.hpp"
+
+#include <boost/beast/http/status.hpp>
+
+#include <zlib.h>
+
+#include <charconv>
+#include <ctime>
+
+namespace webots_cloud::adapters {
+namespace {
+
+/// The value of a Date header, made anew once a second.
+std::string_view http_date()
+{
+    thread_local std::time_t made = 0;
+    thread_local char text[40];
+    thread_local std::size_t length = 0;
+    auto const now = std::time(nullptr); // to the second, for a fifth of what a clock with fractions costs
+    if (now != made) {
+        made = now;
+        std::tm parts{};
+        gmtime_r(&now, &parts);
+        length = std::strftime(text, sizeof text, "%a, %d %b %Y %H:%M:%S GMT", &parts);
+    }
+    return {text, length};
+}
+
+void append_number(std::string& out, std::size_t number)
+{
+    char digits[24];
+    out.append(digits, std::to_chars(digits, digits + sizeof digits, number).ptr);
+}
+
+// Smaller ones fit into a packet or two as they are; larger ones would take more than 4 ms of the event loop.
+constexpr std::size_t worth_compressing = 1024;
+constexpr std::size_t most_compressed = 512 * 1024;
+
+// A page of 150 kB takes 1.3 ms, once for all who ask; the usual level, 6, takes three times as long for a
+// sixth less.
+constexpr int compression_level = 1;
+constexpr int gzip_window_bits = 15 + 16;
+
+/// Compressed; empty when zlib has no memory.
+std::string compress(std::string const& text)
+{
+    z_stream stream{};
+    if (deflateInit2(&stream, compression_level, Z_DEFLATED, gzip_window_bits, 8, Z_DEFAULT_STRATEGY) != Z_OK)
+        return {};
+    std::string out(deflateBound(&stream, static_cast<uLong>(text.size())), '\0');
+    stream.next_in =
+        reinterpret_cast<Bytef*>(const_cast<char*>(text.data())); // zlib's interface knows no const
+    stream.avail_in = static_cast<uInt>(text.size());
+    stream.next_out = reinterpret_cast<Bytef*>(out.data());
+    stream.avail_out = static_cast<uInt>(out.size());
+    bool const is_whole = deflate(&stream, Z_FINISH) == Z_STREAM_END;
+    out.resize(is_whole ? stream.total_out : 0);
+    deflateEnd(&stream);
+    out.shrink_to_fit();
+    return out;
+}
+
+/// Whether an Accept-Encoding has gzip, and not with the weight 0.
+bool takes_gzip(std::string_view accept_encoding)
+{
+    for (auto const part : core::split(accept_encoding, ',')) {
+        auto const end = std::min(part.find(';'), part.size());
+        if (!equal_ignoring_case(core::trim(part.substr(0, end)), "gzip"))
+            continue;
+        auto const weight = core::trim(part.substr(std::min(end + 1, part.size())));
+        return !weight.starts_with("q=0") || weight.find_first_of("123456789") != std::string_view::npos;
+    }
+    return false;
+}
+
+/// Status line and headers; `size` is that of the body.
+void append_head(std::string& out, HttpResponse const& response, bool keep_alive, std::size_t size)
+{
+    auto const reason = boost::beast::http::obsolete_reason(
+        boost::beast::http::int_to_status(static_cast<unsigned>(response.status)));
+    out.append("HTTP/1.1 ");
+    append_number(out, static_cast<std::size_t>(response.status));
+    out.append(" ").append(reason.data(), reason.size());
+    out.append("\r\nServer: webots_cloud\r\nDate: ").append(http_date());
+    if (!response.content_type.empty())
+        out.append("\r\nContent-Type: ").append(response.content_type);
+    for (auto const& [name, value] : response.headers)
+        out.append("\r\n").append(name).append(": ").append(value);
+    if (response.status != 204 && response.status != 304) {
+        out.append("\r\nContent-Length: ");
+        append_number(out, size);
+    }
+    out.append("\r\n").append(response.fixed_headers);
+    out.append(keep_alive ? "Connection: keep-alive\r\n\r\n" : "Connection: close\r\n\r\n");
+}
+
+} // namespace
+
+void append_response(std::string& out, HttpResponse const& response, bool keep_alive, bool with_body)
+{
+    append_head(out, response, keep_alive, response.body.size());
+    if (with_body)
+        out.append(response.body);
+}
+
+void append_shared_head(std::string& out, HttpResponse const& response, bool keep_alive,
+                        std::string_view body)
+{
+    if (body.data() == response.shared->text.data())
+        return append_head(out, response, keep_alive, body.size());
+    auto compressed = response;
+    compressed.headers.emplace_back("Content-Encoding", "gzip");
+    append_head(out, compressed, keep_alive, body.size());
+}
+
+std::string_view encoded(SharedBody const& body, std::string_view accept_encoding)
+{
+    if (body.text.size() < worth_compressing || body.text.size() > most_compressed ||
+        !takes_gzip(accept_encoding))
+        return body.text;
+    if (body.gzip.empty())
+        body.gzip = compress(body.text);
+    return body.gzip.empty() ? body.text : body.gzip;
+}
+
+} // namespace webots_cloud::adapters

@@ -1,0 +1,327 @@
+#include "async/cancellation.hpp"
+#include "async/task_count.hpp"
+#include "core/text.hpp"
+#include "acceptor.hpp"
+#include "http_connection.hpp"
+#include "websocket_channel.hpp"
+
+#include <webots_cloud/adapters.hpp>
+
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/this_coro.hpp>
+
+#include <algorithm>
+#include <list>
+#include <optional>
+
+namespace webots_cloud {
+namespace {
+
+namespace asio = boost::asio;
+using adapters::ConnectionLimit;
+using adapters::HttpConnection;
+using adapters::HttpConnectionContext;
+using adapters::Peer;
+using adapters::WebSocketChannel;
+using asio::ip::tcp;
+using core::concat;
+
+constexpr auto sweep_interval = std::chrono::seconds(1);
+constexpr auto accept_pause = std::chrono::milliseconds(20);
+constexpr auto complaint_interval = std::chrono::minutes(1);
+
+constexpr std::string_view busy_answer =
+    "HTTP/1.1 503 Service Unavailable\r\nServer: webots_cloud\r\n"
+    "Content-Type: text/html; charset=UTF-8\r\nRetry-After: 5\r\nContent-Length: 53\r\n"
+    "Connection: close\r\n\r\n"
+    "Too many connections. Please try again in a moment.\r\n";
+
+asio::ip::address address_of(tcp::socket const& socket)
+{
+    boost::system::error_code gone;
+    auto const address = socket.remote_endpoint(gone).address();
+    if (address.is_v6() && address.to_v6().is_v4_mapped())
+        return asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6());
+    return address;
+}
+
+/// A WebSocket and its right to exist.
+struct Conversation
+{
+    Conversation(HttpConnection& connection, HttpConnectionContext const& context)
+        : ticket(connection.take_ticket()),
+          channel(connection.take_stream(), context.params, context.statistics)
+    {}
+
+    ConnectionLimit::Ticket ticket;
+    WebSocketChannel channel;
+};
+
+class NetworkServer final : public HttpServer
+{
+public:
+    NetworkServer(asio::any_io_executor executor, HttpServerParams params, Endpoint& endpoint, Logger log)
+        : executor_(std::move(executor)), params_(std::move(params)), log_(std::move(log)),
+          proxies_(params_.trusted_proxies),
+          limit_(params_.connections_per_address, statistics_, log_),
+          context_{params_, endpoint, log_, statistics_, proxies_, limit_}, endpoint_(endpoint), acceptor_(executor_), sweeper_(executor_), tasks_(executor_)
+    {}
+
+    result<> listen() override;
+    asio::awaitable<result<>> run() override;
+    std::uint16_t port() const override { return acceptor_.port(); }
+    HttpServerStatistics statistics() const override;
+
+private:
+    using Connections = std::list<HttpConnection>; // oldest first
+    using Conversations = std::list<Conversation>;
+
+    asio::awaitable<result<>> accept();
+    asio::awaitable<void> serve(Connections::iterator connection);
+    asio::awaitable<void> converse(Connections::iterator connection, Conversations::iterator conversation);
+    asio::awaitable<void> stop();
+    asio::awaitable<void> recover(boost::system::error_code failed);
+    void admit(tcp::socket socket);
+    Conversations::iterator begin_conversation(HttpConnection& connection);
+    void complain(std::string_view sentence);
+    bool make_room();
+    bool cut_closing();
+    void sweep();
+    std::size_t open() const noexcept { return silent_.size() + active_.size() + conversations_.size(); }
+
+    asio::any_io_executor executor_;
+    HttpServerParams params_;
+    Logger log_;
+    HttpServerStatistics statistics_;
+    core::IpNetworks proxies_;
+    ConnectionLimit limit_;
+    HttpConnectionContext context_;
+    Endpoint& endpoint_;
+    adapters::Acceptor acceptor_;
+    std::optional<adapters::TlsCertificate> certificate_;
+    asio::steady_timer sweeper_;
+    Connections silent_; ///< Without a complete request so far: what makes room when descriptors run out.
+    Connections active_;
+    Conversations conversations_;
+    std::size_t most_connections_ = 0;
+    TimePoint next_complaint_ = TimePoint::min();
+    async::TaskCount tasks_;
+};
+
+result<> NetworkServer::listen()
+{
+    if (acceptor_.is_open())
+        return {};
+    if (!proxies_.malformed().empty())
+        return Failure(errc::invalid_config,
+                       concat("A trusted proxy is no address and no network: ", proxies_.malformed()));
+    if (!params_.tls_certificate.empty()) {
+        certificate_.emplace(params_.tls_certificate, params_.tls_key, log_);
+        if (auto const loaded = certificate_->load(); !loaded)
+            return loaded;
+    }
+    most_connections_ = adapters::affordable_connections(params_.spare_descriptors);
+    limit_.leave_room(most_connections_);
+    return acceptor_.listen(params_.address, params_.port);
+}
+
+HttpServerStatistics NetworkServer::statistics() const
+{
+    auto statistics = statistics_;
+    statistics.connections = open();
+    statistics.websockets = conversations_.size();
+    return statistics;
+}
+
+asio::awaitable<result<>> NetworkServer::run()
+{
+    if (auto const listening = listen(); !listening)
+        co_return listening.error();
+    co_await asio::this_coro::throw_if_cancelled(false);
+    sweep();
+    auto const ended = co_await accept();
+    co_await asio::this_coro::reset_cancellation_state(asio::disable_cancellation());
+    co_await stop();
+    co_return ended;
+}
+
+asio::awaitable<result<>> NetworkServer::accept()
+{
+    for (;;) {
+        auto [error, socket] = co_await acceptor_.accept();
+        if (error && error != asio::error::operation_aborted)
+            co_await recover(error);
+        bool const cancelled = co_await async::is_cancelled();
+        if (cancelled || error == asio::error::operation_aborted)
+            co_return Failure(asio::error::operation_aborted);
+        if (!error)
+            admit(std::move(socket));
+    }
+}
+
+/// After an accept that failed: the peer has gone already, or descriptors or memory have run out.
+asio::awaitable<void> NetworkServer::recover(boost::system::error_code failed)
+{
+    if (failed == asio::error::connection_aborted)
+        co_return;
+    complain(concat("Can't accept a connection: ", failed.message()));
+    if (make_room())
+        co_return;
+    if (acceptor_.turn_away())
+        ++statistics_.refused_no_room;
+    // Nothing can be freed at once: without a pause this would spin.
+    asio::steady_timer timer(executor_, accept_pause);
+    (void)co_await timer.async_wait(asio::as_tuple(asio::use_awaitable));
+}
+
+void NetworkServer::complain(std::string_view sentence)
+{
+    auto const now = std::chrono::steady_clock::now();
+    if (now < next_complaint_)
+        return;
+    next_complaint_ = now + complaint_interval;
+    log_.error(sentence);
+}
+
+void NetworkServer::admit(tcp::socket socket)
+{
+    ++statistics_.accepted;
+    Peer peer(address_of(socket), proxies_);
+    ConnectionLimit::Ticket ticket;
+    bool const is_admitted = limit_.admit(peer.quota_key, ticket);
+    bool const has_room = is_admitted && (open() < most_connections_ || make_room());
+    if (is_admitted && !has_room) {
+        ++statistics_.refused_no_room;
+        complain("Connections are refused: there are as many as the limit of open files allows");
+    }
+    if (!has_room) {
+        adapters::NetworkStream stream(std::move(socket), nullptr);
+        boost::system::error_code ignored;
+        if (!certificate_)
+            stream.try_write(busy_answer, ignored);
+        stream.shut_down();
+        return;
+    }
+    adapters::NetworkStream stream(std::move(socket), certificate_ ? certificate_->context() : nullptr);
+    auto const connection =
+        silent_.emplace(silent_.end(), std::move(stream), std::move(peer), std::move(ticket), context_);
+    tasks_.spawn(serve(connection));
+}
+
+asio::awaitable<void> NetworkServer::serve(Connections::iterator connection)
+{
+    bool const has_spoken = co_await connection->await_first_request();
+    if (!has_spoken) {
+        silent_.erase(connection);
+        co_return;
+    }
+    active_.splice(active_.end(), silent_, connection);
+    bool const is_websocket = co_await connection->answer_requests();
+    if (!is_websocket) {
+        active_.erase(connection);
+        co_return;
+    }
+    auto const conversation = begin_conversation(*connection);
+    co_await converse(connection, conversation);
+    co_await conversation->channel.finish();
+    conversations_.erase(conversation);
+}
+
+NetworkServer::Conversations::iterator NetworkServer::begin_conversation(HttpConnection& connection)
+{
+    auto const conversation = conversations_.emplace(conversations_.end(), connection, context_);
+    conversation->channel.start(connection.rest());
+    if (!acceptor_.is_open())
+        conversation->channel.close(1001, "the server is stopping");
+    return conversation;
+}
+
+/// Nothing that belongs to HTTP lives on with it, and no frame of its own: this is no coroutine.
+asio::awaitable<void> NetworkServer::converse(Connections::iterator connection,
+                                              Conversations::iterator conversation)
+{
+    auto info = connection->channel_info();
+    active_.erase(connection);
+    return endpoint_.converse(std::move(info), conversation->channel);
+}
+
+/// Closes the oldest connection that has said nothing yet, or else one that waits between two requests, or
+/// else for the answer to our close.
+bool NetworkServer::make_room()
+{
+    auto victim =
+        std::find_if(silent_.begin(), silent_.end(), [](HttpConnection const& c) { return !c.is_cut(); });
+    if (victim == silent_.end()) {
+        victim = std::find_if(active_.begin(), active_.end(),
+                              [](HttpConnection const& c) { return c.is_idle() && !c.is_cut(); });
+        if (victim == active_.end())
+            return cut_closing();
+    }
+    ++statistics_.made_room;
+    victim->cut();
+    return true;
+}
+
+/// Gives up on the oldest WebSocket that we have closed and whose browser does not answer that.
+bool NetworkServer::cut_closing()
+{
+    auto const victim = std::find_if(conversations_.begin(), conversations_.end(),
+                                     [](Conversation const& c) { return c.channel.awaits_farewell(); });
+    if (victim == conversations_.end())
+        return false;
+    ++statistics_.made_room;
+    victim->channel.cut();
+    return true;
+}
+
+void NetworkServer::sweep()
+{
+    auto const now = std::chrono::steady_clock::now();
+    for (auto& connection : silent_)
+        connection.check(now);
+    for (auto& connection : active_)
+        connection.check(now);
+    for (auto& conversation : conversations_)
+        conversation.channel.check(now);
+    if (certificate_)
+        certificate_->renew();
+    sweeper_.expires_after(sweep_interval);
+    sweeper_.async_wait([this](boost::system::error_code error) {
+        if (!error)
+            sweep();
+    });
+}
+
+asio::awaitable<void> NetworkServer::stop()
+{
+    acceptor_.close();
+    sweeper_.cancel();
+    for (auto* const connections : {&silent_, &active_})
+        for (auto& connection : *connections)
+            connection.stop();
+    endpoint_.stopping();
+    for (auto& conversation : conversations_)
+        conversation.channel.close(1001, "the server is stopping");
+    asio::steady_timer patience(executor_, params_.stop_timeout);
+    patience.async_wait([this](boost::system::error_code error) {
+        if (error)
+            return;
+        for (auto* const connections : {&silent_, &active_})
+            for (auto& connection : *connections)
+                connection.cut();
+        for (auto& conversation : conversations_)
+            conversation.channel.cut();
+    });
+    co_await tasks_.join();
+    patience.cancel();
+}
+
+} // namespace
+
+std::unique_ptr<HttpServer> make_http_server(asio::any_io_executor executor, HttpServerParams params,
+                                             Endpoint& endpoint, Logger log)
+{
+    return std::make_unique<NetworkServer>(std::move(executor), std::move(params), endpoint, std::move(log));
+}
+
+} // namespace webots_cloud

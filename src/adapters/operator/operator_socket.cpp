@@ -1,0 +1,287 @@
+#include "async/cancellation.hpp"
+#include "core/text.hpp"
+#include "adapters/http/http_response_text.hpp"
+
+#include <webots_cloud/adapters.hpp>
+
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/this_coro.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/beast/core/basic_stream.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/http/empty_body.hpp>
+#include <boost/beast/http/parser.hpp>
+#include <boost/beast/http/read.hpp>
+#include <boost/beast/http/string_body.hpp>
+#include <boost/beast/http/write.hpp>
+
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <charconv>
+#include <fstream>
+#include <optional>
+
+namespace webots_cloud {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace fs = std::filesystem;
+namespace http = beast::http;
+using core::concat;
+using Protocol = asio::local::stream_protocol;
+using Stream = beast::basic_stream<Protocol>;
+
+constexpr auto patience = std::chrono::seconds(5); // for a request, and for its answer to be taken
+constexpr std::size_t max_head = 8 * 1024;
+constexpr std::size_t max_answer = 16 * 1024 * 1024;
+constexpr int max_ancestors = 256;
+constexpr int max_waiting = 8; // connections
+
+std::string last_error()
+{
+    return std::error_code(errno, std::generic_category()).message();
+}
+
+/// The parent of a process, as proc(5) has it; nothing when it has gone.
+std::optional<pid_t> parent_of(pid_t process)
+{
+    std::ifstream file("/proc/" + std::to_string(process) + "/stat");
+    std::string stat;
+    std::getline(file, stat);
+    auto const name_end =
+        stat.rfind(')'); // the name may hold anything; then come a blank, the state and a blank
+    if (name_end == std::string::npos || name_end + 4 > stat.size())
+        return std::nullopt;
+    pid_t parent = 0;
+    auto const [end, error] = std::from_chars(stat.data() + name_end + 4, stat.data() + stat.size(), parent);
+    return error == std::errc() ? std::optional(parent) : std::nullopt;
+}
+
+/// True for what we have started, and whatever that has started: simulations can't leave the tree of their
+/// guard. Also true when it can't be told.
+bool is_descendant(pid_t process)
+{
+    auto const us = ::getpid();
+    for (int i = 0; i < max_ancestors; ++i) {
+        if (process == us)
+            return true;
+        if (process <= 1)
+            return false;
+        auto const parent = parent_of(process);
+        if (!parent)
+            return true;
+        process = *parent;
+    }
+    return true;
+}
+
+/// Why the other end of a connection is not the operator; empty when it is.
+std::string refusal(Protocol::socket& socket)
+{
+    ucred peer{};
+    socklen_t size = sizeof peer;
+    if (::getsockopt(socket.native_handle(), SOL_SOCKET, SO_PEERCRED, &peer, &size) != 0)
+        return last_error();
+    if (peer.uid != 0 && peer.uid != ::geteuid())
+        return concat("user ", std::to_string(peer.uid), " is not ours");
+    // Nothing that we started becomes root, unless root wants it to; and root's processes may be hidden from
+    // us.
+    if (peer.uid == 0 && ::geteuid() != 0)
+        return {};
+    if (is_descendant(peer.pid))
+        return concat("process ", std::to_string(peer.pid), " belongs to a simulation, or has ended");
+    return {};
+}
+
+IncomingRequest to_request(http::request<http::empty_body> const& message,
+                           std::vector<std::pair<std::string_view, std::string_view>>& headers)
+{
+    for (auto const& field : message)
+        headers.emplace_back(field.name_string(), field.value());
+    std::string_view const target = message.target();
+    auto const question = target.find('?');
+    IncomingRequest request;
+    request.method = message.method_string();
+    request.path = target.substr(0, question);
+    if (question != std::string_view::npos)
+        request.query = target.substr(question + 1);
+    request.headers = headers;
+    request.is_operator = true;
+    return request;
+}
+
+class LocalOperatorSocket final : public OperatorSocket
+{
+public:
+    LocalOperatorSocket(asio::any_io_executor const& executor, fs::path path, Endpoint& endpoint, Logger log)
+        : path_(std::move(path)), endpoint_(endpoint), log_(std::move(log)), acceptor_(executor)
+    {}
+    ~LocalOperatorSocket() override { close(); }
+
+    result<> listen() override;
+    asio::awaitable<result<>> run() override;
+
+private:
+    asio::awaitable<void> serve(Protocol::socket socket);
+    void close();
+
+    fs::path path_;
+    Endpoint& endpoint_;
+    Logger log_;
+    Protocol::acceptor acceptor_;
+    ino_t inode_ = 0; ///< Of our socket: at the end only that is removed.
+};
+
+result<> LocalOperatorSocket::listen()
+{
+    auto const failed = [this](std::string_view why) {
+        acceptor_ = Protocol::acceptor(acceptor_.get_executor());
+        return Failure(errc::unavailable, concat("the operator's socket ", path_.string(), ": ", why));
+    };
+    if (path_.native().size() >= sizeof(sockaddr_un::sun_path))
+        return failed("its path is too long");
+    auto const folder = path_.parent_path();
+    struct stat found;
+    if (::mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST)
+        return failed(last_error());
+    if (::stat(folder.c_str(), &found) != 0)
+        return failed(last_error());
+    bool const is_shared = (found.st_mode & (S_IWGRP | S_IWOTH)) != 0 && (found.st_mode & S_ISVTX) == 0;
+    if (is_shared || (found.st_uid != 0 && found.st_uid != ::geteuid()))
+        return failed("others can replace what is in this folder");
+    if (::lstat(path_.c_str(), &found) == 0 && S_ISSOCK(found.st_mode))
+        ::unlink(path_.c_str()); // of a server that has died: this port is ours
+    boost::system::error_code code;
+    acceptor_.open(Protocol(), code);
+    if (!code)
+        acceptor_.bind(Protocol::endpoint(path_.string()), code);
+    if (!code && ::chmod(path_.c_str(), 0600) != 0)
+        code.assign(errno, boost::system::system_category());
+    if (!code)
+        acceptor_.listen(max_waiting, code);
+    if (code)
+        return failed(code.message());
+    if (::lstat(path_.c_str(), &found) == 0)
+        inode_ = found.st_ino;
+    return {};
+}
+
+void LocalOperatorSocket::close()
+{
+    struct stat found;
+    if (inode_ != 0 && ::lstat(path_.c_str(), &found) == 0 && found.st_ino == inode_)
+        ::unlink(path_.c_str());
+    inode_ = 0;
+}
+
+/// One after the other: whoever is let in is the operator, and each has a deadline.
+asio::awaitable<result<>> LocalOperatorSocket::run()
+{
+    co_await asio::this_coro::throw_if_cancelled(false);
+    if (!acceptor_.is_open()) { // `listen` said why: the server goes on without
+        asio::steady_timer end(acceptor_.get_executor(), asio::steady_timer::time_point::max());
+        (void)co_await end.async_wait(asio::as_tuple(asio::use_awaitable));
+        co_return Failure(asio::error::operation_aborted);
+    }
+    for (;;) {
+        auto [error, socket] = co_await acceptor_.async_accept(asio::as_tuple(asio::use_awaitable));
+        bool const cancelled = co_await async::is_cancelled();
+        if (cancelled || error == asio::error::operation_aborted)
+            co_return Failure(asio::error::operation_aborted);
+        if (error)
+            co_return Failure(error);
+        if (auto const why = refusal(socket); !why.empty())
+            log_.warning(LogCause("operator's socket"),
+                         concat("Refused a connection to the operator's socket: ", why));
+        else
+            co_await serve(std::move(socket));
+    }
+}
+
+asio::awaitable<void> LocalOperatorSocket::serve(Protocol::socket socket)
+{
+    Stream stream(std::move(socket));
+    beast::flat_buffer buffer(max_head);
+    http::request_parser<http::empty_body> parser;
+    parser.header_limit(max_head);
+    stream.expires_after(patience);
+    auto const [unreadable, size] =
+        co_await http::async_read(stream, buffer, parser, asio::as_tuple(asio::use_awaitable));
+    if (unreadable)
+        co_return;
+    std::vector<std::pair<std::string_view, std::string_view>> headers;
+    auto answer = endpoint_.respond(to_request(parser.get(), headers));
+    auto* const response = std::get_if<HttpResponse>(&answer);
+    if (response && response->shared)
+        response->body = response->shared->text;
+    std::string text;
+    adapters::append_response(text, response ? *response : HttpResponse(400, {}, {}), false, true);
+    stream.expires_after(patience);
+    (void)co_await asio::async_write(stream, asio::buffer(text), asio::as_tuple(asio::use_awaitable));
+}
+
+/// What `--drain` and its like ask: in a program of their own, which may wait.
+asio::awaitable<result<std::string>> ask(Protocol::endpoint where, std::string_view method,
+                                         std::string_view target)
+{
+    Stream stream(co_await asio::this_coro::executor);
+    stream.expires_after(patience);
+    auto const [unreachable] = co_await stream.async_connect(where, asio::as_tuple(asio::use_awaitable));
+    if (unreachable)
+        co_return Failure(errc::unreachable, unreachable.message());
+    http::request<http::empty_body> request(http::string_to_verb(method), target, 11);
+    request.set(http::field::host, "localhost");
+    auto const [unsent, sent] =
+        co_await http::async_write(stream, request, asio::as_tuple(asio::use_awaitable));
+    if (unsent)
+        co_return Failure(errc::unreachable, unsent.message());
+    beast::flat_buffer buffer;
+    http::response_parser<http::string_body> parser;
+    parser.body_limit(max_answer);
+    auto const [unread, size] =
+        co_await http::async_read(stream, buffer, parser, asio::as_tuple(asio::use_awaitable));
+    if (unread)
+        co_return Failure(errc::refused,
+                          "the server does not take it from this user, or from within a simulation");
+    auto const& response = parser.get();
+    if (response.result_int() != 200)
+        co_return Failure(errc::refused, concat("the server answered ", std::to_string(response.result_int()),
+                                                " ", core::printable(response.body())));
+    co_return response.body();
+}
+
+} // namespace
+
+std::unique_ptr<OperatorSocket> make_operator_socket(asio::any_io_executor executor, fs::path path,
+                                                     Endpoint& endpoint, Logger log)
+{
+    return std::make_unique<LocalOperatorSocket>(std::move(executor), std::move(path), endpoint,
+                                                 std::move(log));
+}
+
+result<std::string> ask_operator_socket(fs::path const& path, std::string_view method,
+                                        std::string_view target)
+{
+    if (path.native().size() >= sizeof(sockaddr_un::sun_path))
+        return Failure(errc::invalid_argument, concat(path.string(), ": its path is too long"));
+    asio::io_context context;
+    result<std::string> outcome = Failure(errc::timed_out);
+    asio::co_spawn(context, ask(Protocol::endpoint(path.string()), method, target),
+                   [&outcome](std::exception_ptr failed, result<std::string> answer) {
+                       if (failed)
+                           std::rethrow_exception(failed);
+                       outcome = std::move(answer);
+                   });
+    context.run();
+    return outcome;
+}
+
+} // namespace webots_cloud

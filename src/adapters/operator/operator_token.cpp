@@ -1,0 +1,70 @@
+#include "core/text.hpp"
+#include "adapters/files/regular_file.hpp"
+
+#include <webots_cloud/adapters.hpp>
+
+#include <openssl/crypto.h>
+#include <openssl/evp.h>
+
+#include <algorithm>
+#include <array>
+
+namespace webots_cloud {
+namespace {
+
+using core::concat;
+using Digest = std::array<unsigned char, 32>;
+
+constexpr std::size_t max_file = 4096;
+constexpr std::size_t min_token =
+    16; // characters: random ones of 4 bits each make 64 bits, which nobody tries out
+constexpr std::string_view hashed = "sha256:";
+
+Digest sha256(std::string_view text)
+{
+    Digest digest{};
+    EVP_Q_digest(nullptr, "SHA256", nullptr, text.data(), text.size(), digest.data(), nullptr);
+    return digest;
+}
+
+bool read_digits(std::string_view digits, Digest& digest)
+{
+    if (digits.size() != 2 * digest.size())
+        return false;
+    for (std::size_t i = 0; i < digest.size(); ++i) {
+        int const high = core::hex_digit(digits[2 * i]);
+        int const low = core::hex_digit(digits[2 * i + 1]);
+        if (high < 0 || low < 0)
+            return false;
+        digest[i] = static_cast<unsigned char>(16 * high + low);
+    }
+    return true;
+}
+
+} // namespace
+
+result<std::function<bool(std::string_view)>> make_operator_token_check(std::filesystem::path const& file)
+{
+    auto const refuse = [&file](std::string_view why) {
+        return Failure(errc::invalid_config, concat("the operator's token in ", file.string(), ": ", why));
+    };
+    std::error_code failed;
+    auto const others = std::filesystem::perms::group_all | std::filesystem::perms::others_all;
+    auto const text = adapters::read_regular_file(file, max_file);
+    if (!text)
+        return refuse(text.error().message());
+    if ((std::filesystem::status(file, failed).permissions() & others) != std::filesystem::perms::none)
+        return refuse("others may read it too. Run: chmod 600 on it, and take a new token");
+    auto const word = core::trim(*text);
+    Digest expected = sha256(word);
+    if (word.starts_with(hashed) && !read_digits(word.substr(hashed.size()), expected))
+        return refuse("expected 64 hexadecimal digits after \"sha256:\"");
+    if (word.size() < min_token || word.find_first_of(" \t\r\n") != std::string_view::npos)
+        return refuse("expected one word of at least 16 characters, as openssl rand -hex 32 makes them");
+    return [expected](std::string_view token) {
+        auto const given = sha256(token);
+        return CRYPTO_memcmp(given.data(), expected.data(), expected.size()) == 0;
+    };
+}
+
+} // namespace webots_cloud

@@ -1,0 +1,323 @@
+#include "core/text.hpp"
+#include "adapters/threads/blocking_pool.hpp"
+#include "adapters/files/file_descriptor.hpp"
+#include "listening_ports.hpp"
+#include "process_usage.hpp"
+#include "spawn.hpp"
+
+#include <webots_cloud/adapters.hpp>
+
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/connect_pipe.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/readable_pipe.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <boost/asio/writable_pipe.hpp>
+#include <boost/process/v2/process.hpp>
+
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace webots_cloud {
+namespace {
+
+namespace asio = boost::asio;
+namespace process = boost::process::v2;
+using asio::ip::tcp;
+using core::concat;
+
+constexpr std::size_t read_size = 16 * 1024;
+
+constexpr auto wake_interval = std::chrono::milliseconds(250);
+
+/// Wakes a guard that was asked to end, again and again: whoever stops it (SIGSTOP), and whenever, it would
+/// never look at its leash. One that runs does not notice.
+class Alarm : public std::enable_shared_from_this<Alarm>
+{
+public:
+    Alarm(asio::any_io_executor const& executor, pid_t guard) : timer_(executor), guard_(guard) {}
+
+    void ring()
+    {
+        if (over_)
+            return;
+        ::kill(guard_, SIGCONT);
+        timer_.expires_after(wake_interval);
+        timer_.async_wait([self = shared_from_this()](boost::system::error_code const& error) {
+            if (!error)
+                self->ring();
+        });
+    }
+
+    /// Once the guard has ended.
+    void stop()
+    {
+        over_ = true;
+        timer_.cancel();
+    }
+
+private:
+    asio::steady_timer timer_;
+    pid_t guard_;
+    bool over_ = false;
+};
+
+/// Waits for a guard that nobody holds any more, so that it leaves no zombie.
+asio::awaitable<void> await_end(process::process guard, std::shared_ptr<Alarm> alarm)
+{
+    (void)co_await guard.async_wait(asio::as_tuple(asio::use_awaitable));
+    alarm->stop();
+}
+
+/// Looks at processes, on threads: what is there to be seen is up to the processes.
+struct Looks
+{
+    adapters::BlockingPool ports{1};
+    adapters::BlockingPool usage{1, adapters::BlockingPool::Priority::background};
+};
+
+struct FindPort
+{
+    std::uint16_t operator()() const { return adapters::listening_port(root, first, last); }
+
+    pid_t root;
+    std::uint16_t first;
+    std::uint16_t last;
+};
+
+struct TakeUsage
+{
+    ProcessUsage operator()() const { return adapters::process_usage(root); }
+
+    pid_t root;
+};
+
+// The process that asked may be gone before these have their answer.
+
+asio::awaitable<std::uint16_t> find_port(std::shared_ptr<Looks> looks, FindPort work)
+{
+    co_return co_await looks->ports.run(work);
+}
+
+asio::awaitable<ProcessUsage> take_usage(std::shared_ptr<Looks> looks, TakeUsage work)
+{
+    co_return co_await looks->usage.run(work);
+}
+
+asio::awaitable<ProcessUsage> no_usage()
+{
+    co_return ProcessUsage();
+}
+
+class GuardedProcess final : public Process
+{
+public:
+    GuardedProcess(process::process guard, adapters::FileDescriptor leash, asio::readable_pipe output,
+                   std::shared_ptr<Looks> looks)
+        : guard_(std::move(guard)), leash_(std::move(leash)), output_(std::move(output)),
+          looks_(std::move(looks)), alarm_(std::make_shared<Alarm>(output_.get_executor(), guard_.id()))
+    {}
+
+    ~GuardedProcess() override
+    {
+        if (!status_) {
+            auto const executor = output_.get_executor();
+            leash_ = adapters::FileDescriptor(); // the guard now kills the tree at once
+            alarm_->ring();
+            asio::co_spawn(executor, await_end(std::move(guard_), alarm_), asio::detached);
+        }
+    }
+
+    int id() const noexcept override { return guard_.id(); }
+    asio::awaitable<result<ProcessEvent>> next_event() override;
+    void terminate() noexcept override;
+    asio::awaitable<std::uint16_t> listening_port(std::uint16_t first, std::uint16_t last) override
+    {
+        return find_port(looks_, FindPort{guard_.id(), first, last});
+    }
+    asio::awaitable<ProcessUsage> usage() override
+    {
+        return status_ ? no_usage() : take_usage(looks_, TakeUsage{guard_.id()});
+    }
+
+private:
+    process::process guard_;
+    adapters::FileDescriptor leash_;
+    asio::readable_pipe output_;
+    std::shared_ptr<Looks> looks_;
+    std::shared_ptr<Alarm> alarm_;
+    std::array<char, read_size> buffer_;
+    std::optional<ExitStatus> status_;
+};
+
+asio::awaitable<result<ProcessEvent>> GuardedProcess::next_event()
+{
+    if (status_)
+        co_return ProcessEvent(*status_);
+    if (output_.is_open()) {
+        auto const [error, size] =
+            co_await output_.async_read_some(asio::buffer(buffer_), asio::as_tuple(asio::use_awaitable));
+        if (error == asio::error::operation_aborted)
+            co_return Failure(error);
+        if (!error)
+            co_return ProcessEvent(ProcessOutput(std::string(buffer_.data(), size)));
+        // The guard holds the other end until nobody of the tree is left: the end of the output is the end of
+        // all.
+        boost::system::error_code ignored;
+        output_.close(ignored);
+    }
+    auto const [error, native] = co_await guard_.async_wait(asio::as_tuple(asio::use_awaitable));
+    if (error == asio::error::operation_aborted)
+        co_return Failure(error);
+    alarm_->stop();
+    int const status = guard_.native_exit_code();
+    status_ =
+        WIFSIGNALED(status) ? ExitStatus(WTERMSIG(status), true) : ExitStatus(WEXITSTATUS(status), false);
+    co_return ProcessEvent(*status_);
+}
+
+void GuardedProcess::terminate() noexcept
+{
+    if (status_)
+        return;
+    ::send(leash_.get(), "T", 1,
+           MSG_NOSIGNAL | MSG_DONTWAIT); // where it does not fit, others are there already
+    alarm_->ring();
+}
+
+/// A port that is bound; whoever connects to it is refused.
+class BoundPort final : public PortHold
+{
+public:
+    explicit BoundPort(tcp::acceptor socket) : socket_(std::move(socket)) {}
+
+private:
+    tcp::acceptor socket_;
+};
+
+class LocalProcessHost final : public ProcessHost
+{
+public:
+    LocalProcessHost(asio::any_io_executor executor, std::filesystem::path guard,
+                     std::vector<std::filesystem::path> read_only)
+        : executor_(std::move(executor)), guard_(std::move(guard)), read_only_(std::move(read_only))
+    {}
+
+    asio::awaitable<result<std::unique_ptr<Process>>> start(ProcessSpec spec) override;
+    result<std::unique_ptr<PortHold>> hold_port(std::uint16_t port) override;
+
+private:
+    asio::any_io_executor executor_;
+    std::filesystem::path guard_;
+    std::vector<std::filesystem::path> read_only_;
+    adapters::BlockingPool pool_{1};
+    std::shared_ptr<Looks> looks_ = std::make_shared<Looks>();
+};
+
+asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(ProcessSpec spec)
+{
+    for (auto const& program : {guard_.string(), spec.argv.at(0)})
+        if (::access(program.c_str(), X_OK) != 0)
+            co_return Failure(errc::start_failed,
+                              concat(program, " can't be run: ",
+                                     std::error_code(errno, std::generic_category()).message()));
+
+    boost::system::error_code error;
+    auto const here = std::filesystem::current_path(error); // the guard starts in the folder of the process
+    spec.argv.front() = (here / spec.argv.front()).string();
+    std::vector<std::string> arguments;
+    if (!spec.afterwards.empty()) {
+        arguments.emplace_back("--afterwards");
+        arguments.push_back(std::to_string(spec.afterwards.size()));
+        arguments.insert(arguments.end(), spec.afterwards.begin(), spec.afterwards.end());
+    }
+    if (spec.set_user_id)
+        arguments.emplace_back("--set-user-id");
+    for (auto const& folder : read_only_) {
+        arguments.emplace_back("--read-only");
+        arguments.push_back((here / folder).string());
+    }
+    arguments.push_back(
+        std::to_string(std::chrono::duration_cast<std::chrono::milliseconds>(spec.grace).count()));
+    arguments.insert(arguments.end(), spec.argv.begin(), spec.argv.end());
+    std::vector<std::string> environment;
+    for (auto const& [name, value] : spec.environment)
+        environment.push_back(concat(name, "=", value));
+
+    asio::readable_pipe output(executor_);
+    asio::writable_pipe output_end(executor_);
+    // A socket, since the end of a pipe can be opened again through /proc, by the simulation too, and then
+    // our death is not the end of the other.
+    int ends[2] = {-1, -1};
+    asio::connect_pipe(output, output_end, error);
+    if (!error && ::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
+        error.assign(errno, boost::system::system_category());
+    if (error)
+        co_return Failure(errc::start_failed, concat("no pipe: ", error.message()));
+    adapters::FileDescriptor leash(ends[0]);
+    adapters::FileDescriptor const leash_end(ends[1]);
+
+    auto const directory = spec.directory.empty() ? here : spec.directory;
+    adapters::Spawn spawn;
+    spawn.program = (here / guard_).string();
+    spawn.arguments = std::move(arguments);
+    spawn.environment = std::move(environment);
+    spawn.directory = directory.string();
+    spawn.input = leash_end.get();
+    spawn.output = output_end.native_handle();
+    auto const [failure, id] = co_await pool_.run(std::move(spawn));
+    if (failure != 0)
+        co_return Failure(errc::start_failed,
+                          concat(spec.argv.front(), " can't be started: ",
+                                 std::error_code(failure, std::generic_category()).message()));
+    process::process guard(executor_, id);
+    co_return std::make_unique<GuardedProcess>(std::move(guard), std::move(leash), std::move(output), looks_);
+}
+
+result<std::unique_ptr<PortHold>> LocalProcessHost::hold_port(std::uint16_t port)
+{
+    boost::system::error_code error;
+    tcp::acceptor socket(executor_);
+    socket.open(tcp::v4(), error);
+    // With the address reusable, ports in TIME_WAIT count as free, as they are for the simulator.
+    if (!error)
+        socket.set_option(tcp::acceptor::reuse_address(true), error);
+    if (!error)
+        socket.bind({asio::ip::address_v4::any(), port}, error);
+    // Others with reusable addresses, as all servers are, could still bind it: only a listener keeps them
+    // out, or a socket whose address is not reusable. So it is the one until it is the other, and takes no
+    // connection meanwhile that nobody would answer.
+    if (!error)
+        socket.listen(1, error);
+    if (!error)
+        socket.set_option(tcp::acceptor::reuse_address(false), error);
+    if (!error && ::shutdown(socket.native_handle(), SHUT_RD) != 0)
+        error.assign(errno, boost::system::system_category());
+    if (error)
+        return Failure(errc::unavailable, concat("port ", std::to_string(port), ": ", error.message()));
+    return std::make_unique<BoundPort>(std::move(socket));
+}
+
+} // namespace
+
+std::unique_ptr<ProcessHost> make_process_host(asio::any_io_executor executor, std::filesystem::path guard,
+                                               std::vector<std::filesystem::path> read_only)
+{
+    return std::make_unique<LocalProcessHost>(std::move(executor), std::move(guard), std::move(read_only));
+}
+
+} // namespace webots_cloud

@@ -1,0 +1,98 @@
+#include "adapters/threads/blocking_pool.hpp"
+#include "adapters/files/copy_tree.hpp"
+#include "adapters/files/project_files.hpp"
+#include "project_world.hpp"
+#include "adapters/files/remove_tree.hpp"
+#include "adapters/files/restore_file.hpp"
+
+#include "core/text.hpp"
+
+#include <webots_cloud/adapters.hpp>
+
+namespace webots_cloud {
+namespace {
+
+namespace asio = boost::asio;
+namespace fs = std::filesystem;
+using core::concat;
+
+/// The part of the project's address that names a folder; what is before is a branch, which a plain folder does not have.
+std::string inner_folder(ProjectRef const& project)
+{
+    auto const slash = project.ref_and_folder.find('/');
+    return slash == std::string::npos ? std::string() : project.ref_and_folder.substr(slash);
+}
+
+fs::path root_of(fs::path const& folder, ProjectRef const& project)
+{
+    return folder / project.owner / concat(project.repository, inner_folder(project));
+}
+
+result<FetchedProject> copy_project(fs::path const& folder, FetchOrder const& order,
+                                    std::atomic<bool> const& aborted)
+{
+    auto const& project = order.project;
+    auto const root = root_of(folder, project);
+    std::error_code failed;
+    if (!fs::is_directory(root / "worlds", failed))
+        return Failure(errc::not_found, concat("There is no project ", project.owner, "/", project.repository,
+                                               inner_folder(project), " with a folder \"worlds\" on this server."));
+    fs::create_directory(order.directory, failed);
+    if (failed)
+        return adapters::disk_failure(failed);
+    if (auto const copied = adapters::copy_tree(root, order.directory, order.limits, *order.progress, aborted);
+        !copied)
+        return copied.error();
+    auto header = adapters::read_world_header(order.directory, project.world);
+    if (!header)
+        return header.error();
+    FetchedProject fetched;
+    fetched.root = order.directory;
+    fetched.revision = "folder";
+    fetched.world_header = std::move(*header);
+    return fetched;
+}
+
+class DirectorySource final : public ProjectSource
+{
+public:
+    explicit DirectorySource(fs::path folder) :
+        folder_(std::move(folder)), pool_(2, adapters::BlockingPool::Priority::background)
+    {}
+
+    asio::awaitable<result<FetchedProject>> fetch(FetchOrder order) override
+    {
+        co_await asio::this_coro::throw_if_cancelled(false);
+        auto work = [folder = folder_, order = std::move(order)](std::atomic<bool> const& aborted) {
+            return copy_project(folder, order, aborted);
+        };
+        co_return co_await pool_.run_abortable(std::move(work));
+    }
+
+    asio::awaitable<result<>> restore(RestoreOrder order) override
+    {
+        auto work = [folder = folder_, order = std::move(order)] {
+            return adapters::restore_file(root_of(folder, order.project), order.root, order.file);
+        };
+        co_return co_await pool_.run(std::move(work));
+    }
+
+    asio::awaitable<result<>> discard(fs::path directory) override
+    {
+        auto work = [directory = std::move(directory)] { return adapters::remove_tree(directory); };
+        co_return co_await pool_.run(std::move(work));
+    }
+
+private:
+    fs::path folder_;
+    adapters::BlockingPool pool_;
+};
+
+} // namespace
+
+std::unique_ptr<ProjectSource> make_directory_source(asio::any_io_executor, fs::path folder)
+{
+    return std::make_unique<DirectorySource>(std::move(folder));
+}
+
+} // namespace webots_cloud

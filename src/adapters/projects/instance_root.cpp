@@ -1,0 +1,164 @@
+#include <webots_cloud/instance_root.hpp>
+
+#include <webots_cloud/adapters.hpp>
+
+#include "core/text.hpp"
+#include "adapters/files/file_descriptor.hpp"
+#include "adapters/files/own_folder.hpp"
+#include "adapters/files/remove_tree.hpp"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+
+namespace webots_cloud {
+namespace fs = std::filesystem;
+
+using adapters::FileDescriptor;
+using core::concat;
+
+namespace {
+
+constexpr std::string_view purpose = ", for the directories of simulations: ";
+constexpr std::string_view elsewhere = " or set \"stateDir\" to another folder.";
+
+Failure refusal(fs::path const& folder, std::string_view why)
+{
+    return Failure(errc::invalid_argument, concat(folder.string(), purpose, why));
+}
+
+/// What may be otherwise at the next attempt.
+Failure system_refusal(fs::path const& folder)
+{
+    boost::system::error_code const error(errno, boost::system::system_category());
+    return {error, concat(folder.string(), purpose, error.message())};
+}
+
+/// The folder that ours are in: the operator's choice, and perhaps everybody's.
+result<FileDescriptor> open_shared(fs::path const& folder)
+{
+    std::error_code failed;
+    fs::create_directories(folder, failed);
+    FileDescriptor opened(::open(folder.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC));
+    struct stat status;
+    if (!opened || ::fstat(opened.get(), &status) != 0)
+        return system_refusal(folder);
+    if ((status.st_mode & S_IWOTH) != 0 && (status.st_mode & S_ISVTX) == 0)
+        return refusal(
+            folder,
+            concat("everybody may rename what is in it. Give it the sticky bit (chmod +t),", elsewhere));
+    return opened;
+}
+
+/// A folder that was chosen by somebody who may have put a link there.
+result<FileDescriptor> open_chosen(fs::path const& folder, std::vector<std::string>& notices)
+{
+    std::error_code failed;
+    fs::create_directories(folder, failed);
+    FileDescriptor found(::open(folder.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC));
+    struct stat status;
+    if (!found || ::fstat(found.get(), &status) != 0)
+        return system_refusal(folder);
+    auto const is_ours = status.st_uid == ::geteuid();
+    if (!is_ours && status.st_uid != 0)
+        return refusal(
+            folder,
+            concat("it belongs to another user. Give it to the user of this server (chown),", elsewhere));
+    bool const others_write = (status.st_mode & (S_IWGRP | S_IWOTH)) != 0;
+    bool const we_can = (status.st_mode & S_IRWXU) == S_IRWXU;
+    if (is_ours && (others_write || !we_can)) {
+        auto const link = concat("/proc/self/fd/", std::to_string(found.get()));
+        if (::chmod(link.c_str(), ((status.st_mode | S_IRWXU) & 07777) & ~mode_t(S_IWGRP | S_IWOTH)) != 0)
+            return system_refusal(folder);
+        notices.push_back(concat(folder.string(), " had the mode of a folder that ",
+                                 we_can ? "others may write to" : "we can't use", ": that is mended."));
+    } else if ((status.st_mode & S_IWOTH) != 0 && (status.st_mode & S_ISVTX) == 0) {
+        return refusal(
+            folder,
+            concat("everybody may rename what is in it. Give it the sticky bit (chmod +t),", elsewhere));
+    }
+    return found;
+}
+
+/// The folder that was asked for, which holds those of all our ports.
+result<FileDescriptor> open_state(fs::path const& folder, InstanceRoot::State link,
+                                  std::vector<std::string>& notices)
+{
+    if (link == InstanceRoot::State::may_be_link)
+        return open_chosen(folder, notices);
+    auto const parent = open_shared(folder.parent_path());
+    if (!parent)
+        return parent.error();
+    auto own = adapters::open_own_folder(parent->get(), folder, adapters::Foreign::refuse, notices);
+    if (!own && own.error() == errc::invalid_argument)
+        return refusal(folder, concat("it belongs to another user. Remove it,", elsewhere));
+    return own;
+}
+
+constexpr std::string_view aside = "left-over-";
+
+/// Empties `folder`, wherever its name may lead by now. What can't be removed gets a name that is no
+/// simulation's.
+result<LeftOvers> clear(int opened, fs::path const& folder)
+{
+    LeftOvers left_overs;
+    std::error_code failed;
+    auto const entries = fs::path("/proc/self/fd") / std::to_string(opened);
+    for (auto const& entry : fs::directory_iterator(entries, failed)) {
+        auto const outcome = adapters::remove_tree(entry.path()); // which may have an overlay mounted
+        if (outcome) {
+            ++left_overs.removed;
+            continue;
+        }
+        auto const name = entry.path().filename().string();
+        auto const other = concat(aside, make_token().substr(0, 8));
+        if (!name.starts_with(aside) && ::renameat(opened, name.c_str(), opened, other.c_str()) != 0)
+            return Failure(make_error_code(boost::system::errc::io_error),
+                           concat(folder.string(), purpose, "can't remove the left-over ", name, ": ",
+                                  outcome.error().message()));
+        ++left_overs.kept;
+    }
+    if (failed)
+        return Failure(boost::system::error_code(failed), concat(folder.string(), purpose, failed.message()));
+    return left_overs;
+}
+
+} // namespace
+
+result<InstanceRoot> InstanceRoot::open(fs::path const& state, std::string const& name, State link)
+{
+    InstanceRoot root;
+    auto const outer = open_state(state, link, root.notices_);
+    if (!outer)
+        return outer.error();
+    auto const own =
+        adapters::open_own_folder(outer->get(), state / name, adapters::Foreign::set_aside, root.notices_);
+    if (!own)
+        return own.error();
+    root.path_ = state / name / "instances";
+    auto taken =
+        adapters::open_own_folder(own->get(), root.path_, adapters::Foreign::set_aside, root.notices_);
+    if (!taken)
+        return taken.error();
+    if (::flock(taken->get(), LOCK_EX | LOCK_NB) != 0)
+        return Failure(boost::system::error_code(errno, boost::system::system_category()),
+                       concat(root.path_.string(), purpose,
+                              "another simulation server uses it; is one running already?"));
+    auto const left_overs = clear(taken->get(), root.path_);
+    if (!left_overs)
+        return left_overs.error();
+    root.lock_ = taken->release();
+    root.left_overs_ = *left_overs;
+    return root;
+}
+
+InstanceRoot::~InstanceRoot()
+{
+    if (lock_ >= 0)
+        ::close(lock_);
+}
+
+} // namespace webots_cloud

@@ -1,0 +1,269 @@
+#include "adapters/threads/blocking_pool.hpp"
+#include "adapters/files/copy_tree.hpp"
+#include "adapters/files/project_files.hpp"
+#include "project_world.hpp"
+#include "adapters/files/remove_tree.hpp"
+#include "adapters/files/restore_file.hpp"
+#include "website_download.hpp"
+#include "zip_unpack.hpp"
+
+#include "core/text.hpp"
+
+#include <webots_cloud/adapters.hpp>
+
+#include <boost/asio/error.hpp>
+
+#include <fcntl.h>
+
+#include <sys/stat.h>
+
+#include <fstream>
+#include <unordered_map>
+
+namespace webots_cloud {
+namespace {
+
+namespace asio = boost::asio;
+namespace fs = std::filesystem;
+using core::concat;
+
+constexpr std::size_t threads = 4; // for work on this machine, and as many for each website
+constexpr mode_t runnable = 0775;
+constexpr std::size_t longest_key = 4096;
+constexpr std::uint64_t memory_of_download = std::uint64_t{2} << 20; // buffers of libcurl and libarchive
+
+/// The key for a host, which is a safe file name; empty when there is none.
+result<std::string> read_key(fs::path const& keys, std::string const& host)
+{
+    std::error_code failed;
+    auto const path = keys / host;
+    if (!fs::is_regular_file(path, failed)) // a pipe would block us
+        return std::string();
+    std::ifstream file(path, std::ios::binary);
+    std::string text(longest_key, '\0');
+    if (!file.read(text.data(), static_cast<std::streamsize>(text.size())) && !file.eof())
+        return Failure(errc::refused, concat("Unknown host: ", host,
+                                             ". This server can't read the key that it has for it."));
+    text.resize(static_cast<std::size_t>(file.gcount()));
+    return core::website_key(text);
+}
+
+/// 0775 for everything that may be run, as controllers without a known extension need. There are no links.
+result<> make_runnable(fs::path const& root)
+{
+    std::error_code failed;
+    for (auto entry = fs::recursive_directory_iterator(root, failed); !failed && entry != fs::end(entry);) {
+        if (core::is_runnable_name(entry->path().filename().string()))
+            fs::permissions(entry->path(), fs::perms(runnable), failed);
+        if (!failed)
+            entry.increment(failed);
+    }
+    if (failed)
+        return adapters::disk_failure(failed);
+    return {};
+}
+
+/// One project being made.
+class Making
+{
+public:
+    Making(adapters::CurlHttp& http, WebsiteSourceParams const& params, core::WebsitePlan const& plan,
+           FetchOrder const& order, std::atomic<bool> const& aborted)
+        : http_(http), params_(params), plan_(plan), order_(order), project_(*order.website),
+          aborted_(aborted), deadline_(std::chrono::steady_clock::now() + order.limits.timeout),
+          share_(params.budget, how_it_waits())
+    {}
+
+    result<FetchedProject> run()
+    {
+        if (auto const copied = copy_template(); !copied)
+            return copied.error();
+        std::string revision = "template";
+        if (plan_.download) {
+            auto const changed = lay_over();
+            if (!changed)
+                return changed.error();
+            if (*changed)
+                revision = concat("changed by user ", core::printable(project_.user1_id, 40));
+        }
+        return finish(std::move(revision));
+    }
+
+private:
+    adapters::FetchShare::Waiting how_it_waits()
+    {
+        adapters::FetchShare::Waiting waiting;
+        waiting.interrupt = [this]() -> result<> {
+            if (aborted_.load(std::memory_order_relaxed))
+                return Failure(asio::error::operation_aborted);
+            if (std::chrono::steady_clock::now() > deadline_)
+                return Failure(errc::timed_out, "The project took too long to unpack.");
+            return {};
+        };
+        waiting.tell = [progress = order_.progress.get()](bool waits) { progress->waiting = waits; };
+        return waiting;
+    }
+
+    result<> copy_template()
+    {
+        auto const from = params_.projects / plan_.project;
+        std::error_code failed;
+        if (params_.projects.empty() || !fs::is_directory(from, failed))
+            return Failure(errc::not_found,
+                           concat("There is no project \"", core::printable(project_.project, 100),
+                                  "\" on this server."));
+        fs::create_directory(order_.directory, failed);
+        if (failed)
+            return adapters::disk_failure(failed);
+        return adapters::copy_tree(from, order_.directory, order_.limits, *order_.progress, aborted_);
+    }
+
+    /// True when the website had something for this user.
+    result<bool> lay_over()
+    {
+        FetchBytes price;
+        price.memory = memory_of_download;
+        if (auto const taken = share_.take(price); !taken)
+            return taken.error();
+        auto const root = adapters::open_folder(AT_FDCWD, order_.directory.c_str());
+        if (!root)
+            return root.error();
+        adapters::CurlLimits limits;
+        limits.aborted = &aborted_;
+        limits.deadline = deadline_;
+        limits.bytes = order_.limits.bytes;
+        limits.low_speed = params_.low_speed;
+        limits.low_speed_time = params_.low_speed_time;
+        auto const archive = adapters::download_archive(http_, project_, *plan_.download, limits, root->get(),
+                                                        share_, *order_.progress);
+        if (!archive)
+            return archive.error();
+        if (!*archive)
+            return false;
+        adapters::UnpackLimits unpacked;
+        unpacked.entries = order_.limits.files;
+        unpacked.bytes = order_.limits.bytes;
+        unpacked.share = &share_;
+        if (auto const done = adapters::unpack_zip((*archive)->get(), root->get(), unpacked, aborted_); !done)
+            return done.error();
+        if (auto const done = make_runnable(order_.directory); !done)
+            return done.error();
+        return true;
+    }
+
+    /// Written last: neither template nor archive can name another website.
+    result<> write_host_file()
+    {
+        std::error_code failed;
+        fs::remove_all(order_.directory / "host.txt", failed);
+        if (failed)
+            return adapters::disk_failure(failed);
+        auto const root = adapters::open_folder(AT_FDCWD, order_.directory.c_str());
+        if (!root)
+            return root.error();
+        return adapters::write_file(root->get(), "host.txt", plan_.host_file, 0644);
+    }
+
+    result<FetchedProject> finish(std::string revision)
+    {
+        if (auto const written = write_host_file(); !written)
+            return written.error();
+        auto header = adapters::read_world_header(order_.directory, project_.world);
+        if (!header)
+            return header.error();
+        FetchedProject fetched;
+        fetched.root = order_.directory;
+        fetched.revision = std::move(revision);
+        fetched.world_header = std::move(*header);
+        return fetched;
+    }
+
+    adapters::CurlHttp& http_;
+    WebsiteSourceParams const& params_;
+    core::WebsitePlan const& plan_;
+    FetchOrder const& order_;
+    WebsiteProject const& project_;
+    std::atomic<bool> const& aborted_;
+    TimePoint deadline_;
+    adapters::FetchShare share_;
+};
+
+WebsiteSourceParams with_budget(WebsiteSourceParams params)
+{
+    if (!params.budget)
+        params.budget = make_fetch_budget();
+    return params;
+}
+
+class WebsiteSource final : public ProjectSource
+{
+public:
+    WebsiteSource(WebsiteSourceParams params, Logger log)
+        : params_(with_budget(std::move(params))), log_(std::move(log)),
+          local_(threads, adapters::BlockingPool::Priority::background)
+    {}
+
+    asio::awaitable<result<FetchedProject>> fetch(FetchOrder order) override
+    {
+        co_await asio::this_coro::throw_if_cancelled(false);
+        if (!order.website)
+            co_return Failure(errc::invalid_argument, "this order names no project of a website");
+        auto const host = order.website->host();
+        auto look = [keys = params_.keys, host] { return read_key(keys, host); };
+        auto const key = co_await local_.run(std::move(look));
+        if (!key)
+            co_return key.error();
+        auto plan = core::plan_website_project(*order.website, *key);
+        if (!plan)
+            co_return plan.error();
+        if (key->empty())
+            log_.warning(LogCause("website"), concat("No key for: ", host));
+        auto& pool = plan->download ? pool_of(host) : local_;
+        auto work = [this, order = std::move(order),
+                     plan = std::move(*plan)](std::atomic<bool> const& aborted) {
+            return Making(http_, params_, plan, order, aborted).run();
+        };
+        co_return co_await pool.run_abortable(std::move(work));
+    }
+
+    /// Out of the template: what a user of the website changed there is what a reset undoes.
+    asio::awaitable<result<>> restore(RestoreOrder order) override
+    {
+        auto const is_runnable = core::is_runnable_name(fs::path(order.file).filename().string());
+        auto work = [from = params_.projects / order.website->project, also = is_runnable ? runnable : 0,
+                     order = std::move(order)] {
+            return adapters::restore_file(from, order.root, order.file, also);
+        };
+        co_return co_await local_.run(std::move(work));
+    }
+
+    asio::awaitable<result<>> discard(fs::path directory) override
+    {
+        auto work = [directory = std::move(directory)] { return adapters::remove_tree(directory); };
+        co_return co_await local_.run(std::move(work));
+    }
+
+private:
+    /// Threads of its own: a website that is slow holds up nobody else. There are no more than keys.
+    adapters::BlockingPool& pool_of(std::string const& host)
+    {
+        return downloading_.try_emplace(host, threads, adapters::BlockingPool::Priority::background)
+            .first->second;
+    }
+
+    WebsiteSourceParams params_;
+    Logger log_;
+    adapters::CurlHttp http_;
+    adapters::BlockingPool local_; // these end their threads before anything that they use goes
+    std::unordered_map<std::string, adapters::BlockingPool> downloading_; ///< By host.
+};
+
+} // namespace
+
+std::unique_ptr<ProjectSource> make_website_source(asio::any_io_executor, WebsiteSourceParams params,
+                                                   Logger log)
+{
+    return std::make_unique<WebsiteSource>(std::move(params), std::move(log));
+}
+
+} // namespace webots_cloud

@@ -1,0 +1,507 @@
+#include <webots_cloud/config.hpp>
+
+#include "config_reader.hpp"
+#include "core/access/ip_address.hpp"
+#include "core/notices/mail_message.hpp"
+#include "core/projects/repository_policy.hpp"
+#include "core/access/site_access.hpp"
+#include "core/text.hpp"
+
+#include <boost/url/authority_view.hpp>
+#include <boost/url/parse.hpp>
+
+#include <algorithm>
+#include <charconv>
+#include <optional>
+
+namespace webots_cloud {
+namespace {
+
+using core::concat;
+using core::ConfigReader;
+
+namespace fs = std::filesystem;
+
+constexpr double longest_seconds = 10'000'000;
+constexpr int highest_port = 65535;
+constexpr int editor_distance = 500; ///< From the port of a simulation in a container to that of its editor.
+
+void read_seconds(ConfigReader& reader, std::string_view key, Duration& value, double least)
+{
+    double seconds = std::chrono::duration<double>(value).count();
+    reader.read_number(key, seconds, least, longest_seconds);
+    value = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seconds));
+}
+
+void read_port(ConfigReader& reader, std::uint16_t& value, int highest)
+{
+    int port = value;
+    reader.read_integer("port", port, 1, highest);
+    value = static_cast<std::uint16_t>(port);
+}
+
+void read_networks(ConfigReader& reader, std::string_view key, std::vector<std::string>& networks)
+{
+    constexpr std::string_view wanted =
+        "an address or a network without bits set beyond it, as in \"127.0.0.1\", \"10.0.0.0/8\" or \"::1\"";
+    reader.read(key, networks);
+    for (std::size_t i = 0; i < networks.size(); ++i)
+        if (!core::IpNetwork::parse(networks[i]))
+            reader.refuse_entry(key, i + 1, boost::json::value(networks[i]), wanted);
+}
+
+void read_network(ConfigReader& reader, NetworkConfig& network)
+{
+    reader.read("sslCertificate", network.ssl_certificate);
+    reader.read("sslKey", network.ssl_key);
+    if (network.ssl_certificate.empty() && reader.has("sslKey"))
+        reader.require("sslCertificate", "the file of the certificate that \"sslKey\" belongs to");
+    if (network.ssl_key.empty() && reader.has("sslCertificate"))
+        reader.require("sslKey", "the file of the key that \"sslCertificate\" belongs to");
+    reader.read_integer("connectionsPerAddress", network.connections_per_address, 1, 1'000'000);
+    read_networks(reader, "trustedProxies", network.trusted_proxies);
+}
+
+void warn_of_trust_in_everybody(NetworkConfig const& network, fs::path const& origin,
+                                std::vector<std::string>& warnings)
+{
+    for (auto const& proxies : network.trusted_proxies)
+        if (core::IpNetwork::parse(proxies)->is_everybody())
+            warnings.push_back(
+                concat(origin.string(), ": key \"trustedProxies\": \"", proxies,
+                       "\" is everybody: no client is limited, and each can pass for another"));
+}
+
+bool is_port(std::string_view text)
+{
+    std::uint16_t port = 0;
+    auto const [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
+    return error == std::errc() && end == text.data() + text.size() && port != 0;
+}
+
+enum class Port
+{
+    optional,
+    required
+};
+
+/// What may stand between `https://` and the first slash: a proxy may have a port of its own.
+bool is_authority(std::string_view text, Port port = Port::optional)
+{
+    auto const authority = boost::urls::parse_authority(text);
+    return authority && !authority->encoded_host().empty() && !authority->has_userinfo() &&
+           (authority->has_port() ? is_port(authority->port()) : port == Port::optional);
+}
+
+/// Lists of origins, which are left alone when they are absent.
+void read_origins(ConfigReader& reader, std::string_view key, std::optional<std::vector<std::string>>& origins)
+{
+    if (!reader.has(key))
+        return reader.ignore({key});
+    origins.emplace();
+    reader.read(key, *origins);
+    if (!std::all_of(origins->begin(), origins->end(), core::is_origin_pattern))
+        reader.refuse(key, "a list of sites, as in \"https://example.org\", \"https://*.example.org\" or \"*\"");
+}
+
+void read_access(ConfigReader& reader, AccessConfig& access)
+{
+    reader.read("hostNames", access.host_names);
+    if (!std::all_of(access.host_names.begin(), access.host_names.end(),
+                     [](std::string const& name) { return is_authority(name); }))
+        reader.refuse("hostNames", "a list of names of this machine, as in \"lab7.example.org\"");
+    read_origins(reader, "allowedOrigins", access.allowed_origins);
+    read_origins(reader, "frameAncestors", access.frame_ancestors);
+    reader.read_secret("monitorPassword", access.monitor_password);
+    read_networks(reader, "monitorAddresses", access.monitor_addresses);
+    reader.read("operatorTokenFile", access.operator_token_file);
+    reader.read("operatorSocket", access.operator_socket);
+}
+
+/// The keys of both servers.
+template<class Config>
+void read_log(ConfigReader& reader, Config& config)
+{
+    reader.read("logDir", config.log_dir);
+    reader.read("debug", config.debug);
+    std::string format = "text";
+    reader.read_choice("logFormat", format, {"text", "json"});
+    config.json_log = format == "json";
+}
+
+bool is_server_address(std::string_view text)
+{
+    auto const slash = text.find('/');
+    return slash == std::string_view::npos
+               ? is_authority(text, Port::required)
+               : is_authority(text.substr(0, slash)) && is_port(text.substr(slash + 1));
+}
+
+/// Empty: as ever, nobody looks.
+void read_server_name(ConfigReader& reader, std::string_view key, std::string& server)
+{
+    reader.read(key, server);
+    if (reader.has(key) && !server.empty() && !is_authority(server))
+        reader.refuse(key, "the name of a host, as in \"sim.example.org\"");
+}
+
+/// An entry of `simulationServers`: an address, or an object with an address and how to treat it.
+void read_simulation_server(ConfigReader& reader, std::size_t number, boost::json::value const& entry,
+                            ServerSpec& server)
+{
+    constexpr std::string_view key = "simulationServers";
+    constexpr std::string_view address = "\"host:port\" or \"host/port\", with a port from 1 to 65535";
+    if (auto const* text = entry.if_string()) {
+        server.address = *text;
+        if (!is_server_address(server.address))
+            reader.refuse_entry(key, number, entry, address);
+    } else if (auto const* object = entry.if_object()) {
+        auto inner = reader.entry(key, number, *object);
+        inner.read("address", server.address);
+        inner.read_number("weight", server.weight, 0.001, 1'000'000);
+        inner.read("drain", server.drain);
+        if (!inner.has("address"))
+            inner.require("address", address);
+        else if (!is_server_address(server.address))
+            inner.refuse("address", address);
+        reader.take_over(inner);
+    } else {
+        reader.refuse_entry(key, number, entry,
+                            concat(address, ", or {\"address\": ..., \"weight\": 2, \"drain\": true}"));
+    }
+}
+
+void read_simulation_servers(ConfigReader& reader, std::vector<ServerSpec>& servers)
+{
+    constexpr std::string_view wanted = "a list of \"host:port\" or \"host/port\", or of objects "
+                                        "{\"address\": ..., \"weight\": 2, \"drain\": true}";
+    auto const* found = reader.find("simulationServers");
+    if (!found)
+        return reader.require("simulationServers", wanted);
+    if (!found->is_array())
+        return reader.refuse("simulationServers", wanted);
+    for (auto const& entry : found->get_array()) {
+        auto& server = servers.emplace_back();
+        read_simulation_server(reader, servers.size(), entry, server);
+    }
+}
+
+void read_session_budget(ConfigReader& reader, SessionConfig& config)
+{
+    constexpr int most = 100'000;
+    constexpr double slowest = 0.01;
+    reader.read_integer("sessionBurst", config.session_burst, 0, most);
+    reader.read_number("sessionRate", config.session_rate, 0, most);
+    if (config.session_rate > 0 && config.session_rate < slowest)
+        reader.refuse("sessionRate", "0, or a number from 0.01 to 100000");
+}
+
+/// Empty counts as absent: operators switch mails off like that.
+void read_mail(ConfigReader& reader, SessionConfig& config)
+{
+    reader.read_text("administrator", config.administrator);
+    reader.read_text("mailServer", config.mail_server);
+    int port = config.mail_server_port;
+    reader.read_integer("mailServerPort", port, 0, 65535);
+    config.mail_server_port = static_cast<std::uint16_t>(port);
+    reader.read_text("mailSender", config.mail_sender);
+    reader.read("mailSenderUser", config.mail_sender_user);
+    reader.read_secret("mailSenderPassword", config.mail_sender_password);
+    if (config.mail_sender_user.empty())
+        config.mail_sender_user = config.mail_sender;
+    if (!config.administrator.empty() && !core::is_mail_address(config.administrator))
+        reader.refuse("administrator", "an e-mail address");
+    if (!config.mail_sender.empty() && !core::is_mail_address(config.mail_sender))
+        reader.refuse("mailSender", "an e-mail address");
+    if (!config.mail_server.empty() && !core::is_mail_host(config.mail_server))
+        reader.refuse("mailServer", "the name of a host");
+}
+
+void drop_administrator_without_mail(SessionConfig& config, fs::path const& origin,
+                                     std::vector<std::string>& warnings)
+{
+    auto const missing = config.mail_server.empty()   ? "mailServer"
+                         : config.mail_sender.empty() ? "mailSender"
+                                                      : "";
+    if (config.administrator.empty() || !*missing)
+        return;
+    warnings.push_back(
+        concat(origin.string(), ": key \"administrator\" is ignored: no e-mails without \"", missing, "\""));
+    config.administrator.clear();
+}
+
+std::string without_final_slash(std::string url)
+{
+    while (url.ends_with('/'))
+        url.pop_back();
+    return url;
+}
+
+bool is_web_address(std::string_view url)
+{
+    for (std::string_view const scheme : {"https://", "http://"})
+        if (url.starts_with(scheme) && core::is_printable(url))
+            return is_authority(url.substr(scheme.size(), url.find('/', scheme.size()) - scheme.size()));
+    return false;
+}
+
+void read_forge(ConfigReader& reader, std::size_t number, boost::json::value const& entry,
+                fs::path const& folder, ForgeConfig& forge)
+{
+    if (auto const* url = entry.if_string()) {
+        forge.url = without_final_slash(std::string(*url));
+        bool const is_web = forge.url.starts_with("https://") || forge.url.starts_with("http://");
+        if (!is_web || !core::is_printable(forge.url))
+            reader.refuse_entry("forges", number, entry, "a URL that starts with https:// or http://");
+    } else if (auto const* object = entry.if_object()) {
+        auto inner = reader.entry("forges", number, *object);
+        inner.read("url", forge.url);
+        inner.read("directory", forge.directory);
+        if (!inner.has("url"))
+            inner.require("url", "the beginning of the addresses of its worlds, as in \"local:\"");
+        if (!inner.has("directory"))
+            inner.require("directory", "a folder");
+        forge.url = without_final_slash(std::move(forge.url));
+        forge.directory = (folder / forge.directory).lexically_normal();
+        reader.take_over(inner);
+    } else {
+        reader.refuse_entry("forges", number, entry, "a base URL, or {\"url\": ..., \"directory\": ...}");
+    }
+}
+
+void read_forges(ConfigReader& reader, fs::path const& folder, std::vector<ForgeConfig>& forges)
+{
+    auto const* found = reader.find("forges");
+    if (!found)
+        return;
+    auto const* list = found->if_array();
+    if (!list)
+        return reader.refuse("forges",
+                             "a list of base URLs, or of objects {\"url\": ..., \"directory\": ...}");
+    forges.clear();
+    for (auto const& entry : *list) {
+        auto& forge = forges.emplace_back();
+        read_forge(reader, forges.size(), entry, folder, forge);
+    }
+}
+
+void read_notify(ConfigReader& reader, std::vector<std::string>& registries)
+{
+    auto const* found = reader.find("notify");
+    if (found && found->is_string())
+        registries = {std::string(found->get_string())};
+    else
+        reader.read("notify", registries);
+    if (found && !std::all_of(registries.begin(), registries.end(), is_web_address))
+        reader.refuse("notify", "addresses that start with https:// or http://, or [] for none");
+}
+
+/// Simulations have the ports after the server's, and in containers editors those 500 above them.
+void limit_connections(SimulationConfig& config, fs::path const& origin, std::vector<std::string>& warnings)
+{
+    int const room = (config.docker ? highest_port - editor_distance : highest_port) - config.port;
+    if (config.max_connections <= room)
+        return;
+    warnings.push_back(concat(origin.string(), ": key \"maxConnections\": only ", std::to_string(room),
+                              " simulations at once instead of ", std::to_string(config.max_connections),
+                              ", since there are no more ports above \"port\" (", std::to_string(config.port),
+                              ")"));
+    config.max_connections = room;
+}
+
+/// Unless the operator has said it: a class behind one address has room, and leaves some to others.
+void share_connections(ConfigReader const& reader, SimulationConfig& config)
+{
+    if (!reader.has("simulationsPerAddress"))
+        config.simulations_per_address = (3 * config.max_connections + 3) / 4;
+}
+
+/// Repositories that are on none of the forges have no effect.
+void warn_of_foreign(std::string_view key, std::vector<std::string> const& repositories,
+                     SimulationConfig const& config, fs::path const& origin,
+                     std::vector<std::string>& warnings)
+{
+    for (auto const& repository : repositories) {
+        auto const is_there = [&repository](ForgeConfig const& forge) {
+            return core::is_on_forge(repository, forge.url);
+        };
+        if (std::none_of(config.forges.begin(), config.forges.end(), is_there))
+            warnings.push_back(
+                concat(origin.string(), ": key \"", key, "\": \"", core::printable(repository, 200),
+                       "\" has no effect: it is on none of the \"forges\", for instance ",
+                       config.forges.empty() ? "https://github.com" : config.forges.front().url, "/<owner>"));
+    }
+}
+
+void warn_of_plain_simulators(SimulationConfig const& config, fs::path const& origin,
+                              std::vector<std::string>& warnings)
+{
+    if (config.network.ssl_certificate.empty() || !config.ssl || config.port_rewrite)
+        return;
+    warnings.push_back(
+        concat(origin.string(), ": browsers are sent to wss://", config.server,
+               ":<port of the simulation>, but simulators speak no TLS, whatever \"sslCertificate\" says: no "
+               "simulation can be "
+               "shown. Let a proxy end TLS, as in config/nginx, and set \"portRewrite\" to true"));
+}
+
+/// Both end up in one option of Webots, which takes them apart again.
+void read_multimedia(ConfigReader& reader, SimulationConfig& config)
+{
+    reader.read("multimediaServer", config.multimedia_server);
+    reader.read("multimediaStream", config.multimedia_stream);
+    constexpr auto* separators = " \t\";";
+    if (config.multimedia_server.find_first_of(separators) != std::string::npos)
+        reader.refuse("multimediaServer", "an address without spaces, quotes and semicolons");
+    if (config.multimedia_stream.find_first_of(separators) != std::string::npos)
+        reader.refuse("multimediaStream", "an address without spaces, quotes and semicolons");
+}
+
+/// They quote the configuration and name its file, and are printed on terminals.
+void make_printable(std::vector<std::string>& warnings)
+{
+    constexpr std::size_t longest_warning = 4096;
+    for (auto& warning : warnings)
+        warning = core::printable(warning, longest_warning);
+}
+
+void read_fetch_budget(ConfigReader& reader, SimulationConfig& config)
+{
+    constexpr double least_megabytes = 192; // less, and not even a small project could be fetched
+    double megabytes = static_cast<double>(config.fetch_memory >> 20);
+    reader.read_number("fetchMemory", megabytes, least_megabytes, 1'000'000);
+    config.fetch_memory = static_cast<std::uint64_t>(megabytes * (1 << 20));
+    double gigabytes = static_cast<double>(config.fetch_disk >> 30);
+    reader.read_number("fetchDisk", gigabytes, 0.1, 100'000);
+    config.fetch_disk = static_cast<std::uint64_t>(gigabytes * (1 << 30));
+}
+
+void read_docker(ConfigReader& reader, fs::path const& folder, DockerConfig& docker)
+{
+    reader.read("dockerDir", docker.directory);
+    docker.directory = (folder / docker.directory).lexically_normal();
+    reader.read("dockerImages", docker.images);
+    reader.read("projectDockerfiles", docker.project_dockerfiles);
+    if (!reader.has("persistantDockerImages"))
+        return reader.ignore({"persistantDockerImages"});
+    docker.persistent_images.emplace();
+    reader.read("persistantDockerImages", *docker.persistent_images);
+}
+
+} // namespace
+
+result<Configured<SessionConfig>> parse_session_config(std::string_view text,
+                                                       std::filesystem::path const& origin)
+{
+    auto reader = ConfigReader::parse(text, origin);
+    if (!reader)
+        return reader.error();
+    Configured<SessionConfig> configured;
+    auto& config = configured.config;
+    read_port(*reader, config.port, 65535);
+    if (!reader->has("port"))
+        reader->require("port", "an integer from 1 to 65535");
+    read_simulation_servers(*reader, config.simulation_servers);
+    read_server_name(*reader, "server", config.server);
+    reader->read("ssl", config.ssl);
+    reader->read("portRewrite", config.port_rewrite);
+    read_network(*reader, config.network);
+    read_access(*reader, config.access);
+    read_log(*reader, config);
+    read_seconds(*reader, "loadRefresh", config.load_refresh, 0.1);
+    read_seconds(*reader, "loadTimeout", config.load_timeout, 0.1);
+    reader->read_number("loadThreshold", config.load_threshold, 1, 1000);
+    reader->read_choice("scheduling", config.scheduling,
+                        {"least_committed", "least_reported", "random", "power_of_two"});
+    read_seconds(*reader, "placementTimeout", config.placement_timeout, 0);
+    read_session_budget(*reader, config);
+    reader->read("decisionsForAll", config.decisions_for_all);
+    reader->read("viewerUrl", config.viewer_url);
+    read_mail(*reader, config);
+    if (auto const failure = reader->failure())
+        return *failure;
+    configured.warnings = reader->unknown_keys();
+    drop_administrator_without_mail(config, origin, configured.warnings);
+    warn_of_trust_in_everybody(config.network, origin, configured.warnings);
+    make_printable(configured.warnings);
+    return configured;
+}
+
+result<Configured<SimulationConfig>> parse_simulation_config(std::string_view text,
+                                                             std::filesystem::path const& origin)
+{
+    auto reader = ConfigReader::parse(text, origin);
+    if (!reader)
+        return reader.error();
+    Configured<SimulationConfig> configured;
+    auto& config = configured.config;
+    read_server_name(*reader, "fullyQualifiedDomainName", config.server);
+    read_server_name(*reader, "server", config.server);
+    reader->read("ssl", config.ssl);
+    reader->read("docker", config.docker);
+    // Simulations have the ports after it, and their editors those 500 above.
+    read_port(*reader, config.port, highest_port - 1 - (config.docker ? editor_distance : 0));
+    reader->read("portRewrite", config.port_rewrite);
+    read_network(*reader, config.network);
+    read_access(*reader, config.access);
+    read_docker(*reader, origin.parent_path(), config.containers);
+    reader->read("allowedRepositories", config.allowed_repositories);
+    reader->read("blockedRepositories", config.blocked_repositories);
+    reader->read_number("shareIdleTime", config.share_idle_time, 0, 100);
+    read_forges(*reader, origin.parent_path(), config.forges);
+    read_notify(*reader, config.notify);
+    double gigabytes = static_cast<double>(config.cache_bytes >> 30);
+    reader->read_number("cacheSize", gigabytes, 0.1, 100'000);
+    config.cache_bytes = static_cast<std::uint64_t>(gigabytes * (1 << 30));
+    reader->read("stateDir", config.state_dir);
+    read_fetch_budget(*reader, config);
+    reader->read("webotsHome", config.webots_home);
+    reader->read("display", config.display);
+    reader->read_integer("maxConnections", config.max_connections, 1, 10'000);
+    if (config.docker && config.max_connections >= editor_distance)
+        reader->refuse(
+            "maxConnections",
+            "at most 499 with \"docker\", since the port of an editor is 500 above that of its simulation");
+    reader->read_integer("simulationsPerAddress", config.simulations_per_address, 0, 10'000);
+    read_seconds(*reader, "timeout", config.timeout, 0);
+    read_seconds(*reader, "startTimeout", config.start_timeout, 1);
+    read_seconds(*reader, "reconnectGrace", config.reconnect_grace, 0);
+    read_log(*reader, config);
+    reader->read_text("title", config.title);
+    reader->read_text("description", config.description);
+    std::string formula = "strict";
+    reader->read_choice("loadFormula", formula, {"strict", "reference"});
+    config.strict_load = formula == "strict";
+    reader->read("monitorLogEnabled", config.monitor_log);
+    double days = 7;
+    reader->read_number("simulationLogDays", days, 0, 3650);
+    config.simulation_log_keep =
+        std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::ratio<86400>>(days));
+    reader->read("projectsDir", config.projects_dir);
+    reader->read("keyDir", config.key_dir);
+    read_multimedia(*reader, config);
+    reader->ignore({"publicPort"});
+    if (auto const failure = reader->failure())
+        return *failure;
+    configured.warnings = reader->unknown_keys();
+    if (!reader->find("server") && !reader->find("fullyQualifiedDomainName"))
+        configured.warnings.push_back(
+            concat(origin.string(), ": key \"server\" is missing: browsers are sent to \"localhost\", which "
+                                    "is right only on this machine"));
+    limit_connections(config, origin, configured.warnings);
+    share_connections(*reader, config);
+    warn_of_plain_simulators(config, origin, configured.warnings);
+    warn_of_trust_in_everybody(config.network, origin, configured.warnings);
+    warn_of_foreign("allowedRepositories", config.allowed_repositories, config, origin, configured.warnings);
+    warn_of_foreign("blockedRepositories", config.blocked_repositories, config, origin, configured.warnings);
+    if (config.timeout < std::chrono::seconds(360)) {
+        config.timeout =
+            std::chrono::seconds(7200); // as the Python server does, odd as it is: old files rely on it
+        configured.warnings.push_back(
+            concat(origin.string(), ": key \"timeout\": less than 360 counts as 7200"));
+    }
+    make_printable(configured.warnings);
+    return configured;
+}
+
+} // namespace webots_cloud

@@ -1,0 +1,69 @@
+#include "compose_output.hpp"
+
+#include "core/text.hpp"
+
+#include <algorithm>
+
+namespace webots_cloud::core {
+namespace {
+
+/// `webots` for `<project>-webots-1`, `<project>_webots_1`, `webots-1` and `webots_1`; empty for what is no
+/// container.
+std::string_view service_of(std::string_view container, std::string_view project)
+{
+    if (container.starts_with(project) && container.size() > project.size() &&
+        (container[project.size()] == '-' || container[project.size()] == '_'))
+        container.remove_prefix(project.size() + 1);
+    auto const end = container.find_last_of("-_");
+    auto const number = end == std::string_view::npos ? std::string_view() : container.substr(end + 1);
+    bool const is_number =
+        !number.empty() && number.find_first_not_of("0123456789") == std::string_view::npos;
+    bool const is_name = container.find_first_of(" :/") == std::string_view::npos;
+    return is_number && is_name ? container.substr(0, end) : std::string_view();
+}
+
+/// Compose 2 sends `ESC [ 2 K` in front of a container's line, to erase what a terminal shows there; builders colour their lines.
+std::string_view without_control_sequences(std::string_view line)
+{
+    constexpr std::string_view introducer = "\x1b[";
+    constexpr std::string_view parameters = "0123456789;";
+    while (line.starts_with(introducer)) {
+        auto const last = line.find_first_not_of(parameters, introducer.size());
+        line = last == std::string_view::npos ? std::string_view() : line.substr(last + 1);
+    }
+    return line;
+}
+
+} // namespace
+
+ComposeLine parse_compose_line(std::string_view line, std::string_view project)
+{
+    using enum ComposeLine::Source;
+    line = without_control_sequences(line);
+    if (auto const bar = line.find('|'); bar != std::string_view::npos) {
+        auto const service = service_of(trim(line.substr(0, bar)), project);
+        auto text = line.substr(bar + 1);
+        if (text.starts_with(' '))
+            text.remove_prefix(1);
+        if (!service.empty())
+            return {service == "webots" ? webots : other, text};
+    }
+    constexpr std::string_view ending = " exited with code ";
+    if (auto const found = line.find(ending); found != std::string_view::npos)
+        if (service_of(trim(line.substr(0, found)), project) == "webots")
+            return {webots_end, line};
+    return {compose, line};
+}
+
+bool is_progress(std::string_view line)
+{
+    return !trim(line).empty() && line.find("theia") == std::string_view::npos;
+}
+
+bool says_image_is_missing(std::string_view line, std::string_view image)
+{
+    auto const says = [&](std::string_view text) { return line.find(text) != std::string_view::npos; };
+    return (says("not found") && says(image)) || says("manifest unknown");
+}
+
+} // namespace webots_cloud::core

@@ -1,0 +1,128 @@
+#include "docker_leftovers.hpp"
+
+#include "core/text.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cstdio>
+#include <optional>
+
+namespace webots_cloud::core {
+namespace {
+
+constexpr auto image_age = std::chrono::hours(48);
+
+/// FNV-1a: the same on every machine and in every version, which std::hash is not.
+std::uint32_t digest(std::string_view text)
+{
+    std::uint32_t value = 2166136261u;
+    for (char const c : text)
+        value = (value ^ static_cast<unsigned char>(c)) * 16777619u;
+    return value;
+}
+
+/// `webots-2000-1f3a9c4d-...` is a simulation of `webots-2000-1f3a9c4d`.
+bool is_of(std::string_view project, std::string_view identity)
+{
+    return project.starts_with(identity) && project.substr(identity.size()).starts_with('-');
+}
+
+bool is_build(std::vector<std::string_view> const& fields, std::string_view identity)
+{
+    return fields.size() == 4 && fields[1].empty() && fields[2] == identity;
+}
+
+/// The build that ran in such a container has failed: nothing will ever use it.
+bool is_failed_build(std::vector<std::string_view> const& fields, std::string_view identity)
+{
+    return is_build(fields, identity) && fields[3].starts_with("Exited (") &&
+           !fields[3].starts_with("Exited (0)");
+}
+
+/// The lines of a listing, as fields, the first of which is a name that docker takes for no option.
+std::vector<std::vector<std::string_view>> rows_of(std::string_view listing)
+{
+    std::vector<std::vector<std::string_view>> rows;
+    for (auto const line : split(listing, '\n'))
+        if (auto fields = split(line, '\t');
+            fields.size() >= 2 && !fields[0].empty() && !fields[0].starts_with('-'))
+            rows.push_back(std::move(fields));
+    return rows;
+}
+
+/// Of `2026-11-21 17:25:24 +0000 UTC`.
+std::optional<WallTime> parse_time(std::string const& text)
+{
+    int year = 0;
+    unsigned month = 0;
+    unsigned day = 0;
+    int hour = 0;
+    int minute = 0;
+    int zone = 0;
+    if (std::sscanf(text.c_str(), "%4d-%2u-%2u %2d:%2d:%*d %5d", &year, &month, &day, &hour, &minute,
+                    &zone) != 6)
+        return std::nullopt;
+    std::chrono::year_month_day const date{std::chrono::year(year), std::chrono::month(month),
+                                           std::chrono::day(day)};
+    if (!date.ok() || year < 1970 || year > 2200) // what WallTime can say
+        return std::nullopt;
+    auto const offset = std::chrono::hours(zone / 100) + std::chrono::minutes(zone % 100);
+    return std::chrono::sys_days(date) + std::chrono::hours(hour) + std::chrono::minutes(minute) - offset;
+}
+
+bool is_ours(std::string_view image, ImagePolicy const& policy)
+{
+    if (image.starts_with(concat(policy.repository, ":")))
+        return true;
+    bool const lives = std::any_of(policy.projects.begin(), policy.projects.end(),
+                                   [&](std::string const& project) { return image.starts_with(project); });
+    return is_of(image, policy.identity) && !lives;
+}
+
+} // namespace
+
+std::string docker_identity(std::string_view machine, std::uint16_t port,
+                            std::filesystem::path const& instances)
+{
+    char hash[9];
+    std::snprintf(hash, sizeof hash, "%08x", digest(concat(machine, ":", instances.string())));
+    return concat("webots-", std::to_string(port), "-", hash);
+}
+
+std::vector<std::string> leftovers(std::string_view listing, DockerScope const& scope)
+{
+    std::vector<std::string> found;
+    for (auto const& fields : rows_of(listing)) {
+        bool const wanted =
+            scope.project.empty() ? is_of(fields[1], scope.identity) : fields[1] == scope.project;
+        if (wanted || is_failed_build(fields, scope.identity))
+            found.emplace_back(fields[0]);
+    }
+    return found;
+}
+
+std::vector<std::string> unstarted_builds(std::string_view listing, std::string_view identity)
+{
+    std::vector<std::string> found;
+    for (auto const& fields : rows_of(listing))
+        if (is_build(fields, identity) && fields[3] == "Created")
+            found.emplace_back(fields[0]);
+    return found;
+}
+
+std::vector<std::string> old_images(std::string_view listing, ImagePolicy const& policy, WallTime now)
+{
+    std::vector<std::string> found;
+    for (auto const& fields : rows_of(listing)) {
+        if (fields.size() != 2 || !is_ours(fields[0], policy))
+            continue;
+        auto const& keep = policy.persistent;
+        auto const created = parse_time(std::string(fields[1]));
+        if (created && now - *created > image_age &&
+            std::find(keep.begin(), keep.end(), fields[0]) == keep.end())
+            found.emplace_back(fields[0]);
+    }
+    return found;
+}
+
+} // namespace webots_cloud::core

@@ -1,0 +1,232 @@
+#include "docker_project.hpp"
+
+#include "core/simulation/launch_plan.hpp"
+#include "core/text.hpp"
+
+#include <webots_cloud/transport/http.hpp>
+
+#include <algorithm>
+#include <array>
+
+namespace webots_cloud::core {
+namespace {
+
+bool is_alphanumeric(char c) noexcept
+{
+    return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z');
+}
+
+bool consists_of(std::string_view text, std::string_view others)
+{
+    return std::all_of(text.begin(), text.end(), [&](char c) {
+        return is_alphanumeric(c) || others.find(c) != std::string_view::npos;
+    });
+}
+
+/// Nothing that ends a quoted value, or means something to compose or to those who split command lines.
+bool is_harmless_file_name(std::string_view name)
+{
+    return !name.empty() && std::all_of(name.begin(), name.end(), [](char c) {
+        return is_alphanumeric(c) || static_cast<unsigned char>(c) >= 0x80 ||
+               std::string_view(" _.-+@,()=").find(c) != std::string_view::npos;
+    });
+}
+
+bool is_harmless_folder(std::string_view folder)
+{
+    auto const parts = split(folder, '/');
+    return !folder.empty() && folder.size() <= 200 && folder.front() != '/' && consists_of(folder, "_.-/") &&
+           std::find(parts.begin(), parts.end(), "..") == parts.end();
+}
+
+/// Of images, displays and devices.
+bool is_harmless_name(std::string_view text)
+{
+    return text.size() <= 300 && consists_of(text, "_.-/:@");
+}
+
+std::string quoted_world_path(std::string_view world)
+{
+    auto const path = concat(project_in_container, "/worlds/", world);
+    return consists_of(world, "_.-") ? path : concat("'", path, "'");
+}
+
+std::string webots_in_container_command(DockerEnvironment const& environment)
+{
+    auto argv = webots_command(webots_in_container, environment.stream_mode, environment.port, {});
+    argv.back() = quoted_world_path(environment.world);
+    return join({argv.begin(), argv.end()}, " ");
+}
+
+result<> read_docker_compose(std::string_view line, WebotsYml& yml)
+{
+    auto const fields = split(line, ':');
+    auto const kind = trim(fields[1]);
+    if (kind.starts_with("theia"))
+        yml.kind = ComposeTemplate::theia;
+    else if (kind == "competition")
+        yml.kind = ComposeTemplate::competition;
+    else
+        return {};
+    auto const folder = fields.size() < 3 ? std::string_view() : trim(fields[2]);
+    if (!is_harmless_folder(folder))
+        return Failure(errc::invalid_argument,
+                       concat("Wrong line in webots.yml: \"", printable(trim(line), 100),
+                              "\". Expected dockerCompose:", kind == "competition" ? "competition" : "theia",
+                              ":<folder>, for instance webots-project/controllers/"));
+    yml.volume = folder;
+    yml.messages.emplace_back("ide: enable");
+    return {};
+}
+
+std::string type_message(std::string_view line)
+{
+    std::string type(trim(line));
+    std::erase(type, ' ');
+    return printable(type, 100) + "\n";
+}
+
+constexpr std::array<std::string_view, 16> passed_on = {
+    "HOME",        "LANG",     "LOGNAME",         "PATH",           "SSH_AUTH_SOCK", "TMPDIR",
+    "TZ",          "USER",     "http_proxy",      "https_proxy",    "no_proxy",      "HTTP_PROXY",
+    "HTTPS_PROXY", "NO_PROXY", "XDG_CONFIG_HOME", "XDG_RUNTIME_DIR"};
+
+std::vector<std::string> compose_command(std::vector<std::string> compose, std::filesystem::path const& file,
+                                         std::vector<std::string> const& arguments)
+{
+    compose.emplace_back("-f");
+    compose.push_back(file.string());
+    compose.insert(compose.end(), arguments.begin(), arguments.end());
+    return compose;
+}
+
+} // namespace
+
+result<std::string> default_docker_image(std::string_view repository, std::string_view world_header)
+{
+    auto const words = split(world_header, ' ');
+    auto const version = words.size() < 2 ? std::string_view() : trim(words[1]);
+    if (words[0] != "#VRML_SIM" || version.empty() || version.size() > 100 || !consists_of(version, "_.-"))
+        return Failure(errc::invalid_argument,
+                       "The first line of the world names no version of Webots. Expected, for instance: "
+                       "#VRML_SIM R2025a utf8");
+    bool const old = version.starts_with('R') && (version.substr(1, 4) < "2023" || version == "R2023a");
+    return concat(repository, ":", version, old ? "-ubuntu20.04" : "-ubuntu22.04");
+}
+
+std::string missing_image_text(std::string_view image)
+{
+    auto const tag = image.substr(image.rfind(':') + 1);
+    return concat(
+        "Image version ", tag.substr(0, tag.rfind('-')),
+        " not available on Cyberbotics' dockerHub. Please, add the appropriate Dockerfile to your project.");
+}
+
+std::string compose_template_file(ComposeTemplate kind)
+{
+    auto const name = kind == ComposeTemplate::theia         ? "theia"
+                      : kind == ComposeTemplate::competition ? "competition"
+                                                             : "default";
+    return concat("docker-compose-", name, ".yml");
+}
+
+result<WebotsYml> parse_webots_yml(std::string_view text)
+{
+    WebotsYml yml;
+    for (auto const line : split(text, '\n')) {
+        if (line.starts_with("dockerCompose:")) {
+            if (auto const read = read_docker_compose(line, yml); !read)
+                return read.error();
+        } else if (trim(line).starts_with("type:")) {
+            yml.messages.push_back(type_message(line));
+        }
+    }
+    return yml;
+}
+
+std::string with_extern_participant(std::string_view world)
+{
+    constexpr std::string_view before = "controller \"participant\"";
+    constexpr std::string_view after = "controller \"<extern>\"";
+    std::string text;
+    for (auto found = world.find(before); found != std::string_view::npos; found = world.find(before)) {
+        text.append(world.substr(0, found)).append(after);
+        world.remove_prefix(found + before.size());
+    }
+    return text.append(world);
+}
+
+std::string with_server_label(std::string_view dockerfile, std::string_view server)
+{
+    std::string text;
+    bool goes_on = false; // the instruction, after the last line
+    bool is_from = false;
+    for (auto const line : split(dockerfile, '\n')) {
+        auto const words = trim(line);
+        if (!goes_on)
+            is_from = words.size() > 5 && equal_ignoring_case(words.substr(0, 4), "from") &&
+                      (words[4] == ' ' || words[4] == '\t');
+        goes_on = (goes_on || !words.starts_with('#')) && (words.ends_with('\\') || words.ends_with('`'));
+        text.append(line).append("\n");
+        if (is_from && !goes_on)
+            text.append("LABEL webots_cloud.server=").append(server).append("\n");
+    }
+    return text;
+}
+
+result<std::string> env_file(DockerEnvironment const& environment)
+{
+    if (!is_harmless_file_name(environment.world))
+        return Failure(errc::invalid_argument,
+                       concat("The name of the world file has characters that containers can't be told: ",
+                              printable(environment.world, 100), ". Use letters, digits, - _ . and spaces."));
+    for (auto const& value : {environment.image, environment.project, environment.server, environment.display,
+                              environment.runtime, environment.graphics_device})
+        if (!is_harmless_name(value))
+            return Failure(
+                errc::invalid_argument,
+                concat("This server's docker settings have an unusable value: ", printable(value, 100)));
+    auto text = concat("IMAGE=", environment.image, "\nPROJECT_PATH=", project_in_container,
+                       "\nMAKE=", environment.make ? "1" : "0", "\nPORT=", std::to_string(environment.port),
+                       "\nCOMPOSE_PROJECT_NAME=", environment.project, "\nWEBOTS=\"",
+                       webots_in_container_command(environment), "\"\nDISPLAY=", environment.display,
+                       "\nSERVER=", environment.server, "\nRUNTIME=", environment.runtime,
+                       "\nGRAPHICS_DEVICE=", environment.graphics_device, "\n");
+    if (environment.yml.kind != ComposeTemplate::standard)
+        text += concat("THEIA_VOLUME=", environment.yml.volume,
+                       "\nTHEIA_PORT=", std::to_string(environment.port + 500), "\n");
+    return text;
+}
+
+std::vector<std::pair<std::string, std::string>>
+docker_environment(std::vector<std::pair<std::string, std::string>> const& ours)
+{
+    std::vector<std::pair<std::string, std::string>> environment;
+    std::copy_if(ours.begin(), ours.end(), std::back_inserter(environment), [](auto const& variable) {
+        auto const& name = variable.first;
+        return std::find(passed_on.begin(), passed_on.end(), name) != passed_on.end() ||
+               name.starts_with("LC_") || (name.starts_with("DOCKER_") && name != "DOCKER_BUILDKIT");
+    });
+    environment.emplace_back("DOCKER_BUILDKIT",
+                             "0"); // the other builder does not print the steps that browsers show
+    environment.emplace_back("PYTHONUNBUFFERED", "1"); // for compose 1, or its words arrive late
+    return environment;
+}
+
+std::vector<std::string> compose_up(std::vector<std::string> compose, std::filesystem::path const& file)
+{
+    return compose_command(std::move(compose), file, {"up", "--build", "--no-color"});
+}
+
+std::vector<std::string> compose_down(std::vector<std::string> compose, std::filesystem::path const& file)
+{
+    return compose_command(std::move(compose), file, {"down", "-v", "--timeout", "0"});
+}
+
+std::vector<std::string> compose_restart_controller(std::vector<std::string> compose,
+                                                    std::filesystem::path const& file)
+{
+    return compose_command(std::move(compose), file, {"restart", "--timeout", "0", "controller"});
+}
+
+} // namespace webots_cloud::core

@@ -1,0 +1,110 @@
+#include "notification.hpp"
+
+#include "core/text.hpp"
+
+#include <chrono>
+#include <cstdio>
+
+namespace webots_cloud::core {
+namespace {
+
+constexpr std::size_t longest_address = 200; // bytes: no line may come near the 998 that a mail allows
+constexpr std::size_t longest_summary = 2000;
+
+struct Words
+{
+    std::string_view subject;
+    std::string_view before_load;
+    std::string_view after_load;
+};
+
+/// Precondition: `is_news(transition)`.
+Words words(LoadTransition transition)
+{
+    switch (transition) {
+    case LoadTransition::working_again:
+        return {"Simulation server working again",
+                " simulation server is up and running again (load = ", "%)."};
+    case LoadTransition::reached_maximum:
+        return {"Simulation server reached maximum load", " simulation server has reached maximum load (",
+                "%)."};
+    case LoadTransition::available_again:
+        return {"Simulation server available again", " simulation server is available again (load = ", "%)."};
+    default:
+        return {"Simulation server not responding",
+                " simulation server may be down, as it is not responding to the requests of the session "
+                "server...",
+                ""};
+    }
+}
+
+std::string letter(std::string_view content, std::string_view monitor)
+{
+    return concat("Hello,\n\n", content, "Check it at ", monitor, "\n\n-Simulation Server\n");
+}
+
+} // namespace
+
+bool is_news(LoadTransition transition) noexcept
+{
+    return transition != LoadTransition::none && transition != LoadTransition::too_slow;
+}
+
+News::News(LoadEvent const& event, WallTime moment) : when(moment)
+{
+    auto const text = words(event.transition);
+    subject = text.subject;
+    sentence = concat(printable(event.server.address, longest_address), text.before_load);
+    if (event.transition != LoadTransition::not_responding)
+        sentence += concat(python_float(event.server.report.load), text.after_load);
+}
+
+std::string monitor_url(bool ssl, std::string_view server, bool port_rewrite, std::uint16_t port)
+{
+    return concat(ssl ? "https://" : "http://", printable(server, longest_address), port_rewrite ? "/" : ":",
+                  std::to_string(port), "/monitor");
+}
+
+Notice news_notice(News const& news, std::string_view monitor)
+{
+    Notice notice(news.subject, letter(concat(news.sentence, "\n"), monitor));
+    notice.summary = concat(utc_text(news.when), " ", news.sentence);
+    notice.written = news.when;
+    return notice;
+}
+
+Notice digest_notice(std::vector<News> const& news, std::size_t left_out, std::string_view monitor)
+{
+    if (news.size() == 1 && left_out == 0)
+        return news_notice(news.front(), monitor);
+    auto const count = std::to_string(news.size() + left_out);
+    auto content = concat("There were ", count, " changes of simulation servers:\n\n");
+    if (left_out > 0)
+        content += concat("(the first ", std::to_string(left_out), " are not listed)\n");
+    std::string summary;
+    for (auto const& each : news) {
+        content += concat(utc_text(each.when), "  ", each.sentence, "\n");
+        summary += concat(summary.empty() ? "" : " ", utc_text(each.when), " ", each.sentence);
+    }
+    content += '\n';
+    Notice notice(concat("Simulation servers: ", count, " changes"), letter(content, monitor));
+    notice.summary = printable(summary, longest_summary);
+    notice.written = news.back().when;
+    return notice;
+}
+
+std::string utc_text(WallTime when)
+{
+    using namespace std::chrono;
+    auto const day = floor<days>(when);
+    year_month_day const date(day);
+    hh_mm_ss const time(floor<seconds>(when - day));
+    char text[64];
+    std::snprintf(text, sizeof text, "%04d-%02u-%02u %02d:%02d:%02d UTC", static_cast<int>(date.year()),
+                  static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()),
+                  static_cast<int>(time.hours().count()), static_cast<int>(time.minutes().count()),
+                  static_cast<int>(time.seconds().count()));
+    return text;
+}
+
+} // namespace webots_cloud::core

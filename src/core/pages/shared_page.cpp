@@ -1,0 +1,63 @@
+#include "shared_page.hpp"
+
+#include "core/text.hpp"
+
+#include <charconv>
+#include <cstdint>
+
+namespace webots_cloud::core {
+namespace {
+
+/// FNV-1a: a tag only has to differ when the text does, and nobody gains by making it not.
+std::uint64_t digest(std::string_view text) noexcept
+{
+    std::uint64_t value = 0xcbf29ce484222325U;
+    for (char const byte : text)
+        value = (value ^ static_cast<unsigned char>(byte)) * 0x100000001b3U;
+    return value;
+}
+
+/// Weak, because the compressed body has the same.
+std::string tag_of(std::string_view text)
+{
+    char digits[16];
+    auto const end = std::to_chars(digits, digits + sizeof digits, digest(text), 16).ptr;
+    return concat("W/\"", std::string_view(digits, static_cast<std::size_t>(end - digits)), "\"");
+}
+
+/// Whether a client that sends this If-None-Match has what `tag` names.
+bool is_listed(std::string_view if_none_match, std::string_view tag)
+{
+    for (auto const part : split(if_none_match, ','))
+        if (auto const one = trim(part); one == tag || one == "*" || one == tag.substr(2))
+            return true;
+    return false;
+}
+
+} // namespace
+
+void SharedPage::set(std::string text)
+{
+    if (body_ && body_->text == text)
+        return;
+    tag_ = tag_of(text);
+    body_ = std::make_shared<SharedBody const>(std::move(text));
+}
+
+HttpResponse SharedPage::answer(std::string_view content_type, std::string_view if_none_match) const
+{
+    HttpResponse response;
+    if (is_listed(if_none_match, tag_)) {
+        response.status = 304;
+    } else {
+        response.content_type = content_type;
+        response.shared = body_;
+    }
+    // It may be kept, and has to be asked for again: the answer is short when nothing has changed.
+    response.headers.emplace_back("ETag", tag_);
+    response.headers.emplace_back("Cache-Control", "no-cache");
+    response.headers.emplace_back("Vary", "Accept-Encoding");
+    return response;
+}
+
+} // namespace webots_cloud::core

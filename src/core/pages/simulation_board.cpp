@@ -1,0 +1,135 @@
+#include "simulation_board.hpp"
+
+#include "core/json_text.hpp"
+#include "core/text.hpp"
+
+#include <algorithm>
+
+namespace webots_cloud::core {
+namespace {
+
+constexpr std::size_t most_points = 600;
+constexpr std::size_t world_bytes = 200;
+
+double seconds(Duration duration)
+{
+    return std::chrono::duration<double>(duration).count();
+}
+
+void append_row(std::string& text, SimulationRow const& row)
+{
+    text += text.back() == '[' ? "{" : ",{";
+    append_key(text, "id");
+    append_number(text, static_cast<double>(row.id), 0);
+    append_key(text, "world");
+    append_quoted(text, row.world);
+    append_key(text, "state");
+    append_quoted(text, row.state);
+    append_key(text, "age");
+    append_number(text, seconds(row.age), 0);
+    if (!row.log.empty()) {
+        append_key(text, "log");
+        append_quoted(text, row.log);
+    }
+    if (row.process != 0) {
+        append_key(text, "process");
+        append_number(text, row.process, 0);
+    }
+    if (row.cpu) {
+        append_key(text, "cpu");
+        append_number(text, *row.cpu, 1);
+    }
+    if (row.memory) {
+        append_key(text, "memory");
+        append_number(text, *row.memory, 1);
+    }
+    if (row.more) {
+        append_key(text, "more");
+        append_number(text, 1, 0);
+    }
+    text += '}';
+}
+
+} // namespace
+
+double process_cpu_percent(Duration used_before, Duration used_after, Duration between) noexcept
+{
+    if (used_after <= used_before || between <= Duration::zero())
+        return 0;
+    return 100 * seconds(used_after - used_before) / seconds(between);
+}
+
+std::string short_world(std::string_view url)
+{
+    constexpr std::size_t most = 1024;
+    auto text = printable(url.size() > most ? url.substr(url.size() - most) : url, 4 * most);
+    if (text.size() > world_bytes) {
+        auto from = text.size() - world_bytes + 3;
+        while (from < text.size() && (static_cast<unsigned char>(text[from]) & 0xc0) == 0x80)
+            ++from; // not from within a character
+        text = concat("\u2026", std::string_view(text).substr(from));
+    }
+    return text;
+}
+
+SimulationBoard::SimulationBoard() : history_(std::chrono::seconds(1))
+{
+    std::vector<std::string> names;
+    for (auto const name : MonitorSample::names())
+        names.emplace_back(name);
+    history_.set_series(names);
+}
+
+void SimulationBoard::take(MonitorSample const& sample, double load, TimePoint now, WallTime wall)
+{
+    sample_ = sample;
+    load_ = load;
+    wall_ = wall;
+    history_.add(sample.values(), now);
+}
+
+std::string SimulationBoard::begin(std::vector<SimulationRow> const& rows, std::size_t capacity) const
+{
+    std::string text = "{";
+    append_key(text, "now");
+    append_number(text, seconds(wall_.time_since_epoch()), 3);
+    append_key(text, "load");
+    append_number(text, load_, 2);
+    append_key(text, "count");
+    append_number(text, static_cast<double>(rows.size()), 0);
+    append_key(text, "capacity");
+    append_number(text, static_cast<double>(capacity), 0);
+    append_key(text, "simulations");
+    text += '[';
+    for (std::size_t i = 0; i < std::min(rows.size(), most_rows); ++i)
+        append_row(text, rows[i]);
+    return text + ']';
+}
+
+std::string SimulationBoard::update(std::vector<SimulationRow> const& rows, std::size_t capacity) const
+{
+    auto text = begin(rows, capacity);
+    append_key(text, "point");
+    append_numbers(text, sample_.values(), 3);
+    return text + '}';
+}
+
+std::string SimulationBoard::snapshot(std::vector<SimulationRow> const& rows, std::size_t capacity) const
+{
+    auto text = begin(rows, capacity);
+    append_key(text, "spacing");
+    append_number(text, seconds(history_.line(0, most_points).spacing), 3);
+    append_key(text, "series");
+    text += '[';
+    for (std::size_t i = 0; i < MonitorSample::figures; ++i) {
+        text += i == 0 ? "{" : ",{";
+        append_key(text, "name");
+        append_quoted(text, MonitorSample::names()[i]);
+        append_key(text, "history");
+        append_numbers(text, history_.line(i, most_points).values, i < 2 ? 0 : i < 9 ? 1 : 3);
+        text += '}';
+    }
+    return text + "]}";
+}
+
+} // namespace webots_cloud::core

@@ -1,0 +1,212 @@
+#include <webots_cloud/scheduler.hpp>
+
+#include "placement_fleet.hpp"
+#include "placement_log.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace webots_cloud {
+
+namespace {
+
+Failure unusable(std::string detail)
+{
+    return Failure(errc::invalid_argument, std::move(detail));
+}
+
+bool positive(double number)
+{
+    return std::isfinite(number) && number > 0;
+}
+
+} // namespace
+
+result<> validate(SchedulerParams const& params)
+{
+    if (!params.custom)
+        if (auto const policy = scheduling_policy(params.policy); policy.has_error())
+            return policy.error();
+    if (!positive(params.threshold))
+        return unusable("threshold: wanted a positive percentage");
+    if (!positive(params.memory_threshold))
+        return unusable("memory_threshold: wanted a positive percentage");
+    if (!positive(params.session_cost))
+        return unusable("session_cost: wanted a positive percentage");
+    if (params.session_memory != 0 && !positive(params.session_memory))
+        return unusable("session_memory: wanted a percentage, 0 or more");
+    if (params.placement_timeout < Duration::zero())
+        return unusable("placement_timeout: wanted 0 or more seconds");
+    if (params.report_lifetime < Duration::zero())
+        return unusable("report_lifetime: wanted 0 or more seconds");
+    if (params.slow_start < Duration::zero())
+        return unusable("slow_start: wanted 0 or more seconds");
+    return {};
+}
+
+struct Scheduler::Impl
+{
+    explicit Impl(SchedulerParams given)
+        : params(std::move(given)),
+          policy(params.custom ? params.custom : scheduling_policy(params.policy).value()), fleet(params),
+          log(placement::logged_decisions)
+    {}
+
+    void set_servers(std::vector<ServerSpec> const& servers)
+    {
+        std::vector<std::string_view> addresses;
+        for (ServerSpec const& server : servers)
+            addresses.push_back(*names.insert(server.address).first);
+        fleet.set_servers(servers, addresses);
+        forget_names(addresses);
+    }
+
+    /// Drops the addresses that neither the list nor the log mentions.
+    void forget_names(std::vector<std::string_view> const& listed)
+    {
+        std::set<std::string_view> used(listed.begin(), listed.end());
+        for (placement::Record const& record : log) {
+            used.insert(record.chosen);
+            for (auto const& entry : std::span(record.entries).first(record.entry_count))
+                used.insert(entry.machine.address);
+        }
+        std::erase_if(names, [&used](std::string const& name) { return !used.contains(name); });
+    }
+
+    placement::Record& next_record(TimePoint now)
+    {
+        std::uint64_t const id = ++last_decision;
+        placement::Record& record = log[id % log.size()];
+        // Neighbouring states give unrelated numbers: SplitMix64's own seed sequence.
+        record.begin(id, RandomSource(params.seed ^ (id << 32 | id >> 32))(), now, fleet);
+        return record;
+    }
+
+    result<Placement> place(TimePoint now)
+    {
+        fleet.expire(now);
+        placement::Record& record = next_record(now);
+        if (fleet.offered() == 0)
+            return Failure(errc::unavailable, "no simulation server available at the moment.");
+        RandomSource random(record.random);
+        placement::LiveSnapshot const snapshot(fleet, record);
+        std::size_t const position = policy(snapshot, random);
+        if (position >= fleet.offered())
+            return unusable("scheduling policy: chose machine " + std::to_string(position) + " of " +
+                            std::to_string(fleet.offered()));
+        std::size_t const slot = fleet.slot_at(position);
+        record.note(position, fleet.machine(slot).view());
+        record.chosen = fleet.machine(slot).address();
+        fleet.place(slot, now);
+        Placement placement;
+        placement.address = record.chosen;
+        placement.decision = record.id;
+        return placement;
+    }
+
+    SchedulerParams params;
+    SchedulingPolicy policy;
+    std::set<std::string, std::less<>> names;
+    placement::Fleet fleet;
+    std::vector<placement::Record> log;
+    std::uint64_t last_decision = 0;
+};
+
+Scheduler::Scheduler(SchedulerParams params)
+{
+    validate(params).value();
+    impl_ = std::make_unique<Impl>(std::move(params));
+}
+
+Scheduler::~Scheduler() = default;
+Scheduler::Scheduler(Scheduler&&) noexcept = default;
+Scheduler& Scheduler::operator=(Scheduler&&) noexcept = default;
+
+result<> Scheduler::set_limits(double threshold, Duration report_lifetime)
+{
+    auto params = impl_->params;
+    params.threshold = threshold;
+    params.report_lifetime = report_lifetime;
+    if (auto const usable = validate(params); !usable)
+        return usable;
+    impl_->params = std::move(params);
+    impl_->fleet.reassess();
+    return {};
+}
+
+void Scheduler::set_servers(std::vector<ServerSpec> const& servers)
+{
+    impl_->set_servers(servers);
+}
+
+void Scheduler::report(std::string_view server, LoadReport const& report, TimePoint now)
+{
+    impl_->fleet.report(server, report, now);
+}
+
+void Scheduler::lost(std::string_view server, TimePoint now)
+{
+    impl_->fleet.lost(server, now);
+}
+
+result<Placement> Scheduler::place(TimePoint now)
+{
+    return impl_->place(now);
+}
+
+bool Scheduler::available(TimePoint now) const
+{
+    impl_->fleet.expire(now);
+    return impl_->fleet.offered() != 0;
+}
+
+std::vector<Candidate> Scheduler::machines(TimePoint now) const
+{
+    impl_->fleet.expire(now);
+    std::vector<Candidate> machines;
+    machines.reserve(impl_->fleet.size());
+    for (std::size_t slot = 0; slot != impl_->fleet.size(); ++slot)
+        machines.push_back(impl_->fleet.machine(slot).view());
+    return machines;
+}
+
+std::uint64_t Scheduler::placed(std::string_view server) const
+{
+    return impl_->fleet.placed(server);
+}
+
+std::vector<Decision> Scheduler::decisions() const
+{
+    std::vector<Decision> decisions;
+    std::uint64_t const last = impl_->last_decision;
+    std::uint64_t const count = std::min<std::uint64_t>(last, impl_->log.size());
+    for (std::uint64_t id = last - count + 1; id <= last; ++id)
+        decisions.push_back(impl_->log[id % impl_->log.size()].decision(impl_->params.policy));
+    return decisions;
+}
+
+std::optional<Decision> Scheduler::explain(std::uint64_t decision) const
+{
+    placement::Record const& record = impl_->log[decision % impl_->log.size()];
+    if (decision == 0 || record.id != decision)
+        return std::nullopt;
+    return record.decision(impl_->params.policy);
+}
+
+result<std::string> Scheduler::replay(Decision const& decision) const
+{
+    if (decision.offered == 0)
+        return Failure(errc::unavailable, "no simulation server available at the moment.");
+    placement::RecordedSnapshot const snapshot(decision);
+    RandomSource random(decision.random);
+    std::size_t const position = impl_->policy(snapshot, random);
+    placement::RecordedSnapshot const& recorded = snapshot;
+    Decision::Entry const* const chosen = recorded.find(position);
+    if (recorded.missed() || chosen == nullptr)
+        return Failure(errc::not_found, "decision " + std::to_string(decision.id) +
+                                            " was recorded in part only: the fleet was too large");
+    return chosen->address;
+}
+
+} // namespace webots_cloud

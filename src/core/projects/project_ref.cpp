@@ -1,0 +1,105 @@
+#include <webots_cloud/project_ref.hpp>
+
+#include "repository_policy.hpp"
+#include "core/text.hpp"
+
+#include <webots_cloud/transport/http.hpp>
+
+#include <algorithm>
+
+namespace webots_cloud {
+namespace {
+
+using core::concat;
+
+bool is_alphanumeric(char c) noexcept
+{
+    return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z');
+}
+
+/// Owners and repositories: what forges allow, and nothing that could be an option, a hidden name or a path.
+bool is_forge_name(std::string_view name)
+{
+    return !name.empty() && name.size() <= 100 && name[0] != '-' && name[0] != '.' &&
+           std::all_of(name.begin(), name.end(),
+                       [](char c) { return is_alphanumeric(c) || c == '-' || c == '_' || c == '.'; });
+}
+
+/// Folders, files and parts of a ref: any text that is one harmless path segment.
+bool is_path_segment(std::string_view segment)
+{
+    auto const forbidden = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F || c == '\\'; };
+    return !segment.empty() && segment.size() <= 255 && segment != "." && segment != ".." &&
+           !equal_ignoring_case(segment, ".git") && core::is_utf8(segment) &&
+           std::none_of(segment.begin(), segment.end(), forbidden);
+}
+
+Failure bad_part(std::string_view what, std::string_view part)
+{
+    return {errc::invalid_url, concat("Wrong Webots simulation URL: \"", core::printable(part, 60), "\" is no ", what)};
+}
+
+} // namespace
+
+std::string ProjectRef::clone_url() const
+{
+    return concat(forge, "/", owner, "/", repository, ".git");
+}
+
+result<std::string> forge_of(std::string_view url, std::vector<std::string> const& forges)
+{
+    constexpr std::size_t longest_url = 2048;
+    if (url.size() > longest_url)
+        return Failure(errc::invalid_url, "Wrong Webots simulation URL: longer than 2048 characters");
+    auto const forge = std::find_if(forges.begin(), forges.end(), [&](std::string const& base) {
+        return url.size() > base.size() && url.starts_with(base) && url[base.size()] == '/';
+    });
+    if (forge == forges.end()) {
+        std::string expected;
+        for (auto const& base : forges)
+            expected += concat(expected.empty() ? "" : " or ", base, "/");
+        return Failure(errc::invalid_url,
+                       concat("Unsupported URL protocol: ", core::printable(url, 200), ". The URL must start with ",
+                              forges.empty() ? "the address of a forge, and none is configured" : expected));
+    }
+    return *forge;
+}
+
+result<ProjectRef> parse_world_url(std::string_view url, std::vector<std::string> const& forges)
+{
+    auto forge = forge_of(url, forges);
+    if (!forge)
+        return forge.error();
+    auto const location = core::without_query(url);
+    std::string path;
+    if (!core::percent_decode(location.substr(std::min(location.size(), forge->size() + 1)), path))
+        return Failure(errc::invalid_url, "Wrong Webots simulation URL: malformed percent-encoding");
+    auto const parts = core::split(path, '/');
+    if (parts.size() < 6)
+        return Failure(errc::invalid_url, "Wrong Webots simulation URL");
+    if (parts[2] != "blob" && parts[2] != "tree")
+        return Failure(errc::invalid_url, concat("Missing blob in Webots simulation URL, founds ", core::printable(parts[2], 60)));
+    if (parts[parts.size() - 2] != "worlds")
+        return Failure(errc::invalid_url, "Missing worlds folder in Webots simulation URL");
+    if (!parts.back().ends_with(".wbt") || parts.back().size() == 4)
+        return Failure(errc::invalid_url, "Missing world file in Webots simulation URL");
+
+    ProjectRef project;
+    project.forge = std::move(*forge);
+    project.owner = parts[0];
+    project.repository = parts[1];
+    project.world = parts.back();
+    if (!is_forge_name(project.owner))
+        return bad_part("name of an owner", project.owner);
+    if (!is_forge_name(project.repository) || core::without_dot_git(project.repository) != project.repository)
+        return bad_part("name of a repository", project.repository);
+    for (std::size_t i = 3; i < parts.size(); ++i)
+        if (!is_path_segment(parts[i]))
+            return bad_part("name of a branch, folder or file", parts[i]);
+    auto const first = static_cast<std::size_t>(parts[3].data() - path.data());
+    auto const last = static_cast<std::size_t>(parts[parts.size() - 2].data() - path.data()) - 1;
+    project.ref_and_folder = path.substr(first, last - first);
+    return project;
+}
+
+} // namespace webots_cloud

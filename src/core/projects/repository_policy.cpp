@@ -1,0 +1,322 @@
+#include "repository_policy.hpp"
+
+#include "core/git/git_object_id.hpp"
+#include "core/text.hpp"
+
+#include <webots_cloud/project_ref.hpp>
+#include <webots_cloud/transport/http.hpp>
+
+#include <algorithm>
+#include <array>
+
+namespace webots_cloud::core {
+namespace {
+
+using Segments = std::vector<std::string>;
+
+/// Segments after the forge's own: owner, repository, kind, then the ref and what is in it.
+constexpr std::size_t repository_at = 1;
+constexpr std::size_t kind_at = 2;
+constexpr std::size_t ref_at = 3;
+
+/// An address in the form in which addresses are compared.
+struct Location
+{
+    std::string scheme; ///< In lower case; empty: none.
+    std::string host;   ///< In lower case, with its port unless that is the usual one of the scheme.
+    Segments path;
+};
+
+std::string lower_case(std::string_view text)
+{
+    std::string lower(text);
+    for (auto& c : lower)
+        if (c >= 'A' && c <= 'Z')
+            c = static_cast<char>(c - 'A' + 'a');
+    return lower;
+}
+
+Segments normal_segments(std::string_view path)
+{
+    Segments segments;
+    for (auto const part : split(path, '/')) {
+        if (part == ".." && !segments.empty())
+            segments.pop_back();
+        else if (!part.empty() && part != "." && part != "..")
+            segments.emplace_back(part);
+    }
+    return segments;
+}
+
+std::string normal_host(std::string_view authority, std::string_view scheme)
+{
+    auto host = authority.substr(authority.rfind('@') + 1); // npos + 1 is 0: no user is named
+    std::string_view const usual_port = scheme == "https" ? ":443" : scheme == "http" ? ":80" : "";
+    if (host.ends_with(usual_port))
+        host.remove_suffix(usual_port.size());
+    while (host.ends_with('.'))
+        host.remove_suffix(1);
+    return lower_case(host);
+}
+
+/// `decoded`: no percent-encodings are left.
+Location location_of(std::string_view decoded)
+{
+    Location location;
+    constexpr std::string_view mark = "://";
+    if (auto const end = decoded.find(mark); end != std::string_view::npos) {
+        location.scheme = lower_case(decoded.substr(0, end));
+        decoded.remove_prefix(end + mark.size());
+    }
+    auto const slash = std::min(decoded.find('/'), decoded.size());
+    location.host = normal_host(decoded.substr(0, slash), location.scheme);
+    location.path = normal_segments(decoded.substr(slash));
+    return location;
+}
+
+std::optional<Location> location_of_rule(std::string_view rule)
+{
+    std::string decoded;
+    if (!percent_decode(without_query(trim(rule)), decoded))
+        return std::nullopt;
+    auto location = location_of(decoded);
+    if (location.host.empty() && location.scheme.empty())
+        return std::nullopt;
+    return location;
+}
+
+/// `https://` and `https:`, as a prefix of everything that begins so.
+bool is_scheme_of(Location const& rule, Location const& forge)
+{
+    if (!rule.path.empty() || forge.scheme.empty())
+        return false;
+    return rule.host.empty() ? rule.scheme == forge.scheme : concat(forge.scheme, ":") == rule.host;
+}
+
+/// What a world's address says after that of its forge.
+Segments segments_of_world(std::string_view url, std::string_view forge)
+{
+    if (auto const world = parse_world_url(url, {std::string(forge)})) {
+        Segments segments{world->owner, world->repository, "blob"};
+        for (auto const part : split(world->ref_and_folder, '/'))
+            segments.emplace_back(part);
+        segments.emplace_back("worlds");
+        segments.push_back(world->world);
+        return segments;
+    }
+    // It will be refused, but a person should learn first that the repository is.
+    auto const rest = without_query(url.substr(std::min(url.size(), forge.size())));
+    std::string decoded;
+    if (!percent_decode(rest, decoded))
+        decoded = rest;
+    auto segments = normal_segments(decoded);
+    if (segments.size() > repository_at)
+        segments[repository_at] = without_dot_git(segments[repository_at]);
+    return segments;
+}
+
+using Same = bool (*)(std::string_view, std::string_view);
+
+bool same_without_case(std::string_view left, std::string_view right)
+{
+    return equal_ignoring_case(left, right);
+}
+
+bool same_exactly(std::string_view left, std::string_view right)
+{
+    return left == right;
+}
+
+bool begins_with(Segments const& all, Segments const& beginning, Same same)
+{
+    return beginning.size() <= all.size() &&
+           std::equal(beginning.begin(), beginning.end(), all.begin(), same);
+}
+
+/// What is left of a rule's segments after those of the forge; nothing: it is about something else. A rule
+/// that names the forge, or what the forge is on, leaves none.
+std::optional<Segments> segments_on_forge(Location const& rule, Location const& forge, Same same)
+{
+    if (begins_with(forge.path, rule.path, same))
+        return Segments();
+    if (!begins_with(rule.path, forge.path, same))
+        return std::nullopt;
+    Segments rest(rule.path.begin() + static_cast<std::ptrdiff_t>(forge.path.size()), rule.path.end());
+    if (rest.size() > repository_at)
+        rest[repository_at] = without_dot_git(rest[repository_at]);
+    return rest;
+}
+
+/// Forges that are known to take `Owner/Repository` and `owner/repository` for the same.
+bool ignores_case(Location const& forge)
+{
+    constexpr std::array<std::string_view, 5> known{"github.com", "gitlab.com", "bitbucket.org",
+                                                    "codeberg.org", "gitee.com"};
+    return forge.path.empty() && std::find(known.begin(), known.end(), forge.host) != known.end();
+}
+
+bool is_kind(std::string_view segment)
+{
+    return segment == "blob" || segment == "tree";
+}
+
+std::string_view without_www(std::string_view host)
+{
+    constexpr std::string_view www = "www.";
+    return host.starts_with(www) ? host.substr(www.size()) : host;
+}
+
+/// Which branch it is on nobody knows before the forge is asked.
+bool may_be_any_branch(Segments const& ref)
+{
+    return !ref.empty() && (ref.front() == "HEAD" || git_object_id(ref.front()).has_value());
+}
+
+/// Without `refs/heads/` and `refs/tags/`, so often as it is there.
+Segments short_ref(Segments ref)
+{
+    while (ref.size() > 2 && ref[0] == "refs" && (ref[1] == "heads" || ref[1] == "tags"))
+        ref.erase(ref.begin(), ref.begin() + 2);
+    return ref;
+}
+
+/// `rule` and `world`: a ref, and what follows it.
+bool blocks_ref(Segments const& rule, Segments const& world)
+{
+    if (begins_with(world, rule, same_exactly))
+        return true;
+    auto const brief_rule = short_ref(rule);
+    auto const brief_world = short_ref(world);
+    if (may_be_any_branch(brief_rule) || may_be_any_branch(brief_world)) {
+        auto const both_are_hashes = !brief_rule.empty() && !brief_world.empty() &&
+                                     git_object_id(brief_rule.front()) && git_object_id(brief_world.front());
+        return !both_are_hashes || begins_with(brief_world, brief_rule, same_without_case);
+    }
+    return begins_with(brief_world, brief_rule, same_exactly) ||
+           begins_with(world, brief_rule, same_exactly) || begins_with(brief_world, rule, same_exactly);
+}
+
+Segments from(Segments const& segments, std::size_t first)
+{
+    return {segments.begin() + static_cast<std::ptrdiff_t>(std::min(first, segments.size())), segments.end()};
+}
+
+/// What rules are compared with.
+struct World
+{
+    World(std::string_view url, std::string_view forge)
+        : place(location_of(forge)), segments(segments_of_world(url, forge))
+    {}
+
+    Location place; ///< Of the forge.
+    Segments segments;
+};
+
+bool rule_allows(std::string_view rule, World const& world)
+{
+    auto const named = location_of_rule(rule);
+    if (!named)
+        return false;
+    if (is_scheme_of(*named, world.place))
+        return true;
+    if (named->scheme != world.place.scheme || named->host != world.place.host)
+        return false;
+    auto const wanted = segments_on_forge(*named, world.place, same_exactly);
+    auto const& found = world.segments;
+    if (!wanted || wanted->size() > found.size())
+        return false;
+    auto const same_name = ignores_case(world.place) ? same_without_case : same_exactly;
+    for (std::size_t i = 0; i < wanted->size(); ++i) {
+        auto const& mine = (*wanted)[i];
+        auto const same = i < kind_at    ? same_name(mine, found[i])
+                          : i == kind_at ? is_kind(mine) && is_kind(found[i])
+                                         : mine == found[i];
+        if (!same)
+            return false;
+    }
+    return true;
+}
+
+bool rule_blocks(std::string_view rule, World const& world)
+{
+    auto const named = location_of_rule(rule);
+    if (!named)
+        return false;
+    if (is_scheme_of(*named, world.place))
+        return true;
+    if (without_www(named->host) != without_www(world.place.host))
+        return false;
+    auto const wanted = segments_on_forge(*named, world.place, same_without_case);
+    auto const& found = world.segments;
+    if (!wanted)
+        return false;
+    auto const names = std::min(wanted->size(), kind_at);
+    if (found.size() < names ||
+        !std::equal(wanted->begin(), wanted->begin() + static_cast<std::ptrdiff_t>(names), found.begin(),
+                    same_without_case))
+        return false;
+    // Whatever page of the forge the rule was copied from: /blob/, /tree/, /commits/, /-/tree/.
+    auto const dash = wanted->size() > kind_at && (*wanted)[kind_at] == "-" ? 1u : 0u;
+    auto const ref = from(*wanted, ref_at + dash);
+    if (ref.empty())
+        return true;
+    auto const is_git = world.place.scheme == "http" || world.place.scheme == "https";
+    if (!is_git) // a plain folder is the same, whatever its branch is called
+        return begins_with(from(found, ref_at + 1), from(ref, 1), same_exactly);
+    return blocks_ref(ref, from(found, ref_at));
+}
+
+} // namespace
+
+std::string_view without_dot_git(std::string_view name) noexcept
+{
+    constexpr std::string_view suffix = ".git";
+    if (name.size() > suffix.size() && equal_ignoring_case(name.substr(name.size() - suffix.size()), suffix))
+        name.remove_suffix(suffix.size());
+    return name;
+}
+
+bool allows(std::string_view rule, std::string_view url, std::string_view forge)
+{
+    return rule_allows(rule, World(url, forge));
+}
+
+bool blocks(std::string_view rule, std::string_view url, std::string_view forge)
+{
+    return rule_blocks(rule, World(url, forge));
+}
+
+bool is_on_forge(std::string_view rule, std::string_view forge)
+{
+    auto const named = location_of_rule(rule);
+    auto const place = location_of(forge);
+    if (!named)
+        return false;
+    return is_scheme_of(*named, place) || (without_www(named->host) == without_www(place.host) &&
+                                           segments_on_forge(*named, place, same_without_case));
+}
+
+std::optional<std::string> refusal(RepositoryPolicy const& policy, std::string_view url,
+                                   std::string_view forge, double load)
+{
+    World const world(url, forge);
+    auto const& allowed = policy.allowed;
+    if (std::any_of(allowed.begin(), allowed.end(),
+                    [&](auto const& rule) { return rule_allows(rule, world); }))
+        return std::nullopt;
+    if (!policy.docker)
+        return "Docker not enabled: cannot host simulations from repositories outside of "
+               "\"allowedRepositories\".";
+    if (policy.share_idle_time == 0)
+        return "This simulation server is not configured to share idle time.";
+    if (load > policy.share_idle_time)
+        return concat("Cannot share idle time when current load is above threshold: ", python_float(load),
+                      ".");
+    auto const& blocked = policy.blocked;
+    if (std::any_of(blocked.begin(), blocked.end(),
+                    [&](auto const& rule) { return rule_blocks(rule, world); }))
+        return concat("Cannot run simulation from blocked repository: ", url);
+    return std::nullopt;
+}
+
+} // namespace webots_cloud::core

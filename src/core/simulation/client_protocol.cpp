@@ -1,0 +1,123 @@
+#include "client_protocol.hpp"
+
+#include "core/git/git_names.hpp"
+#include "core/text.hpp"
+
+#include <boost/json/object.hpp>
+#include <boost/json/parse.hpp>
+
+#include <algorithm>
+
+namespace webots_cloud::core {
+namespace {
+
+namespace json = boost::json;
+
+std::string authority(PublicAddress const& address, std::uint16_t port)
+{
+    return concat(address.host, address.port_rewrite ? "/" : ":", std::to_string(port));
+}
+
+ClientMessage read_start(json::value const& value)
+{
+    auto const* start = value.if_object();
+    if (!start)
+        return MalformedMessage{"\"start\" must be an object with a \"url\""};
+    auto const* url = start->if_contains("url");
+    if (!url || !url->is_string())
+        return MalformedMessage{"\"start\" must have a \"url\" that is a string"};
+    StartMessage message;
+    message.url = url->get_string();
+    if (auto const* mode = start->if_contains("mode"); mode && !mode->is_null()) {
+        if (!mode->is_string())
+            return MalformedMessage{"the \"mode\" of \"start\" must be a string"};
+        message.mode = mode->get_string();
+    }
+    return SimulationRequest(std::move(message));
+}
+
+ClientMessage read_reset_controller(json::value const& value)
+{
+    constexpr std::size_t longest = 1024;
+    auto const* file = value.if_string();
+    auto const parts = file ? split(*file, '/') : std::vector<std::string_view>();
+    if (parts.size() < 2 || file->size() > longest || !std::all_of(parts.begin(), parts.end(), is_safe_file_name))
+        return MalformedMessage{"\"reset controller\" must be \"<controller>/<file>\""};
+    return ResetControllerMessage{std::string(*file)};
+}
+
+ClientMessage read_reconnect(json::value const& value)
+{
+    auto const* token = value.if_string();
+    if (!token)
+        return MalformedMessage{"\"reconnect\" must be the token that the server gave"};
+    return ReconnectMessage{std::string(*token)};
+}
+
+ClientMessage read_init(json::value const& value)
+{
+    auto const* list = value.if_array();
+    if (!list || !std::all_of(list->begin(), list->end(), [](json::value const& element) { return element.is_string(); }))
+        return MalformedMessage{"\"init\" must be a list of strings"};
+    std::vector<std::string> elements;
+    for (auto const& element : *list)
+        elements.emplace_back(element.get_string());
+    auto project = parse_init(elements);
+    if (!project)
+        return MalformedMessage{project.error().message()};
+    return SimulationRequest(std::move(*project));
+}
+
+} // namespace
+
+ClientMessage parse_client_message(std::string_view text)
+{
+    boost::system::error_code error;
+    auto const value = json::parse(text, error); // at most 32 levels deep
+    if (error)
+        return MalformedMessage{concat("this message is not JSON (", error.message(), ")")};
+    auto const* object = value.if_object();
+    if (!object)
+        return MalformedMessage{"a message must be a JSON object"};
+    if (auto const* reset = object->if_contains("reset controller"))
+        return read_reset_controller(*reset);
+    if (auto const* reconnect = object->if_contains("reconnect"))
+        return read_reconnect(*reconnect);
+    if (auto const* init = object->if_contains("init"))
+        return read_init(*init);
+    if (auto const* start = object->if_contains("start"))
+        return read_start(*start);
+    return UnknownMessage{};
+}
+
+std::string world_of(SimulationRequest const& request)
+{
+    if (auto const* project = std::get_if<WebsiteProject>(&request))
+        return project->url();
+    return std::get<StartMessage>(request).url;
+}
+
+std::string error_message(std::string_view text) { return concat("loading: Error: ", text); }
+
+std::string loading_message(std::string_view text) { return concat("loading: ", text); }
+
+std::string shutdown_timeout_message(std::int64_t seconds)
+{
+    return concat("shutdownTimeout: ", std::to_string(seconds));
+}
+
+std::string reset_controller_message(std::string_view file) { return concat("reset controller: ", file); }
+
+std::string reconnect_token_message(std::string_view token) { return concat("reconnectToken: ", token); }
+
+std::string webots_message(PublicAddress const& address, std::uint16_t port)
+{
+    return concat("webots:", address.ssl ? "wss://" : "ws://", authority(address, port));
+}
+
+std::string public_http_url(PublicAddress const& address, std::uint16_t port)
+{
+    return concat(address.ssl ? "https://" : "http://", authority(address, port));
+}
+
+} // namespace webots_cloud::core

@@ -1,0 +1,53 @@
+// Counts how starts of simulations ended, and how long their stages took, for /metrics.
+#pragma once
+
+#include "core/pages/metrics_text.hpp"
+
+#include <webots_cloud/error.hpp>
+#include <webots_cloud/time.hpp>
+
+#include <cstdint>
+#include <map>
+#include <string_view>
+
+namespace webots_cloud::core {
+
+/// The stages of a start, in order.
+enum class StartStage
+{
+    fetch,  ///< From the request to the project on disk.
+    launch, ///< From there to the running program.
+    ready   ///< From there to the loaded world.
+};
+
+/// Why a start failed, as a label: one of a small fixed set.
+std::string_view start_failure_label(Failure const& failure) noexcept;
+
+class StartFigures
+{
+public:
+    void arrived() { ++arrivals_; } ///< A browser asked for a simulation.
+    void passed(StartStage stage, Duration took);
+    void failed(Failure const& failure) { ++failed_[start_failure_label(failure)]; }
+    void abandoned() { ++abandoned_; } ///< The browser left before it was ready.
+
+    std::uint64_t arrivals() const noexcept { return arrivals_; }
+    /// Starts that failed or were abandoned.
+    std::uint64_t lost() const noexcept;
+
+    void write(MetricsText& text) const;
+
+private:
+    struct Sum
+    {
+        std::uint64_t count = 0;
+        double seconds = 0;
+    };
+
+    std::uint64_t arrivals_ = 0;
+    std::map<StartStage, Sum> stages_;
+    std::map<std::string_view, std::uint64_t> failed_;
+    std::uint64_t abandoned_ = 0;
+};
+
+} // namespace webots_cloud::core

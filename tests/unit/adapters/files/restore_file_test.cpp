@@ -1,0 +1,106 @@
+#include "unit_test.hpp"
+
+#include "adapters/files/restore_file.hpp"
+
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+
+using namespace webots_cloud;
+using adapters::restore_file;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A fetched project, what a simulation made of it, and something outside.
+struct Fixture
+{
+    Fixture()
+    {
+        std::string name = (fs::temp_directory_path() / "webots_cloud_restore_XXXXXX").string();
+        folder = ::mkdtemp(name.data());
+        for (auto const* part : {"from/controllers/walk", "to/controllers/walk", "outside"})
+            fs::create_directories(folder / part);
+        write("from/controllers/walk/walk.py", "pristine");
+        write("to/controllers/walk/walk.py", "changed");
+        write("outside/walk.py", "secret");
+    }
+    ~Fixture() { fs::remove_all(folder); }
+
+    void write(std::string const& path, std::string const& text) const { std::ofstream(folder / path) << text; }
+
+    std::string read(std::string const& path) const
+    {
+        std::ifstream file(folder / path);
+        return {std::istreambuf_iterator<char>(file), {}};
+    }
+
+    result<> restore(std::string const& file = "controllers/walk/walk.py") const
+    {
+        return restore_file(folder / "from", folder / "to", file);
+    }
+
+    fs::path folder;
+};
+
+} // namespace
+
+// Protocol section 4.1.1, item 1, and quirk Q26.
+BOOST_FIXTURE_TEST_SUITE(restoring_files, Fixture)
+
+BOOST_AUTO_TEST_CASE(a_file_is_put_back_with_its_permissions)
+{
+    fs::permissions(folder / "from/controllers/walk/walk.py", fs::perms(0755));
+    BOOST_TEST(restore().has_value());
+    BOOST_TEST(read("to/controllers/walk/walk.py") == "pristine");
+    BOOST_TEST((fs::status(folder / "to/controllers/walk/walk.py").permissions() == fs::perms(0755)));
+    BOOST_TEST(std::distance(fs::directory_iterator(folder / "to/controllers/walk"), {}) == 1);
+}
+
+BOOST_AUTO_TEST_CASE(a_file_or_folder_that_was_removed_comes_back)
+{
+    fs::remove_all(folder / "to/controllers");
+    BOOST_TEST(restore().has_value());
+    BOOST_TEST(read("to/controllers/walk/walk.py") == "pristine");
+}
+
+BOOST_AUTO_TEST_CASE(a_file_that_the_project_never_had_is_not_found)
+{
+    write("to/controllers/walk/new.py", "new");
+    BOOST_TEST((restore("controllers/walk/new.py").error() == errc::not_found));
+    BOOST_TEST((restore("controllers/walk").error() == errc::not_found)); // a folder is no file
+    BOOST_TEST(read("to/controllers/walk/new.py") == "new");
+}
+
+BOOST_AUTO_TEST_CASE(links_that_a_simulation_made_lead_nowhere)
+{
+    fs::remove(folder / "to/controllers/walk/walk.py");
+    fs::create_symlink(folder / "outside/walk.py", folder / "to/controllers/walk/walk.py");
+    BOOST_TEST(restore().has_value()); // the link is replaced, not followed
+    BOOST_TEST(read("outside/walk.py") == "secret");
+    BOOST_TEST(read("to/controllers/walk/walk.py") == "pristine");
+    fs::remove_all(folder / "to/controllers/walk");
+    fs::create_symlink(folder / "outside", folder / "to/controllers/walk");
+    BOOST_TEST(restore().has_error());
+    BOOST_TEST(read("outside/walk.py") == "secret");
+}
+
+BOOST_AUTO_TEST_CASE(links_of_the_project_are_not_read)
+{
+    fs::remove(folder / "from/controllers/walk/walk.py");
+    fs::create_symlink(folder / "outside/walk.py", folder / "from/controllers/walk/walk.py");
+    BOOST_TEST((restore().error() == errc::not_found));
+    BOOST_TEST(read("to/controllers/walk/walk.py") == "changed");
+}
+
+BOOST_AUTO_TEST_CASE(a_left_over_of_an_interrupted_restore_is_in_nobodys_way)
+{
+    fs::create_symlink(folder / "outside/walk.py", folder / "to/controllers/walk/.webots_cloud-reset");
+    BOOST_TEST(restore().has_value());
+    BOOST_TEST(read("outside/walk.py") == "secret");
+    BOOST_TEST(read("to/controllers/walk/walk.py") == "pristine");
+}
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -1,0 +1,234 @@
+#include "unit_test.hpp"
+
+#include "adapters/http/name_resolver.hpp"
+
+#include <boost/asio/bind_cancellation_slot.hpp>
+#include <boost/asio/cancellation_signal.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/use_future.hpp>
+
+#include <atomic>
+#include <future>
+#include <latch>
+#include <optional>
+#include <string>
+#include <vector>
+
+using namespace webots_cloud;
+using namespace std::chrono_literals;
+using adapters::Addresses;
+using adapters::NameResolver;
+namespace asio = boost::asio;
+
+namespace {
+
+/// Knows every name but those that begin with "hole": these are answered when `release` is called, like all
+/// others.
+class Names
+{
+public:
+    result<Addresses> operator()(std::string const& name) const
+    {
+        ++state_->lookups;
+        if (name.starts_with("hole"))
+            state_->released.wait();
+        if (name.ends_with("nobody"))
+            return Failure(errc::unreachable, "nobody knows it");
+        return Addresses{asio::ip::make_address("192.0.2.1")};
+    }
+
+    void release() const
+    {
+        if (!state_->released.try_wait())
+            state_->released.count_down();
+    }
+
+    int lookups() const { return state_->lookups; }
+
+private:
+    struct State
+    {
+        std::latch released{1};
+        std::atomic<int> lookups = 0;
+    };
+
+    std::shared_ptr<State> state_ = std::make_shared<State>();
+};
+
+adapters::NameResolverParams params_of(std::size_t threads, Duration slow_after)
+{
+    adapters::NameResolverParams params;
+    params.threads = threads;
+    params.slow_threads = 1;
+    params.slow_after = slow_after;
+    return params;
+}
+
+struct Fixture
+{
+    explicit Fixture(adapters::NameResolverParams params = {})
+        : resolver(std::in_place, context.get_executor(), names, params)
+    {}
+    ~Fixture() { names.release(); }
+
+    using Outcome = std::shared_ptr<std::optional<result<Addresses>>>;
+
+    /// Asks; the outcome comes while the context runs.
+    Outcome ask(std::string name, Duration patience = 1h, asio::cancellation_slot slot = {})
+    {
+        auto const outcome = std::make_shared<std::optional<result<Addresses>>>();
+        auto finished = [outcome](std::exception_ptr failure, result<Addresses> addresses) {
+            if (!failure)
+                *outcome = std::move(addresses);
+        };
+        asio::co_spawn(context,
+                       resolver->resolve(std::move(name), std::chrono::steady_clock::now() + patience),
+                       asio::bind_cancellation_slot(slot, finished));
+        return outcome;
+    }
+
+    void run_until(Outcome const& outcome)
+    {
+        auto const end =
+            std::chrono::steady_clock::now() + 30s; // only how long a broken resolver is waited for
+        context.restart();                          // it stops whenever there is nothing left to do
+        while (!*outcome && std::chrono::steady_clock::now() < end)
+            context.run_one_for(1s);
+        BOOST_TEST_REQUIRE(outcome->has_value());
+    }
+
+    asio::io_context context{1};
+    Names names;
+    std::optional<NameResolver> resolver;
+};
+
+} // namespace
+
+BOOST_AUTO_TEST_SUITE(name_resolver)
+
+BOOST_AUTO_TEST_CASE(a_name_that_hangs_delays_no_other)
+{
+    Fixture fixture;
+    auto const hanging = fixture.ask("hole.example.org");
+    for (int i = 0; i < 3; ++i) {
+        auto const good = fixture.ask("good.example.org");
+        fixture.run_until(good);
+        BOOST_TEST((**good)->front().to_string() == "192.0.2.1");
+    }
+    BOOST_TEST(!hanging->has_value());
+    fixture.names.release();
+    fixture.run_until(hanging);
+    BOOST_TEST((*hanging)->has_value());
+}
+
+BOOST_AUTO_TEST_CASE(whoever_asks_for_a_name_that_hangs_waits_until_the_own_deadline)
+{
+    Fixture fixture;
+    auto const hasty = fixture.ask("hole", 0s);
+    fixture.run_until(hasty);
+    BOOST_TEST(((*hasty)->error() == errc::unreachable));
+    BOOST_TEST((*hasty)->error().message() == "the name hole can't be resolved: no answer in time");
+}
+
+BOOST_AUTO_TEST_CASE(a_name_is_looked_up_once_for_all_who_ask_meanwhile_and_again_for_later_ones)
+{
+    Fixture fixture;
+    auto const first = fixture.ask("hole");
+    auto const second = fixture.ask("hole");
+    fixture.run_until(fixture.ask("good"));
+    fixture.names.release();
+    fixture.run_until(first);
+    fixture.run_until(second);
+    BOOST_TEST(fixture.names.lookups() == 2);
+    fixture.run_until(fixture.ask("hole"));
+    BOOST_TEST(fixture.names.lookups() == 3);
+}
+
+BOOST_AUTO_TEST_CASE(beyond_the_most_threads_names_wait_for_their_turn_unless_nobody_wants_them_any_more)
+{
+    Fixture fixture(params_of(1, 1h));
+    auto const hanging = fixture.ask("hole");
+    fixture.run_until(fixture.ask("forgotten", 0s));
+    auto const patient = fixture.ask("good");
+    fixture.context.restart();
+    fixture.context.poll();
+    BOOST_TEST(!patient->has_value());
+    fixture.names.release();
+    fixture.run_until(patient);
+    BOOST_TEST((*patient)->has_value());
+    BOOST_TEST((*hanging)->has_value());
+    BOOST_TEST(fixture.names.lookups() == 2);
+}
+
+BOOST_AUTO_TEST_CASE(names_that_hang_give_their_threads_up_after_a_moment)
+{
+    Fixture fixture(params_of(2, 10ms));
+    std::vector<Fixture::Outcome> hanging;
+    for (int i = 0; i < 4; ++i)
+        hanging.push_back(fixture.ask("hole" + std::to_string(i)));
+    auto const good = fixture.ask("good");
+    fixture.run_until(good);
+    BOOST_TEST((*good)->has_value());
+    for (auto const& outcome : hanging)
+        BOOST_TEST(!outcome->has_value());
+    fixture.names.release();
+    for (auto const& outcome : hanging) {
+        fixture.run_until(outcome);
+        BOOST_TEST((*outcome)->has_value());
+    }
+}
+
+BOOST_AUTO_TEST_CASE(a_name_that_hung_is_left_alone_for_a_while_and_its_last_addresses_serve)
+{
+    Fixture fixture(params_of(64, 0s));
+    auto const slow = fixture.ask("hole");
+    auto const dead = fixture.ask("hole of nobody");
+    fixture.context.poll();
+    fixture.run_until(
+        fixture.ask("hole", 0s)); // whose deadline comes after the moment from which they are slow
+    fixture.names.release();
+    fixture.run_until(slow);
+    fixture.run_until(dead);
+    auto const lookups = fixture.names.lookups();
+    auto const again = fixture.ask("hole");
+    fixture.run_until(again);
+    BOOST_TEST((**again)->front().to_string() == "192.0.2.1");
+    auto const in_vain = fixture.ask("hole of nobody");
+    fixture.run_until(in_vain);
+    BOOST_TEST((*in_vain)->error().message() == "the name hole of nobody can't be resolved: no answer the "
+                                                "last time; it will be looked up again in a moment");
+    BOOST_TEST(fixture.names.lookups() == lookups);
+}
+
+BOOST_AUTO_TEST_CASE(what_the_lookup_says_is_the_answer)
+{
+    Fixture fixture;
+    auto const unknown = fixture.ask("nobody");
+    fixture.run_until(unknown);
+    BOOST_TEST((*unknown)->error().message() == "nobody knows it");
+}
+
+BOOST_AUTO_TEST_CASE(who_is_cancelled_waits_no_longer_and_a_lookup_that_hangs_outlives_its_resolver)
+{
+    Fixture fixture;
+    asio::cancellation_signal cancel;
+    auto const hanging = fixture.ask("hole", 1h, cancel.slot());
+    fixture.context.poll();
+    cancel.emit(asio::cancellation_type::terminal);
+    fixture.run_until(hanging);
+    BOOST_TEST(((*hanging)->error().code() == asio::error::operation_aborted));
+    fixture.resolver.reset();
+}
+
+BOOST_AUTO_TEST_CASE(the_computers_own_lookup_knows_localhost_and_names_what_it_does_not_know)
+{
+    auto const known = adapters::look_up("localhost");
+    BOOST_TEST_REQUIRE(known.has_value());
+    BOOST_TEST(known->front().is_loopback());
+    auto const unknown = adapters::look_up(std::string(300, 'x')); // too long for any server to be asked
+    BOOST_TEST((unknown.error() == errc::unreachable));
+    BOOST_TEST(unknown.error().message().starts_with("the name xxx"));
+}
+
+BOOST_AUTO_TEST_SUITE_END()

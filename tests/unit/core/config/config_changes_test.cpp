@@ -1,0 +1,78 @@
+#include "unit_test.hpp"
+
+#include "core/config/config_changes.hpp"
+
+using namespace webots_cloud;
+using core::keys_for_restart;
+
+namespace {
+
+using Keys = std::vector<std::string_view>;
+
+SessionConfig session(std::string_view text)
+{
+    return parse_session_config(text, "c.json").value().config;
+}
+
+SimulationConfig simulation(std::string_view text)
+{
+    return parse_simulation_config(text, "c.json").value().config;
+}
+
+} // namespace
+
+// The keys of protocol sections 8.1 and 8.2 at SIGHUP, which is ours.
+BOOST_AUTO_TEST_SUITE(config_changes)
+
+BOOST_AUTO_TEST_CASE(a_session_server_takes_over_servers_mail_polling_and_addresses)
+{
+    auto const running = session(R"({"port":1,"simulationServers":[]})");
+    BOOST_TEST(keys_for_restart(running, running).empty());
+    auto const next =
+        session(R"({"port":1,"simulationServers":["a:1"],"server":"s","ssl":false,"portRewrite":false,
+        "administrator":"a@b","mailServer":"m","mailServerPort":25,"mailSender":"s@b","mailSenderUser":"u","mailSenderPassword":"p",
+        "loadRefresh":1,"loadTimeout":1,"loadThreshold":50,"decisionsForAll":true,"viewerUrl":"u","sessionBurst":1,"sessionRate":1,
+        "hostNames":["h"],"allowedOrigins":["*"],"frameAncestors":[],"monitorPassword":"p","operatorTokenFile":"t"})");
+    BOOST_TEST(keys_for_restart(running, next).empty());
+}
+
+BOOST_AUTO_TEST_CASE(what_a_session_server_does_not_take_over_is_named)
+{
+    auto const running = session(R"({"port":1,"simulationServers":[]})");
+    auto const next = session(
+        R"({"port":2,"simulationServers":[],"sslCertificate":"c","sslKey":"k","connectionsPerAddress":5,
+        "trustedProxies":[],"operatorSocket":"/s",
+        "logDir":"l","debug":true,"logFormat":"json","scheduling":"random","placementTimeout":1})");
+    BOOST_TEST(keys_for_restart(running, next) ==
+                   (Keys{"port", "sslCertificate", "sslKey", "connectionsPerAddress", "operatorSocket",
+                         "trustedProxies", "logDir", "debug", "logFormat", "scheduling", "placementTimeout"}),
+               boost::test_tools::per_element());
+}
+
+BOOST_AUTO_TEST_CASE(a_simulation_server_takes_over_its_policy_and_texts)
+{
+    auto const next = simulation(
+        R"({"allowedRepositories":["https://a"],"blockedRepositories":["https://b"],"shareIdleTime":1,
+        "simulationsPerAddress":3,"title":"t","description":"d"})");
+    BOOST_TEST(keys_for_restart(SimulationConfig(), next).empty());
+}
+
+BOOST_AUTO_TEST_CASE(what_a_simulation_server_does_not_take_over_is_named)
+{
+    auto const next = simulation(
+        R"({"port":2,"server":"s","ssl":false,"portRewrite":false,"docker":true,"dockerDir":"/d",
+        "dockerImages":"i","projectDockerfiles":true,"persistantDockerImages":[],"forges":[],"notify":[],
+        "cacheSize":1,"stateDir":"s","fetchMemory":256,"fetchDisk":1,"webotsHome":"w","display":":1","maxConnections":1,"timeout":400,
+        "startTimeout":1,"reconnectGrace":5,
+        "projectsDir":"p","keyDir":"k","multimediaServer":"m","multimediaStream":"s","simulationLogDays":1,"monitorLogEnabled":false,
+        "loadFormula":"reference"})");
+    BOOST_TEST(keys_for_restart(SimulationConfig(), next) ==
+                   (Keys{"port", "server", "ssl", "portRewrite", "docker", "dockerDir", "dockerImages",
+                         "projectDockerfiles", "persistantDockerImages", "forges", "notify", "cacheSize",
+                         "stateDir", "fetchMemory", "fetchDisk", "webotsHome", "display", "maxConnections", "timeout", "startTimeout", "reconnectGrace",
+                         "projectsDir", "keyDir", "multimediaServer", "multimediaStream", "simulationLogDays",
+                         "monitorLogEnabled", "loadFormula"}),
+               boost::test_tools::per_element());
+}
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -1,0 +1,90 @@
+#include "unit_test.hpp"
+
+#include "core/docker/compose_output.hpp"
+
+#include <ostream>
+
+using namespace webots_cloud::core;
+
+namespace {
+
+constexpr auto project = "webots-2000-1f3a9c4d-aa-17";
+constexpr auto image = "cyberbotics/webots.cloud:R2099a-ubuntu22.04";
+
+using Source = ComposeLine::Source;
+
+bool reads(std::string_view line, Source source, std::string_view text)
+{
+    return parse_compose_line(line, project) == ComposeLine(source, text);
+}
+
+} // namespace
+
+// Protocol sections 4.1.3 and 6.4.
+BOOST_AUTO_TEST_SUITE(compose_output)
+
+BOOST_AUTO_TEST_CASE(what_the_simulator_prints_is_cut_after_the_bar_in_every_version_of_compose)
+{
+    BOOST_TEST(reads("webots-2000-1f3a9c4d-aa-17-webots-1  | .", Source::webots, "."));
+    BOOST_TEST(reads("webots-1  | pause", Source::webots, "pause"));
+    BOOST_TEST(reads("webots_1  | real-time", Source::webots, "real-time"));
+    BOOST_TEST(reads("webots-2000-1f3a9c4d-aa-17_webots_1  | a | b", Source::webots, "a | b"));
+    BOOST_TEST(reads("webots_1      | ", Source::webots, ""));
+    BOOST_TEST(reads("webots_1|", Source::webots, ""));
+}
+
+BOOST_AUTO_TEST_CASE(what_erases_the_line_of_a_terminal_is_not_of_the_line)
+{
+    BOOST_TEST(reads("\x1b[2Kwebots-1  | .", Source::webots, "."));
+    BOOST_TEST(reads("\x1b[2Kcontroller-1  | .", Source::other, "."));
+    BOOST_TEST(reads("\x1b[1;31mAttaching to webots-1", Source::compose, "Attaching to webots-1"));
+    BOOST_TEST(reads("\x1b[91m\x1b[0mThe command", Source::compose, "The command"));
+    BOOST_TEST(reads("\x1b[2;", Source::compose, ""));
+    BOOST_TEST(reads("\x1b[2K", Source::compose, ""));
+}
+
+BOOST_AUTO_TEST_CASE(other_containers_are_not_taken_for_the_simulator)
+{
+    BOOST_TEST(reads("controller-1  | .", Source::other, "."));
+    BOOST_TEST(reads("theia_1       | webots_1 | .", Source::other, "webots_1 | ."));
+    BOOST_TEST(reads("webots-2000-1f3a9c4d-aa-1-webots-1 | .", Source::other, "."));
+}
+
+BOOST_AUTO_TEST_CASE(the_lines_of_a_build_stay_whole)
+{
+    BOOST_TEST(reads("Step 3/7 : RUN cat a | sort", Source::compose, "Step 3/7 : RUN cat a | sort"));
+    BOOST_TEST(reads("Creating network \"x_default\" with the default driver", Source::compose,
+                     "Creating network \"x_default\" with the default driver"));
+    BOOST_TEST(reads(".", Source::compose, "."));
+    BOOST_TEST(reads("", Source::compose, ""));
+    BOOST_TEST(reads("|", Source::compose, "|"));
+}
+
+BOOST_AUTO_TEST_CASE(the_end_of_the_simulator_is_noticed_while_other_containers_run)
+{
+    BOOST_TEST(reads("webots-1 exited with code 0", Source::webots_end, "webots-1 exited with code 0"));
+    BOOST_TEST(
+        (parse_compose_line("webots-2000-1f3a9c4d-aa-17_webots_1 exited with code 137", project).source ==
+         Source::webots_end));
+    BOOST_TEST((parse_compose_line("controller-1 exited with code 0", project).source == Source::compose));
+}
+
+BOOST_AUTO_TEST_CASE(browsers_see_everything_but_empty_lines_and_the_editor)
+{
+    BOOST_TEST(is_progress("Step 1/7 : ARG WEBOTS_DEFAULT_IMAGE"));
+    BOOST_TEST(!is_progress(" \r"));
+    BOOST_TEST(!is_progress("theia_1 | ready"));
+    BOOST_TEST(!is_progress("Pulling theia"));
+}
+
+BOOST_AUTO_TEST_CASE(an_image_that_does_not_exist_is_told_from_other_things_that_a_build_misses)
+{
+    BOOST_TEST(says_image_is_missing(
+        "manifest for cyberbotics/webots.cloud:R2099a-ubuntu22.04 not found: manifest unknown", image));
+    BOOST_TEST(
+        says_image_is_missing("docker.io/cyberbotics/webots.cloud:R2099a-ubuntu22.04: not found", image));
+    BOOST_TEST(says_image_is_missing("manifest unknown", image)); // of registries that say no more
+    BOOST_TEST(!says_image_is_missing("make: g++: command not found", image));
+}
+
+BOOST_AUTO_TEST_SUITE_END()

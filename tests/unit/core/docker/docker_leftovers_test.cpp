@@ -1,0 +1,122 @@
+#include "unit_test.hpp"
+
+#include "core/docker/docker_leftovers.hpp"
+
+using namespace webots_cloud::core;
+using namespace std::chrono_literals;
+
+namespace {
+
+using Names = std::vector<std::string>;
+
+constexpr auto identity = "webots-2000-1f3a9c4d";
+
+DockerScope scope(std::string project = {})
+{
+    DockerScope scope;
+    scope.identity = identity;
+    scope.project = std::move(project);
+    return scope;
+}
+
+// What `docker ps --all` says.
+constexpr auto containers = "aaa\twebots-2000-1f3a9c4d-run1-1\twebots-2000-1f3a9c4d\tUp 3 seconds\n"
+                            "bbb\twebots-2000-1f3a9c4d-run1-17\t\tCreated\n"
+                            "ccc\twebots-2000-1f3a9c4d0-run1-1\t\tUp 3 seconds\n"
+                            "ddd\twebots-3000-1f3a9c4d-run1-1\t\tUp 3 seconds\n"
+                            "eee\tblog\t\tExited (1) 3 days ago\n"
+                            "fff\t\t\tExited (1) 3 days ago\n"
+                            "ggg\t\twebots-2000-1f3a9c4d\tExited (2) 5 seconds ago\n"
+                            "hhh\t\twebots-2000-1f3a9c4d\tExited (0) 1 second ago\n"
+                            "iii\t\twebots-2000-1f3a9c4d\tUp 1 second\n"
+                            "jjj\t\twebots-3000-00000000\tExited (2) 5 seconds ago\n"
+                            "kkk\t\twebots-2000-1f3a9c4d\tCreated\n"
+                            "lll\t\twebots-3000-00000000\tCreated\n";
+
+ImagePolicy policy()
+{
+    ImagePolicy policy;
+    policy.identity = identity;
+    policy.repository = "cyberbotics/webots.cloud";
+    policy.persistent = {"cyberbotics/webots.cloud:R2025a-ubuntu22.04"};
+    policy.projects = {"webots-2000-1f3a9c4d-run1-3"};
+    return policy;
+}
+
+} // namespace
+
+// Protocol section 6.5, and quirk Q27.
+BOOST_AUTO_TEST_SUITE(docker_leftovers)
+
+BOOST_AUTO_TEST_CASE(servers_on_other_machines_ports_and_folders_have_other_names)
+{
+    auto const ours = docker_identity("m", 2000, "/tmp/a");
+    BOOST_TEST(ours.starts_with("webots-2000-"));
+    BOOST_TEST(ours.size() == 20u);
+    BOOST_TEST(ours == docker_identity("m", 2000, "/tmp/a"));
+    BOOST_TEST(ours != docker_identity("n", 2000, "/tmp/a"));
+    BOOST_TEST(ours != docker_identity("m", 3000, "/tmp/a"));
+    BOOST_TEST(ours != docker_identity("m", 2000, "/tmp/b"));
+}
+
+BOOST_AUTO_TEST_CASE(of_a_simulation_its_own_containers_go_and_builds_that_have_failed)
+{
+    BOOST_TEST(leftovers(containers, scope("webots-2000-1f3a9c4d-run1-1")) == (Names{"aaa", "ggg"}),
+               boost::test_tools::per_element());
+}
+
+BOOST_AUTO_TEST_CASE(of_a_dead_predecessor_all_containers_go_and_of_strangers_none)
+{
+    BOOST_TEST(leftovers(containers, scope()) == (Names{"aaa", "bbb", "ggg"}),
+               boost::test_tools::per_element());
+}
+
+BOOST_AUTO_TEST_CASE(steps_of_our_builds_that_were_not_started_are_told_from_everything_else)
+{
+    BOOST_TEST(unstarted_builds(containers, identity) == (Names{"kkk"}), boost::test_tools::per_element());
+}
+
+BOOST_AUTO_TEST_CASE(networks_and_volumes_are_known_by_their_project)
+{
+    constexpr auto networks = "n1\t\nn2\twebots-2000-1f3a9c4d-run1-1\nn3\tblog\n\n";
+    BOOST_TEST(leftovers(networks, scope()) == (Names{"n2"}), boost::test_tools::per_element());
+    BOOST_TEST(leftovers("", scope()).empty());
+    BOOST_TEST(leftovers("rubbish\n\t\n", scope()).empty());
+}
+
+BOOST_AUTO_TEST_CASE(images_go_that_are_ours_and_older_than_48_hours_and_not_kept_by_the_operator)
+{
+    constexpr auto images = "cyberbotics/webots.cloud:R2025a-ubuntu22.04\t2025-01-30 10:00:00 +0000 UTC\n"
+                            "cyberbotics/webots.cloud:R2023b-ubuntu22.04\t2023-06-30 10:00:00 +0200 CEST\n"
+                            "webots-2000-1f3a9c4d-run1-1_webots:latest\t2026-11-19 11:59:00 +0000 UTC\n"
+                            "webots-2000-1f3a9c4d-run1-2_webots:latest\t2026-11-19 12:01:00 +0000 UTC\n"
+                            "webots-2000-1f3a9c4d-run1-3_webots:latest\t2026-11-01 12:00:00 +0000 UTC\n"
+                            "webots-3000-1f3a9c4d-run1-1_webots:latest\t2026-11-01 12:00:00 +0000 UTC\n"
+                            "cyberbotics/webots.cloud-other:1\t2023-06-30 10:00:00 +0000 UTC\n"
+                            "<none>:<none>\t2023-06-30 10:00:00 +0000 UTC\n"
+                            "webots-2000-1f3a9c4d-run1-9_webots:latest\tlong ago\n"
+                            "debian:12\t2023-06-30 10:00:00 +0000 UTC\n";
+    auto const now = std::chrono::sys_days(std::chrono::year(2026) / 11 / 21) + 12h;
+    BOOST_TEST(old_images(images, policy(), now) == (Names{"cyberbotics/webots.cloud:R2023b-ubuntu22.04",
+                                                           "webots-2000-1f3a9c4d-run1-1_webots:latest"}),
+               boost::test_tools::per_element());
+}
+
+BOOST_AUTO_TEST_CASE(no_name_is_taken_for_an_option)
+{
+    constexpr auto listing = "--all\twebots-2000-1f3a9c4d-run1-1\t\tUp 3 seconds\n"
+                             "-f\t\twebots-2000-1f3a9c4d\tCreated\n";
+    BOOST_TEST(leftovers(listing, scope()).empty());
+    BOOST_TEST(unstarted_builds(listing, identity).empty());
+}
+
+BOOST_AUTO_TEST_CASE(images_of_years_that_no_clock_can_say_stay)
+{
+    constexpr auto images = "cyberbotics/webots.cloud:a\t9999-12-31 10:00:00 +0000 UTC\n"
+                            "cyberbotics/webots.cloud:b\t-999-12-31 10:00:00 +0000 UTC\n"
+                            "cyberbotics/webots.cloud:c\t0001-01-01 00:00:00 +0000 UTC\n";
+    auto const now = std::chrono::sys_days(std::chrono::year(2026) / 11 / 21);
+    BOOST_TEST(old_images(images, policy(), now).empty());
+}
+
+BOOST_AUTO_TEST_SUITE_END()

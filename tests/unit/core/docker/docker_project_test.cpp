@@ -1,0 +1,211 @@
+#include "unit_test.hpp"
+
+#include "core/docker/docker_project.hpp"
+
+#include <algorithm>
+
+using namespace webots_cloud;
+using namespace webots_cloud::core;
+
+namespace {
+
+constexpr auto repository = "cyberbotics/webots.cloud";
+
+std::string image_of(std::string_view header)
+{
+    auto const image = default_docker_image(repository, header);
+    return image ? *image : image.error().message();
+}
+
+DockerEnvironment environment()
+{
+    DockerEnvironment values;
+    values.image = "cyberbotics/webots.cloud:R2025a-ubuntu22.04";
+    values.port = 2001;
+    values.project = "webots-2000-1f3a9c4d-aa-1";
+    values.server = "webots-2000-1f3a9c4d";
+    values.world = "arena.wbt";
+    values.stream_mode = "w3d";
+    values.display = ":0";
+    return values;
+}
+
+std::string env_line(DockerEnvironment const& values, std::string const& key)
+{
+    auto const file = env_file(values);
+    if (!file)
+        return file.error().message();
+    auto const found = ("\n" + *file).find("\n" + key + "=");
+    return found == std::string::npos ? "" : file->substr(found, file->find('\n', found) - found);
+}
+
+std::vector<std::string> arguments(std::initializer_list<char const*> words)
+{
+    return {words.begin(), words.end()};
+}
+
+} // namespace
+
+// Protocol section 6.3, and quirks Q5, Q28 and Q29.
+BOOST_AUTO_TEST_SUITE(docker_project)
+
+BOOST_AUTO_TEST_CASE(releases_before_R2023b_run_on_ubuntu_20_04_and_others_on_22_04)
+{
+    BOOST_TEST(image_of("#VRML_SIM R2022b utf8") == "cyberbotics/webots.cloud:R2022b-ubuntu20.04");
+    BOOST_TEST(image_of("#VRML_SIM R2023a utf8") == "cyberbotics/webots.cloud:R2023a-ubuntu20.04");
+    BOOST_TEST(image_of("#VRML_SIM R2023b utf8") == "cyberbotics/webots.cloud:R2023b-ubuntu22.04");
+    BOOST_TEST(image_of("#VRML_SIM R2025a utf8") == "cyberbotics/webots.cloud:R2025a-ubuntu22.04");
+    BOOST_TEST(image_of("#VRML_SIM nightly utf8") == "cyberbotics/webots.cloud:nightly-ubuntu22.04");
+}
+
+BOOST_AUTO_TEST_CASE(a_world_without_a_version_is_refused_in_words)
+{
+    for (auto const header :
+         {"", "#VRML_SIM", "#VRML_SIM ", "#X3D R2025a utf8", "#VRML_SIM R2025a\nDISPLAY=x utf8",
+          "#VRML_SIM $(id) utf8", "#VRML_SIM a/b utf8"})
+        BOOST_TEST(image_of(header).starts_with("The first line of the world names no version of Webots."),
+                   header);
+}
+
+BOOST_AUTO_TEST_CASE(webots_yml_tells_the_compose_file_and_messages_in_the_order_of_its_lines)
+{
+    auto const yml =
+        parse_webots_yml("publish: true\ntype: demo\ndockerCompose:theia:webots-project/controllers/\n");
+    BOOST_TEST_REQUIRE(yml.has_value());
+    BOOST_TEST(compose_template_file(yml->kind) == "docker-compose-theia.yml");
+    BOOST_TEST(yml->volume == "webots-project/controllers/");
+    BOOST_TEST(yml->messages == arguments({"type:demo\n", "ide: enable"}), boost::test_tools::per_element());
+}
+
+BOOST_AUTO_TEST_CASE(a_competition_is_spelt_with_a_space)
+{
+    auto const yml = parse_webots_yml(
+        "dockerCompose: competition:webots-project/controllers/participant/\r\n  type: com petition");
+    BOOST_TEST_REQUIRE(yml.has_value());
+    BOOST_TEST(compose_template_file(yml->kind) == "docker-compose-competition.yml");
+    BOOST_TEST(yml->volume == "webots-project/controllers/participant/");
+    BOOST_TEST(yml->messages == arguments({"ide: enable", "type:competition\n"}),
+               boost::test_tools::per_element());
+}
+
+BOOST_AUTO_TEST_CASE(without_a_line_of_ours_the_default_compose_file_is_used)
+{
+    for (auto const text :
+         {"", "publish: true", " dockerCompose:theia:x", "dockerCompose:", "dockerCompose: other"}) {
+        auto const yml = parse_webots_yml(text);
+        BOOST_TEST_REQUIRE(yml.has_value());
+        BOOST_TEST(compose_template_file(yml->kind) == "docker-compose-default.yml");
+        BOOST_TEST(yml->messages.empty());
+    }
+}
+
+BOOST_AUTO_TEST_CASE(a_line_with_too_few_fields_or_a_folder_that_leads_out_is_refused_in_words)
+{
+    for (auto const text :
+         {"dockerCompose:theia", "dockerCompose:theia:", "dockerCompose: competition",
+          "dockerCompose:theia:/etc", "dockerCompose:theia:../x", "dockerCompose:theia:a/../../b",
+          "dockerCompose:theia:a b", "dockerCompose:theia:$HOME", "dockerCompose:theia:a\"b"}) {
+        auto const yml = parse_webots_yml(text);
+        BOOST_TEST_REQUIRE(!yml.has_value(), text);
+        BOOST_TEST(yml.error().message().starts_with("Wrong line in webots.yml: \"dockerCompose:"));
+    }
+}
+
+BOOST_AUTO_TEST_CASE(the_participant_of_a_competition_becomes_an_extern_controller)
+{
+    BOOST_TEST(
+        with_extern_participant("A { controller \"participant\" }\nB { controller \"judge\" controller "
+                                "\"participant\" }") ==
+        "A { controller \"<extern>\" }\nB { controller \"judge\" controller \"<extern>\" }");
+    BOOST_TEST(with_extern_participant("") == "");
+}
+
+BOOST_AUTO_TEST_CASE(each_image_of_a_project_s_dockerfile_has_our_label)
+{
+    BOOST_TEST(with_server_label("# FROM a \\\nARG x\nFROM a \\\n  AS b\nRUN echo \\\nFROM nothing\nfrom c", "s") ==
+               "# FROM a \\\nARG x\nFROM a \\\n  AS b\nLABEL webots_cloud.server=s\nRUN echo \\\nFROM nothing\nfrom c\n"
+               "LABEL webots_cloud.server=s\n");
+    BOOST_TEST(with_server_label("", "s") == "\n");
+}
+
+BOOST_AUTO_TEST_CASE(the_env_file_holds_what_compose_puts_into_its_file)
+{
+    auto const file = env_file(environment());
+    BOOST_TEST_REQUIRE(file.has_value());
+    BOOST_TEST(*file == "IMAGE=cyberbotics/webots.cloud:R2025a-ubuntu22.04\n"
+                        "PROJECT_PATH=/usr/local/webots-project\n"
+                        "MAKE=0\n"
+                        "PORT=2001\n"
+                        "COMPOSE_PROJECT_NAME=webots-2000-1f3a9c4d-aa-1\n"
+                        "WEBOTS=\"/usr/local/webots/webots --batch --mode=pause --port=2001 --heartbeat=5000 "
+                        "--stream=w3d /usr/local/webots-project/worlds/arena.wbt\"\n"
+                        "DISPLAY=:0\n"
+                        "SERVER=webots-2000-1f3a9c4d\n"
+                        "RUNTIME=runc\n"
+                        "GRAPHICS_DEVICE=/dev/null\n");
+}
+
+BOOST_AUTO_TEST_CASE(a_makefile_is_run_and_an_editor_gets_the_folder_and_a_port_500_above)
+{
+    auto values = environment();
+    values.make = true;
+    values.yml.kind = ComposeTemplate::theia;
+    values.yml.volume = "webots-project/controllers/";
+    BOOST_TEST(env_line(values, "MAKE") == "MAKE=1");
+    BOOST_TEST(env_line(values, "THEIA_VOLUME") == "THEIA_VOLUME=webots-project/controllers/");
+    BOOST_TEST(env_line(values, "THEIA_PORT") == "THEIA_PORT=2501");
+}
+
+BOOST_AUTO_TEST_CASE(a_world_with_spaces_is_one_argument)
+{
+    auto values = environment();
+    values.world = "my world (2).wbt";
+    BOOST_TEST(env_line(values, "WEBOTS").ends_with("'/usr/local/webots-project/worlds/my world (2).wbt'\""));
+}
+
+BOOST_AUTO_TEST_CASE(no_value_adds_a_line_or_leaves_its_quotes)
+{
+    for (auto const world :
+         {"a\nIMAGE=evil.wbt", "a\".wbt", "a'.wbt", "$(id).wbt", "`id`.wbt", "a\\.wbt", "a#.wbt", "a;.wbt"}) {
+        auto values = environment();
+        values.world = world;
+        BOOST_TEST(env_line(values, "WEBOTS").starts_with("The name of the world file has characters"),
+                   world);
+    }
+    auto values = environment();
+    values.display = ":0\nIMAGE=evil";
+    BOOST_TEST(!env_file(values).has_value());
+}
+
+BOOST_AUTO_TEST_CASE(compose_is_run_by_argument_vectors)
+{
+    BOOST_TEST(compose_up({"/usr/bin/docker", "compose"}, "/p q/docker-compose.yml") ==
+                   arguments({"/usr/bin/docker", "compose", "-f", "/p q/docker-compose.yml", "up", "--build",
+                              "--no-color"}),
+               boost::test_tools::per_element());
+    BOOST_TEST(compose_down({"/usr/bin/docker-compose"}, "/p/docker-compose.yml") ==
+                   arguments({"/usr/bin/docker-compose", "-f", "/p/docker-compose.yml", "down", "-v",
+                              "--timeout", "0"}),
+               boost::test_tools::per_element());
+    BOOST_TEST(compose_restart_controller({"/usr/bin/docker-compose"}, "/p/docker-compose.yml") ==
+                   arguments({"/usr/bin/docker-compose", "-f", "/p/docker-compose.yml", "restart",
+                              "--timeout", "0", "controller"}),
+               boost::test_tools::per_element());
+}
+
+// Protocol 6.1: the environment with docker.
+BOOST_AUTO_TEST_CASE(compose_gets_what_reaches_docker_and_nothing_that_changes_its_file)
+{
+    using Variables = std::vector<std::pair<std::string, std::string>>;
+    auto const environment = docker_environment({{"PATH", "/bin"},
+                                                 {"DOCKER_HOST", "unix:///x"},
+                                                 {"DOCKER_BUILDKIT", "1"},
+                                                 {"IMAGE", "evil"},
+                                                 {"COMPOSE_FILE", "evil"},
+                                                 {"AWS_SECRET", "x"}});
+    Variables const expected{
+        {"PATH", "/bin"}, {"DOCKER_HOST", "unix:///x"}, {"DOCKER_BUILDKIT", "0"}, {"PYTHONUNBUFFERED", "1"}};
+    BOOST_TEST((environment == expected));
+}
+
+BOOST_AUTO_TEST_SUITE_END()

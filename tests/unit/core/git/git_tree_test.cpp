@@ -1,0 +1,222 @@
+// Trees, commits, and what a folder becomes on disk.
+#include "git_ids.hpp"
+#include "unit_test.hpp"
+
+#include "core/git/git_plan.hpp"
+#include "core/git/git_tree.hpp"
+
+#include <map>
+#include <string>
+
+using namespace webots_cloud;
+using namespace webots_cloud::core;
+using Kind = GitTreeEntry::Kind;
+
+namespace {
+
+std::string entry(std::string const& mode, std::string const& name, int number)
+{
+    auto const object = id(number);
+    return mode + " " + name + std::string(1, '\0') + std::string(object.bytes.begin(), object.bytes.end());
+}
+
+/// Trees by number.
+struct Repository
+{
+    std::map<GitObjectId, std::string> trees;
+
+    GitTreeLookup lookup() const
+    {
+        return [this](GitObjectId const& wanted) {
+            auto const found = trees.find(wanted);
+            return found == trees.end() ? nullptr : &found->second;
+        };
+    }
+
+    /// The paths, or what is wrong.
+    std::string plan(int tree, GitPlanLimits const& limits = {}) const
+    {
+        auto const items = plan_git_folder(id(tree), limits, lookup());
+        if (!items)
+            return items.error().message();
+        std::string text;
+        for (auto const& item : *items)
+            text += "fxld"[static_cast<int>(item.kind)] + (":" + item.path + " ");
+        return text;
+    }
+};
+
+std::string const forbidden = "The project has a file with a forbidden name: ";
+
+} // namespace
+
+BOOST_AUTO_TEST_SUITE(git_tree)
+
+BOOST_AUTO_TEST_CASE(entries_have_a_kind_a_name_and_an_id)
+{
+    auto const tree =
+        parse_git_tree(entry("100644", "a", 1) + entry("100755", "b", 2) + entry("120000", "c", 3) +
+                       entry("40000", "d", 4) + entry("160000", "e", 5));
+    BOOST_REQUIRE(tree.has_value());
+    BOOST_REQUIRE(tree->size() == 5u);
+    Kind const kinds[] = {Kind::file, Kind::executable, Kind::link, Kind::folder, Kind::submodule};
+    for (std::size_t i = 0; i < 5; ++i) {
+        BOOST_TEST(((*tree)[i].kind == kinds[i]));
+        BOOST_TEST(((*tree)[i].id == id(static_cast<int>(i) + 1)));
+    }
+    BOOST_TEST((*tree)[3].name == "d");
+}
+
+BOOST_AUTO_TEST_CASE(malformed_trees_are_errors)
+{
+    auto const good = entry("100644", "name", 1);
+    for (std::size_t size = 1; size < good.size(); ++size)
+        BOOST_TEST(parse_git_tree(good.substr(0, size)).has_error(), size);
+    BOOST_TEST(parse_git_tree(entry("100666", "device", 1)).has_error());
+    BOOST_TEST(parse_git_tree(entry("", "x", 1)).has_error());
+}
+
+BOOST_AUTO_TEST_CASE(a_commit_names_its_tree)
+{
+    std::string const hex(40, 'a');
+    BOOST_TEST(to_hex(tree_of_commit("tree " + hex + "\nparent ...").value()) == hex);
+    BOOST_TEST(tree_of_commit("tree " + hex).has_error());
+    BOOST_TEST(tree_of_commit("parent " + hex + "\n").has_error());
+    BOOST_TEST(tree_of_commit("").has_error());
+}
+
+BOOST_AUTO_TEST_CASE(folders_come_before_what_is_in_them)
+{
+    Repository repository;
+    repository.trees[id(1)] = entry("40000", "worlds", 2) + entry("100644", "x", 9);
+    repository.trees[id(2)] = entry("100644", "demo.wbt", 8) + entry("120000", "link", 7);
+    BOOST_TEST(repository.plan(1) == "d:worlds f:worlds/demo.wbt l:worlds/link f:x ");
+}
+
+BOOST_AUTO_TEST_CASE(a_folder_is_found_by_its_path)
+{
+    Repository repository;
+    repository.trees[id(1)] = entry("40000", "a", 2) + entry("100644", "f", 9);
+    repository.trees[id(2)] = entry("40000", "b", 3);
+    repository.trees[id(3)] = "";
+    auto const lookup = repository.lookup();
+    BOOST_TEST((find_git_folder(id(1), "", lookup).value() == id(1)));
+    BOOST_TEST((find_git_folder(id(1), "a/b", lookup).value() == id(3)));
+    for (auto const* const path : {"b", "a/c", "f", "a/b/c", "A"})
+        BOOST_TEST((find_git_folder(id(1), path, lookup).error() == errc::not_found), path);
+}
+
+BOOST_AUTO_TEST_CASE(submodules_are_left_out)
+{
+    Repository repository;
+    repository.trees[id(1)] = entry("160000", "module", 5) + entry("100644", "x", 9);
+    BOOST_TEST(repository.plan(1) == "f:x ");
+}
+
+BOOST_AUTO_TEST_CASE(forbidden_names_refuse_the_whole_project)
+{
+    for (auto const* const name : {"..", ".", ".git", ".GIT.", "git~1", "a/b", "a\\b", "a\nb"}) {
+        Repository repository;
+        repository.trees[id(1)] = entry("40000", "folder", 2);
+        repository.trees[id(2)] = entry("100644", name, 9);
+        BOOST_TEST(repository.plan(1).starts_with(forbidden), name);
+        repository.trees[id(1)] = entry("160000", name, 2); // even where it would have been left out
+        BOOST_TEST(repository.plan(1).starts_with(forbidden), name);
+    }
+}
+
+BOOST_AUTO_TEST_CASE(a_name_that_occurs_twice_refuses_the_whole_project)
+{
+    Repository repository;
+    repository.trees[id(1)] = entry("120000", "a", 3) + entry("40000", "a", 2);
+    repository.trees[id(2)] = entry("100644", "x", 9);
+    BOOST_TEST(repository.plan(1) == forbidden + "\"a\".");
+}
+
+BOOST_AUTO_TEST_CASE(names_that_differ_in_case_are_different_files)
+{
+    Repository repository;
+    repository.trees[id(1)] = entry("100644", "A", 1) + entry("100644", "a", 2);
+    BOOST_TEST(repository.plan(1) == "f:A f:a ");
+}
+
+BOOST_AUTO_TEST_CASE(a_missing_folder_is_an_error)
+{
+    Repository repository;
+    repository.trees[id(1)] = entry("40000", "a", 2);
+    BOOST_TEST(repository.plan(1) == "the git server left out a folder");
+}
+
+BOOST_AUTO_TEST_CASE(folders_that_hold_each_other_many_times_end_at_the_limit)
+{
+    Repository repository; // 30 levels of ten each: 10^30 files in 4 kB
+    for (int level = 1; level <= 30; ++level)
+        for (char name = 'a'; name < 'k'; ++name)
+            repository.trees[id(level)] += entry("40000", std::string(1, name), level + 1);
+    repository.trees[id(31)] = entry("100644", "x", 99);
+    GitPlanLimits limits;
+    limits.items = 1000;
+    BOOST_TEST(repository.plan(1, limits) == "The project has more than 1000 files.");
+}
+
+BOOST_AUTO_TEST_CASE(folders_of_nothing_but_submodules_end_at_the_limit_too)
+{
+    Repository repository; // one folder of 100 submodules, shown 900 times
+    for (int i = 0; i < 900; ++i)
+        repository.trees[id(1)] += entry("40000", "f" + std::to_string(i), 2);
+    for (int i = 0; i < 100; ++i)
+        repository.trees[id(2)] += entry("160000", "m" + std::to_string(i), 3);
+    GitPlanLimits limits;
+    limits.items = 1000;
+    BOOST_TEST(repository.plan(1, limits) == "The project has more than 1000 files.");
+    limits.items = 900 + 900 * 100;
+    BOOST_TEST(repository.plan(1, limits).starts_with("d:f0 d:f1 "));
+}
+
+// Entries of all folders on the way are in memory at once.
+BOOST_AUTO_TEST_CASE(a_folder_counts_as_a_whole_before_its_own_folders_are_looked_into)
+{
+    Repository repository;
+    repository.trees[id(1)] = entry("40000", "a", 2);
+    for (int i = 0; i < 1000; ++i)
+        repository.trees[id(1)] += entry("100644", "f" + std::to_string(i), 3);
+    GitPlanLimits limits;
+    limits.items = 1000;
+    BOOST_TEST(repository.plan(1, limits) == "The project has more than 1000 files.");
+}
+
+BOOST_AUTO_TEST_CASE(a_folder_without_end_and_a_name_without_end_are_refused)
+{
+    std::string tree;
+    for (int i = 0; i < 100'000; ++i)
+        tree += entry("100644", "f" + std::to_string(i), 3);
+    BOOST_TEST(parse_git_tree(tree).value().size() == 100'000u);
+    tree += entry("100644", "one more", 3);
+    BOOST_TEST(parse_git_tree(tree).error().message() == "The repository has a folder with too many files.");
+    BOOST_TEST((parse_git_tree(entry("100644", std::string(5000, 'x'), 1)).error() == errc::protocol_error));
+}
+
+BOOST_AUTO_TEST_CASE(all_paths_together_are_limited)
+{
+    Repository repository;
+    for (int i = 0; i < 100; ++i)
+        repository.trees[id(1)] += entry("100644", std::string(200, 'x') + std::to_string(i), 3);
+    GitPlanLimits limits;
+    limits.path_bytes = 20'000;
+    BOOST_TEST(repository.plan(1, limits) == "The project has too many files with long paths.");
+}
+
+BOOST_AUTO_TEST_CASE(depth_and_length_of_paths_are_limited)
+{
+    Repository repository;
+    for (int level = 1; level <= 100; ++level)
+        repository.trees[id(level)] = entry("40000", "abcdefghij", level + 1);
+    repository.trees[id(101)] = "";
+    GitPlanLimits limits;
+    limits.path_length = 100'000;
+    BOOST_TEST(repository.plan(1, limits) == "The project has folders that are nested too deeply.");
+    limits.path_length = 100;
+    BOOST_TEST(repository.plan(1, limits) == "The project has a file whose path is too long.");
+}
+
+BOOST_AUTO_TEST_SUITE_END()

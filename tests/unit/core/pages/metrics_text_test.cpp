@@ -1,0 +1,23 @@
+#include "unit_test.hpp"
+
+#include "core/pages/metrics_text.hpp"
+
+using namespace webots_cloud::core;
+
+BOOST_AUTO_TEST_SUITE(metrics_text)
+
+BOOST_AUTO_TEST_CASE(families_and_values_are_written_as_prometheus_reads_them)
+{
+    MetricsText metrics;
+    metrics.family("servers", "gauge", "Simulation servers by state.").add(3, {{"state", "up"}}).add(0.5, {{"state", "x"}, {"b", "c"}});
+    metrics.family("polls_total", "counter", "Polls.").add(12345678);
+    BOOST_TEST(metrics.take() == "# HELP webots_servers Simulation servers by state.\n"
+                                 "# TYPE webots_servers gauge\n"
+                                 "webots_servers{state=\"up\"} 3\n"
+                                 "webots_servers{state=\"x\",b=\"c\"} 0.5\n"
+                                 "# HELP webots_polls_total Polls.\n"
+                                 "# TYPE webots_polls_total counter\n"
+                                 "webots_polls_total 12345678\n");
+}
+
+BOOST_AUTO_TEST_SUITE_END()

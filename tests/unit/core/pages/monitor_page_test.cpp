@@ -1,0 +1,171 @@
+#include "unit_test.hpp"
+
+#include "core/load/load_table.hpp"
+#include "core/pages/monitor_page.hpp"
+
+#include <regex>
+
+using namespace webots_cloud;
+using namespace webots_cloud::core;
+
+namespace {
+
+ServerLoad server(std::string address, ServerState state, double load)
+{
+    ServerLoad known(std::move(address));
+    known.state = state;
+    known.report.load = load;
+    return known;
+}
+
+LoadTotals totals(std::vector<ServerLoad> const& servers)
+{
+    LoadTotals totals;
+    for (auto const& server : servers)
+        add(totals, server);
+    return totals;
+}
+
+SessionRow row(std::string address, std::optional<double> load)
+{
+    SessionRow row;
+    row.address = std::move(address);
+    row.load = load;
+    return row;
+}
+
+bool contains(std::string const& page, std::string_view text) { return page.find(text) != std::string::npos; }
+
+} // namespace
+
+// Protocol sections 2.3, 2.4, 4.4, 9.3 and quirk Q24.
+BOOST_AUTO_TEST_SUITE(monitor_page)
+
+BOOST_AUTO_TEST_CASE(the_mean_load_is_over_servers_that_are_up)
+{
+    auto const down = server("b:1", ServerState::down, 90);
+    BOOST_TEST(
+        mean_load(totals({server("a:1", ServerState::up, 10), down, server("c:1", ServerState::up, 5.75),
+                          server("d:1", ServerState::unknown, 0)})) == "7.875");
+    BOOST_TEST(mean_load(totals({down})) == "-1");
+    BOOST_TEST(mean_load(totals({server("a:1", ServerState::up, 0)})) == "0.0");
+}
+
+BOOST_AUTO_TEST_CASE(the_table_has_links_loads_and_an_average_with_one_percent_sign)
+{
+    SessionMonitorView view;
+    view.ssl = false;
+    view.servers = {row("a:2000", 7.875), row("b/2000", {})};
+    view.servers[0].sessions = 3;
+    view.servers[0].placed = 12;
+    auto const page = session_monitor_page(view);
+    BOOST_TEST(contains(page, "<title>Webots simulation server</title>"));
+    BOOST_TEST(contains(page, "<h1>Webots session server</h1>"));
+    BOOST_TEST(contains(page, "Managing 2 simulation servers:"));
+    auto const started = page.find("Started on ");
+    BOOST_TEST_REQUIRE(started != std::string::npos);
+    std::regex const moment("Started on [A-Z][a-z]+day, [A-Z][a-z]+ \\d\\d, \\d{4} at \\d\\d:\\d\\d:\\d\\d");
+    BOOST_TEST(std::regex_search(page, moment), page.substr(started, 60));
+    BOOST_TEST(contains(page, "<a href=\"http://a:2000/monitor\">a:2000</a>"));
+    BOOST_TEST(contains(page, "N/A"));
+    BOOST_TEST(contains(page, "<b id=\"average\">7.88%</b>"));
+    BOOST_TEST(contains(page, "data-label=\"sessions\">3</td>"));
+    BOOST_TEST(contains(page, "data-label=\"placed\">12</td>"));
+    BOOST_TEST(!contains(page, "%%"));
+}
+
+BOOST_AUTO_TEST_CASE(a_full_server_is_marked)
+{
+    SessionMonitorView view;
+    view.servers = {row("a:2000", 95), row("b:2000", 94.9)};
+    BOOST_TEST(contains(session_monitor_page(view), "<span class=\"full\">95.0%</span>"));
+    BOOST_TEST(contains(session_monitor_page(view), ">94.9%</td>"));
+}
+
+BOOST_AUTO_TEST_CASE(every_value_is_escaped)
+{
+    SessionMonitorView view;
+    auto hostile = row("<script>:1", {});
+    hostile.problem = "<img src=x>";
+    view.servers = {hostile};
+    BOOST_TEST(!contains(session_monitor_page(view), "<script>"));
+    BOOST_TEST(!contains(session_monitor_page(view), "<img"));
+
+    SimulationMonitorView simulation;
+    simulation.title = simulation.description = simulation.notice = simulation.warning = "<script>";
+    simulation.allowed = simulation.blocked = {"https://x/\"><script>"};
+    SimulationRow hostile_row;
+    hostile_row.world = hostile_row.state = hostile_row.log = "<script>";
+    simulation.simulations = {hostile_row};
+    simulation.notify = {"https://<script>/x", "<script>"};
+    simulation.host.system = simulation.host.name = simulation.host.processor = simulation.host.gpu = "<script>";
+    BOOST_TEST(!contains(simulation_monitor_page(simulation), "<script>"));
+}
+
+BOOST_AUTO_TEST_CASE(the_simulation_page_has_every_figure_of_the_reference)
+{
+    SimulationMonitorView view;
+    view.title = "Lab 7";
+    view.description = "Ask Ada.";
+    view.load = 12.345;
+    view.host.system = "Debian GNU/Linux 12";
+    view.host.name = "lab7";
+    view.host.processor = "Fast One";
+    view.host.cores = 16;
+    view.host.threads_per_core = 2;
+    view.host.memory_bytes = std::uint64_t{32} << 30;
+    view.sample.cpu = 25;
+    view.sample.memory = 50;
+    view.allowed = {"https://github.com/cyberbotics", "local:/demo"};
+    view.notify = {"https://webots.cloud/ajax/server/setup.php"};
+    auto const page = simulation_monitor_page(view);
+    for (auto const* text : {"<title>Webots simulation server</title>", "<h1>Lab 7</h1>", "<p>Ask Ada.</p>", "Current load: ",
+                             ">12.35%</b>", "Debian GNU/Linux 12 (lab7)", ">25.0%</b> Fast One (2x 8 cores)", "Not recognized",
+                             ">50.0%</b> of 32.0GB, swap ", "Allowed Repositories",
+                             "<a href=\"https://github.com/cyberbotics\">", "<td>local:/demo</td>", "Share Idle Time: <b>50.0%</b>",
+                             "<a href=\"https://webots.cloud\">"})
+        BOOST_TEST(contains(page, text), text);
+    BOOST_TEST(!contains(page, "Blocked Repositories"));
+    view.title.clear();
+    view.blocked = {"https://github.com/evil"};
+    auto const other = simulation_monitor_page(view);
+    BOOST_TEST(contains(other, "<h1>Webots simulation server</h1>"));
+    BOOST_TEST(contains(other, "Blocked Repositories"));
+    BOOST_TEST(contains(other, "<a href=\"https://github.com/evil\">"));
+}
+
+BOOST_AUTO_TEST_CASE(graphics_processors_are_shown_with_their_load_and_memory)
+{
+    SimulationMonitorView view;
+    view.host.gpu = "2x NVIDIA T4 (15.8GB)";
+    view.sample.gpu_compute = 35;
+    view.sample.gpu_memory = 75;
+    auto const page = simulation_monitor_page(view);
+    for (auto const* text : {"GPU load compute", ">35.0%</b> 2x NVIDIA T4 (15.8GB)", "GPU RAM usage", ">75.0%</b>"})
+        BOOST_TEST(contains(page, text), text);
+    BOOST_TEST(!contains(page, "Not recognized"));
+}
+
+BOOST_AUTO_TEST_CASE(percentages_go_from_green_to_red)
+{
+    SimulationMonitorView view;
+    view.sample.cpu = 100;
+    auto const page = simulation_monitor_page(view);
+    BOOST_TEST(contains(page, "id=\"cpu\" style=\"--hue:0\">100.0%"));
+    BOOST_TEST(contains(page, "id=\"load\" style=\"--hue:120\">0.0%"));
+}
+
+BOOST_AUTO_TEST_CASE(styles_and_scripts_stand_in_the_page_itself)
+{
+    SessionMonitorView view;
+    view.assets.styles = {"b{}"};
+    view.assets.scripts = {"one();", "two();"};
+    view.assets.port = 1999;
+    auto const page = session_monitor_page(view);
+    BOOST_TEST(contains(page, "<style>\nb{}</style>"));
+    BOOST_TEST(page.find("one();") < page.find("two();"));
+    BOOST_TEST(contains(page, "data-port=\"1999\""));
+    BOOST_TEST(!contains(page, "src="));
+}
+
+BOOST_AUTO_TEST_SUITE_END()
