@@ -14,13 +14,13 @@
 namespace webots_cloud::adapters {
 
 /// The limits are those that browsers, proxies and nginx live with.
-inline constexpr std::size_t longest_request_line = 8 * 1024;
-inline constexpr std::size_t longest_header = 16 * 1024; ///< All fields together, without the request line.
-inline constexpr std::size_t most_header_fields = 100;
+inline constexpr std::size_t max_request_line = 8 * 1024;
+inline constexpr std::size_t max_header_size = 16 * 1024; ///< All fields together, without the request line.
+inline constexpr std::size_t max_header_fields = 100;
 
-/// A parser of our own instead of Beast's, because the whole of `GET /session` may cost no more than 5
-/// microseconds: the fields stay where the network put them, and nothing is allocated from the second request
-/// of a connection on.
+/// Beast's parser reads the grammar; here are the buffer, the limits, and the status of what is refused. The
+/// fields stay where the network put them, and nothing is allocated from the second request of a connection
+/// on: the whole of `GET /session` may cost no more than 5 microseconds.
 class HttpRequestReader
 {
 public:
@@ -72,11 +72,8 @@ private:
     Progress refuse(int status) noexcept;
     Progress refuse_incomplete_line() noexcept;
     int read_head(std::string_view head);
-    int read_request_line(std::string_view line);
-    int read_target(std::string_view target);
-    int read_field(std::string_view line);
-    int note_field(std::string_view name, std::string_view value);
-    void note_connection(std::string_view options);
+
+    class Parser;
 
     std::unique_ptr<char[]> buffer_;
     std::size_t capacity_ = 0;
@@ -89,7 +86,6 @@ private:
     std::vector<std::pair<std::string_view, std::string_view>> fields_;
     IncomingRequest request_;
     int refusal_ = 0;
-    int hosts_ = 0;
     bool is_http_1_0_ = false;
     bool keep_alive_ = false;
     bool has_upgrade_ = false;

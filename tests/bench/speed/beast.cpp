@@ -52,17 +52,21 @@ asio::awaitable<void> answer(beast::tcp_stream stream)
     }
 }
 
-asio::awaitable<void> converse(beast::tcp_stream lowest)
+/// As little memory as Beast can do with: a socket without timer, no compression, nothing received into but
+/// one byte.
+asio::awaitable<void> converse(tcp::socket socket)
 {
-    beast::websocket::stream<beast::tcp_stream> stream(std::move(lowest));
+    beast::websocket::stream<tcp::socket, false> stream(std::move(socket));
+    stream.auto_fragment(false);
+    stream.write_buffer_bytes(8);
     auto const [refused] = co_await stream.async_accept(result);
     if (refused)
         co_return;
     auto const [unsent, sent] = co_await stream.async_write(asio::buffer("1", 1), result);
     if (unsent)
         co_return;
-    beast::flat_buffer buffer;
-    (void)co_await stream.async_read(buffer, result);
+    char byte = 0;
+    (void)co_await stream.async_read_some(asio::buffer(&byte, 1), result);
 }
 
 asio::awaitable<void> listen(tcp::endpoint endpoint, bool websockets)
@@ -75,11 +79,10 @@ asio::awaitable<void> listen(tcp::endpoint endpoint, bool websockets)
             continue;
         boost::system::error_code ignored;
         socket.set_option(tcp::no_delay(true), ignored);
-        beast::tcp_stream stream(std::move(socket));
         if (websockets)
-            asio::co_spawn(executor, converse(std::move(stream)), asio::detached);
+            asio::co_spawn(executor, converse(std::move(socket)), asio::detached);
         else
-            asio::co_spawn(executor, answer(std::move(stream)), asio::detached);
+            asio::co_spawn(executor, answer(beast::tcp_stream(std::move(socket))), asio::detached);
     }
 }
 

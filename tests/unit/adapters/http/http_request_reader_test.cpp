@@ -133,8 +133,7 @@ BOOST_AUTO_TEST_CASE(the_version_and_the_connection_field_decide_whether_the_con
     BOOST_TEST(!stays("1.1", "Connection: Upgrade, CLOSE\r\n"));
     BOOST_TEST(!stays("1.0", ""));
     BOOST_TEST(stays("1.0", "connection: Keep-Alive\r\n"));
-    BOOST_TEST(!stays("1.0", "Connection: keep-alive, close\r\n"));
-    BOOST_TEST(stays("1.7", ""));
+    BOOST_TEST(!stays("1.0", "Connection: close\r\n"));
 }
 
 BOOST_AUTO_TEST_CASE(absolute_targets_are_those_of_their_path)
@@ -176,11 +175,12 @@ BOOST_AUTO_TEST_CASE(bodies_are_refused_however_they_are_announced)
     BOOST_TEST(verdict_of_field("Content-Length: 0") == 0);
     BOOST_TEST(verdict_of_field("Content-Length: 000") == 0);
     BOOST_TEST(verdict_of_field("Content-Length: 1") == 413);
-    BOOST_TEST(verdict_of_field("content-length: 99999999999999999999999999") == 413);
-    BOOST_TEST(verdict_of_field("Content-Length: 0\r\nContent-Length: 5") == 413);
+    BOOST_TEST(verdict_of_field("content-length: 18446744073709551615") == 413);
+    BOOST_TEST(verdict_of_field("Content-Length: 1, 1") == 413);
     BOOST_TEST(verdict_of_field("Transfer-Encoding: chunked") == 413);
     BOOST_TEST(verdict_of_field("Transfer-Encoding: identity") == 413);
-    for (auto const* bad : {"", "-1", "+1", "1a", "0x0", "1, 1"})
+    for (auto const* bad : {"", "-1", "+1", "1a", "0x0", "1, 2", "99999999999999999999999999",
+                            "0\r\nContent-Length: 5", "0\r\nTransfer-Encoding: chunked"})
         BOOST_TEST(verdict_of_field("Content-Length: " + std::string(bad)) == 400, bad);
 }
 
@@ -206,12 +206,14 @@ BOOST_AUTO_TEST_CASE(garbage_is_refused_at_once)
     BOOST_TEST(verdict("GET / HTTP/1.1\nHost: h\n\n") == 400);
     BOOST_TEST(verdict("GET / HTTP/2.0\r\nHost: h\r\n\r\n") == 505);
     BOOST_TEST(verdict("PRI * HTTP/2.0\r\n\r\n") == 505);
+    BOOST_TEST(verdict("GET / HTTP/1.7\r\nHost: h\r\n\r\n") == 505); // there is none
 }
 
 BOOST_AUTO_TEST_CASE(fields_that_proxies_may_read_differently_are_refused)
 {
     for (auto const* bad :
-         {"A : b", " A: b", "\tfolded", ": b", "A", "A(: b", "A: b\x01", "A: b\rc", "A: b\nc", "Host: other"})
+         {"A : b", " A: b", "\tfolded", ": b", "A", "A(: b", "A: b\x01", "A: b\rc", "A: b\nc", "Host: other",
+          "A: b\r\n c", "A: b\r\n\t", "A:\r\n b", "A:\r\n \r\n b", "A:\r\n ", "A: b\r\n \r\nC: d"})
         BOOST_TEST(verdict_of_field(bad) == 400, bad);
     BOOST_TEST(verdict("GET / HTTP/1.1\r\n\r\n") == 400);
     BOOST_TEST(verdict("GET / HTTP/1.0\r\n\r\n") == 0);
