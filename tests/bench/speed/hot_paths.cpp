@@ -8,6 +8,7 @@
 #include "core/access/client_address.hpp"
 #include "core/simulation/client_protocol.hpp"
 
+#include <webots_cloud/access_control.hpp>
 #include <webots_cloud/load_report.hpp>
 #include <webots_cloud/project_ref.hpp>
 #include <webots_cloud/scheduler.hpp>
@@ -57,7 +58,65 @@ void report(int times)
     }
 }
 
-/// From the bytes of GET /session to those of its answer.
+/// Answers at once: what is counted is what stands in front of it.
+class Door final : public Endpoint
+{
+public:
+    Answer respond(IncomingRequest const& request) override
+    {
+        if (request.upgrade)
+            return Converse();
+        return HttpResponse(200, {}, {});
+    }
+
+    boost::asio::awaitable<void> converse(ChannelInfo, Channel&) override { co_return; }
+};
+
+using Headers = std::vector<std::pair<std::string_view, std::string_view>>;
+
+void let_in(AccessParams params, IncomingRequest const& request, int times)
+{
+    Door door;
+    AccessControl access(std::move(params), door, Logger());
+    for (int i = 0; i < times; ++i) {
+        auto const answer = access.respond(request);
+        auto const* const response = std::get_if<HttpResponse>(&answer);
+        if (response && response->status != 200)
+            std::abort();
+        sink += response ? response->fixed_headers.size() : 1;
+    }
+}
+
+/// Where the name of the host is looked at: on a server of this machine.
+void let_request_in(int times)
+{
+    IncomingRequest request;
+    request.method = "GET";
+    request.path = "/session";
+    request.client = "127.0.0.1";
+    Headers const headers{{"Host", "localhost:1999"}, {"User-Agent", "Mozilla/5.0"}, {"Accept", "*/*"}};
+    request.headers = headers;
+    let_in(AccessParams(), request, times);
+}
+
+/// Where the origin of the page is looked at as well.
+void let_page_in(int times)
+{
+    AccessParams params;
+    params.host_names = {"pc7", "pc7.example.org"};
+    params.allowed_origins = {"https://*.example.org", "https://webots.cloud"};
+    IncomingRequest request;
+    request.method = "GET";
+    request.path = "/client";
+    request.client = "192.0.2.1";
+    request.upgrade = true;
+    Headers const headers{
+        {"Host", "pc7.example.org:2000"}, {"Origin", "https://webots.cloud"}, {"Upgrade", "websocket"}};
+    request.headers = headers;
+    let_in(std::move(params), request, times);
+}
+
+/// From the bytes of GET /session to those of its answer, on a site that is everybody's.
 void session(int times)
 {
     testing::World world;
@@ -68,9 +127,12 @@ void session(int times)
     params.session_burst = 100'000;
     params.session_rate = 10;
     SessionService service(params, monitor, scheduler, world.clock, Logger());
+    AccessParams site;
+    site.server = "example.org";
+    AccessControl access(std::move(site), service, Logger());
     adapters::HttpRequestReader reader;
     std::string const request =
-        "GET /session?url=https://github.com/o/r/blob/main/worlds/a.wbt HTTP/1.1\r\nHost: localhost:1999\r\n"
+        "GET /session?url=https://github.com/o/r/blob/main/worlds/a.wbt HTTP/1.1\r\nHost: example.org\r\n"
         "User-Agent: Mozilla/5.0\r\nAccept: */*\r\n\r\n";
     std::string answer;
     for (int i = 0; i < times; ++i) {
@@ -82,7 +144,7 @@ void session(int times)
         auto asked = reader.request();
         asked.client = asked.quota_key = "203.0.113.7";
         answer.clear();
-        adapters::append_response(answer, std::get<HttpResponse>(service.respond(asked)), true, true);
+        adapters::append_response(answer, std::get<HttpResponse>(access.respond(asked)), true, true);
         sink += answer.size();
         reader.next();
     }
@@ -139,6 +201,8 @@ void browser_frame(int times)
 std::map<std::string, void (*)(int)> const paths = {{"place, 1,000 machines", place},
                                                     {"report, 1,000 machines", report},
                                                     {"GET /session, from bytes to bytes", session},
+                                                    {"let a request in", let_request_in},
+                                                    {"let a WebSocket of a page in", let_page_in},
                                                     {"name the client behind a proxy", client_behind_proxy},
                                                     {"read a load report", load_report},
                                                     {"read a start message", client_message},
