@@ -64,7 +64,7 @@ void check_ours(std::string_view recipe)
     std::vector<std::string> of_project;
     std::vector<std::string> unstarted;
     for (auto const& each : containers) {
-        listing += each.id + "\t" + each.project + "\t" + each.server + "\t" + each.status + "\n";
+        listing += each.id + "\t\"" + each.project + "\"\t\"" + each.server + "\"\t" + each.status + "\n";
         bool const is_build = each.project.empty() && each.server == identity;
         bool const is_failed_build = is_build && each.status.starts_with("Exited (1)");
         if (each.project.starts_with("webots-2000-1f3a9c4d-") || is_failed_build)

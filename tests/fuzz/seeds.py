@@ -190,8 +190,8 @@ def mount_table():
 
 def docker_listing():
     ours = b"webots-2000-1f3a9c4d"
-    yield b"0a1b\t" + ours + b"-1\t\tUp 2 hours\n0c2d\tother\t\tUp 2 hours\n0e3f\t\t" + ours + b"\tExited (1) 3 hours ago\n"
-    yield b"0a1b\t\t" + ours + b"\tCreated\n--all\t" + ours + b"-1\n\t" + ours + b"-1\n"
+    yield (b'0a1b\t"' + ours + b'-1"\t""\tUp 2 hours\n0c2d\t"other"\t""\tUp 2 hours\n0e3f\t""\t"' + ours + b'"\tExited (1) 3 hours ago\n')
+    yield b'0a1b\t""\t"' + ours + b'"\tCreated\n--all\t"' + ours + b'-1"\n\t"' + ours + b'-1"\n0a1b\t"x\\n' + ours + b'-1"\n'
     yield (b"cyberbotics/webots.cloud:R2023b-ubuntu22.04\t2026-11-01 17:25:24 +0000 UTC\n" + ours + b"-7-webots:latest\t2026-11-01 07:05:04 -0730 X\n"
            b"cyberbotics/webots.cloud:R2025a\t2020-01-01 00:00:00 +0000 UTC\n")
     yield b"cyberbotics/webots.cloud:a\t9999-12-31 99:99:99 +9999 UTC\ncyberbotics/webots.cloud:b\t-999-1-1 -1:-1:-1 -9999 UTC\n"

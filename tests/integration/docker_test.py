@@ -282,6 +282,20 @@ class Docker(unittest.IsolatedAsyncioTestCase):
             docker.run("network", "rm", "stranger")
             docker.run("volume", "rm", "stranger")
 
+    async def test_a_label_with_a_line_end_names_nothing_of_others(self):
+        image = f"{IMAGES}:R2025a-ubuntu22.04"
+        docker.run(*STRANGER, image, "/bin/sleep", "1000")
+        try:
+            with server() as simulation:
+                async with Browser(simulation) as browser:
+                    await self.start(browser, world("robots"))
+                    ours = docker.run("ps", "--filter", "name=webots", "--format", '{{.Label "com.docker.compose.project"}}').split()[0]
+                    forged = f"com.docker.compose.project=x\nstranger\t{ours}\t\tUp"
+                    docker.run("create", "--network", "none", "--name", "forger", "--label", forged, image)
+                self.check_clean(simulation, {**NOTHING, "containers": ["forger created", "stranger running"]})
+        finally:
+            docker.run("rm", "--force", "stranger", "forger")
+
     def kill_server_and_guards(self, simulation):
         """The server last: its guards must not see that it is gone."""
         os.kill(simulation.process.pid, signal.SIGSTOP)

@@ -27,9 +27,18 @@ bool is_of(std::string_view project, std::string_view identity)
     return project.starts_with(identity) && project.substr(identity.size()).starts_with('-');
 }
 
+/// A label, out of its quotes. What JSON has to escape in it stays escaped: our own labels have nothing of
+/// the kind. Empty: there is none, or it is no label.
+std::optional<std::string_view> label_of(std::string_view json)
+{
+    if (json.size() < 2 || !json.starts_with('"') || !json.ends_with('"'))
+        return std::nullopt;
+    return json.substr(1, json.size() - 2);
+}
+
 bool is_build(std::vector<std::string_view> const& fields, std::string_view identity)
 {
-    return fields.size() == 4 && fields[1].empty() && fields[2] == identity;
+    return fields.size() == 4 && label_of(fields[1]) == "" && label_of(fields[2]) == identity;
 }
 
 /// The build that ran in such a container has failed: nothing will ever use it.
@@ -93,8 +102,9 @@ std::vector<std::string> leftovers(std::string_view listing, DockerScope const& 
 {
     std::vector<std::string> found;
     for (auto const& fields : rows_of(listing)) {
+        auto const project = label_of(fields[1]);
         bool const wanted =
-            scope.project.empty() ? is_of(fields[1], scope.identity) : fields[1] == scope.project;
+            project && (scope.project.empty() ? is_of(*project, scope.identity) : *project == scope.project);
         if (wanted || is_failed_build(fields, scope.identity))
             found.emplace_back(fields[0]);
     }

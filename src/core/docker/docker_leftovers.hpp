@@ -28,11 +28,15 @@ struct DockerScope
     std::string project;  ///< One simulation's; empty: all of the server's, which has just been started.
 };
 
-/// How things are to be listed: `docker <kind> ls` with `--format` and this.
+/// How things are to be listed: `docker <kind> ls` with `--format` and this. Labels are asked for as JSON:
+/// anybody can put a line end into one, and what follows it would look like a line of another container.
 inline constexpr std::string_view container_format =
-    "{{.ID}}\t{{.Label \"com.docker.compose.project\"}}\t{{.Label \"webots_cloud.server\"}}\t{{.Status}}";
-inline constexpr std::string_view network_format = "{{.ID}}\t{{.Label \"com.docker.compose.project\"}}";
-inline constexpr std::string_view volume_format = "{{.Name}}\t{{.Label \"com.docker.compose.project\"}}";
+    "{{.ID}}\t{{json (.Label \"com.docker.compose.project\")}}\t"
+    "{{json (.Label \"webots_cloud.server\")}}\t{{.Status}}";
+inline constexpr std::string_view network_format =
+    "{{.ID}}\t{{json (.Label \"com.docker.compose.project\")}}";
+inline constexpr std::string_view volume_format =
+    "{{.Name}}\t{{json (.Label \"com.docker.compose.project\")}}";
 inline constexpr std::string_view image_format = "{{.Repository}}:{{.Tag}}\t{{.CreatedAt}}";
 
 /// The containers, networks or volumes of a listing that belong to the scope, and containers in which a build

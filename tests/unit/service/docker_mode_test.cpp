@@ -278,9 +278,10 @@ BOOST_AUTO_TEST_CASE(what_a_dead_predecessor_left_is_removed_until_nothing_is_fo
 {
     Fixture fixture;
     fixture.expect_commands(2, "Docker 26.1.5 has runc \n");
-    fixture.expect_commands(1, "c1\twebots-2000-1f3a9c4d-old-1\t\tUp 3 seconds\nc2\tblog\t\tUp 3 days\n");
+    fixture.expect_commands(
+        1, "c1\t\"webots-2000-1f3a9c4d-old-1\"\t\"\"\tUp 3 seconds\nc2\t\"blog\"\t\"\"\tUp 3 days\n");
     fixture.expect_commands(1);
-    fixture.expect_commands(1, "n1\twebots-2000-1f3a9c4d-old-1\nn2\tblog\n");
+    fixture.expect_commands(1, "n1\t\"webots-2000-1f3a9c4d-old-1\"\nn2\t\"blog\"\n");
     fixture.processes.expect().prints("somebody else has removed it\n").exits(1);
     fixture.expect_commands(1);
     fixture.expect_commands(looks);
@@ -400,11 +401,11 @@ BOOST_AUTO_TEST_CASE(a_step_of_a_build_that_was_given_up_is_removed_when_it_is_n
 {
     Fixture fixture;
     fixture.open();
-    constexpr auto step = "b1\t\twebots-2000-1f3a9c4d\t";
+    constexpr auto step = "b1\t\"\"\t\"webots-2000-1f3a9c4d\"\t";
     fixture.expect_commands(1, std::string(step) + "Created\n");
-    fixture.expect_commands(1, std::string(step) + "Created\nb2\t\twebots-2000-1f3a9c4d\tCreated\n");
+    fixture.expect_commands(1, std::string(step) + "Created\nb2\t\"\"\t\"webots-2000-1f3a9c4d\"\tCreated\n");
     fixture.expect_commands(1); // the removal
-    fixture.expect_commands(1, "b2\t\twebots-2000-1f3a9c4d\tUp 3 seconds\n");
+    fixture.expect_commands(1, "b2\t\"\"\t\"webots-2000-1f3a9c4d\"\tUp 3 seconds\n");
     fixture.expect_commands(1);
     async::TaskGroup running(fixture.world.executor());
     running.spawn(fixture.run_docker());
@@ -619,8 +620,8 @@ BOOST_AUTO_TEST_CASE(what_compose_left_is_removed_when_the_simulation_ends)
     Fixture fixture;
     fixture.open();
     fixture.processes.expect();
-    fixture.expect_commands(
-        1, "c1\twebots-2000-1f3a9c4d-aa-1\t\tCreated\nc2\twebots-2000-1f3a9c4d-aa-2\t\tUp 1 second\n");
+    fixture.expect_commands(1, "c1\t\"webots-2000-1f3a9c4d-aa-1\"\t\"\"\tCreated\nc2\t\"webots-2000-1f3a9c4d-"
+                               "aa-2\"\t\"\"\tUp 1 second\n");
     fixture.expect_commands(1);
     fixture.expect_commands(2);
     fixture.expect_commands(looks);

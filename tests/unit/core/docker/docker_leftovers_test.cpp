@@ -20,18 +20,18 @@ DockerScope scope(std::string project = {})
 }
 
 // What `docker ps --all` says.
-constexpr auto containers = "aaa\twebots-2000-1f3a9c4d-run1-1\twebots-2000-1f3a9c4d\tUp 3 seconds\n"
-                            "bbb\twebots-2000-1f3a9c4d-run1-17\t\tCreated\n"
-                            "ccc\twebots-2000-1f3a9c4d0-run1-1\t\tUp 3 seconds\n"
-                            "ddd\twebots-3000-1f3a9c4d-run1-1\t\tUp 3 seconds\n"
-                            "eee\tblog\t\tExited (1) 3 days ago\n"
-                            "fff\t\t\tExited (1) 3 days ago\n"
-                            "ggg\t\twebots-2000-1f3a9c4d\tExited (2) 5 seconds ago\n"
-                            "hhh\t\twebots-2000-1f3a9c4d\tExited (0) 1 second ago\n"
-                            "iii\t\twebots-2000-1f3a9c4d\tUp 1 second\n"
-                            "jjj\t\twebots-3000-00000000\tExited (2) 5 seconds ago\n"
-                            "kkk\t\twebots-2000-1f3a9c4d\tCreated\n"
-                            "lll\t\twebots-3000-00000000\tCreated\n";
+constexpr auto containers = "aaa\t\"webots-2000-1f3a9c4d-run1-1\"\t\"webots-2000-1f3a9c4d\"\tUp 3 seconds\n"
+                            "bbb\t\"webots-2000-1f3a9c4d-run1-17\"\t\"\"\tCreated\n"
+                            "ccc\t\"webots-2000-1f3a9c4d0-run1-1\"\t\"\"\tUp 3 seconds\n"
+                            "ddd\t\"webots-3000-1f3a9c4d-run1-1\"\t\"\"\tUp 3 seconds\n"
+                            "eee\t\"blog\"\t\"\"\tExited (1) 3 days ago\n"
+                            "fff\t\"\"\t\"\"\tExited (1) 3 days ago\n"
+                            "ggg\t\"\"\t\"webots-2000-1f3a9c4d\"\tExited (2) 5 seconds ago\n"
+                            "hhh\t\"\"\t\"webots-2000-1f3a9c4d\"\tExited (0) 1 second ago\n"
+                            "iii\t\"\"\t\"webots-2000-1f3a9c4d\"\tUp 1 second\n"
+                            "jjj\t\"\"\t\"webots-3000-00000000\"\tExited (2) 5 seconds ago\n"
+                            "kkk\t\"\"\t\"webots-2000-1f3a9c4d\"\tCreated\n"
+                            "lll\t\"\"\t\"webots-3000-00000000\"\tCreated\n";
 
 ImagePolicy policy()
 {
@@ -78,7 +78,7 @@ BOOST_AUTO_TEST_CASE(steps_of_our_builds_that_were_not_started_are_told_from_eve
 
 BOOST_AUTO_TEST_CASE(networks_and_volumes_are_known_by_their_project)
 {
-    constexpr auto networks = "n1\t\nn2\twebots-2000-1f3a9c4d-run1-1\nn3\tblog\n\n";
+    constexpr auto networks = "n1\t\"\"\nn2\t\"webots-2000-1f3a9c4d-run1-1\"\nn3\t\"blog\"\n\n";
     BOOST_TEST(leftovers(networks, scope()) == (Names{"n2"}), boost::test_tools::per_element());
     BOOST_TEST(leftovers("", scope()).empty());
     BOOST_TEST(leftovers("rubbish\n\t\n", scope()).empty());
@@ -102,10 +102,30 @@ BOOST_AUTO_TEST_CASE(images_go_that_are_ours_and_older_than_48_hours_and_not_kep
                boost::test_tools::per_element());
 }
 
+// Whoever makes a container, a network or a volume writes its labels; docker passes line ends and tabs on as
+// they are.
+BOOST_AUTO_TEST_CASE(a_label_with_line_ends_names_nothing_of_others)
+{
+    constexpr auto listing = "aaa\t\"x\\nbbb\\twebots-2000-1f3a9c4d-run1-1\\t\\tUp\"\t\"\"\tUp 3 seconds\n"
+                             "ccc\t\"\"\t\"webots-2000-1f3a9c4d\\nddd\"\tCreated\n"
+                             "eee\t\"webots-2000-1f3a9c4d-run1-1\\n\"\t\"\"\tUp 3 seconds\n";
+    BOOST_TEST(leftovers(listing, scope("webots-2000-1f3a9c4d-run1-1")).empty());
+    BOOST_TEST(unstarted_builds(listing, identity).empty());
+    constexpr auto forged =
+        "bbb\twebots-2000-1f3a9c4d-run1-1\t\tUp\n" // as of a label that was written as it is
+        "ddd\t\twebots-2000-1f3a9c4d\tCreated\n";
+    BOOST_TEST(leftovers(forged, scope()).empty());
+    BOOST_TEST(unstarted_builds(forged, identity).empty());
+    for (auto const& format : {container_format, network_format, volume_format})
+        for (auto at = format.find(".Label"); at != std::string_view::npos;
+             at = format.find(".Label", at + 1))
+            BOOST_TEST(format.substr(0, at).ends_with("{{json ("), format);
+}
+
 BOOST_AUTO_TEST_CASE(no_name_is_taken_for_an_option)
 {
-    constexpr auto listing = "--all\twebots-2000-1f3a9c4d-run1-1\t\tUp 3 seconds\n"
-                             "-f\t\twebots-2000-1f3a9c4d\tCreated\n";
+    constexpr auto listing = "--all\t\"webots-2000-1f3a9c4d-run1-1\"\t\"\"\tUp 3 seconds\n"
+                             "-f\t\"\"\t\"webots-2000-1f3a9c4d\"\tCreated\n";
     BOOST_TEST(leftovers(listing, scope()).empty());
     BOOST_TEST(unstarted_builds(listing, identity).empty());
 }
