@@ -46,6 +46,7 @@ void OperatorEndpoints::measure(TimePoint due, std::size_t clients)
     figures.running = static_cast<int>(running());
     figures.idle = static_cast<int>(clients - running());
     board_.take(figures, average_.value(), now, clock.wall());
+    greeting_ = {};
     if (params_.monitor_log)
         params_.monitor_log(core::monitor_csv_line(clock.wall(), figures));
     if (feed_.empty() || !look_wanted_)
@@ -108,6 +109,7 @@ void OperatorEndpoints::refresh_pages()
 {
     monitor_html_.expire();
     monitor_json_.expire();
+    greeting_ = {};
 }
 
 std::vector<core::SimulationRow> OperatorEndpoints::rows() const
@@ -180,7 +182,11 @@ std::string OperatorEndpoints::monitor_text() const
 
 boost::asio::awaitable<void> OperatorEndpoints::watch(Channel& channel)
 {
-    return feed_.serve(monitor_snapshot(), channel);
+    want_look();
+    // Whoever comes costs us no text of their own; the next update is at most a second away.
+    if (greeting_.empty())
+        greeting_ = monitor_snapshot();
+    return feed_.serve(greeting_, channel);
 }
 
 HttpResponse OperatorEndpoints::figures() const

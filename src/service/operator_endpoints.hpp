@@ -92,6 +92,7 @@ private:
     MonitorFeed feed_; ///< To those that watch the monitor page.
     core::TimedPage monitor_html_;
     core::TimedPage monitor_json_;
+    std::string greeting_; ///< Of who comes to watch before the next measurement; empty: nobody has come yet.
     std::optional<async::Wakeup> look_wanted_; ///< There while `look_at_processes` is.
     bool update_due_ = false;                  ///< To who watches, after that look.
     TimePoint looked_at_processes_;

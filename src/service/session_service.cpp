@@ -106,6 +106,7 @@ struct SessionService::Impl
     MonitorFeed feed; // to those that watch the monitor page
     core::TimedPage monitor_html;
     core::TimedPage monitor_json;
+    std::string greeting; // of who comes to watch before the next update; empty: nobody has come yet
     std::map<char const*, core::SharedPage> files; // of the viewer, by where their contents are embedded
     std::uint64_t placed = 0;
     std::uint64_t refused = 0;
@@ -291,6 +292,7 @@ std::string SessionService::Impl::monitor_snapshot()
 
 void SessionService::Impl::update_monitor()
 {
+    greeting = {};
     if (!feed.empty())
         board.count_placed(std::bind_front(&Impl::placed_on, this));
     board.take(clock.now(), clock.wall());
@@ -404,8 +406,13 @@ Answer SessionService::respond(IncomingRequest const& request)
 /// No coroutine itself: its frame would lie below that of every browser that waits.
 asio::awaitable<void> SessionService::converse(ChannelInfo info, Channel& channel)
 {
-    if (info.path == "/monitor")
-        return impl_->feed.serve(impl_->monitor_snapshot(), channel);
+    if (info.path == "/monitor") {
+        // Whoever comes costs us no text of their own. What has changed since it was made is in the next
+        // update.
+        if (impl_->greeting.empty())
+            impl_->greeting = impl_->monitor_snapshot();
+        return impl_->feed.serve(impl_->greeting, channel);
+    }
     if (info.path == "/session") {
         auto const now = impl_->clock.now();
         return impl_->say_place(impl_->may_ask(info.quota_key, now) ? impl_->place(now) : std::string(too_many_sessions),

@@ -253,6 +253,31 @@ BOOST_AUTO_TEST_CASE(who_watches_the_monitor_gets_everything_once_and_then_what_
 }
 
 // The event loop belongs to nobody else.
+BOOST_AUTO_TEST_CASE(all_who_come_to_watch_between_two_updates_get_one_text_and_miss_nothing)
+{
+    Fixture fixture;
+    fixture.http.expect("GET http://a:2000/load").reply(200, "10").always();
+    fixture.start({"a:2000"});
+    fixture.world.advance(1s);
+    testing::LoopbackChannel first(fixture.world.executor());
+    fixture.connect(first, "/monitor");
+    BOOST_TEST(fixture.get("/session").body == "wss://a:2000"); // which a text of one's own would count
+    testing::LoopbackChannel second(fixture.world.executor());
+    fixture.connect(second, "/monitor");
+    BOOST_TEST_REQUIRE(second.sent.size() == 1u);
+    BOOST_TEST(second.sent[0] == first.sent.at(0));
+    fixture.world.advance(1s);
+    BOOST_TEST(second.sent.back().find("\"rows\":[{\"row\":0,\"load\":10,\"placed\":1,") != std::string::npos,
+               second.sent.back());
+    testing::LoopbackChannel third(fixture.world.executor());
+    fixture.connect(third, "/monitor");
+    BOOST_TEST(third.sent.at(0).find("\"placed\":1,") != std::string::npos, third.sent.at(0));
+    for (auto* const watcher : {&first, &second, &third})
+        watcher->browser_leaves();
+    fixture.world.settle();
+}
+
+// The event loop belongs to nobody else.
 BOOST_AUTO_TEST_CASE(the_monitor_page_is_made_once_a_second_for_all_who_ask)
 {
     Fixture fixture;

@@ -856,6 +856,33 @@ BOOST_AUTO_TEST_CASE(who_watches_the_monitor_gets_everything_once_and_then_a_poi
     fixture.leave(watcher);
 }
 
+// The event loop belongs to nobody else.
+BOOST_AUTO_TEST_CASE(all_who_come_to_watch_within_a_second_get_one_text_and_miss_nothing)
+{
+    Fixture fixture;
+    fixture.world.advance(3s);
+    testing::LoopbackChannel first(fixture.world.executor());
+    testing::LoopbackChannel second(fixture.world.executor());
+    testing::LoopbackChannel third(fixture.world.executor());
+    auto const watch = [&](testing::LoopbackChannel& watcher) {
+        ChannelInfo info;
+        info.path = "/monitor";
+        fixture.browsings.spawn(fixture.service.converse(std::move(info), watcher));
+        fixture.world.settle();
+    };
+    watch(first);
+    fixture.processes.expect().prints(".\n");
+    auto& browser = fixture.start();
+    watch(second); // a text of its own would list the simulation
+    BOOST_TEST(second.sent.at(0) == first.sent.at(0));
+    fixture.world.advance(1s);
+    BOOST_TEST(second.sent.back().find("\"process\":1001") != std::string::npos, second.sent.back());
+    watch(third);
+    BOOST_TEST(third.sent.at(0).find("\"process\":1001") != std::string::npos, third.sent.at(0));
+    for (auto* const each : {&browser, &first, &second, &third})
+        fixture.leave(*each);
+}
+
 // Protocol 13: `/metrics`.
 BOOST_AUTO_TEST_CASE(figures_count_starts_by_how_they_ended)
 {
