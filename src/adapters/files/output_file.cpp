@@ -58,7 +58,8 @@ result<FileDescriptor> open_folder_of(fs::path const& path, std::string& notice)
     FileDescriptor found(::open(folder.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC));
     struct stat status;
     if (!found || ::fstat(found.get(), &status) != 0)
-        return failed ? Failure(boost::system::error_code(failed)) : last_failure();
+        return failed ? Failure(boost::system::error_code(failed.value(), boost::system::system_category()))
+                      : last_failure();
     if (status.st_uid == ::geteuid() && (status.st_mode & S_IRWXU) != S_IRWXU) {
         auto const link = core::concat("/proc/self/fd/", std::to_string(found.get()));
         if (::chmod(link.c_str(), (status.st_mode | S_IRWXU) & 07777) == 0)

@@ -15,9 +15,10 @@ namespace webots_cloud::adapters {
 
 /// As Python's RotatingFileHandler names them: `output.log` is written, `output.log.1` is the last that was
 /// full, and so on; spdlog's own sink has `output.1.log`, follows links, and waits for pipes. Throws
-/// spdlog_ex when the file can't be opened or written.
+/// spdlog_ex when the file can't be opened and only somebody's help would change that.
 ///
-/// What is in the way of a file is set aside, and the next line says so.
+/// What is in the way of a file is set aside, and the next line says so. Lines that can't be written, as on a
+/// full disk, go to standard error; the first one after them says so in the file.
 ///
 /// Thread-safety: one thread.
 class RotatingFile final : public spdlog::sinks::base_sink<spdlog::details::null_mutex>
@@ -30,8 +31,9 @@ private:
     void sink_it_(spdlog::details::log_msg const& message) override;
     void flush_() override {} // every line is written at once
 
-    void open();
-    void write(spdlog::memory_buf_t const& line);
+    result<> open();
+    result<> append(spdlog::details::log_msg const& message);
+    result<> write(spdlog::memory_buf_t const& line);
     void rotate();
     std::filesystem::path name(int age) const;
 
@@ -39,7 +41,8 @@ private:
     std::size_t most_;
     int old_files_;
     FileDescriptor open_;
-    std::string notice_; ///< Not written yet.
+    std::string notice_;  ///< Not written yet.
+    std::string problem_; ///< Why lines go to standard error; empty: they don't.
     std::size_t size_ = 0;
 };
 
