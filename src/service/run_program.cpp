@@ -1,6 +1,7 @@
 #include "run_program.hpp"
 
 #include "async/deadline.hpp"
+#include "core/simulation/last_words.hpp"
 #include "core/text.hpp"
 
 #include <algorithm>
@@ -11,12 +12,6 @@ namespace asio = boost::asio;
 namespace {
 
 constexpr std::size_t most_output = std::size_t{4} << 20;
-
-std::string last_line(std::string_view output)
-{
-    output = core::trim(output);
-    return core::printable(output.substr(output.find_last_of('\n') + 1), 300);
-}
 
 } // namespace
 
@@ -36,7 +31,7 @@ asio::awaitable<result<std::string>> run_program(ProcessHost& processes, Clock& 
         if (auto const* status = std::get_if<ExitStatus>(&*event)) {
             if (*status == ExitStatus(0, false))
                 co_return output;
-            auto said = last_line(output);
+            auto said = core::printable(core::last_words(output), 300);
             co_return Failure(errc::start_failed,
                               said.empty() ? core::concat(name, " has failed") : std::move(said));
         }

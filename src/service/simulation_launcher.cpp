@@ -2,6 +2,7 @@
 
 #include "core/docker/compose_output.hpp"
 #include "core/docker/docker_project.hpp"
+#include "core/simulation/last_words.hpp"
 #include "core/simulation/launch_plan.hpp"
 #include "core/docker/line_budget.hpp"
 #include "core/simulation/output_budget.hpp"
@@ -145,7 +146,6 @@ private:
     void on_line(std::string_view line);
     void on_compose_line(std::string_view line);
     void on_webots_line(std::string_view line);
-    void note_last_line(std::string_view line);
     void on_container_end(std::string_view line);
     void on_exit(ExitStatus status);
     void show_progress(std::string_view text);
@@ -175,7 +175,7 @@ private:
     core::OutputBudget budget_;
     TimePoint read_at_;      ///< When more output may be read.
     TimePoint output_came_;  ///< The last of it.
-    std::string last_line_;  ///< Its start, as it was printed.
+    core::LastWords last_words_; ///< Why it ends before it is ready.
     std::string stop_reason_;
     std::deque<SimulationEvent> events_;
     core::LineBudget shown_;
@@ -299,7 +299,7 @@ void RunningSimulation::on_compose_line(std::string_view line)
         on_container_end(line);
     if (parsed.source != compose || ready_)
         return;
-    note_last_line(line);
+    last_words_.hear(line);
     ready_by_ = std::min(clock_.now() + start_timeout_, end_of_life_);
     if (!plan_.image.empty() && core::says_image_is_missing(line, plan_.image))
         stop(core::missing_image_text(plan_.image));
@@ -359,17 +359,11 @@ void RunningSimulation::on_webots_line(std::string_view line)
         restart_wanted_ = !plan_.restart_controller.argv.empty();
         break;
     case core::OutputLine::other:
-        note_last_line(line);
+        if (!ready_)
+            last_words_.hear(line);
         if (passed_on)
             log_.debug(concat("[", label_, "] webots: ", core::printable(line)));
     }
-}
-
-/// Keeps the start of a line that is not blank: it may tell why the simulator ends.
-void RunningSimulation::note_last_line(std::string_view line)
-{
-    if (auto const text = core::trim(line); !text.empty())
-        last_line_ = text.substr(0, 400);
 }
 
 /// Whoever says it again and again is heard once.
@@ -421,7 +415,7 @@ std::string RunningSimulation::reason_of_end(std::string_view how, bool expected
 {
     if (!ready_)
         return concat("Unable to start Webots: ", how, " before the world was loaded",
-                      last_line_.empty() ? "." : ": " + core::printable(last_line_, 200));
+                      last_words_.text().empty() ? "." : ": " + core::printable(last_words_.text(), 200));
     return expected ? "Webots has quit." : concat("Webots has quit unexpectedly: ", how, ".");
 }
 

@@ -356,10 +356,10 @@ BOOST_AUTO_TEST_CASE(when_webots_quits_the_browser_is_told_and_the_socket_closed
 }
 
 // Protocol 6.5; quirks Q7 and Q15.
-BOOST_AUTO_TEST_CASE(a_crash_before_ready_is_told_with_webots_last_words)
+BOOST_AUTO_TEST_CASE(a_crash_before_ready_is_told_with_the_error_that_webots_printed)
 {
     Fixture fixture;
-    fixture.processes.expect().prints("starting\nError: no display").exits(1);
+    fixture.processes.expect().prints("starting\nError: no display\nTry 'webots --help'.").exits(1);
     auto& browser = fixture.start();
     fixture.world.advance(1s);
     BOOST_TEST(browser.sent.back() ==

@@ -1,0 +1,50 @@
+#include "last_words.hpp"
+
+#include "core/text.hpp"
+
+#include <algorithm>
+#include <iterator>
+
+namespace webots_cloud::core {
+namespace {
+
+constexpr std::size_t longest_line = 400;
+
+/// What errors of Webots, Qt, the dynamic linker, Python, shells, Docker and compilers have in common.
+constexpr std::string_view signs[] = {"error",    "fatal",     "cannot",        "can't",   "could not",
+                                      "couldn't", "unable",    "failed",        "failure", "invalid",
+                                      "no such",  "not found", "denied",        "refused", "exception",
+                                      "missing",  "terminate", "not supported", "fault",   "abort"};
+
+bool speaks_of_an_error(std::string_view line)
+{
+    std::string lower(line);
+    std::transform(lower.begin(), lower.end(), lower.begin(),
+                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + ('a' - 'A')) : c; });
+    return std::any_of(std::begin(signs), std::end(signs),
+                       [&](std::string_view sign) { return lower.find(sign) != std::string::npos; });
+}
+
+} // namespace
+
+void LastWords::hear(std::string_view line)
+{
+    line = trim(line).substr(0, longest_line);
+    if (line.empty())
+        return;
+    bool const is_error = speaks_of_an_error(line);
+    if (is_error_ && !is_error)
+        return;
+    is_error_ = is_error;
+    text_ = line;
+}
+
+std::string last_words(std::string_view output)
+{
+    LastWords words;
+    for (auto const line : split(output, '\n'))
+        words.hear(line);
+    return words.text();
+}
+
+} // namespace webots_cloud::core
