@@ -123,7 +123,7 @@ std::string_view fault_help()
            "  binary-lines             write lines that are not UTF-8\n"
            "  no-final-newline         end stdout in the middle of a line; exits after getting ready unless\n"
            "                           another fault says when\n"
-           "  refuse-w3d, refuse-x3d   refuse --stream=w3d as releases up to R2023a do, or --stream=x3d as "
+           "  refuse-w3d, refuse-x3d   refuse --stream=w3d as releases up to R2023b do, or --stream=x3d as "
            "later ones do\n";
 }
 

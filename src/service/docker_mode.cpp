@@ -3,7 +3,6 @@
 #include "async/wakeup.hpp"
 #include "core/docker/docker_leftovers.hpp"
 #include "core/docker/docker_project.hpp"
-#include "core/simulation/launch_plan.hpp"
 #include "core/text.hpp"
 #include "run_program.hpp"
 
@@ -269,7 +268,7 @@ result<core::DockerEnvironment> DockerMode::Impl::environment(LaunchSpec const& 
     environment.project = concat(params.identity, "-", params.run, "-", spec.label);
     environment.server = params.identity;
     environment.world = spec.world.filename().string();
-    environment.stream_mode = core::stream_mode(spec.mode, core::parse_world_header(spec.world_header));
+    environment.stream_mode = spec.mode;
     environment.display = params.display;
     environment.runtime = runtime;
     environment.graphics_device = params.graphics_device;

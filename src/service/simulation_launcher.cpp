@@ -90,8 +90,7 @@ ProcessSpec SimulationLauncher::Impl::process_for(LaunchSpec const& spec, std::u
         process.environment.emplace_back(core::old_webots_sandbox);
         process.set_user_id = true; // as that sandbox is
     } else {
-        auto const mode = core::stream_mode(spec.mode, core::parse_world_header(spec.world_header));
-        process.argv = core::webots_command(params.webots, mode, port, spec.world);
+        process.argv = core::webots_command(params.webots, spec.mode, port, spec.world);
     }
     return process;
 }

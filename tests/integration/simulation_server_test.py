@@ -221,6 +221,22 @@ class Programs(unittest.IsolatedAsyncioTestCase):
         around = await self.environment_of_a_start(environment={"WEBOTS_HOME": self.home, "DISPLAY": ":7"})
         self.assertEqual(around.get("DISPLAY"), ":7")
 
+    # Each Webots knows one of "x3d" and "w3d", and ends when it is told the other; quirk Q22.
+    async def test_no_webots_is_told_a_word_that_it_does_not_know_and_none_draws_what_the_browser_draws(self):
+        stand_in = (f'#!/bin/sh\nfor option; do case $option in --stream=x3d|--stream=w3d) echo "webots: invalid value" >&2; exit 1;; esac; done\n'
+                    f'echo "$@" >>{self.home}/arguments\nexec {shlex.quote(program("webots-demo-simulator"))} "$@"\n')
+        self.install(stand_in)
+        with server(webotsHome=self.home) as simulation:
+            for mode in ("", "x3d", "w3d", "mjpeg"):
+                async with Browser(simulation) as browser:
+                    await browser.start(mode=mode)
+                    await browser.hear("webots:")
+        with open(os.path.join(self.home, "arguments")) as file:
+            lines = file.read().splitlines()
+        for line in lines[:3]:
+            self.assertRegex(line, r"^--batch --mode=pause --minimize --no-rendering --port=\d+ --heartbeat=5000 --stream /")
+        self.assertRegex(lines[3], r"^--batch --mode=pause --port=\d+ --heartbeat=5000 --stream=mjpeg /")
+
     async def test_a_webots_that_has_gone_or_is_no_program_is_told_and_the_next_start_tries_again(self):
         sentence = "loading: Error: Unable to start Webots: "
         with server(webotsHome=self.home) as simulation:

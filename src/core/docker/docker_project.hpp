@@ -72,7 +72,7 @@ struct DockerEnvironment
     std::string project;     ///< Compose's name for all that belongs to this simulation.
     std::string server;      ///< Ours, as a label.
     std::string world;       ///< The name of the world file.
-    std::string stream_mode; ///< As `stream_mode` has it.
+    std::string stream_mode; ///< What the browser asked for.
     std::string display;
     std::string runtime = "runc"; ///< What runs the containers: `nvidia` where there is such a processor.
     std::string graphics_device = "/dev/null";

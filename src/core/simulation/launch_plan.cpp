@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 
 namespace webots_cloud::core {
 namespace {
@@ -24,29 +23,6 @@ bool is_passed_on(std::string_view name)
 
 } // namespace
 
-std::optional<WebotsVersion> parse_world_header(std::string_view first_line)
-{
-    constexpr std::string_view magic = "#VRML_SIM R";
-    if (!first_line.starts_with(magic))
-        return std::nullopt;
-    first_line.remove_prefix(magic.size());
-    WebotsVersion version;
-    auto const [end, error] = std::from_chars(first_line.data(), first_line.data() + first_line.size(), version.year);
-    if (error != std::errc() || version.year < 2018 || version.year > 2999)
-        return std::nullopt;
-    if (end != first_line.data() + first_line.size() && *end >= 'a' && *end <= 'z')
-        version.letter = *end;
-    return version;
-}
-
-std::string stream_mode(std::string_view requested, std::optional<WebotsVersion> version)
-{
-    if (requested != "x3d" && requested != "w3d")
-        return std::string(requested);
-    constexpr WebotsVersion first_with_w3d{2023, 'b'};
-    return version && *version < first_with_w3d ? "x3d" : "w3d";
-}
-
 bool is_known_mode(std::string_view mode) noexcept
 {
     return mode.empty() || mode == "x3d" || mode == "w3d" || mode == "mjpeg";
@@ -55,14 +31,15 @@ bool is_known_mode(std::string_view mode) noexcept
 std::vector<std::string> webots_command(std::filesystem::path const& webots, std::string_view mode, std::uint16_t port,
                                         std::filesystem::path const& world)
 {
+    bool const is_video = mode == "mjpeg";
     std::vector<std::string> argv{webots.string(), "--batch", "--mode=pause"};
-    if (mode.empty() || mode == "x3d") {
+    if (!is_video) { // the browser draws
         argv.emplace_back("--minimize");
         argv.emplace_back("--no-rendering");
     }
     argv.push_back(concat("--port=", std::to_string(port)));
     argv.emplace_back("--heartbeat=5000");
-    argv.push_back(mode.empty() ? "--stream" : concat("--stream=", mode));
+    argv.emplace_back(is_video ? "--stream=mjpeg" : "--stream");
     argv.push_back(world.string());
     return argv;
 }

@@ -3,30 +3,12 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 namespace webots_cloud::core {
-
-/// The generation of Webots that a world was written for: `#VRML_SIM R2023b utf8` is {2023, 'b'}.
-struct WebotsVersion
-{
-    int year = 0;
-    char letter = 'a';
-
-    auto operator<=>(WebotsVersion const&) const = default;
-};
-
-/// Reads the first line of a world file; nothing when it names no release.
-std::optional<WebotsVersion> parse_world_header(std::string_view first_line);
-
-/// What `--stream=` gets for the mode a browser asked for: empty for no mode.
-///
-/// The scene mode is called `x3d` before R2023b and `w3d` from then on; each refuses the other's word, so it is translated.
-std::string stream_mode(std::string_view requested, std::optional<WebotsVersion> version);
 
 /// True for the modes that some Webots knows.
 bool is_known_mode(std::string_view mode) noexcept;
@@ -45,6 +27,9 @@ struct OldStream
 };
 
 /// The command line, one argument an element; `world` is absolute.
+///
+/// The mode in which browsers draw is called `x3d` by Webots up to R2023b and `w3d` by newer ones, and each refuses the other's word.
+/// So neither is passed on: a bare `--stream` means that mode to all of them, and the Webots that is installed, or in the image, decides.
 std::vector<std::string> webots_command(std::filesystem::path const& webots, std::string_view mode, std::uint16_t port,
                                         std::filesystem::path const& world);
 

@@ -34,14 +34,12 @@ BOOST_AUTO_TEST_CASE(video_runs_unminimised)
                "/w/webots|--batch|--mode=pause|--port=2002|--heartbeat=5000|--stream=mjpeg|/p/worlds/a.wbt");
 }
 
-BOOST_AUTO_TEST_CASE(only_the_older_scene_mode_runs_minimised)
+// Each Webots knows one of the two words, and refuses the other: the bare option is the same mode to all.
+BOOST_AUTO_TEST_CASE(where_the_browser_draws_webots_does_not_and_calls_the_mode_as_it_likes)
 {
-    BOOST_TEST(
-        joined(webots_command("/w/webots", "x3d", 2002, "/p/worlds/a.wbt")) ==
-        "/w/webots|--batch|--mode=pause|--minimize|--no-rendering|--port=2002|--heartbeat=5000|--stream=x3d|"
-        "/p/worlds/a.wbt");
-    BOOST_TEST(joined(webots_command("/w/webots", "w3d", 2002, "/p/worlds/a.wbt")) ==
-               "/w/webots|--batch|--mode=pause|--port=2002|--heartbeat=5000|--stream=w3d|/p/worlds/a.wbt");
+    auto const without_a_mode = webots_command("/w/webots", "", 2001, "/p/worlds/a.wbt");
+    for (std::string const mode : {"x3d", "w3d"})
+        BOOST_TEST(joined(webots_command("/w/webots", mode, 2001, "/p/worlds/a.wbt")) == joined(without_a_mode), mode);
 }
 
 BOOST_AUTO_TEST_CASE(the_old_command_line_has_one_stream_option_in_literal_quotes)
@@ -65,28 +63,6 @@ BOOST_AUTO_TEST_CASE(the_old_command_line_names_the_multimedia_server_and_stream
     BOOST_TEST(old_webots_command("/w/webots", stream, 2003, "/p/worlds/a.wbt")[5] ==
                "--stream=\"port=2003;monitorActivity;multimediaServer=https://video.org/janus;"
                "multimediaStream=video.org:8004;ssl\"");
-}
-
-BOOST_AUTO_TEST_CASE(the_scene_mode_has_the_name_that_this_generation_of_webots_knows)
-{
-    auto const old = parse_world_header("#VRML_SIM R2023a utf8");
-    auto const current = parse_world_header("#VRML_SIM R2025a utf8");
-    BOOST_TEST(stream_mode("w3d", old) == "x3d");
-    BOOST_TEST(stream_mode("x3d", old) == "x3d");
-    BOOST_TEST(stream_mode("x3d", current) == "w3d");
-    BOOST_TEST(stream_mode("x3d", parse_world_header("#VRML_SIM R2023b utf8")) == "w3d");
-    BOOST_TEST(stream_mode("x3d", std::nullopt) == "w3d");
-    BOOST_TEST(stream_mode("mjpeg", old) == "mjpeg");
-    BOOST_TEST(stream_mode("", old) == "");
-}
-
-BOOST_AUTO_TEST_CASE(headers_that_name_no_release_are_recognised)
-{
-    BOOST_TEST(!parse_world_header("#VRML V2.0 utf8"));
-    BOOST_TEST(!parse_world_header("#VRML_SIM V8.6 utf8"));
-    BOOST_TEST(!parse_world_header("#VRML_SIM R99999999999 utf8"));
-    BOOST_TEST(!parse_world_header(""));
-    BOOST_TEST((parse_world_header("#VRML_SIM R2023b utf8") == WebotsVersion{2023, 'b'}));
 }
 
 BOOST_AUTO_TEST_CASE(modes_are_a_closed_set_so_that_no_option_can_be_smuggled_in)
