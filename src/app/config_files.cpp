@@ -1,5 +1,7 @@
 #include "core/docker/docker_project.hpp"
+#include "core/simulation/simulator_choice.hpp"
 #include "core/text.hpp"
+#include "surroundings.hpp"
 
 #include <webots_cloud/adapters.hpp>
 #include <webots_cloud/daemon.hpp>
@@ -37,6 +39,16 @@ result<> check_templates(SimulationConfig const& config, fs::path const& origin)
     return {};
 }
 
+/// Containers bring their own Webots.
+result<> check_webots(SimulationConfig const& config, fs::path const& origin)
+{
+    if (config.docker)
+        return {};
+    auto const checked = core::check_webots_home(
+        app::from_here(config.webots_home), app::from_here(app::environment("WEBOTS_HOME")), app::is_program);
+    return checked ? checked : result<>(checked.error().within(origin.string()));
+}
+
 result<> check_access(AccessConfig const& access)
 {
     if (access.operator_token_file.empty())
@@ -66,7 +78,9 @@ result<> check_files(Configured<SessionConfig>& configured, fs::path const&)
 result<> check_files(Configured<SimulationConfig>& configured, fs::path const& origin)
 {
     warn_of_missing_folders(configured, origin);
-    for (auto const& checked : {check_network(configured.config.network), check_access(configured.config.access)})
+    for (auto const& checked :
+         {check_network(configured.config.network), check_access(configured.config.access),
+          check_webots(configured.config, origin)})
         if (!checked)
             return checked;
     return check_templates(configured.config, origin);

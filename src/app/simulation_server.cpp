@@ -11,6 +11,7 @@
 #include "network.hpp"
 #include "operator_requests.hpp"
 #include "signals.hpp"
+#include "surroundings.hpp"
 
 #include <webots_cloud/access_control.hpp>
 #include <webots_cloud/adapters.hpp>
@@ -28,22 +29,17 @@
 
 #include <unistd.h>
 
-#include <cstdlib>
-
 namespace webots_cloud {
 namespace {
 
 namespace asio = boost::asio;
 namespace fs = std::filesystem;
+using app::environment;
+using app::from_here;
+using app::is_program;
 using core::concat;
 
 constexpr std::size_t descriptors_per_simulation = 8; // pipes, the guard, and what fetching a project needs
-
-std::string environment(char const* name)
-{
-    char const* const value = std::getenv(name);
-    return value ? value : "";
-}
 
 fs::path cache_folder(SimulationConfig const& config)
 {
@@ -53,11 +49,6 @@ fs::path cache_folder(SimulationConfig const& config)
     if (base.empty())
         base = fs::temp_directory_path();
     return base / "webots_cloud" / std::to_string(config.port);
-}
-
-bool is_program(fs::path const& path)
-{
-    return ::access(path.c_str(), X_OK) == 0 && !fs::is_directory(path);
 }
 
 /// Where a program is, of those that the environment's PATH leads to; empty: nowhere.
@@ -75,14 +66,6 @@ std::string host_name()
     char name[256] = "";
     (void)::gethostname(name, sizeof name - 1);
     return name;
-}
-
-/// What starts at the folder that we run in; simulators run in others.
-fs::path from_here(fs::path const& path)
-{
-    std::error_code failed;
-    auto const found = path.empty() ? path : fs::absolute(path, failed);
-    return failed ? path : found;
 }
 
 result<InstanceRoot> open_instances(core::StateFolder const& folder, std::string const& name)

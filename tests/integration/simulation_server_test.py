@@ -237,6 +237,26 @@ class Programs(unittest.IsolatedAsyncioTestCase):
             self.assertRegex(line, r"^--batch --mode=pause --minimize --no-rendering --port=\d+ --heartbeat=5000 --stream /")
         self.assertRegex(lines[3], r"^--batch --mode=pause --port=\d+ --heartbeat=5000 --stream=mjpeg /")
 
+    def test_a_webots_that_is_named_and_is_not_there_is_refused_before_anything_starts(self):
+        nowhere = os.path.join(self.home, "nowhere")
+        empty = os.path.join(self.home, "empty")
+        os.mkdir(empty)
+        unusable = os.path.join(self.home, "unusable")
+        os.makedirs(os.path.join(unusable, "webots"))
+        for home in (nowhere, empty, unusable):
+            for settings, environment, what in (({"webotsHome": home}, {}, 'key "webotsHome"'),
+                                                ({}, {"WEBOTS_HOME": home}, "WEBOTS_HOME of the environment")):
+                simulation = server(environment=environment, **settings)
+                with self.subTest(home=home, what=what), contextlib.closing(simulation):
+                    path = simulation.configure()
+                    status, said = simulation.command("--check-config")
+                    self.assertEqual(status, 2, said)
+                    self.assertIn(f"{path}: {what}: there is no program {home}/webots. ", said)
+                    self.assertEqual(simulation.command(), (status, said))  # a start
+        with contextlib.closing(server(webotsHome=self.home, environment={"WEBOTS_HOME": nowhere})) as simulation:
+            simulation.configure()
+            self.assertEqual(simulation.command("--check-config")[0], 0)
+
     async def test_a_webots_that_has_gone_or_is_no_program_is_told_and_the_next_start_tries_again(self):
         sentence = "loading: Error: Unable to start Webots: "
         with server(webotsHome=self.home) as simulation:

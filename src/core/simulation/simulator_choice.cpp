@@ -2,36 +2,49 @@
 
 #include "core/text.hpp"
 
-#include <vector>
+#include <array>
 
 namespace webots_cloud::core {
 
 namespace fs = std::filesystem;
 
-result<SimulatorChoice> choose_simulator(fs::path const& configured_home, fs::path const& environment_home,
-                                         fs::path const& our_programs,
-                                         std::function<bool(fs::path const&)> const& is_program)
-{
-    bool const named = !configured_home.empty() || !environment_home.empty();
-    std::vector<fs::path> candidates;
-    if (!configured_home.empty())
-        candidates.push_back(configured_home / "webots");
-    if (!environment_home.empty())
-        candidates.push_back(environment_home / "webots");
-    candidates.emplace_back("/usr/local/webots/webots");
-    candidates.emplace_back("/usr/bin/webots");
+namespace {
 
+constexpr std::array<char const*, 2> usual_programs = {"/usr/local/webots/webots", "/usr/bin/webots"};
+
+} // namespace
+
+result<> check_webots_home(fs::path const& configured_home, fs::path const& environment_home,
+                           IsProgram const& is_program)
+{
+    bool const is_configured = !configured_home.empty();
+    auto const& home = is_configured ? configured_home : environment_home;
+    if (home.empty() || is_program(home / "webots"))
+        return {};
+    return Failure(errc::invalid_config,
+                   concat(is_configured ? "key \"webotsHome\"" : "WEBOTS_HOME of the environment",
+                          ": there is no program ", (home / "webots").string(),
+                          ". Name the folder of Webots that has it, or ",
+                          is_configured ? "remove the key" : "unset it",
+                          ": then Webots is looked for in its usual places"));
+}
+
+result<SimulatorChoice> choose_simulator(fs::path const& configured_home, fs::path const& environment_home,
+                                         fs::path const& our_programs, IsProgram const& is_program)
+{
+    if (auto const checked = check_webots_home(configured_home, environment_home, is_program); !checked)
+        return checked.error();
     SimulatorChoice choice;
+    if (auto const& home = configured_home.empty() ? environment_home : configured_home; !home.empty()) {
+        choice.program = home / "webots";
+        return choice;
+    }
     std::string looked_at;
-    for (auto const& candidate : candidates) {
-        if (is_program(candidate)) {
-            choice.program = candidate;
-            if (named && candidate != candidates.front())
-                choice.notice = concat("There is no Webots at ", candidates.front().string(), ": running ",
-                                       candidate.string(), ".");
+    for (auto const* const candidate : usual_programs) {
+        choice.program = candidate;
+        if (is_program(choice.program))
             return choice;
-        }
-        looked_at += concat(looked_at.empty() ? "" : ", ", candidate.string());
+        looked_at += concat(looked_at.empty() ? "" : ", ", candidate);
     }
     choice.program = our_programs / "webots-demo-simulator";
     if (!is_program(choice.program))

@@ -14,16 +14,27 @@ struct SimulatorChoice
     SimulatorChoice() = default;
 
     std::filesystem::path program; ///< Absolute.
-    std::string notice;            ///< Not empty when it is not Webots, or not the Webots that was named.
+    std::string notice;            ///< Not empty when it is not Webots.
 };
 
-/// Looks for Webots in the configured home, in `WEBOTS_HOME` and where its packages put it, and then for
-/// `webots-demo-simulator` among our own programs.
+/// Tells whether a path can be run.
+using IsProgram = std::function<bool(std::filesystem::path const&)>;
+
+/// Whether Webots is where the operator says: in the configured home, or else in `WEBOTS_HOME`. Empty ones
+/// say nothing.
 ///
-/// `is_program` tells whether a path can be run.   Errors: `not_found`, saying where was looked.
+/// Who names a Webots wants that one: running another, or the demo simulator, would be found out by the
+/// browsers. Errors: `invalid_config`.
+result<> check_webots_home(std::filesystem::path const& configured_home,
+                           std::filesystem::path const& environment_home, IsProgram const& is_program);
+
+/// The Webots of the configured home, or of `WEBOTS_HOME`; without either, the one where its packages put it,
+/// and then `webots-demo-simulator` among our own programs.
+///
+/// Errors: those of `check_webots_home`; `not_found`, saying where was looked.
 result<SimulatorChoice> choose_simulator(std::filesystem::path const& configured_home,
                                          std::filesystem::path const& environment_home,
                                          std::filesystem::path const& our_programs,
-                                         std::function<bool(std::filesystem::path const&)> const& is_program);
+                                         IsProgram const& is_program);
 
 } // namespace webots_cloud::core

@@ -21,22 +21,35 @@ BOOST_AUTO_TEST_SUITE(simulator_choice)
 
 BOOST_AUTO_TEST_CASE(the_configured_webots_comes_first)
 {
-    auto const choice = choose_simulator("/opt/w", "/env/w", "/bin", only({"/opt/w/webots", "/env/w/webots"})).value();
-    BOOST_TEST(choice.program == "/opt/w/webots");
-    BOOST_TEST(choice.notice.empty());
+    for (auto const* const of_environment : {"/env/w", "/nowhere", ""}) {
+        auto const choice =
+            choose_simulator("/opt/w", of_environment, "/bin", only({"/opt/w/webots", "/env/w/webots"}))
+                .value();
+        BOOST_TEST(choice.program == "/opt/w/webots");
+        BOOST_TEST(choice.notice.empty());
+    }
 }
 
-BOOST_AUTO_TEST_CASE(another_webots_than_the_configured_one_is_said)
+BOOST_AUTO_TEST_CASE(without_it_the_webots_of_the_environment_runs)
 {
-    auto const choice = choose_simulator("/opt/w", "/env/w", "/bin", only({"/env/w/webots"})).value();
+    auto const choice =
+        choose_simulator({}, "/env/w", "/bin", only({"/env/w/webots", "/usr/bin/webots"})).value();
     BOOST_TEST(choice.program == "/env/w/webots");
-    BOOST_TEST(choice.notice == "There is no Webots at /opt/w/webots: running /env/w/webots.");
 }
 
-BOOST_AUTO_TEST_CASE(a_webots_home_of_the_environment_that_has_no_webots_is_said)
+BOOST_AUTO_TEST_CASE(no_other_simulator_runs_in_the_place_of_the_one_that_is_named)
 {
-    auto const choice = choose_simulator({}, "/env/w", "/bin", only({"/usr/bin/webots"})).value();
-    BOOST_TEST(choice.notice == "There is no Webots at /env/w/webots: running /usr/bin/webots.");
+    auto const others = only({"/env/w/webots", "/usr/bin/webots", "/bin/webots-demo-simulator"});
+    auto const configured = choose_simulator("/opt/w", "/env/w", "/bin", others);
+    BOOST_TEST((configured.error() == errc::invalid_config));
+    BOOST_TEST(configured.error().message() == "key \"webotsHome\": there is no program /opt/w/webots. Name "
+                                               "the folder of Webots that has it, or remove the key: "
+                                               "then Webots is looked for in its usual places");
+    auto const of_environment = choose_simulator({}, "/opt/w", "/bin", others);
+    BOOST_TEST((of_environment.error() == errc::invalid_config));
+    BOOST_TEST(of_environment.error().message() == "WEBOTS_HOME of the environment: there is no program "
+                                                   "/opt/w/webots. Name the folder of Webots that has it, or "
+                                                   "unset it: then Webots is looked for in its usual places");
 }
 
 BOOST_AUTO_TEST_CASE(unless_configured_webots_is_where_it_is_usually_installed)
@@ -54,13 +67,17 @@ BOOST_AUTO_TEST_CASE(without_webots_the_demo_simulator_runs_and_says_that_it_is_
     auto const choice = choose_simulator({}, {}, "/bin", only({"/bin/webots-demo-simulator"})).value();
     BOOST_TEST(choice.program == "/bin/webots-demo-simulator");
     BOOST_TEST(choice.notice.find("is not Webots") != std::string::npos);
+    BOOST_TEST(choice.notice.find("(looked at /usr/local/webots/webots, /usr/bin/webots)") !=
+               std::string::npos); // each once
 }
 
 BOOST_AUTO_TEST_CASE(with_neither_the_error_says_where_was_looked)
 {
-    auto const choice = choose_simulator("/opt/w", {}, "/bin", only({}));
+    auto const choice = choose_simulator({}, {}, "/bin", only({}));
     BOOST_TEST((choice.error() == errc::not_found));
-    BOOST_TEST(choice.error().message().find("/opt/w/webots") != std::string::npos);
+    BOOST_TEST(choice.error().message().find(
+                   "/usr/local/webots/webots, /usr/bin/webots, and no demo simulator at /bin/") !=
+               std::string::npos);
 }
 
 BOOST_AUTO_TEST_SUITE_END()
