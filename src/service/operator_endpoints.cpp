@@ -19,6 +19,8 @@ namespace webots_cloud {
 namespace {
 
 constexpr auto usage_interval = std::chrono::seconds(1);
+/// The first look comes on the whole second after the start: in less than this a processor was busy with us.
+constexpr auto shortest_look = std::chrono::milliseconds(500);
 constexpr std::size_t usages_at_once = 25; // some milliseconds of a thread, a second
 
 } // namespace
@@ -35,6 +37,8 @@ void OperatorEndpoints::measure(TimePoint due, std::size_t clients)
     auto const now = clock.now();
     event_loop_lag_ = now - due;
     event_loop_lags_[measurements_++ % event_loop_lags_.size()] = event_loop_lag_;
+    if (now - measured_ < shortest_look)
+        return;
     auto sample = metrics_.sample();
     auto figures = core::machine_figures(last_sample_, sample, now - measured_);
     measured_ = now;

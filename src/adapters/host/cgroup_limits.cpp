@@ -28,23 +28,27 @@ struct MemoryFiles
 {
     char const* limit;
     char const* used;
-    char const* reclaimable; ///< In `memory.stat`: what the kernel would give back at once.
+    char const* unused_pages; ///< In `memory.stat`: of files, read or written once,
+    char const* used_pages;   ///< and again. The kernel gives back both when memory is wanted.
 };
 
 constexpr MemoryFiles memory_files[] = {
-    {"memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"},
-    {"memory.max", "memory.current", "inactive_file"},
+    {"memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file", "total_active_file"},
+    {"memory.max", "memory.current", "inactive_file", "active_file"},
 };
 
-/// Percent of the group's memory that is in use, without what the kernel would give back at once; 0 without a
-/// limit.
+/// Percent of the group's memory that is in use, without the cache of files, which the kernel gives back when
+/// memory is wanted: so it counts the machine's available memory too. A build fills it, and it stays. 0
+/// without a limit.
 double memory_percent(fs::path const& group, MemoryFiles const& files, std::uint64_t machine)
 {
     auto const limit = core::cgroup_number(read(group / files.limit));
     if (!limit || *limit == 0 || *limit >= machine)
         return 0;
     auto const used = core::cgroup_number(read(group / files.used)).value_or(0);
-    auto const cache = core::cgroup_value(read(group / "memory.stat"), files.reclaimable);
+    auto const figures = read(group / "memory.stat");
+    auto const cache =
+        core::cgroup_value(figures, files.unused_pages) + core::cgroup_value(figures, files.used_pages);
     return std::min(100.0,
                     100 * static_cast<double>(used - std::min(used, cache)) / static_cast<double>(*limit));
 }

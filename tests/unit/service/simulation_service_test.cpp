@@ -765,6 +765,29 @@ BOOST_AUTO_TEST_CASE(load_is_the_mean_of_the_last_five_seconds)
     BOOST_TEST(fixture.service.load() == 0);
 }
 
+// What starts a server also keeps a small machine busy for a moment: that refuses nobody.
+BOOST_AUTO_TEST_CASE(the_moment_of_the_start_is_no_load)
+{
+    testing::World world;
+    world.advance(700ms); // looks come on whole seconds
+    testing::ScriptedProcesses processes(world.clock);
+    testing::RecordingLog log;
+    testing::FixedMetrics metrics;
+    ProjectFetcher fetcher(fetcher_params(), {}, log.logger());
+    SimulationLauncher launcher(launcher_params(2), processes, world.clock, log.logger());
+    SimulationService service(service_params(), fetcher, launcher, metrics, world.clock, log.logger());
+    async::TaskGroup tasks(world.executor());
+    tasks.spawn(run(service));
+    metrics.cpu = 100;
+    world.advance(400ms);
+    BOOST_TEST(service.load() == 0);
+    metrics.cpu = 40;
+    world.advance(1s);
+    BOOST_TEST(service.load() == 40); // of all the time since the start
+    tasks.cancel_all();
+    world.run(tasks.join());
+}
+
 BOOST_AUTO_TEST_CASE(the_monitor_lists_what_runs)
 {
     Fixture fixture;

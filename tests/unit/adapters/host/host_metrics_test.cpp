@@ -57,10 +57,19 @@ BOOST_AUTO_TEST_CASE(the_memory_of_a_group_counts_without_what_the_kernel_would_
 {
     write("groups/a/memory.max", "1000000\n"); // of the group above ours
     write("groups/a/memory.current", "1000000\n");
-    write("groups/a/memory.stat", "anon 5\ninactive_file 10000\n");
+    write("groups/a/memory.stat", "anon 5\ninactive_file 7000\nactive_file 3000\n");
     BOOST_TEST(sample().memory_used == 99);
     write("groups/a/memory.current", "9000000\n"); // while it is being lowered
     BOOST_TEST(sample().memory_used == 100);
+}
+
+BOOST_AUTO_TEST_CASE(the_files_of_a_build_that_has_ended_do_not_fill_a_group)
+{
+    write("groups/a/memory.max", "4000000000\n");
+    write("groups/a/memory.current", "3990000000\n");
+    write("groups/a/memory.stat",
+          "anon 40000000\nfile 3950000000\ninactive_file 2000000000\nactive_file 1950000000\n");
+    BOOST_TEST(sample().memory_used < 99); // what is left is the machine
 }
 
 BOOST_AUTO_TEST_CASE(a_limit_above_the_machine_is_none)
@@ -95,7 +104,8 @@ BOOST_AUTO_TEST_CASE(groups_of_version_1_limit_in_the_same_way)
     write("groups/memory/memory.limit_in_bytes", "9223372036854771712\n");
     write("groups/memory/a/memory.limit_in_bytes", "1000000\n");
     write("groups/memory/a/memory.usage_in_bytes", "1000000\n");
-    write("groups/memory/a/memory.stat", "cache 5\ninactive_file 0\ntotal_inactive_file 10000\n");
+    write("groups/memory/a/memory.stat",
+          "cache 5\ninactive_file 0\ntotal_inactive_file 7000\ntotal_active_file 3000\n");
     write("groups/cpu/cpu.cfs_quota_us", "-1\n");
     write("groups/cpu/cpu.cfs_period_us", "100000\n");
     write("groups/cpu/a/cpu.cfs_quota_us", "50000\n");
