@@ -171,8 +171,55 @@ class Failures(ViewerTest):
         self.cloud.answer = "Error: no simulation server available at the moment."
         self.start()
         self.wait_state("failed")
-        self.assertEqual(self.text("status"), "No simulation server available at the moment.")
+        self.assertTrue(self.text("status").startswith("No simulation server available at the moment."))
         self.assertEqual(self.text("start"), "Start again")
+
+    NO_MACHINE = "Error: no simulation server available at the moment."
+
+    def refuse_a_start(self, available):
+        self.cloud.answer = self.NO_MACHINE
+        self.cloud.set_available(available)
+        self.start()
+        self.wait_state("failed")
+        self.assertEqual(self.text("status"), "No simulation server available at the moment. This page says when there is one.")
+        self.assertIn("problem", self.element("status").get_attribute("class"))
+
+    def wait_for_the_offer(self):
+        self.wait_text("status", "A machine is available now: press Start simulation.")
+        self.assertNotIn("problem", self.element("status").get_attribute("class"))
+        self.assertEqual(self.text("start"), "Start simulation")
+
+    def test_a_refusal_is_taken_back_when_a_machine_is_free(self):
+        self.refuse_a_start("0")
+        self.cloud.answer = None
+        self.cloud.set_available("1")
+        self.wait_for_the_offer()
+        self.click("start")
+        self.wait_state("running")
+
+    def test_a_refusal_is_taken_back_when_the_light_never_went_out(self):
+        self.refuse_a_start("1")
+        self.wait_for_the_offer()
+
+    def test_a_machine_that_is_free_again_leaves_other_errors_and_simulations_alone(self):
+        self.cloud.answer = "Error: too many sessions are asked for from your network. Please try again in a moment."
+        self.start()
+        self.wait_state("failed")
+        self.cloud.set_available("0")
+        self.wait(lambda: self.data()["availability"] == "full", "a full light")
+        self.cloud.set_available("1")
+        self.wait(lambda: self.data()["availability"] == "available", "a light")
+        self.wait_text("status", "Too many sessions")
+        self.cloud.answer = self.NO_MACHINE
+        self.click("start")
+        self.wait_text("status", "No simulation server")
+        self.cloud.answer = None
+        self.click("start")
+        self.wait_state("running")
+        self.cloud.set_available("1")
+        self.cloud.send("simulation", "loading: seen")
+        self.wait_text("status", "seen")
+        self.assertEqual(self.data()["state"], "running")
 
     def test_the_simulation_servers_error_survives_the_close_that_follows(self):
         self.cloud.launch = ["loading: Error: Wrong Webots simulation URL"]

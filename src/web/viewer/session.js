@@ -4,7 +4,7 @@
 // Events (CustomEvents): those of Simulator except "closed", and
 //   notice {text}            something to tell while the session goes on
 //   problem {text}           an error that the server reported; the session may or may not end after it
-//   ended {text, failed}     the last event; `failed` when the simulation never became ready
+//   ended {text, failed, full}  the last event; `failed` when the simulation never became ready, `full` when no machine was free
 // A connection that broke is restored where the simulation server allows it: "progress" tells so, and "ready" when it is.
 
 import { Lease } from './lease.js';
@@ -14,6 +14,7 @@ const SESSION_ANSWER_MS = 30000;
 const LAST_WORD_MS = 1000;
 const SHUTDOWN_WARNING_S = 300;
 const LOSSES = 60;
+const NO_MACHINE = /no simulation server available/i; // the session server's words
 const RETURNING = 'The connection was lost. Returning to the simulation';
 const RELAYED = ['picture', 'ready', 'mode', 'time', 'progress', 'world', 'output'];
 
@@ -58,7 +59,7 @@ export class Session extends EventTarget {
       if (!this.#over)
         this.#takeLease(machine);
     } catch (error) {
-      this.#end(error.message);
+      this.#end(error.message, NO_MACHINE.test(error.message));
     }
   }
 
@@ -75,11 +76,11 @@ export class Session extends EventTarget {
     this.dispatchEvent(new CustomEvent(type, { detail }));
   }
 
-  #end(text) {
+  #end(text, full = false) {
     if (this.#over)
       return;
     this.stop();
-    this.#tell('ended', { text: this.#problem || text, failed: !this.#ready });
+    this.#tell('ended', { text: this.#problem || text, failed: !this.#ready, full });
   }
 
   #after(milliseconds, action) {

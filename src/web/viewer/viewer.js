@@ -11,6 +11,7 @@ import { Session } from './session.js';
 
 const LIGHT = { available: 'A machine is available', full: 'No machine is free', unknown: 'Availability unknown' };
 const MODE = { paused: 'The simulation is paused.', running: 'The simulation is running.', fast: 'The simulation is running as fast as it can.' };
+const SETTLING_MS = 3000; // the server looks once a second
 const COMMANDS = ['play', 'pause', 'step', 'fast', 'reset', 'reload'];
 
 const page = document.body;
@@ -20,11 +21,14 @@ const element = (id) => document.getElementById(id);
 let session = null;
 let ready = false;
 let lastMode = 'paused';
+let refused = false; // the last start found no machine, and nothing was started since
 const output = new Console(element('console'));
 const picture = new Picture(element('picture'), element('screen'), (size) => session?.resize(size));
 const availability = new Availability((value) => {
   page.dataset.availability = value;
   setText('light-text', LIGHT[value]);
+  if (value === 'available')
+    takeBackRefusal();
 });
 
 // Leaves equal text alone: a screen reader would read it out again.
@@ -36,6 +40,21 @@ function setText(id, text) {
 function setStatus(text, problem = false) {
   setText('status', text);
   element('status').classList.toggle('problem', problem);
+}
+
+// The red sentence is no longer true.
+function takeBackRefusal() {
+  if (!refused)
+    return;
+  refused = false;
+  setState('idle');
+  setStatus('A machine is available now: press Start simulation.');
+}
+
+// A machine may be back before the light has shown that there was none: then no change will come.
+function awaitMachine() {
+  refused = true;
+  setTimeout(() => page.dataset.availability === 'available' && takeBackRefusal(), SETTLING_MS);
 }
 
 function setProgress(percent) {
@@ -82,6 +101,7 @@ function followAvailability() {
 }
 
 function start() {
+  refused = false;
   const field = element('connect-to');
   let target;
   try {
@@ -144,7 +164,12 @@ function listen(to) {
     setProgress(undefined);
     showMode();
   });
-  on('ended', ({ text, failed }) => leave(failed ? 'failed' : 'ended', text));
+  on('ended', ({ text, failed, full }) => {
+    const awaited = full && page.dataset.availability !== 'unknown';
+    leave(failed ? 'failed' : 'ended', awaited ? `${text} This page says when there is one.` : text);
+    if (awaited)
+      awaitMachine();
+  });
 }
 
 function showMode() {
