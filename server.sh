@@ -59,8 +59,7 @@ prepare()
 build()
 {
     [[ -e build/release/build.ninja ]] || cmake --preset release
-    cmake --build --preset release --target webots-session-server webots-simulation-server webots-process-guard \
-        webots-demo-simulator
+    cmake --build --preset release --target installable # so that cmake --install works, too
 }
 
 start()

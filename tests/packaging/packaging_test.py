@@ -5,6 +5,7 @@ Usage: packaging_test.py BUILD_FOLDER CXX_COMPILER CXX_FLAGS [unittest arguments
 """
 
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -50,6 +51,33 @@ class PackagingTest(unittest.TestCase):
     def linked_adapter_libraries(self, program):
         linked = run("ldd", program)
         return [library for library in ADAPTER_LIBRARIES if library + "." in linked]
+
+
+class Install(PackagingTest):
+    """Whoever has run ./server.sh start can install, and nobody gets half a prefix."""
+
+    def test_what_the_start_of_the_servers_builds_is_all_that_is_installed(self):
+        with open(os.path.join(SOURCE, "server.sh")) as script:
+            self.assertIn("cmake --build --preset release --target installable ", script.read())
+        if not os.path.exists(os.path.join(self.build, "build.ninja")):
+            self.skipTest("the build is not one of Ninja, which says what a target needs")
+        commands = run("ninja", "-C", self.build, "-t", "commands", "installable")
+        made = {os.path.basename(path) for path in re.findall(r"(?: -o | qc )(\S+)", commands)}
+        prefix = os.path.join(self.folder, "prefix")
+        run("cmake", "--install", self.build, "--prefix", prefix)
+        built = {name for name in map(os.path.basename, files_below(prefix)) if name.startswith(("webots-", "libwebots"))}
+        built -= {name for name in built if name.endswith(".service")}
+        self.assertIn("libwebots_cloud_testing.a", built)
+        self.assertEqual(built - made, set())
+
+    def test_of_an_unfinished_build_nothing_is_installed(self):
+        build, prefix = os.path.join(self.folder, "unfinished"), os.path.join(self.folder, "nothing")
+        run("cmake", "-S", SOURCE, "-B", build, "-G", "Ninja", f"-DCMAKE_CXX_COMPILER={self.compiler}",
+            f"-DCMAKE_CXX_FLAGS={self.flags}", "-DWEBOTS_CLOUD_BUILD_ADAPTERS=OFF", "-DWEBOTS_CLOUD_BUILD_EXAMPLES=OFF",
+            "-DWEBOTS_CLOUD_BUILD_TESTS=OFF")
+        with self.assertRaisesRegex(AssertionError, f"Nothing is installed(.|\n)*cmake --build\\s+{build}\\s+--target\\s+installable"):
+            run("cmake", "--install", build, "--prefix", prefix)
+        self.assertFalse(os.path.exists(prefix))
 
 
 class FindPackage(PackagingTest):

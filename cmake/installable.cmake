@@ -1,0 +1,27 @@
+# The target `installable` builds what is installed. Where a part of it is missing nothing is installed at all: half a prefix looks
+# like a whole one. Its rule comes first, so that it is checked before anything is copied.
+set(installed webots_cloud_core webots_cloud_testing)
+if(WEBOTS_CLOUD_BUILD_ADAPTERS)
+    list(APPEND installed webots_cloud webots-process-guard)
+endif()
+if(WEBOTS_CLOUD_BUILD_APPS)
+    list(APPEND installed webots-session-server webots-simulation-server)
+endif()
+if(WEBOTS_CLOUD_BUILD_EXAMPLES)
+    list(APPEND installed webots-demo-simulator)
+endif()
+add_custom_target(installable)
+add_dependencies(installable ${installed})
+
+foreach(target ${installed})
+    list(APPEND installed_files $<TARGET_FILE:${target}>)
+endforeach()
+install(CODE "
+foreach(file ${installed_files})
+    if(NOT EXISTS \"\${file}\")
+        message(FATAL_ERROR \"Nothing is installed, because \${file} is not built yet. \"
+                \"First: cmake --build ${PROJECT_BINARY_DIR} --target installable\")
+    endif()
+endforeach()")
+unset(installed)
+unset(installed_files)
