@@ -6,6 +6,7 @@ source cmake/packages/install.sh
 
 programs=$PWD/build/release/bin
 patience=30 # seconds for a server to answer or to end
+calm=15     # seconds for a machine to be free: loads are means of 5 s, and asked for every 5 s
 
 usage()
 {
@@ -64,10 +65,11 @@ build()
 
 start()
 {
-    local name=$1 kind
+    local name=$1 kind started=
     for kind in simulation session; do
         [[ ! -e $(config "$kind" "$name") ]] || start_server "$kind" "$name"
     done
+    [[ -z $started || ! -e $(config session "$name") || ! -e $(config simulation "$name") ]] || await_machine "$name"
     [[ ! -e $(config session "$name") ]] || echo "Open $(address "$(config session "$name")")viewer/"
 }
 
@@ -106,6 +108,7 @@ start_server()
     pid=$!
     echo "$pid" >"log/.$kind.pid"
     await_answer "$kind" "$pid" "$port"
+    started=yes
     echo "Started $name $kind server ($pid)"
 }
 
@@ -118,6 +121,22 @@ await_answer()
             give_up "$kind" "The $kind server ended at once."
         fi
         [[ $SECONDS -lt $deadline ]] || give_up "$kind" "The $kind server ($pid) does not answer on port $port."
+        sleep 0.1
+    done
+}
+
+# Whoever is told the address can start a simulation: the session server has heard of a machine that is free. One that has just
+# built all this may be busy for a moment.
+await_machine()
+{
+    local name=$1 port said= begin=$SECONDS
+    port=$(setting "$(config session "$name")" port)
+    until answers "$port" /readyz; do
+        if [[ $SECONDS -ge $((begin + calm)) ]]; then
+            echo "No simulation server is free yet: $(address "$(config session "$name")")monitor shows their loads. The page says when one is."
+            return
+        fi
+        [[ -n $said || $SECONDS -lt $((begin + 2)) ]] || { said=yes && echo "Waiting until a simulation server is free"; }
         sleep 0.1
     done
 }
@@ -219,14 +238,14 @@ accepts()
     (exec 3<>"/dev/tcp/127.0.0.1/$1") 2>/dev/null
 }
 
-# Does it answer GET /load?
+# answers PORT [PATH]: does a server answer with 200 when it is asked for the path, /load unless given?
 answers()
 {
     local status
     status=$(
         {
             exec 3<>"/dev/tcp/127.0.0.1/$1" || exit
-            printf 'GET /load HTTP/1.1\r\nHost: localhost:%s\r\nConnection: close\r\n\r\n' "$1" >&3
+            printf 'GET %s HTTP/1.1\r\nHost: localhost:%s\r\nConnection: close\r\n\r\n' "${2-/load}" "$1" >&3
             read -r -t 5 line <&3 && echo "$line"
         } 2>/dev/null
     ) && [[ $status == "HTTP/1.1 200"* ]]

@@ -17,6 +17,7 @@ import unittest
 import urllib.request
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
+from support.machine import Machine  # noqa: E402
 from support.ports import free_port  # noqa: E402
 
 SCRIPT, PROGRAMS = "", ""
@@ -57,15 +58,18 @@ class ServerScriptTest(unittest.TestCase):
             file.write(text)
 
     def configure(self, name, kinds=("session", "simulation"), **more):
-        settings = {"session": {"simulationServers": [f"localhost:{self.ports['simulation']}"]}, "simulation": {}}
+        # The machine that runs the tests may be busy: that is not what most of them are about.
+        settings = {"session": {"simulationServers": [f"localhost:{self.ports['simulation']}"], "loadThreshold": 1000}, "simulation": {}}
         for kind in kinds:
             config = {"server": "localhost", "ssl": False, "portRewrite": False, "port": self.ports[kind]}
             self.write(f"config/{kind}/{name}.json", json.dumps({**config, **settings[kind], **more}, indent=2))
 
+    def environment(self):
+        return {"PATH": f"{self.path('bin')}:{os.environ['PATH']}", "HOME": self.path("tmp"), "TMPDIR": self.path("tmp")}
+
     def run_script(self, *arguments):
         """Returns exit status, standard output and standard error."""
-        environment = {"PATH": f"{self.path('bin')}:{os.environ['PATH']}", "HOME": self.path("tmp"), "TMPDIR": self.path("tmp")}
-        done = subprocess.run(["./server.sh", *arguments], cwd=self.folder, env=environment, text=True, timeout=120,
+        done = subprocess.run(["./server.sh", *arguments], cwd=self.folder, env=self.environment(), text=True, timeout=120,
                               stdin=subprocess.DEVNULL, capture_output=True)
         return done.returncode, done.stdout, done.stderr
 
@@ -92,6 +96,24 @@ class Starting(ServerScriptTest):
             f"Open http://localhost:{self.ports['session']}/viewer/"])
         self.assertIn("<html", self.get("session", "/viewer/"))
         self.assertGreaterEqual(float(self.get("simulation", "/load")), 0)
+        self.assertEqual(self.get("session", "/session"), f"ws://localhost:{self.ports['simulation']}")  # the first click
+
+    # A build has just kept the machine busy: the first click would be refused.
+    def test_a_start_waits_until_a_machine_is_free(self):
+        with Machine(load="100.0") as machine:
+            self.write("config/session/local.json", json.dumps(
+                {"server": "localhost", "ssl": False, "portRewrite": False, "port": self.ports["session"], "loadRefresh": 0.2,
+                 "simulationServers": [machine.address]}, indent=2))
+            script = subprocess.Popen(["./server.sh", "start"], cwd=self.folder, env=self.environment(), text=True,
+                                      stdin=subprocess.DEVNULL, stdout=subprocess.PIPE)
+            with script:
+                said = [script.stdout.readline() for _ in range(3)]
+                self.assertEqual(said[2], "Waiting until a simulation server is free\n", said)
+                self.assertTrue(self.get("session", "/session").startswith("Error: "))
+                machine.load = "1.0"
+                self.assertEqual(script.stdout.read(), f"Open http://localhost:{self.ports['session']}/viewer/\n")
+            self.assertEqual(script.returncode, 0)
+            self.assertEqual(self.get("session", "/session"), f"ws://{machine.address}")
 
     def test_a_second_start_leaves_the_servers_as_they_are(self):
         self.start()
@@ -119,7 +141,7 @@ class Starting(ServerScriptTest):
         self.assertFalse(os.path.exists(self.path("log/.session.pid")))
 
     def test_the_address_behind_a_proxy_is_the_public_one(self):
-        self.configure("public", ssl=True, portRewrite=True, server="sim.example.org")
+        self.configure("public", kinds=["session"], ssl=True, portRewrite=True, server="sim.example.org")
         self.assertIn(f"Open https://sim.example.org/{self.ports['session']}/viewer/\n", self.start("public"))
 
     def test_servers_hold_nothing_of_the_terminal_that_started_them(self):
