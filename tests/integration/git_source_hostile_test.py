@@ -246,6 +246,11 @@ class HostileServerTest(GitCase):
         message = self.error(fetch=frame("packfile\n") + frame(b"\3out of memory\n") + b"0000")
         self.assertIn("out of memory", message)
 
+    def test_zero_bytes_at_the_end_of_what_the_server_says_are_not_shown(self):
+        for answers in ({"refs": frame(b"ERR go away.\n\0") + b"0000"}, {"refs": frame(b"ERR go away\0") + b"0000"},
+                        {"fetch": frame(b"packfile\n") + frame(b"\3go away\0\n") + b"0000"}):
+            self.assertRegex(self.error(**answers), r": the git server says: go away\.$")
+
     def test_endless_refs_are_refused(self):
         line = frame(f"{COMMIT} refs/heads/main" + "x" * 60_000 + "\n")
         self.assertIn("larger than 8 MB", self.error(refs=line * 200 + b"0000"))

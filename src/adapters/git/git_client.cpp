@@ -79,7 +79,7 @@ private:
             return {}; // what the server tells a person at a terminal
         case 3:
             return Failure(errc::protocol_error,
-                           concat("the git server says: ", core::printable(core::trim(bytes), 200)));
+                           concat("the git server says: ", core::printable(core::git_server_words(bytes), 200)));
         default:
             return malformed("a frame of an unknown band");
         }
@@ -132,7 +132,8 @@ result<> check_for_git_error(std::string_view line)
     constexpr std::string_view mark = "ERR ";
     if (line.starts_with(mark))
         return Failure(errc::protocol_error,
-                       concat("the git server says: ", core::printable(line.substr(mark.size()), 200)));
+                       concat("the git server says: ",
+                              core::printable(core::git_server_words(line.substr(mark.size())), 200)));
     return {};
 }
 

@@ -1,5 +1,6 @@
 #include "git_pkt_line.hpp"
 
+#include <algorithm>
 #include <cassert>
 #include <charconv>
 
@@ -21,6 +22,14 @@ std::string pkt_line(std::string_view payload)
     for (int shift = 12; shift >= 0; shift -= 4)
         frame += digits[(length >> shift) & 15];
     return frame.append(payload);
+}
+
+std::string_view git_server_words(std::string_view text) noexcept
+{
+    constexpr std::string_view blank(" \t\r\n\0", 5);
+    auto const first = std::min(text.find_first_not_of(blank), text.size());
+    auto const last = text.find_last_not_of(blank);
+    return last == std::string_view::npos ? std::string_view() : text.substr(first, last + 1 - first);
 }
 
 void PktLineDecoder::push(std::string_view bytes)

@@ -36,6 +36,9 @@ std::string pkt_line(std::string_view payload);
 constexpr std::string_view pkt_flush = "0000";
 constexpr std::string_view pkt_delimiter = "0001";
 
+/// What a git server says in an error, without the newlines and zero bytes that some of them send at its end.
+std::string_view git_server_words(std::string_view text) noexcept;
+
 /// Takes frames out of a stream that arrives in arbitrary pieces.
 class PktLineDecoder
 {

@@ -43,6 +43,39 @@ std::size_t size_in(std::string_view path, GitRef const& ref) noexcept
     return begins_with_segments(path, brief) ? brief.size() : 0;
 }
 
+std::size_t count_common_segments(std::string_view path, std::string_view name) noexcept
+{
+    std::size_t count = 0;
+    for (; !path.empty() && !name.empty() && first_segment(path) == first_segment(name); ++count)
+        for (auto* const text : {&path, &name})
+            text->remove_prefix(std::min(first_segment(*text).size() + 1, text->size()));
+    return count;
+}
+
+std::string_view first_segments(std::string_view path, std::size_t count) noexcept
+{
+    std::size_t end = 0;
+    for (; count > 0 && end < path.size(); --count)
+        end = std::min(path.find('/', end == 0 ? 0 : end + 1), path.size());
+    return path.substr(0, end);
+}
+
+/// The part of an address that none of the refs explains, without the folder after it: where branches have the names `team/red` and
+/// `team/blue`, `team/green` of `team/green/projects`.
+std::string_view unknown_ref(std::string_view ref_and_folder, std::vector<GitRef> const& refs) noexcept
+{
+    for (auto const space : {heads, tags})
+        if (ref_and_folder.starts_with(space))
+            return ref_and_folder.substr(
+                0, space.size() + unknown_ref(ref_and_folder.substr(space.size()), refs).size());
+    if (first_segment(ref_and_folder) == "refs")
+        return ref_and_folder; // of a kind that is not listed
+    std::size_t known = 0;
+    for (auto const& ref : refs)
+        known = std::max(known, count_common_segments(ref_and_folder, short_name(ref)));
+    return first_segments(ref_and_folder, known + 1);
+}
+
 GitTarget target(GitObjectId const& commit, std::string_view path, std::size_t ref_size)
 {
     GitTarget found;
@@ -113,7 +146,7 @@ result<GitTarget> resolve_ref(std::string_view ref_and_folder, std::vector<GitRe
     }
     if (!best)
         return Failure(errc::not_found,
-                       concat("has no branch or tag \"", printable(ref_and_folder, 100), "\""));
+                       concat("has no branch or tag \"", printable(unknown_ref(ref_and_folder, refs), 100), "\""));
     return target(best->id, ref_and_folder, longest);
 }
 

@@ -75,4 +75,13 @@ BOOST_AUTO_TEST_CASE(the_text_of_a_frame_has_no_newline_at_its_end)
     BOOST_TEST(line.text() == "abc");
 }
 
+BOOST_AUTO_TEST_CASE(the_words_of_a_server_end_before_its_newlines_and_zero_bytes)
+{
+    using namespace std::string_view_literals;
+    BOOST_TEST(core::git_server_words("upload-pack: not our ref.\n\0"sv) == "upload-pack: not our ref.");
+    BOOST_TEST(core::git_server_words("\0 out of\0order\0\n\0"sv) == "out of\0order"sv);
+    BOOST_TEST(core::git_server_words("\0\n"sv) == "");
+    BOOST_TEST(core::git_server_words("") == "");
+}
+
 BOOST_AUTO_TEST_SUITE_END()

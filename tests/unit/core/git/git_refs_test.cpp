@@ -53,8 +53,21 @@ BOOST_AUTO_TEST_CASE(the_longest_ref_wins)
 BOOST_AUTO_TEST_CASE(a_ref_matches_whole_segments_only)
 {
     std::vector const refs{ref("refs/heads/main", 'a')};
-    BOOST_TEST(resolved("main2/projects", refs) == "has no branch or tag \"main2/projects\"");
+    BOOST_TEST(resolved("main2/projects", refs) == "has no branch or tag \"main2\"");
     BOOST_TEST(resolved("mai", refs) == "has no branch or tag \"mai\"");
+}
+
+BOOST_AUTO_TEST_CASE(what_is_no_ref_is_named_without_the_folder_after_it)
+{
+    std::vector const refs{ref("refs/heads/main", 'a'), ref("refs/heads/team/red", 'b'), ref("refs/tags/team/v1/final", 'c')};
+    auto const named = [&](std::string_view path) { return resolved(path, refs); };
+    BOOST_TEST(named("mian/projects/robots") == "has no branch or tag \"mian\"");
+    BOOST_TEST(named("team/green/projects/robots") == "has no branch or tag \"team/green\"");
+    BOOST_TEST(named("team/v1/draft/projects") == "has no branch or tag \"team/v1/draft\"");
+    BOOST_TEST(named("team/v1") == "has no branch or tag \"team/v1\"");
+    BOOST_TEST(named("team") == "has no branch or tag \"team\"");
+    BOOST_TEST(named("refs/heads/mian/projects") == "has no branch or tag \"refs/heads/mian\"");
+    BOOST_TEST(resolved("mian/projects", {}) == "has no branch or tag \"mian\"");
 }
 
 BOOST_AUTO_TEST_CASE(a_branch_goes_before_a_tag_of_the_same_name_in_either_order)
