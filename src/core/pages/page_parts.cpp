@@ -30,14 +30,15 @@ std::string policy(PageAssets const& assets)
 
 } // namespace
 
-std::string page_begin(std::string_view heading, PageAssets const& assets, std::string_view attributes)
+std::string page_begin(std::string_view server, std::string_view heading, PageAssets const& assets,
+                       std::string_view attributes)
 {
     std::string html = "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
                        "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
                        "<meta name=\"color-scheme\" content=\"light dark\">\n";
     html += concat("<meta http-equiv=\"Content-Security-Policy\" content=\"", policy(assets), "\">\n");
-    html += "<link rel=\"icon\" href=\"data:,\">\n" // nothing else of us may be reachable
-            "<title>Webots simulation server</title>\n";
+    html += "<link rel=\"icon\" href=\"data:,\">\n"; // nothing else of us may be reachable
+    html += concat("<title>Webots ", server, " server</title>\n");
     for (auto const style : assets.styles)
         html.append("<style>\n").append(style).append("</style>\n");
     html.append(concat("</head>\n<body data-port=\"", std::to_string(assets.port), "\" ", attributes,

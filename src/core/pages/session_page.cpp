@@ -51,7 +51,7 @@ std::string mean_load(LoadTotals const& totals)
 std::string session_monitor_page(SessionMonitorView const& view)
 {
     auto const count = view.servers.size();
-    auto html = page_begin("Webots session server", view.assets,
+    auto html = page_begin("session", "Webots session server", view.assets,
                            concat("data-scheme=\"", view.ssl ? "https" : "http", "\""));
     html += concat(
         "<p>Started on ", format_time(view.started, "%A, %B %d, %Y at %H:%M:%S"),

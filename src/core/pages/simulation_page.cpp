@@ -118,7 +118,7 @@ std::string simulations(SimulationMonitorView const& view)
 
 std::string simulation_monitor_page(SimulationMonitorView const& view)
 {
-    auto html = page_begin(view.title.empty() ? "Webots simulation server" : view.title, view.assets);
+    auto html = page_begin("simulation", view.title.empty() ? "Webots simulation server" : view.title, view.assets);
     if (!view.notice.empty())
         html += concat("<p class=\"notice\">", escape_html(view.notice), "</p>\n");
     if (!view.warning.empty())

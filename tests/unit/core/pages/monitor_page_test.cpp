@@ -59,7 +59,7 @@ BOOST_AUTO_TEST_CASE(the_table_has_links_loads_and_an_average_with_one_percent_s
     view.servers[0].sessions = 3;
     view.servers[0].placed = 12;
     auto const page = session_monitor_page(view);
-    BOOST_TEST(contains(page, "<title>Webots simulation server</title>"));
+    BOOST_TEST(contains(page, "<title>Webots session server</title>"));
     BOOST_TEST(contains(page, "<h1>Webots session server</h1>"));
     BOOST_TEST(contains(page, "Managing 2 simulation servers:"));
     auto const started = page.find("Started on ");
