@@ -2,6 +2,7 @@
 
 import hashlib
 import io
+import json
 import os
 import struct
 import sys
@@ -93,6 +94,19 @@ def git_plan():
         yield b"\xff\x00" + b"\x01" + entry(1, name, 9)
     yield b"\x02\x00" + b"\x03" + entry(4, b"a", 9) + entry(4, b"b", 9) + entry(4, b"c", 9)
     yield b"webots_cloud folder 2\nd " + ID + b" 0 worlds\nf " + ID + b" 12 worlds/a.wbt\nl " + ID + b" 5 link\nend\n"
+
+
+def git_lfs():
+    version, one, two = "version https://git-lfs.github.com/spec/v1\n", "a" * 64, "b" * 64
+    pointer = f"{version}oid sha256:{one}\nsize 5\n"
+    action = {"download": {"href": "https://cdn.example.com/a?b=c", "header": {"Authorization": "Basic x"}, "expires_in": 60}}
+    objects = [{"oid": one, "size": 5, "authenticated": True, "actions": action},
+               {"oid": two, "size": 7, "error": {"code": 404, "message": "Object does not exist"}}]
+    texts = [pointer, pointer.replace("git-lfs.github.com", "hawser.github.com"), pointer.replace("\n", "\r\n"),
+             f"{version}ext-0-zip sha256:{two}\noid sha256:{one}\nsize 5\n", json.dumps({"transfer": "basic", "objects": objects}),
+             json.dumps({"objects": objects[1:]}), json.dumps({"message": "no"}), "https://forge.org/a", "https://[::1]/a",
+             "https://10.0.0.1:80/a", "http://user@forge.org/", "https://cdn.example.com?a#b"]
+    return [text.encode() for text in texts]
 
 
 def archive_of(files, method=zipfile.ZIP_DEFLATED, mode=0o100644):
@@ -247,6 +261,6 @@ def smtp_reply():
     yield b"\0\r\n\r\n999\r\n"
 
 
-SEEDS = {each.__name__: each for each in (archive, client_message, configuration, docker_listing, docker_project, git_pack, git_plan, git_protocol,
+SEEDS = {each.__name__: each for each in (archive, client_message, configuration, docker_listing, docker_project, git_lfs, git_pack, git_plan, git_protocol,
                                           http_answer, http_request, load_report, mail, mount_table, policy, simulator_output, smtp_reply,
                                           websocket_frames, world_url)}

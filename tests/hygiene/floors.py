@@ -36,7 +36,7 @@ FLOORS = {
 ROOMS = {
     'src/core': {
         'access': [],
-        'git': [],
+        'git': ['access'],
         'load': [],
         'logs': [],
         'notices': [],

@@ -1,0 +1,108 @@
+#include "git_lfs_address.hpp"
+
+#include "core/access/site_access.hpp"
+#include "core/text.hpp"
+
+#include <boost/url/parse.hpp>
+#include <boost/url/url_view.hpp>
+
+#include <algorithm>
+#include <optional>
+
+namespace webots_cloud::core {
+namespace {
+
+namespace urls = boost::urls;
+
+struct Origin
+{
+    bool tls = false;
+    std::string host; ///< In small letters, IPv6 in brackets.
+};
+
+std::string in_small_letters(std::string_view text)
+{
+    std::string lower(text);
+    std::transform(lower.begin(), lower.end(), lower.begin(),
+                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+    return lower;
+}
+
+std::optional<Origin> read_origin(std::string_view url)
+{
+    auto const parsed = urls::parse_uri(url);
+    if (!parsed || parsed->has_userinfo() || parsed->encoded_host().empty())
+        return std::nullopt;
+    auto const scheme = in_small_letters(parsed->scheme());
+    std::string_view const host = parsed->encoded_host();
+    if ((scheme != "https" && scheme != "http") || host.find('%') != std::string_view::npos)
+        return std::nullopt;
+    Origin origin;
+    origin.tls = scheme == "https";
+    origin.host = in_small_letters(host);
+    return origin;
+}
+
+std::string_view without_brackets(std::string_view host)
+{
+    return host.starts_with('[') && host.ends_with(']') ? host.substr(1, host.size() - 2) : host;
+}
+
+/// Names that end in a number are addresses in one of their older spellings (`127.1`, `0x7f000001`).
+bool is_odd_number(std::string_view host)
+{
+    auto const last = host.substr(host.rfind('.') + 1); // all of it, where there is no dot
+    return last.empty() || (last.front() >= '0' && last.front() <= '9');
+}
+
+bool is_public_host(std::string_view host)
+{
+    if (auto const address = IpAddress::parse(without_brackets(host)))
+        return is_public_address(*address);
+    return !is_odd_number(host) && reach_of(host) == Reach::everybody;
+}
+
+Failure refused(std::string_view what)
+{
+    return {errc::refused, std::string(what)};
+}
+
+} // namespace
+
+bool is_public_address(IpAddress const& address) noexcept
+{
+    static IpNetworks const others({"0.0.0.0/8", "10.0.0.0/8", "100.64.0.0/10", "127.0.0.0/8",
+                                    "169.254.0.0/16", "172.16.0.0/12", "192.0.0.0/24", "192.0.2.0/24",
+                                    "192.168.0.0/16", "198.18.0.0/15", "198.51.100.0/24", "203.0.113.0/24",
+                                    "224.0.0.0/3"});
+    static IpNetworks const global({"2000::/3"});
+    // Those that carry an address of IPv4, or lead to it: 6to4 and Teredo; and documentation.
+    static IpNetworks const not_global({"2001::/23", "2001:db8::/32", "2002::/16"});
+    if (address.is_v4())
+        return !others.contains(address);
+    return global.contains(address) && !not_global.contains(address);
+}
+
+std::string_view base_of(std::string_view url) noexcept
+{
+    constexpr std::string_view mark = "://";
+    auto const scheme = url.find(mark);
+    return scheme == std::string_view::npos ? url
+                                            : url.substr(0, url.find_first_of("/?#", scheme + mark.size()));
+}
+
+result<> check_lfs_address(std::string_view url, std::string_view forge)
+{
+    auto const origin = read_origin(url);
+    auto const home = read_origin(forge);
+    if (!origin || !home)
+        return refused("sends an address that is none of HTTPS");
+    if (home->tls && !origin->tls)
+        return refused("sends an address without TLS");
+    bool const is_private_home = !is_public_host(home->host);
+    if (origin->host != home->host && !is_private_home && !is_public_host(origin->host))
+        return refused("sends an address of a private network");
+    return {};
+}
+
+} // namespace webots_cloud::core

@@ -1,0 +1,175 @@
+#include "git_lfs_batch.hpp"
+
+#include "core/text.hpp"
+
+#include <boost/json/object.hpp>
+#include <boost/json/parse.hpp>
+#include <boost/json/value.hpp>
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+#include <unordered_map>
+
+namespace webots_cloud::core {
+namespace {
+
+namespace json = boost::json;
+using Downloads = std::vector<LfsDownload>;
+
+constexpr std::size_t longest_address = 8192;
+constexpr std::size_t most_headers = 32;
+constexpr std::size_t most_header_bytes = 16 * 1024;
+constexpr std::size_t longest_words = 160;
+
+Failure malformed(std::string_view what)
+{
+    return {errc::protocol_error, std::string(what)};
+}
+
+std::string_view text_of(json::object const& object, std::string_view key)
+{
+    auto const* const value = object.if_contains(key);
+    auto const* const text = value ? value->if_string() : nullptr;
+    return text ? std::string_view(*text) : std::string_view();
+}
+
+json::object const* object_of(json::object const& object, std::string_view key)
+{
+    auto const* const value = object.if_contains(key);
+    return value ? value->if_object() : nullptr;
+}
+
+bool is_token(std::string_view name)
+{
+    constexpr std::string_view others = "!#$%&'*+-.^_`|~";
+    return !name.empty() && std::all_of(name.begin(), name.end(), [&](char c) {
+        return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+               others.find(c) != std::string_view::npos;
+    });
+}
+
+/// What is about the connection and the form of the answer is ours to say.
+bool is_ours(std::string_view name)
+{
+    constexpr std::array<std::string_view, 14> ours{
+        "host",  "connection", "content-length",   "transfer-encoding", "upgrade",
+        "te",    "trailer",    "expect",           "keep-alive",        "accept-encoding",
+        "range", "cookie",     "proxy-connection", "if-range"};
+    std::string lower(name);
+    std::transform(lower.begin(), lower.end(), lower.begin(),
+                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+    return std::find(ours.begin(), ours.end(), lower) != ours.end();
+}
+
+result<std::vector<std::string>> read_headers(json::object const& headers)
+{
+    std::vector<std::string> lines;
+    std::size_t bytes = 0;
+    for (auto const& [name, value] : headers) {
+        std::string_view const key = name;
+        auto const* const text = value.if_string();
+        if (!text || !is_token(key) || !is_printable(*text))
+            return malformed("sends a header that is none");
+        if (is_ours(key) || text->empty())
+            continue;
+        lines.push_back(concat(key, ": ", std::string_view(*text)));
+        bytes += lines.back().size();
+        if (lines.size() > most_headers || bytes > most_header_bytes)
+            return malformed("asks for too many headers");
+    }
+    return lines;
+}
+
+void read_error(json::object const& error, LfsDownload& download)
+{
+    constexpr int longest_status = 999;
+    auto const* const code = error.if_contains("code");
+    auto const* const number = code ? code->if_int64() : nullptr;
+    if (number && *number > 0 && *number <= longest_status)
+        download.error = static_cast<int>(*number);
+    download.words = printable(trim(text_of(error, "message")), longest_words);
+}
+
+result<LfsDownload> read_object(json::object const& object)
+{
+    LfsDownload download;
+    if (auto const* const error = object_of(object, "error")) {
+        read_error(*error, download);
+        return download;
+    }
+    auto const* const actions = object_of(object, "actions");
+    auto const* const action = actions ? object_of(*actions, "download") : nullptr;
+    if (!action)
+        return download;
+    auto const address = text_of(*action, "href");
+    if (address.empty() || address.size() > longest_address || !is_printable(address))
+        return malformed("sends an address that is none");
+    if (auto const* const headers = object_of(*action, "header")) {
+        auto lines = read_headers(*headers);
+        if (!lines)
+            return lines.error();
+        download.headers = std::move(*lines);
+    }
+    download.address = address;
+    return download;
+}
+
+/// Whether it is about the object that was asked for, and not about one of another size.
+bool agrees(json::object const& object, LfsPointer const& pointer)
+{
+    auto const* const size = object.if_contains("size");
+    auto const* const number = size ? size->if_int64() : nullptr;
+    return number && *number >= 0 && static_cast<std::uint64_t>(*number) == pointer.size;
+}
+
+} // namespace
+
+std::string lfs_batch_request(std::vector<LfsPointer> const& objects)
+{
+    std::string text = R"({"operation":"download","transfers":["basic"],"objects":[)";
+    for (auto const& pointer : objects) {
+        text += text.ends_with('[') ? "" : ",";
+        text += concat(R"({"oid":")", pointer.object, R"(","size":)", std::to_string(pointer.size), "}");
+    }
+    return text += R"(],"hash_algo":"sha256"})";
+}
+
+result<Downloads> parse_lfs_batch(std::string_view answer, std::vector<LfsPointer> const& objects)
+{
+    boost::system::error_code failed;
+    auto const value = json::parse(answer, failed); // at most 32 levels deep
+    if (failed || !value.is_object())
+        return malformed("sends no JSON");
+    auto const& message = value.get_object();
+    auto const transfer = text_of(message, "transfer");
+    if (!transfer.empty() && transfer != "basic")
+        return malformed("wants a transfer that nobody asked for");
+    auto const* const list = message.if_contains("objects");
+    auto const* const answers = list ? list->if_array() : nullptr;
+    if (!answers)
+        return malformed("sends no objects");
+    if (answers->size() > objects.size())
+        return malformed("sends more objects than it was asked for");
+    std::unordered_map<std::string_view, std::size_t> wanted;
+    for (std::size_t i = 0; i < objects.size(); ++i)
+        wanted.emplace(objects[i].object, i);
+    Downloads downloads(objects.size());
+    for (auto const& each : *answers) {
+        auto const* const object = each.if_object();
+        auto const found = object ? wanted.find(text_of(*object, "oid")) : wanted.end();
+        if (found == wanted.end())
+            return malformed("sends an object that it was not asked for");
+        auto const index = found->second;
+        wanted.erase(found); // each once
+        auto download = read_object(*object);
+        if (!download)
+            return download.error();
+        if (!download->address.empty() && !agrees(*object, objects[index]))
+            return malformed("has another size for an object");
+        downloads[index] = std::move(*download);
+    }
+    return downloads;
+}
+
+} // namespace webots_cloud::core
