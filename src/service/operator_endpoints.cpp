@@ -275,8 +275,8 @@ Answer OperatorEndpoints::answer(IncomingRequest const& request)
 {
     if (request.path == "/api/drain")
         return drain_answer(request);
-    if (request.method != "GET")
-        return core::method_not_allowed_page("GET");
+    if (!core::is_read(request.method))
+        return core::method_not_allowed_page("GET, HEAD");
     if (request.path == "/monitor")
         return request.upgrade ? Answer(Converse()) : monitor_page(request);
     if (request.path == "/load")

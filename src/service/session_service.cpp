@@ -258,7 +258,13 @@ Answer SessionService::Impl::session(IncomingRequest const& request)
         response.fixed_headers = html_for_any_origin;
         return response;
     }
-    auto response = request.method == "OPTIONS" ? HttpResponse(204, {}, {}) : core::method_not_allowed_page("GET, OPTIONS");
+    if (request.method == "HEAD") { // asks whether we are there, and not for a place
+        HttpResponse response(200, {}, {});
+        response.fixed_headers = html_for_any_origin;
+        return response;
+    }
+    auto response = request.method == "OPTIONS" ? HttpResponse(204, {}, {})
+                                                : core::method_not_allowed_page("GET, HEAD, OPTIONS");
     response.fixed_headers = any_origin;
     return response;
 }
@@ -384,8 +390,8 @@ Answer SessionService::respond(IncomingRequest const& request)
                        path == "/metrics" || path == "/api/decisions" || path.starts_with("/viewer");
     if (!known)
         return core::not_found_page();
-    if (request.method != "GET")
-        return core::method_not_allowed_page("GET");
+    if (!core::is_read(request.method))
+        return core::method_not_allowed_page("GET, HEAD");
     if (path == "/livez")
         return core::page("alive");
     if (path == "/readyz")

@@ -10,6 +10,7 @@
 
 #include <charconv>
 #include <ctime>
+#include <optional>
 
 namespace webots_cloud::adapters {
 namespace {
@@ -77,8 +78,9 @@ bool takes_gzip(std::string_view accept_encoding)
     return false;
 }
 
-/// Status line and headers; `size` is that of the body.
-void append_head(std::string& out, HttpResponse const& response, bool keep_alive, std::size_t size)
+/// Status line and headers; `size` is that of the body, unless it is not known.
+void append_head(std::string& out, HttpResponse const& response, bool keep_alive,
+                 std::optional<std::size_t> size)
 {
     auto const reason = boost::beast::http::obsolete_reason(
         boost::beast::http::int_to_status(static_cast<unsigned>(response.status)));
@@ -90,9 +92,9 @@ void append_head(std::string& out, HttpResponse const& response, bool keep_alive
         out.append("\r\nContent-Type: ").append(response.content_type);
     for (auto const& [name, value] : response.headers)
         out.append("\r\n").append(name).append(": ").append(value);
-    if (response.status != 204 && response.status != 304) {
+    if (size && response.status != 204 && response.status != 304) {
         out.append("\r\nContent-Length: ");
-        append_number(out, size);
+        append_number(out, *size);
     }
     out.append("\r\n").append(response.fixed_headers);
     out.append(keep_alive ? "Connection: keep-alive\r\n\r\n" : "Connection: close\r\n\r\n");
@@ -102,9 +104,13 @@ void append_head(std::string& out, HttpResponse const& response, bool keep_alive
 
 void append_response(std::string& out, HttpResponse const& response, bool keep_alive, bool with_body)
 {
-    append_head(out, response, keep_alive, response.body.size());
-    if (with_body)
+    if (with_body) {
+        append_head(out, response, keep_alive, response.body.size());
         out.append(response.body);
+    } else {
+        bool const is_known = !response.body.empty();
+        append_head(out, response, keep_alive, is_known ? std::optional(response.body.size()) : std::nullopt);
+    }
 }
 
 void append_shared_head(std::string& out, HttpResponse const& response, bool keep_alive,

@@ -9,7 +9,8 @@
 namespace webots_cloud::adapters {
 
 /// Appends status line, headers and body to `out`. `keep_alive` says whether the connection stays open; the
-/// answer to HEAD is without its body.
+/// answer to HEAD is without its body. It says how long that would be, unless it is empty: then nobody has
+/// made it.
 void append_response(std::string& out, HttpResponse const& response, bool keep_alive, bool with_body);
 
 /// The same of a response with a shared body, which is not appended: `body` is what will be sent of it.

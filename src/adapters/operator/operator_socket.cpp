@@ -223,7 +223,8 @@ asio::awaitable<void> LocalOperatorSocket::serve(Protocol::socket socket)
     if (response && response->shared)
         response->body = response->shared->text;
     std::string text;
-    adapters::append_response(text, response ? *response : HttpResponse(400, {}, {}), false, true);
+    adapters::append_response(text, response ? *response : HttpResponse(400, {}, {}), false,
+                              parser.get().method() != http::verb::head);
     stream.expires_after(patience);
     (void)co_await asio::async_write(stream, asio::buffer(text), asio::as_tuple(asio::use_awaitable));
 }

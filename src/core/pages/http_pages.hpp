@@ -12,6 +12,12 @@ namespace webots_cloud::core {
 /// The content type of every text that the servers answer, plain text included.
 inline constexpr std::string_view html_type = "text/html; charset=UTF-8";
 
+/// GET, or HEAD: that is answered alike, and whoever sends the answer leaves its body out.
+inline bool is_read(std::string_view method) noexcept
+{
+    return method == "GET" || method == "HEAD";
+}
+
 /// 200 with a body.
 HttpResponse page(std::string body);
 

@@ -162,9 +162,31 @@ BOOST_AUTO_TEST_CASE(methods_and_unknown_paths_are_answered_as_ever)
     BOOST_TEST(refused.status == 405);
     BOOST_TEST(refused.body == "<html><title>405: Method Not Allowed</title><body>405: Method Not Allowed</body></html>");
     BOOST_TEST(header(refused, "Access-Control-Allow-Origin") == "*");
-    BOOST_TEST(header(fixture.get("/load", "PUT"), "Allow") == "GET");
+    BOOST_TEST(header(refused, "Allow") == "GET, HEAD, OPTIONS");
+    BOOST_TEST(header(fixture.get("/load", "PUT"), "Allow") == "GET, HEAD");
     BOOST_TEST(fixture.get("/session/").status == 404);
     BOOST_TEST(fixture.get("/nope").body == "<html><title>404: Not Found</title><body>404: Not Found</body></html>");
+}
+
+// Tornado answers 405; load balancers and `curl -I` ask so.
+BOOST_AUTO_TEST_CASE(head_is_answered_as_get_but_takes_no_place)
+{
+    Fixture fixture;
+    fixture.http.expect("GET http://a:2000/load").reply(200, "10").always();
+    fixture.start({"a:2000"});
+    for (auto const* path : {"/", "/load", "/livez", "/readyz", "/viewer/", "/viewer", "/nope"}) {
+        auto const answer = fixture.get(path, "HEAD");
+        BOOST_TEST((answer == fixture.get(path)), path);
+    }
+    BOOST_TEST(fixture.get("/monitor", "HEAD").status == 200);
+    auto const session = fixture.get("/session", "HEAD");
+    BOOST_TEST(session.status == 200);
+    BOOST_TEST(content_type(session) == "text/html; charset=UTF-8");
+    BOOST_TEST(header(session, "Access-Control-Allow-Origin") == "*");
+    BOOST_TEST(session.body == ""); // which place it would be is known only when it is taken
+    BOOST_TEST(fixture.get("/metrics").body.find("webots_placements_total{result=\"placed\"} 0\n") !=
+               std::string::npos);
+    BOOST_TEST(fixture.get("/session").body == "wss://a:2000");
 }
 
 BOOST_AUTO_TEST_CASE(every_text_is_html_and_only_session_is_for_other_origins)

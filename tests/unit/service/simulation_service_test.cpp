@@ -719,11 +719,17 @@ BOOST_AUTO_TEST_CASE(each_path_answers_what_it_always_did_and_nobody_else_may_as
     };
     Fixture fixture;
     for (auto const& [method, path, upgrade, status] :
-         {Row{"GET", "/load", false, 200}, Row{"GET", "/monitor", false, 200}, Row{"GET", "/monitor", true, 101},
-          Row{"GET", "/client", true, 101}, Row{"GET", "/client", false, 400}, Row{"POST", "/client", false, 405},
-          Row{"POST", "/load", false, 405}, Row{"POST", "/monitor", false, 405}, Row{"GET", "/", false, 404},
-          Row{"GET", "/session", false, 404}, Row{"GET", "/client/", true, 404}, Row{"GET", "/metrics", false, 200},
-          Row{"GET", "/livez", false, 200}, Row{"GET", "/readyz", false, 200}}) {
+         {Row{"GET", "/load", false, 200},      Row{"GET", "/monitor", false, 200},
+          Row{"GET", "/monitor", true, 101},    Row{"GET", "/client", true, 101},
+          Row{"GET", "/client", false, 400},    Row{"POST", "/client", false, 405},
+          Row{"POST", "/load", false, 405},     Row{"POST", "/monitor", false, 405},
+          Row{"GET", "/", false, 404},          Row{"GET", "/session", false, 404},
+          Row{"GET", "/client/", true, 404},    Row{"GET", "/metrics", false, 200},
+          Row{"GET", "/livez", false, 200},     Row{"GET", "/readyz", false, 200},
+          Row{"HEAD", "/load", false, 200},     Row{"HEAD", "/monitor", false, 200},
+          Row{"HEAD", "/metrics", false, 200},  Row{"HEAD", "/livez", false, 200},
+          Row{"HEAD", "/readyz", false, 200},   Row{"HEAD", "/client", false, 405},
+          Row{"HEAD", "/api/drain", false, 404}}) {
         IncomingRequest request;
         request.method = method;
         request.path = path;
@@ -941,6 +947,7 @@ BOOST_AUTO_TEST_CASE(a_drained_server_takes_nothing_new_and_ends_with_its_last_s
     };
     BOOST_TEST(ask("GET", "/readyz", "", false).status == 200);
     BOOST_TEST(ask("GET", "/api/drain", "", true).status == 405);
+    BOOST_TEST(ask("HEAD", "/api/drain", "exit", true).status == 405);
     BOOST_TEST(ask("POST", "/api/drain", "", false).status == 404);
     BOOST_TEST(ask("GET", "/api/drain", "", false).status == 404);
     BOOST_TEST(ask("POST", "/api/drain", "of", true).status == 400);

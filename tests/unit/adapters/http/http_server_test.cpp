@@ -94,6 +94,16 @@ BOOST_AUTO_TEST_CASE(head_is_answered_without_the_body_that_it_counts)
     BOOST_TEST(answers.ends_with("\r\n\r\n/x"));
 }
 
+// RFC 9110, 8.6: a length that is told is that of the answer to GET.
+BOOST_AUTO_TEST_CASE(head_of_what_nobody_has_made_tells_no_length)
+{
+    RunningServer server;
+    Client client(server);
+    client.say("HEAD /nothing HTTP/1.1\r\nHost: h\r\n\r\nGET /nothing HTTP/1.1\r\nHost: h\r\n\r\n");
+    BOOST_TEST(client.read_to("\r\n\r\n").find("Content-Length") == std::string::npos);
+    BOOST_TEST(client.read_to("\r\n\r\n").find("Content-Length: 0\r\n") != std::string::npos);
+}
+
 BOOST_AUTO_TEST_CASE(a_body_is_refused_and_the_connection_closed)
 {
     RunningServer server;

@@ -30,7 +30,8 @@ namespace webots_cloud {
 
 inline constexpr auto patience = std::chrono::seconds(30); // only how long a broken server is waited for
 
-/// Answers every request with its path, `/shared` with `shared`, `/who` with who asks and by what that is counted. WebSockets:
+/// Answers every request with its path, `/nothing` with nothing, `/shared` with `shared`, `/who` with who
+/// asks and by what that is counted. WebSockets:
 /// `/echo` answers, `/who` tells the same first, `/flood` sends until the
 /// channel refuses, `/turns` counts.
 class TestEndpoint final : public Endpoint
@@ -42,6 +43,8 @@ public:
             return Converse();
         if (request.path == "/who")
             return HttpResponse(200, "text/plain", name(request.client, request.quota_key));
+        if (request.path == "/nothing")
+            return HttpResponse(200, "text/plain", {});
         if (request.path == "/shared") {
             HttpResponse response(200, "text/plain", {});
             response.shared = shared;
