@@ -107,15 +107,15 @@ start_server()
     setsid "$(program "$kind")" "$file" </dev/null >"log/$kind/console.log" 2>&1 {lock}>&- &
     pid=$!
     echo "$pid" >"log/.$kind.pid"
-    await_answer "$kind" "$pid" "$port"
+    await_answer "$kind" "$pid" "$port" "$(setting "$file" sslCertificate)"
     started=yes
     echo "Started $name $kind server ($pid)"
 }
 
 await_answer()
 {
-    local kind=$1 pid=$2 port=$3 deadline=$((SECONDS + patience))
-    until answers "$port"; do
+    local kind=$1 pid=$2 port=$3 tls=$4 deadline=$((SECONDS + patience))
+    until answers "$port" || { [[ -n $tls ]] && answers "$port" /load 400; }; do
         if ! is_alive "$pid"; then
             rm -f "log/.$kind.pid"
             give_up "$kind" "The $kind server ended at once."
@@ -129,11 +129,13 @@ await_answer()
 # built all this may be busy for a moment.
 await_machine()
 {
-    local name=$1 port said= begin=$SECONDS
-    port=$(setting "$(config session "$name")" port)
+    local name=$1 file port said= begin=$SECONDS
+    file=$(config session "$name")
+    port=$(setting "$file" port)
+    [[ -z $(setting "$file" sslCertificate) ]] || return 0 # that we can't ask
     until answers "$port" /readyz; do
         if [[ $SECONDS -ge $((begin + calm)) ]]; then
-            echo "No simulation server is free yet: $(address "$(config session "$name")")monitor shows their loads. The page says when one is."
+            echo "No simulation server is free yet: $(address "$file")monitor shows their loads. The page says when one is."
             return
         fi
         [[ -n $said || $SECONDS -lt $((begin + 2)) ]] || { said=yes && echo "Waiting until a simulation server is free"; }
@@ -238,7 +240,7 @@ accepts()
     (exec 3<>"/dev/tcp/127.0.0.1/$1") 2>/dev/null
 }
 
-# answers PORT [PATH]: does a server answer with 200 when it is asked for the path, /load unless given?
+# answers PORT [PATH [STATUS]]: does a server answer with 200 when it is asked for /load? One that speaks TLS answers us with 400.
 answers()
 {
     local status
@@ -248,7 +250,7 @@ answers()
             printf 'GET %s HTTP/1.1\r\nHost: localhost:%s\r\nConnection: close\r\n\r\n' "${2-/load}" "$1" >&3
             read -r -t 5 line <&3 && echo "$line"
         } 2>/dev/null
-    ) && [[ $status == "HTTP/1.1 200"* ]]
+    ) && [[ $status == "HTTP/1.1 ${3-200}"* ]]
 }
 
 main "$@"

@@ -144,6 +144,17 @@ class Starting(ServerScriptTest):
         self.configure("public", kinds=["session"], ssl=True, portRewrite=True, server="sim.example.org")
         self.assertIn(f"Open https://sim.example.org/{self.ports['session']}/viewer/\n", self.start("public"))
 
+    def test_servers_that_speak_tls_are_seen_to_answer(self):
+        if not shutil.which("openssl"):
+            self.skipTest("openssl is missing (package openssl)")
+        certificate, key = self.path("tmp/certificate.pem"), self.path("tmp/key.pem")
+        subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes",
+                        "-keyout", key, "-out", certificate, "-days", "2", "-subj", "/CN=localhost"], check=True, capture_output=True)
+        self.configure("local", ssl=True, sslCertificate=certificate, sslKey=key)
+        status, output, errors = self.run_script("start")
+        self.assertEqual(status, 0, output + errors)
+        self.assertIn(f"Open https://localhost:{self.ports['session']}/viewer/\n", output)
+
     def test_servers_hold_nothing_of_the_terminal_that_started_them(self):
         self.start()
         for kind in ("session", "simulation"):
