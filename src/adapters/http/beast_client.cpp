@@ -6,6 +6,7 @@
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/ssl/context.hpp>
+#include <boost/asio/ssl/error.hpp>
 #include <boost/asio/ssl/host_name_verification.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/write.hpp>
@@ -16,6 +17,9 @@
 #include <boost/beast/http/string_body.hpp>
 #include <boost/beast/ssl/ssl_stream.hpp>
 #include <boost/url/parse.hpp>
+
+#include <openssl/err.h>
+#include <openssl/sslerr.h>
 
 #include <charconv>
 #include <iterator>
@@ -182,6 +186,13 @@ asio::awaitable<result<>> Connection::open(Target const& target, std::vector<tcp
     co_return result<>();
 }
 
+/// Whether what came in place of a handshake is no TLS, as the answer of a server of plain HTTP.
+bool speaks_no_tls(beast::error_code error)
+{
+    return error.category() == asio::error::get_ssl_category() &&
+           ERR_GET_REASON(static_cast<unsigned long>(error.value())) == SSL_R_WRONG_VERSION_NUMBER;
+}
+
 asio::awaitable<result<>> Connection::encrypt(Encrypted& stream, std::string const& host)
 {
     stream.set_verify_callback(asio::ssl::host_name_verification(host));
@@ -192,6 +203,8 @@ asio::awaitable<result<>> Connection::encrypt(Encrypted& stream, std::string con
         co_await stream.async_handshake(asio::ssl::stream_base::client, asio::as_tuple(asio::use_awaitable));
     if (error == beast::error::timeout)
         co_return Failure(errc::unreachable, "TLS failed: no answer in time");
+    if (speaks_no_tls(error))
+        co_return Failure(errc::unreachable, "it was asked by https, and speaks no TLS (plain http, perhaps)");
     if (error)
         co_return Failure(errc::unreachable, concat("TLS failed: ", error.message()));
     co_return result<>();

@@ -345,6 +345,39 @@ void warn_of_plain_simulators(SimulationConfig const& config, fs::path const& or
                "shown. Let a proxy end TLS, as in config/nginx, and set \"portRewrite\" to true"));
 }
 
+/// Until 2021 there was no such key, and plain http unless the server had a certificate.
+void warn_of_assumed_tls(ConfigReader const& reader, SessionConfig const& config, fs::path const& origin,
+                         std::vector<std::string>& warnings)
+{
+    auto const has_port = [](ServerSpec const& server) {
+        return server.address.find('/') == std::string::npos;
+    };
+    auto const& servers = config.simulation_servers;
+    auto const direct = std::find_if(servers.begin(), servers.end(), has_port);
+    if (reader.has("ssl") || direct == servers.end())
+        return;
+    warnings.push_back(
+        concat(origin.string(),
+               ": key \"ssl\" is missing and counts as true: simulation servers are asked by https (https://",
+               core::printable(direct->address, 200),
+               "/load) and browsers sent to wss://. Configurations of 2018 to 2021 "
+               "have no such key, and their machines speak plain http: then set it to false; else to true"));
+}
+
+void warn_of_assumed_tls(ConfigReader const& reader, SimulationConfig const& config, fs::path const& origin,
+                         std::vector<std::string>& warnings)
+{
+    bool const is_told = !config.network.ssl_certificate.empty(); // by warn_of_plain_simulators
+    if (reader.has("ssl") || config.port_rewrite || is_told)
+        return;
+    warnings.push_back(concat(origin.string(),
+                              ": key \"ssl\" is missing and counts as true: browsers are sent to wss://",
+                              config.server,
+                              ":<port of the simulation>, where simulators speak plain http. Configurations "
+                              "of 2018 to 2021 have no such "
+                              "key: set it to false, or to true if a proxy ends TLS on those ports"));
+}
+
 /// Both end up in one option of Webots, which takes them apart again.
 void read_multimedia(ConfigReader& reader, SimulationConfig& config)
 {
@@ -422,6 +455,7 @@ result<Configured<SessionConfig>> parse_session_config(std::string_view text,
         return *failure;
     configured.warnings = reader->unknown_keys();
     drop_administrator_without_mail(config, origin, configured.warnings);
+    warn_of_assumed_tls(*reader, config, origin, configured.warnings);
     warn_of_trust_in_everybody(config.network, origin, configured.warnings);
     make_printable(configured.warnings);
     return configured;
@@ -491,6 +525,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     limit_connections(config, origin, configured.warnings);
     share_connections(*reader, config);
     warn_of_plain_simulators(config, origin, configured.warnings);
+    warn_of_assumed_tls(*reader, config, origin, configured.warnings);
     warn_of_trust_in_everybody(config.network, origin, configured.warnings);
     warn_of_foreign("allowedRepositories", config.allowed_repositories, config, origin, configured.warnings);
     warn_of_foreign("blockedRepositories", config.blocked_repositories, config, origin, configured.warnings);

@@ -121,7 +121,7 @@ BOOST_AUTO_TEST_CASE(wrong_values_are_named_with_key_found_and_wanted)
 
 BOOST_AUTO_TEST_CASE(unknown_keys_are_warned_about_with_the_nearest_known_one)
 {
-    auto const configured = parse_session_config(R"({"port":1,"simulationServers":["a:1"],"portRewrit":true})", "c.json").value();
+    auto const configured = parse_session_config(R"({"port":1,"simulationServers":["a/1"],"portRewrit":true})", "c.json").value();
     BOOST_TEST_REQUIRE(configured.warnings.size() == 1u);
     BOOST_TEST(configured.warnings[0] == "c.json: unknown key \"portRewrit\" is ignored; did you mean \"portRewrite\"?");
 }
@@ -129,7 +129,7 @@ BOOST_AUTO_TEST_CASE(unknown_keys_are_warned_about_with_the_nearest_known_one)
 BOOST_AUTO_TEST_CASE(so_are_those_of_servers_and_forges)
 {
     auto const session = parse_session_config(
-        R"({"port":1,"simulationServers":["a:1",{"address":"b:1","wieght":2}]})", "c.json");
+        R"({"port":1,"simulationServers":["a/1",{"address":"b/1","wieght":2}]})", "c.json");
     BOOST_TEST(session.value().warnings == std::vector<std::string>{
         "c.json: key \"simulationServers\", entry 2: unknown key \"wieght\" is ignored; did you mean \"weight\"?"});
     auto const simulation = parse_simulation_config(
@@ -141,7 +141,7 @@ BOOST_AUTO_TEST_CASE(so_are_those_of_servers_and_forges)
 BOOST_AUTO_TEST_CASE(session_defaults_are_those_of_the_reference)
 {
     auto const configured =
-        parse_session_config(R"({"port":1999,"simulationServers":["a:2000"]})", "c.json").value();
+        parse_session_config(R"({"port":1999,"simulationServers":["a/2000"]})", "c.json").value();
     auto const& config = configured.config;
     BOOST_TEST(configured.warnings.empty());
     BOOST_TEST(config.server == "localhost");
@@ -297,6 +297,41 @@ BOOST_AUTO_TEST_CASE(a_certificate_without_a_proxy_is_warned_of_since_simulators
     BOOST_TEST(warnings(R"("portRewrite":false,"ssl":false)").empty());
 }
 
+// Protocol section 8.1: until 2021 there was no `ssl`, and the Python servers of today ask such machines by https too.
+BOOST_AUTO_TEST_CASE(who_has_no_ssl_key_is_told_that_machines_are_asked_by_https)
+{
+    auto const warnings = [](std::string_view servers, std::string_view keys = "") {
+        return parse_session_config(R"({"port":1,"simulationServers":[)" + std::string(servers) + "]" + std::string(keys) + "}",
+                                    "c.json")
+            .value()
+            .warnings;
+    };
+    BOOST_TEST(warnings(R"("a/1","b:2000")") ==
+               std::vector<std::string>{
+                   "c.json: key \"ssl\" is missing and counts as true: simulation servers are asked by https "
+                   "(https://b:2000/load) and browsers sent to wss://. Configurations of 2018 to 2021 have no such key, and "
+                   "their machines speak plain http: then set it to false; else to true"});
+    BOOST_TEST(warnings(R"("a/1","b/2")").empty()); // behind a proxy, as those of all years
+    BOOST_TEST(warnings("").empty());
+    BOOST_TEST(warnings(R"("a:1")", R"(,"ssl":true)").empty());
+    BOOST_TEST(warnings(R"("a:1")", R"(,"ssl":false)").empty());
+}
+
+BOOST_AUTO_TEST_CASE(who_has_no_ssl_key_and_no_proxy_is_told_where_browsers_are_sent)
+{
+    auto const warnings = [](std::string_view keys) {
+        return parse_simulation_config(R"({"server":"h")" + std::string(keys) + "}", "c.json").value().warnings;
+    };
+    BOOST_TEST(warnings(R"(,"portRewrite":false)") ==
+               std::vector<std::string>{
+                   "c.json: key \"ssl\" is missing and counts as true: browsers are sent to wss://h:<port of the simulation>, "
+                   "where simulators speak plain http. Configurations of 2018 to 2021 have no such key: set it to false, or to "
+                   "true if a proxy ends TLS on those ports"});
+    BOOST_TEST(warnings("").empty());
+    BOOST_TEST(warnings(R"(,"portRewrite":false,"ssl":true)").empty());
+    BOOST_TEST(warnings(R"(,"portRewrite":false,"ssl":false)").empty());
+}
+
 BOOST_AUTO_TEST_CASE(repositories_that_are_on_no_forge_are_warned_of)
 {
     auto const warnings = [](std::string_view keys) {
@@ -343,7 +378,7 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
         {R"("sslKey":"/k","sslCertificate":"/c")",
          [](auto const& c) { return c.network.ssl_key == "/k" && c.network.ssl_certificate == "/c"; }},
         {R"("port":3000)", [](auto const& c) { return c.port == 3000; }},
-        {R"("portRewrite":false)", [](auto const& c) { return !c.port_rewrite; }},
+        {R"("ssl":true,"portRewrite":false)", [](auto const& c) { return !c.port_rewrite; }},
         {R"("docker":true)", [](auto const& c) { return c.docker; }},
         {R"("allowedRepositories":["https://github.com/a","https://"])",
          [](auto const& c) { return c.allowed_repositories == Texts{"https://github.com/a", "https://"}; }},
