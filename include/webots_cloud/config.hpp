@@ -134,6 +134,9 @@ struct SimulationConfig
     std::uint64_t fetch_disk = std::uint64_t{8} << 30;
     std::filesystem::path webots_home; ///< `webotsHome`
     std::string display;              ///< `display`: what Webots draws on. Empty: what `DISPLAY` says, else `:0`.
+    /// `simulatorEnvironment`: `NAME` and `PREFIX_*` of the server's environment, and `NAME=value`, for
+    /// simulators.
+    std::vector<std::string> simulator_environment;
     /// `projectsDir`: templates that websites start with `init`. Empty: those that came with Webots.
     std::filesystem::path projects_dir;
     std::filesystem::path key_dir = "key"; ///< `keyDir`: a file per website, named as its host, with its key.

@@ -48,6 +48,9 @@ struct DockerModeParams
     std::string graphics_device = "/dev/null";
     /// Our own environment, of which docker gets what it needs.
     std::vector<std::pair<std::string, std::string>> environment;
+    /// What docker gets besides, so that compose files can refer to it: `NAME` and `PREFIX_*` of our
+    /// environment, and `NAME=value`.
+    std::vector<std::string> simulator_environment;
 };
 
 /// A project that is ready to be run.

@@ -47,6 +47,8 @@ struct SimulationLauncherParams
     std::string old_webots_multimedia_stream;
     /// Our own environment, of which simulators get what they need.
     std::vector<std::pair<std::string, std::string>> environment;
+    /// What they get besides: `NAME` and `PREFIX_*` of our environment, and `NAME=value`.
+    std::vector<std::string> simulator_environment;
 };
 
 /// What to simulate.

@@ -4,6 +4,7 @@
 #include "core/simulation/isolation.hpp"
 #include "core/pages/monitor_sample.hpp"
 #include "core/simulation/simulator_choice.hpp"
+#include "core/simulation/simulator_environment.hpp"
 #include "core/config/state_folder.hpp"
 #include "core/text.hpp"
 #include "log_summaries.hpp"
@@ -219,9 +220,21 @@ SimulationLauncherParams launcher_params(SimulationConfig const& config, fs::pat
     for (auto& [name, value] : params.environment)
         if (name == "WEBOTS_HOME")
             value = from_here(value);
+    params.simulator_environment = config.simulator_environment;
     if (auto const display = display_of(config); !display.empty())
         params.display = display;
     return params;
+}
+
+/// Tells the operator what simulators do not get of this server's environment. Those in containers get that
+/// of their image.
+void tell_environment(SimulationLauncherParams const& params, Logger const& log)
+{
+    auto const remarks = core::environment_remarks(params.environment, params.simulator_environment);
+    for (auto const& notice : remarks.notices)
+        log.info(notice);
+    for (auto const& warning : remarks.warnings)
+        log.warning(warning);
 }
 
 DockerModeParams docker_params(SimulationConfig const& config, fs::path const& instances)
@@ -237,6 +250,7 @@ DockerModeParams docker_params(SimulationConfig const& config, fs::path const& i
     params.identity = core::docker_identity(host_name(), config.port, instances);
     params.run = make_token().substr(0, 8);
     params.environment = current_environment();
+    params.simulator_environment = config.simulator_environment;
     if (fs::exists("/dev/dri", failed))
         params.graphics_device = "/dev/dri";
     if (auto const display = display_of(config); !display.empty()) {
@@ -345,6 +359,8 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     }
     SimulationLauncher launcher(launcher_params(config, choice->program), *processes, *clock, log,
                                 docker.get());
+    if (!config.docker)
+        tell_environment(launcher.params(), log);
     auto service_settings = service_params(config, choice->notice);
     auto isolation_warning = co_await check_isolation(config, guard, read_only, *clock, log);
     service_settings.isolation_warning = std::move(isolation_warning);

@@ -108,7 +108,7 @@ ProcessSpec DockerMode::Impl::command(Arguments argv) const
 {
     ProcessSpec spec;
     spec.argv = std::move(argv);
-    spec.environment = core::docker_environment(params.environment);
+    spec.environment = core::docker_environment(params.environment, params.simulator_environment);
     spec.directory = "/";
     spec.grace = Duration::zero();
     return spec;

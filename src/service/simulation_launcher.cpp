@@ -1,5 +1,6 @@
 #include <webots_cloud/simulation_launcher.hpp>
 
+#include "async/deadline.hpp"
 #include "core/docker/compose_output.hpp"
 #include "core/docker/docker_project.hpp"
 #include "core/simulation/last_words.hpp"
@@ -7,9 +8,9 @@
 #include "core/docker/line_budget.hpp"
 #include "core/simulation/output_budget.hpp"
 #include "core/simulation/port_pool.hpp"
+#include "core/simulation/simulator_environment.hpp"
 #include "core/text.hpp"
 #include "core/simulation/webots_output.hpp"
-#include "async/deadline.hpp"
 #include "run_program.hpp"
 
 #include <boost/asio/this_coro.hpp>
@@ -77,7 +78,8 @@ asio::awaitable<result<ContainerPlan>> SimulationLauncher::Impl::plan(LaunchSpec
 ProcessSpec SimulationLauncher::Impl::process_for(LaunchSpec const& spec, std::uint16_t port) const
 {
     ProcessSpec process;
-    process.environment = core::webots_environment(params.environment, params.display);
+    process.environment =
+        core::simulator_environment(params.environment, params.simulator_environment, params.display);
     process.directory = spec.world.parent_path();
     process.grace = params.grace;
     if (spec.old_command_line) {
@@ -87,7 +89,8 @@ ProcessSpec SimulationLauncher::Impl::process_for(LaunchSpec const& spec, std::u
         stream.multimedia_server = params.old_webots_multimedia_server;
         stream.multimedia_stream = params.old_webots_multimedia_stream;
         process.argv = core::old_webots_command(params.webots, stream, port, spec.world);
-        process.environment.emplace_back(core::old_webots_sandbox);
+        auto const& [sandbox, on] = core::old_webots_sandbox;
+        core::set_variable(process.environment, sandbox, on);
         process.set_user_id = true; // as that sandbox is
     } else {
         process.argv = core::webots_command(params.webots, spec.mode, port, spec.world);

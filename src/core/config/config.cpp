@@ -1,9 +1,11 @@
 #include <webots_cloud/config.hpp>
 
 #include "config_reader.hpp"
+#include "core/docker/docker_project.hpp"
 #include "core/access/ip_address.hpp"
 #include "core/notices/mail_message.hpp"
 #include "core/projects/repository_policy.hpp"
+#include "core/simulation/simulator_environment.hpp"
 #include "core/access/site_access.hpp"
 #include "core/text.hpp"
 
@@ -390,6 +392,30 @@ void read_multimedia(ConfigReader& reader, SimulationConfig& config)
         reader.refuse("multimediaStream", "an address without spaces, quotes and semicolons");
 }
 
+void read_simulator_environment(ConfigReader& reader, SimulationConfig& config)
+{
+    constexpr std::string_view key = "simulatorEnvironment";
+    constexpr std::size_t longest = 128 * 1024; // of all entries: no program is started with much more
+    auto& entries = config.simulator_environment;
+    reader.read(key, entries);
+    std::size_t size = 0;
+    for (std::size_t i = 0; i < entries.size(); ++i) {
+        std::string_view const entry = entries[i];
+        auto wanted = core::wanted_instead(entry);
+        auto const name = core::name_of_entry(entry);
+        if (config.docker && core::is_set_for_compose(name))
+            wanted = "no variable that the server sets for compose itself (see docs/docker.md)";
+        if (!wanted.empty()) // and no value, which may be long, or better not on the terminal
+            reader.refuse_entry(
+                key, i + 1,
+                boost::json::value(name.size() < entry.size() ? concat(name, "=...") : std::string(name)),
+                wanted);
+        size += entry.size();
+    }
+    if (size > longest)
+        reader.refuse(key, "at most 131072 characters in all");
+}
+
 /// They quote the configuration and name its file, and are printed on terminals.
 void make_printable(std::vector<std::string>& warnings)
 {
@@ -491,6 +517,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     read_fetch_budget(*reader, config);
     reader->read("webotsHome", config.webots_home);
     reader->read("display", config.display);
+    read_simulator_environment(*reader, config);
     reader->read_integer("maxConnections", config.max_connections, 1, 10'000);
     if (config.docker && config.max_connections >= editor_distance)
         reader->refuse(

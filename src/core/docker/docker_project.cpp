@@ -1,6 +1,7 @@
 #include "docker_project.hpp"
 
 #include "core/simulation/launch_plan.hpp"
+#include "core/simulation/simulator_environment.hpp"
 #include "core/text.hpp"
 
 #include <webots_cloud/transport/http.hpp>
@@ -198,8 +199,17 @@ result<std::string> env_file(DockerEnvironment const& environment)
     return text;
 }
 
+bool is_set_for_compose(std::string_view name)
+{
+    constexpr auto names = std::to_array<std::string_view>(
+        {"DISPLAY", "DOCKER_BUILDKIT", "GRAPHICS_DEVICE", "IMAGE", "MAKE", "PORT", "PROJECT_PATH",
+         "PYTHONUNBUFFERED", "RUNTIME", "SERVER", "THEIA_PORT", "THEIA_VOLUME", "WEBOTS"});
+    return name.starts_with("COMPOSE_") || std::find(names.begin(), names.end(), name) != names.end();
+}
+
 std::vector<std::pair<std::string, std::string>>
-docker_environment(std::vector<std::pair<std::string, std::string>> const& ours)
+docker_environment(std::vector<std::pair<std::string, std::string>> const& ours,
+                   std::vector<std::string> const& entries)
 {
     std::vector<std::pair<std::string, std::string>> environment;
     std::copy_if(ours.begin(), ours.end(), std::back_inserter(environment), [](auto const& variable) {
@@ -207,6 +217,9 @@ docker_environment(std::vector<std::pair<std::string, std::string>> const& ours)
         return std::find(passed_on.begin(), passed_on.end(), name) != passed_on.end() ||
                name.starts_with("LC_") || (name.starts_with("DOCKER_") && name != "DOCKER_BUILDKIT");
     });
+    for (auto const& [name, value] : named_environment(ours, entries))
+        if (!is_set_for_compose(name))
+            set_variable(environment, name, value);
     environment.emplace_back("DOCKER_BUILDKIT",
                              "0"); // the other builder does not print the steps that browsers show
     environment.emplace_back("PYTHONUNBUFFERED", "1"); // for compose 1, or its words arrive late

@@ -82,9 +82,15 @@ struct DockerEnvironment
 /// The text of the file `.env`.   Errors: `invalid_argument`: a value has characters that could end it early.
 result<std::string> env_file(DockerEnvironment const& environment);
 
-/// What compose and docker need of our environment, and that they show the steps of a build.
+/// Whether a variable is one that we set for compose: in the file `.env`, which those of its environment
+/// would replace, or in that.
+bool is_set_for_compose(std::string_view name);
+
+/// What compose and docker need of our environment, what `entries` of `simulatorEnvironment` give, and that
+/// they show the steps of a build.
 std::vector<std::pair<std::string, std::string>>
-docker_environment(std::vector<std::pair<std::string, std::string>> const& ours);
+docker_environment(std::vector<std::pair<std::string, std::string>> const& ours,
+                   std::vector<std::string> const& entries = {});
 
 /// `compose` is the beginning of the command line: `docker compose`, or `docker-compose`.
 std::vector<std::string> compose_up(std::vector<std::string> compose, std::filesystem::path const& file);

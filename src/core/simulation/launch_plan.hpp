@@ -1,4 +1,4 @@
-// How Webots is started for a world (protocol sections 6.1 and 6.2): the argument vector and the environment.
+// How Webots is started for a world (protocol sections 6.1 and 6.2): the argument vector.
 #pragma once
 
 #include <cstdint>
@@ -39,9 +39,5 @@ std::vector<std::string> old_webots_command(std::filesystem::path const& webots,
 
 /// What R2021b and older need besides: they shut controllers, which a website's user may have written, in a sandbox (firejail).
 inline constexpr std::pair<char const*, char const*> old_webots_sandbox{"WEBOTS_FIREJAIL_CONTROLLERS", "1"};
-
-/// The environment of a simulator: what it needs of ours, and nothing else (no secrets of the operator's session).
-std::vector<std::pair<std::string, std::string>>
-webots_environment(std::vector<std::pair<std::string, std::string>> const& ours, std::string_view display);
 
 } // namespace webots_cloud::core

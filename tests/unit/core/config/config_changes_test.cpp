@@ -62,14 +62,15 @@ BOOST_AUTO_TEST_CASE(what_a_simulation_server_does_not_take_over_is_named)
     auto const next = simulation(
         R"({"port":2,"server":"s","ssl":false,"portRewrite":false,"docker":true,"dockerDir":"/d",
         "dockerImages":"i","projectDockerfiles":true,"persistantDockerImages":[],"forges":[],"notify":[],
-        "cacheSize":1,"stateDir":"s","fetchMemory":256,"fetchDisk":1,"webotsHome":"w","display":":1","maxConnections":1,"timeout":400,
+        "cacheSize":1,"stateDir":"s","fetchMemory":256,"fetchDisk":1,"webotsHome":"w","display":":1","simulatorEnvironment":["A"],"maxConnections":1,"timeout":400,
         "startTimeout":1,"reconnectGrace":5,
         "projectsDir":"p","keyDir":"k","multimediaServer":"m","multimediaStream":"s","simulationLogDays":1,"monitorLogEnabled":false,
         "loadFormula":"reference"})");
     BOOST_TEST(keys_for_restart(SimulationConfig(), next) ==
                    (Keys{"port", "server", "ssl", "portRewrite", "docker", "dockerDir", "dockerImages",
                          "projectDockerfiles", "persistantDockerImages", "forges", "notify", "cacheSize",
-                         "stateDir", "fetchMemory", "fetchDisk", "webotsHome", "display", "maxConnections", "timeout", "startTimeout", "reconnectGrace",
+                         "stateDir", "fetchMemory", "fetchDisk", "webotsHome", "display", "simulatorEnvironment",
+                         "maxConnections", "timeout", "startTimeout", "reconnectGrace",
                          "projectsDir", "keyDir", "multimediaServer", "multimediaStream", "simulationLogDays",
                          "monitorLogEnabled", "loadFormula"}),
                boost::test_tools::per_element());

@@ -332,6 +332,37 @@ BOOST_AUTO_TEST_CASE(who_has_no_ssl_key_and_no_proxy_is_told_where_browsers_are_
     BOOST_TEST(warnings(R"(,"portRewrite":false,"ssl":false)").empty());
 }
 
+BOOST_AUTO_TEST_CASE(the_simulators_environment_is_a_list_of_names_patterns_and_values)
+{
+    auto const parse = [](std::string_view list, std::string_view more = "") {
+        return parse_simulation_config(R"({"server":"h","simulatorEnvironment":)" + std::string(list) + std::string(more) + "}",
+                                       "c.json");
+    };
+    BOOST_TEST(parse(R"(["LAB_HOST","VGL_*","MODE=a b"])")->config.simulator_environment ==
+                   (std::vector<std::string>{"LAB_HOST", "VGL_*", "MODE=a b"}),
+               boost::test_tools::per_element());
+    BOOST_TEST(parse("[]")->warnings.empty());
+    auto const where = std::string("c.json: key \"simulatorEnvironment\", entry 2: expected ");
+    BOOST_TEST(parse(R"(["A","API KEY=hunter2"])").error().message() ==
+               where + "the name of a variable, the beginning of one as in \"ROS_*\", or \"NAME=value\", found the string "
+                       "\"API KEY=...\"");
+    BOOST_TEST(parse(R"(["A","NOTIFY_SOCKET"])").error().message() ==
+               where + "no variable that systemd gives to this server alone, found the string \"NOTIFY_SOCKET\"");
+    BOOST_TEST(parse(R"(["A","DISPLAY=:1"])").error().message() ==
+               where + "no value for DISPLAY: the key \"display\" sets it, found the string \"DISPLAY=...\"");
+    BOOST_TEST(parse(R"(["A","WEBOTS=x"])").has_value());
+    BOOST_TEST(parse(R"(["A","WEBOTS=x"])", R"(,"docker":true)").error().message() ==
+               where + "no variable that the server sets for compose itself (see docs/docker.md), found the string "
+                       "\"WEBOTS=...\"");
+    std::string many = "[\"A=\"";
+    for (int i = 0; i < 5; ++i)
+        many += ",\"A=" + std::string(30'000, 'x') + "\"";
+    BOOST_TEST(parse(many + "]").error().message().starts_with(
+        "c.json: key \"simulatorEnvironment\": expected at most 131072 characters in all"));
+    for (auto const* bad : {"\"A\"", "{}", "5", "[5]", R"(["A\nB=1"])", R"(["A=\u0000"])", R"([""])"})
+        BOOST_TEST(!parse(bad), bad);
+}
+
 BOOST_AUTO_TEST_CASE(repositories_that_are_on_no_forge_are_warned_of)
 {
     auto const warnings = [](std::string_view keys) {
@@ -681,7 +712,7 @@ BOOST_AUTO_TEST_CASE(values_that_reach_requests_commands_and_file_names_have_no_
                                   R"("https://a\u0085b")"})
             refused(key, value);
     for (auto const* key :
-         {"allowedRepositories", "blockedRepositories", "forges", "notify", "persistantDockerImages"})
+         {"allowedRepositories", "blockedRepositories", "forges", "notify", "persistantDockerImages", "simulatorEnvironment"})
         refused(key, R"(["https://a\nb"])");
     auto const shown = parse_simulation_config(R"({"title":"A\tB","description":"Two\nlines"})", "c.json");
     BOOST_TEST(shown->config.description == "Two\nlines");

@@ -208,4 +208,20 @@ BOOST_AUTO_TEST_CASE(compose_gets_what_reaches_docker_and_nothing_that_changes_i
     BOOST_TEST((environment == expected));
 }
 
+BOOST_AUTO_TEST_CASE(compose_files_may_refer_to_what_the_operator_lists_but_the_values_in_env_stay_ours)
+{
+    using Variables = std::vector<std::pair<std::string, std::string>>;
+    auto const environment = docker_environment({{"PATH", "/bin"},
+                                                 {"ROS_DOMAIN_ID", "7"},
+                                                 {"ROS_TOKEN", "x"},
+                                                 {"PORT", "evil"},
+                                                 {"COMPOSE_FILE", "evil"},
+                                                 {"LAB", "l"}},
+                                                {"ROS_*", "PATH=/opt/bin", "*", "MODE=1"});
+    Variables const expected{{"PATH", "/opt/bin"},    {"LAB", "l"},
+                             {"MODE", "1"},           {"ROS_DOMAIN_ID", "7"},
+                             {"DOCKER_BUILDKIT", "0"}, {"PYTHONUNBUFFERED", "1"}};
+    BOOST_TEST((environment == expected));
+}
+
 BOOST_AUTO_TEST_SUITE_END()

@@ -2,8 +2,6 @@
 
 #include "core/simulation/launch_plan.hpp"
 
-#include <algorithm>
-
 using namespace webots_cloud::core;
 
 namespace {
@@ -70,21 +68,6 @@ BOOST_AUTO_TEST_CASE(modes_are_a_closed_set_so_that_no_option_can_be_smuggled_in
     BOOST_TEST(is_known_mode("w3d"));
     BOOST_TEST(!is_known_mode("mjpeg --extern"));
     BOOST_TEST(!is_known_mode("-"));
-}
-
-BOOST_AUTO_TEST_CASE(the_environment_holds_what_webots_needs_and_no_secrets)
-{
-    auto const environment = webots_environment(
-        {{"HOME", "/h"}, {"AWS_SECRET_ACCESS_KEY", "s"}, {"WEBOTS_HOME", "/w"}, {"LC_ALL", "C"}, {"DISPLAY", ":9"}}, ":0");
-    auto const value_of = [&](std::string const& name) {
-        auto const found = std::find_if(environment.begin(), environment.end(), [&](auto const& v) { return v.first == name; });
-        return found == environment.end() ? std::string("absent") : found->second;
-    };
-    BOOST_TEST(value_of("HOME") == "/h");
-    BOOST_TEST(value_of("WEBOTS_HOME") == "/w");
-    BOOST_TEST(value_of("LC_ALL") == "C");
-    BOOST_TEST(value_of("DISPLAY") == ":0");
-    BOOST_TEST(value_of("AWS_SECRET_ACCESS_KEY") == "absent");
 }
 
 BOOST_AUTO_TEST_SUITE_END()
