@@ -59,7 +59,9 @@ struct HttpServerParams
     Duration header_timeout = std::chrono::seconds(10); ///< For a TLS handshake, a request's headers, an answer to our close.
     Duration idle_timeout = std::chrono::seconds(75);   ///< Between two requests of one connection.
     Duration write_timeout = std::chrono::seconds(30);  ///< To take an answer.
-    Duration ping_after = std::chrono::seconds(30);     ///< A WebSocket silent for that long is pinged; twice that: dropped.
+    Duration ping_after =
+        std::chrono::seconds(30); ///< A WebSocket silent for that long is pinged, again and again.
+    Duration pong_timeout = std::chrono::seconds(30);   ///< From the first ping to being dropped. 0: never.
     Duration stop_timeout = std::chrono::seconds(1);    ///< For browsers to answer our close when the server stops.
 };
 

@@ -23,6 +23,9 @@ struct NetworkConfig
     std::filesystem::path ssl_certificate;
     std::filesystem::path ssl_key;
     int connections_per_address = 1000; ///< `connectionsPerAddress`; trusted proxies have no limit.
+    /// `pingTimeout`, in seconds: a WebSocket of which nothing is heard for so long, though it was pinged, is
+    /// lost. 0: never.
+    Duration ping_timeout = std::chrono::seconds(60);
     /// `trustedProxies`: addresses and networks, whose word is taken for who their clients are.
     std::vector<std::string> trusted_proxies{"127.0.0.0/8", "::1"};
 };

@@ -4,6 +4,8 @@
 #include <webots_cloud/adapters.hpp>
 #include <webots_cloud/config.hpp>
 
+#include <algorithm>
+
 namespace webots_cloud::app {
 
 inline HttpServerParams server_params(std::uint16_t port, NetworkConfig const& config)
@@ -14,6 +16,12 @@ inline HttpServerParams server_params(std::uint16_t port, NetworkConfig const& c
     params.tls_key = config.ssl_key;
     params.connections_per_address = static_cast<std::size_t>(config.connections_per_address);
     params.trusted_proxies = config.trusted_proxies;
+    if (config.ping_timeout > Duration::zero()) {
+        params.ping_after = std::min(params.ping_after, config.ping_timeout / 2);
+        params.pong_timeout = config.ping_timeout - params.ping_after;
+    } else { // nobody is given up, but proxies still see that the connection is used
+        params.pong_timeout = Duration::zero();
+    }
     return params;
 }
 

@@ -171,6 +171,10 @@ asio::awaitable<void> SimulationSession::part(Channel& channel)
     channel.close(); // what was said is still delivered; the browser need not wait for the cleaning up
     if (waits_for_its_browser())
         co_await await_return();
+    else if (lost_ && !ended_ && !wanted_ && !surroundings_.stopping)
+        tell_loss(surroundings_.reconnect_grace > Duration::zero()
+                      ? "it was not ready yet, and is ended"
+                      : "it is ended at once, since there is no \"reconnectGrace\"");
     over_ = ended_ || !wanted_;
     if (wanted_)
         released_.notify();
@@ -185,14 +189,23 @@ asio::awaitable<void> SimulationSession::part(Channel& channel)
 asio::awaitable<void> SimulationSession::await_return()
 {
     auto const grace = surroundings_.reconnect_grace;
-    surroundings_.log.info(LogCause("lost"),
-                           concat(name(), "The connection to the browser was lost; it may return for ",
-                                  core::python_float(std::chrono::duration<double>(grace).count()), " s"));
+    tell_loss(
+        concat("it may return for ", core::python_float(std::chrono::duration<double>(grace).count()), " s"));
     Nobody nobody;
     waiting_ = true;
     auto& clock = surroundings_.clock;
     co_await (relay(nobody) || await_successor() || clock.wait_until(clock.now() + grace));
     waiting_ = false;
+    if (!ended_ && !wanted_ && !surroundings_.stopping)
+        surroundings_.log.info(LogCause("lost"),
+                               concat(name(), "The browser has not returned: the simulation is ended"));
+}
+
+/// Tells the operator why the browser is gone, and what becomes of the simulation.
+void SimulationSession::tell_loss(std::string_view what_follows)
+{
+    surroundings_.log.info(LogCause("lost"), concat(name(), "The simulation has lost its browser: ",
+                                                    why_lost_, "; ", what_follows));
 }
 
 /// Everything that a browser may still say while its simulation lives. Ends when the browser has gone.
@@ -206,6 +219,7 @@ asio::awaitable<void> SimulationSession::watch(Channel& channel)
         auto const text = co_await channel.receive();
         if (!text) {
             lost_ = text.error() == errc::unreachable;
+            why_lost_ = text.error().message();
             co_return;
         }
         auto const message = core::parse_client_message(*text);

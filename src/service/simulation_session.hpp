@@ -114,6 +114,7 @@ private:
     boost::asio::awaitable<void> await_successor();
     boost::asio::awaitable<void> part(Channel& channel);
     boost::asio::awaitable<void> await_return();
+    void tell_loss(std::string_view what_follows);
     boost::asio::awaitable<void> clean_up();
     boost::asio::awaitable<void> reset_controller(std::string file, Channel& channel);
     bool can_be_taken_over() const noexcept;
@@ -148,6 +149,7 @@ private:
 
     std::string token_;
     bool lost_ = false;    ///< The browser went without a word.
+    std::string why_lost_; ///< How the last connection ended.
     bool waiting_ = false; ///< For the browser to return.
     bool wanted_ = false;  ///< By a conversation that takes over.
     bool over_ = false;

@@ -1,10 +1,13 @@
 #include "websocket_channel.hpp"
 
+#include "core/text.hpp"
+
 #include <boost/asio/bind_allocator.hpp>
 #include <boost/asio/deferred.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/this_coro.hpp>
 
+#include <algorithm>
 #include <array>
 #include <memory_resource>
 #include <numeric>
@@ -193,7 +196,7 @@ asio::awaitable<result<std::string>> WebSocketChannel::receive()
         if (closing_)
             co_return Failure(errc::closed);
         if (lost_)
-            co_return Failure(errc::unreachable, "the connection to the browser was lost");
+            co_return Failure(errc::unreachable, why_lost());
         (void)co_await changed_.async_wait(asio::as_tuple(asio::deferred));
         auto const state = co_await asio::this_coro::cancellation_state;
         if (state.cancelled() != asio::cancellation_type::none)
@@ -239,6 +242,15 @@ asio::awaitable<void> WebSocketChannel::finish()
         (void)co_await changed_.async_wait(asio::as_tuple(asio::deferred));
 }
 
+std::string WebSocketChannel::why_lost() const
+{
+    if (!silent_)
+        return "the connection broke without a close frame";
+    auto const patience = std::chrono::ceil<std::chrono::seconds>(params_.ping_after + params_.pong_timeout);
+    return core::concat("the browser answered no ping for ", std::to_string(patience.count()),
+                        " s: it may be asleep, or its network gone (\"pingTimeout\")");
+}
+
 void WebSocketChannel::cut()
 {
     lost_ = true;
@@ -253,16 +265,19 @@ void WebSocketChannel::check(TimePoint now)
     if (lost_)
         return;
     if (now >= deadline_) {
-        statistics_.dead_peers += closing_ ? 0 : 1;
+        silent_ = !closing_;
+        statistics_.dead_peers += silent_ ? 1 : 0;
         return cut();
     }
-    if (closing_ || awaits_pong())
+    if (closing_)
         return;
     if (!awaiting_read_)
         last_heard_ = now; // it may have said much; it is we who do not listen
-    if (now - last_heard_ < params_.ping_after)
+    if (now - std::max(last_heard_, last_pinged_) < params_.ping_after)
         return;
-    deadline_ = now + params_.ping_after;
+    last_pinged_ = now;
+    if (!awaits_pong() && params_.pong_timeout > Duration::zero())
+        deadline_ = now + params_.pong_timeout;
     if (outgoing_.empty())
         append_ping_frame(outgoing_);
     write();

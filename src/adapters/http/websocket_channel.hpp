@@ -59,6 +59,7 @@ private:
     void written();
     void begin_close(std::uint16_t code, std::string_view reason);
     bool is_full() const noexcept;
+    std::string why_lost() const;
     bool awaits_pong() const noexcept { return !closing_ && deadline_ != TimePoint::max(); }
     void notify() { changed_.cancel(); }
 
@@ -70,6 +71,7 @@ private:
     std::unique_ptr<std::string> unread_; ///< Bytes behind those messages; null most of the time.
     std::string outgoing_;                ///< Frames, whole but for the first, of which a part may be sent.
     TimePoint last_heard_;
+    TimePoint last_pinged_ = TimePoint::min();
     TimePoint deadline_ =
         TimePoint::max(); ///< For the end, once the channel is closing; before, for an answer to our ping.
     boost::asio::steady_timer changed_; ///< Never expires: `notify` ends whoever waits on it.
@@ -79,6 +81,7 @@ private:
     bool close_received_ = false; ///< The browser's close frame has come.
     bool broken_ = false; ///< The browser broke the protocol: what it says is not understood any more.
     bool lost_ = false;   ///< The connection has ended.
+    bool silent_ = false; ///< It was ended since the browser did not answer.
 };
 
 } // namespace webots_cloud::adapters

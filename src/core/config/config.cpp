@@ -52,6 +52,14 @@ void read_networks(ConfigReader& reader, std::string_view key, std::vector<std::
             reader.refuse_entry(key, i + 1, boost::json::value(networks[i]), wanted);
 }
 
+void read_ping_timeout(ConfigReader& reader, Duration& timeout)
+{
+    constexpr Duration least = std::chrono::seconds(2); // connections are looked at once a second
+    read_seconds(reader, "pingTimeout", timeout, 0);
+    if (timeout > Duration::zero() && timeout < least)
+        reader.refuse("pingTimeout", "0, or a number from 2 to 10000000");
+}
+
 void read_network(ConfigReader& reader, NetworkConfig& network)
 {
     reader.read("sslCertificate", network.ssl_certificate);
@@ -62,6 +70,7 @@ void read_network(ConfigReader& reader, NetworkConfig& network)
         reader.require("sslKey", "the file of the key that \"sslCertificate\" belongs to");
     reader.read_integer("connectionsPerAddress", network.connections_per_address, 1, 1'000'000);
     read_networks(reader, "trustedProxies", network.trusted_proxies);
+    read_ping_timeout(reader, network.ping_timeout);
 }
 
 void warn_of_trust_in_everybody(NetworkConfig const& network, fs::path const& origin,

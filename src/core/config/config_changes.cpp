@@ -23,6 +23,7 @@ public:
         compare("sslKey", running.network.ssl_key, next.network.ssl_key);
         compare("connectionsPerAddress", running.network.connections_per_address,
                 next.network.connections_per_address);
+        compare("pingTimeout", running.network.ping_timeout, next.network.ping_timeout);
         compare("operatorSocket", running.access.operator_socket, next.access.operator_socket);
         compare("trustedProxies", running.network.trusted_proxies, next.network.trusted_proxies);
         compare("logDir", running.log_dir, next.log_dir);

@@ -1016,6 +1016,9 @@ BOOST_AUTO_TEST_CASE(without_a_grace_no_token_is_given_and_a_lost_browser_ends_i
     BOOST_TEST(!browser.was_told("reconnectToken:"));
     fixture.lose(browser);
     BOOST_TEST(fixture.service.sessions() == 0u);
+    BOOST_TEST(fixture.log.contains(
+        "[1] The simulation has lost its browser: the peer can't be reached; it is ended at once, "
+        "since there is no \"reconnectGrace\""));
 }
 
 BOOST_AUTO_TEST_CASE(a_lost_browser_returns_within_the_grace_and_finds_its_simulation)
@@ -1049,7 +1052,11 @@ BOOST_AUTO_TEST_CASE(after_the_grace_the_simulation_is_ended_and_the_token_worth
     Fixture fixture(30s);
     fixture.processes.expect().prints(".\n");
     fixture.lose(fixture.start());
+    BOOST_TEST(fixture.log.contains("[1] The simulation has lost its browser: "));
+    BOOST_TEST(fixture.log.contains("; it may return for 30.0 s"));
+    BOOST_TEST(!fixture.log.contains("has not returned"));
     fixture.world.advance(30s);
+    BOOST_TEST(fixture.log.contains("[1] The browser has not returned: the simulation is ended"));
     BOOST_TEST(fixture.processes.alive() == 0);
     BOOST_TEST(fixture.service.sessions() == 0u);
     auto& late = fixture.reconnect("token1");

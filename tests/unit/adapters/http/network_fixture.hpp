@@ -63,8 +63,10 @@ public:
             co_return co_await count_turns(channel);
         for (;;) {
             auto message = co_await channel.receive();
-            if (!message)
+            if (!message) {
+                last_failure = message.error();
                 break;
+            }
             (void)channel.send(std::move(*message));
         }
         ++ended;
@@ -72,6 +74,7 @@ public:
 
     std::atomic<bool> flood_refused = false;
     std::atomic<int> ended = 0;                ///< Conversations.
+    Failure last_failure;                      ///< Of the one that ended last.
     std::atomic<int> messages = 0;             ///< On `/turns`.
     std::atomic<int> most_messages_a_turn = 0; ///< Of these, before others had their turn.
     std::shared_ptr<SharedBody const> shared;

@@ -40,12 +40,13 @@ BOOST_AUTO_TEST_CASE(what_a_session_server_does_not_take_over_is_named)
 {
     auto const running = session(R"({"port":1,"simulationServers":[]})");
     auto const next = session(
-        R"({"port":2,"simulationServers":[],"sslCertificate":"c","sslKey":"k","connectionsPerAddress":5,
+        R"({"port":2,"simulationServers":[],"sslCertificate":"c","sslKey":"k","connectionsPerAddress":5,"pingTimeout":9,
         "trustedProxies":[],"operatorSocket":"/s",
         "logDir":"l","debug":true,"logFormat":"json","scheduling":"random","placementTimeout":1})");
     BOOST_TEST(keys_for_restart(running, next) ==
-                   (Keys{"port", "sslCertificate", "sslKey", "connectionsPerAddress", "operatorSocket",
-                         "trustedProxies", "logDir", "debug", "logFormat", "scheduling", "placementTimeout"}),
+                   (Keys{"port", "sslCertificate", "sslKey", "connectionsPerAddress", "pingTimeout",
+                         "operatorSocket", "trustedProxies", "logDir", "debug", "logFormat", "scheduling",
+                         "placementTimeout"}),
                boost::test_tools::per_element());
 }
 

@@ -332,6 +332,20 @@ BOOST_AUTO_TEST_CASE(who_has_no_ssl_key_and_no_proxy_is_told_where_browsers_are_
     BOOST_TEST(warnings(R"(,"portRewrite":false,"ssl":false)").empty());
 }
 
+BOOST_AUTO_TEST_CASE(browsers_may_be_silent_for_a_minute_or_as_long_as_the_operator_says)
+{
+    auto const parse = [](std::string_view keys) { return parse_simulation_config("{" + std::string(keys) + "}", "c.json"); };
+    BOOST_TEST((parse("")->config.network.ping_timeout == std::chrono::seconds(60)));
+    BOOST_TEST((parse(R"("pingTimeout":900)")->config.network.ping_timeout == std::chrono::seconds(900)));
+    BOOST_TEST((parse(R"("pingTimeout":0)")->config.network.ping_timeout == Duration::zero()));
+    BOOST_TEST((parse_session_config(R"({"port":1,"simulationServers":[],"pingTimeout":2})", "c.json")
+                    ->config.network.ping_timeout == std::chrono::seconds(2)));
+    BOOST_TEST(parse(R"("pingTimeout":1.9)").error().message().starts_with(
+        "c.json: key \"pingTimeout\": expected 0, or a number from 2 to 10000000, found "));
+    for (auto const* bad : {"-1", "\"60\"", "null", "10000001"})
+        BOOST_TEST(!parse(R"("pingTimeout":)" + std::string(bad)), bad);
+}
+
 BOOST_AUTO_TEST_CASE(the_simulators_environment_is_a_list_of_names_patterns_and_values)
 {
     auto const parse = [](std::string_view list, std::string_view more = "") {
