@@ -5,9 +5,13 @@
 #include <boost/asio/error.hpp>
 
 #include <curl/curl.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
 
 #include <algorithm>
 #include <array>
+#include <cstring>
+#include <optional>
 
 namespace webots_cloud::adapters {
 namespace {
@@ -32,6 +36,17 @@ struct Exchange
     std::uint64_t header_bytes = 0;
     bool heard_enough = false; ///< Of an answer whose status says it all.
     result<> outcome{};
+    std::string url{}; ///< The request's, or where it was redirected to.
+
+    bool may_contact(std::optional<core::IpAddress> const& address)
+    {
+        if (address && request.may_contact(url, *address))
+            return true;
+        refused_address = address ? address->text() : "no address of IP";
+        return false;
+    }
+
+    std::string refused_address{};
 
     bool must_stop()
     {
@@ -80,6 +95,36 @@ int on_progress(void* user, curl_off_t, curl_off_t, curl_off_t, curl_off_t)
     return static_cast<Exchange*>(user)->must_stop() ? 1 : 0;
 }
 
+std::optional<core::IpAddress> address_of(sockaddr const& address)
+{
+    core::IpAddress::Bytes bytes{};
+    if (address.sa_family == AF_INET6) {
+        std::memcpy(bytes.data(), &reinterpret_cast<sockaddr_in6 const&>(address).sin6_addr, bytes.size());
+        return core::IpAddress(bytes);
+    }
+    if (address.sa_family != AF_INET)
+        return std::nullopt;
+    constexpr std::size_t v4_at = 12;
+    bytes[v4_at - 2] = bytes[v4_at - 1] = 0xff; // as IPv6 has it
+    auto const& v4 = reinterpret_cast<sockaddr_in const&>(address).sin_addr;
+    std::memcpy(bytes.data() + v4_at, &v4, sizeof v4);
+    return core::IpAddress(bytes);
+}
+
+curl_socket_t on_socket(void* user, curlsocktype, curl_sockaddr* address)
+{
+    if (!static_cast<Exchange*>(user)->may_contact(address_of(address->addr)))
+        return CURL_SOCKET_BAD;
+    return ::socket(address->family, address->socktype | SOCK_CLOEXEC, address->protocol);
+}
+
+/// Of connections that were open already, too.
+int on_connection(void* user, char* address, char*, int, int)
+{
+    bool const may = static_cast<Exchange*>(user)->may_contact(core::IpAddress::parse(address));
+    return may ? CURL_PREREQFUNC_OK : CURL_PREREQFUNC_ABORT;
+}
+
 Failure failure_of(CURLcode code, char const* words)
 {
     std::string const detail = *words ? words : curl_easy_strerror(code);
@@ -106,25 +151,28 @@ public:
         curl_easy_cleanup(curl_);
     }
 
-    /// `redirected` gets the address that the answer points to, or empty.
+    /// `is_away`: without the request's headers. `redirected` gets the address that the answer points to, or
+    /// empty.
     result<int> send(CurlRequest const& request, CurlLimits const& limits, std::string const& url,
-                     std::string& redirected);
+                     bool is_away, std::string& redirected);
 
 private:
-    void prepare(CurlRequest const& request, CurlLimits const& limits, std::string const& url);
+    void prepare(CurlRequest const& request, CurlLimits const& limits, std::string const& url, bool is_away);
 
     CURL* curl_;
     curl_slist* headers_ = nullptr;
     std::array<char, CURL_ERROR_SIZE> words_{};
 };
 
-void CurlHttp::Handle::prepare(CurlRequest const& request, CurlLimits const& limits, std::string const& url)
+void CurlHttp::Handle::prepare(CurlRequest const& request, CurlLimits const& limits, std::string const& url,
+                               bool is_away)
 {
     curl_easy_reset(curl_); // keeps the connections
     curl_slist_free_all(headers_);
     headers_ = nullptr;
-    for (auto const& line : request.headers)
-        headers_ = curl_slist_append(headers_, line.c_str());
+    if (!is_away)
+        for (auto const& line : request.headers)
+            headers_ = curl_slist_append(headers_, line.c_str());
     if (!request.body.empty()) {
         headers_ = curl_slist_append(headers_, "Expect:"); // no round trip before the body
         curl_easy_setopt(curl_, CURLOPT_POSTFIELDS, request.body.data());
@@ -150,10 +198,10 @@ void CurlHttp::Handle::prepare(CurlRequest const& request, CurlLimits const& lim
 }
 
 result<int> CurlHttp::Handle::send(CurlRequest const& request, CurlLimits const& limits,
-                                   std::string const& url, std::string& redirected)
+                                   std::string const& url, bool is_away, std::string& redirected)
 {
-    prepare(request, limits, url);
-    Exchange exchange{.request = request, .limits = limits, .curl = curl_};
+    prepare(request, limits, url, is_away);
+    Exchange exchange{.request = request, .limits = limits, .curl = curl_, .url = url};
     curl_easy_setopt(curl_, CURLOPT_WRITEFUNCTION, on_body);
     curl_easy_setopt(curl_, CURLOPT_WRITEDATA, &exchange);
     curl_easy_setopt(curl_, CURLOPT_HEADERFUNCTION, on_header);
@@ -161,9 +209,17 @@ result<int> CurlHttp::Handle::send(CurlRequest const& request, CurlLimits const&
     curl_easy_setopt(curl_, CURLOPT_NOPROGRESS, 0L);
     curl_easy_setopt(curl_, CURLOPT_XFERINFOFUNCTION, on_progress);
     curl_easy_setopt(curl_, CURLOPT_XFERINFODATA, &exchange);
+    if (request.may_contact) {
+        curl_easy_setopt(curl_, CURLOPT_OPENSOCKETFUNCTION, on_socket);
+        curl_easy_setopt(curl_, CURLOPT_OPENSOCKETDATA, &exchange);
+        curl_easy_setopt(curl_, CURLOPT_PREREQFUNCTION, on_connection);
+        curl_easy_setopt(curl_, CURLOPT_PREREQDATA, &exchange);
+    }
     auto const code = curl_easy_perform(curl_);
     if (exchange.outcome.has_error())
         return exchange.outcome.error();
+    if (code != CURLE_OK && !exchange.refused_address.empty())
+        return Failure(errc::refused, concat("leads to ", exchange.refused_address));
     if (code != CURLE_OK && !exchange.heard_enough)
         return failure_of(code, words_.data());
     long status = 0;
@@ -171,6 +227,10 @@ result<int> CurlHttp::Handle::send(CurlRequest const& request, CurlLimits const&
     char* target = nullptr;
     curl_easy_getinfo(curl_, CURLINFO_REDIRECT_URL, &target);
     redirected = target ? target : "";
+    char* address = nullptr;
+    curl_easy_getinfo(curl_, CURLINFO_PRIMARY_IP, &address);
+    if (request.answered_by && address)
+        *request.answered_by = core::IpAddress::parse(address);
     return static_cast<int>(status);
 }
 
@@ -202,16 +262,24 @@ result<int> CurlHttp::send(CurlRequest const& request, CurlLimits const& limits)
 {
     auto handle = take();
     auto url = request.url;
+    bool is_away = false;
     result<int> status = 0;
     for (int attempt = 0; attempt <= most_redirects; ++attempt) {
         std::string redirected;
-        status = handle->send(request, limits, url, redirected);
+        status = handle->send(request, limits, url, is_away, redirected);
         if (!status || redirected.empty())
             break;
         status = Failure(errc::protocol_error, concat(request.peer, " redirects in circles"));
         if (!redirected.starts_with(request.base + "/")) {
-            status = Failure(errc::protocol_error, concat(request.peer, " redirects to another host"));
-            break;
+            auto const followed = request.may_redirect
+                                      ? request.may_redirect(redirected)
+                                      : result<>(Failure(errc::protocol_error,
+                                                         concat(request.peer, " redirects to another host")));
+            if (!followed) {
+                status = followed.error();
+                break;
+            }
+            is_away = true; // from now on, wherever it leads
         }
         url = redirected;
     }

@@ -1,6 +1,8 @@
 // HTTP for project sources: blocking requests over libcurl that stop when they must.
 #pragma once
 
+#include "core/access/ip_address.hpp"
+
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/transport/clock.hpp>
 
@@ -9,6 +11,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -32,7 +35,7 @@ struct CurlLimits
 struct CurlRequest
 {
     std::string peer;                 ///< Who is asked, for messages: "the git server".
-    std::string base;                 ///< No other host is ever contacted, redirected or not.
+    std::string base;                 ///< No other host is ever contacted, but through `may_redirect`.
     std::string url;                  ///< Begins with `base` and a slash.
     std::string agent;                ///< What we call ourselves.
     std::vector<std::string> headers; ///< Lines without line ends.
@@ -40,6 +43,13 @@ struct CurlRequest
     /// Gets the answer's body piece by piece when the status is 200; a failure stops the request and is its
     /// result.
     std::function<result<>(std::string_view)> sink;
+    /// Asked before a redirect that leads away from `base`, where `headers` are not sent; a failure is the
+    /// result. Empty: never followed.
+    std::function<result<>(std::string const& url)> may_redirect;
+    /// Asked, before anything is said to it, whether a numeric address may be talked to: that of the URL's
+    /// host, or of a proxy. Empty: all may.
+    std::function<bool(std::string const& url, core::IpAddress const& address)> may_contact;
+    std::optional<core::IpAddress>* answered_by = nullptr; ///< Gets the address of who answered.
 };
 
 /// Sends requests and keeps connections open between them.   Thread-safety: any thread.
@@ -53,7 +63,7 @@ public:
     /// are listened to. Blocks.
     ///
     /// Errors: `unreachable` (also: cut), `timed_out`, `too_large`, `operation_aborted`, `protocol_error`,
-    /// what the sink returned.
+    /// `refused` (`may_contact`), what the sink and `may_redirect` returned.
     result<int> send(CurlRequest const& request, CurlLimits const& limits);
 
 private:
