@@ -35,16 +35,22 @@ std::string_view name_of(SimulationSession::State state)
 
 std::string progress_text(FetchProgress const& progress)
 {
+    auto const large_total = progress.large_bytes_total.load();
+    auto const large_received = progress.large_bytes_received.load();
     auto const total = progress.objects_total.load();
     auto const received = progress.objects_received.load();
-    auto const tenths = progress.bytes_received.load() / 100'000;
+    auto const tenths = (large_total > 0 ? large_received : progress.bytes_received.load()) / 100'000;
     auto const megabytes = concat(std::to_string(tenths / 10), ".", std::to_string(tenths % 10), " MB");
     if (progress.waiting)
         return concat("Waiting for other projects to be fetched (", megabytes, ")");
+    auto const percent = [](std::uint64_t part, std::uint64_t whole) {
+        return std::to_string(100 * part / whole);
+    };
+    if (large_total > 0)
+        return concat("Receiving large files ", percent(large_received, large_total), "% (", megabytes, ")");
     if (total == 0)
         return concat("Receiving objects (", megabytes, ")");
-    return concat("Receiving objects ", std::to_string(std::uint64_t{100} * received / total), "% (",
-                  megabytes, ")");
+    return concat("Receiving objects ", percent(received, total), "% (", megabytes, ")");
 }
 
 /// Stands for the browser while none is there.

@@ -15,6 +15,10 @@ boost::asio::awaitable<result<FetchedProject>> MemoryProjectSource::fetch(FetchO
     order.progress->objects_total = 10;
     order.progress->objects_received = 4;
     order.progress->bytes_received = 12'300'000;
+    if (large_files) {
+        order.progress->large_bytes_total = 16'000'000;
+        order.progress->large_bytes_received = 4'500'000;
+    }
     order.progress->waiting = waits;
     auto const waited = co_await clock_.wait_until(clock_.now() + delay);
     --fetching;

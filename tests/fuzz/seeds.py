@@ -93,7 +93,10 @@ def git_plan():
     for name in (b"..", b".git", b"GIT~1", b"a/b", b"a\\b", b"a\nb", b"\xff", b""):
         yield b"\xff\x00" + b"\x01" + entry(1, name, 9)
     yield b"\x02\x00" + b"\x03" + entry(4, b"a", 9) + entry(4, b"b", 9) + entry(4, b"c", 9)
-    yield b"webots_cloud folder 2\nd " + ID + b" 0 worlds\nf " + ID + b" 12 worlds/a.wbt\nl " + ID + b" 5 link\nend\n"
+    yield b"webots_cloud folder 3\nd " + ID + b" 0 worlds\nf " + ID + b" 12 worlds/a.wbt\nl " + ID + b" 5 link\nend\n"
+    pointer = b"version https://git-lfs.github.com/spec/v1\noid sha256:" + b"a" * 64 + b"\nsize 12\n"
+    name = hashlib.sha1(b"blob %d\0" % len(pointer) + pointer).hexdigest().encode()
+    yield b"webots_cloud folder 3\nF " + name + b" 12 " + pointer.hex().encode() + b" mesh.stl\nend\n"
 
 
 def git_lfs():

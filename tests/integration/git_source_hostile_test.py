@@ -106,7 +106,7 @@ class HostileRepositoryTest(GitCase):
                                    ".gitmodules": '[submodule "module"]\n\tpath = module\n\turl = ext::sh -c "touch /tmp/evil"\n'})
         self.assertEqual(set(tree(self.fetch(name)["root"])), {"worlds", WORLDS, ".gitmodules"})
 
-    def test_filters_and_large_file_pointers_are_only_text(self):
+    def test_attributes_filters_and_pointers_that_are_none_are_only_text(self):
         pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 12345\n"
         name, _ = self.repository({WORLDS: WORLD, ".gitattributes": "* filter=lfs text eol=crlf ident export-ignore\n",
                                    "big.bin": pointer, "hooks/post-checkout": ("100755", "#!/bin/sh\ntouch evil\n")})

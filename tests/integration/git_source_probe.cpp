@@ -232,7 +232,9 @@ private:
                       << ", \"code\": " << quoted(fetched.error().code().message());
         std::cout << ", \"objects\": " << progress.objects_received
                   << ", \"objects_total\": " << progress.objects_total << ", \"fell_back\": " << fell_back
-                  << ", \"bytes\": " << progress.bytes_received << "}" << std::endl;
+                  << ", \"bytes\": " << progress.bytes_received
+                  << ", \"large_bytes\": " << progress.large_bytes_received
+                  << ", \"large_bytes_total\": " << progress.large_bytes_total << "}" << std::endl;
     }
 
     Options options_;

@@ -47,6 +47,10 @@ http {{
 }}
 """
 
+LFS = """
+        location ~ ^/[^/]+/[^/]+/info/lfs/ {{ proxy_pass http://127.0.0.1:{lfs}; proxy_buffering off; }}
+"""
+
 SMART = """
         location ~ ^(?<repository>/[^/]+/[^/]+)/ {{
             # Not git's answer: fcgiwrap says 502 when the program that it starts ends before it was given the question.
@@ -81,8 +85,9 @@ def require_git_server():
 class GitServer(Startable):
     """Serves the repositories that `add_repository` and `link_repository` put there."""
 
-    def __init__(self, smart=True, port=0, bytes_per_second=0, version2=True):
+    def __init__(self, smart=True, port=0, bytes_per_second=0, version2=True, lfs=0):
         """smart=False: plain files, the "dumb" protocol. bytes_per_second: how fast it answers (0: as it can).
+        lfs: port of a Git LFS server that answers for all repositories (0: there is none).
         version2=False: it does not hear that the client asks for version 2 of the protocol, and answers in version 0."""
         require_git_server()
         self.folder = tempfile.mkdtemp(prefix="webots_cloud_git_")
@@ -94,6 +99,7 @@ class GitServer(Startable):
         self._smart = smart
         self._rate = bytes_per_second
         self._version2 = version2
+        self._lfs = lfs
         self._processes = []
 
     def start(self):
@@ -106,7 +112,8 @@ class GitServer(Startable):
                   # nginx limits the rate of what it has in its buffers only.
                   "pace": f"limit_rate {self._rate};" if self._rate else "fastcgi_buffering off;",
                   "user": "user root;" if os.geteuid() == 0 else ""}
-        locations = (SMART if self._smart else DUMB).format(**values)
+        lfs = LFS.format(lfs=self._lfs) if self._lfs else ""
+        locations = lfs + (SMART if self._smart else DUMB).format(**values)
         configuration = os.path.join(self.folder, "nginx.conf")
         with open(configuration, "w") as file:
             file.write(NGINX_CONFIGURATION.format(locations=locations, **values))

@@ -35,6 +35,7 @@ public:
     Duration delay{};        ///< How long a fetch takes.
     bool finishes = false;   ///< A fetch that was begun succeeds, cancelled or not, as one that waits for a thread does.
     std::string notice;      ///< That what is fetched comes with.
+    bool large_files = false; ///< Fetches have come to large files (Git LFS).
     bool waits = false;      ///< Fetches say that they wait for others.
     int fetching = 0;        ///< Fetches under way.
     std::set<std::string> files; ///< What can be restored, relative to the root of a project.

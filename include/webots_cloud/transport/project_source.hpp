@@ -23,6 +23,8 @@ struct FetchProgress
     std::atomic<std::uint32_t> objects_total{0}; ///< 0 until the peer has said.
     std::atomic<std::uint32_t> objects_received{0};
     std::atomic<std::uint64_t> bytes_received{0};
+    std::atomic<std::uint64_t> large_bytes_total{0}; ///< Of large files (Git LFS); 0 until then.
+    std::atomic<std::uint64_t> large_bytes_received{0};
     std::atomic<bool> waiting{false}; ///< For room in memory or on the disk, which others have.
 };
 

@@ -53,7 +53,7 @@ std::uint64_t memory_of(GitIndex const& index)
     constexpr std::uint64_t allocation = 16; // what surrounds a path
     std::uint64_t bytes = 0;
     for (auto const& entry : index.entries)
-        bytes += sizeof entry + allocation + entry.path.size();
+        bytes += sizeof entry + 2 * allocation + entry.path.size() + entry.pointer.size();
     return bytes;
 }
 

@@ -1,5 +1,6 @@
 #include "git_fetch.hpp"
 
+#include "git_lfs.hpp"
 #include "adapters/files/project_files.hpp"
 
 #include "core/git/git_history.hpp"
@@ -57,6 +58,7 @@ GitDonors donors_among(std::vector<GitSnapshotPtr> const& relatives, std::vector
             file.path = entry.path;
             file.kind = entry.kind;
             file.size = entry.size;
+            file.pointer = entry.pointer;
             donors.files.emplace(entry.id, std::move(file));
         }
         folders.push_back(std::move(*folder));
@@ -93,10 +95,10 @@ std::uint64_t memory_of_items(std::vector<core::GitPlanItem> const& plan)
 
 std::uint64_t memory_of_files(GitDonors const& donors)
 {
-    constexpr std::uint64_t each = 192;
+    constexpr std::uint64_t each = 224;
     std::uint64_t bytes = 0;
     for (auto const& [id, file] : donors.files)
-        bytes += each + file.path.size();
+        bytes += each + file.path.size() + file.pointer.size();
     return bytes;
 }
 
@@ -567,6 +569,8 @@ result<GitSnapshotPtr> GitFetch::download_once(GitCapabilities const& capabiliti
     auto index = unpack_git_folder(*plan, state.staging, donors, files->get(), interrupt);
     if (!index)
         return index.error();
+    if (auto const fetched = fetch_large_files(state, *index, files->get()); !fetched)
+        return fetched.error();
     std::error_code ignored;
     std::filesystem::remove_all(state.incoming.folder() / "objects", ignored);
     return cache_.publish(state.incoming, url_, target, std::move(*index), proof.text());
@@ -695,6 +699,20 @@ result<> GitFetch::fetch_files(Download& state, Ids const& files)
             return about_files(fetched.error());
     }
     return {};
+}
+
+result<> GitFetch::fetch_large_files(Download const& state, GitIndex& index, int files)
+{
+    LfsOrder order;
+    order.forge = order_.project.forge;
+    order.url = url_;
+    order.repository = concat(order_.project.owner, "/", order_.project.repository);
+    order.most_bytes = order_.limits.bytes;
+    order.limits = http_limits(order_.limits.bytes);
+    order.share = share_.get();
+    order.progress = order_.progress;
+    order.interrupt = [this] { return may_go_on(); };
+    return fetch_lfs_files(http_, order, index, files, state.objects.get());
 }
 
 result<> GitFetch::fetch_pack(Download& state, GitWants const& wants)

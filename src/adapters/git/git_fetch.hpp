@@ -90,6 +90,7 @@ private:
     result<> pay_for_files(std::vector<core::GitPlanItem> const& plan, GitStaging const& staging,
                            GitDonors const& donors);
     result<> fetch_files(Download& state, Ids const& files);
+    result<> fetch_large_files(Download const& state, GitIndex& index, int files);
     result<> fetch_pack(Download& state, GitWants const& wants);
     result<> fetch_pack_with_libgit2(Download& state, GitWants const& wants, GitPackReader& pack,
                                      GitClient::Progress const& progress);

@@ -1,5 +1,8 @@
 #include "git_index.hpp"
 
+#include "git_digest.hpp"
+
+#include "core/git/git_lfs_pointer.hpp"
 #include "core/git/git_names.hpp"
 #include "core/text.hpp"
 
@@ -12,9 +15,11 @@ namespace {
 using core::concat;
 using Kind = core::GitTreeEntry::Kind;
 
-constexpr std::string_view first_line = "webots_cloud folder 2"; // 1: of commits that may be a stranger's
+// 1: of commits that may be a stranger's; 2: with pointers of Git LFS in the place of files
+constexpr std::string_view first_line = "webots_cloud folder 3";
 constexpr std::string_view last_line = "end";
 constexpr std::string_view letters = "fxld"; // in the order of Kind
+constexpr std::string_view large_letters = "FX";
 
 result<GitIndex> malformed()
 {
@@ -27,10 +32,48 @@ bool is_safe_path(std::string_view path)
     return std::all_of(parts.begin(), parts.end(), core::is_safe_file_name);
 }
 
-/// `<letter> <id> <size> <path>`
+std::string to_hex(std::string_view text)
+{
+    constexpr char digits[] = "0123456789abcdef";
+    std::string hex;
+    hex.reserve(2 * text.size());
+    for (unsigned char const byte : text) {
+        hex += digits[byte >> 4];
+        hex += digits[byte & 15];
+    }
+    return hex;
+}
+
+std::string from_hex(std::string_view hex)
+{
+    std::string text;
+    for (std::size_t i = 0; i + 1 < hex.size(); i += 2)
+        text += static_cast<char>(core::hex_digit(hex[i]) * 16 + core::hex_digit(hex[i + 1]));
+    return text;
+}
+
+/// Takes the pointer off; false when it is none, or not the one of the entry.
+bool take_pointer(std::string_view& rest, GitIndexEntry& entry)
+{
+    auto const hex = rest.substr(0, rest.find(' '));
+    entry.pointer = from_hex(hex);
+    auto const pointer = core::parse_lfs_pointer(entry.pointer);
+    if (!pointer || pointer->size != entry.size || to_hex(entry.pointer) != hex || hex.size() == rest.size())
+        return false;
+    auto const header = concat("blob ", std::to_string(entry.pointer.size()));
+    GitDigest digest;
+    digest.update({header.c_str(), header.size() + 1}); // with the zero
+    digest.update(entry.pointer);
+    rest.remove_prefix(hex.size() + 1);
+    return digest.finish() == entry.id;
+}
+
+/// `<letter> <id> <size> <path>`, or of a large file `<letter> <id> <size> <pointer in hex> <path>`
 bool parse_entry(std::string_view line, GitIndexEntry& entry)
 {
-    auto const kind = line.empty() ? std::string_view::npos : letters.find(line.front());
+    auto const large_kind = line.empty() ? std::string_view::npos : large_letters.find(line.front());
+    auto const is_large = large_kind != std::string_view::npos;
+    auto const kind = line.empty() || is_large ? large_kind : letters.find(line.front());
     constexpr std::size_t id_at = 2;
     constexpr std::size_t size_at = id_at + 41;
     if (kind == std::string_view::npos || line.size() < size_at)
@@ -41,7 +84,10 @@ bool parse_entry(std::string_view line, GitIndexEntry& entry)
         return false;
     entry.kind = static_cast<Kind>(kind);
     entry.id = *id;
-    entry.path = line.substr(static_cast<std::size_t>(end - line.data()) + 1);
+    auto rest = line.substr(static_cast<std::size_t>(end - line.data()) + 1);
+    if (is_large && !take_pointer(rest, entry))
+        return false;
+    entry.path = rest;
     return is_safe_path(entry.path);
 }
 
@@ -51,8 +97,12 @@ std::string write_index(GitIndex const& index)
 {
     auto text = concat(first_line, "\n");
     for (auto const& entry : index.entries) {
-        text += letters[static_cast<std::size_t>(entry.kind)];
-        text.append(concat(" ", to_hex(entry.id), " ", std::to_string(entry.size), " ", entry.path, "\n"));
+        auto const is_large = !entry.pointer.empty();
+        text += (is_large ? large_letters : letters)[static_cast<std::size_t>(entry.kind)];
+        text.append(concat(" ", to_hex(entry.id), " ", std::to_string(entry.size), " "));
+        if (is_large)
+            text.append(to_hex(entry.pointer)).append(" ");
+        text.append(entry.path).append("\n");
     }
     return text.append(last_line).append("\n");
 }

@@ -21,6 +21,7 @@ struct GitIndexEntry
     core::GitObjectId id;
     std::uint64_t size = 0; ///< Of a file, in bytes.
     std::string path;       ///< Relative, safe.
+    std::string pointer;    ///< Of a large file (Git LFS): what git has in its place. Else empty.
 };
 
 struct GitIndex

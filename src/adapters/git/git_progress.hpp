@@ -30,6 +30,16 @@ public:
         }
     }
 
+    /// Once there are any.
+    void report_large_files(std::uint64_t bytes_total, std::uint64_t bytes_received)
+    {
+        std::lock_guard const lock(mutex_);
+        for (auto const& progress : joined_) {
+            progress->large_bytes_received = bytes_received;
+            progress->large_bytes_total = bytes_total;
+        }
+    }
+
     /// For room: other projects are fetched.
     void report_waiting(bool waiting)
     {

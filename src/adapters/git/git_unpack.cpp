@@ -89,6 +89,8 @@ private:
         if (!size)
             return size.error();
         add(item, *size);
+        if (auto const donor = donors_.files.find(item.id); donor != donors_.files.end())
+            index.entries.back().pointer = donor->second.pointer;
         return {};
     }
 

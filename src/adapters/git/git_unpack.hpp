@@ -24,6 +24,7 @@ struct GitDonors
         std::string path;
         core::GitTreeEntry::Kind kind = core::GitTreeEntry::Kind::file;
         std::uint64_t size = 0;
+        std::string pointer; ///< As in the donor's index.
     };
 
     std::unordered_map<core::GitObjectId, File, core::GitObjectIdHash> files;

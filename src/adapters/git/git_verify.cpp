@@ -3,7 +3,9 @@
 #include "adapters/files/folder_walk.hpp"
 #include "git_digest.hpp"
 #include "adapters/files/project_files.hpp"
+#include "adapters/files/sha256.hpp"
 
+#include "core/git/git_lfs_pointer.hpp"
 #include "core/text.hpp"
 
 #include <dirent.h>
@@ -94,6 +96,39 @@ bool has_link_content(int folder, GitIndexEntry const& entry)
     return digest.finish() == entry.id;
 }
 
+/// Of a file: what git says of it, or what its pointer does.
+class FileDigest
+{
+public:
+    explicit FileDigest(GitIndexEntry const& entry) : entry_(entry)
+    {
+        begin_blob(git_, entry.size);
+        if (!entry.pointer.empty())
+            lfs_.emplace();
+    }
+
+    void update(std::string_view bytes)
+    {
+        if (lfs_)
+            lfs_->update(bytes);
+        else
+            git_.update(bytes);
+    }
+
+    bool is_right()
+    {
+        if (!lfs_)
+            return git_.finish() == entry_.id;
+        auto const pointer = core::parse_lfs_pointer(entry_.pointer); // the index was checked against `id`
+        return pointer && lfs_->finish() == pointer->object;
+    }
+
+private:
+    GitIndexEntry const& entry_;
+    GitDigest git_;
+    std::optional<Sha256> lfs_;
+};
+
 bool has_file_content(int folder, GitIndexEntry const& entry, std::string& buffer,
                       std::atomic<bool> const* aborted)
 {
@@ -103,8 +138,7 @@ bool has_file_content(int folder, GitIndexEntry const& entry, std::string& buffe
     if (!file || ::fstat(file.get(), &status) != 0 || !is_as_indexed(entry, status) ||
         !has_right_mode(entry, status))
         return false;
-    GitDigest digest;
-    begin_blob(digest, entry.size);
+    FileDigest digest(entry);
     for (;;) {
         auto const count = ::read(file.get(), buffer.data(), buffer.size());
         if (count < 0 && errno == EINTR)
@@ -112,7 +146,7 @@ bool has_file_content(int folder, GitIndexEntry const& entry, std::string& buffe
         if (count < 0 || (aborted && aborted->load(std::memory_order_relaxed)))
             return false;
         if (count == 0)
-            return digest.finish() == entry.id;
+            return digest.is_right();
         digest.update({buffer.data(), static_cast<std::size_t>(count)});
     }
 }

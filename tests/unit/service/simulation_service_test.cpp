@@ -641,6 +641,18 @@ BOOST_AUTO_TEST_CASE(slow_fetches_show_their_progress_and_hold_up_no_other)
         fixture.leave(*browser);
 }
 
+BOOST_AUTO_TEST_CASE(large_files_have_a_progress_of_their_own)
+{
+    Fixture fixture;
+    fixture.source.delay = 2s;
+    fixture.source.large_files = true;
+    auto& browser = fixture.start();
+    fixture.world.advance(600ms);
+    BOOST_TEST(browser.sent == (Texts{"loading: Receiving large files 28% (4.5 MB)"}),
+               boost::test_tools::per_element());
+    fixture.leave(browser);
+}
+
 BOOST_AUTO_TEST_CASE(who_waits_for_other_fetches_is_told_so)
 {
     Fixture fixture;

@@ -235,7 +235,7 @@ BOOST_AUTO_TEST_CASE(addresses_that_mean_something_else_everywhere_are_not_publi
           "2002:7f00:1::",    "2001:db8::1",     "2001:0:1::1"})
         BOOST_TEST(!is_public_address(*IpAddress::parse(text)), text);
     for (auto const* const text : {"8.8.8.8", "100.63.255.255", "172.32.0.1", "192.0.1.1", "::ffff:8.8.8.8",
-                                   "2606:4700::1", "2a00:1450:4001:830::200e"})
+                                   "64:ff9b::808:808", "2606:4700::1", "2a00:1450:4001:830::200e"})
         BOOST_TEST(is_public_address(*IpAddress::parse(text)), text);
 }
 

@@ -1,0 +1,450 @@
+#include "git_lfs.hpp"
+
+#include "adapters/files/folder_walk.hpp"
+#include "git_copy.hpp"
+#include "adapters/files/project_files.hpp"
+#include "adapters/files/sha256.hpp"
+
+#include "core/git/git_lfs_address.hpp"
+#include "core/git/git_lfs_batch.hpp"
+#include "core/git/git_lfs_pointer.hpp"
+#include "core/text.hpp"
+
+#include <boost/asio/error.hpp>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <mutex>
+#include <optional>
+#include <system_error>
+#include <thread>
+#include <unordered_map>
+#include <vector>
+
+namespace webots_cloud::adapters {
+namespace {
+
+using core::concat;
+using Kind = core::GitTreeEntry::Kind;
+
+constexpr std::size_t at_once = 4; // downloads
+constexpr char media_type[] = "application/vnd.git-lfs+json";
+
+// Of memory, in bytes, about.
+constexpr std::uint64_t memory_of_pointer = 1024;                  // besides its text
+constexpr std::uint64_t memory_of_batch = std::uint64_t{16} << 20; // an answer, and what a parser makes of it
+constexpr std::uint64_t memory_of_download = std::uint64_t{1} << 20;
+
+/// Content, and the files that have it.
+struct LargeFile
+{
+    core::LfsPointer pointer;
+    std::vector<std::size_t> entries; ///< Of the index; at least one.
+};
+
+/// Of a file on its way; one that is named by its content could be two of different sizes.
+std::string name_of(core::LfsPointer const& pointer)
+{
+    return concat(pointer.object, "-", std::to_string(pointer.size));
+}
+
+mode_t mode_of(Kind kind)
+{
+    return kind == Kind::executable ? 0755 : 0644;
+}
+
+std::string_view without_full_stop(std::string_view words) noexcept
+{
+    return words.substr(0, words.find_last_not_of('.') + 1);
+}
+
+bool is_sentence(std::string_view words) noexcept
+{
+    return words.ends_with('.') && words.front() >= 'A' && words.front() <= 'Z';
+}
+
+class LfsFetch
+{
+public:
+    LfsFetch(CurlHttp& http, LfsOrder const& order, GitIndex& index, int files, int scratch)
+        : http_(http), order_(order), index_(index), files_(files), scratch_(scratch)
+    {}
+
+    result<> find_pointers();
+    bool empty() const noexcept { return found_.empty(); }
+    result<> pay();
+    result<> fetch_all();
+
+private:
+    result<> note_pointer(std::size_t number, std::string text, core::LfsPointer pointer);
+    result<> fetch_some(std::size_t first, std::size_t count);
+    result<std::vector<core::LfsDownload>> ask_server(std::vector<core::LfsPointer> const& pointers);
+    void receive_in_turn(std::vector<core::LfsDownload> const& downloads, std::size_t first);
+    result<> receive(LargeFile const& file, core::LfsDownload const& from);
+    result<> place(LargeFile const& file);
+    void report(std::uint64_t more);
+
+    std::string path_of(LargeFile const& file) const
+    {
+        return concat("\"", core::printable(index_.entries[file.entries.front()].path, 120), "\"");
+    }
+    Failure failed(boost::system::error_code code, std::string_view why, std::string_view advice) const;
+    Failure explain(Failure const& failure) const;
+    Failure about_batch(int status) const;
+    Failure about_object(LargeFile const& file, int status, std::string_view words) const;
+
+    CurlHttp& http_;
+    LfsOrder const& order_;
+    GitIndex& index_;
+    int files_;
+    int scratch_;
+    std::vector<LargeFile> found_;
+    std::unordered_map<std::string, std::size_t> numbers_; ///< In `found_`, by what is unique of a pointer.
+    std::uint64_t total_ = 0;                              ///< Bytes to receive.
+    std::optional<core::IpAddress> home_;                  ///< Of the forge, or of the proxy to it.
+
+    // What the threads that receive share.
+    std::atomic<std::size_t> next_{0};
+    std::atomic<bool> abandoned_{false};
+    std::mutex mutex_;
+    std::uint64_t received_ = 0; ///< Guarded by the mutex, as is the next one.
+    result<> outcome_;
+};
+
+// ---- words -------------------------------------------------------------------------------------------
+
+Failure LfsFetch::failed(boost::system::error_code code, std::string_view why, std::string_view advice) const
+{
+    return {code, concat("The large files (Git LFS) of ", order_.repository, " can't be fetched: ", why, ". ",
+                         advice)};
+}
+
+/// What libcurl, a parser or a rule says, as a sentence.
+Failure LfsFetch::explain(Failure const& failure) const
+{
+    auto const words = failure.message();
+    if (failure.code() == boost::asio::error::operation_aborted || is_sentence(words))
+        return failure;
+    if (failure == errc::unreachable || failure == errc::timed_out)
+        return failed(failure.code(), without_full_stop(words), "Try again later.");
+    if (failure == errc::refused)
+        return failed(failure.code(), concat("the LFS server ", words),
+                      "Only hosts of the Internet, and the forge itself, are asked for files.");
+    return failed(failure.code(), without_full_stop(words), "Its LFS server may be out of order.");
+}
+
+/// A status of the answer to the question for objects.
+Failure LfsFetch::about_batch(int status) const
+{
+    auto const says = concat("the LFS server answers with status ", std::to_string(status));
+    switch (status) {
+    case 401:
+    case 403:
+        return failed(
+            errc::refused, says,
+            "The repository must be public, also its LFS objects, and its owner's quota not used up.");
+    case 404:
+    case 405:
+    case 410:
+    case 501:
+        return failed(errc::not_found, concat(order_.forge, " has no LFS server for it"),
+                      "Commit them as ordinary files, or keep the repository where there is one.");
+    case 429:
+        return failed(errc::unreachable, says, "It is asked too often: try again later.");
+    case 507:
+    case 509:
+        return failed(errc::refused, says, "Its owner's LFS quota is used up.");
+    default:
+        return failed(status >= 500 ? errc::unreachable : errc::protocol_error, says,
+                      status >= 500 ? "Try again later." : "Its LFS server may be out of order.");
+    }
+}
+
+/// What became of one: a status of its own, or of the request for it; 0: there is none.
+Failure LfsFetch::about_object(LargeFile const& file, int status, std::string_view words) const
+{
+    auto const path = path_of(file);
+    auto const said = words.empty() ? std::string() : concat(" (it says: ", without_full_stop(words), ")");
+    if (status == 0 || status == 404 || status == 410)
+        return failed(errc::not_found, concat("the LFS server does not have ", path, said),
+                      "Its author can send it there: git lfs push --all origin.");
+    auto const answers =
+        concat("the LFS server answers with status ", std::to_string(status), " for ", path, said);
+    if (status == 401 || status == 403)
+        return failed(
+            errc::refused, answers,
+            "The repository must be public, also its LFS objects, and its owner's quota not used up.");
+    if (status == 507 || status == 509)
+        return failed(errc::refused, answers, "Its owner's LFS quota is used up.");
+    if (status == 429 || status >= 500)
+        return failed(errc::unreachable, answers, "Try again later.");
+    return failed(errc::protocol_error, answers, "Its LFS server may be out of order.");
+}
+
+// ---- what there is to fetch ----------------------------------------------------------------------------
+
+result<> LfsFetch::find_pointers()
+{
+    FolderWalk walk(files_);
+    for (std::size_t i = 0; i < index_.entries.size(); ++i) {
+        auto const& entry = index_.entries[i];
+        bool const is_file = entry.kind == Kind::file || entry.kind == Kind::executable;
+        bool const may_be_one =
+            entry.size >= core::shortest_lfs_pointer && entry.size <= core::longest_lfs_pointer;
+        if (!is_file || !may_be_one || !entry.pointer.empty()) // what an older folder had is complete
+            continue;
+        if (auto const may_go_on = ask(order_.interrupt); !may_go_on)
+            return may_go_on.error();
+        auto const folder = walk.parent_of(entry.path);
+        if (!folder)
+            return folder.error();
+        auto text = read_file(*folder, file_name(entry.path), core::longest_lfs_pointer);
+        if (!text)
+            return disk_failure();
+        auto pointer = core::parse_lfs_pointer(*text);
+        if (!pointer)
+            continue;
+        if (auto const noted = note_pointer(i, std::move(*text), std::move(*pointer)); !noted)
+            return noted.error();
+    }
+    return {};
+}
+
+result<> LfsFetch::note_pointer(std::size_t number, std::string text, core::LfsPointer pointer)
+{
+    auto& entry = index_.entries[number];
+    if (pointer.extended)
+        return failed(errc::refused,
+                      concat("\"", core::printable(entry.path, 120),
+                             "\" has to pass through a program that its author names (an LFS extension)"),
+                      "Such programs are never run here: its author can commit the file without.");
+    FetchBytes price;
+    price.memory = memory_of_pointer + 2 * text.size();
+    if (auto const taken = order_.share->take(price); !taken)
+        return taken.error();
+    index_.bytes -= entry.size;
+    if (pointer.size > order_.most_bytes - std::min(order_.most_bytes, index_.bytes))
+        return Failure(errc::too_large, concat("The project is larger than ",
+                                               std::to_string(order_.most_bytes >> 20), " MB."));
+    index_.bytes += pointer.size;
+    entry.size = pointer.size;
+    entry.pointer = std::move(text);
+    auto const [known, is_new] = numbers_.emplace(name_of(pointer), found_.size());
+    if (is_new) {
+        total_ += pointer.size;
+        found_.emplace_back().pointer = std::move(pointer);
+    }
+    found_[known->second].entries.push_back(number);
+    return {};
+}
+
+/// For the disk: a file that occurs many times may have to be copied each time.
+result<> LfsFetch::pay()
+{
+    FetchBytes price;
+    price.memory = at_once * memory_of_download;
+    for (auto const& file : found_)
+        price.disk += bytes_on_disk(file.pointer.size) * file.entries.size();
+    return order_.share->take(price);
+}
+
+// ---- fetching ------------------------------------------------------------------------------------------
+
+result<> LfsFetch::fetch_all()
+{
+    report(0);
+    for (std::size_t first = 0; first < found_.size(); first += core::most_lfs_objects) {
+        auto const count = std::min(core::most_lfs_objects, found_.size() - first);
+        if (auto const fetched = fetch_some(first, count); !fetched)
+            return fetched.error();
+    }
+    for (auto const& file : found_) {
+        if (auto const may_go_on = ask(order_.interrupt); !may_go_on)
+            return may_go_on.error();
+        if (auto const placed = place(file); !placed)
+            return placed.error();
+    }
+    return {};
+}
+
+result<> LfsFetch::fetch_some(std::size_t first, std::size_t count)
+{
+    FetchShare::Loan const loan(*order_.share);
+    FetchBytes price;
+    price.memory = memory_of_batch;
+    if (auto const taken = order_.share->take(price); !taken)
+        return taken.error();
+    std::vector<core::LfsPointer> pointers;
+    for (std::size_t i = first; i < first + count; ++i)
+        pointers.push_back(found_[i].pointer);
+    auto const downloads = ask_server(pointers);
+    if (!downloads)
+        return downloads.error();
+    next_ = 0;
+    std::vector<std::thread> others;
+    auto const work = [&] { receive_in_turn(*downloads, first); };
+    try {
+        while (others.size() + 1 < std::min(at_once, count))
+            others.emplace_back(work);
+    } catch (std::system_error const&) {
+        // It goes with fewer, too.
+    }
+    work();
+    for (auto& other : others)
+        other.join();
+    return outcome_;
+}
+
+/// The batch API: where the objects are to be had.
+result<std::vector<core::LfsDownload>> LfsFetch::ask_server(std::vector<core::LfsPointer> const& pointers)
+{
+    bool const all_empty =
+        std::all_of(pointers.begin(), pointers.end(), [](auto const& each) { return each.size == 0; });
+    if (all_empty)
+        return std::vector<core::LfsDownload>(pointers.size());
+    std::string answer;
+    CurlRequest request;
+    request.peer = "the LFS server";
+    request.base = order_.forge;
+    request.url = concat(order_.url, "/info/lfs/objects/batch");
+    request.agent = "git-lfs/webots_cloud";
+    request.headers = {concat("Accept: ", media_type), concat("Content-Type: ", media_type)};
+    request.body = core::lfs_batch_request(pointers);
+    request.sink = [&answer](std::string_view bytes) -> result<> {
+        answer += bytes;
+        return {};
+    };
+    request.answered_by = &home_;
+    auto limits = order_.limits;
+    limits.bytes = core::most_lfs_answer;
+    auto const status = http_.send(request, limits);
+    if (!status)
+        return explain(status.error());
+    if (*status != 200)
+        return about_batch(*status);
+    auto downloads = core::parse_lfs_batch(answer, pointers);
+    if (!downloads)
+        return explain(downloads.error().within("the LFS server"));
+    return downloads;
+}
+
+/// Any number of threads may work on it.
+void LfsFetch::receive_in_turn(std::vector<core::LfsDownload> const& downloads, std::size_t first)
+{
+    for (auto i = next_.fetch_add(1); i < downloads.size(); i = next_.fetch_add(1)) {
+        auto const received = receive(found_[first + i], downloads[i]);
+        if (received)
+            continue;
+        next_ = downloads.size();
+        std::lock_guard const lock(mutex_);
+        if (!abandoned_.exchange(true))
+            outcome_ = received; // later ones may only be cut short by it
+        return;
+    }
+}
+
+result<> LfsFetch::receive(LargeFile const& file, core::LfsDownload const& from)
+{
+    auto const& pointer = file.pointer;
+    FileDescriptor const to(::openat(scratch_, name_of(pointer).c_str(),
+                                     O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600));
+    if (!to)
+        return disk_failure();
+    if (pointer.size == 0 && pointer.object == core::empty_lfs_object)
+        return {};
+    if (from.address.empty())
+        return about_object(file, from.error, from.words);
+    if (auto const allowed = core::check_lfs_address(from.address, order_.forge); !allowed)
+        return explain(allowed.error());
+    Sha256 digest;
+    std::uint64_t size = 0;
+    auto const wrong = [&] {
+        return failed(errc::protocol_error, concat("the LFS server sends something else for ", path_of(file)),
+                      "Its author can send it there again: git lfs push --all origin.");
+    };
+    CurlRequest request;
+    request.peer = "the LFS server";
+    request.base = core::base_of(from.address);
+    request.url = from.address;
+    request.agent = "git-lfs/webots_cloud";
+    request.headers = from.headers;
+    request.sink = [&](std::string_view bytes) -> result<> {
+        size += bytes.size();
+        if (size > pointer.size)
+            return wrong();
+        digest.update(bytes);
+        report(bytes.size());
+        return write_all(to.get(), bytes);
+    };
+    request.may_redirect = [&](std::string const& url) { return core::check_lfs_address(url, order_.forge); };
+    request.may_contact = [&](std::string const& url, core::IpAddress const& address) {
+        return core::base_of(url) == core::base_of(order_.forge) || address == home_ ||
+               core::is_public_address(address);
+    };
+    auto limits = order_.limits;
+    limits.abandoned = &abandoned_;
+    limits.bytes = pointer.size + memory_of_download; // the sink is stricter, and has better words
+    auto const status = http_.send(request, limits);
+    if (!status)
+        return explain(status.error());
+    if (*status != 200)
+        return about_object(file, *status, {});
+    return size == pointer.size && digest.finish() == pointer.object ? result<>() : wrong();
+}
+
+void LfsFetch::report(std::uint64_t more)
+{
+    std::lock_guard const lock(mutex_);
+    received_ += more;
+    if (order_.progress)
+        order_.progress->report_large_files(total_, received_);
+}
+
+/// The first file gets the content itself, others a link to it where that is all the same.
+result<> LfsFetch::place(LargeFile const& file)
+{
+    auto const name = name_of(file.pointer);
+    auto const& first = index_.entries[file.entries.front()];
+    FolderWalk walk(files_);
+    auto const home = walk.parent_of(first.path);
+    if (!home)
+        return home.error();
+    if (::fchmodat(scratch_, name.c_str(), mode_of(first.kind), 0) != 0 ||
+        ::renameat(scratch_, name.c_str(), *home, file_name(first.path)) != 0)
+        return disk_failure();
+    FolderWalk targets(files_);
+    for (auto number = file.entries.begin() + 1; number != file.entries.end(); ++number) {
+        auto const& entry = index_.entries[*number];
+        auto const folder = targets.parent_of(entry.path);
+        if (!folder)
+            return folder.error();
+        if (::unlinkat(*folder, file_name(entry.path), 0) != 0)
+            return disk_failure();
+        if (entry.kind == first.kind &&
+            ::linkat(*home, file_name(first.path), *folder, file_name(entry.path), 0) == 0)
+            continue;
+        auto const copied = copy_file(*home, file_name(first.path), *folder, file_name(entry.path),
+                                      entry.size, mode_of(entry.kind));
+        if (!copied)
+            return copied.error();
+    }
+    return {};
+}
+
+} // namespace
+
+result<> fetch_lfs_files(CurlHttp& http, LfsOrder const& order, GitIndex& index, int files, int scratch)
+{
+    LfsFetch fetch(http, order, index, files, scratch);
+    auto done = fetch.find_pointers();
+    if (!done || fetch.empty())
+        return done;
+    done = fetch.pay();
+    return done ? fetch.fetch_all() : done;
+}
+
+} // namespace webots_cloud::adapters
