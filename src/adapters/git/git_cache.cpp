@@ -57,17 +57,25 @@ std::uint64_t memory_of(GitIndex const& index)
     return bytes;
 }
 
-/// Whether the index of a stored folder is that of the commit and the folder that its name says.
-bool is_proven_folder(fs::path const& folder, GitIndex const& index)
+std::optional<core::GitObjectId> commit_of(fs::path const& folder)
+{
+    return core::git_object_id(folder.filename().string().substr(0, 40));
+}
+
+/// What the name of a stored folder and its proof say that it is; nothing where its index is of something
+/// else.
+std::optional<core::GitTarget> proven_target(fs::path const& folder, GitIndex const& index)
 {
     auto const proof = read_file(AT_FDCWD, (folder / "proof").c_str(), longest_proof);
-    auto const commit = core::git_object_id(folder.filename().string().substr(0, 40));
+    auto const commit = commit_of(folder);
     if (!proof || !commit)
-        return false;
+        return std::nullopt;
     core::GitTarget target;
     target.commit = *commit;
     target.folder = proven_folder(*proof);
-    return snapshot_name(target) == folder.filename() && is_proven(*proof, *commit, index);
+    if (snapshot_name(target) != folder.filename() || !is_proven(*proof, *commit, index))
+        return std::nullopt;
+    return target;
 }
 
 /// A link to one is none: what it leads to is not ours to clear away.
@@ -202,9 +210,16 @@ GitContent GitCache::load(fs::path const& folder, GitSnapshot& snapshot, Known& 
     GitDigest digest;
     digest.update(*text);
     auto const index_digest = digest.finish();
-    if (known.index ? *known.index != index_digest : !is_proven_folder(folder, *index))
+    if (!known.index) {
+        auto const target = proven_target(folder, *index);
+        if (!target)
+            return GitContent::changed;
+        known.target = *target;
+        known.index = index_digest;
+    }
+    if (*known.index != index_digest)
         return GitContent::changed;
-    known.index = index_digest;
+    snapshot.target = known.target;
     snapshot.files = folder / "files";
     auto const look = look_at(*index, snapshot.files);
     if (!look)
@@ -234,6 +249,13 @@ void GitCache::complain_of(std::string const& url)
                                   " was changed after it had been fetched: it is fetched again."));
 }
 
+void GitCache::note(std::string sentence)
+{
+    std::lock_guard const lock(mutex_);
+    if (notices_.size() < most_notices)
+        notices_.push_back(std::move(sentence));
+}
+
 std::vector<std::string> GitCache::take_notices()
 {
     std::lock_guard const lock(mutex_);
@@ -244,7 +266,7 @@ GitSnapshotPtr GitCache::find(std::string const& url, core::GitTarget const& tar
                               std::atomic<bool> const* aborted)
 {
     auto const folder = repository(url) / snapshot_name(target);
-    auto snapshot = open_stored(url, folder, target, aborted);
+    auto snapshot = open_stored(url, folder, aborted);
     if (!snapshot)
         return nullptr;
     std::lock_guard const lock(mutex_);
@@ -259,7 +281,7 @@ GitSnapshotPtr GitCache::find(std::string const& url, core::GitTarget const& tar
 /// A stored folder whose content was looked at. Null when there is none, when it was changed, and when it
 /// could not be looked at.
 GitSnapshotPtr GitCache::open_stored(std::string const& url, fs::path const& folder,
-                                     core::GitTarget const& target, std::atomic<bool> const* aborted)
+                                     std::atomic<bool> const* aborted)
 {
     Known known;
     {
@@ -270,7 +292,6 @@ GitSnapshotPtr GitCache::open_stored(std::string const& url, fs::path const& fol
         known = found->second.known;
     }
     auto loaded = std::make_shared<GitSnapshot>();
-    loaded->target = target;
     auto const content = load(folder, *loaded, known, aborted);
     std::lock_guard const lock(mutex_);
     auto const found = stored_.find(folder.string());
@@ -314,7 +335,7 @@ std::vector<GitSnapshotPtr> GitCache::relatives(std::string const& url)
     for (auto const& [used, path] : paths) {
         if (found.size() == most)
             break;
-        if (auto relative = open_stored(url, path, {}, nullptr))
+        if (auto relative = open_stored(url, path, nullptr))
             found.push_back(std::move(relative));
     }
     return found;
@@ -363,6 +384,7 @@ result<GitSnapshotPtr> GitCache::publish(GitIncoming const& incoming, std::strin
     stored.used = fs::file_time_type::clock::now();
     stored.open = snapshot;
     stored.known.index = digest.finish();
+    stored.known.target = target;
     stored_[folder.string()] = stored;
     return GitSnapshotPtr(snapshot);
 }

@@ -22,12 +22,13 @@
 
 namespace webots_cloud::adapters {
 
-/// One folder of one commit, unpacked. Never written to once it is in the cache.
+/// One folder of one commit, unpacked, and the files of the folders above it. Never written to once it is in
+/// the cache.
 ///
 /// While somebody holds a pointer to it, it stays in the cache.
 struct GitSnapshot
 {
-    std::filesystem::path files; ///< The folder itself.
+    std::filesystem::path files; ///< The repository's root, as far as it was fetched.
     core::GitTarget target;
     GitIndex index;
     FetchGrant grant; ///< For the index, which is in memory as long as somebody uses the folder.
@@ -108,7 +109,10 @@ public:
     /// What it meant last, for when the server can't be asked.
     std::optional<core::GitTarget> recall(std::string const& url, std::string const& ref_and_folder) const;
 
-    /// What was in the way or had been changed since the last call: sentences for the operator.
+    /// Adds to the notices.
+    void note(std::string sentence);
+
+    /// What was in the way, had been changed or was left out since the last call: sentences for the operator.
     std::vector<std::string> take_notices();
 
 private:
@@ -116,6 +120,7 @@ private:
     struct Known
     {
         std::optional<core::GitObjectId> index; ///< Digest of its text.
+        core::GitTarget target;                 ///< What it is, once the index is known.
         std::optional<core::GitObjectId> look;  ///< When its content was checked.
     };
 
@@ -138,7 +143,7 @@ private:
     std::filesystem::path repository(std::string const& url) const;
     std::filesystem::path fresh_path() const;
     GitSnapshotPtr open_stored(std::string const& url, std::filesystem::path const& folder,
-                               core::GitTarget const& target, std::atomic<bool> const* aborted);
+                               std::atomic<bool> const* aborted);
     void complain_of(std::string const& url);
     static GitContent load(std::filesystem::path const& folder, GitSnapshot& snapshot, Known& known,
                            std::atomic<bool> const* aborted);

@@ -182,6 +182,21 @@ BOOST_AUTO_TEST_CASE(what_is_as_it_was_is_used_by_the_next_server)
     BOOST_TEST(cache->take_notices().empty());
 }
 
+// Everybody shares one object of a folder, also with those who look for donors.
+BOOST_AUTO_TEST_CASE(a_folder_says_what_it_is_whoever_opened_it_first)
+{
+    publish();
+    for (bool const again : {false, true}) {
+        if (again)
+            reopen();
+        auto const relatives = cache->relatives(url);
+        BOOST_TEST_REQUIRE(relatives.size() == 1u);
+        BOOST_TEST((relatives.front()->target == target));
+        auto const found = cache->find(url, target);
+        BOOST_TEST((found == relatives.front()));
+    }
+}
+
 BOOST_AUTO_TEST_CASE(what_a_link_in_the_cache_leads_to_is_not_cleared_away)
 {
     publish();
