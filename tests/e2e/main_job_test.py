@@ -12,6 +12,7 @@ import unittest
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser import open_browser, screenshot  # noqa: E402
 from support.git_server import GitServer  # noqa: E402
+from support.machine import Machine  # noqa: E402
 from support.projects import demo_project  # noqa: E402
 from support.servers import SessionServer, SimulationServer, main, port_is_free, wait_until  # noqa: E402
 
@@ -53,6 +54,27 @@ class FirstMinute(unittest.TestCase):
             wait_until(lambda: body.get_attribute("data-state") in ("running", "failed"), lambda: simulation.log())
             self.assertEqual(body.get_attribute("data-state"), "running", browser.find_element("id", "status").text)
             await_motion(browser)
+
+
+    # A machine that has just built the servers is busy for a moment.
+    def test_a_start_that_was_refused_works_when_the_page_says_so(self):
+        simulation = self.enterContext(SimulationServer(allowedRepositories=["local:"], forges=[{
+            "url": "local:", "directory": os.path.join(CONFIG, "..", "examples")}]))
+        busy = self.enterContext(Machine(load="100.0"))
+        session = self.enterContext(SessionServer([busy.address], loadThreshold=95, viewerUrl=local_config("session")["viewerUrl"]))
+        with open_browser(1280, 800) as browser:
+            browser.get(f"{session.url}/viewer/")
+            body, status = browser.find_element("tag name", "body"), browser.find_element("id", "status")
+            wait_until(lambda: browser.find_element("id", "connect-to").get_property("value"), "no world is proposed")
+            wait_until(lambda: body.get_attribute("data-availability") == "full", "the machine is not busy")
+            browser.find_element("id", "start").click()
+            wait_until(lambda: body.get_attribute("data-state") == "failed", "it is not refused")
+            self.assertEqual(status.text, "No simulation server available at the moment. This page says when there is one.")
+            session.reread(loadThreshold=1000, simulationServers=[simulation.address])
+            wait_until(lambda: status.text == "A machine is available now: press Start simulation.", lambda: status.text)
+            browser.find_element("id", "start").click()
+            wait_until(lambda: body.get_attribute("data-state") in ("running", "failed"), lambda: simulation.log())
+            self.assertEqual(body.get_attribute("data-state"), "running", status.text)
 
 
 class MainJob(unittest.TestCase):
