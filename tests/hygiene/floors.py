@@ -45,7 +45,7 @@ ROOMS = {
         'projects': ['git'],
         'simulation': ['git', 'pages'],
         'docker': ['simulation'],
-        'config': ['access', 'notices', 'projects'],
+        'config': ['access', 'docker', 'notices', 'projects', 'simulation'],
     },
     'src/adapters': {
         'files': [],
