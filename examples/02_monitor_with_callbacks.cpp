@@ -19,7 +19,7 @@ class Machine final : public Endpoint
 {
 public:
     Answer respond(IncomingRequest const&) override { return HttpResponse(200, "text/html", "12.5"); }
-    asio::awaitable<void> converse(ChannelInfo, Channel&) override { co_return; }
+    asio::awaitable<void> serve_websocket(ChannelInfo, Channel&) override { co_return; }
 };
 
 /// In a coroutine: simply co_await.

@@ -27,8 +27,8 @@ int main(int argc, char** argv)
         open_log(program, config->log_dir / "session" / "output.log", config->debug, config->json_log);
     if (!log)
         return exit_usage;
-    auto const reread = [&given = *arguments] { return read_config(given, parse_session_config); };
-    return run_daemon(program.name, [&settings = *config, &reread, &log](boost::asio::any_io_executor executor) {
-        return serve_sessions(executor, settings, reread, *log);
+    auto const reload = [&given = *arguments] { return read_config(given, parse_session_config); };
+    return run_daemon(program.name, [&settings = *config, &reload, &log](boost::asio::any_io_executor executor) {
+        return serve_sessions(executor, settings, reload, *log);
     });
 }

@@ -29,8 +29,8 @@ int main(int argc, char** argv)
         open_log(program, config->log_dir / "simulation" / "output.log", config->debug, config->json_log);
     if (!log)
         return exit_usage;
-    auto const reread = [&given = *arguments] { return read_config(given, parse_simulation_config); };
-    return run_daemon(program.name, [&settings = *config, &reread, &log](boost::asio::any_io_executor executor) {
-        return serve_simulations(executor, settings, reread, program_folder(), *log);
+    auto const reload = [&given = *arguments] { return read_config(given, parse_simulation_config); };
+    return run_daemon(program.name, [&settings = *config, &reload, &log](boost::asio::any_io_executor executor) {
+        return serve_simulations(executor, settings, reload, program_folder(), *log);
     });
 }

@@ -22,7 +22,7 @@ using boost::system::error_code;
 
 constexpr std::chrono::seconds first_request_time{10};
 constexpr std::chrono::seconds next_request_time{60};
-constexpr std::size_t longest_header = 16 * 1024;
+constexpr std::size_t max_header_size = 16 * 1024;
 constexpr std::string_view controller_greeting = "CTR";
 
 /// A peer that has not yet become a WebSocket or a picture stream: HTTP, or an extern controller.
@@ -30,7 +30,7 @@ class Connection : public std::enable_shared_from_this<Connection>
 {
 public:
     Connection(asio::ip::tcp::socket socket, Reception& reception, Seat seat)
-        : stream_(std::move(socket)), buffer_(2 * longest_header), reception_(reception),
+        : stream_(std::move(socket)), buffer_(2 * max_header_size), reception_(reception),
           seat_(std::move(seat))
     {}
 
@@ -73,7 +73,7 @@ private:
     void read_request()
     {
         parser_.emplace();
-        parser_->header_limit(longest_header);
+        parser_->header_limit(max_header_size);
         http::async_read(stream_, buffer_, *parser_,
                          [self = shared_from_this()](error_code error, std::size_t) {
                              if (!error)

@@ -270,8 +270,8 @@ Picture::~Picture() = default;
 
 void Picture::resize(int width, int height)
 {
-    width_ = std::clamp(width, smallest_side, largest_width);
-    height_ = std::clamp(height, smallest_side, largest_height);
+    width_ = std::clamp(width, min_side, max_width);
+    height_ = std::clamp(height, min_side, max_height);
 }
 
 void Picture::draw_background(Arena const& arena)

@@ -13,9 +13,9 @@ namespace webots_cloud::demo {
 class Picture
 {
 public:
-    static constexpr int smallest_side = 32;
-    static constexpr int largest_width = 1920;
-    static constexpr int largest_height = 1200;
+    static constexpr int min_side = 32;
+    static constexpr int max_width = 1920;
+    static constexpr int max_height = 1200;
 
     Picture();
     ~Picture();

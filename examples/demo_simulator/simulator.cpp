@@ -13,7 +13,7 @@ namespace webots_cloud::demo {
 namespace {
 
 constexpr std::size_t console_memory = 20; ///< lines
-constexpr std::size_t most_listed_worlds = 100;
+constexpr std::size_t max_listed_worlds = 100;
 
 } // namespace
 
@@ -332,7 +332,7 @@ std::string Simulator::world_list() const
     std::set<std::string> names{world_file_.filename().string()};
     std::error_code error;
     for (std::filesystem::directory_iterator entry(world_file_.parent_path(), error), end;
-         !error && entry != end && names.size() < most_listed_worlds; entry.increment(error))
+         !error && entry != end && names.size() < max_listed_worlds; entry.increment(error))
         if (entry->path().extension() == ".wbt")
             names.insert(entry->path().filename().string());
     std::string text = "world:" + folder + printable(world_file_.filename().string()) + ":";

@@ -19,8 +19,8 @@ using boost::system::error_code;
 using Clock = std::chrono::steady_clock;
 
 constexpr int fast_factor = 20; ///< times real time: fast enough to watch, and far from taking a whole core
-constexpr int most_ticks_to_catch_up = 8;
-constexpr std::chrono::milliseconds shortest_picture_time{50};
+constexpr int max_ticks_to_catch_up = 8;
+constexpr std::chrono::milliseconds min_picture_time{50};
 constexpr int ports_to_try = 11;
 
 std::string part(std::string const& jpeg)
@@ -48,7 +48,7 @@ bool StreamingServer::bind(tcp::endpoint const& endpoint, error_code& error)
         acceptor.bind(endpoint, error);
     }
     if (!error)
-        acceptor.listen(most_connections, error);
+        acceptor.listen(max_connections, error);
     if (error)
         return false;
     acceptor_ = std::move(acceptor);
@@ -85,7 +85,7 @@ void StreamingServer::accept()
             accept_pause_.expires_after(std::chrono::milliseconds(100));
             return accept_pause_.async_wait([this](error_code) { accept(); });
         }
-        if (*connections_ < most_connections) {
+        if (*connections_ < max_connections) {
             ++*connections_;
             Seat seat(nullptr, [connections = connections_](void*) { --*connections; });
             serve(std::move(socket), *this, std::move(seat));
@@ -156,10 +156,10 @@ void StreamingServer::tick(std::uint64_t run)
         return;
     auto const period = std::chrono::milliseconds(simulator_.tick_time());
     auto const late = (Clock::now() - next_tick_) / period;
-    int const ticks = static_cast<int>(std::min<long long>(1 + late, most_ticks_to_catch_up));
+    int const ticks = static_cast<int>(std::min<long long>(1 + late, max_ticks_to_catch_up));
     int const steps = ticks * simulator_.steps_per_tick();
     // What cannot be caught up is lost: simulated time falls behind instead of racing later.
-    next_tick_ = late < most_ticks_to_catch_up ? next_tick_ + late * period : Clock::now();
+    next_tick_ = late < max_ticks_to_catch_up ? next_tick_ + late * period : Clock::now();
     simulator_.advance(simulator_.mode() == Mode::fast ? fast_factor * steps : steps);
     if (run == run_ && simulator_.is_running())
         schedule_tick();
@@ -220,7 +220,7 @@ void StreamingServer::send_picture()
         outlet->send(text);
     }
     // Big pictures are drawn less often, so that drawing takes at most a third of a core.
-    next_picture_ = begin + std::max<Clock::duration>(shortest_picture_time, 3 * (Clock::now() - begin));
+    next_picture_ = begin + std::max<Clock::duration>(min_picture_time, 3 * (Clock::now() - begin));
 }
 
 } // namespace webots_cloud::demo

@@ -22,7 +22,7 @@ namespace webots_cloud::demo {
 class StreamingServer : private Audience, private Reception
 {
 public:
-    static constexpr int most_connections = 64;
+    static constexpr int max_connections = 64;
 
     StreamingServer(boost::asio::io_context& context, Options const& options);
 

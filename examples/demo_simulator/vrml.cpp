@@ -161,7 +161,7 @@ public:
 private:
     void count()
     {
-        if (++values_ > most_values)
+        if (++values_ > max_values)
             throw Malformed("the world has too many values");
     }
 

@@ -40,6 +40,6 @@ struct Document
 Document read(std::string_view text);
 
 inline constexpr std::size_t deepest_nesting = 64;
-inline constexpr std::size_t most_values = 200'000; ///< numbers, words and nodes of a whole document
+inline constexpr std::size_t max_values = 200'000; ///< numbers, words and nodes of a whole document
 
 } // namespace webots_cloud::demo::vrml

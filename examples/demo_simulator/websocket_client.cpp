@@ -16,10 +16,10 @@ namespace http = beast::http;
 namespace websocket = beast::websocket;
 using boost::system::error_code;
 
-constexpr std::size_t longest_message = std::size_t{1} << 20;
-constexpr std::size_t most_queued_state_frames = 4;
-constexpr std::size_t most_queued_frames = 1000;
-constexpr std::size_t most_queued_bytes = std::size_t{16} << 20;
+constexpr std::size_t max_message_size = std::size_t{1} << 20;
+constexpr std::size_t max_queued_state_frames = 4;
+constexpr std::size_t max_queued_frames = 1000;
+constexpr std::size_t max_queued_bytes = std::size_t{16} << 20;
 
 class WebSocketClient : public ClientOutlet, public std::enable_shared_from_this<WebSocketClient>
 {
@@ -36,7 +36,7 @@ public:
         timeout.handshake_timeout = std::chrono::seconds(10);
         timeout.idle_timeout = websocket::stream_base::none();
         socket_.set_option(timeout);
-        socket_.read_message_max(longest_message);
+        socket_.read_message_max(max_message_size);
         socket_.auto_fragment(false);
         socket_.text(true);
         error_code ignored;
@@ -49,11 +49,11 @@ public:
 
     void send(Text text, bool is_state) override
     {
-        if (!id_ || (is_state && queue_.size() >= most_queued_state_frames))
+        if (!id_ || (is_state && queue_.size() >= max_queued_state_frames))
             return;
         queued_bytes_ += text->size();
         queue_.push_back(std::move(text));
-        if (queue_.size() > most_queued_frames || queued_bytes_ > most_queued_bytes)
+        if (queue_.size() > max_queued_frames || queued_bytes_ > max_queued_bytes)
             beast::get_lowest_layer(socket_).close(); // the pending operations end with an error
         else if (queue_.size() == 1)
             write_next();

@@ -46,8 +46,8 @@ struct World
     std::vector<std::string> warnings; ///< sentences for the console
 };
 
-inline constexpr std::size_t most_robots = 16;
-inline constexpr std::size_t most_boxes = 64;
+inline constexpr std::size_t max_robots = 16;
+inline constexpr std::size_t max_boxes = 64;
 
 /// Builds a world from the text of a world file. Never fails: what cannot be read is left at its default
 /// and named in `warnings`; a world without robots gets three.

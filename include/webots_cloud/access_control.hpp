@@ -59,7 +59,7 @@ public:
     void set_params(AccessParams params);
 
     Answer respond(IncomingRequest const& request) override;
-    boost::asio::awaitable<void> converse(ChannelInfo info, Channel& channel) override;
+    boost::asio::awaitable<void> serve_websocket(ChannelInfo info, Channel& channel) override;
     void stopping() override;
 
 private:

@@ -132,7 +132,7 @@ std::pair<std::optional<Config>, int> load_config(Program const& program, Argume
 ///
 /// Threads and processes that it starts don't inherit that, nor a negative nice value. Without effect on Linux before 6.12, and
 /// where the thread has another scheduling policy than the normal one.
-void answer_promptly() noexcept;
+void use_low_latency_scheduling() noexcept;
 
 /// Runs `body` on one thread, which answers promptly, until it ends, or until SIGTERM or SIGINT cancel it. From then on nobody but
 /// root can trace this process, and it leaves no core.

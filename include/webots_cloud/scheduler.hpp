@@ -136,12 +136,12 @@ public:
     ///
     /// Looks at one of `parts` parts of the fleet: the one that holds the share `where` (0 <= where < 1) of
     /// the operator's list. Parts are about equal; one may be empty of machines that can take a session. O(k
-    /// log n) for k positions, k at most `most_lowest`.
+    /// log n) for k positions, k at most `max_lowest`.
     virtual std::size_t lowest(std::span<std::size_t> positions, std::size_t parts, double where) const = 0;
     /// How many sessions others have probably placed on these machines since their reports.
     virtual double unseen_arrivals() const = 0;
 
-    static constexpr std::size_t most_lowest = 16;
+    static constexpr std::size_t max_lowest = 16;
 };
 
 /// Chooses a position of the snapshot. Pure: what it returns depends on its two arguments only.

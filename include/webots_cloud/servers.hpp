@@ -15,7 +15,7 @@ namespace webots_cloud {
 
 /// Reads a configuration again, on SIGHUP; empty: SIGHUP is left alone.
 template<class Config>
-using Reread = std::function<result<Configured<Config>>()>;
+using Reload = std::function<result<Configured<Config>>()>;
 
 /// Runs a session server until cancelled.
 ///
@@ -24,7 +24,7 @@ using Reread = std::function<result<Configured<Config>>()>;
 /// Errors: `operation_aborted` when cancelled; `unavailable` when the port is in use; `invalid_argument`.
 /// Thread-safety: one executor, on one thread.
 boost::asio::awaitable<result<>> serve_sessions(boost::asio::any_io_executor executor, SessionConfig config,
-                                                Reread<SessionConfig> reread, Logger log);
+                                                Reload<SessionConfig> reload, Logger log);
 
 /// Runs a simulation server until cancelled; then every simulation is ended first.
 ///
@@ -34,7 +34,7 @@ boost::asio::awaitable<result<>> serve_sessions(boost::asio::any_io_executor exe
 /// `programs` is the folder of `webots-process-guard` and `webots-demo-simulator`.
 /// Errors: as `serve_sessions`; `not_found` when there is neither Webots nor the demo simulator.
 boost::asio::awaitable<result<>> serve_simulations(boost::asio::any_io_executor executor, SimulationConfig config,
-                                                   Reread<SimulationConfig> reread, std::filesystem::path programs,
+                                                   Reload<SimulationConfig> reload, std::filesystem::path programs,
                                                    Logger log);
 
 } // namespace webots_cloud

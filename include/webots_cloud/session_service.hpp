@@ -65,7 +65,7 @@ public:
     boost::asio::awaitable<result<>> run();
 
     Answer respond(IncomingRequest const& request) override;
-    boost::asio::awaitable<void> converse(ChannelInfo info, Channel& channel) override;
+    boost::asio::awaitable<void> serve_websocket(ChannelInfo info, Channel& channel) override;
 
 private:
     struct Impl;

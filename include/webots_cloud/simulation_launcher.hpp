@@ -27,9 +27,9 @@ struct SimulationLauncherParams
 
     /// The program to run, absolute: Webots, or one that takes its command line.
     std::filesystem::path webots;
-    /// Simulators listen on `first_port` to `first_port + most_simulations - 1`.
+    /// Simulators listen on `first_port` to `first_port + max_simulations - 1`.
     std::uint16_t first_port = 2001;
-    int most_simulations = 100;
+    int max_simulations = 100;
     /// The longest life of a simulation. Default 2 hours; the browser is told.
     Duration timeout = std::chrono::hours(2);
     /// From the start of the program to its first sign of life. Default 5 min: some worlds load for minutes. For containers

@@ -41,7 +41,7 @@ struct SimulationServiceParams
     /// Sockets that are open and have not started anything yet: of one client, and of all. One more, and the oldest is
     /// closed. Browsers ask for their start within a round trip, so that this is far more than they need.
     std::size_t waiting_per_address = 64;
-    std::size_t most_waiting = 256;
+    std::size_t max_waiting = 256;
     /// How long a simulation waits for a browser that lost its connection. Default 0: it ends at once.
     Duration reconnect_grace{};
     /// Makes the tokens by which browsers return: words that nobody guesses. Wanted with a grace only.
@@ -83,7 +83,7 @@ public:
     boost::asio::awaitable<result<>> run();
 
     Answer respond(IncomingRequest const& request) override;
-    boost::asio::awaitable<void> converse(ChannelInfo info, Channel& channel) override;
+    boost::asio::awaitable<void> serve_websocket(ChannelInfo info, Channel& channel) override;
     void stopping() override;
 
     /// Percent: what `GET /load` answers.

@@ -17,7 +17,7 @@ namespace options = boost::program_options;
 
 namespace {
 
-constexpr std::size_t largest_config = 1 << 20; // it is read again while the server runs
+constexpr std::size_t max_config_size = 1 << 20; // it is read again while the server runs
 
 /// `relative` in the working directory, or else in the tree that the program was built or installed in.
 std::filesystem::path find_default(std::filesystem::path const& relative)
@@ -106,8 +106,8 @@ std::optional<Logger> open_log(Program const& program, std::filesystem::path con
 
 std::string terminal_text(std::string_view sentence)
 {
-    constexpr std::size_t longest_sentence = 8192;
-    return core::printable(sentence, longest_sentence);
+    constexpr std::size_t max_sentence_length = 8192;
+    return core::printable(sentence, max_sentence_length);
 }
 
 result<std::string> read_config_file(std::filesystem::path const& path)
@@ -115,7 +115,7 @@ result<std::string> read_config_file(std::filesystem::path const& path)
     std::error_code ignored;
     if (std::filesystem::is_directory(path, ignored))
         return Failure(errc::invalid_config, path.string() + ": expected a configuration file, found a folder");
-    auto text = read_regular_file(path, largest_config);
+    auto text = read_regular_file(path, max_config_size);
     if (!text)
         return Failure(errc::invalid_config,
                        path.string() + ": the configuration can't be read: " + text.error().message());

@@ -48,7 +48,7 @@ void raise_descriptor_limit()
 int run_daemon(std::string const& name, std::function<asio::awaitable<result<>>(asio::any_io_executor)> body)
 {
     ::prctl(PR_SET_DUMPABLE, 0); // simulations run as our user: none may trace us, or look into our memory and descriptors
-    answer_promptly();
+    use_low_latency_scheduling();
     raise_descriptor_limit();
     std::signal(SIGPIPE, SIG_IGN);
     std::signal(SIGHUP, SIG_IGN); // until the body asks for them: neither may end a server that is just starting

@@ -136,7 +136,7 @@ result<AccessParams> session_access_params(SessionConfig const& config)
 
 } // namespace
 
-asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, SessionConfig config, Reread<SessionConfig> reread,
+asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, SessionConfig config, Reload<SessionConfig> reload,
                                          Logger log)
 {
     using namespace asio::experimental::awaitable_operators;
@@ -189,7 +189,7 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     auto const ended =
         co_await (server->run() || operators->run() || report_to(*manager, *clock) || service.run() || monitor.run() ||
                   administrator.mail.run() || app::sum_up_log(log, *clock) ||
-                                 app::obey_sighup(executor, std::move(reread), config, apply, log));
+                                 app::obey_sighup(executor, std::move(reload), config, apply, log));
     co_return std::visit([](result<> const& outcome) { return outcome; }, ended);
 }
 

@@ -21,20 +21,20 @@ namespace webots_cloud::app {
 /// Ends when cancelled.
 ///
 /// Keys that differ from those of `running` and that no `apply` takes over are named in the log. Without
-/// `reread` SIGHUP is left alone.
+/// `reload` SIGHUP is left alone.
 template<class Config>
-boost::asio::awaitable<result<>> obey_sighup(boost::asio::any_io_executor executor, Reread<Config> reread,
+boost::asio::awaitable<result<>> obey_sighup(boost::asio::any_io_executor executor, Reload<Config> reload,
                                              Config const& running,
                                              std::function<result<>(Config const&)> apply, Logger log)
 {
     boost::asio::signal_set signals(executor);
-    if (reread)
+    if (reload)
         signals.add(SIGHUP);
     for (;;) {
         auto const [error, number] = co_await signals.async_wait(boost::asio::as_tuple(boost::asio::use_awaitable));
         if (error)
             co_return Failure(error);
-        auto const configured = reread();
+        auto const configured = reload();
         auto const applied = configured ? apply(configured->config) : result<>(configured.error());
         if (!applied) {
             log.error(core::concat("The configuration stays as it was: ", applied.error().message()));

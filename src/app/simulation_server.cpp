@@ -84,15 +84,15 @@ bool is_in_use(Failure const& failure)
 /// The folder for the projects of running simulations, in the first state folder that works.
 result<InstanceRoot> open_instances(SimulationConfig const& config, Logger const& log)
 {
-    core::StateSurroundings surroundings;
-    surroundings.configured = from_here(config.state_dir);
-    surroundings.state_directory = environment("STATE_DIRECTORY");
-    surroundings.xdg_state_home = environment("XDG_STATE_HOME");
-    surroundings.home = environment("HOME");
-    surroundings.temporary = fs::temp_directory_path();
-    surroundings.user = ::getuid();
+    core::StateFolderContext context;
+    context.configured = from_here(config.state_dir);
+    context.state_directory = environment("STATE_DIRECTORY");
+    context.xdg_state_home = environment("XDG_STATE_HOME");
+    context.home = environment("HOME");
+    context.temporary = fs::temp_directory_path();
+    context.user = ::getuid();
     auto const name = std::to_string(config.port);
-    auto const folders = core::state_folders(surroundings);
+    auto const folders = core::state_folders(context);
     auto root = open_instances(folders.front(), name);
     for (std::size_t i = 1; i < folders.size() && !root && !is_in_use(root.error()); ++i) {
         log.warning(concat(root.error().message(), ". Trying ", folders[i].path.string(), " instead."));
@@ -210,7 +210,7 @@ SimulationLauncherParams launcher_params(SimulationConfig const& config, fs::pat
     SimulationLauncherParams params;
     params.webots = std::move(simulator);
     params.first_port = static_cast<std::uint16_t>(config.port + 1);
-    params.most_simulations = config.max_connections;
+    params.max_simulations = config.max_connections;
     params.timeout = config.timeout;
     params.start_timeout = config.start_timeout;
     params.old_webots_tls = !config.network.ssl_certificate.empty() && !config.port_rewrite;
@@ -320,7 +320,7 @@ asio::awaitable<result<>> run(DockerMode* docker, Clock& clock)
 } // namespace
 
 asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, SimulationConfig config,
-                                            Reread<SimulationConfig> reread, fs::path programs, Logger log)
+                                            Reload<SimulationConfig> reload, fs::path programs, Logger log)
 {
     using namespace asio::experimental::awaitable_operators;
     programs = from_here(programs);
@@ -410,7 +410,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
         co_await (server->run() || operators->run() || report_to(*manager, *clock) || service.run() ||
                   registration.run() || run(docker.get(), *clock) || app::obey_sigusr1(executor, drain) ||
                   app::sum_up_log(log, *clock) ||
-                  app::obey_sighup(executor, std::move(reread), config, apply, log) || logs->run());
+                  app::obey_sighup(executor, std::move(reload), config, apply, log) || logs->run());
     co_return std::visit([](result<> const& outcome) { return outcome; }, ended);
 }
 

@@ -53,7 +53,7 @@ using webots_cloud::guard::Program;
 using webots_cloud::guard::Started;
 
 constexpr int exec_failed = 127; // as shells and coreutils have it
-constexpr long longest_afterwards_ms = 60'000;
+constexpr long max_cleanup_ms = 60'000;
 
 long now_ms()
 {
@@ -254,7 +254,7 @@ void run_afterwards(char** argv, sigset_t const& original, int signals)
         become(command);
     }
     if (program > 0)
-        Guard::of_unasked(program, longest_afterwards_ms).watch(signals);
+        Guard::of_unasked(program, max_cleanup_ms).watch(signals);
 }
 
 /// Takes the command line after `--afterwards` out of ours: `argv` then begins with GRACE_MS. Null: there is none.
@@ -270,10 +270,10 @@ char** take_afterwards(int& argc, char**& argv)
     for (int i = 0; i < count; ++i)
         argv[i] = argv[i + 2];
     argv[count] = nullptr; // where COUNT was, or a word that has moved
-    char** const afterwards = argv;
+    char** const cleanup_command = argv;
     argc -= count + 2;
     argv += count + 2;
-    return afterwards;
+    return cleanup_command;
 }
 
 /// Takes a word out of our command line; whether it was there.
@@ -333,7 +333,7 @@ int main(int argc, char** argv)
 {
     webots_cloud::guard::forbid_tracing();
     char const* const name = argv[0];
-    char** const afterwards = take_afterwards(argc, argv);
+    char** const cleanup_command = take_afterwards(argc, argv);
     bool const is_probe = take_word(argc, argv, "--probe");
     Program program;
     program.set_user_id = take_word(argc, argv, "--set-user-id");
@@ -364,7 +364,7 @@ int main(int argc, char** argv)
         return exec_failed;
     }
     int const status = Guard(started, std::strtol(argv[0], nullptr, 10), owner).watch(signals);
-    if (afterwards)
-        run_afterwards(afterwards, program.signals, signals);
+    if (cleanup_command)
+        run_afterwards(cleanup_command, program.signals, signals);
     end_like(status);
 }

@@ -34,7 +34,7 @@ constexpr std::initializer_list<int> kept = {
     CAP_CHOWN,   CAP_DAC_OVERRIDE, CAP_FOWNER,     CAP_FSETID,  CAP_KILL,
     CAP_SETGID,  CAP_SETUID,       CAP_SETPCAP,    CAP_SETFCAP, CAP_NET_BIND_SERVICE,
     CAP_NET_RAW, CAP_SYS_CHROOT,   CAP_AUDIT_WRITE};
-constexpr int most_capabilities = 64;
+constexpr int max_capabilities = 64;
 
 bool hides_processes()
 {
@@ -59,7 +59,7 @@ void forbid_tracing()
 void drop_capabilities()
 {
     prctl(PR_CAP_AMBIENT, PR_CAP_AMBIENT_CLEAR_ALL, 0, 0, 0);
-    for (int each = 0; each < most_capabilities; ++each)
+    for (int each = 0; each < max_capabilities; ++each)
         if (std::find(kept.begin(), kept.end(), each) == kept.end())
             prctl(PR_CAPBSET_DROP, each, 0, 0, 0); // takes effect when the program is executed
 }

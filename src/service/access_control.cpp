@@ -177,9 +177,9 @@ Answer AccessControl::respond(IncomingRequest const& request)
     return answer;
 }
 
-boost::asio::awaitable<void> AccessControl::converse(ChannelInfo info, Channel& channel)
+boost::asio::awaitable<void> AccessControl::serve_websocket(ChannelInfo info, Channel& channel)
 {
-    return impl_->endpoint.converse(std::move(info), channel);
+    return impl_->endpoint.serve_websocket(std::move(info), channel);
 }
 
 void AccessControl::stopping()

@@ -26,13 +26,13 @@ namespace {
 constexpr auto command_limit = std::chrono::seconds(60);
 
 // Docker may still be making what a killed compose has asked for.
-constexpr int most_rounds = 5;
+constexpr int max_rounds = 5;
 constexpr auto between_rounds = std::chrono::milliseconds(500);
 
 // Docker starts the steps of builds within this time, however busy the machine is.
 constexpr auto between_looks = std::chrono::seconds(10);
 constexpr int quiet_looks = 2; // and then no step of a build that was given up will come any more
-constexpr int most_looks = 12;
+constexpr int max_looks = 12;
 
 constexpr auto launcher_file = "remote_controller_launcher.py";
 
@@ -320,7 +320,7 @@ ContainerPlan DockerMode::Impl::plan(LaunchSpec const& spec, core::DockerEnviron
     plan.announcements = environment.yml.messages;
     plan.process = command(core::compose_up(compose, file));
     plan.process.directory = spec.root;
-    plan.process.afterwards = core::compose_down(compose, file);
+    plan.process.cleanup_command = core::compose_down(compose, file);
     if (environment.yml.kind == core::ComposeTemplate::competition)
         plan.restart_controller = command(core::compose_restart_controller(compose, file));
     return plan;
@@ -365,7 +365,7 @@ asio::awaitable<result<>> DockerMode::run()
 /// Looks until nothing is found.
 asio::awaitable<result<>> DockerMode::Impl::remove_leftovers(core::DockerScope scope)
 {
-    for (int round = 0; round < most_rounds; ++round) {
+    for (int round = 0; round < max_rounds; ++round) {
         if (round > 0)
             (void)co_await clock.wait_until(clock.now() + between_rounds);
         auto const found = co_await remove_once(scope);
@@ -385,7 +385,7 @@ asio::awaitable<result<>> DockerMode::Impl::watch_builds()
 {
     Arguments before;
     int quiet = 0;
-    for (int look = 0; look < most_looks && quiet < quiet_looks; ++look) {
+    for (int look = 0; look < max_looks && quiet < quiet_looks; ++look) {
         auto const waited = co_await clock.wait_until(clock.now() + between_looks);
         if (!waited)
             co_return waited;

@@ -18,7 +18,7 @@ namespace asio = boost::asio;
 
 namespace {
 
-constexpr std::size_t most_events = 100'000;
+constexpr std::size_t max_events = 100'000;
 
 // Polls that are due within the same moment go out together: of 5,000 servers one wakes the process for all of its twenty, and who
 // polls ten servers does not notice.
@@ -121,7 +121,7 @@ void LoadMonitor::Impl::record(Watch& watch, result<LoadReport> const& outcome)
     core::apply(watch.load, outcome, clock.now());
     event.server = watch.load;
     events.push_back(std::move(event));
-    if (events.size() > most_events)
+    if (events.size() > max_events)
         events.pop_front();
     if (happened)
         happened->notify();

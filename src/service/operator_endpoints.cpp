@@ -25,15 +25,15 @@ constexpr std::size_t usages_at_once = 25; // some milliseconds of a thread, a s
 
 } // namespace
 
-OperatorEndpoints::OperatorEndpoints(SimulationServiceParams const& params, SessionSurroundings& surroundings,
+OperatorEndpoints::OperatorEndpoints(SimulationServiceParams const& params, SessionContext& context,
                                      SimulationSessions const& sessions, HostMetrics& metrics)
-    : params_(params), surroundings_(surroundings), sessions_(sessions), metrics_(metrics),
-      description_(metrics.description()), last_sample_(metrics.sample()), measured_(surroundings.clock.now())
+    : params_(params), context_(context), sessions_(sessions), metrics_(metrics),
+      description_(metrics.description()), last_sample_(metrics.sample()), measured_(context.clock.now())
 {}
 
 void OperatorEndpoints::measure(TimePoint due, std::size_t clients)
 {
-    auto const& clock = surroundings_.clock;
+    auto const& clock = context_.clock;
     auto const now = clock.now();
     event_loop_lag_ = now - due;
     event_loop_lags_[measurements_++ % event_loop_lags_.size()] = event_loop_lag_;
@@ -44,8 +44,8 @@ void OperatorEndpoints::measure(TimePoint due, std::size_t clients)
     measured_ = now;
     last_sample_ = std::move(sample);
     auto const formula = params_.strict_load ? core::LoadFormula::strict : core::LoadFormula::reference;
-    surroundings_.load = core::load_of(formula, figures.cpu, last_sample_);
-    average_.add(surroundings_.load);
+    context_.load = core::load_of(formula, figures.cpu, last_sample_);
+    average_.add(context_.load);
 
     figures.running = static_cast<int>(running());
     figures.idle = static_cast<int>(clients - running());
@@ -68,7 +68,7 @@ std::size_t OperatorEndpoints::running() const
 
 void OperatorEndpoints::want_look()
 {
-    if (look_wanted_ && surroundings_.clock.now() - looked_at_processes_ >= usage_interval)
+    if (look_wanted_ && context_.clock.now() - looked_at_processes_ >= usage_interval)
         look_wanted_->notify();
 }
 
@@ -83,7 +83,7 @@ boost::asio::awaitable<result<>> OperatorEndpoints::look_at_processes()
         if (!wanted || cancelled)
             co_return Failure(boost::asio::error::operation_aborted);
         bool const update_due = std::exchange(update_due_, false);
-        auto const now = surroundings_.clock.now();
+        auto const now = context_.clock.now();
         if (update_due ||
             now - looked_at_processes_ >= usage_interval) { // unless two have asked at the same moment
             looked_at_processes_ = now;
@@ -126,7 +126,7 @@ std::vector<core::SimulationRow> OperatorEndpoints::rows() const
 
 std::size_t OperatorEndpoints::capacity() const
 {
-    return static_cast<std::size_t>(surroundings_.launcher.params().most_simulations);
+    return static_cast<std::size_t>(context_.launcher.params().max_simulations);
 }
 
 LoadReport OperatorEndpoints::report() const
@@ -135,11 +135,11 @@ LoadReport OperatorEndpoints::report() const
     report.sessions = static_cast<int>(sessions_.size());
     report.starting = static_cast<int>(std::count_if(
         sessions_.begin(), sessions_.end(), [](auto const& entry) { return entry.second->is_starting(); }));
-    report.capacity = surroundings_.launcher.params().most_simulations;
+    report.capacity = context_.launcher.params().max_simulations;
     report.memory = last_sample_.memory_used;
-    report.draining = surroundings_.draining;
-    report.arrivals = static_cast<std::int64_t>(surroundings_.starts.arrivals());
-    report.failed = static_cast<std::int64_t>(surroundings_.starts.lost());
+    report.draining = context_.draining;
+    report.arrivals = static_cast<std::int64_t>(context_.starts.arrivals());
+    report.failed = static_cast<std::int64_t>(context_.starts.lost());
     report.departures = *report.arrivals - *report.sessions;
     return report;
 }
@@ -152,7 +152,7 @@ std::string OperatorEndpoints::monitor_snapshot()
 
 HttpResponse OperatorEndpoints::monitor_page(IncomingRequest const& request)
 {
-    auto const now = surroundings_.clock.now();
+    auto const now = context_.clock.now();
     auto const known = request.header("If-None-Match");
     if (request.header("Accept").starts_with(
             "application/json")) { // for pages whose proxy lets no WebSocket through
@@ -178,7 +178,7 @@ std::string OperatorEndpoints::monitor_text() const
     view.blocked = params_.blocked_repositories;
     view.notify = params_.notify;
     view.share_idle_time = params_.share_idle_time;
-    view.capacity = surroundings_.launcher.params().most_simulations;
+    view.capacity = context_.launcher.params().max_simulations;
     view.simulations = rows();
     view.assets = monitor_assets("simulation.js", params_.port);
     return core::simulation_monitor_page(view);
@@ -209,7 +209,7 @@ HttpResponse OperatorEndpoints::figures() const
     text.family("simulations_most", "gauge", "Simulations that may run at once.")
         .add(static_cast<double>(capacity()));
     text.family("draining", "gauge", "1 while no new simulation is taken.")
-        .add(surroundings_.draining ? 1 : 0);
+        .add(context_.draining ? 1 : 0);
     text.family("event_loop_lag_seconds", "gauge", "How late the last measurement of the machine was.")
         .add(std::chrono::duration<double>(event_loop_lag_).count());
     auto const highest = *std::max_element(event_loop_lags_.begin(), event_loop_lags_.end());
@@ -218,7 +218,7 @@ HttpResponse OperatorEndpoints::figures() const
     text.family("simulations_isolated", "gauge",
                 "1 where the kernel keeps simulations from the server and from each other.")
         .add(params_.isolation_warning.empty() ? 1 : 0);
-    surroundings_.starts.write(text);
+    context_.starts.write(text);
     return core::metrics_page(text.take(), params_.more_metrics);
 }
 
@@ -235,23 +235,23 @@ HttpResponse OperatorEndpoints::drain_answer(IncomingRequest const& request)
         drain(request.query == "exit");
         return core::page("draining");
     }
-    surroundings_.draining = exit_when_empty_ = false;
-    surroundings_.log.warning("New simulations are taken again");
+    context_.draining = exit_when_empty_ = false;
+    context_.log.warning("New simulations are taken again");
     return core::page("serving");
 }
 
 void OperatorEndpoints::drain(bool exit_when_empty)
 {
-    surroundings_.draining = true;
+    context_.draining = true;
     exit_when_empty_ = exit_when_empty;
-    surroundings_.log.warning("Draining: no new simulation is taken");
+    context_.log.warning("Draining: no new simulation is taken");
 }
 
 HttpResponse OperatorEndpoints::readiness() const
 {
-    auto const most = surroundings_.launcher.params().most_simulations;
-    if (surroundings_.draining || surroundings_.places_taken >= most)
-        return {503, std::string(core::html_type), surroundings_.draining ? "draining" : "full"};
+    auto const most = context_.launcher.params().max_simulations;
+    if (context_.draining || context_.places_taken >= most)
+        return {503, std::string(core::html_type), context_.draining ? "draining" : "full"};
     if (!params_.isolation_warning.empty())
         return core::page(core::concat("ready, but: ", core::escape_html(params_.isolation_warning)));
     return core::page("ready");
@@ -278,7 +278,7 @@ Answer OperatorEndpoints::answer(IncomingRequest const& request)
     if (!core::is_read(request.method))
         return core::method_not_allowed_page("GET, HEAD");
     if (request.path == "/monitor")
-        return request.upgrade ? Answer(Converse()) : monitor_page(request);
+        return request.upgrade ? Answer(AcceptWebSocket()) : monitor_page(request);
     if (request.path == "/load")
         return load_answer(request);
     if (request.path == "/metrics")

@@ -32,7 +32,7 @@ using SimulationSessions = std::map<std::uint64_t, std::shared_ptr<SimulationSes
 class OperatorEndpoints
 {
 public:
-    OperatorEndpoints(SimulationServiceParams const& params, SessionSurroundings& surroundings,
+    OperatorEndpoints(SimulationServiceParams const& params, SessionContext& context,
                       SimulationSessions const& sessions, HostMetrics& metrics);
 
     /// Looks at the machine; `due` is when that was to happen, `clients` the browsers on /client.
@@ -75,7 +75,7 @@ private:
     std::string monitor_text() const;
 
     SimulationServiceParams const& params_;
-    SessionSurroundings& surroundings_;
+    SessionContext& context_;
     SimulationSessions const& sessions_;
     HostMetrics& metrics_;
 

@@ -19,7 +19,7 @@ using core::concat;
 namespace {
 
 constexpr auto first_pause = std::chrono::seconds(5);
-constexpr auto longest_pause = std::chrono::minutes(10);
+constexpr auto max_pause = std::chrono::minutes(10);
 
 } // namespace
 
@@ -105,7 +105,7 @@ asio::awaitable<void> Registration::Impl::register_at(std::string registry)
         bool const cancelled_meanwhile = co_await async::is_cancelled();
         if (!waited || cancelled_meanwhile)
             co_return;
-        pause = std::min<Duration>(2 * pause, longest_pause);
+        pause = std::min<Duration>(2 * pause, max_pause);
     }
 }
 

@@ -11,7 +11,7 @@ namespace asio = boost::asio;
 
 namespace {
 
-constexpr std::size_t most_output = std::size_t{4} << 20;
+constexpr std::size_t max_output = std::size_t{4} << 20;
 
 } // namespace
 
@@ -36,7 +36,7 @@ asio::awaitable<result<std::string>> run_program(ProcessHost& processes, Clock& 
                               said.empty() ? core::concat(name, " has failed") : std::move(said));
         }
         auto const& bytes = std::get<ProcessOutput>(*event).bytes;
-        output.append(bytes, 0, most_output - std::min(most_output, output.size()));
+        output.append(bytes, 0, max_output - std::min(max_output, output.size()));
     }
 }
 

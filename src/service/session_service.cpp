@@ -249,7 +249,7 @@ HttpResponse SessionService::Impl::too_many_asked() const
 Answer SessionService::Impl::session(IncomingRequest const& request)
 {
     if (request.upgrade)
-        return Converse();
+        return AcceptWebSocket();
     if (request.method == "GET") {
         auto const now = clock.now();
         if (!may_ask(request.quota_key, now))
@@ -272,7 +272,7 @@ Answer SessionService::Impl::session(IncomingRequest const& request)
 Answer SessionService::Impl::availability(IncomingRequest const& request) const
 {
     if (request.upgrade)
-        return Converse();
+        return AcceptWebSocket();
     return core::page(available ? "1" : "0");
 }
 
@@ -405,12 +405,12 @@ Answer SessionService::respond(IncomingRequest const& request)
     if (request.path == "/load")
         return core::page(core::mean_load(impl_->monitor.totals()));
     if (request.path == "/monitor")
-        return request.upgrade ? Answer(Converse()) : impl_->monitor_page(request);
+        return request.upgrade ? Answer(AcceptWebSocket()) : impl_->monitor_page(request);
     return impl_->viewer(request);
 }
 
 /// No coroutine itself: its frame would lie below that of every browser that waits.
-asio::awaitable<void> SessionService::converse(ChannelInfo info, Channel& channel)
+asio::awaitable<void> SessionService::serve_websocket(ChannelInfo info, Channel& channel)
 {
     if (info.path == "/monitor") {
         // Whoever comes costs us no text of their own. What has changed since it was made is in the next

@@ -52,7 +52,7 @@ struct SimulationLauncher::Impl
 
     Impl(SimulationLauncherParams parameters, ProcessHost& host, Clock& time, Logger logger, DockerMode* containers) :
         params(std::move(parameters)), processes(host), clock(time), log(std::move(logger)), docker(containers),
-        ports(params.first_port, params.most_simulations)
+        ports(params.first_port, params.max_simulations)
     {}
 
     asio::awaitable<result<ContainerPlan>> plan(LaunchSpec const& spec, std::uint16_t port) const;

@@ -32,17 +32,17 @@ struct SimulationService::Impl
 {
     Impl(SimulationServiceParams parameters, ProjectFetcher& projects, SimulationLauncher& simulators,
          HostMetrics& metrics, Clock& clock, Logger logger)
-        : params(std::move(parameters)), surroundings(projects, simulators, clock, std::move(logger)),
-          operators(params, surroundings, sessions, metrics),
-          waiting(params.most_waiting, params.waiting_per_address)
+        : params(std::move(parameters)), context(projects, simulators, clock, std::move(logger)),
+          operators(params, context, sessions, metrics),
+          waiting(params.max_waiting, params.waiting_per_address)
     {
         set_policy();
-        surroundings.simulation_logs = params.simulation_logs;
-        surroundings.reconnect_grace = params.reconnect_grace;
-        surroundings.new_token = params.new_token;
-        surroundings.address.host = params.server;
-        surroundings.address.ssl = params.ssl;
-        surroundings.address.port_rewrite = params.port_rewrite;
+        context.simulation_logs = params.simulation_logs;
+        context.reconnect_grace = params.reconnect_grace;
+        context.new_token = params.new_token;
+        context.address.host = params.server;
+        context.address.ssl = params.ssl;
+        context.address.port_rewrite = params.port_rewrite;
     }
 
     void set_policy();
@@ -57,7 +57,7 @@ struct SimulationService::Impl
     std::shared_ptr<SimulationSession> find_session(std::string_view token) const;
 
     SimulationServiceParams params;
-    SessionSurroundings surroundings;
+    SessionContext context;
     SimulationSessions sessions;
     OperatorEndpoints operators;
     std::uint64_t last_id = 0;
@@ -103,11 +103,11 @@ void SimulationService::set_policy(SimulationServiceParams const& params)
 
 void SimulationService::Impl::set_policy()
 {
-    surroundings.policy.allowed = params.allowed_repositories;
-    surroundings.policy.blocked = params.blocked_repositories;
-    surroundings.policy.share_idle_time = params.share_idle_time;
-    surroundings.policy.docker = params.docker;
-    surroundings.places_of_clients.set_most(params.simulations_per_address);
+    context.policy.allowed = params.allowed_repositories;
+    context.policy.blocked = params.blocked_repositories;
+    context.policy.share_idle_time = params.share_idle_time;
+    context.policy.docker = params.docker;
+    context.places_of_clients.set_most(params.simulations_per_address);
 }
 
 asio::awaitable<result<>> SimulationService::run()
@@ -120,7 +120,7 @@ asio::awaitable<result<>> SimulationService::run()
 /// Once a second, until the server is stopped or has finished.
 asio::awaitable<result<>> SimulationService::Impl::measure()
 {
-    auto& clock = surroundings.clock;
+    auto& clock = context.clock;
     for (;;) {
         // On whole seconds, so that the lines of monitor.csv of several machines can be laid side by side.
         auto const next = clock.now() + core::until_next_second(clock.wall());
@@ -144,18 +144,18 @@ Answer SimulationService::respond(IncomingRequest const& request)
     if (request.method != "GET")
         return core::method_not_allowed_page("GET");
     if (request.upgrade)
-        return Converse();
+        return AcceptWebSocket();
     return HttpResponse(400, std::string(core::html_type), "Can \"Upgrade\" only to \"WebSocket\".");
 }
 
-asio::awaitable<void> SimulationService::converse(ChannelInfo info, Channel& channel)
+asio::awaitable<void> SimulationService::serve_websocket(ChannelInfo info, Channel& channel)
 {
     if (info.path == "/monitor")
         co_return co_await impl_->operators.watch(channel);
     ++impl_->clients;
     auto const id = ++impl_->last_id;
     auto const name = concat("[", std::to_string(id), "] ");
-    impl_->surroundings.log.info(LogCause("client"), concat(name, "New client", core::of_client(info.client)));
+    impl_->context.log.info(LogCause("client"), concat(name, "New client", core::of_client(info.client)));
     impl_->let_wait(id, info.quota_key, channel);
     auto opening = co_await impl_->await_opening(id, channel);
     impl_->end_wait(id);
@@ -164,7 +164,7 @@ asio::awaitable<void> SimulationService::converse(ChannelInfo info, Channel& cha
     else if (auto const* reconnect = std::get_if<core::ReconnectMessage>(&opening))
         co_await impl_->reconnect(id, reconnect->token, channel);
     --impl_->clients;
-    impl_->surroundings.log.info(LogCause("client"), concat(name, "Client disconnected"));
+    impl_->context.log.info(LogCause("client"), concat(name, "Client disconnected"));
 }
 
 void SimulationService::stopping()
@@ -174,7 +174,7 @@ void SimulationService::stopping()
 
 void SimulationService::Impl::stop()
 {
-    surroundings.stopping = true;
+    context.stopping = true;
     for (auto const& [id, session] : sessions)
         session->server_stops();
 }
@@ -186,8 +186,8 @@ void SimulationService::Impl::let_wait(std::uint64_t id, std::string const& quot
     waiting_channels.emplace(id, &channel);
     if (!gone)
         return;
-    surroundings.log.warning(LogCause("waiting limit"),
-                             concat("More than ", std::to_string(params.most_waiting), " connections, or ",
+    context.log.warning(LogCause("waiting limit"),
+                             concat("More than ", std::to_string(params.max_waiting), " connections, or ",
                                     std::to_string(params.waiting_per_address),
                                     " of one address, start nothing: the oldest, [", std::to_string(*gone),
                                     "], is closed"));
@@ -206,7 +206,7 @@ void SimulationService::Impl::end_wait(std::uint64_t id)
 
 asio::awaitable<Opening> SimulationService::Impl::await_opening(std::uint64_t id, Channel& channel)
 {
-    auto& clock = surroundings.clock;
+    auto& clock = context.clock;
     auto const deadline = clock.now() + params.handshake_timeout;
     for (;;) {
         auto const text = co_await async::with_deadline(clock, deadline, channel.receive());
@@ -224,7 +224,7 @@ asio::awaitable<Opening> SimulationService::Impl::await_opening(std::uint64_t id
             (void)channel.send(
                 core::error_message("No simulation was started: there is no controller to reset."));
         if (auto const* malformed = std::get_if<core::MalformedMessage>(&message)) {
-            surroundings.log.warning(LogCause("message"), concat("[", std::to_string(id),
+            context.log.warning(LogCause("message"), concat("[", std::to_string(id),
                                                                  "] Malformed message: ", malformed->reason));
             (void)channel.send(core::error_message(concat("Wrong message: ", malformed->reason, ".")));
             co_return Opening();
@@ -236,7 +236,7 @@ asio::awaitable<void> SimulationService::Impl::simulate(std::uint64_t id, std::s
                                                         core::SimulationRequest request, Channel& channel)
 {
     auto const executor = co_await asio::this_coro::executor;
-    auto const session = std::make_shared<SimulationSession>(surroundings, executor, id, std::move(quota_key),
+    auto const session = std::make_shared<SimulationSession>(context, executor, id, std::move(quota_key),
                                                              std::move(request));
     sessions.emplace(id, session);
     co_await session->run(channel);
@@ -263,7 +263,7 @@ asio::awaitable<void> SimulationService::Impl::reconnect(std::uint64_t id, std::
         (void)channel.send(core::error_message("This simulation has ended. Please start it again."));
         co_return;
     }
-    surroundings.log.info(LogCause("return"), concat("[", std::to_string(id), "] Returned to simulation ",
+    context.log.info(LogCause("return"), concat("[", std::to_string(id), "] Returned to simulation ",
                                                      std::to_string(session->id())));
     co_await session->resume(channel);
     if (session->is_over())

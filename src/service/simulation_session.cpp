@@ -54,7 +54,7 @@ std::string progress_text(FetchProgress const& progress)
 }
 
 /// Stands for the browser while none is there.
-class Nobody final : public Channel
+class ClosedChannel final : public Channel
 {
 public:
     result<> send(std::string) override { return Failure(errc::closed); }
@@ -64,13 +64,13 @@ public:
 
 } // namespace
 
-SimulationSession::SimulationSession(SessionSurroundings& surroundings, asio::any_io_executor const& executor,
+SimulationSession::SimulationSession(SessionContext& context, asio::any_io_executor const& executor,
                                      std::uint64_t id, std::string quota_key, core::SimulationRequest request)
-    : surroundings_(surroundings), id_(id), quota_key_(std::move(quota_key)), request_(std::move(request)),
-      since_(surroundings.clock.now()), stage_began_(since_), something_changed_(executor),
+    : context_(context), id_(id), quota_key_(std::move(quota_key)), request_(std::move(request)),
+      since_(context.clock.now()), stage_began_(since_), something_changed_(executor),
       released_(executor)
 {
-    surroundings.starts.arrived();
+    context.starts.arrived();
 }
 
 std::string SimulationSession::name() const
@@ -85,7 +85,7 @@ asio::awaitable<void> SimulationSession::look_at_processes()
     auto const used = co_await simulation_->usage(); // which may have gone meanwhile
     if (!simulation_ || ended_)
         co_return;
-    auto const now = surroundings_.clock.now();
+    auto const now = context_.clock.now();
     cpu_ = core::process_cpu_percent(used_.processor, used.processor, now - looked_);
     used_ = used;
     looked_ = now;
@@ -97,7 +97,7 @@ core::SimulationRow SimulationSession::row() const
     row.id = id_;
     row.world = core::short_world(core::world_of(request_));
     row.state = waiting_ ? "waiting for its browser" : name_of(state_);
-    row.age = surroundings_.clock.now() - since_;
+    row.age = context_.clock.now() - since_;
     if (output_)
         row.log = output_->name();
     if (simulation_) {
@@ -123,7 +123,7 @@ asio::awaitable<void> SimulationSession::run(Channel& channel)
 asio::awaitable<void> SimulationSession::resume(Channel& channel)
 {
     lost_ = false;
-    auto const left = std::chrono::duration_cast<std::chrono::seconds>(ends_at_ - surroundings_.clock.now());
+    auto const left = std::chrono::duration_cast<std::chrono::seconds>(ends_at_ - context_.clock.now());
     (void)channel.send(core::shutdown_timeout_message(left.count()));
     announce(channel);
     co_await (relay(channel) || watch(channel) || await_successor());
@@ -137,7 +137,7 @@ bool SimulationSession::can_be_taken_over() const noexcept
 
 bool SimulationSession::waits_for_its_browser() const noexcept
 {
-    return can_be_taken_over() && lost_ && !surroundings_.stopping;
+    return can_be_taken_over() && lost_ && !context_.stopping;
 }
 
 asio::awaitable<bool> SimulationSession::take_over()
@@ -164,7 +164,7 @@ asio::awaitable<void> SimulationSession::await_successor()
     co_await asio::this_coro::throw_if_cancelled(false);
     for (;;) {
         bool const cancelled = co_await async::is_cancelled();
-        if (cancelled || wanted_ || (waiting_ && surroundings_.stopping))
+        if (cancelled || wanted_ || (waiting_ && context_.stopping))
             co_return;
         (void)co_await something_changed_.wait();
     }
@@ -177,8 +177,8 @@ asio::awaitable<void> SimulationSession::part(Channel& channel)
     channel.close(); // what was said is still delivered; the browser need not wait for the cleaning up
     if (waits_for_its_browser())
         co_await await_return();
-    else if (lost_ && !ended_ && !wanted_ && !surroundings_.stopping)
-        tell_loss(surroundings_.reconnect_grace > Duration::zero()
+    else if (lost_ && !ended_ && !wanted_ && !context_.stopping)
+        tell_loss(context_.reconnect_grace > Duration::zero()
                       ? "it was not ready yet, and is ended"
                       : "it is ended at once, since there is no \"reconnectGrace\"");
     over_ = ended_ || !wanted_;
@@ -188,29 +188,29 @@ asio::awaitable<void> SimulationSession::part(Channel& channel)
     if (!over_)
         co_return;
     if (!start_over_)
-        surroundings_.starts.abandoned();
+        context_.starts.abandoned();
     co_await clean_up();
 }
 
 asio::awaitable<void> SimulationSession::await_return()
 {
-    auto const grace = surroundings_.reconnect_grace;
+    auto const grace = context_.reconnect_grace;
     tell_loss(
         concat("it may return for ", core::python_float(std::chrono::duration<double>(grace).count()), " s"));
-    Nobody nobody;
+    ClosedChannel closed_channel;
     waiting_ = true;
-    auto& clock = surroundings_.clock;
-    co_await (relay(nobody) || await_successor() || clock.wait_until(clock.now() + grace));
+    auto& clock = context_.clock;
+    co_await (relay(closed_channel) || await_successor() || clock.wait_until(clock.now() + grace));
     waiting_ = false;
-    if (!ended_ && !wanted_ && !surroundings_.stopping)
-        surroundings_.log.info(LogCause("lost"),
+    if (!ended_ && !wanted_ && !context_.stopping)
+        context_.log.info(LogCause("lost"),
                                concat(name(), "The browser has not returned: the simulation is ended"));
 }
 
 /// Tells the operator why the browser is gone, and what becomes of the simulation.
 void SimulationSession::tell_loss(std::string_view what_follows)
 {
-    surroundings_.log.info(LogCause("lost"), concat(name(), "The simulation has lost its browser: ",
+    context_.log.info(LogCause("lost"), concat(name(), "The simulation has lost its browser: ",
                                                     why_lost_, "; ", what_follows));
 }
 
@@ -246,7 +246,7 @@ asio::awaitable<void> SimulationSession::reset_controller(std::string file, Chan
             core::error_message("The project is still being fetched: there is no controller to reset."));
         co_return;
     }
-    auto const restored = co_await surroundings_.fetcher.restore(*project_, concat("controllers/", file));
+    auto const restored = co_await context_.fetcher.restore(*project_, concat("controllers/", file));
     if (restored)
         (void)channel.send(core::reset_controller_message(file));
     else
@@ -256,7 +256,7 @@ asio::awaitable<void> SimulationSession::reset_controller(std::string file, Chan
 void SimulationSession::tell(Channel& channel, std::string_view error)
 {
     auto const client = std::to_string(id_);
-    surroundings_.log.error(LogCause("failure", client), concat(name(), core::printable(error)));
+    context_.log.error(LogCause("failure", client), concat(name(), core::printable(error)));
     (void)channel.send(core::error_message(error));
 }
 
@@ -264,15 +264,15 @@ void SimulationSession::tell(Channel& channel, std::string_view error)
 void SimulationSession::refuse(Channel& channel, Failure const& failure)
 {
     start_over_ = true;
-    surroundings_.starts.failed(failure);
+    context_.starts.failed(failure);
     tell(channel, failure.message());
 }
 
 /// The start has come through a stage.
 void SimulationSession::pass(core::StartStage stage)
 {
-    auto const now = surroundings_.clock.now();
-    surroundings_.starts.passed(stage, now - stage_began_);
+    auto const now = context_.clock.now();
+    context_.starts.passed(stage, now - stage_began_);
     stage_began_ = now;
     start_over_ = stage == core::StartStage::ready;
 }
@@ -281,7 +281,7 @@ void SimulationSession::pass(core::StartStage stage)
 asio::awaitable<void> SimulationSession::host(Channel& channel)
 {
     co_await asio::this_coro::throw_if_cancelled(false);
-    surroundings_.log.info(LogCause("start"), concat(name(), "Starting simulation from ",
+    context_.log.info(LogCause("start"), concat(name(), "Starting simulation from ",
                                                      core::printable(core::world_of(request_))));
     auto const fetched = co_await fetch(channel);
     if (!fetched) {
@@ -305,10 +305,10 @@ result<> SimulationSession::check_policy() const
     auto const* start = std::get_if<core::StartMessage>(&request_);
     if (!start)
         return {};
-    auto const forge = surroundings_.fetcher.forge_of(start->url);
+    auto const forge = context_.fetcher.forge_of(start->url);
     if (!forge)
         return forge.error();
-    if (auto const refused = core::refusal(surroundings_.policy, start->url, *forge, surroundings_.load))
+    if (auto const refused = core::refusal(context_.policy, start->url, *forge, context_.load))
         return Failure(errc::refused, *refused);
     return {};
 }
@@ -317,17 +317,17 @@ result<> SimulationSession::check_policy() const
 /// anything is fetched.
 result<> SimulationSession::admit()
 {
-    if (surroundings_.draining)
+    if (context_.draining)
         return Failure(errc::refused,
                        "This simulation server is about to stop. Please start again on another one.");
     if (auto const allowed = check_policy(); !allowed)
         return allowed;
-    auto const most = surroundings_.launcher.params().most_simulations;
-    if (surroundings_.places_taken >= most)
+    auto const most = context_.launcher.params().max_simulations;
+    if (context_.places_taken >= most)
         return core::too_many_simulations(most);
     if (auto const admitted = admit_client(); !admitted)
         return admitted;
-    ++surroundings_.places_taken;
+    ++context_.places_taken;
     has_place_ = true;
     return {};
 }
@@ -335,13 +335,13 @@ result<> SimulationSession::admit()
 /// Whether the client may have one more, which it then has.
 result<> SimulationSession::admit_client()
 {
-    auto& places = surroundings_.places_of_clients;
+    auto& places = context_.places_of_clients;
     auto const verdict = places.admit(quota_key_, place_of_client_);
     if (verdict == core::ClientLimit::Verdict::admitted)
         return {};
     auto const most = std::to_string(places.most());
     if (verdict == core::ClientLimit::Verdict::refused_first)
-        surroundings_.log.warning(
+        context_.log.warning(
             LogCause("simulation limit"),
             concat("More than ", most, " simulations of ", quota_key_,
                    " are refused: see \"simulationsPerAddress\", and \"trustedProxies\" if "
@@ -359,17 +359,17 @@ asio::awaitable<result<Project>> SimulationSession::fetch_requested(std::shared_
     if (!admitted)
         co_return admitted.error();
     if (auto const* website = std::get_if<WebsiteProject>(&request_))
-        co_return co_await surroundings_.fetcher.fetch(*website, std::move(progress));
-    auto const ref = surroundings_.fetcher.parse(std::get<core::StartMessage>(request_).url);
+        co_return co_await context_.fetcher.fetch(*website, std::move(progress));
+    auto const ref = context_.fetcher.parse(std::get<core::StartMessage>(request_).url);
     if (!ref)
         co_return ref.error();
-    co_return co_await surroundings_.fetcher.fetch(*ref, std::move(progress));
+    co_return co_await context_.fetcher.fetch(*ref, std::move(progress));
 }
 
 asio::awaitable<result<>> SimulationSession::fetch(Channel& channel)
 {
     auto progress = std::make_shared<FetchProgress>();
-    auto const outcome = co_await (obtain(progress) || show_progress(progress, channel));
+    auto const outcome = co_await (fetch_project(progress) || show_progress(progress, channel));
     auto const fetched = std::visit([](result<> const& either) { return either; }, outcome);
     if (!fetched)
         co_return fetched.error();
@@ -381,7 +381,7 @@ asio::awaitable<result<>> SimulationSession::fetch(Channel& channel)
 
 /// Fetches the project, and keeps it where it is found again: when the browser leaves at the moment of
 /// success, the race with the progress is lost, and its result with it.
-asio::awaitable<result<>> SimulationSession::obtain(std::shared_ptr<FetchProgress> progress)
+asio::awaitable<result<>> SimulationSession::fetch_project(std::shared_ptr<FetchProgress> progress)
 {
     co_await asio::this_coro::throw_if_cancelled(false);
     auto project = co_await fetch_requested(std::move(progress));
@@ -395,7 +395,7 @@ asio::awaitable<result<>> SimulationSession::obtain(std::shared_ptr<FetchProgres
 asio::awaitable<result<>> SimulationSession::show_progress(std::shared_ptr<FetchProgress const> progress,
                                                            Channel& channel)
 {
-    auto& clock = surroundings_.clock;
+    auto& clock = context_.clock;
     std::string last;
     for (;;) {
         auto const waited = co_await clock.wait_until(clock.now() + progress_interval);
@@ -411,11 +411,11 @@ asio::awaitable<result<>> SimulationSession::show_progress(std::shared_ptr<Fetch
 /// Has what the simulator prints kept for the operator.
 void SimulationSession::open_output(LaunchSpec& spec)
 {
-    if (!surroundings_.simulation_logs)
+    if (!context_.simulation_logs)
         return;
-    output_ = surroundings_.simulation_logs->open(id_);
+    output_ = context_.simulation_logs->open(id_);
     output_->write(concat("Output of ", core::world_of(request_)));
-    surroundings_.log.info(LogCause("output"), concat(name(), "What Webots prints is in ", output_->name()));
+    context_.log.info(LogCause("output"), concat(name(), "What Webots prints is in ", output_->name()));
     spec.output = [log = output_.get()](std::string_view line) { log->write(line); };
 }
 
@@ -440,15 +440,15 @@ asio::awaitable<result<>> SimulationSession::launch(Channel& channel)
     state_ = State::launching;
     auto spec = launch_spec();
     open_output(spec);
-    auto simulation = co_await surroundings_.launcher.launch(std::move(spec));
+    auto simulation = co_await context_.launcher.launch(std::move(spec));
     if (!simulation)
         co_return simulation.error();
     simulation_ = std::move(*simulation);
-    looked_ = surroundings_.clock.now();
-    ends_at_ = looked_ + surroundings_.launcher.params().timeout;
+    looked_ = context_.clock.now();
+    ends_at_ = looked_ + context_.launcher.params().timeout;
     pass(core::StartStage::launch);
     auto const timeout =
-        std::chrono::duration_cast<std::chrono::seconds>(surroundings_.launcher.params().timeout);
+        std::chrono::duration_cast<std::chrono::seconds>(context_.launcher.params().timeout);
     for (auto const& announcement : simulation_->announcements())
         (void)channel.send(announcement);
     // Browsers that send `init` don't know the message.
@@ -460,7 +460,7 @@ asio::awaitable<result<>> SimulationSession::launch(Channel& channel)
 /// The simulation is ready: where it is, and how a lost browser returns to it.
 void SimulationSession::announce(Channel& channel)
 {
-    (void)channel.send(core::webots_message(surroundings_.address, port_));
+    (void)channel.send(core::webots_message(context_.address, port_));
     if (!token_.empty())
         (void)channel.send(core::reconnect_token_message(token_));
 }
@@ -477,11 +477,11 @@ asio::awaitable<void> SimulationSession::relay(Channel& channel)
         } else if (auto const* ready = std::get_if<SimulationReady>(&*event)) {
             state_ = State::idle;
             pass(core::StartStage::ready);
-            surroundings_.log.info(LogCause("ready"),
+            context_.log.info(LogCause("ready"),
                                    concat(name(), "Webots world is loaded, ready to receive connections"));
             port_ = ready->port;
-            if (surroundings_.reconnect_grace > Duration::zero())
-                token_ = surroundings_.new_token();
+            if (context_.reconnect_grace > Duration::zero())
+                token_ = context_.new_token();
             announce(channel);
         } else if (std::holds_alternative<SimulationHeartbeat>(*event)) {
             (void)channel.send(".");
@@ -503,7 +503,7 @@ asio::awaitable<void> SimulationSession::clean_up()
 {
     if (simulation_) {
         auto const process = concat("Webots [", std::to_string(simulation_->process_id()), "] ");
-        surroundings_.log.info(LogCause("end"), concat(name(), process, ended_ ? "exited" : "was killed"));
+        context_.log.info(LogCause("end"), concat(name(), process, ended_ ? "exited" : "was killed"));
         simulation_->terminate();
         while (!ended_) {
             auto const event = co_await simulation_->next_event();
@@ -512,12 +512,12 @@ asio::awaitable<void> SimulationSession::clean_up()
         simulation_.reset();
     }
     if (has_place_)
-        --surroundings_.places_taken;
+        --context_.places_taken;
     place_of_client_.release();
     output_.reset();
     if (project_) {
         auto project = std::move(*project_);
-        co_await surroundings_.fetcher.discard(std::move(project));
+        co_await context_.fetcher.discard(std::move(project));
     }
 }
 

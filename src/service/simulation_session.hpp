@@ -26,9 +26,9 @@
 namespace webots_cloud {
 
 /// What the sessions of a server share: the parts that they work with, and what decides over their starts.
-struct SessionSurroundings
+struct SessionContext
 {
-    SessionSurroundings(ProjectFetcher& projects, SimulationLauncher& simulators, Clock& time, Logger logger)
+    SessionContext(ProjectFetcher& projects, SimulationLauncher& simulators, Clock& time, Logger logger)
         : fetcher(projects), launcher(simulators), clock(time), log(std::move(logger))
     {}
 
@@ -64,7 +64,7 @@ public:
         running
     };
 
-    SimulationSession(SessionSurroundings& surroundings, boost::asio::any_io_executor const& executor,
+    SimulationSession(SessionContext& context, boost::asio::any_io_executor const& executor,
                       std::uint64_t id, std::string quota_key, core::SimulationRequest request);
 
     /// Fetches, launches and relays until the browser leaves or the simulation ends, then cleans up. Once
@@ -105,7 +105,7 @@ private:
     boost::asio::awaitable<void> watch(Channel& channel);
     boost::asio::awaitable<result<>> fetch(Channel& channel);
     boost::asio::awaitable<result<Project>> fetch_requested(std::shared_ptr<FetchProgress> progress);
-    boost::asio::awaitable<result<>> obtain(std::shared_ptr<FetchProgress> progress);
+    boost::asio::awaitable<result<>> fetch_project(std::shared_ptr<FetchProgress> progress);
     boost::asio::awaitable<result<>> launch(Channel& channel);
     LaunchSpec launch_spec() const;
     boost::asio::awaitable<result<>> show_progress(std::shared_ptr<FetchProgress const> progress,
@@ -129,7 +129,7 @@ private:
     void pass(core::StartStage stage);
     std::string name() const;
 
-    SessionSurroundings& surroundings_;
+    SessionContext& context_;
     std::uint64_t id_;
     std::string quota_key_; ///< Of the client that started it, also when it returns from elsewhere.
     core::SimulationRequest request_;

@@ -80,8 +80,8 @@ BOOST_AUTO_TEST_CASE(worlds_with_too_much_in_them_are_cut)
     for (int i = 0; i < 1000; ++i)
         many += "XRobot { } XBox { }\n";
     World const world = world_from_text(many);
-    BOOST_TEST(world.robots.size() == most_robots);
-    BOOST_TEST(world.boxes.size() == most_boxes);
+    BOOST_TEST(world.robots.size() == max_robots);
+    BOOST_TEST(world.boxes.size() == max_boxes);
     BOOST_TEST(!vrml::read("#VRML_SIM R2025a utf8\n" + std::string(5'000'000, '[')).problem.empty());
     std::string deep = "#VRML_SIM R2025a utf8\n";
     for (int i = 0; i < 100'000; ++i)

@@ -26,15 +26,15 @@ core::GitObjectId id(unsigned number)
 /// `<mode> <length of the name> <name> <what it is>`.
 std::map<core::GitObjectId, std::string> cook(std::string_view recipe)
 {
-    constexpr unsigned most_trees = 8;
+    constexpr unsigned max_trees = 8;
     constexpr std::string_view modes[] = {"40000", "100644", "100755", "120000", "160000", "40000"};
     std::map<core::GitObjectId, std::string> trees;
-    for (unsigned number = 0; number < most_trees; ++number) {
+    for (unsigned number = 0; number < max_trees; ++number) {
         auto& tree = trees[id(number)];
         for (auto entries = fuzz::take_byte(recipe) % 8; entries > 0; --entries) {
             tree.append(modes[fuzz::take_byte(recipe) % std::size(modes)]).append(" ");
             tree.append(fuzz::take(recipe, fuzz::take_byte(recipe) % 16)).append(1, '\0');
-            auto const target = id(fuzz::take_byte(recipe) % (most_trees + 1)); // the last one is missing
+            auto const target = id(fuzz::take_byte(recipe) % (max_trees + 1)); // the last one is missing
             tree.append(target.bytes.begin(), target.bytes.end());
         }
     }

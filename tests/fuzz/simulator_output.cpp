@@ -29,7 +29,7 @@ void check_lines(std::vector<std::string> const& lines, std::string_view text)
     auto const ends = static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
     fuzz::require(lines.size() == ends || lines.size() == ends + 1);
     for (auto const& line : lines) {
-        fuzz::require(line.size() <= core::LineSplitter::longest_line);
+        fuzz::require(line.size() <= core::LineSplitter::max_line_length);
         fuzz::require(line.find('\n') == std::string::npos);
         bool const beats = line.starts_with('.');
         fuzz::require(beats == (core::classify_output(line) == core::OutputLine::heartbeat));

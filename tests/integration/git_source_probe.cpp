@@ -196,7 +196,7 @@ public:
     /// Measures how long the event loop does not come back, and how much of that it worked.
     void beat(SteadyClock::time_point expected)
     {
-        longest_pause_ = std::max(longest_pause_, SteadyClock::now() - expected);
+        max_pause_length_ = std::max(max_pause_length_, SteadyClock::now() - expected);
         auto const worked = processor_time();
         longest_work_ = std::max(longest_work_, worked - std::exchange(worked_, worked));
         for (auto& each : shown_)
@@ -208,7 +208,7 @@ public:
         pulse_.async_wait([this, due](boost::system::error_code) { beat(due); });
     }
 
-    double longest_pause() const { return milliseconds(longest_pause_); }
+    double max_pause() const { return milliseconds(max_pause_length_); }
     double longest_work() const { return milliseconds(longest_work_); }
 
     int running = 0;
@@ -240,7 +240,7 @@ private:
     Options options_;
     asio::steady_timer pulse_;
     std::deque<Shown> shown_;
-    SteadyClock::duration longest_pause_{};
+    SteadyClock::duration max_pause_length_{};
     SteadyClock::duration longest_work_{};
     std::unique_ptr<ProjectSource> source_;
     SteadyClock::duration worked_ = processor_time(); ///< Until now; making the source does not count.
@@ -251,7 +251,7 @@ private:
 int main(int argc, char** argv)
 {
     auto const options = parse(argc, argv);
-    answer_promptly(); // as the servers
+    use_low_latency_scheduling(); // as the servers
     asio::io_context context(1);
     Probe probe(context, options);
     std::deque<asio::cancellation_signal> signals;
@@ -281,6 +281,6 @@ int main(int argc, char** argv)
     }
     probe.beat(SteadyClock::now());
     context.run();
-    std::cout << "{\"longest_pause_ms\": " << probe.longest_pause()
+    std::cout << "{\"longest_pause_ms\": " << probe.max_pause()
               << ", \"longest_work_ms\": " << probe.longest_work() << "}\n";
 }

@@ -19,7 +19,7 @@ from support.machine import Machine  # noqa: E402
 from support.servers import SessionServer, main, wait_until  # noqa: E402
 
 try:
-    from support.mailbox import Certificate, Mailbox
+    from support.mailbox import Certificate, CompletionQueue
 except ImportError as error:
     raise SystemExit(print(f"skipped: {error} (package python3-aiosmtpd)") or 77)
 
@@ -57,7 +57,7 @@ class Mails(unittest.TestCase):
         return identity
 
     def test_each_change_is_one_plain_mail_instead_of_a_log_line(self):
-        with Machine() as falling, Machine() as filling, Mailbox() as mailbox, \
+        with Machine() as falling, Machine() as filling, CompletionQueue() as mailbox, \
                 session_server([falling, filling], mailbox.port) as session:
             wait_until(lambda: len(falling.polls) and len(filling.polls) and session.get("/") == "1", "up")
             falling.status = 500
@@ -82,7 +82,7 @@ class Mails(unittest.TestCase):
             self.assertNotIn("simulation server", session.log())
 
     def test_a_machine_that_is_merely_slow_is_logged_and_not_mailed(self):
-        with Machine() as machine, Mailbox() as mailbox, session_server([machine], mailbox.port, loadTimeout=0.3) as session:
+        with Machine() as machine, CompletionQueue() as mailbox, session_server([machine], mailbox.port, loadTimeout=0.3) as session:
             wait_until(lambda: session.get("/") == "1", "up")
             machine.answers.clear()
             wait_until(lambda: "is taking too long to respond (assuming 100% load)" in session.log(), "the log line")
@@ -91,7 +91,7 @@ class Mails(unittest.TestCase):
             self.assertIn(b"Subject: Simulation server working again", mailbox.mails[0].content)
 
     def test_without_an_administrator_changes_are_logged(self):
-        with Machine("99") as machine, Mailbox() as mailbox, session_server([machine], mailbox.port, administrator="") as session:
+        with Machine("99") as machine, CompletionQueue() as mailbox, session_server([machine], mailbox.port, administrator="") as session:
             wait_until(lambda: "has reached maximum load (99.0%)" in session.log(), "the log line")
         self.assertEqual(mailbox.mails, [])
 
@@ -105,13 +105,13 @@ class Mails(unittest.TestCase):
             self.assertFalse(loads_libcurl(silent))
 
     def test_an_administrator_without_a_sender_is_dropped_with_a_line(self):
-        with Machine("99") as machine, Mailbox() as mailbox, session_server([machine], mailbox.port, mailSender="") as session:
+        with Machine("99") as machine, CompletionQueue() as mailbox, session_server([machine], mailbox.port, mailSender="") as session:
             wait_until(lambda: "has reached maximum load (99.0%)" in session.log(), "the log line")
             self.assertIn('key "administrator" is ignored: no e-mails without "mailSender"', session.log())
         self.assertEqual(mailbox.mails, [])
 
     def test_a_flapping_machine_is_two_mails_and_what_is_left_goes_to_the_log_in_the_end(self):
-        with Machine() as machine, Mailbox() as mailbox, session_server([machine], mailbox.port) as session:
+        with Machine() as machine, CompletionQueue() as mailbox, session_server([machine], mailbox.port) as session:
             wait_until(lambda: session.get("/") == "1", "up")
             for _ in range(4):
                 machine.status = 500
@@ -147,7 +147,7 @@ class Logins(unittest.TestCase):
         self.assertEqual(mailbox.mails, [])
 
     def test_a_password_turns_on_starttls_and_the_login_of_the_sender(self):
-        with Machine("99") as machine, Mailbox(tls=self.tls, users=self.users) as mailbox, \
+        with Machine("99") as machine, CompletionQueue(tls=self.tls, users=self.users) as mailbox, \
                 session_server([machine], mailbox.port, self.tls.authority, mailSenderPassword="s3cret pässword") as session:
             wait_until(lambda: mailbox.mails, "the mail")
             self.assertEqual(mailbox.logins, [(SENDER, "s3cret pässword", True)])
@@ -156,32 +156,32 @@ class Logins(unittest.TestCase):
             self.assertNotIn(FAILED, session.log())
 
     def test_the_login_may_be_another_one(self):
-        with Machine("99") as machine, Mailbox(tls=self.tls, users=self.users) as mailbox, \
+        with Machine("99") as machine, CompletionQueue(tls=self.tls, users=self.users) as mailbox, \
                 session_server([machine], mailbox.port, self.tls.authority, mailSenderUser="robot", mailSenderPassword="other"):
             wait_until(lambda: mailbox.mails, "the mail")
             self.assertEqual(mailbox.logins, [("robot", "other", True)])
             self.assertEqual(mailbox.mails[0].sender, SENDER)
 
     def test_without_a_password_starttls_is_not_used_even_if_it_is_offered(self):
-        with Machine("99") as machine, Mailbox(tls=self.tls) as mailbox, session_server([machine], mailbox.port):
+        with Machine("99") as machine, CompletionQueue(tls=self.tls) as mailbox, session_server([machine], mailbox.port):
             wait_until(lambda: mailbox.mails, "the mail")
             self.assertFalse(mailbox.mails[0].encrypted)
 
     def test_no_password_is_sent_to_a_mail_server_whose_certificate_is_not_trusted(self):
-        mailbox = Mailbox(tls=self.tls, users=self.users)
+        mailbox = CompletionQueue(tls=self.tls, users=self.users)
         self.refused(mailbox, "certificate", trusted=False)
         self.assertEqual(mailbox.logins, [])
 
     def test_no_password_is_sent_without_tls(self):
-        mailbox = Mailbox(users=self.users)
+        mailbox = CompletionQueue(users=self.users)
         self.refused(mailbox, "STARTTLS")
         self.assertEqual(mailbox.logins, [])
 
     def test_a_wrong_password_is_a_refusal(self):
-        self.refused(Mailbox(tls=self.tls, users=self.users), "535", password="wrong")
+        self.refused(CompletionQueue(tls=self.tls, users=self.users), "535", password="wrong")
 
     def test_a_mail_server_without_logins_gets_no_mail_in_spite_of_the_password(self):
-        self.refused(Mailbox(tls=self.tls), "offers no login")
+        self.refused(CompletionQueue(tls=self.tls), "offers no login")
 
 
 class Trouble(unittest.TestCase):
@@ -201,7 +201,7 @@ class Trouble(unittest.TestCase):
         with Machine() as machine, session_server([machine], port) as session:
             self.check_availability(session, machine)
             wait_until(lambda: FAILED in session.log(), "the failure")
-            with Mailbox(port=port) as mailbox:
+            with CompletionQueue(port=port) as mailbox:
                 wait_until(lambda: len(mailbox.mails) == 2, "the retries", patience=120)
                 wait_until(lambda: f"Emails to {ADMINISTRATOR} are sent again" in session.log(), "the line")
             self.assertIn(b"not responding", mailbox.mails[0].content)
@@ -209,7 +209,7 @@ class Trouble(unittest.TestCase):
             self.assertEqual(session.log().count(FAILED), 1)
 
     def test_a_mail_server_that_refuses_costs_one_line_that_quotes_it(self):
-        with Machine() as machine, Mailbox(refusal="550 no such mailbox here") as mailbox, \
+        with Machine() as machine, CompletionQueue(refusal="550 no such mailbox here") as mailbox, \
                 session_server([machine], mailbox.port) as session:
             self.check_availability(session, machine)
             wait_until(lambda: FAILED in session.log(), "the failure")
@@ -237,7 +237,7 @@ class Trouble(unittest.TestCase):
             while not let_go.is_set():
                 await asyncio.sleep(0.01)
 
-        with Machine() as machine, Mailbox(pause=pause) as mailbox, session_server([machine], mailbox.port) as session:
+        with Machine() as machine, CompletionQueue(pause=pause) as mailbox, session_server([machine], mailbox.port) as session:
             self.check_availability(session, machine)
             self.assertEqual(mailbox.mails, [])
             let_go.set()

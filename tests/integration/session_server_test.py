@@ -21,7 +21,7 @@ from support.servers import SessionServer, main, program, wait_until  # noqa: E4
 
 try:
     import websockets
-    from support.mailbox import Mailbox
+    from support.mailbox import CompletionQueue
 except ImportError as error:
     raise SystemExit(print(f"skipped: {error} (packages python3-websockets, python3-aiosmtpd)") or 77)
 
@@ -126,7 +126,7 @@ class Sessions(unittest.IsolatedAsyncioTestCase):
                 await browser.ping()
 
     async def test_sighup_takes_over_what_it_can_and_names_what_needs_a_restart(self):
-        with Machine("60") as machine, Mailbox() as first, Mailbox() as second, \
+        with Machine("60") as machine, CompletionQueue() as first, CompletionQueue() as second, \
                 SessionServer([machine.address], loadThreshold=50, administrator="a@example.org", mailServer="localhost",
                               mailServerPort=first.port, mailSender="s@example.org") as session:
             wait_until(lambda: first.mails, "it is full")

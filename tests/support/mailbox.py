@@ -22,7 +22,7 @@ class Mail:
         self.login = login
 
 
-class Mailbox:
+class CompletionQueue:
     """Listens on the loopback. `tls` is a Certificate: then STARTTLS is offered. `users` maps logins to passwords.
 
     `refusal` is what RCPT is answered with; `pause` an awaitable function that is called before a mail is taken.

@@ -65,13 +65,13 @@ public:
 };
 
 /// Accept the WebSocket handshake, then call `Endpoint::converse`.
-struct Converse
+struct AcceptWebSocket
 {
-    Converse() = default;
+    AcceptWebSocket() = default;
 };
 
 /// What to do with a request.
-using Answer = std::variant<HttpResponse, Converse>;
+using Answer = std::variant<HttpResponse, AcceptWebSocket>;
 
 /// Who opened a channel; owned copies, unlike `IncomingRequest`.
 struct ChannelInfo
@@ -92,13 +92,13 @@ class Endpoint
 public:
     virtual ~Endpoint() = default;
 
-    /// Answers at once, from memory: a request never waits for anything. `Converse` is only for `request.upgrade`.
+    /// Answers at once, from memory: a request never waits for anything. `AcceptWebSocket` is only for `request.upgrade`.
     virtual Answer respond(IncomingRequest const& request) = 0;
 
     /// Talks with a browser until either side has had enough; the adapter closes the channel when this returns.
     ///
     /// Not cancelled when the server stops: `channel.receive()` then reports `closed`, and what was begun is cleaned up.
-    virtual boost::asio::awaitable<void> converse(ChannelInfo info, Channel& channel) = 0;
+    virtual boost::asio::awaitable<void> serve_websocket(ChannelInfo info, Channel& channel) = 0;
 
     /// The adapter is about to close all channels: the time for last words.
     virtual void stopping() {}

@@ -29,7 +29,7 @@ struct ProcessSpec
     Duration grace = std::chrono::milliseconds(1500);
     /// A program that is run when nothing of the tree is left, however that came, even when we have died: it clears away
     /// what the tree has left elsewhere. The process has ended when that has, too, or was killed after a minute. Default: none.
-    std::vector<std::string> afterwards;
+    std::vector<std::string> cleanup_command;
     /// Programs that run as somebody else (set-user-ID, `sudo`, `firejail`) have to work in it. They do not where an
     /// unprivileged user shuts the tree in; then it is watched over less strictly. Default: no.
     bool set_user_id = false;

@@ -116,7 +116,7 @@ private:
         auto limits = transport_.limits();
         limits.abandoned = &abandoned_;
         if (asks_for_refs_)
-            limits.bytes = most_git_ref_bytes;
+            limits.bytes = max_git_ref_bytes;
         GitClient client(transport_.http(), transport_.remote(), limits);
         if (asks_for_refs_)
             return client.advertise([this](std::string_view bytes) { return pipe_.write(bytes); });

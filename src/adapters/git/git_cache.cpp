@@ -24,10 +24,10 @@ namespace {
 namespace fs = std::filesystem;
 using core::concat;
 
-constexpr std::uint64_t longest_index = std::uint64_t{128} << 20;
-constexpr std::uint64_t longest_proof = std::uint64_t{288} << 20; // more than `GitStaging` keeps
-constexpr int most_siblings = 16;
-constexpr std::size_t most_notices = 16; // that nobody has taken
+constexpr std::uint64_t max_index_size = std::uint64_t{128} << 20;
+constexpr std::uint64_t max_proof_size = std::uint64_t{288} << 20; // more than `GitStaging` keeps
+constexpr int max_siblings = 16;
+constexpr std::size_t max_notices = 16; // that nobody has taken
 
 std::string digest_of(std::string_view text)
 {
@@ -66,7 +66,7 @@ std::optional<core::GitObjectId> commit_of(fs::path const& folder)
 /// else.
 std::optional<core::GitTarget> proven_target(fs::path const& folder, GitIndex const& index)
 {
-    auto const proof = read_file(AT_FDCWD, (folder / "proof").c_str(), longest_proof);
+    auto const proof = read_file(AT_FDCWD, (folder / "proof").c_str(), max_proof_size);
     auto const commit = commit_of(folder);
     if (!proof || !commit)
         return std::nullopt;
@@ -93,8 +93,8 @@ GitIncoming::~GitIncoming()
         remove_tree(folder_);
 }
 
-GitCache::GitCache(fs::path folder, std::uint64_t most_bytes, std::shared_ptr<FetchBudget> budget)
-    : most_bytes_(most_bytes), budget_(std::move(budget))
+GitCache::GitCache(fs::path folder, std::uint64_t max_bytes, std::shared_ptr<FetchBudget> budget)
+    : max_bytes_(max_bytes), budget_(std::move(budget))
 {
     open(folder);
     if (!usable_)
@@ -107,7 +107,7 @@ GitCache::~GitCache() = default;
 
 void GitCache::open(fs::path const& folder)
 {
-    for (int sibling = 0; sibling < most_siblings; ++sibling) {
+    for (int sibling = 0; sibling < max_siblings; ++sibling) {
         folder_ = sibling == 0 ? folder : fs::path(concat(folder.string(), "-", std::to_string(sibling)));
         if (folder.empty() || !make_folders()) {
             usable_ = Failure(errc::unavailable, concat("the cache folder \"", folder_.string(),
@@ -170,7 +170,7 @@ void GitCache::scan()
                 remove_tree(entry.path());
                 continue;
             }
-            auto const text = read_file(AT_FDCWD, (entry.path() / "index").c_str(), longest_index);
+            auto const text = read_file(AT_FDCWD, (entry.path() / "index").c_str(), max_index_size);
             auto const index = text ? parse_index(*text) : result<GitIndex>(text.error());
             if (!index || !fs::exists(entry.path() / "proof", failed)) { // or it is of an older server
                 remove_tree(entry.path());
@@ -203,7 +203,7 @@ fs::path GitCache::fresh_path() const
 GitContent GitCache::load(fs::path const& folder, GitSnapshot& snapshot, Known& known,
                           std::atomic<bool> const* aborted)
 {
-    auto const text = read_file(AT_FDCWD, (folder / "index").c_str(), longest_index);
+    auto const text = read_file(AT_FDCWD, (folder / "index").c_str(), max_index_size);
     auto index = text ? parse_index(*text) : result<GitIndex>(text.error());
     if (!index)
         return GitContent::changed;
@@ -244,7 +244,7 @@ void GitCache::pay_for_index(GitSnapshot& snapshot)
 
 void GitCache::complain_of(std::string const& url)
 {
-    if (notices_.size() < most_notices)
+    if (notices_.size() < max_notices)
         notices_.push_back(concat("What the cache held of ", core::printable(url, 200),
                                   " was changed after it had been fetched: it is fetched again."));
 }
@@ -252,7 +252,7 @@ void GitCache::complain_of(std::string const& url)
 void GitCache::note(std::string sentence)
 {
     std::lock_guard const lock(mutex_);
-    if (notices_.size() < most_notices)
+    if (notices_.size() < max_notices)
         notices_.push_back(std::move(sentence));
 }
 
@@ -417,7 +417,7 @@ void GitCache::remove_unused()
 
 bool GitCache::trim()
 {
-    return trim_to(most_bytes_);
+    return trim_to(max_bytes_);
 }
 
 bool GitCache::make_room()
@@ -426,7 +426,7 @@ bool GitCache::make_room()
 }
 
 /// True when something was removed.
-bool GitCache::trim_to(std::uint64_t most_bytes)
+bool GitCache::trim_to(std::uint64_t max_bytes)
 {
     std::lock_guard const lock(mutex_);
     remove_unused();
@@ -434,7 +434,7 @@ bool GitCache::trim_to(std::uint64_t most_bytes)
     std::uint64_t total = 0;
     for (auto const& [path, stored] : stored_)
         total += stored.bytes;
-    while (total > most_bytes) {
+    while (total > max_bytes) {
         auto oldest = stored_.end();
         for (auto each = stored_.begin(); each != stored_.end(); ++each)
             if (each->second.open.expired() &&

@@ -64,7 +64,7 @@ class GitCache
 public:
     /// Uses `folder`, or a sibling when another process uses it. `budget`, which may be null, is told of the
     /// memory that folders in use need.
-    GitCache(std::filesystem::path folder, std::uint64_t most_bytes,
+    GitCache(std::filesystem::path folder, std::uint64_t max_bytes,
              std::shared_ptr<FetchBudget> budget = nullptr);
     ~GitCache();
 
@@ -138,7 +138,7 @@ private:
     bool restore_folders();
     void drop(std::filesystem::path const& folder);
     void remove_unused();
-    bool trim_to(std::uint64_t most_bytes);
+    bool trim_to(std::uint64_t max_bytes);
     void forget_empty(std::filesystem::path const& repository);
     std::filesystem::path repository(std::string const& url) const;
     std::filesystem::path fresh_path() const;
@@ -150,7 +150,7 @@ private:
     void pay_for_index(GitSnapshot& snapshot);
 
     std::filesystem::path folder_;
-    std::uint64_t most_bytes_;
+    std::uint64_t max_bytes_;
     std::shared_ptr<FetchBudget> budget_;
     FileDescriptor lock_;
     result<> usable_;

@@ -11,7 +11,7 @@ using core::pkt_line;
 using core::PktLine;
 using Kind = core::PktLine::Kind;
 
-constexpr std::size_t most_refs = 20'000;
+constexpr std::size_t max_refs = 20'000;
 
 Failure malformed(std::string_view what)
 {
@@ -190,7 +190,7 @@ result<std::vector<core::GitRef>> GitClient::ls_refs(std::vector<std::string> co
         auto ref = core::parse_ref_line(line.text());
         if (!ref)
             return ref.error();
-        if (refs.size() >= most_refs)
+        if (refs.size() >= max_refs)
             return Failure(errc::too_large, "has too many branches that begin alike");
         refs.push_back(std::move(*ref));
         return {};

@@ -17,7 +17,7 @@
 
 namespace webots_cloud::adapters {
 
-constexpr std::uint64_t most_git_ref_bytes = std::uint64_t{8} << 20; ///< What a server may list.
+constexpr std::uint64_t max_git_ref_bytes = std::uint64_t{8} << 20; ///< What a server may list.
 
 /// A repository on a server.
 struct GitRemote

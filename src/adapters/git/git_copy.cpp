@@ -23,7 +23,7 @@ namespace {
 using Kind = core::GitTreeEntry::Kind;
 
 constexpr std::size_t at_once = 16; // files that a thread takes on before it looks for more
-constexpr std::size_t most_helpers = 3;
+constexpr std::size_t max_helpers = 3;
 
 Failure damaged()
 {
@@ -164,7 +164,7 @@ result<> copy_folder(GitIndex const& index, int from, int to, GitCopyWay way, Bl
     if (auto const made = make_folders(index, to); !made)
         return made.error();
     FolderCopy copy(index, from, to, way, aborted);
-    auto const helpers = std::min(most_helpers, index.entries.size() / at_once);
+    auto const helpers = std::min(max_helpers, index.entries.size() / at_once);
     pool.share(helpers, [&copy] { copy.work(); });
     return copy.outcome();
 }

@@ -19,7 +19,7 @@ namespace {
 using core::concat;
 using Kind = core::GitTreeEntry::Kind;
 
-constexpr Duration longest_fetch = std::chrono::hours(24); // later than that, the sum could overflow
+constexpr Duration max_fetch_time = std::chrono::hours(24); // later than that, the sum could overflow
 constexpr std::size_t wants_at_once = 10'000; // half a megabyte: proxies limit the size of requests
 
 // Of memory, in bytes, about: what is not counted object by object.
@@ -30,9 +30,9 @@ constexpr std::uint64_t memory_in_queue = std::uint64_t{256} << 10;
 // Buffers on the way, and one file of a megabyte.
 constexpr std::uint64_t memory_of_download = std::uint64_t{4} << 20;
 constexpr std::uint64_t memory_of_plan = std::uint64_t{96} << 20; // of 50,000 files with the longest paths
-constexpr std::uint64_t most_memory_of_entries = std::uint64_t{48} << 20; // of one folder: 100,000
+constexpr std::uint64_t max_memory_of_entries = std::uint64_t{48} << 20; // of one folder: 100,000
 constexpr std::uint64_t memory_of_item = 512; // plan, index, its text; the path comes 4 times
-constexpr std::uint64_t most_memory_of_item = memory_of_item + 4 * 1024;
+constexpr std::uint64_t max_memory_of_item = memory_of_item + 4 * 1024;
 
 constexpr char no_single_files[] = "the git server does not hand out single files";
 
@@ -154,7 +154,7 @@ GitFetch::GitFetch(CurlHttp& http, GitCache& cache, GitServers& servers, GitSour
 
 void GitFetch::start_clock()
 {
-    deadline_ = std::chrono::steady_clock::now() + std::min<Duration>(order_.limits.timeout, longest_fetch);
+    deadline_ = std::chrono::steady_clock::now() + std::min<Duration>(order_.limits.timeout, max_fetch_time);
     if (share_)
         return;
     FetchShare::Waiting waiting;
@@ -209,7 +209,7 @@ GitClient GitFetch::client(std::uint64_t bytes)
 /// For a question that the cache could answer, if need be, it does not wait as long as for others.
 GitClient GitFetch::client_for_refs()
 {
-    auto limits = http_limits(most_git_ref_bytes);
+    auto limits = http_limits(max_git_ref_bytes);
     if (cache_.recall(url_, order_.project.ref_and_folder))
         limits.deadline = std::min(limits.deadline, std::chrono::steady_clock::now() + params_.patience);
     return GitClient(http_, remote(), std::move(limits));
@@ -409,7 +409,7 @@ result<GitFetch::Refs> GitFetch::list_refs(std::vector<std::string> const& prefi
 /// find the address of it.
 result<GitFetch::Refs> GitFetch::ask_again(Failure const& failure)
 {
-    auto const offered = client(most_git_ref_bytes).capabilities();
+    auto const offered = client(max_git_ref_bytes).capabilities();
     if (offered && !offered->version_2) {
         servers_.set_capabilities(order_.project.forge, *offered);
         return list_refs_with_libgit2();
@@ -459,7 +459,7 @@ result<GitSnapshotPtr> GitFetch::download_target()
     auto downloaded = download_with(servers_.capabilities(forge), target_);
     if (downloaded || answered_ || is_unknown_commit(downloaded.error()) || servers_.knows(forge))
         return downloaded;
-    auto offered = client(most_git_ref_bytes).capabilities();
+    auto offered = client(max_git_ref_bytes).capabilities();
     if (!offered)
         return offered.error();
     if (!offered->version_2) {
@@ -580,8 +580,8 @@ result<GitSnapshotPtr> GitFetch::download_once(GitCapabilities const& capabiliti
 /// plan so far.
 result<> GitFetch::pay_for_folder(std::string const& folder, std::uint64_t& taken)
 {
-    constexpr std::uint64_t shortest_entry = 27;
-    auto const wanted = (folder.size() / shortest_entry + 1) * most_memory_of_item;
+    constexpr std::uint64_t min_entry_size = 27;
+    auto const wanted = (folder.size() / min_entry_size + 1) * max_memory_of_item;
     auto const more = std::min(wanted, memory_of_plan - taken);
     auto paid = take_memory(more);
     if (paid)
@@ -593,7 +593,7 @@ result<> GitFetch::pay_for_folder(std::string const& folder, std::uint64_t& take
 result<> GitFetch::pay_for_entries(std::string const& folder, std::uint64_t& taken)
 {
     constexpr std::uint64_t growth = 4;
-    auto const wanted = std::min(growth * folder.size(), most_memory_of_entries);
+    auto const wanted = std::min(growth * folder.size(), max_memory_of_entries);
     if (wanted <= taken)
         return {};
     auto paid = take_memory(wanted - taken);
@@ -707,7 +707,7 @@ result<> GitFetch::fetch_large_files(Download const& state, GitIndex& index, int
     order.forge = order_.project.forge;
     order.url = url_;
     order.repository = concat(order_.project.owner, "/", order_.project.repository);
-    order.most_bytes = order_.limits.bytes;
+    order.max_bytes = order_.limits.bytes;
     order.limits = http_limits(order_.limits.bytes);
     order.share = share_.get();
     order.progress = order_.progress;

@@ -194,7 +194,7 @@ result<> LfsFetch::find_pointers()
         auto const& entry = index_.entries[i];
         bool const is_file = entry.kind == Kind::file || entry.kind == Kind::executable;
         bool const may_be_one =
-            entry.size >= core::shortest_lfs_pointer && entry.size <= core::longest_lfs_pointer;
+            entry.size >= core::shortest_lfs_pointer && entry.size <= core::max_lfs_pointer_length;
         if (!is_file || !may_be_one || !entry.pointer.empty()) // what an older folder had is complete
             continue;
         if (auto const may_go_on = ask(order_.interrupt); !may_go_on)
@@ -202,7 +202,7 @@ result<> LfsFetch::find_pointers()
         auto const folder = walk.parent_of(entry.path);
         if (!folder)
             return folder.error();
-        auto text = read_file(*folder, file_name(entry.path), core::longest_lfs_pointer);
+        auto text = read_file(*folder, file_name(entry.path), core::max_lfs_pointer_length);
         if (!text)
             return disk_failure();
         auto pointer = core::parse_lfs_pointer(*text);
@@ -227,9 +227,9 @@ result<> LfsFetch::note_pointer(std::size_t number, std::string text, core::LfsP
     if (auto const taken = order_.share->take(price); !taken)
         return taken.error();
     index_.bytes -= entry.size;
-    if (pointer.size > order_.most_bytes - std::min(order_.most_bytes, index_.bytes))
+    if (pointer.size > order_.max_bytes - std::min(order_.max_bytes, index_.bytes))
         return Failure(errc::too_large, concat("The project is larger than ",
-                                               std::to_string(order_.most_bytes >> 20), " MB."));
+                                               std::to_string(order_.max_bytes >> 20), " MB."));
     index_.bytes += pointer.size;
     entry.size = pointer.size;
     entry.pointer = std::move(text);
@@ -257,8 +257,8 @@ result<> LfsFetch::pay()
 result<> LfsFetch::fetch_all()
 {
     report(0);
-    for (std::size_t first = 0; first < found_.size(); first += core::most_lfs_objects) {
-        auto const count = std::min(core::most_lfs_objects, found_.size() - first);
+    for (std::size_t first = 0; first < found_.size(); first += core::max_lfs_objects) {
+        auto const count = std::min(core::max_lfs_objects, found_.size() - first);
         if (auto const fetched = fetch_some(first, count); !fetched)
             return fetched.error();
     }
@@ -320,7 +320,7 @@ result<std::vector<core::LfsDownload>> LfsFetch::ask_server(std::vector<core::Lf
     };
     request.answered_by = &home_;
     auto limits = order_.limits;
-    limits.bytes = core::most_lfs_answer;
+    limits.bytes = core::max_lfs_answer;
     auto const status = http_.send(request, limits);
     if (!status)
         return explain(status.error());

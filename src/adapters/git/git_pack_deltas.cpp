@@ -9,7 +9,7 @@
 namespace webots_cloud::adapters {
 namespace {
 
-constexpr std::uint64_t largest_delta_result = std::uint64_t{512}
+constexpr std::uint64_t max_delta_result = std::uint64_t{512}
                                                << 20; // it is made in memory; git stops there too
 
 } // namespace
@@ -78,7 +78,7 @@ struct GitPackReader::Resolver
                 return {};
             }
             auto const size = pack.staging_.blob_size(entry.id);
-            if (size > largest_delta_result)
+            if (size > max_delta_result)
                 return Failure(errc::too_large, "The repository has objects that are too large.");
             if (auto const taken = pack.staging_.take_memory(size); !taken)
                 return taken;
@@ -119,7 +119,7 @@ struct GitPackReader::Resolver
         auto const size = core::delta_result_size(delta.bytes);
         if (!size)
             return size.error();
-        if (*size > largest_delta_result)
+        if (*size > max_delta_result)
             return Failure(errc::too_large, "The repository has objects that are too large.");
         if (auto const spent = pack.spend(*size); !spent)
             return spent;

@@ -12,9 +12,9 @@
 namespace webots_cloud::adapters {
 namespace {
 
-constexpr std::uint64_t largest_in_memory = std::uint64_t{1} << 20;
-constexpr std::uint64_t most_delta_memory = std::uint64_t{256} << 20;
-constexpr std::uint32_t most_objects = 1'000'000;
+constexpr std::uint64_t max_size_in_memory = std::uint64_t{1} << 20;
+constexpr std::uint64_t max_delta_memory = std::uint64_t{256} << 20;
+constexpr std::uint32_t max_objects = 1'000'000;
 constexpr std::uint64_t delta_overhead = 256; // to remember it, and to find it by its base
 constexpr std::size_t pack_header_size = 12;
 constexpr std::size_t digest_size = 20;
@@ -110,7 +110,7 @@ result<bool> GitPackReader::read_pack_header()
     if (!rest().starts_with("PACK") || (version != 2 && version != 3))
         return malformed_pack("no header");
     total_ = big_endian(rest().substr(8));
-    if (total_ > most_objects)
+    if (total_ > max_objects)
         return Failure(errc::too_large, "The repository has too many files.");
     consume(pack_header_size);
     state_ = total_ == 0 ? State::trailer : State::entry_header;
@@ -153,8 +153,8 @@ result<> GitPackReader::begin_entry(unsigned type, std::uint64_t size)
         return spent.error();
     if (is_delta_)
         delta_memory_ += size;
-    streamed_ = !is_delta_ && entry_.kind == GitObjectKind::blob && size > largest_in_memory;
-    if (delta_memory_ > most_delta_memory || (!streamed_ && size > most_delta_memory))
+    streamed_ = !is_delta_ && entry_.kind == GitObjectKind::blob && size > max_size_in_memory;
+    if (delta_memory_ > max_delta_memory || (!streamed_ && size > max_delta_memory))
         return Failure(errc::too_large, "The repository has objects that are too large.");
     if (auto const paid = is_delta_ ? pay(size + delta_overhead) : staging_.pay_for(entry_.kind, size); !paid)
         return paid.error();

@@ -2,8 +2,8 @@
 #include "adapters/http/curl_http.hpp"
 #include "git_cache.hpp"
 #include "git_fetch.hpp"
-#include "git_flights.hpp"
-#include "git_hand_out.hpp"
+#include "git_coalesced_fetches.hpp"
+#include "git_checkout.hpp"
 #include "adapters/files/mounts.hpp"
 #include "adapters/files/project_files.hpp"
 #include "adapters/projects/project_world.hpp"
@@ -80,9 +80,9 @@ public:
         async::TaskGroup meanwhile(executor);
         meanwhile.spawn(try_head_start(order, head_start));
         auto const key = concat(order.project.clone_url(), "\n", order.project.ref_and_folder);
-        adapters::GitFlights::Make make = maker_of(order);
-        auto& flights = flights_.try_emplace(order.project.forge, executor_, at_once).first->second;
-        auto const obtained = co_await flights.join(key, order.progress, std::move(make));
+        adapters::GitCoalescedFetches::Make make = maker_of(order);
+        auto& fetches = fetches_.try_emplace(order.project.forge, executor_, at_once).first->second;
+        auto const obtained = co_await fetches.join(key, order.progress, std::move(make));
         if (!obtained)
             meanwhile.cancel_all();
         co_await meanwhile.join();
@@ -156,7 +156,7 @@ private:
             in_use_[order.directory.string()] = head_start.snapshot;
     }
 
-    adapters::GitFlights::Make maker_of(FetchOrder const& order)
+    adapters::GitCoalescedFetches::Make maker_of(FetchOrder const& order)
     {
         return [this, project = order.project, limits = order.limits](std::atomic<bool> const& aborted,
                                                                       adapters::GitProgress& progress) {
@@ -213,13 +213,13 @@ private:
     adapters::CurlHttp http_;
     adapters::GitServers servers_;
     adapters::GitCache cache_;
-    adapters::GitHandOut hand_out_;
+    adapters::GitCheckout hand_out_;
     /// By directory: what must not leave the cache, be it mounted or wanted again.
     std::unordered_map<std::string, GitSnapshotPtr> in_use_;
-    BlockingPool pool_; // these and the flights end their threads before anything that they use goes
+    BlockingPool pool_; // these and the fetches end their threads before anything that they use goes
     BlockingPool cleaning_;
     asio::any_io_executor executor_;
-    std::unordered_map<std::string, adapters::GitFlights> flights_; ///< By forge.
+    std::unordered_map<std::string, adapters::GitCoalescedFetches> fetches_; ///< By forge.
 };
 
 } // namespace

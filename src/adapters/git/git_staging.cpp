@@ -11,7 +11,7 @@
 namespace webots_cloud::adapters {
 namespace {
 
-constexpr std::uint64_t most_memory = std::uint64_t{256}
+constexpr std::uint64_t max_memory = std::uint64_t{256}
                                       << 20; // all folders of a commit: some 40 bytes per file
 constexpr char part[] = "part";
 
@@ -49,7 +49,7 @@ result<> GitStaging::put(GitObjectKind kind, core::GitObjectId const& id, std::s
 {
     if (kind != GitObjectKind::blob) {
         memory_ += bytes.size();
-        if (memory_ > most_memory)
+        if (memory_ > max_memory)
             return Failure(errc::too_large, "The repository has too many folders.");
         objects_.emplace(id, std::move(bytes));
         return {};

@@ -16,7 +16,7 @@ namespace {
 using core::GitPlanItem;
 using Kind = core::GitTreeEntry::Kind;
 
-constexpr std::uint64_t longest_link = 1023;
+constexpr std::uint64_t max_link_length = 1023;
 
 class Unpacker
 {
@@ -30,7 +30,7 @@ public:
     {
         if (!staging_.has_blob(item.id))
             return missing();
-        if (links_.count(item.id) || staging_.blob_size(item.id) > longest_link)
+        if (links_.count(item.id) || staging_.blob_size(item.id) > max_link_length)
             return {};
         auto text = staging_.read_blob(item.id);
         if (!text)

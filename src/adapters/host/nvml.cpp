@@ -17,7 +17,7 @@ namespace {
 constexpr auto look_interval = std::chrono::seconds(1);
 constexpr auto first_look = std::chrono::seconds(3);
 constexpr auto last_look = std::chrono::seconds(2);
-constexpr unsigned most_devices = 64;
+constexpr unsigned max_devices = 64;
 constexpr int success = 0; // NVML_SUCCESS
 
 // As nvml.h has had them since version 2 of its interface.
@@ -55,7 +55,7 @@ public:
         if (init_() != success || count_(&count) != success)
             return {};
         std::vector<Device> found;
-        for (unsigned i = 0; i < std::min(count, most_devices); ++i) {
+        for (unsigned i = 0; i < std::min(count, max_devices); ++i) {
             Device device = nullptr;
             if (device_(i, &device) == success)
                 found.push_back(device);

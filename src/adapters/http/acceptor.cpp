@@ -22,7 +22,7 @@ namespace {
 
 // What the kernel takes of an answer before its turn to be sent. Without a limit it is some hundred kilobytes
 // for each client that does not read, which would look as if the answer had been taken.
-constexpr int most_unsent = 16 * 1024;
+constexpr int max_unsent = 16 * 1024;
 
 int take_descriptor()
 {
@@ -42,8 +42,8 @@ result<> Acceptor::open(tcp::endpoint const& where)
     if (!error)
         acceptor_.bind(where, error);
     if (!error) // what is accepted inherits it; a kernel that does not know it takes more
-        (void)::setsockopt(acceptor_.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &most_unsent,
-                           sizeof most_unsent);
+        (void)::setsockopt(acceptor_.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &max_unsent,
+                           sizeof max_unsent);
     if (!error)
         acceptor_.listen(asio::socket_base::max_listen_connections, error);
     if (!error)

@@ -39,19 +39,19 @@ using asio::ip::tcp;
 using core::concat;
 
 // Connections kept for the next request: as many servers as one session server may poll.
-constexpr std::size_t most_idle = 16 * 1024;
+constexpr std::size_t max_idle = 16 * 1024;
 
 constexpr std::size_t usual_request = 256; // bytes, without its body
 
 // Of an answer, before the parser has taken them: headers, trailers, and the line before a chunk, which must be
 // there as a whole. The parser looks through all of it again whenever more has come.
-constexpr std::size_t most_unparsed = 16 * 1024;
+constexpr std::size_t max_unparsed = 16 * 1024;
 
 // Of an answer altogether: what surrounds the chunks of a body may be as long as the body, and headers as
 // trailers as long as can be parsed.
-constexpr std::size_t most_of_answer(std::size_t body_limit) noexcept
+constexpr std::size_t max_answer(std::size_t body_limit) noexcept
 {
-    return 2 * (body_limit + most_unparsed);
+    return 2 * (body_limit + max_unparsed);
 }
 
 constexpr std::uint16_t http_port = 80;
@@ -133,7 +133,7 @@ private:
                                                       std::size_t body_limit);
 
     std::variant<std::monostate, Plain, Encrypted> stream_;
-    beast::flat_buffer buffer_{most_unparsed};
+    beast::flat_buffer buffer_{max_unparsed};
     bool reusable_ = false;
     bool answered_ = false;
 };
@@ -264,7 +264,7 @@ asio::awaitable<result<HttpResponse>> Connection::exchange_on(Stream& stream, st
     std::size_t received = 0;
     while (!parser.is_done()) {
         // Not through http::async_read: its limits know nothing of what surrounds the chunks.
-        auto const room = buffer_.prepare(beast::read_size(buffer_, most_unparsed));
+        auto const room = buffer_.prepare(beast::read_size(buffer_, max_unparsed));
         if (room.size() == 0)
             co_return explain(http::error::buffer_overflow);
         auto const [read_error, read] =
@@ -275,7 +275,7 @@ asio::awaitable<result<HttpResponse>> Connection::exchange_on(Stream& stream, st
         answered_ = parser.got_some();
         if (parse_error)
             co_return explain(parse_error);
-        if (received > most_of_answer(body_limit))
+        if (received > max_answer(body_limit))
             co_return explain(http::error::body_limit);
     }
     reusable_ = parser.keep_alive() && buffer_.size() == 0;
@@ -283,9 +283,9 @@ asio::awaitable<result<HttpResponse>> Connection::exchange_on(Stream& stream, st
 }
 
 /// An open connection that waits for the next request to where it leads.
-struct Kept
+struct IdleConnection
 {
-    Kept() = default;
+    IdleConnection() = default;
 
     Target target;
     std::unique_ptr<Connection> connection;
@@ -310,7 +310,7 @@ private:
     std::optional<asio::ssl::context>
         context_; ///< Made when first needed: it reads every certificate authority of the system.
     adapters::NameResolver resolver_;
-    std::unordered_map<std::string, Kept> idle_; ///< By the whole URL, so that a poll need not take it apart.
+    std::unordered_map<std::string, IdleConnection> idle_; ///< By the whole URL, so that a poll need not take it apart.
 };
 
 // Not through Beast's serializer, which takes as long as all the rest of a poll.
@@ -361,7 +361,7 @@ asio::awaitable<result<HttpResponse>> BeastClient::send_anew(HttpRequest request
     auto addresses = co_await resolve(*target, deadline);
     if (!addresses)
         co_return addresses.error();
-    Kept fresh;
+    IdleConnection fresh;
     fresh.connection = make_connection(target->tls);
     auto& connection = *fresh.connection;
     connection.expires_at(deadline);
@@ -409,7 +409,7 @@ std::unique_ptr<Connection> BeastClient::make_connection(bool tls)
 /// Takes the deadline off a connection that may be used again.
 bool BeastClient::may_keep(Connection& connection) const
 {
-    if (!connection.is_reusable() || idle_.size() >= most_idle)
+    if (!connection.is_reusable() || idle_.size() >= max_idle)
         return false;
     connection.expires_at(TimePoint::max());
     return true;

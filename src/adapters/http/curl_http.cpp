@@ -18,8 +18,8 @@ namespace {
 
 using core::concat;
 
-constexpr int most_redirects = 3;
-constexpr std::uint64_t most_of_other_answers = 64 * 1024;
+constexpr int max_redirects = 3;
+constexpr std::uint64_t max_other_answer = 64 * 1024;
 
 bool is_set(std::atomic<bool> const* flag)
 {
@@ -65,7 +65,7 @@ std::size_t on_body(char* bytes, std::size_t, std::size_t count, void* user)
     curl_easy_getinfo(exchange.curl, CURLINFO_RESPONSE_CODE, &status);
     exchange.received += count;
     if (status != 200) { // the text of an error page is nobody's business
-        exchange.heard_enough = exchange.received > most_of_other_answers;
+        exchange.heard_enough = exchange.received > max_other_answer;
         return exchange.heard_enough || exchange.must_stop() ? 0 : count;
     }
     if (exchange.received > exchange.limits.bytes)
@@ -264,7 +264,7 @@ result<int> CurlHttp::send(CurlRequest const& request, CurlLimits const& limits)
     auto url = request.url;
     bool is_away = false;
     result<int> status = 0;
-    for (int attempt = 0; attempt <= most_redirects; ++attempt) {
+    for (int attempt = 0; attempt <= max_redirects; ++attempt) {
         std::string redirected;
         status = handle->send(request, limits, url, is_away, redirected);
         if (!status || redirected.empty())

@@ -19,7 +19,7 @@ using core::concat;
 namespace {
 
 constexpr std::size_t flush_size = 64 * 1024; // answers to pipelined requests are sent together up to here
-constexpr int most_drained = 64;              // reads, after a refusal
+constexpr int max_drained = 64;              // reads, after a refusal
 
 constexpr std::string_view speaks_https =
     "This port speaks HTTPS: put https:// (or wss://) in front of the address.\r\n";
@@ -249,7 +249,7 @@ asio::awaitable<void> HttpConnection::refuse(int status, std::string_view what, 
     // Closing with unread bytes would reset the connection, and the answer with it: read a little, then
     // close.
     stream_.shut_down();
-    for (int i = 0; i < most_drained; ++i) {
+    for (int i = 0; i < max_drained; ++i) {
         reader_.discard();
         auto const space = reader_.prepare();
         auto const outcome = co_await stream_.read_some(asio::buffer(space.data(), space.size()));

@@ -78,7 +78,7 @@ private:
 
     asio::awaitable<result<>> accept();
     asio::awaitable<void> serve(Connections::iterator connection);
-    asio::awaitable<void> converse(Connections::iterator connection, Conversations::iterator conversation);
+    asio::awaitable<void> serve_websocket(Connections::iterator connection, Conversations::iterator conversation);
     asio::awaitable<void> stop();
     asio::awaitable<void> recover(boost::system::error_code failed);
     void admit(tcp::socket socket);
@@ -103,7 +103,7 @@ private:
     Connections silent_; ///< Without a complete request so far: what makes room when descriptors run out.
     Connections active_;
     Conversations conversations_;
-    std::size_t most_connections_ = 0;
+    std::size_t max_connections_ = 0;
     TimePoint next_complaint_ = TimePoint::min();
     async::TaskCount tasks_;
 };
@@ -120,8 +120,8 @@ result<> NetworkServer::listen()
         if (auto const loaded = certificate_->load(); !loaded)
             return loaded;
     }
-    most_connections_ = adapters::affordable_connections(params_.spare_descriptors);
-    limit_.leave_room(most_connections_);
+    max_connections_ = adapters::affordable_connections(params_.spare_descriptors);
+    limit_.leave_room(max_connections_);
     return acceptor_.listen(params_.address, params_.port);
 }
 
@@ -189,7 +189,7 @@ void NetworkServer::admit(tcp::socket socket)
     Peer peer(address_of(socket), proxies_);
     ConnectionLimit::Ticket ticket;
     bool const is_admitted = limit_.admit(peer.quota_key, ticket);
-    bool const has_room = is_admitted && (open() < most_connections_ || make_room());
+    bool const has_room = is_admitted && (open() < max_connections_ || make_room());
     if (is_admitted && !has_room) {
         ++statistics_.refused_no_room;
         complain("Connections are refused: there are as many as the limit of open files allows");
@@ -222,7 +222,7 @@ asio::awaitable<void> NetworkServer::serve(Connections::iterator connection)
         co_return;
     }
     auto const conversation = begin_conversation(*connection);
-    co_await converse(connection, conversation);
+    co_await serve_websocket(connection, conversation);
     co_await conversation->channel.finish();
     conversations_.erase(conversation);
 }
@@ -237,12 +237,12 @@ NetworkServer::Conversations::iterator NetworkServer::begin_conversation(HttpCon
 }
 
 /// Nothing that belongs to HTTP lives on with it, and no frame of its own: this is no coroutine.
-asio::awaitable<void> NetworkServer::converse(Connections::iterator connection,
+asio::awaitable<void> NetworkServer::serve_websocket(Connections::iterator connection,
                                               Conversations::iterator conversation)
 {
     auto info = connection->channel_info();
     active_.erase(connection);
-    return endpoint_.converse(std::move(info), conversation->channel);
+    return endpoint_.serve_websocket(std::move(info), conversation->channel);
 }
 
 /// Closes the oldest connection that has said nothing yet, or else one that waits between two requests, or

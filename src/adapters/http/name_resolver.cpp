@@ -25,7 +25,7 @@ using core::concat;
 namespace {
 
 // Names are those of the configuration and of projects' forges; more are forgotten when nobody asks for them.
-constexpr std::size_t most_records = 4096;
+constexpr std::size_t max_records = 4096;
 
 constexpr std::size_t total_factor = 4;
 
@@ -134,7 +134,7 @@ asio::awaitable<result<Addresses>> NameResolver::resolve(std::string name, TimeP
 
 NameResolver::Record& NameResolver::record_of(std::string const& name)
 {
-    if (records_.size() >= most_records)
+    if (records_.size() >= max_records)
         forget_old_records();
     return records_[name];
 }
@@ -149,7 +149,7 @@ void NameResolver::forget_old_records()
 {
     auto const now = std::chrono::steady_clock::now();
     std::erase_if(records_, [&](auto const& entry) {
-        return now - entry.second.asked >= params_.longest_pause && !questions_.contains(entry.first);
+        return now - entry.second.asked >= params_.max_pause && !questions_.contains(entry.first);
     });
 }
 
@@ -235,7 +235,7 @@ void NameResolver::take_answer(std::string const& name, result<Addresses> answer
     bool const was_prompt = question->patience.cancel() > 0;
     record.is_slow = !was_prompt;
     record.pause = was_prompt ? Duration::zero()
-                              : std::clamp(2 * record.pause, params_.first_pause, params_.longest_pause);
+                              : std::clamp(2 * record.pause, params_.first_pause, params_.max_pause);
     record.next = now + record.pause;
     record.addresses = answer ? *answer : was_prompt ? Addresses() : std::move(record.addresses);
     if (answer)

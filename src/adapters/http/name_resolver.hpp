@@ -40,7 +40,7 @@ struct NameResolverParams
     /// not four times as many threads in all.
     Duration slow_after = std::chrono::seconds(2);
     Duration first_pause = std::chrono::seconds(5); ///< Until a slow name is looked up again; doubles up to
-    Duration longest_pause = std::chrono::minutes(1);
+    Duration max_pause = std::chrono::minutes(1);
     /// For so long the last addresses of a name serve when it is slow. A name that is said not to exist has
     /// none.
     Duration memory = std::chrono::hours(1);

@@ -25,7 +25,7 @@ using core::concat;
 constexpr auto ciphers = "ECDHE+AESGCM:ECDHE+CHACHA20";
 
 // A chain of certificates is some kilobytes; renewed ones are read while the server runs.
-constexpr std::size_t largest_file = 1 << 20;
+constexpr std::size_t max_file_size = 1 << 20;
 
 template<auto free>
 struct Free
@@ -128,13 +128,13 @@ result<TlsContext> load_tls_context(std::filesystem::path const& certificate,
                                         SSL_MODE_RELEASE_BUFFERS);
     SSL_CTX_set_session_cache_mode(context.get(), SSL_SESS_CACHE_OFF); // tickets do the same without memory
     SSL_CTX_set_default_passwd_cb(context.get(), no_passphrase);
-    auto const certificate_text = read_regular_file(certificate, largest_file);
+    auto const certificate_text = read_regular_file(certificate, max_file_size);
     if (!certificate_text)
         return unusable("certificate", certificate, certificate_text.error().message());
     if (!use_certificates(context.get(), *certificate_text))
         return unusable("certificate", certificate,
                         reading_reason("a PEM file with \"-----BEGIN CERTIFICATE-----\""));
-    auto const key_text = read_regular_file(key, largest_file);
+    auto const key_text = read_regular_file(key, max_file_size);
     if (!key_text)
         return unusable("key", key, key_text.error().message());
     if (!use_key(context.get(), *key_text)) {

@@ -21,7 +21,7 @@ namespace {
 
 // Messages of the browser that nobody has received yet, and so how many are handled in one turn of the event
 // loop; more are left on the network.
-constexpr std::size_t most_received = 16;
+constexpr std::size_t max_received = 16;
 
 // A whole record of TLS: nothing is left inside OpenSSL, where no wait would find it.
 constexpr std::size_t scratch_size = 16 * 1024;
@@ -55,7 +55,7 @@ bool WebSocketChannel::is_full() const noexcept
     auto const bytes =
         std::accumulate(received_.begin(), received_.end(), std::size_t{0},
                         [](std::size_t sum, std::string const& message) { return sum + message.size(); });
-    return received_.size() >= most_received || bytes > params_.message_bytes;
+    return received_.size() >= max_received || bytes > params_.message_bytes;
 }
 
 void WebSocketChannel::await_bytes()

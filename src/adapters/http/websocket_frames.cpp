@@ -18,10 +18,10 @@ constexpr std::uint8_t pong = 0xa;
 constexpr std::uint8_t final_bit = 0x80;
 constexpr std::uint8_t reserved_bits = 0x70;
 constexpr std::uint8_t mask_bit = 0x80;
-constexpr std::size_t longest_control = 125;
+constexpr std::size_t max_control_size = 125;
 
 // Fragments cost time even when they are empty: no browser sends as many.
-constexpr std::uint32_t most_fragments = 4096;
+constexpr std::uint32_t max_fragments = 4096;
 
 /// Codes that a peer may send (RFC 6455, 7.4).
 bool is_close_code(unsigned code) noexcept
@@ -34,7 +34,7 @@ void append_frame(std::string& out, std::uint8_t opcode, std::string_view payloa
 {
     out.push_back(static_cast<char>(final_bit | opcode));
     auto const size = payload.size();
-    if (size <= longest_control) {
+    if (size <= max_control_size) {
         out.push_back(static_cast<char>(size));
     } else {
         bool const is_short = size <= 0xffff;
@@ -101,20 +101,20 @@ CloseCode WebSocketFrameReader::check_header()
         opcode_ > pong)
         return CloseCode::protocol_error;
     missing_ = static_cast<std::uint64_t>(length);
-    if (length > static_cast<int>(longest_control)) {
+    if (length > static_cast<int>(max_control_size)) {
         missing_ = 0;
         for (std::size_t i = 2; i < header_size() - 4; ++i)
             missing_ = missing_ << 8 | byte(i);
     }
     if (is_control())
-        return !is_final || missing_ > longest_control ? CloseCode::protocol_error : CloseCode::none;
+        return !is_final || missing_ > max_control_size ? CloseCode::protocol_error : CloseCode::none;
     if ((opcode_ == continuation) != (message_opcode_ != 0))
         return CloseCode::protocol_error;
     if (opcode_ != continuation) {
         message_opcode_ = opcode_;
         fragments_ = 0;
     }
-    bool const fits = missing_ <= longest_message_ - message_.size() && ++fragments_ <= most_fragments;
+    bool const fits = missing_ <= max_message_size_ - message_.size() && ++fragments_ <= max_fragments;
     return fits ? CloseCode::none : CloseCode::too_big;
 }
 
@@ -193,7 +193,7 @@ void append_close_frame(std::string& out, std::uint16_t code, std::string_view r
     if (code != 0) {
         payload.push_back(static_cast<char>(code >> 8));
         payload.push_back(static_cast<char>(code & 0xff));
-        payload.append(reason.substr(0, longest_control - 2));
+        payload.append(reason.substr(0, max_control_size - 2));
     }
     append_frame(out, close, payload);
 }

@@ -45,7 +45,7 @@ struct WebSocketEvent
 class WebSocketFrameReader
 {
 public:
-    explicit WebSocketFrameReader(std::size_t longest_message) : longest_message_(longest_message) {}
+    explicit WebSocketFrameReader(std::size_t max_message_size) : max_message_size_(max_message_size) {}
 
     /// The next event in `bytes`, of which what was used is removed. To be called until it needs more.
     WebSocketEvent next(std::string_view& bytes);
@@ -62,7 +62,7 @@ private:
     std::size_t header_size() const noexcept;
     std::uint8_t byte(std::size_t index) const noexcept { return header_[index]; }
 
-    std::size_t longest_message_;
+    std::size_t max_message_size_;
     std::string message_;       ///< The fragments so far.
     std::string control_;       ///< A control frame may come between fragments.
     std::uint64_t missing_ = 0; ///< Bytes of the current frame's payload.

@@ -18,7 +18,7 @@ namespace {
 
 namespace asio = boost::asio;
 
-constexpr int most_waiting = 64; // a disk that stalls costs lines, never memory
+constexpr int max_waiting = 64; // a disk that stalls costs lines, never memory
 
 std::string last_problem()
 {
@@ -38,7 +38,7 @@ public:
 
     void append(std::string line)
     {
-        if (waiting_ >= most_waiting)
+        if (waiting_ >= max_waiting)
             return;
         ++waiting_;
         writer_.post([this, line = std::move(line)] {

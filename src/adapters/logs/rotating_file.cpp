@@ -48,7 +48,7 @@ spdlog::details::log_msg warning_beside(spdlog::details::log_msg const& message,
 } // namespace
 
 RotatingFile::RotatingFile(std::filesystem::path file, std::size_t size, int old_files)
-    : file_(std::move(file)), most_(size), old_files_(old_files)
+    : file_(std::move(file)), max_(size), old_files_(old_files)
 {
     auto const opened = open();
     if (!opened && !may_pass(opened.error().code()))
@@ -91,7 +91,7 @@ result<> RotatingFile::append(spdlog::details::log_msg const& message)
 {
     spdlog::memory_buf_t line;
     formatter_->format(message, line);
-    if (size_ > 0 && size_ + line.size() > most_)
+    if (size_ > 0 && size_ + line.size() > max_)
         rotate();
     if (!open_)
         if (auto const opened = open(); !opened)

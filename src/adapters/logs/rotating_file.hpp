@@ -38,7 +38,7 @@ private:
     std::filesystem::path name(int age) const;
 
     std::filesystem::path file_;
-    std::size_t most_;
+    std::size_t max_;
     int old_files_;
     FileDescriptor open_;
     std::string notice_;  ///< Not written yet.

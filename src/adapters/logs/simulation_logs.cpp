@@ -23,8 +23,8 @@ using core::concat;
 
 constexpr std::size_t first_bytes = 512 * 1024; // of each file, and then
 constexpr std::size_t last_bytes = 64 * 1024;   // these, which wait in memory until the end
-constexpr std::size_t longest_line = 4096;
-constexpr int most_waiting = 2048; // lines: a disk that stalls costs lines, never memory
+constexpr std::size_t max_line_length = 4096;
+constexpr int max_waiting = 2048; // lines: a disk that stalls costs lines, never memory
 constexpr auto removal_interval = std::chrono::hours(24);
 
 /// `2026-01-31 13:59:59`, as the main log has it.
@@ -118,10 +118,10 @@ public:
 
     void write(std::string_view line) override
     {
-        auto text = kept_.take(concat(local_time(clock_), "  ", core::printable(line, longest_line)));
+        auto text = kept_.take(concat(local_time(clock_), "  ", core::printable(line, max_line_length)));
         if (text.empty())
             return;
-        if (writer_.waiting >= most_waiting) {
+        if (writer_.waiting >= max_waiting) {
             ++lost_;
             return;
         }

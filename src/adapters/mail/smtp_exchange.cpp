@@ -18,7 +18,7 @@ namespace {
 
 using core::concat;
 
-constexpr int longest_nap = 1000; // ms: timers of libcurl end it earlier, and so does abort()
+constexpr int max_nap = 1000; // ms: timers of libcurl end it earlier, and so does abort()
 
 long milliseconds(Duration duration)
 {
@@ -169,7 +169,7 @@ result<> SmtpExchange::drive()
             shut_down_sockets();
             return Failure(errc::timed_out, concat("no connection to ", params_.host, " in time"));
         }
-        auto const nap = connected == 0 ? std::min<long>(left + 1, longest_nap) : longest_nap;
+        auto const nap = connected == 0 ? std::min<long>(left + 1, max_nap) : max_nap;
         curl_.multi_poll(multi_, nullptr, 0, static_cast<int>(nap), nullptr);
     }
     auto const code = result_of_transfer();

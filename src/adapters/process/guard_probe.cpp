@@ -28,13 +28,13 @@ namespace process = boost::process::v2;
 using core::concat;
 
 constexpr auto patience = std::chrono::seconds(15); // of a machine that has much to do
-constexpr std::size_t longest_answer = 4096;
+constexpr std::size_t max_answer_size = 4096;
 
 asio::awaitable<result<std::string>> read_all(asio::readable_pipe& output)
 {
     std::string text;
     std::array<char, 512> buffer;
-    while (text.size() < longest_answer) {
+    while (text.size() < max_answer_size) {
         auto const [error, size] =
             co_await output.async_read_some(asio::buffer(buffer), asio::as_tuple(asio::use_awaitable));
         if (error == asio::error::eof)

@@ -26,8 +26,8 @@ constexpr unsigned listen_state = 10;
 using PortsByInode = std::unordered_map<std::uint32_t, std::uint16_t>;
 
 // Of one look: see the header.
-constexpr std::size_t most_processes = 64;
-constexpr std::size_t most_files = 8192;
+constexpr std::size_t max_processes = 64;
+constexpr std::size_t max_files = 8192;
 
 /// A question for sockets that listen, with a condition on their port: a program for the kernel, whose
 /// instructions have the size of a word, an argument in the word after them, and say how far to go on when
@@ -135,8 +135,8 @@ std::uint16_t listening_port(pid_t root, std::uint16_t first, std::uint16_t last
     auto const sockets = listening_sockets(first, last);
     if (sockets.empty()) // as it is until the simulator is ready
         return 0;
-    Budget files = most_files;
-    for (auto const process : process_tree(root, most_processes).processes)
+    Budget files = max_files;
+    for (auto const process : process_tree(root, max_processes).processes)
         if (auto const port = port_of(process, sockets, files); port != 0)
             return port;
     return 0;

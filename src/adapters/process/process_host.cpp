@@ -240,10 +240,10 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
     auto const here = std::filesystem::current_path(error); // the guard starts in the folder of the process
     spec.argv.front() = (here / spec.argv.front()).string();
     std::vector<std::string> arguments;
-    if (!spec.afterwards.empty()) {
+    if (!spec.cleanup_command.empty()) {
         arguments.emplace_back("--afterwards");
-        arguments.push_back(std::to_string(spec.afterwards.size()));
-        arguments.insert(arguments.end(), spec.afterwards.begin(), spec.afterwards.end());
+        arguments.push_back(std::to_string(spec.cleanup_command.size()));
+        arguments.insert(arguments.end(), spec.cleanup_command.begin(), spec.cleanup_command.end());
     }
     if (spec.set_user_id)
         arguments.emplace_back("--set-user-id");

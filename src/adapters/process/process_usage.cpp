@@ -43,12 +43,12 @@ Ticks read_process(pid_t process)
 
 } // namespace
 
-ProcessUsage process_usage(pid_t root, std::size_t most_processes)
+ProcessUsage process_usage(pid_t root, std::size_t max_processes)
 {
     static long const ticks_per_second = ::sysconf(_SC_CLK_TCK);
     static long const page_size = ::sysconf(_SC_PAGESIZE);
     Ticks total;
-    auto const tree = process_tree(root, most_processes);
+    auto const tree = process_tree(root, max_processes);
     for (auto const process : tree.processes) {
         auto const ticks = read_process(process);
         total.processor += ticks.processor;

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 using adapters::FileDescriptor;
 using core::concat;
 
-constexpr std::uint64_t largest_file = std::uint64_t{64} << 20;
+constexpr std::uint64_t max_file_size = std::uint64_t{64} << 20;
 
 /// The folder of a file below `root`, and the file's own name.
 struct Place
@@ -45,9 +45,9 @@ result<std::optional<std::string>> read_text(fs::path const& root, std::string c
     if (!place || ::fstatat(place->folder.get(), place->name.c_str(), &status, AT_SYMLINK_NOFOLLOW) != 0 ||
         !S_ISREG(status.st_mode))
         return std::optional<std::string>();
-    if (static_cast<std::uint64_t>(status.st_size) > largest_file)
+    if (static_cast<std::uint64_t>(status.st_size) > max_file_size)
         return Failure(errc::too_large, concat(file, " of the project is larger than 64 MiB."));
-    auto text = adapters::read_file(place->folder.get(), place->name.c_str(), largest_file);
+    auto text = adapters::read_file(place->folder.get(), place->name.c_str(), max_file_size);
     if (!text)
         return text.error();
     return std::optional<std::string>(std::move(*text));

@@ -29,7 +29,7 @@ using core::concat;
 
 constexpr std::size_t threads = 4; // for work on this machine, and as many for each website
 constexpr mode_t runnable = 0775;
-constexpr std::size_t longest_key = 4096;
+constexpr std::size_t max_key_length = 4096;
 constexpr std::uint64_t memory_of_download = std::uint64_t{2} << 20; // buffers of libcurl and libarchive
 
 /// The key for a host, which is a safe file name; empty when there is none.
@@ -40,7 +40,7 @@ result<std::string> read_key(fs::path const& keys, std::string const& host)
     if (!fs::is_regular_file(path, failed)) // a pipe would block us
         return std::string();
     std::ifstream file(path, std::ios::binary);
-    std::string text(longest_key, '\0');
+    std::string text(max_key_length, '\0');
     if (!file.read(text.data(), static_cast<std::streamsize>(text.size())) && !file.eof())
         return Failure(errc::refused, concat("Unknown host: ", host,
                                              ". This server can't read the key that it has for it."));
@@ -64,10 +64,10 @@ result<> make_runnable(fs::path const& root)
 }
 
 /// One project being made.
-class Making
+class WebsiteFetch
 {
 public:
-    Making(adapters::CurlHttp& http, WebsiteSourceParams const& params, core::WebsitePlan const& plan,
+    WebsiteFetch(adapters::CurlHttp& http, WebsiteSourceParams const& params, core::WebsitePlan const& plan,
            FetchOrder const& order, std::atomic<bool> const& aborted)
         : http_(http), params_(params), plan_(plan), order_(order), project_(*order.website),
           aborted_(aborted), deadline_(std::chrono::steady_clock::now() + order.limits.timeout),
@@ -221,7 +221,7 @@ public:
         auto& pool = plan->download ? pool_of(host) : local_;
         auto work = [this, order = std::move(order),
                      plan = std::move(*plan)](std::atomic<bool> const& aborted) {
-            return Making(http_, params_, plan, order, aborted).run();
+            return WebsiteFetch(http_, params_, plan, order, aborted).run();
         };
         co_return co_await pool.run_abortable(std::move(work));
     }

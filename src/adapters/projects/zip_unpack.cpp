@@ -90,7 +90,7 @@ public:
     Unpacker(archive* reader, int root, UnpackLimits const& limits, std::uint64_t archive_bytes,
              std::atomic<bool> const& aborted)
         : reader_(reader), walk_(root), limits_(limits),
-          most_bytes_(std::min(limits.bytes, std::max(limits.free_growth, limits.growth * archive_bytes))),
+          max_bytes_(std::min(limits.bytes, std::max(limits.free_growth, limits.growth * archive_bytes))),
           aborted_(aborted)
     {}
 
@@ -144,7 +144,7 @@ private:
         if (!method.ends_with("(deflation)") && !method.ends_with("(uncompressed)"))
             return refuse("a file with an unusual compression", path);
         if (archive_entry_size_is_set(entry) &&
-            bytes_ + static_cast<std::uint64_t>(archive_entry_size(entry)) > most_bytes_)
+            bytes_ + static_cast<std::uint64_t>(archive_entry_size(entry)) > max_bytes_)
             return too_large();
         return {};
     }
@@ -164,9 +164,9 @@ private:
 
     Failure too_large() const
     {
-        if (most_bytes_ < limits_.bytes)
+        if (max_bytes_ < limits_.bytes)
             return {errc::too_large, concat("The project's archive grows to more than ",
-                                            std::to_string(most_bytes_ >> 20), " MB, which is suspicious.")};
+                                            std::to_string(max_bytes_ >> 20), " MB, which is suspicious.")};
         return {errc::too_large,
                 concat("The project is larger than ", std::to_string(limits_.bytes >> 20), " MB.")};
     }
@@ -218,7 +218,7 @@ private:
             if (count < 0)
                 return bad_zip(reader_);
             bytes_ += static_cast<std::uint64_t>(count);
-            if (bytes_ > most_bytes_)
+            if (bytes_ > max_bytes_)
                 return too_large();
             if (aborted_.load(std::memory_order_relaxed))
                 return Failure(boost::asio::error::operation_aborted);
@@ -240,7 +240,7 @@ private:
     archive* reader_;
     FolderWalk walk_;
     UnpackLimits limits_;
-    std::uint64_t most_bytes_;
+    std::uint64_t max_bytes_;
     std::atomic<bool> const& aborted_;
     std::uint32_t entries_ = 0;
     std::uint64_t bytes_ = 0;
@@ -265,9 +265,9 @@ result<> unpack_zip(int file, int root, UnpackLimits const& limits, std::atomic<
 
     // A reader takes the list of all entries into memory, and several times as much as the list is long.
     constexpr std::uint64_t growth = 8;
-    constexpr std::uint64_t most_of_list = std::uint64_t{24} << 20;
+    constexpr std::uint64_t max_list_memory = std::uint64_t{24} << 20;
     FetchBytes list;
-    list.memory = std::min(growth * size, most_of_list);
+    list.memory = std::min(growth * size, max_list_memory);
     if (limits.share)
         if (auto const taken = limits.share->take(list); !taken)
             return taken;

@@ -1,7 +1,7 @@
 // Threads for work that blocks: files and libraries that wait.
 #pragma once
 
-#include "errand.hpp"
+#include "offloaded_task.hpp"
 
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/async_result.hpp>
@@ -137,7 +137,7 @@ private:
                     std::move(handler)(std::move(outcome));
                 });
             };
-            send_on_errand(threads_, home_, std::move(work_), std::move(done));
+            offload(threads_, home_, std::move(work_), std::move(done));
         }
 
     private:

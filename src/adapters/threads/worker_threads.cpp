@@ -1,13 +1,13 @@
 #include "worker_threads.hpp"
 
-#include "step_back.hpp"
+#include "lower_thread_priority.hpp"
 
 #include <exception>
 
 namespace webots_cloud::adapters {
 
 WorkerThreads::WorkerThreads(std::size_t threads, Priority priority)
-    : priority_(priority), jobs_(threads), most_(threads)
+    : priority_(priority), jobs_(threads), max_(threads)
 {
     ::sem_init(&waiting_, 0, 0);
     try {
@@ -40,7 +40,7 @@ void WorkerThreads::enqueue(Job* job)
 void WorkerThreads::start_another()
 {
     std::lock_guard const lock(starting_);
-    if (threads_.size() >= most_)
+    if (threads_.size() >= max_)
         return;
     ++idle_;
     try {
@@ -71,7 +71,7 @@ void WorkerThreads::join()
 void WorkerThreads::work()
 {
     if (priority_ == Priority::background)
-        step_back();
+        lower_thread_priority();
     for (;;) {
         while (::sem_wait(&waiting_) != 0) { // interrupted by a signal
         }

@@ -29,7 +29,7 @@ public:
     enum class Priority
     {
         normal,
-        background ///< See step_back().
+        background ///< See lower_thread_priority().
     };
 
     class Job
@@ -82,7 +82,7 @@ private:
     std::atomic<bool> stopping_ = false;
     std::atomic<std::size_t> idle_ = 0; ///< Threads without a job.
     std::mutex starting_;               ///< Of what follows; nobody who posts takes it.
-    std::size_t most_;
+    std::size_t max_;
     std::vector<std::thread> threads_;
 };
 

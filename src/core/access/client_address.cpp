@@ -10,7 +10,7 @@ namespace webots_cloud::core {
 namespace {
 
 // Proxies in a row. Only trusted ones can write a longer chain: what their clients claim is never read.
-constexpr int most_hops = 32;
+constexpr int max_hops = 32;
 
 /// The text between quotes, without them; other text as it is.
 std::string_view unquote(std::string_view text) noexcept
@@ -86,7 +86,7 @@ private:
         if (address)
             client_ = address;
         ++hops_;
-        done_ = !address || !proxies_.contains(*address) || hops_ == most_hops;
+        done_ = !address || !proxies_.contains(*address) || hops_ == max_hops;
     }
 
     IpNetworks const& proxies_;

@@ -21,7 +21,7 @@ class ClientLimit
 
 public:
     /// 0: no limit.
-    explicit ClientLimit(std::size_t most = 0) : most_(most) {}
+    explicit ClientLimit(std::size_t most = 0) : max_(most) {}
     ClientLimit(ClientLimit const&) = delete;
     ClientLimit& operator=(ClientLimit const&) = delete;
 
@@ -74,17 +74,17 @@ public:
             return Verdict::admitted;
         }
         auto& entry = *entries_.try_emplace(key).first;
-        if (most_ > 0 && entry.second.held >= most_)
+        if (max_ > 0 && entry.second.held >= max_)
             return std::exchange(entry.second.told, true) ? Verdict::refused : Verdict::refused_first;
         ++entry.second.held;
         ticket = Ticket(*this, entry);
         return Verdict::admitted;
     }
 
-    std::size_t most() const noexcept { return most_; }
+    std::size_t most() const noexcept { return max_; }
 
     /// Who has more keeps it.
-    void set_most(std::size_t most) noexcept { most_ = most; }
+    void set_most(std::size_t most) noexcept { max_ = most; }
 
     /// Clients that have something.
     std::size_t clients() const noexcept { return entries_.size(); }
@@ -97,7 +97,7 @@ private:
             entries_.erase(found);
     }
 
-    std::size_t most_;
+    std::size_t max_;
     Entries entries_; // whose elements stay where they are
 };
 

@@ -25,8 +25,8 @@ public:
     TokenBuckets() = default; ///< Refuses nobody.
 
     /// Either 0: refuses nobody.
-    TokenBuckets(std::size_t burst, double a_second, std::size_t most_clients = 10'000)
-        : most_clients_(std::max<std::size_t>(1, most_clients))
+    TokenBuckets(std::size_t burst, double a_second, std::size_t max_clients = 10'000)
+        : max_clients_(std::max<std::size_t>(1, max_clients))
     {
         if (burst == 0 || a_second <= 0)
             return;
@@ -49,7 +49,7 @@ public:
             return Verdict::taken;
         auto found = buckets_.find(key);
         if (found == buckets_.end()) {
-            if (buckets_.size() >= most_clients_)
+            if (buckets_.size() >= max_clients_)
                 make_room(now);
             found = buckets_.try_emplace(std::string(key)).first;
         }
@@ -92,7 +92,7 @@ private:
     void make_room(TimePoint now)
     {
         std::erase_if(buckets_, [now](auto const& entry) { return entry.second.full_at <= now; });
-        if (buckets_.size() <= most_clients_ / 2)
+        if (buckets_.size() <= max_clients_ / 2)
             return;
         std::vector<TimePoint> times;
         times.reserve(buckets_.size());
@@ -103,7 +103,7 @@ private:
         std::erase_if(buckets_, [time = *middle](auto const& entry) { return entry.second.full_at <= time; });
     }
 
-    std::size_t most_clients_ = 1;
+    std::size_t max_clients_ = 1;
     Duration interval_{};
     Duration capacity_{};
     std::unordered_map<std::string, Bucket, Hash, std::equal_to<>> buckets_;

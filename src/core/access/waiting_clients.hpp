@@ -15,8 +15,8 @@ namespace webots_cloud::core {
 class WaitingClients
 {
 public:
-    WaitingClients(std::size_t most, std::size_t most_of_a_client)
-        : most_(most), most_of_a_client_(most_of_a_client)
+    WaitingClients(std::size_t most, std::size_t max_per_client)
+        : max_(most), max_per_client_(max_per_client)
     {}
 
     /// Adds `id`, which must be higher than all before. Who must go for it, if anybody: the first of the same
@@ -27,12 +27,12 @@ public:
         auto victim = waiting_.begin();
         for (auto one = waiting_.rbegin(); one != waiting_.rend() && !quota_key.empty(); ++one) {
             own += one->second == quota_key ? 1 : 0;
-            if (own > most_of_a_client_) {
+            if (own > max_per_client_) {
                 victim = std::prev(one.base());
                 break;
             }
         }
-        bool const is_full = own > most_of_a_client_ || waiting_.size() >= most_;
+        bool const is_full = own > max_per_client_ || waiting_.size() >= max_;
         std::optional<std::uint64_t> gone;
         if (is_full && victim != waiting_.end()) {
             gone = victim->first;
@@ -48,8 +48,8 @@ public:
     std::size_t size() const noexcept { return waiting_.size(); }
 
 private:
-    std::size_t most_;
-    std::size_t most_of_a_client_;
+    std::size_t max_;
+    std::size_t max_per_client_;
     std::map<std::uint64_t, std::string>
         waiting_; // some hundreds: to look at all of them costs a microsecond
 };

@@ -24,14 +24,14 @@ using core::ConfigReader;
 
 namespace fs = std::filesystem;
 
-constexpr double longest_seconds = 10'000'000;
-constexpr int highest_port = 65535;
+constexpr double max_seconds = 10'000'000;
+constexpr int max_port = 65535;
 constexpr int editor_distance = 500; ///< From the port of a simulation in a container to that of its editor.
 
 void read_seconds(ConfigReader& reader, std::string_view key, Duration& value, double least)
 {
     double seconds = std::chrono::duration<double>(value).count();
-    reader.read_number(key, seconds, least, longest_seconds);
+    reader.read_number(key, seconds, least, max_seconds);
     value = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seconds));
 }
 
@@ -310,7 +310,7 @@ void read_notify(ConfigReader& reader, std::vector<std::string>& registries)
 /// Simulations have the ports after the server's, and in containers editors those 500 above them.
 void limit_connections(SimulationConfig& config, fs::path const& origin, std::vector<std::string>& warnings)
 {
-    int const room = (config.docker ? highest_port - editor_distance : highest_port) - config.port;
+    int const room = (config.docker ? max_port - editor_distance : max_port) - config.port;
     if (config.max_connections <= room)
         return;
     warnings.push_back(concat(origin.string(), ": key \"maxConnections\": only ", std::to_string(room),
@@ -428,16 +428,16 @@ void read_simulator_environment(ConfigReader& reader, SimulationConfig& config)
 /// They quote the configuration and name its file, and are printed on terminals.
 void make_printable(std::vector<std::string>& warnings)
 {
-    constexpr std::size_t longest_warning = 4096;
+    constexpr std::size_t max_warning_length = 4096;
     for (auto& warning : warnings)
-        warning = core::printable(warning, longest_warning);
+        warning = core::printable(warning, max_warning_length);
 }
 
 void read_fetch_budget(ConfigReader& reader, SimulationConfig& config)
 {
-    constexpr double least_megabytes = 192; // less, and not even a small project could be fetched
+    constexpr double min_megabytes = 192; // less, and not even a small project could be fetched
     double megabytes = static_cast<double>(config.fetch_memory >> 20);
-    reader.read_number("fetchMemory", megabytes, least_megabytes, 1'000'000);
+    reader.read_number("fetchMemory", megabytes, min_megabytes, 1'000'000);
     config.fetch_memory = static_cast<std::uint64_t>(megabytes * (1 << 20));
     double gigabytes = static_cast<double>(config.fetch_disk >> 30);
     reader.read_number("fetchDisk", gigabytes, 0.1, 100'000);
@@ -509,7 +509,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     reader->read("ssl", config.ssl);
     reader->read("docker", config.docker);
     // Simulations have the ports after it, and their editors those 500 above.
-    read_port(*reader, config.port, highest_port - 1 - (config.docker ? editor_distance : 0));
+    read_port(*reader, config.port, max_port - 1 - (config.docker ? editor_distance : 0));
     reader->read("portRewrite", config.port_rewrite);
     read_network(*reader, config.network);
     read_access(*reader, config.access);

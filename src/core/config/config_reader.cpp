@@ -14,9 +14,9 @@ namespace {
 
 namespace json = boost::json;
 
-constexpr std::size_t longest_key = 60;
-constexpr std::size_t longest_path = 1024;
-constexpr std::size_t most_unknown = 10; // keys that a failure names
+constexpr std::size_t max_key_length = 60;
+constexpr std::size_t max_path_length = 1024;
+constexpr std::size_t max_unknown = 10; // keys that a failure names
 
 /// "line 3, column 7" of a position in a text.
 std::string position(std::string_view text, std::size_t at)
@@ -66,8 +66,8 @@ std::string entry_of(std::string_view key, std::size_t number)
 
 std::string unknown_key(std::string_view name, std::vector<std::string_view> const& known)
 {
-    auto sentence = concat("unknown key \"", printable(name, longest_key), "\" is ignored");
-    if (auto const near = nearest(name.substr(0, longest_key), known); !near.empty())
+    auto sentence = concat("unknown key \"", printable(name, max_key_length), "\" is ignored");
+    if (auto const near = nearest(name.substr(0, max_key_length), known); !near.empty())
         sentence += concat("; did you mean \"", near, "\"?");
     return sentence;
 }
@@ -76,7 +76,7 @@ std::string unknown_key(std::string_view name, std::vector<std::string_view> con
 
 result<ConfigReader> ConfigReader::parse(std::string_view text, std::filesystem::path const& origin)
 {
-    ConfigReader reader(printable(origin.string(), longest_path));
+    ConfigReader reader(printable(origin.string(), max_path_length));
     json::stream_parser parser;
     boost::system::error_code error;
     auto const used = parser.write_some(text.data(), text.size(), error);
@@ -255,10 +255,10 @@ std::optional<Failure> ConfigReader::failure() const
         return failure_;
     auto sentence = failure_->message(); // the missing key may be there under a wrong name
     auto const others = unknown();
-    for (std::size_t i = 0; i < std::min(others.size(), most_unknown); ++i)
+    for (std::size_t i = 0; i < std::min(others.size(), max_unknown); ++i)
         sentence += concat("; ", others[i]);
-    if (others.size() > most_unknown)
-        sentence += concat("; and ", std::to_string(others.size() - most_unknown), " more unknown keys");
+    if (others.size() > max_unknown)
+        sentence += concat("; and ", std::to_string(others.size() - max_unknown), " more unknown keys");
     return Failure(errc::invalid_config, std::move(sentence));
 }
 

@@ -4,20 +4,20 @@
 
 namespace webots_cloud::core {
 
-std::vector<StateFolder> state_folders(StateSurroundings const& surroundings)
+std::vector<StateFolder> state_folders(StateFolderContext const& context)
 {
     namespace fs = std::filesystem;
-    if (!surroundings.configured.empty())
-        return {StateFolder(surroundings.configured, true)};
-    auto const colon = surroundings.state_directory.find(':');
-    if (fs::path const first = surroundings.state_directory.substr(0, colon); first.is_absolute())
+    if (!context.configured.empty())
+        return {StateFolder(context.configured, true)};
+    auto const colon = context.state_directory.find(':');
+    if (fs::path const first = context.state_directory.substr(0, colon); first.is_absolute())
         return {StateFolder(first, true)};
     std::vector<StateFolder> folders;
-    if (fs::path const xdg = surroundings.xdg_state_home; xdg.is_absolute())
+    if (fs::path const xdg = context.xdg_state_home; xdg.is_absolute())
         folders.emplace_back(xdg / "webots_cloud", false);
-    else if (fs::path const home = surroundings.home; home.is_absolute())
+    else if (fs::path const home = context.home; home.is_absolute())
         folders.emplace_back(home / ".local" / "state" / "webots_cloud", false);
-    folders.emplace_back(surroundings.temporary / concat("webots-", std::to_string(surroundings.user)),
+    folders.emplace_back(context.temporary / concat("webots-", std::to_string(context.user)),
                          false);
     return folders;
 }

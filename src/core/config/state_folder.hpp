@@ -23,7 +23,7 @@ struct StateFolder
 };
 
 /// What the choice depends on; empty: not set.
-struct StateSurroundings
+struct StateFolderContext
 {
     std::filesystem::path configured; ///< `stateDir`, absolute.
     std::string state_directory; ///< `STATE_DIRECTORY`, which systemd sets: folders with colons between them.
@@ -35,6 +35,6 @@ struct StateSurroundings
 
 /// The folders to try, the best first: what the operator or systemd names, alone; or else one in the home
 /// folder, and where that is not to be had one among the temporary files.
-std::vector<StateFolder> state_folders(StateSurroundings const& surroundings);
+std::vector<StateFolder> state_folders(StateFolderContext const& context);
 
 } // namespace webots_cloud::core

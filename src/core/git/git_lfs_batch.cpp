@@ -17,10 +17,10 @@ namespace {
 namespace json = boost::json;
 using Downloads = std::vector<LfsDownload>;
 
-constexpr std::size_t longest_address = 8192;
-constexpr std::size_t most_headers = 32;
-constexpr std::size_t most_header_bytes = 16 * 1024;
-constexpr std::size_t longest_words = 160;
+constexpr std::size_t max_address_length = 8192;
+constexpr std::size_t max_headers = 32;
+constexpr std::size_t max_header_bytes = 16 * 1024;
+constexpr std::size_t max_words_length = 160;
 
 Failure malformed(std::string_view what)
 {
@@ -75,7 +75,7 @@ result<std::vector<std::string>> read_headers(json::object const& headers)
             continue;
         lines.push_back(concat(key, ": ", std::string_view(*text)));
         bytes += lines.back().size();
-        if (lines.size() > most_headers || bytes > most_header_bytes)
+        if (lines.size() > max_headers || bytes > max_header_bytes)
             return malformed("asks for too many headers");
     }
     return lines;
@@ -83,12 +83,12 @@ result<std::vector<std::string>> read_headers(json::object const& headers)
 
 void read_error(json::object const& error, LfsDownload& download)
 {
-    constexpr int longest_status = 999;
+    constexpr int max_status_length = 999;
     auto const* const code = error.if_contains("code");
     auto const* const number = code ? code->if_int64() : nullptr;
-    if (number && *number > 0 && *number <= longest_status)
+    if (number && *number > 0 && *number <= max_status_length)
         download.error = static_cast<int>(*number);
-    download.words = printable(trim(text_of(error, "message")), longest_words);
+    download.words = printable(trim(text_of(error, "message")), max_words_length);
 }
 
 result<LfsDownload> read_object(json::object const& object)
@@ -103,7 +103,7 @@ result<LfsDownload> read_object(json::object const& object)
     if (!action)
         return download;
     auto const address = text_of(*action, "href");
-    if (address.empty() || address.size() > longest_address || !is_printable(address))
+    if (address.empty() || address.size() > max_address_length || !is_printable(address))
         return malformed("sends an address that is none");
     if (auto const* const headers = object_of(*action, "header")) {
         auto lines = read_headers(*headers);

@@ -13,8 +13,8 @@
 
 namespace webots_cloud::core {
 
-constexpr std::size_t most_lfs_objects = 100;                     ///< That servers answer for at once.
-constexpr std::uint64_t most_lfs_answer = std::uint64_t{1} << 20; ///< Bytes; most take 1 kB for each object.
+constexpr std::size_t max_lfs_objects = 100;                     ///< That servers answer for at once.
+constexpr std::uint64_t max_lfs_answer = std::uint64_t{1} << 20; ///< Bytes; most take 1 kB for each object.
 
 /// What a server has said of one object.
 struct LfsDownload

@@ -71,7 +71,7 @@ std::optional<std::uint64_t> read_size(std::string_view digits)
 
 std::optional<LfsPointer> parse_lfs_pointer(std::string_view text)
 {
-    if (text.size() < shortest_lfs_pointer || text.size() > longest_lfs_pointer)
+    if (text.size() < shortest_lfs_pointer || text.size() > max_lfs_pointer_length)
         return std::nullopt;
     text = trim(text);
     auto line = take_line(text);

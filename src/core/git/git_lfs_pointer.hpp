@@ -9,7 +9,7 @@
 
 namespace webots_cloud::core {
 
-constexpr std::size_t longest_lfs_pointer = 1024;
+constexpr std::size_t max_lfs_pointer_length = 1024;
 constexpr std::size_t shortest_lfs_pointer = 100; ///< Its SHA-256 and the words around it are longer.
 
 /// The digest of a file of no bytes, which servers need not have.

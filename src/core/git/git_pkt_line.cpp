@@ -8,14 +8,14 @@ namespace webots_cloud::core {
 namespace {
 
 constexpr std::size_t header_size = 4;
-constexpr std::size_t longest_frame = 65520;
+constexpr std::size_t max_frame_size = 65520;
 
 } // namespace
 
 std::string pkt_line(std::string_view payload)
 {
     auto const length = payload.size() + header_size;
-    assert(length <= longest_frame);
+    assert(length <= max_frame_size);
     constexpr char digits[] = "0123456789abcdef";
     std::string frame;
     frame.reserve(length);
@@ -46,7 +46,7 @@ result<std::optional<PktLine>> PktLineDecoder::next()
         return std::optional<PktLine>();
     std::size_t length = 0;
     auto const [end, failed] = std::from_chars(rest.data(), rest.data() + header_size, length, 16);
-    if (failed != std::errc() || end != rest.data() + header_size || length == 3 || length > longest_frame)
+    if (failed != std::errc() || end != rest.data() + header_size || length == 3 || length > max_frame_size)
         return Failure(errc::protocol_error, "the git server sent a frame without a length");
     PktLine line;
     if (length < header_size) {

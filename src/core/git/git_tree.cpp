@@ -42,17 +42,17 @@ std::optional<GitObjectId> leading_id(std::string_view object, std::string_view 
 
 result<std::vector<GitTreeEntry>> parse_git_tree(std::string_view object)
 {
-    constexpr std::size_t most_entries = 100'000;
-    constexpr std::size_t longest_name = 4096; // of any file system
+    constexpr std::size_t max_entries = 100'000;
+    constexpr std::size_t max_name_length = 4096; // of any file system
     std::vector<GitTreeEntry> entries;
     while (!object.empty()) {
         auto const space = object.find(' ');
         auto const zero = object.find('\0');
         constexpr std::size_t id_size = sizeof(GitObjectId::bytes);
         if (space == std::string_view::npos || zero == std::string_view::npos || zero < space ||
-            object.size() - zero - 1 < id_size || zero - space > longest_name)
+            object.size() - zero - 1 < id_size || zero - space > max_name_length)
             return malformed("folder");
-        if (entries.size() == most_entries)
+        if (entries.size() == max_entries)
             return Failure(errc::too_large, "The repository has a folder with too many files.");
         auto const kind = kind_of_mode(object.substr(0, space));
         if (!kind)

@@ -15,7 +15,7 @@ namespace {
 namespace json = boost::json;
 
 // A float of Python has at most some 25 characters; what is longer is no load.
-constexpr std::size_t longest_number = 64;
+constexpr std::size_t max_number_length = 64;
 
 Failure nonsense(std::string_view body)
 {
@@ -27,7 +27,7 @@ std::optional<double> plain_number(std::string_view text)
 {
     double value = 0;
     auto const [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (text.size() > longest_number || error != std::errc() || end != text.data() + text.size())
+    if (text.size() > max_number_length || error != std::errc() || end != text.data() + text.size())
         return std::nullopt;
     return value;
 }

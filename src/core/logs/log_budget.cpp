@@ -7,8 +7,8 @@
 namespace webots_cloud::core {
 namespace {
 
-constexpr std::size_t longest_client = 64;
-constexpr std::size_t longest_example = 600;
+constexpr std::size_t max_client_length = 64;
+constexpr std::size_t max_example_length = 600;
 constexpr std::size_t line_overhead = 40; // time, level, and the end of the line
 
 } // namespace
@@ -18,7 +18,7 @@ void LogBudget::Omitted::add(TimePoint now, LogLevel line_level, std::string_vie
     if (count++ == 0)
         since = now;
     level = std::max(level, line_level);
-    example = line.substr(0, longest_example);
+    example = line.substr(0, max_example_length);
 }
 
 void LogBudget::Omitted::add(Omitted const& others)
@@ -33,7 +33,7 @@ LogBudget::Line LogBudget::Omitted::tell(TimePoint now) const
 {
     auto const seconds = std::chrono::ceil<std::chrono::seconds>(now - since).count();
     auto const more = count - 1;
-    auto line = printable(example, 2 * longest_example); // a character may have been cut
+    auto line = printable(example, 2 * max_example_length); // a character may have been cut
     if (more > 0)
         line += concat(" (", std::to_string(more), " more like this in the last ",
                        std::to_string(std::max<std::int64_t>(1, seconds)), " s)");
@@ -78,13 +78,13 @@ LogBudget::Client* LogBudget::find(TimePoint now, LogCause const& cause)
 {
     if (cause.client.empty())
         return nullptr;
-    auto key = concat(cause.topic, " ", cause.client.substr(0, longest_client));
+    auto key = concat(cause.topic, " ", cause.client.substr(0, max_client_length));
     if (auto const known = by_key_.find(key); known != by_key_.end())
         return &*known->second;
     // Without anything to tell its minute need not be summed up.
     while (!clients_.empty() && clients_.front().ends <= now && clients_.front().omitted.count == 0)
         forget(clients_.begin());
-    if (clients_.size() >= most_clients)
+    if (clients_.size() >= max_clients)
         return nullptr;
     auto& client = clients_.emplace_back();
     client.key = key;

@@ -29,7 +29,7 @@ class LogBudget
 public:
     static constexpr Duration window = std::chrono::seconds(60);
     static constexpr int lines_of_a_client = 10;
-    static constexpr std::size_t most_clients = 1000;
+    static constexpr std::size_t max_clients = 1000;
 
     /// A line to be written.
     using Line = std::pair<LogLevel, std::string>;

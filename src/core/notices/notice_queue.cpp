@@ -49,11 +49,11 @@ void NoticeQueue::delivered(Attempt const& attempt)
 std::optional<Notice> NoticeQueue::failed(Attempt const& attempt, Failure const& failure, TimePoint now)
 {
     ++failures_;
-    next_ = now + delay_after(failures_, rule_.first_delay, rule_.longest_delay);
+    next_ = now + delay_after(failures_, rule_.first_delay, rule_.max_delay);
     if (attempt.number != first_)
         return std::nullopt; // it was dropped meanwhile
     refusals_ = failure == errc::refused ? refusals_ + 1 : 0;
-    if (refusals_ < rule_.most_refusals)
+    if (refusals_ < rule_.max_refusals)
         return std::nullopt;
     return pop();
 }

@@ -22,8 +22,8 @@ struct RetryRule
     RetryRule() = default;
 
     Duration first_delay = std::chrono::seconds(15);
-    Duration longest_delay = std::chrono::minutes(15);
-    int most_refusals = 6;    ///< Attempts at a notice that end with `refused`, before it is given up.
+    Duration max_delay = std::chrono::minutes(15);
+    int max_refusals = 6;    ///< Attempts at a notice that end with `refused`, before it is given up.
     std::size_t longest = 50; ///< Notices in the queue.
 };
 

@@ -8,8 +8,8 @@
 namespace webots_cloud::core {
 namespace {
 
-constexpr std::size_t longest_address = 200; // bytes: no line may come near the 998 that a mail allows
-constexpr std::size_t longest_summary = 2000;
+constexpr std::size_t max_address_length = 200; // bytes: no line may come near the 998 that a mail allows
+constexpr std::size_t max_summary_length = 2000;
 
 struct Words
 {
@@ -54,14 +54,14 @@ News::News(LoadEvent const& event, WallTime moment) : when(moment)
 {
     auto const text = words(event.transition);
     subject = text.subject;
-    sentence = concat(printable(event.server.address, longest_address), text.before_load);
+    sentence = concat(printable(event.server.address, max_address_length), text.before_load);
     if (event.transition != LoadTransition::not_responding)
         sentence += concat(python_float(event.server.report.load), text.after_load);
 }
 
 std::string monitor_url(bool ssl, std::string_view server, bool port_rewrite, std::uint16_t port)
 {
-    return concat(ssl ? "https://" : "http://", printable(server, longest_address), port_rewrite ? "/" : ":",
+    return concat(ssl ? "https://" : "http://", printable(server, max_address_length), port_rewrite ? "/" : ":",
                   std::to_string(port), "/monitor");
 }
 
@@ -88,7 +88,7 @@ Notice digest_notice(std::vector<News> const& news, std::size_t left_out, std::s
     }
     content += '\n';
     Notice notice(concat("Simulation servers: ", count, " changes"), letter(content, monitor));
-    notice.summary = printable(summary, longest_summary);
+    notice.summary = printable(summary, max_summary_length);
     notice.written = news.back().when;
     return notice;
 }

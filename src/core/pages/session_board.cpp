@@ -11,8 +11,8 @@ namespace {
 
 // A snapshot must fit into a browser's queue (256 KiB) with room to spare: of many servers fewer and coarser
 // points are sent.
-constexpr std::size_t most_points = 20'000;
-constexpr std::size_t most_precise_servers = 20;
+constexpr std::size_t max_points = 20'000;
+constexpr std::size_t max_precise_servers = 20;
 
 double seconds(Duration duration)
 {
@@ -144,8 +144,8 @@ void SessionBoard::append_row(std::string& text, SessionRow const& row) const
 
 std::string SessionBoard::snapshot() const
 {
-    std::size_t const each = rows_.empty() ? 0 : most_points / rows_.size();
-    int const decimals = rows_.size() > most_precise_servers ? 0 : 1;
+    std::size_t const each = rows_.empty() ? 0 : max_points / rows_.size();
+    int const decimals = rows_.size() > max_precise_servers ? 0 : 1;
     std::string text = "{";
     append_key(text, "now");
     append_number(text, seconds(wall_.time_since_epoch()), 3);

@@ -8,7 +8,7 @@
 namespace webots_cloud::core {
 namespace {
 
-constexpr std::size_t most_points = 600;
+constexpr std::size_t max_points = 600;
 constexpr std::size_t world_bytes = 200;
 
 double seconds(Duration duration)
@@ -101,7 +101,7 @@ std::string SimulationBoard::begin(std::vector<SimulationRow> const& rows, std::
     append_number(text, static_cast<double>(capacity), 0);
     append_key(text, "simulations");
     text += '[';
-    for (std::size_t i = 0; i < std::min(rows.size(), most_rows); ++i)
+    for (std::size_t i = 0; i < std::min(rows.size(), max_rows); ++i)
         append_row(text, rows[i]);
     return text + ']';
 }
@@ -118,7 +118,7 @@ std::string SimulationBoard::snapshot(std::vector<SimulationRow> const& rows, st
 {
     auto text = begin(rows, capacity);
     append_key(text, "spacing");
-    append_number(text, seconds(history_.line(0, most_points).spacing), 3);
+    append_number(text, seconds(history_.line(0, max_points).spacing), 3);
     append_key(text, "series");
     text += '[';
     for (std::size_t i = 0; i < MonitorSample::figures; ++i) {
@@ -126,7 +126,7 @@ std::string SimulationBoard::snapshot(std::vector<SimulationRow> const& rows, st
         append_key(text, "name");
         append_quoted(text, MonitorSample::names()[i]);
         append_key(text, "history");
-        append_numbers(text, history_.line(i, most_points).values, i < 2 ? 0 : i < 9 ? 1 : 3);
+        append_numbers(text, history_.line(i, max_points).values, i < 2 ? 0 : i < 9 ? 1 : 3);
         text += '}';
     }
     return text + "]}";

@@ -42,7 +42,7 @@ class SimulationBoard
 {
 public:
     /// Rows beyond these are counted only.
-    static constexpr std::size_t most_rows = 200;
+    static constexpr std::size_t max_rows = 200;
 
     SimulationBoard();
 

@@ -12,25 +12,25 @@ constexpr double high_pass = 120; // s
 constexpr double memory = 3600;   // s
 // In sessions² s; one that comes and stays leaves high_pass / 2 = 60 of them.
 constexpr double fleet_strength = 60;
-constexpr double least_strength = 10;
-constexpr double most_strength = 300;
+constexpr double min_strength = 10;
+constexpr double max_strength = 300;
 constexpr double variety = 30; // sessions² s: what one session more or less is worth, as sessions differ
 constexpr double enough_to_disagree = 120;
-constexpr double most_at_once =
+constexpr double max_at_once =
     5 * 64 * 64; // 64 sessions that come at once: no report teaches the fleet more
 
 constexpr int few = 4;
 constexpr double other_load = 5;      // percent
 constexpr double whole_strength = 10; // s
-constexpr double least_cost = 0.1;    // percent
-constexpr double longest_step = 30;   // s: a longer silence is no evidence of what happened in it
+constexpr double min_cost = 0.1;    // percent
+constexpr double max_step = 30;   // s: a longer silence is no evidence of what happened in it
 // The load does not show that unclaimed placements came where it rose by less than this part of what they
 // were expected to add, or by so few percent; and of fewer than half a session it shows nothing.
 constexpr double trace = 1.0 / 4;
 constexpr double noise = 1.5;
-constexpr double least_expected = 0.5;
+constexpr double min_expected = 0.5;
 
-constexpr double most_surprise = 16;  // one session in a thousand must not teach more than all others
+constexpr double max_surprise = 16;  // one session in a thousand must not teach more than all others
 constexpr double variety_memory = 50; // sessions
 
 constexpr double traffic_memory = 30; // s
@@ -46,7 +46,7 @@ void FleetCost::learn(Evidence const& sample, Evidence const& own, TimePoint now
 {
     double const fade = memory / (memory + std::max(0.0, Seconds(now - last_).count()));
     last_ = now;
-    double const part = std::min(1.0, most_at_once / std::max(sample.xx, 1.0));
+    double const part = std::min(1.0, max_at_once / std::max(sample.xx, 1.0));
     sum_.xx = sum_.xx * fade + part * sample.xx;
     sum_.xy = sum_.xy * fade + part * sample.xy;
     ratio_ = std::clamp((fleet_strength + sum_.xy) / (fleet_strength + sum_.xx), 0.01, 100.0);
@@ -54,7 +54,7 @@ void FleetCost::learn(Evidence const& sample, Evidence const& own, TimePoint now
         return;
     double const difference = std::clamp(own.xy / own.xx / ratio_ - 1, -1.0, 3.0);
     disagreement_ += (difference * difference - disagreement_) / 100;
-    strength_ = std::clamp(variety / disagreement_, least_strength, most_strength);
+    strength_ = std::clamp(variety / disagreement_, min_strength, max_strength);
 }
 
 bool FleetCost::is_taught() const noexcept
@@ -66,7 +66,7 @@ Evidence SessionCost::learn(double load, double sessions, Seconds since_last, bo
                             Doubt doubt) noexcept
 {
     double const step = since_last.count();
-    if (!primed_ || step <= 0 || step > longest_step) {
+    if (!primed_ || step <= 0 || step > max_step) {
         slow_load_ = load - mean_y_;
         slow_sessions_ = sessions - mean_x_;
         slow_unclaimed_ = doubt.unclaimed;
@@ -88,7 +88,7 @@ Evidence SessionCost::learn(double load, double sessions, Seconds since_last, bo
     double const dy = load - slow_load_ - mean_y_;
     double const limit = 2 * value_;
     bool const shown =
-        expected >= least_expected && dy >= std::max(noise, trace * value_ * (claimed + expected));
+        expected >= min_expected && dy >= std::max(noise, trace * value_ * (claimed + expected));
     double const dx = claimed + (shown ? expected : 0);
     shown_ = shown_ || shown;
     if (doubt.no_departures && dy < std::min(0.0, value_ * dx - limit))
@@ -128,12 +128,12 @@ void SessionCost::combine(double ratio, double strength) noexcept
 {
     double const slope =
         (strength * assumed_ * ratio + sum_.xy + whole_.xy) / (strength + sum_.xx + whole_.xx);
-    value_ = std::clamp(slope, std::min(least_cost, assumed_), 100.0);
+    value_ = std::clamp(slope, std::min(min_cost, assumed_), 100.0);
 }
 
 void SessionVariety::record(double square) noexcept
 {
-    square_ += (std::min(square, most_surprise) - square_) / variety_memory;
+    square_ += (std::min(square, max_surprise) - square_) / variety_memory;
     value_ = std::sqrt(square_);
 }
 

@@ -31,7 +31,7 @@ struct Record
     std::array<Entry, logged_machines> entries;
     std::size_t entry_count = 0;
 
-    std::array<std::size_t, PlacementSnapshot::most_lowest> lowest;
+    std::array<std::size_t, PlacementSnapshot::max_lowest> lowest;
     std::size_t lowest_count = 0;
     std::optional<std::size_t> least_committed;
     std::optional<std::size_t> least_reported;

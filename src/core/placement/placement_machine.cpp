@@ -19,11 +19,11 @@ constexpr double memory_strength = 60;
 constexpr Duration departure_memory = seconds(240);
 /// In eighths of the placement timeout: a browser asks for its start a second or two after it was sent.
 constexpr std::size_t counted_lifetime = 3;
-constexpr std::int64_t most_arrivals = 1'000'000;
-constexpr std::uint32_t most_foreign = 100;
-constexpr int most_steps = 1'000'000;
+constexpr std::int64_t max_arrivals = 1'000'000;
+constexpr std::uint32_t max_foreign = 100;
+constexpr int max_steps = 1'000'000;
 /// The part of its room that a machine in its slow start has at first.
-constexpr double least_readiness = 0.1;
+constexpr double min_readiness = 0.1;
 /// The reference's rule knows no commitments, neither for choosing nor for refusing.
 constexpr std::string_view reports_only = "least_reported";
 
@@ -63,7 +63,7 @@ std::uint32_t rise_of(Counter const& before, Counter const& now, bool anew) noex
         return 0;
     std::int64_t const from = anew ? 0 : std::max<std::int64_t>(*before, 0);
     std::int64_t const rise = std::max<std::int64_t>(*now, 0) - from;
-    return static_cast<std::uint32_t>(std::clamp<std::int64_t>(rise, 0, most_arrivals));
+    return static_cast<std::uint32_t>(std::clamp<std::int64_t>(rise, 0, max_arrivals));
 }
 
 } // namespace
@@ -158,7 +158,7 @@ void Machine::confirm(int rise, bool restart, LoadReport const& report, Arrivals
     std::uint32_t const ours = reservations_.confirm(std::max(seen, counted), true, arrivals.confirmed);
     // Of the strangers only what sessions show, and no more than one machine can have: it says something
     // about the others.
-    arrivals.foreign = std::min(seen, most_foreign) - std::min(ours, std::min(seen, most_foreign));
+    arrivals.foreign = std::min(seen, max_foreign) - std::min(ours, std::min(seen, max_foreign));
 }
 
 /// Departures hide arrivals in the number of sessions, ends of starts hide them in the number of starts: the
@@ -195,7 +195,7 @@ void Machine::follow(double load, int more_visible, TimePoint now) noexcept
         steps_ = rise_ = 0;
     }
     if (more_visible != 0) {
-        steps_ = std::min(steps_ + std::abs(more_visible), most_steps);
+        steps_ = std::min(steps_ + std::abs(more_visible), max_steps);
         rise_ += more_visible;
         stepped_at_ = now;
         level_ += cost_.value() * more_visible;
@@ -274,7 +274,7 @@ double Machine::readiness(TimePoint now, SchedulerParams const& params) const no
     if (up_since_ == TimePoint::min() || params.slow_start <= Duration::zero())
         return 1;
     double const passed = Seconds(now - up_since_) / Seconds(params.slow_start);
-    return std::clamp(passed, least_readiness, 1.0);
+    return std::clamp(passed, min_readiness, 1.0);
 }
 
 /// By reports alone. What was placed and nobody has claimed decides between machines, but sends nobody away:

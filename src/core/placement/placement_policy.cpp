@@ -13,7 +13,7 @@ namespace {
 constexpr double negligible = 0.02;
 /// As many unseen sessions as the sixteen lowest machines show the water level for.
 constexpr double much = 8;
-constexpr double most_parts = 1 << 20;
+constexpr double max_parts = 1 << 20;
 
 /// Dahlin's interpretation of stale load: pour the sessions that others have probably placed unseen over the
 /// least loaded machines, as water finds its level, and be like one of them: go to a machine with the
@@ -25,15 +25,15 @@ std::size_t least_committed(PlacementSnapshot const& machines, RandomSource& ran
     if (unseen < negligible)
         return machines.least_committed();
     // In a fleet where much goes on, a random part of it where less goes on gives the same answer for less.
-    auto const parts = std::bit_ceil(static_cast<std::size_t>(std::min(1 + unseen / much, most_parts)));
+    auto const parts = std::bit_ceil(static_cast<std::size_t>(std::min(1 + unseen / much, max_parts)));
     unseen /= static_cast<double>(parts);
-    std::array<std::size_t, PlacementSnapshot::most_lowest> lowest;
+    std::array<std::size_t, PlacementSnapshot::max_lowest> lowest;
     std::size_t const found = machines.lowest(lowest, parts, random.uniform());
     if (found == 0)
         return machines.least_committed();
 
-    std::array<double, PlacementSnapshot::most_lowest> bottom;
-    std::array<double, PlacementSnapshot::most_lowest> width; // sessions per percent of score
+    std::array<double, PlacementSnapshot::max_lowest> bottom;
+    std::array<double, PlacementSnapshot::max_lowest> width; // sessions per percent of score
     double level = 0;
     double widths = 0;
     double volume = unseen;

@@ -48,8 +48,8 @@ std::string ProjectRef::clone_url() const
 
 result<std::string> forge_of(std::string_view url, std::vector<std::string> const& forges)
 {
-    constexpr std::size_t longest_url = 2048;
-    if (url.size() > longest_url)
+    constexpr std::size_t max_url_length = 2048;
+    if (url.size() > max_url_length)
         return Failure(errc::invalid_url, "Wrong Webots simulation URL: longer than 2048 characters");
     auto const forge = std::find_if(forges.begin(), forges.end(), [&](std::string const& base) {
         return url.size() > base.size() && url.starts_with(base) && url[base.size()] == '/';

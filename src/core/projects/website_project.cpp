@@ -11,10 +11,10 @@ namespace {
 
 using core::concat;
 
-constexpr std::size_t fewest_elements = 3;
-constexpr std::size_t most_elements = 9;
-constexpr std::size_t longest_origin = 300;
-constexpr std::size_t longest_path = 1024;
+constexpr std::size_t min_elements = 3;
+constexpr std::size_t max_elements = 9;
+constexpr std::size_t max_origin_length = 300;
+constexpr std::size_t max_path_length = 1024;
 
 char lower(char c) noexcept
 {
@@ -58,14 +58,14 @@ bool is_origin(std::string_view origin)
 {
     auto const authority = without_scheme(origin);
     auto const colon = authority.find(':');
-    return origin.size() <= longest_origin && is_host(authority.substr(0, colon)) &&
+    return origin.size() <= max_origin_length && is_host(authority.substr(0, colon)) &&
            (colon == std::string_view::npos || is_port(authority.substr(colon + 1)));
 }
 
 bool is_folder(std::string_view path)
 {
     auto const parts = core::split(path, '/');
-    return path.size() <= longest_path && std::all_of(parts.begin(), parts.end(), core::is_safe_file_name);
+    return path.size() <= max_path_length && std::all_of(parts.begin(), parts.end(), core::is_safe_file_name);
 }
 
 bool is_world(std::string_view file)
@@ -99,11 +99,11 @@ std::string WebsiteProject::url() const
 
 result<WebsiteProject> parse_init(std::vector<std::string> const& elements)
 {
-    if (elements.size() < fewest_elements || elements.size() > most_elements)
+    if (elements.size() < min_elements || elements.size() > max_elements)
         return Failure(errc::invalid_url, concat("\"init\" must have three to nine elements, not ",
                                                  std::to_string(elements.size())));
     WebsiteProject project;
-    std::array<std::string*, most_elements> const members{
+    std::array<std::string*, max_elements> const members{
         &project.origin,   &project.project,    &project.world,
         &project.user1_id, &project.user1_name, &project.user1_authentication,
         &project.user2_id, &project.user2_name, &project.custom_data};

@@ -14,7 +14,7 @@ constexpr std::string_view locator_signature("PK\6\7", 4);
 constexpr std::size_t end_size = 22;
 constexpr std::size_t large_end_size = 56;
 constexpr std::size_t locator_size = 20;
-constexpr std::uint64_t longest_entry = 512; // on average: header, name and what else is noted of one
+constexpr std::uint64_t max_entry_size = 512; // on average: header, name and what else is noted of one
 
 std::uint64_t little_endian(std::string_view bytes, std::size_t count)
 {
@@ -98,7 +98,7 @@ result<End> find_end(std::string_view tail, End const& small, std::uint64_t befo
 
 } // namespace
 
-result<> check_zip_directory(std::string_view tail, std::uint64_t size, std::uint32_t most_entries)
+result<> check_zip_directory(std::string_view tail, std::uint64_t size, std::uint32_t max_entries)
 {
     End small;
     small.at =
@@ -115,9 +115,9 @@ result<> check_zip_directory(std::string_view tail, std::uint64_t size, std::uin
         return no_zip("it is one part of several");
     if (directory.length > before + end->at || directory.offset != before + end->at - directory.length)
         return no_zip("its list of files is not where it should be");
-    if (directory.entries > most_entries || directory.length > longest_entry * most_entries)
+    if (directory.entries > max_entries || directory.length > max_entry_size * max_entries)
         return Failure(errc::too_large,
-                       concat("The project has more than ", std::to_string(most_entries), " files."));
+                       concat("The project has more than ", std::to_string(max_entries), " files."));
     return {};
 }
 

@@ -17,8 +17,8 @@ inline constexpr std::size_t zip_tail = 56 + 20 + 22 + 65535;
 /// before it hands out the first entry.
 ///
 /// `tail`: the last `zip_tail` bytes of the file, or all of it; `size`: of the file.
-/// Errors: `protocol_error` (no zip), `too_large` (more than `most_entries`, or a list too long for them);
+/// Errors: `protocol_error` (no zip), `too_large` (more than `max_entries`, or a list too long for them);
 /// the detail is a sentence.
-result<> check_zip_directory(std::string_view tail, std::uint64_t size, std::uint32_t most_entries);
+result<> check_zip_directory(std::string_view tail, std::uint64_t size, std::uint32_t max_entries);
 
 } // namespace webots_cloud::core

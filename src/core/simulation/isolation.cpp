@@ -5,7 +5,7 @@
 namespace webots_cloud::core {
 namespace {
 
-constexpr std::size_t longest_reason = 200;
+constexpr std::size_t max_reason_length = 200;
 constexpr std::string_view remedy =
     ", until you allow user namespaces to the user of this server (docs/operations.md, \"Isolation\").";
 
@@ -17,12 +17,12 @@ result<Isolation> parse_isolation(std::string_view text)
     auto const colon = text.find(": ");
     Isolation isolation;
     if (colon != std::string_view::npos)
-        isolation.reason = printable(text.substr(colon + 2), longest_reason);
+        isolation.reason = printable(text.substr(colon + 2), max_reason_length);
     auto const words = split(text.substr(0, colon), ' ');
     auto const& first = words.front();
     if (first != "namespace" && first != "signals" && first != "none")
         return Failure(errc::protocol_error,
-                       concat("the guard of simulations says \"", printable(text, longest_reason),
+                       concat("the guard of simulations says \"", printable(text, max_reason_length),
                               "\", which means nothing"));
     isolation.pid_namespace = first == "namespace";
     isolation.signals = first == "signals";

@@ -8,7 +8,7 @@
 namespace webots_cloud::core {
 namespace {
 
-constexpr std::size_t longest_line = 400;
+constexpr std::size_t max_line_length = 400;
 
 /// What errors of Webots, Qt, the dynamic linker, Python, shells, Docker and compilers have in common.
 constexpr std::string_view signs[] = {"error",    "fatal",     "cannot",        "can't",   "could not",
@@ -29,7 +29,7 @@ bool speaks_of_an_error(std::string_view line)
 
 void LastWords::hear(std::string_view line)
 {
-    line = trim(line).substr(0, longest_line);
+    line = trim(line).substr(0, max_line_length);
     if (line.empty())
         return;
     bool const is_error = speaks_of_an_error(line);

@@ -16,7 +16,7 @@ constexpr auto notice_interval = std::chrono::minutes(1);
 void OutputBudget::Allowance::fill(TimePoint now)
 {
     auto const passed = std::chrono::duration<double>(now - filled_).count();
-    left_ = std::min(most_, left_ + std::max(0.0, passed) * a_second_);
+    left_ = std::min(max_, left_ + std::max(0.0, passed) * a_second_);
     filled_ = now;
 }
 

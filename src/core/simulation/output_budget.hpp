@@ -46,7 +46,7 @@ private:
     class Allowance
     {
     public:
-        Allowance(double most, double a_second) : most_(most), a_second_(a_second), left_(most) {}
+        Allowance(double most, double a_second) : max_(most), a_second_(a_second), left_(most) {}
 
         bool take(double amount, TimePoint now);
         /// May go below zero.
@@ -57,7 +57,7 @@ private:
     private:
         void fill(TimePoint now);
 
-        double most_;
+        double max_;
         double a_second_;
         double left_;
         TimePoint filled_;

@@ -81,9 +81,9 @@ constexpr auto secret_words = std::to_array<std::string_view>(
 constexpr auto secret_parts =
     std::to_array<std::string_view>({"AUTH", "KEY", "KEYS", "PASS", "PWD"}); // between underscores
 
-constexpr std::size_t longest_name = 256;
-constexpr std::size_t longest_value = 32 * 1024; // the kernel takes four times as much in one variable
-constexpr std::size_t most_listed = 20;
+constexpr std::size_t max_name_length = 256;
+constexpr std::size_t max_value_length = 32 * 1024; // the kernel takes four times as much in one variable
+constexpr std::size_t max_listed = 20;
 
 template<std::size_t Size>
 bool contains(Names<Size> const& names, std::string_view name)
@@ -166,7 +166,7 @@ bool is_name(std::string_view text)
     auto const is_letter = [](char c) {
         return c == '_' || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z');
     };
-    return !text.empty() && text.size() <= longest_name && is_letter(text.front()) &&
+    return !text.empty() && text.size() <= max_name_length && is_letter(text.front()) &&
            std::all_of(text.begin(), text.end(),
                        [&](char c) { return is_letter(c) || (c >= '0' && c <= '9'); });
 }
@@ -198,7 +198,7 @@ std::string listed(std::vector<std::string_view> names)
 {
     constexpr std::size_t longest = 60;
     std::sort(names.begin(), names.end());
-    auto const shown = std::min(names.size(), most_listed);
+    auto const shown = std::min(names.size(), max_listed);
     std::string text;
     for (std::size_t i = 0; i < shown; ++i)
         text += concat(i == 0 ? "" : ", ", printable(names[i], longest));
@@ -221,7 +221,7 @@ std::string_view wanted_instead(std::string_view entry)
         return "no variable that systemd gives to this server alone";
     if (name == "DISPLAY" && sets)
         return "no value for DISPLAY: the key \"display\" sets it";
-    if (entry.size() > longest_value)
+    if (entry.size() > max_value_length)
         return "at most 32768 characters";
     return {};
 }

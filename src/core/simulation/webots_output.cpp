@@ -21,7 +21,7 @@ OutputLine classify_output(std::string_view line) noexcept
 
 void LineSplitter::keep(std::string_view bytes)
 {
-    rest_.append(bytes.substr(0, longest_line - std::min(longest_line, rest_.size())));
+    rest_.append(bytes.substr(0, max_line_length - std::min(max_line_length, rest_.size())));
 }
 
 void LineSplitter::feed(std::string_view bytes, Sink const& sink)

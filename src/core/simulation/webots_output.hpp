@@ -25,7 +25,7 @@ class LineSplitter
 {
 public:
     /// What is longer is cut; the rest of the line is dropped.
-    static constexpr std::size_t longest_line = 16 * 1024;
+    static constexpr std::size_t max_line_length = 16 * 1024;
 
     using Sink = std::function<void(std::string_view line)>;
 

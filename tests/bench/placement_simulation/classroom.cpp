@@ -34,7 +34,7 @@ public:
         std::vector<ServerSpec> specs;
         for (std::size_t machine = 0; machine != room.machines; ++machine) {
             specs.emplace_back(std::to_string(machine));
-            machines_[machine].base = random_.uniform(0, room.most_base_load);
+            machines_[machine].base = random_.uniform(0, room.max_base_load);
             machines_[machine].next_report =
                 first_report + random_.uniform(-2 * room.report_every, -room.report_every);
         }

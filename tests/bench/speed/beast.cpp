@@ -54,7 +54,7 @@ asio::awaitable<void> answer(beast::tcp_stream stream)
 
 /// As little memory as Beast can do with: a socket without timer, no compression, nothing received into but
 /// one byte.
-asio::awaitable<void> converse(tcp::socket socket)
+asio::awaitable<void> serve_websocket(tcp::socket socket)
 {
     beast::websocket::stream<tcp::socket, false> stream(std::move(socket));
     stream.auto_fragment(false);
@@ -80,7 +80,7 @@ asio::awaitable<void> listen(tcp::endpoint endpoint, bool websockets)
         boost::system::error_code ignored;
         socket.set_option(tcp::no_delay(true), ignored);
         if (websockets)
-            asio::co_spawn(executor, converse(std::move(socket)), asio::detached);
+            asio::co_spawn(executor, serve_websocket(std::move(socket)), asio::detached);
         else
             asio::co_spawn(executor, answer(beast::tcp_stream(std::move(socket))), asio::detached);
     }

@@ -65,11 +65,11 @@ public:
     Answer respond(IncomingRequest const& request) override
     {
         if (request.upgrade)
-            return Converse();
+            return AcceptWebSocket();
         return HttpResponse(200, {}, {});
     }
 
-    boost::asio::awaitable<void> converse(ChannelInfo, Channel&) override { co_return; }
+    boost::asio::awaitable<void> serve_websocket(ChannelInfo, Channel&) override { co_return; }
 };
 
 using Headers = std::vector<std::pair<std::string_view, std::string_view>>;

@@ -18,7 +18,7 @@ class Greeter final : public Endpoint
 public:
     Answer respond(IncomingRequest const&) override { return HttpResponse(200, "text/plain", "hello"); }
 
-    asio::awaitable<void> converse(ChannelInfo, Channel&) override { co_return; }
+    asio::awaitable<void> serve_websocket(ChannelInfo, Channel&) override { co_return; }
 };
 
 asio::awaitable<result<>> ask(HttpClient& http, std::uint16_t port)

@@ -20,13 +20,13 @@ public:
         ++requests;
         by_operator = request.is_operator;
         if (request.upgrade)
-            return Converse();
+            return AcceptWebSocket();
         HttpResponse response(200, "text/html", "here");
         response.fixed_headers = fixed_headers;
         return response;
     }
 
-    boost::asio::awaitable<void> converse(ChannelInfo, Channel&) override { co_return; }
+    boost::asio::awaitable<void> serve_websocket(ChannelInfo, Channel&) override { co_return; }
 
     int requests = 0;
     bool by_operator = false;

@@ -45,7 +45,7 @@ DockerModeParams docker_params()
 SimulationLauncherParams launcher_params()
 {
     SimulationLauncherParams params;
-    params.most_simulations = 2;
+    params.max_simulations = 2;
     params.timeout = 6000s;
     params.start_timeout = 300s;
     return params;
@@ -124,7 +124,7 @@ struct Fixture
         auto& browser = *browsers.emplace_back(std::make_unique<testing::LoopbackChannel>(world.executor()));
         ChannelInfo info;
         info.path = "/client";
-        browsings.spawn(service.converse(std::move(info), browser));
+        browsings.spawn(service.serve_websocket(std::move(info), browser));
         browser.browser_says(std::move(message));
         world.settle();
         return browser;
@@ -320,7 +320,7 @@ BOOST_AUTO_TEST_CASE(a_simulation_is_told_in_the_order_that_browsers_rely_on)
     auto const up = fixture.processes.started().at(fixture.opened);
     BOOST_TEST(joined(up.argv) ==
                "/bin/docker compose -f /instances/1/project/docker-compose.yml up --build --no-color");
-    BOOST_TEST(joined(up.afterwards) ==
+    BOOST_TEST(joined(up.cleanup_command) ==
                "/bin/docker compose -f /instances/1/project/docker-compose.yml down -v --timeout 0");
     BOOST_TEST(std::none_of(up.environment.begin(), up.environment.end(),
                             [](auto const& variable) { return variable.first == "SECRET"; }));

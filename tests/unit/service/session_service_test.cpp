@@ -57,7 +57,7 @@ struct Fixture
         request.method = "GET";
         request.path = path;
         request.upgrade = true;
-        return std::holds_alternative<Converse>(service.respond(request));
+        return std::holds_alternative<AcceptWebSocket>(service.respond(request));
     }
 
     void connect(testing::LoopbackChannel& browser, std::string path = "/")
@@ -67,7 +67,7 @@ struct Fixture
         info.host = "localhost:1999";
         info.client = "203.0.113.7";
         info.quota_key = client;
-        tasks.spawn(service.converse(std::move(info), browser));
+        tasks.spawn(service.serve_websocket(std::move(info), browser));
         world.settle();
     }
 

@@ -36,7 +36,7 @@ SimulationServiceParams service_params(std::size_t most)
 SimulationServiceParams waiting_params(std::size_t of_all, std::size_t of_a_client)
 {
     auto params = service_params(0);
-    params.most_waiting = of_all;
+    params.max_waiting = of_all;
     params.waiting_per_address = of_a_client;
     return params;
 }
@@ -45,7 +45,7 @@ SimulationLauncherParams launcher_params()
 {
     SimulationLauncherParams params;
     params.webots = "/opt/webots/webots";
-    params.most_simulations = 10;
+    params.max_simulations = 10;
     params.timeout = 600s;
     params.start_timeout = 300s;
     return params;
@@ -90,7 +90,7 @@ struct Fixture
         ChannelInfo info;
         info.path = "/client";
         info.client = info.quota_key = client;
-        browsings.spawn(service.converse(std::move(info), *browsers.back()));
+        browsings.spawn(service.serve_websocket(std::move(info), *browsers.back()));
         world.settle();
         return *browsers.back();
     }

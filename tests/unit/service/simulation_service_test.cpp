@@ -46,7 +46,7 @@ SimulationLauncherParams launcher_params(int most)
 {
     SimulationLauncherParams params;
     params.webots = "/opt/webots/webots";
-    params.most_simulations = most;
+    params.max_simulations = most;
     params.timeout = 600s;
     params.start_timeout = 300s;
     return params;
@@ -97,7 +97,7 @@ struct Fixture
         browsers.push_back(std::make_unique<testing::LoopbackChannel>(world.executor()));
         ChannelInfo info;
         info.path = "/client";
-        browsings.spawn(service.converse(std::move(info), *browsers.back()));
+        browsings.spawn(service.serve_websocket(std::move(info), *browsers.back()));
         world.settle();
         return *browsers.back();
     }
@@ -309,7 +309,7 @@ BOOST_AUTO_TEST_CASE(a_server_without_websites_refuses_init_in_words)
     testing::LoopbackChannel browser(fixture.world.executor());
     ChannelInfo info;
     info.path = "/client";
-    fixture.browsings.spawn(service.converse(std::move(info), browser));
+    fixture.browsings.spawn(service.serve_websocket(std::move(info), browser));
     fixture.world.settle();
     browser.browser_says(init_message);
     fixture.world.settle();
@@ -875,7 +875,7 @@ BOOST_AUTO_TEST_CASE(who_watches_the_monitor_gets_everything_once_and_then_a_poi
     testing::LoopbackChannel watcher(fixture.world.executor());
     ChannelInfo info;
     info.path = "/monitor";
-    fixture.browsings.spawn(fixture.service.converse(std::move(info), watcher));
+    fixture.browsings.spawn(fixture.service.serve_websocket(std::move(info), watcher));
     fixture.world.settle();
     BOOST_TEST(watcher.sent.size() == 1u);
     BOOST_TEST(watcher.sent[0].find("\"series\"") != std::string::npos);
@@ -902,7 +902,7 @@ BOOST_AUTO_TEST_CASE(all_who_come_to_watch_within_a_second_get_one_text_and_miss
     auto const watch = [&](testing::LoopbackChannel& watcher) {
         ChannelInfo info;
         info.path = "/monitor";
-        fixture.browsings.spawn(fixture.service.converse(std::move(info), watcher));
+        fixture.browsings.spawn(fixture.service.serve_websocket(std::move(info), watcher));
         fixture.world.settle();
     };
     watch(first);

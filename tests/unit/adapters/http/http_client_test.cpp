@@ -59,11 +59,11 @@ private:
             acceptor_.accept(socket, failed);
             if (failed)
                 return;
-            converse(socket, ++connections);
+            serve_websocket(socket, ++connections);
         }
     }
 
-    void converse(tcp::socket& socket, int connection)
+    void serve_websocket(tcp::socket& socket, int connection)
     {
         std::string text;
         for (int request = 1;; ++request) {

@@ -374,7 +374,7 @@ BOOST_AUTO_TEST_CASE(of_many_small_messages_a_few_are_handled_before_others_have
         frames += frame(0x81, "");
     client.say(frames);
     BOOST_TEST(eventually([&] { return server.endpoint.messages == 2000; }));
-    BOOST_TEST(server.endpoint.most_messages_a_turn <= 32);
+    BOOST_TEST(server.endpoint.max_messages_per_turn <= 32);
     client.say(frame(0x88, ""));
     BOOST_TEST(client.read_all() == std::string("\x88\0", 2));
 }

@@ -40,7 +40,7 @@ public:
     Answer respond(IncomingRequest const& request) override
     {
         if (request.upgrade)
-            return Converse();
+            return AcceptWebSocket();
         if (request.path == "/who")
             return HttpResponse(200, "text/plain", name(request.client, request.quota_key));
         if (request.path == "/nothing")
@@ -53,7 +53,7 @@ public:
         return HttpResponse(request.method == "POST" ? 405 : 200, "text/plain", std::string(request.path));
     }
 
-    boost::asio::awaitable<void> converse(ChannelInfo info, Channel& channel) override
+    boost::asio::awaitable<void> serve_websocket(ChannelInfo info, Channel& channel) override
     {
         if (info.path == "/flood")
             flood(channel);
@@ -76,7 +76,7 @@ public:
     std::atomic<int> ended = 0;                ///< Conversations.
     Failure last_failure;                      ///< Of the one that ended last.
     std::atomic<int> messages = 0;             ///< On `/turns`.
-    std::atomic<int> most_messages_a_turn = 0; ///< Of these, before others had their turn.
+    std::atomic<int> max_messages_per_turn = 0; ///< Of these, before others had their turn.
     std::shared_ptr<SharedBody const> shared;
 
 private:
@@ -96,7 +96,7 @@ private:
             ++messages;
             if (++messages_this_turn_ == 1)
                 boost::asio::post(executor, [this] { messages_this_turn_ = 0; });
-            most_messages_a_turn = std::max(most_messages_a_turn.load(), messages_this_turn_);
+            max_messages_per_turn = std::max(max_messages_per_turn.load(), messages_this_turn_);
         }
         ++ended;
     }

@@ -99,7 +99,7 @@ BOOST_AUTO_TEST_CASE(work_of_a_background_pool_lets_the_event_loop_go_first)
     BOOST_TEST(niceness_of(adapters::BlockingPool::Priority::background) > niceness());
 }
 
-BOOST_AUTO_TEST_CASE(work_of_any_other_pool_does_not_step_back)
+BOOST_AUTO_TEST_CASE(work_of_any_other_pool_keeps_its_priority)
 {
     BOOST_TEST(niceness_of(adapters::BlockingPool::Priority::normal) == niceness());
 }

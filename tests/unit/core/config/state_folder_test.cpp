@@ -8,9 +8,9 @@ namespace {
 
 using Folders = std::vector<StateFolder>;
 
-StateSurroundings everything()
+StateFolderContext everything()
 {
-    StateSurroundings all;
+    StateFolderContext all;
     all.configured = "/srv/webots";
     all.state_directory = "/var/lib/a:/var/lib/b";
     all.xdg_state_home = "/home/w/state";

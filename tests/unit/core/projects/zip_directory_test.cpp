@@ -32,9 +32,9 @@ std::string large_end_records(std::uint64_t entries, std::uint64_t length, std::
            number(at, 8) + number(1, 4);
 }
 
-result<> check(std::string const& file, std::uint32_t most_entries = 100)
+result<> check(std::string const& file, std::uint32_t max_entries = 100)
 {
-    return check_zip_directory(file, file.size(), most_entries);
+    return check_zip_directory(file, file.size(), max_entries);
 }
 
 } // namespace

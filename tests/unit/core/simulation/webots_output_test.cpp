@@ -37,7 +37,7 @@ BOOST_AUTO_TEST_CASE(endless_lines_are_cut_and_cost_no_memory)
     chunks.emplace_back("\n.\n");
     auto const lines = lines_of(chunks);
     BOOST_TEST_REQUIRE(lines.size() == 2u);
-    BOOST_TEST(lines[0].size() == LineSplitter::longest_line);
+    BOOST_TEST(lines[0].size() == LineSplitter::max_line_length);
     BOOST_TEST(lines[1] == ".");
 }
 

@@ -1,7 +1,7 @@
 // Work for a thread whose outcome comes back to the event loop.
 #pragma once
 
-#include "mailbox.hpp"
+#include "completion_queue.hpp"
 #include "worker_threads.hpp"
 
 #include <boost/asio/any_io_executor.hpp>
@@ -15,24 +15,24 @@ namespace webots_cloud::adapters {
 
 /// Made and destroyed on the event loop, so that no thread need free what another allocated.
 template<class Work, class Done>
-class Errand final : public WorkerThreads::Job, public Mailbox::Letter
+class OffloadedTask final : public WorkerThreads::Job, public CompletionQueue::Completion
 {
 public:
-    Errand(Mailbox& mailbox, Work work, Done done)
-        : mailbox_(mailbox), work_(std::move(work)), done_(std::move(done))
+    OffloadedTask(CompletionQueue& queue, Work work, Done done)
+        : queue_(queue), work_(std::move(work)), done_(std::move(done))
     {}
 
     void run(std::unique_ptr<Job> self) override
     {
         outcome_.emplace(work_());
         (void)self.release();
-        mailbox_.deliver(std::unique_ptr<Letter>(this));
+        queue_.deliver(std::unique_ptr<Completion>(this));
     }
 
-    void open() override { done_(std::move(*outcome_)); }
+    void complete() override { done_(std::move(*outcome_)); }
 
 private:
-    Mailbox& mailbox_;
+    CompletionQueue& queue_;
     Work work_;
     Done done_;
     std::optional<std::invoke_result_t<Work&>> outcome_;
@@ -41,12 +41,12 @@ private:
 /// Has `work` done on one of the threads, and then `done` called with what it returned, on the event loop of
 /// `home`, which does not run dry before. Neither may throw.   Thread: that of the event loop.
 template<class Work, class Done>
-void send_on_errand(WorkerThreads& threads, boost::asio::any_io_executor const& home, Work work, Done done)
+void offload(WorkerThreads& threads, boost::asio::any_io_executor const& home, Work work, Done done)
 {
-    auto& mailbox = Mailbox::of(home);
-    auto errand = std::make_unique<Errand<Work, Done>>(mailbox, std::move(work), std::move(done));
-    mailbox.expect();
-    threads.post(std::move(errand));
+    auto& queue = CompletionQueue::of(home);
+    auto task = std::make_unique<OffloadedTask<Work, Done>>(queue, std::move(work), std::move(done));
+    queue.expect();
+    threads.post(std::move(task));
 }
 
 } // namespace webots_cloud::adapters

@@ -25,17 +25,17 @@ namespace webots_cloud::adapters {
 /// fetch have gone, it is told to stop. What only has to be looked up waits for no download.
 ///
 /// The destructor stops and waits for all fetches.   Thread-safety: one executor.
-class GitFlights
+class GitCoalescedFetches
 {
 public:
     using Make = std::function<GitFetch(std::atomic<bool> const& aborted, GitProgress& progress)>;
 
     /// So many look something up at once, and as many download.
-    GitFlights(boost::asio::any_io_executor home, std::size_t threads)
+    GitCoalescedFetches(boost::asio::any_io_executor home, std::size_t threads)
         : home_(std::move(home)), looking_up_(threads, WorkerThreads::Priority::background),
           downloading_(threads, WorkerThreads::Priority::background)
     {}
-    ~GitFlights();
+    ~GitCoalescedFetches();
 
     /// The result of what `make` returns, or of the fetch that is already on its way to `key`.
     ///
@@ -44,13 +44,13 @@ public:
                                                     Make make);
 
 private:
-    struct Flight;
+    struct CoalescedFetch;
 
-    std::shared_ptr<Flight> start(std::string const& key, Make const& make);
-    void download(std::shared_ptr<Flight> flight);
+    std::shared_ptr<CoalescedFetch> start(std::string const& key, Make const& make);
+    void download(std::shared_ptr<CoalescedFetch> shared);
 
     boost::asio::any_io_executor home_;
-    std::unordered_map<std::string, std::shared_ptr<Flight>> flights_;
+    std::unordered_map<std::string, std::shared_ptr<CoalescedFetch>> fetches_;
     WorkerThreads looking_up_;
     WorkerThreads downloading_;
 };

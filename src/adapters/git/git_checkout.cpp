@@ -1,4 +1,4 @@
-#include "git_hand_out.hpp"
+#include "git_checkout.hpp"
 
 #include "git_overlay.hpp"
 #include "adapters/files/project_files.hpp"
@@ -52,7 +52,7 @@ bool can_clone(fs::path const& cache, fs::path const& instances)
 
 } // namespace
 
-GitHandOut::GitHandOut(fs::path const& cache, fs::path const& instances)
+GitCheckout::GitCheckout(fs::path const& cache, fs::path const& instances)
 {
     if (instances.empty())
         return;
@@ -62,14 +62,14 @@ GitHandOut::GitHandOut(fs::path const& cache, fs::path const& instances)
         way_ = GitCopyWay::clone;
 }
 
-std::string_view GitHandOut::describe() const noexcept
+std::string_view GitCheckout::describe() const noexcept
 {
     if (overlay_)
         return "overlay mounts";
     return way_ == GitCopyWay::clone ? "reflinks" : "copying";
 }
 
-result<fs::path> GitHandOut::give(GitSnapshot const& snapshot, fs::path const& directory,
+result<fs::path> GitCheckout::give(GitSnapshot const& snapshot, fs::path const& directory,
                                   std::string const& repository, BlockingPool& pool,
                                   std::atomic<bool> const& aborted) const
 {

@@ -11,7 +11,7 @@ namespace {
 
 // The shortest turn that the kernel grants. Its scheduler (EEVDF) prefers the thread whose turn would end
 // first, and one that wakes up for a short turn interrupts one that is in a long turn, by default of 3 ms.
-constexpr std::chrono::nanoseconds shortest_turn = std::chrono::microseconds(100);
+constexpr std::chrono::nanoseconds min_turn = std::chrono::microseconds(100);
 
 /// What sched_getattr(2) and sched_setattr(2) take: the first version of `struct sched_attr`, whose header
 /// can't be included beside the C library's <sched.h>.
@@ -32,14 +32,14 @@ constexpr unsigned no_flags = 0;
 
 } // namespace
 
-void answer_promptly() noexcept
+void use_low_latency_scheduling() noexcept
 {
     SchedulingAttributes attributes;
     if (::syscall(SYS_sched_getattr, this_thread, &attributes, attributes.size, no_flags) != 0 ||
         attributes.policy != SCHED_NORMAL)
         return;
     attributes.flags = SCHED_FLAG_RESET_ON_FORK;
-    attributes.runtime = static_cast<std::uint64_t>(shortest_turn.count());
+    attributes.runtime = static_cast<std::uint64_t>(min_turn.count());
     (void)::syscall(SYS_sched_setattr, this_thread, &attributes, no_flags);
 }
 

@@ -17,12 +17,12 @@ namespace webots_cloud::adapters {
 /// project back.
 ///
 /// Thread-safety: any thread.
-class GitHandOut
+class GitCheckout
 {
 public:
     /// Finds the fastest way that works between the cache and `instances`, an existing folder (empty:
     /// copying).
-    GitHandOut(std::filesystem::path const& cache, std::filesystem::path const& instances);
+    GitCheckout(std::filesystem::path const& cache, std::filesystem::path const& instances);
 
     /// The way, in words.
     std::string_view describe() const noexcept;
