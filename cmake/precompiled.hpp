@@ -1,6 +1,6 @@
 // What most files of the library include, read by the compiler once and not once a file.
-// Headers of others alone: one of ours would rebuild everything each time it changes. Every file includes what it uses all the
-// same; the preset `dev` builds without this one and finds what is missing.
+// Headers of others alone: one of ours would rebuild everything each time it changes. Every file includes
+// what it uses all the same; the preset `dev` builds without this one and finds what is missing.
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>

@@ -1,5 +1,6 @@
-// Watches the load of a simulation server, in the three ways in which a program may wait: in a coroutine, with a callback, with
-// a future. Every operation of the library is an awaitable; co_spawn turns it into whatever you prefer.
+// Watches the load of a simulation server, in the three ways in which a program may wait: in a coroutine,
+// with a callback, with a future. Every operation of the library is an awaitable; co_spawn turns it into
+// whatever you prefer.
 #include <webots_cloud/adapters.hpp>
 #include <webots_cloud/load_monitor.hpp>
 
@@ -55,7 +56,8 @@ int main()
     asio::co_spawn(executor, monitor.run(), asio::bind_cancellation_slot(stop_monitor.slot(), ended));
     asio::co_spawn(executor, server->run(), asio::bind_cancellation_slot(stop_server.slot(), ended));
 
-    // With a future: run the context, then get() the outcome. (With another thread running the context, get() would wait.)
+    // With a future: run the context, then get() the outcome. (With another thread running the context, get()
+    // would wait.)
     auto future = asio::co_spawn(executor, print_next(monitor), asio::use_future);
     while (future.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
         context.run_one();

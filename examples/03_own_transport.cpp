@@ -1,5 +1,6 @@
-// Brings a transport of one's own: here an HttpClient that answers from a table instead of the network, as a program would that
-// learns loads by other means. Links webots_cloud::core alone: no Beast, no libcurl, no git.
+// Brings a transport of one's own: here an HttpClient that answers from a table instead of the network, as a
+// program would that learns loads by other means. Links webots_cloud::core alone: no Beast, no libcurl, no
+// git.
 #include <webots_cloud/load_monitor.hpp>
 
 #include <boost/asio/as_tuple.hpp>
@@ -59,7 +60,8 @@ private:
 int main()
 {
     asio::io_context context(1);
-    TableClient http({{"http://sim1:2000/load", "40"}, {"http://sim2:2000/load", R"({"load":10,"sessions":1})"}});
+    TableClient http(
+        {{"http://sim1:2000/load", "40"}, {"http://sim2:2000/load", R"({"load":10,"sessions":1})"}});
     TimerClock clock(context.get_executor());
     LoadMonitor monitor(LoadMonitorParams(), http, clock, Logger());
     monitor.set_servers({"sim1:2000", "sim2:2000", "sim3:2000"});
@@ -67,11 +69,15 @@ int main()
     asio::cancellation_signal stop;
     auto const ended = [](std::exception_ptr, result<> const&) {};
     asio::co_spawn(context, monitor.run(), asio::bind_cancellation_slot(stop.slot(), ended));
-    auto const on_events = [&](std::exception_ptr, auto const&) { stop.emit(asio::cancellation_type::terminal); };
+    auto const on_events = [&](std::exception_ptr, auto const&) {
+        stop.emit(asio::cancellation_type::terminal);
+    };
     asio::co_spawn(context, monitor.next_events(), on_events);
     context.run();
 
     for (ServerLoad const& server : monitor.snapshot())
         std::cout << server.address << ": "
-                  << (server.state == ServerState::up ? std::to_string(server.report.load) + " %" : server.problem) << '\n';
+                  << (server.state == ServerState::up ? std::to_string(server.report.load) + " %"
+                                                      : server.problem)
+                  << '\n';
 }

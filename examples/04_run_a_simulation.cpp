@@ -1,9 +1,10 @@
-// Fetches a project, starts a simulator for it, waits until it is ready, and cleans up: what a simulation server does for each
-// browser, without any browser.
+// Fetches a project, starts a simulator for it, waits until it is ready, and cleans up: what a simulation
+// server does for each browser, without any browser.
 //
 //     04_run_a_simulation PROGRAMS EXAMPLES WORLD_URL
 //
-// PROGRAMS is the folder of webots-process-guard and webots-demo-simulator, EXAMPLES the folder that holds demo_projects.
+// PROGRAMS is the folder of webots-process-guard and webots-demo-simulator, EXAMPLES the folder that holds
+// demo_projects.
 #include <webots_cloud/adapters.hpp>
 #include <webots_cloud/project_fetcher.hpp>
 #include <webots_cloud/simulation_launcher.hpp>

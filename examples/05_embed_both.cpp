@@ -1,9 +1,10 @@
-// Runs a session server and a simulation server inside one program, on one thread: what a site with one machine needs.
+// Runs a session server and a simulation server inside one program, on one thread: what a site with one
+// machine needs.
 //
 //     05_embed_both PROGRAMS EXAMPLES SESSION_PORT SIMULATION_PORT
 //
-// PROGRAMS is the folder of webots-process-guard and webots-demo-simulator, EXAMPLES the folder that holds demo_projects.
-// It ends in order on SIGTERM or SIGINT.
+// PROGRAMS is the folder of webots-process-guard and webots-demo-simulator, EXAMPLES the folder that holds
+// demo_projects. It ends in order on SIGTERM or SIGINT.
 #include <webots_cloud/daemon.hpp>
 #include <webots_cloud/servers.hpp>
 
@@ -14,8 +15,8 @@
 using namespace webots_cloud;
 namespace asio = boost::asio;
 
-asio::awaitable<result<>> serve_both(asio::any_io_executor executor, SessionConfig session, SimulationConfig simulation,
-                                     std::filesystem::path programs)
+asio::awaitable<result<>> serve_both(asio::any_io_executor executor, SessionConfig session,
+                                     SimulationConfig simulation, std::filesystem::path programs)
 {
     using namespace asio::experimental::awaitable_operators;
     Logger const log([](LogLevel, std::string_view line) { std::cout << line << std::endl; });

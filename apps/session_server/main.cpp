@@ -28,7 +28,8 @@ int main(int argc, char** argv)
     if (!log)
         return exit_usage;
     auto const reload = [&given = *arguments] { return read_config(given, parse_session_config); };
-    return run_daemon(program.name, [&settings = *config, &reload, &log](boost::asio::any_io_executor executor) {
-        return serve_sessions(executor, settings, reload, *log);
-    });
+    return run_daemon(program.name,
+                      [&settings = *config, &reload, &log](boost::asio::any_io_executor executor) {
+                          return serve_sessions(executor, settings, reload, *log);
+                      });
 }

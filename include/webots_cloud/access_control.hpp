@@ -32,8 +32,8 @@ struct AccessParams
     std::optional<std::vector<std::string>> frame_ancestors;
     /// Not empty: `/monitor` and `/metrics` ask for it, with `operator` as the name of the user.
     std::string monitor_password;
-    /// Not empty: from these addresses and networks `/monitor` and `/metrics` need no password; from elsewhere they are
-    /// answered 403 where there is none.
+    /// Not empty: from these addresses and networks `/monitor` and `/metrics` need no password; from
+    /// elsewhere they are answered 403 where there is none.
     std::vector<std::string> monitor_addresses;
     /// Whether a word is the operator's secret. Empty: nobody is an operator over the network.
     std::function<bool(std::string_view token)> is_operator_token;

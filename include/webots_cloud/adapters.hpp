@@ -1,4 +1,5 @@
-// The real transports: every adapter is reached through one of these functions, and the library behind it stays hidden.
+// The real transports: every adapter is reached through one of these functions, and the library behind it
+// stays hidden.
 #pragma once
 
 #include <webots_cloud/error.hpp>
@@ -43,26 +44,31 @@ struct HttpServerParams
 
     std::string address = "::"; ///< Where to listen; `::` is every address, of IPv4 too.
     std::uint16_t port = 0;     ///< 0: any free one, see `HttpServer::port`.
-    /// PEM files of the certificate, with its chain, and its key. Empty: plain HTTP. They are read again when they change;
-    /// connections that exist keep the certificate that they were made with.
+    /// PEM files of the certificate, with its chain, and its key. Empty: plain HTTP. They are read again when
+    /// they change; connections that exist keep the certificate that they were made with.
     std::filesystem::path tls_certificate;
     std::filesystem::path tls_key;
-    std::size_t queue_bytes = 256 * 1024;  ///< Waiting for a browser that does not read; more, and it is dropped.
-    std::size_t message_bytes = 64 * 1024; ///< The longest message of a browser; a longer one closes with 1009.
-    /// More are answered 503 (or just closed, with TLS). Three quarters of all connections that the limit of open files
-    /// allows, if that is less.
+    std::size_t queue_bytes =
+        256 * 1024; ///< Waiting for a browser that does not read; more, and it is dropped.
+    std::size_t message_bytes =
+        64 * 1024; ///< The longest message of a browser; a longer one closes with 1009.
+    /// More are answered 503 (or just closed, with TLS). Three quarters of all connections that the limit of
+    /// open files allows, if that is less.
     std::size_t connections_per_address = 1000;
-    /// Addresses and networks, as in `10.0.0.0/8`, of proxies. The limit is not theirs, and what they say of their clients in
-    /// X-Forwarded-For (or Forwarded) is believed. Default: this computer.
+    /// Addresses and networks, as in `10.0.0.0/8`, of proxies. The limit is not theirs, and what they say of
+    /// their clients in X-Forwarded-For (or Forwarded) is believed. Default: this computer.
     std::vector<std::string> trusted_proxies{"127.0.0.0/8", "::1"};
-    std::size_t spare_descriptors = 64; ///< Of the limit of open files, kept for everything that is no connection.
-    Duration header_timeout = std::chrono::seconds(10); ///< For a TLS handshake, a request's headers, an answer to our close.
-    Duration idle_timeout = std::chrono::seconds(75);   ///< Between two requests of one connection.
-    Duration write_timeout = std::chrono::seconds(30);  ///< To take an answer.
+    std::size_t spare_descriptors =
+        64; ///< Of the limit of open files, kept for everything that is no connection.
+    Duration header_timeout =
+        std::chrono::seconds(10); ///< For a TLS handshake, a request's headers, an answer to our close.
+    Duration idle_timeout = std::chrono::seconds(75);  ///< Between two requests of one connection.
+    Duration write_timeout = std::chrono::seconds(30); ///< To take an answer.
     Duration ping_after =
         std::chrono::seconds(30); ///< A WebSocket silent for that long is pinged, again and again.
-    Duration pong_timeout = std::chrono::seconds(30);   ///< From the first ping to being dropped. 0: never.
-    Duration stop_timeout = std::chrono::seconds(1);    ///< For browsers to answer our close when the server stops.
+    Duration pong_timeout = std::chrono::seconds(30); ///< From the first ping to being dropped. 0: never.
+    Duration stop_timeout =
+        std::chrono::seconds(1); ///< For browsers to answer our close when the server stops.
 };
 
 /// What a server has seen of the network. All but the first two are counts since it was made.
@@ -104,8 +110,8 @@ public:
 
     /// Opens the port; `run` does so itself if need be.
     ///
-    /// Errors: `unavailable`, naming the port; `invalid_config`, naming a file of the certificate, or an entry of
-    /// `trusted_proxies`, that is unusable.
+    /// Errors: `unavailable`, naming the port; `invalid_config`, naming a file of the certificate, or an
+    /// entry of `trusted_proxies`, that is unusable.
     virtual result<> listen() = 0;
 
     /// The port that is listened on.   Precondition: `listen` succeeded.
@@ -118,35 +124,42 @@ public:
 std::unique_ptr<HttpServer> make_http_server(boost::asio::any_io_executor executor, HttpServerParams params,
                                              Endpoint& endpoint, Logger log);
 
-/// A Unix socket on which the operator asks what nobody else may: every request there is `IncomingRequest::is_operator`.
+/// A Unix socket on which the operator asks what nobody else may: every request there is
+/// `IncomingRequest::is_operator`.
 class OperatorSocket
 {
 public:
     virtual ~OperatorSocket() = default;
 
-    /// Errors: `unavailable`, naming the socket. The server can do without: `run` then only waits for its cancellation.
+    /// Errors: `unavailable`, naming the socket. The server can do without: `run` then only waits for its
+    /// cancellation.
     virtual result<> listen() = 0;
 
     /// Answers until cancelled.   Errors: `operation_aborted`.
     virtual boost::asio::awaitable<result<>> run() = 0;
 };
 
-/// Only root and the user of this process are answered, and of their processes none that this one has started, such as
-/// simulations. A socket that a dead server has left is replaced. Lifetime: `endpoint` must outlive it.
-std::unique_ptr<OperatorSocket> make_operator_socket(boost::asio::any_io_executor executor, std::filesystem::path path,
-                                                     Endpoint& endpoint, Logger log);
+/// Only root and the user of this process are answered, and of their processes none that this one has
+/// started, such as simulations. A socket that a dead server has left is replaced. Lifetime: `endpoint` must
+/// outlive it.
+std::unique_ptr<OperatorSocket> make_operator_socket(boost::asio::any_io_executor executor,
+                                                     std::filesystem::path path, Endpoint& endpoint,
+                                                     Logger log);
 
-/// The body of the answer to a request over the operator's socket of a running server. Waits for it, 5 s at most.
+/// The body of the answer to a request over the operator's socket of a running server. Waits for it, 5 s at
+/// most.
 ///
 /// Errors: `unreachable`: no server is there; `refused`, `timed_out`, `invalid_argument`.
 result<std::string> ask_operator_socket(std::filesystem::path const& path, std::string_view method,
                                         std::string_view target);
 
-/// What tells the operator's token from other words. `file` has one line: the token, or `sha256:` and the 64 hexadecimal
-/// digits of its SHA-256, so that who reads the file does not know the token.
+/// What tells the operator's token from other words. `file` has one line: the token, or `sha256:` and the 64
+/// hexadecimal digits of its SHA-256, so that who reads the file does not know the token.
 ///
-/// Errors: `invalid_config`: the file can't be read, others may read it too, or a token is shorter than 16 characters.
-result<std::function<bool(std::string_view token)>> make_operator_token_check(std::filesystem::path const& file);
+/// Errors: `invalid_config`: the file can't be read, others may read it too, or a token is shorter than 16
+/// characters.
+result<std::function<bool(std::string_view token)>>
+make_operator_token_check(std::filesystem::path const& file);
 
 /// All bytes of a regular file. Never waits for anybody, whatever stands there.
 ///
@@ -158,26 +171,30 @@ result<std::string> read_regular_file(std::filesystem::path const& path, std::si
 /// Errors: `invalid_config`, naming the file that is unusable.
 result<> check_certificate(std::filesystem::path const& certificate, std::filesystem::path const& key);
 
-/// Processes of this computer over Boost.Process, each under a guard (the program `webots-process-guard`) that ends the whole
-/// tree when asked to, when the process ends, and when we die, however we die.
+/// Processes of this computer over Boost.Process, each under a guard (the program `webots-process-guard`)
+/// that ends the whole tree when asked to, when the process ends, and when we die, however we die.
 ///
-/// The processes can't change the existing folders `read_only`, where the kernel allows a mount namespace: see `probe_guard`.
-std::unique_ptr<ProcessHost> make_process_host(boost::asio::any_io_executor executor, std::filesystem::path guard,
+/// The processes can't change the existing folders `read_only`, where the kernel allows a mount namespace:
+/// see `probe_guard`.
+std::unique_ptr<ProcessHost> make_process_host(boost::asio::any_io_executor executor,
+                                               std::filesystem::path guard,
                                                std::vector<std::filesystem::path> read_only = {});
 
 /// What that guard can do here, as its option `--probe` says it in one line; for `core::parse_isolation`.
 ///
 /// Errors: `start_failed`, `timed_out` after 15 seconds.   Cancellation: terminal.
-boost::asio::awaitable<result<std::string>> probe_guard(std::filesystem::path guard,
-                                                        std::vector<std::filesystem::path> read_only, Clock& clock);
+boost::asio::awaitable<result<std::string>>
+probe_guard(std::filesystem::path guard, std::vector<std::filesystem::path> read_only, Clock& clock);
 
 /// Files of this computer, on a thread of its own.
 std::unique_ptr<TextFiles> make_text_files();
 
-/// Projects in plain folders of this computer: `<folder>/<owner>/<repository>/[<folder>/]worlds/<file>.wbt`, copied.
+/// Projects in plain folders of this computer: `<folder>/<owner>/<repository>/[<folder>/]worlds/<file>.wbt`,
+/// copied.
 ///
 /// The part of the world's URL that names a branch is ignored: a plain folder is what it is.
-std::unique_ptr<ProjectSource> make_directory_source(boost::asio::any_io_executor executor, std::filesystem::path folder);
+std::unique_ptr<ProjectSource> make_directory_source(boost::asio::any_io_executor executor,
+                                                     std::filesystem::path folder);
 
 /// What all fetches of projects together may take: memory and disk. Who does not fit waits, or is refused.
 class FetchBudget;
@@ -191,18 +208,22 @@ struct GitSourceParams
 {
     GitSourceParams() = default;
 
-    std::filesystem::path cache;                        ///< Folder for what was fetched; made if need be.
-    std::uint64_t cache_bytes = std::uint64_t{10} << 30; ///< Default 10 GiB; the least recently used go first.
-    /// The existing folder in which the directories of orders will be: the fastest way to hand out a project there (overlay
-    /// mounts, reflinks, copies) is found by trying when the source is made, and logged. Default: empty, projects are copied.
+    std::filesystem::path cache; ///< Folder for what was fetched; made if need be.
+    std::uint64_t cache_bytes = std::uint64_t{10}
+                                << 30; ///< Default 10 GiB; the least recently used go first.
+    /// The existing folder in which the directories of orders will be: the fastest way to hand out a project
+    /// there (overlay mounts, reflinks, copies) is found by trying when the source is made, and logged.
+    /// Default: empty, projects are copied.
     std::filesystem::path instances;
     std::uint64_t low_speed = 1'000; ///< Bytes per second. A server that stays below is given up; 0: never.
     Duration low_speed_time = std::chrono::seconds(60); ///< For how long it may.
     std::shared_ptr<FetchBudget> budget;                ///< Shared with other sources. Null: one of its own.
-    /// How long a server may take to say what an address means now, when the cache knows what it meant last: then that is used.
+    /// How long a server may take to say what an address means now, when the cache knows what it meant last:
+    /// then that is used.
     Duration patience = std::chrono::seconds(10);
 };
-std::unique_ptr<ProjectSource> make_git_source(boost::asio::any_io_executor executor, GitSourceParams params, Logger log);
+std::unique_ptr<ProjectSource> make_git_source(boost::asio::any_io_executor executor, GitSourceParams params,
+                                               Logger log);
 
 /// Templates of this computer, over which websites lay what their users have changed.
 struct WebsiteSourceParams
@@ -210,17 +231,19 @@ struct WebsiteSourceParams
     WebsiteSourceParams() = default;
 
     std::filesystem::path projects; ///< Folder of the templates.
-    /// Folder with a file for each website, named as its host, whose first line is our key. Read anew for each fetch. Other
-    /// websites are sent nothing.
+    /// Folder with a file for each website, named as its host, whose first line is our key. Read anew for
+    /// each fetch. Other websites are sent nothing.
     std::filesystem::path keys;
     std::shared_ptr<FetchBudget> budget; ///< Shared with other sources. Null: one of its own.
     std::uint64_t low_speed = 1'000; ///< Bytes per second. A website that stays below is given up; 0: never.
     Duration low_speed_time = std::chrono::seconds(60); ///< For how long it may.
 };
 
-/// The projects that `init` asks for (`FetchOrder::website`): a copy of the template and, for a user of the website, the zip
-/// file that it answers with laid over it. Certificates are verified. Errors besides those of `ProjectSource`: `refused`.
-std::unique_ptr<ProjectSource> make_website_source(boost::asio::any_io_executor executor, WebsiteSourceParams params, Logger log);
+/// The projects that `init` asks for (`FetchOrder::website`): a copy of the template and, for a user of the
+/// website, the zip file that it answers with laid over it. Certificates are verified. Errors besides those
+/// of `ProjectSource`: `refused`.
+std::unique_ptr<ProjectSource> make_website_source(boost::asio::any_io_executor executor,
+                                                   WebsiteSourceParams params, Logger log);
 
 /// A mailbox of the administrator, and the mail server that takes mails for it.
 struct SmtpParams
@@ -236,14 +259,17 @@ struct SmtpParams
     std::string password;
     std::string own_name = "localhost";                 ///< What we call ourselves in EHLO.
     Duration connect_timeout = std::chrono::seconds(5); ///< For the name and the connection.
-    Duration timeout = std::chrono::seconds(20);        ///< For the whole mail; some mail servers greet slowly on purpose.
+    Duration timeout =
+        std::chrono::seconds(20); ///< For the whole mail; some mail servers greet slowly on purpose.
 };
 
-/// E-mail over SMTP with libcurl, loaded by this. Certificates are verified against those of this computer, or of the file that
-/// `SSL_CERT_FILE` names.   Errors: `invalid_argument`: host, sender or recipient is unusable; `unavailable`: no libcurl.
+/// E-mail over SMTP with libcurl, loaded by this. Certificates are verified against those of this computer,
+/// or of the file that `SSL_CERT_FILE` names.   Errors: `invalid_argument`: host, sender or recipient is
+/// unusable; `unavailable`: no libcurl.
 result<std::unique_ptr<Notifier>> make_smtp_notifier(SmtpParams params);
 
-/// The service manager that the environment names (`NOTIFY_SOCKET`, `WATCHDOG_USEC`), as systemd does; without one it hears nothing.
+/// The service manager that the environment names (`NOTIFY_SOCKET`, `WATCHDOG_USEC`), as systemd does;
+/// without one it hears nothing.
 std::unique_ptr<ServiceManager> make_service_manager();
 
 /// Where the state of this computer is found.
@@ -256,7 +282,8 @@ struct HostMetricsParams
     std::string nvidia_library = "libnvidia-ml.so.1";              ///< Loaded if there is one.
 };
 
-/// This computer, as `/proc`, control groups and the NVIDIA library describe it. With that library it may take three seconds to make.
+/// This computer, as `/proc`, control groups and the NVIDIA library describe it. With that library it may
+/// take three seconds to make.
 std::unique_ptr<HostMetrics> make_host_metrics(HostMetricsParams params = HostMetricsParams());
 
 struct LogParams
@@ -272,27 +299,30 @@ struct LogParams
 /// `invalid_argument`.
 result<Logger> make_logger(LogParams params);
 
-/// A file that grows line by line, written by a thread of its own: the function it returns never blocks. Copies share the file.
+/// A file that grows line by line, written by a thread of its own: the function it returns never blocks.
+/// Copies share the file.
 ///
-/// An existing file is emptied; folders are made. A file that can't be opened or written costs one line of the log, and then
-/// lines are dropped; the function is empty when it could not even be opened.
-std::function<void(std::string line)> make_line_file(boost::asio::any_io_executor executor, std::filesystem::path file,
-                                                     std::string first_line, Logger log);
+/// An existing file is emptied; folders are made. A file that can't be opened or written costs one line of
+/// the log, and then lines are dropped; the function is empty when it could not even be opened.
+std::function<void(std::string line)> make_line_file(boost::asio::any_io_executor executor,
+                                                     std::filesystem::path file, std::string first_line,
+                                                     Logger log);
 
 struct SimulationLogsParams
 {
     SimulationLogsParams() = default;
 
-    std::filesystem::path folder;                 ///< Made when the first log is opened.
-    Duration keep = std::chrono::hours(24 * 7);   ///< Since the last line. Default a week: people complain on Mondays.
-    std::size_t most = 1000;                      ///< Logs that are kept at most; the oldest go first.
+    std::filesystem::path folder; ///< Made when the first log is opened.
+    Duration keep =
+        std::chrono::hours(24 * 7); ///< Since the last line. Default a week: people complain on Mondays.
+    std::size_t most = 1000;        ///< Logs that are kept at most; the oldest go first.
 };
 
-/// Files `<date>_<time>_<simulation>.log` of at most 576 KiB: the first 512 KiB of an output and the last 64 KiB. Written by a
-/// thread of its own; a file that can't be written costs one line of `log`.
+/// Files `<date>_<time>_<simulation>.log` of at most 576 KiB: the first 512 KiB of an output and the last 64
+/// KiB. Written by a thread of its own; a file that can't be written costs one line of `log`.
 ///
 /// Lifetime: `clock` must outlive it.
-std::unique_ptr<SimulationLogs> make_simulation_logs(boost::asio::any_io_executor executor, SimulationLogsParams params,
-                                                     Clock& clock, Logger log);
+std::unique_ptr<SimulationLogs> make_simulation_logs(boost::asio::any_io_executor executor,
+                                                     SimulationLogsParams params, Clock& clock, Logger log);
 
 } // namespace webots_cloud

@@ -40,10 +40,13 @@ struct AccessConfig
     std::optional<std::vector<std::string>> allowed_origins;
     /// `frameAncestors`: sites whose pages may show ours in a frame. Absent: those of `allowedOrigins`.
     std::optional<std::vector<std::string>> frame_ancestors;
-    std::vector<std::string> monitor_addresses; ///< `monitorAddresses`: who may see `/monitor` and `/metrics`. Empty: all.
-    std::string monitor_password; ///< `monitorPassword`: of the user `operator`, for `/monitor` and `/metrics`.
-    std::filesystem::path operator_token_file; ///< `operatorTokenFile`. Empty: no operator requests over the network.
-    std::filesystem::path operator_socket;     ///< `operatorSocket`. Empty: see docs/operations.md.
+    std::vector<std::string>
+        monitor_addresses; ///< `monitorAddresses`: who may see `/monitor` and `/metrics`. Empty: all.
+    std::string
+        monitor_password; ///< `monitorPassword`: of the user `operator`, for `/monitor` and `/metrics`.
+    std::filesystem::path
+        operator_token_file; ///< `operatorTokenFile`. Empty: no operator requests over the network.
+    std::filesystem::path operator_socket; ///< `operatorSocket`. Empty: see docs/operations.md.
 
     bool operator==(AccessConfig const&) const = default;
 };
@@ -53,33 +56,34 @@ struct SessionConfig
 {
     SessionConfig() = default;
 
-    std::uint16_t port = 0;                      ///< `port`: required.
-    /// `simulationServers`: required; `"host:port"` or `"host/port"`, or objects with `address`, `weight` and `drain`.
+    std::uint16_t port = 0; ///< `port`: required.
+    /// `simulationServers`: required; `"host:port"` or `"host/port"`, or objects with `address`, `weight` and
+    /// `drain`.
     std::vector<ServerSpec> simulation_servers;
-    std::string server = "localhost";            ///< `server`
-    bool ssl = true;                             ///< `ssl`
-    bool port_rewrite = true;                    ///< `portRewrite`
+    std::string server = "localhost"; ///< `server`
+    bool ssl = true;                  ///< `ssl`
+    bool port_rewrite = true;         ///< `portRewrite`
     NetworkConfig network;
     AccessConfig access;
     /// `administrator`: who gets e-mails. Empty: nobody; also when `mailServer` or `mailSender` is missing.
     std::string administrator;
-    std::string mail_server;                     ///< `mailServer`: host.
-    std::uint16_t mail_server_port = 0;          ///< `mailServerPort`; 0: 25.
-    std::string mail_sender;                     ///< `mailSender`: address.
-    std::string mail_sender_user;                ///< `mailSenderUser`: login; the sender unless given.
-    std::string mail_sender_password;            ///< `mailSenderPassword`; not empty: STARTTLS and login.
-    std::filesystem::path log_dir = "log";       ///< `logDir`
-    bool debug = false;                          ///< `debug`: log to standard output instead of the file.
-    bool json_log = false; ///< `logFormat`: `text`, or `json` for programs that collect logs.
-    Duration load_refresh = std::chrono::seconds(5); ///< `loadRefresh`, in seconds.
-    Duration load_timeout = std::chrono::seconds(5); ///< `loadTimeout`, in seconds.
-    double load_threshold = 95;                  ///< `loadThreshold`, percent.
-    std::string scheduling = "least_committed";  ///< `scheduling`: a policy of the Scheduler.
+    std::string mail_server;               ///< `mailServer`: host.
+    std::uint16_t mail_server_port = 0;    ///< `mailServerPort`; 0: 25.
+    std::string mail_sender;               ///< `mailSender`: address.
+    std::string mail_sender_user;          ///< `mailSenderUser`: login; the sender unless given.
+    std::string mail_sender_password;      ///< `mailSenderPassword`; not empty: STARTTLS and login.
+    std::filesystem::path log_dir = "log"; ///< `logDir`
+    bool debug = false;                    ///< `debug`: log to standard output instead of the file.
+    bool json_log = false;                 ///< `logFormat`: `text`, or `json` for programs that collect logs.
+    Duration load_refresh = std::chrono::seconds(5);       ///< `loadRefresh`, in seconds.
+    Duration load_timeout = std::chrono::seconds(5);       ///< `loadTimeout`, in seconds.
+    double load_threshold = 95;                            ///< `loadThreshold`, percent.
+    std::string scheduling = "least_committed";            ///< `scheduling`: a policy of the Scheduler.
     Duration placement_timeout = std::chrono::seconds(60); ///< `placementTimeout`, in seconds.
-    int session_burst = 200;                     ///< `sessionBurst`: of one client, at once; 0: any number.
-    double session_rate = 10;                    ///< `sessionRate`: of one client, a second; 0: any number.
-    bool decisions_for_all = false;              ///< `decisionsForAll`: `/api/decisions` answers everybody.
-    std::string viewer_url;                      ///< `viewerUrl`: the world that the viewer page proposes.
+    int session_burst = 200;        ///< `sessionBurst`: of one client, at once; 0: any number.
+    double session_rate = 10;       ///< `sessionRate`: of one client, a second; 0: any number.
+    bool decisions_for_all = false; ///< `decisionsForAll`: `/api/decisions` answers everybody.
+    std::string viewer_url;         ///< `viewerUrl`: the world that the viewer page proposes.
 };
 
 /// A forge of the configuration: where world URLs may point.
@@ -99,10 +103,12 @@ struct DockerConfig
 {
     DockerConfig() = default;
 
-    /// `dockerDir`: the compose files and the Dockerfile. Default: the folder `docker` beside the configuration.
+    /// `dockerDir`: the compose files and the Dockerfile. Default: the folder `docker` beside the
+    /// configuration.
     std::filesystem::path directory = "docker";
     std::string images = "cyberbotics/webots.cloud"; ///< `dockerImages`: of Webots, without a tag.
-    bool project_dockerfiles = false; ///< `projectDockerfiles`: a project's own `Dockerfile` is built in place of ours.
+    bool project_dockerfiles =
+        false; ///< `projectDockerfiles`: a project's own `Dockerfile` is built in place of ours.
     /// `persistantDockerImages`: present, old images are removed, but these (`repository:tag`).
     std::optional<std::vector<std::string>> persistent_images;
 
@@ -120,45 +126,49 @@ struct SimulationConfig
     bool port_rewrite = true;         ///< `portRewrite`
     NetworkConfig network;
     AccessConfig access;
-    bool docker = false;              ///< `docker`: simulations run in containers.
+    bool docker = false; ///< `docker`: simulations run in containers.
     DockerConfig containers;
     std::vector<std::string> allowed_repositories; ///< `allowedRepositories`
     std::vector<std::string> blocked_repositories; ///< `blockedRepositories`
-    double share_idle_time = 50;      ///< `shareIdleTime`, percent.
-    std::vector<ForgeConfig> forges;  ///< `forges`: strings, or objects with `url` and `directory`.
+    double share_idle_time = 50;                   ///< `shareIdleTime`, percent.
+    std::vector<ForgeConfig> forges; ///< `forges`: strings, or objects with `url` and `directory`.
     /// `notify`: registries that are told of this server; a string or a list, `[]` for none.
     std::vector<std::string> notify{"https://webots.cloud/ajax/server/setup.php"};
-    std::uint64_t cache_bytes = std::uint64_t{10} << 30; ///< `cacheSize`, in gigabytes: fetched projects that are kept.
-    /// `stateDir`: what the server works with, projects of running simulations above all. Empty: see `core::state_folders`.
+    std::uint64_t cache_bytes = std::uint64_t{10}
+                                << 30; ///< `cacheSize`, in gigabytes: fetched projects that are kept.
+    /// `stateDir`: what the server works with, projects of running simulations above all. Empty: see
+    /// `core::state_folders`.
     std::filesystem::path state_dir;
     /// `fetchMemory`, in megabytes, and `fetchDisk`, in gigabytes: what all fetches of projects together may
     /// take.
     std::uint64_t fetch_memory = std::uint64_t{1} << 30;
     std::uint64_t fetch_disk = std::uint64_t{8} << 30;
     std::filesystem::path webots_home; ///< `webotsHome`
-    std::string display;              ///< `display`: what Webots draws on. Empty: what `DISPLAY` says, else `:0`.
+    std::string display; ///< `display`: what Webots draws on. Empty: what `DISPLAY` says, else `:0`.
     /// `simulatorEnvironment`: `NAME` and `PREFIX_*` of the server's environment, and `NAME=value`, for
     /// simulators.
     std::vector<std::string> simulator_environment;
     /// `projectsDir`: templates that websites start with `init`. Empty: those that came with Webots.
     std::filesystem::path projects_dir;
     std::filesystem::path key_dir = "key"; ///< `keyDir`: a file per website, named as its host, with its key.
-    std::string multimedia_server; ///< `multimediaServer`: of Janus, for Webots R2021b and older.
+    std::string multimedia_server;         ///< `multimediaServer`: of Janus, for Webots R2021b and older.
     std::string multimedia_stream; ///< `multimediaStream`: where Janus takes the stream, `<host>:<port>`.
-    int max_connections = 100;        ///< `maxConnections`; not more than there are ports after `port`.
-    /// `simulationsPerAddress`: of `max_connections`, how many a client may have; 0: all. Default: three quarters.
+    int max_connections = 100;     ///< `maxConnections`; not more than there are ports after `port`.
+    /// `simulationsPerAddress`: of `max_connections`, how many a client may have; 0: all. Default: three
+    /// quarters.
     int simulations_per_address = 75;
-    Duration timeout = std::chrono::hours(2);         ///< `timeout`, in seconds; less than 360 counts as 7200.
+    Duration timeout = std::chrono::hours(2); ///< `timeout`, in seconds; less than 360 counts as 7200.
     Duration start_timeout = std::chrono::minutes(5); ///< `startTimeout`, in seconds.
-    Duration reconnect_grace{};       ///< `reconnectGrace`, in seconds: how long a lost browser may return.
+    Duration reconnect_grace{}; ///< `reconnectGrace`, in seconds: how long a lost browser may return.
     std::filesystem::path log_dir = "log"; ///< `logDir`
-    bool debug = false;               ///< `debug`: log to standard output instead of the file.
-    bool json_log = false;            ///< `logFormat`: `text`, or `json` for programs that collect logs.
-    std::string title;                ///< `title`
-    std::string description;          ///< `description`
-    Duration simulation_log_keep = std::chrono::hours(24 * 7); ///< `simulationLogDays`, in days; 0: none is written.
-    bool monitor_log = true;          ///< `monitorLogEnabled`: `<logDir>/simulation/monitor.csv`, a line a second.
-    bool strict_load = true;          ///< `loadFormula`: `strict` or `reference`.
+    bool debug = false;                    ///< `debug`: log to standard output instead of the file.
+    bool json_log = false;                 ///< `logFormat`: `text`, or `json` for programs that collect logs.
+    std::string title;                     ///< `title`
+    std::string description;               ///< `description`
+    Duration simulation_log_keep =
+        std::chrono::hours(24 * 7); ///< `simulationLogDays`, in days; 0: none is written.
+    bool monitor_log = true; ///< `monitorLogEnabled`: `<logDir>/simulation/monitor.csv`, a line a second.
+    bool strict_load = true; ///< `loadFormula`: `strict` or `reference`.
 };
 
 /// A configuration and what an operator should know about it.
@@ -171,10 +181,14 @@ struct Configured
     std::vector<std::string> warnings; ///< A sentence each: unknown keys, values that were replaced.
 };
 
-/// Reads a configuration. `origin` is the file's name, for messages; relative `directory`s of forges start at its folder.
+/// Reads a configuration. `origin` is the file's name, for messages; relative `directory`s of forges start at
+/// its folder.
 ///
-/// `~` and `$NAME` are expanded in paths.   Errors: `invalid_config`, one line with file, key, found and wanted.
-result<Configured<SessionConfig>> parse_session_config(std::string_view text, std::filesystem::path const& origin);
-result<Configured<SimulationConfig>> parse_simulation_config(std::string_view text, std::filesystem::path const& origin);
+/// `~` and `$NAME` are expanded in paths.   Errors: `invalid_config`, one line with file, key, found and
+/// wanted.
+result<Configured<SessionConfig>> parse_session_config(std::string_view text,
+                                                       std::filesystem::path const& origin);
+result<Configured<SimulationConfig>> parse_simulation_config(std::string_view text,
+                                                             std::filesystem::path const& origin);
 
 } // namespace webots_cloud

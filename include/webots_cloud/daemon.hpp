@@ -24,7 +24,8 @@ struct OperatorCommand
 {
     OperatorCommand() = default;
     OperatorCommand(std::string option, std::string summary, std::string method, std::string target)
-        : option(std::move(option)), summary(std::move(summary)), method(std::move(method)), target(std::move(target))
+        : option(std::move(option)), summary(std::move(summary)), method(std::move(method)),
+          target(std::move(target))
     {}
 
     std::string option; ///< Without dashes.
@@ -50,9 +51,9 @@ struct Arguments
 {
     Arguments() = default;
 
-    std::filesystem::path config; ///< The file to read.
-    bool check_config = false;    ///< Read it, say what is wrong, and stop.
-    std::string log_format;       ///< `text` or `json`; empty: what the file says.
+    std::filesystem::path config;           ///< The file to read.
+    bool check_config = false;              ///< Read it, say what is wrong, and stop.
+    std::string log_format;                 ///< `text` or `json`; empty: what the file says.
     std::optional<OperatorCommand> command; ///< Ask the server that runs with this configuration, and stop.
 };
 
@@ -64,10 +65,11 @@ inline constexpr int exit_usage = 2;  ///< Arguments or configuration are unusab
 /// Understands a command line; prints what `--help` and `--version` ask for, or what is wrong.
 ///
 /// Returns an exit status instead of arguments when the program is to end at once.
-std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* const* argv, Program const& program);
+std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* const* argv,
+                                                         Program const& program);
 
-/// Asks the server that runs on this machine with this port and configuration, prints its answer or why there is none, and returns an
-/// exit status.
+/// Asks the server that runs on this machine with this port and configuration, prints its answer or why there
+/// is none, and returns an exit status.
 int ask_running_server(Program const& program, OperatorCommand const& command, std::uint16_t port,
                        AccessConfig const& access);
 
@@ -97,23 +99,25 @@ result<Configured<Config>> read_config(Arguments const& arguments,
     return configured;
 }
 
-/// Looks at the files and folders of this computer that a configuration names, and adds what an operator should know of them to
-/// its warnings. `origin` is the configuration's file, for messages.
+/// Looks at the files and folders of this computer that a configuration names, and adds what an operator
+/// should know of them to its warnings. `origin` is the configuration's file, for messages.
 ///
 /// Errors: `invalid_config`: nothing works without one that is unusable.
 result<> check_files(Configured<SessionConfig>& configured, std::filesystem::path const& origin);
 result<> check_files(Configured<SimulationConfig>& configured, std::filesystem::path const& origin);
 
-/// Reads a configuration and prints what is wrong with it, or with the files that it names, in one line on standard error.
+/// Reads a configuration and prints what is wrong with it, or with the files that it names, in one line on
+/// standard error.
 ///
 /// Returns an exit status instead when the program is to end at once.
 template<class Config>
-std::pair<std::optional<Config>, int> load_config(Program const& program, Arguments const& arguments,
-                                                  result<Configured<Config>> (*parse)(std::string_view,
-                                                                                      std::filesystem::path const&))
+std::pair<std::optional<Config>, int>
+load_config(Program const& program, Arguments const& arguments,
+            result<Configured<Config>> (*parse)(std::string_view, std::filesystem::path const&))
 {
     auto configured = read_config(arguments, parse);
-    auto const usable = configured ? check_files(*configured, arguments.config) : result<>(configured.error());
+    auto const usable =
+        configured ? check_files(*configured, arguments.config) : result<>(configured.error());
     if (!usable) {
         std::cerr << program.name << ": " << terminal_text(usable.error().message()) << std::endl;
         return {std::nullopt, exit_usage};
@@ -127,18 +131,19 @@ std::pair<std::optional<Config>, int> load_config(Program const& program, Argume
     return {std::move(configured->config), exit_ok};
 }
 
-/// For the thread of an event loop: from now on it waits for a processor as briefly as the kernel allows, and works in shorter
-/// turns for it; its share of the processor stays the same.
+/// For the thread of an event loop: from now on it waits for a processor as briefly as the kernel allows, and
+/// works in shorter turns for it; its share of the processor stays the same.
 ///
-/// Threads and processes that it starts don't inherit that, nor a negative nice value. Without effect on Linux before 6.12, and
-/// where the thread has another scheduling policy than the normal one.
+/// Threads and processes that it starts don't inherit that, nor a negative nice value. Without effect on
+/// Linux before 6.12, and where the thread has another scheduling policy than the normal one.
 void use_low_latency_scheduling() noexcept;
 
-/// Runs `body` on one thread, which answers promptly, until it ends, or until SIGTERM or SIGINT cancel it. From then on nobody but
-/// root can trace this process, and it leaves no core.
+/// Runs `body` on one thread, which answers promptly, until it ends, or until SIGTERM or SIGINT cancel it.
+/// From then on nobody but root can trace this process, and it leaves no core.
 ///
-/// Returns `exit_ok` when it was cancelled, and otherwise prints why it ended, after `name`, and returns `exit_usage` for
-/// `unavailable`, `invalid_config` and `invalid_argument`, and `exit_failed` for everything else.
+/// Returns `exit_ok` when it was cancelled, and otherwise prints why it ended, after `name`, and returns
+/// `exit_usage` for `unavailable`, `invalid_config` and `invalid_argument`, and `exit_failed` for everything
+/// else.
 int run_daemon(std::string const& name,
                std::function<boost::asio::awaitable<result<>>(boost::asio::any_io_executor)> body);
 

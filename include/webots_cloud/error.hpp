@@ -41,7 +41,8 @@ class Failure
 public:
     Failure() = default;
     Failure(errc code, std::string detail = {}) : code_(make_error_code(code)), detail_(std::move(detail)) {}
-    Failure(boost::system::error_code code, std::string detail = {}) : code_(code), detail_(std::move(detail)) {}
+    Failure(boost::system::error_code code, std::string detail = {}) : code_(code), detail_(std::move(detail))
+    {}
 
     boost::system::error_code code() const noexcept { return code_; }
 
@@ -63,7 +64,10 @@ public:
     {
         return failure.code_ == make_error_code(code);
     }
-    friend bool operator==(Failure const& left, Failure const& right) noexcept { return left.code_ == right.code_; }
+    friend bool operator==(Failure const& left, Failure const& right) noexcept
+    {
+        return left.code_ == right.code_;
+    }
 
 private:
     boost::system::error_code code_;

@@ -1,5 +1,5 @@
-// Keeps a fresh picture of the load of every simulation server. For session servers, and for dashboards of your own.
-// Runs on one executor; does not decide who gets what: that is the Scheduler.
+// Keeps a fresh picture of the load of every simulation server. For session servers, and for dashboards of
+// your own. Runs on one executor; does not decide who gets what: that is the Scheduler.
 #pragma once
 
 #include <webots_cloud/error.hpp>
@@ -32,9 +32,9 @@ struct LoadMonitorParams
 
 /// Polls `GET /load` of every server, each on its own schedule: one slow machine delays nobody.
 ///
-/// First polls start at once; later ones keep their distance, so that polls of many servers stay spread over the interval.
-/// Inert until `run()` is awaited; `run()` ends when cancelled or when the parameters are unusable.
-/// Lifetime: `http`, `clock` must outlive the monitor.   Thread-safety: one executor.
+/// First polls start at once; later ones keep their distance, so that polls of many servers stay spread over
+/// the interval. Inert until `run()` is awaited; `run()` ends when cancelled or when the parameters are
+/// unusable. Lifetime: `http`, `clock` must outlive the monitor.   Thread-safety: one executor.
 class LoadMonitor
 {
 public:
@@ -46,15 +46,19 @@ public:
     /// Errors: `invalid_argument`, and the old ones stay: an interval or a timeout that is not positive.
     result<> set_params(LoadMonitorParams params);
 
-    /// The servers to watch from now on: added ones are polled at once, removed ones are forgotten, others stay as they are.
+    /// The servers to watch from now on: added ones are polled at once, removed ones are forgotten, others
+    /// stay as they are.
     void set_servers(std::vector<std::string> const& addresses);
 
-    /// Cancellation: terminal; polls in flight are abandoned.   Errors: `invalid_argument`; `operation_aborted`.
+    /// Cancellation: terminal; polls in flight are abandoned.   Errors: `invalid_argument`;
+    /// `operation_aborted`.
     boost::asio::awaitable<result<>> run();
 
-    /// Waits for polls to end and returns their outcomes, oldest first; never empty. For one caller at a time.
+    /// Waits for polls to end and returns their outcomes, oldest first; never empty. For one caller at a
+    /// time.
     ///
-    /// Outcomes that nobody asks for are dropped, oldest first, beyond 100 000.   Errors: `operation_aborted`.
+    /// Outcomes that nobody asks for are dropped, oldest first, beyond 100 000.   Errors:
+    /// `operation_aborted`.
     boost::asio::awaitable<result<std::vector<LoadEvent>>> next_events();
 
     /// How many servers are up, and their load. Never waits, copies nothing.

@@ -10,7 +10,8 @@
 
 namespace webots_cloud {
 
-/// One answer to `GET /load`. Servers of the previous generation say only the load; ours say the rest as well.
+/// One answer to `GET /load`. Servers of the previous generation say only the load; ours say the rest as
+/// well.
 struct LoadReport
 {
     LoadReport() = default;
@@ -42,7 +43,8 @@ struct LoadReport
 
 /// Reads the body of a `/load` answer: a bare number, or the JSON object of our own servers.
 ///
-/// Errors: `errc::protocol_error` for anything but a finite number from 0 up, its detail quoting the start of the body.
+/// Errors: `errc::protocol_error` for anything but a finite number from 0 up, its detail quoting the start of
+/// the body.
 result<LoadReport> parse_load_report(std::string_view body);
 
 /// The JSON object that `parse_load_report` reads. `version` is this program's own.

@@ -42,23 +42,25 @@ struct Project
 
     ProjectRef ref;                        ///< What was asked for.
     std::optional<WebsiteProject> website; ///< What was asked for instead.
-    std::filesystem::path directory; ///< The instance directory; all of the project is inside.
-    std::filesystem::path root;      ///< The folder that holds `worlds/`.
-    std::filesystem::path world;     ///< The world file, absolute.
-    std::string world_header;        ///< Its first line, which names the release of Webots it was made with.
-    std::string revision;            ///< What exactly was fetched: a commit, for instance.
-    std::string notice;              ///< A sentence for the person who asked; or empty.
+    std::filesystem::path directory;       ///< The instance directory; all of the project is inside.
+    std::filesystem::path root;            ///< The folder that holds `worlds/`.
+    std::filesystem::path world;           ///< The world file, absolute.
+    std::string world_header; ///< Its first line, which names the release of Webots it was made with.
+    std::string revision;     ///< What exactly was fetched: a commit, for instance.
+    std::string notice;       ///< A sentence for the person who asked; or empty.
 };
 
-/// Fetches projects into instance directories. How many at a time is the matter of each source, so that one whose
-/// server is slow holds up no other.
+/// Fetches projects into instance directories. How many at a time is the matter of each source, so that one
+/// whose server is slow holds up no other.
 ///
-/// Lifetime: the sources must outlive the fetcher, and the fetcher its operations.   Thread-safety: one executor.
+/// Lifetime: the sources must outlive the fetcher, and the fetcher its operations.   Thread-safety: one
+/// executor.
 class ProjectFetcher
 {
 public:
     /// `websites`: the source of the projects of websites; null: they are refused.
-    ProjectFetcher(ProjectFetcherParams params, std::vector<Forge> forges, Logger log, ProjectSource* websites = nullptr);
+    ProjectFetcher(ProjectFetcherParams params, std::vector<Forge> forges, Logger log,
+                   ProjectSource* websites = nullptr);
     ~ProjectFetcher();
 
     /// The forge that a world is on.   Errors: as `webots_cloud::forge_of`.
@@ -71,14 +73,17 @@ public:
     ///
     /// Cancellation: terminal; completes when nothing of it is left on disk.
     /// Errors: as `ProjectSource::fetch`; `not_found` for the world file.
-    boost::asio::awaitable<result<Project>> fetch(ProjectRef project, std::shared_ptr<FetchProgress> progress);
+    boost::asio::awaitable<result<Project>> fetch(ProjectRef project,
+                                                  std::shared_ptr<FetchProgress> progress);
 
-    /// Puts one of its files, named relative to its root, back as it was fetched.   Errors: as `ProjectSource::restore`.
+    /// Puts one of its files, named relative to its root, back as it was fetched.   Errors: as
+    /// `ProjectSource::restore`.
     ///
     /// Not cancellable: await it before the project is discarded.
     boost::asio::awaitable<result<>> restore(Project const& project, std::string file);
     /// The same for a project that a website's page asked for.   Errors: `refused` too.
-    boost::asio::awaitable<result<Project>> fetch(WebsiteProject project, std::shared_ptr<FetchProgress> progress);
+    boost::asio::awaitable<result<Project>> fetch(WebsiteProject project,
+                                                  std::shared_ptr<FetchProgress> progress);
 
     /// Removes a project's directory.
     boost::asio::awaitable<void> discard(Project project);

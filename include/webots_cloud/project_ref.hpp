@@ -9,17 +9,19 @@
 
 namespace webots_cloud {
 
-/// A world in a folder of a repository, as `<forge>/<owner>/<repository>/(blob|tree)/<ref>/[<folder>/]worlds/<file>.wbt` says.
+/// A world in a folder of a repository, as
+/// `<forge>/<owner>/<repository>/(blob|tree)/<ref>/[<folder>/]worlds/<file>.wbt` says.
 struct ProjectRef
 {
     ProjectRef() = default;
 
-    std::string forge;      ///< Base URL as the operator configured it, without a slash at the end.
+    std::string forge; ///< Base URL as the operator configured it, without a slash at the end.
     std::string owner;
     std::string repository;
-    /// `<ref>[/<folder>]`, percent-decoded. Where the ref ends only the repository knows: refs may contain slashes.
+    /// `<ref>[/<folder>]`, percent-decoded. Where the ref ends only the repository knows: refs may contain
+    /// slashes.
     std::string ref_and_folder;
-    std::string world;      ///< `<file>.wbt`, in the project's folder `worlds`.
+    std::string world; ///< `<file>.wbt`, in the project's folder `worlds`.
 
     /// `<forge>/<owner>/<repository>.git`
     std::string clone_url() const;

@@ -1,4 +1,5 @@
-// The two servers, assembled: every part made from a configuration, connected, and run. What the programs are made of.
+// The two servers, assembled: every part made from a configuration, connected, and run. What the programs are
+// made of.
 #pragma once
 
 #include <webots_cloud/config.hpp>
@@ -19,22 +20,22 @@ using Reload = std::function<result<Configured<Config>>()>;
 
 /// Runs a session server until cancelled.
 ///
-/// SIGHUP applies everything but `port`, the log, TLS, `connectionsPerAddress`, `trustedProxies`, `operatorSocket`,
-/// `scheduling` and `placementTimeout`; browsers stay connected.
-/// Errors: `operation_aborted` when cancelled; `unavailable` when the port is in use; `invalid_argument`.
+/// SIGHUP applies everything but `port`, the log, TLS, `connectionsPerAddress`, `trustedProxies`,
+/// `operatorSocket`, `scheduling` and `placementTimeout`; browsers stay connected. Errors:
+/// `operation_aborted` when cancelled; `unavailable` when the port is in use; `invalid_argument`.
 /// Thread-safety: one executor, on one thread.
 boost::asio::awaitable<result<>> serve_sessions(boost::asio::any_io_executor executor, SessionConfig config,
                                                 Reload<SessionConfig> reload, Logger log);
 
 /// Runs a simulation server until cancelled; then every simulation is ended first.
 ///
-/// SIGHUP applies new `allowedRepositories`, `blockedRepositories`, `shareIdleTime`, `title`, `description` and
-/// `AccessConfig`, but for `operatorSocket`; registries are told of the first and the third.
+/// SIGHUP applies new `allowedRepositories`, `blockedRepositories`, `shareIdleTime`, `title`, `description`
+/// and `AccessConfig`, but for `operatorSocket`; registries are told of the first and the third.
 ///
 /// `programs` is the folder of `webots-process-guard` and `webots-demo-simulator`.
 /// Errors: as `serve_sessions`; `not_found` when there is neither Webots nor the demo simulator.
-boost::asio::awaitable<result<>> serve_simulations(boost::asio::any_io_executor executor, SimulationConfig config,
-                                                   Reload<SimulationConfig> reload, std::filesystem::path programs,
-                                                   Logger log);
+boost::asio::awaitable<result<>> serve_simulations(boost::asio::any_io_executor executor,
+                                                   SimulationConfig config, Reload<SimulationConfig> reload,
+                                                   std::filesystem::path programs, Logger log);
 
 } // namespace webots_cloud

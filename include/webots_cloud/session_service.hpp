@@ -23,20 +23,22 @@ struct SessionServiceParams
 {
     SessionServiceParams() = default;
 
-    bool ssl = true;       ///< Browsers are sent to `wss://` instead of `ws://`.
-    double threshold = 95; ///< Percent: shown red on the monitor page from here on.
+    bool ssl = true;           ///< Browsers are sent to `wss://` instead of `ws://`.
+    double threshold = 95;     ///< Percent: shown red on the monitor page from here on.
     std::uint16_t port = 1999; ///< Our own, for the monitor page behind a proxy that rewrites ports.
-    /// Between two points of the monitor page's charts. Default 5 s, as the polls: more would draw the same load twice.
+    /// Between two points of the monitor page's charts. Default 5 s, as the polls: more would draw the same
+    /// load twice.
     Duration history_step = std::chrono::seconds(5);
-    /// Requests for `/session`, from a client that `IncomingRequest::quota_key` names: at once, and a second in the long run.
-    /// Either 0: any number.
+    /// Requests for `/session`, from a client that `IncomingRequest::quota_key` names: at once, and a second
+    /// in the long run. Either 0: any number.
     std::size_t session_burst = 0;
     double session_rate = 0;
     /// `GET /api/decisions` answers everybody, not the operator alone.
     bool decisions_for_all = false;
     /// What the viewer page proposes (JSON: url, mode, notice); empty: nothing.
     std::string viewer_defaults;
-    /// Told of the changes that `is_mailed` names, which are not logged then. Empty: all are logged. Must not wait.
+    /// Told of the changes that `is_mailed` names, which are not logged then. Empty: all are logged. Must not
+    /// wait.
     std::function<void(LoadEvent const&)> tell_administrator;
     /// What `GET /metrics` shows below the service's own figures: families in the text format of Prometheus.
     /// Must not wait.
@@ -45,20 +47,22 @@ struct SessionServiceParams
 
 /// Tells browsers whether there is room and sends each to its machine.
 ///
-/// Inert until served by an adapter and `run()` is awaited, which carries reports from the monitor to the scheduler and
-/// availability to the browsers.
-/// Lifetime: everything passed by reference must outlive the service.   Thread-safety: one executor.
+/// Inert until served by an adapter and `run()` is awaited, which carries reports from the monitor to the
+/// scheduler and availability to the browsers. Lifetime: everything passed by reference must outlive the
+/// service.   Thread-safety: one executor.
 class SessionService final : public Endpoint
 {
 public:
-    SessionService(SessionServiceParams params, LoadMonitor& monitor, Scheduler& scheduler, Clock& clock, Logger log);
+    SessionService(SessionServiceParams params, LoadMonitor& monitor, Scheduler& scheduler, Clock& clock,
+                   Logger log);
     ~SessionService() override;
 
     /// Takes other parameters, but for `port` and `history_step`, which stay. Browsers that are connected
     /// stay.
     void set_params(SessionServiceParams params);
 
-    /// The simulation servers from now on, for the monitor and the scheduler alike. Browsers that are connected stay.
+    /// The simulation servers from now on, for the monitor and the scheduler alike. Browsers that are
+    /// connected stay.
     void set_servers(std::vector<ServerSpec> const& servers);
 
     /// Cancellation: terminal.   Errors: `operation_aborted`.

@@ -32,8 +32,8 @@ struct SimulationLauncherParams
     int max_simulations = 100;
     /// The longest life of a simulation. Default 2 hours; the browser is told.
     Duration timeout = std::chrono::hours(2);
-    /// From the start of the program to its first sign of life. Default 5 min: some worlds load for minutes. For containers
-    /// from the last word of compose, which may have to fetch an image and to build first.
+    /// From the start of the program to its first sign of life. Default 5 min: some worlds load for minutes.
+    /// For containers from the last word of compose, which may have to fetch an image and to build first.
     Duration start_timeout = std::chrono::minutes(5);
     /// From the polite request to end to the kill. Default 1.5 s.
     Duration grace = std::chrono::milliseconds(1500);
@@ -41,8 +41,8 @@ struct SimulationLauncherParams
     std::string display = ":0";
     /// Webots R2021b and older shall speak TLS themselves, with the certificate in their own folders.
     bool old_webots_tls = false;
-    /// What these are told of Janus, which shows their pictures as video: its address for browsers, and where it takes the
-    /// stream. Default: none.
+    /// What these are told of Janus, which shows their pictures as video: its address for browsers, and where
+    /// it takes the stream. Default: none.
     std::string old_webots_multimedia_server;
     std::string old_webots_multimedia_stream;
     /// Our own environment, of which simulators get what they need.
@@ -60,10 +60,12 @@ struct LaunchSpec
     std::filesystem::path world; ///< The world file, absolute.
     std::string world_header;    ///< Its first line, which names the release of Webots it was made with.
     std::string mode;            ///< What the browser asked for: empty, `x3d`, `w3d` or `mjpeg`.
-    bool old_command_line = false; ///< Webots R2021b or older is started, for a browser that expects it; it has no modes.
-    bool controller_edit = false;  ///< With the old command line: the browser may edit controllers.
-    std::string label;           ///< In front of log lines.
-    /// Gets every line that the simulator prints, but its heartbeats; any bytes. Must not block. Empty: nobody wants them.
+    bool old_command_line =
+        false; ///< Webots R2021b or older is started, for a browser that expects it; it has no modes.
+    bool controller_edit = false; ///< With the old command line: the browser may edit controllers.
+    std::string label;            ///< In front of log lines.
+    /// Gets every line that the simulator prints, but its heartbeats; any bytes. Must not block. Empty:
+    /// nobody wants them.
     std::function<void(std::string_view line)> output;
 };
 
@@ -81,8 +83,7 @@ struct SimulationReady
 
 /// The simulator's sign of life, every five seconds.
 struct SimulationHeartbeat
-{
-};
+{};
 
 /// A browser paused the simulation, or let it run.
 struct SimulationActivity
@@ -98,9 +99,11 @@ struct SimulationEnded
     bool was_ready = false;
 };
 
-using SimulationEvent = std::variant<SimulationProgress, SimulationReady, SimulationHeartbeat, SimulationActivity, SimulationEnded>;
+using SimulationEvent = std::variant<SimulationProgress, SimulationReady, SimulationHeartbeat,
+                                     SimulationActivity, SimulationEnded>;
 
-/// A simulator that was started. Its port returns to the pool when it is destroyed, which also kills what still runs.
+/// A simulator that was started. Its port returns to the pool when it is destroyed, which also kills what
+/// still runs.
 class Simulation
 {
 public:
@@ -114,7 +117,8 @@ public:
 
     virtual int process_id() const noexcept = 0;
 
-    /// Whole messages that the browser gets before all others: what the project says of itself. Containers only.
+    /// Whole messages that the browser gets before all others: what the project says of itself. Containers
+    /// only.
     virtual std::vector<std::string> const& announcements() const noexcept = 0;
 
     /// What the simulator and everything it started have consumed. The simulation may be destroyed meanwhile.
@@ -123,8 +127,8 @@ public:
 
 /// Starts simulators on ports of its own.
 ///
-/// Lifetime: everything passed by reference must outlive the launcher, and the launcher its simulations.   Thread-safety: one
-/// executor.
+/// Lifetime: everything passed by reference must outlive the launcher, and the launcher its simulations.
+/// Thread-safety: one executor.
 class SimulationLauncher
 {
 public:
@@ -133,8 +137,8 @@ public:
                        DockerMode* docker = nullptr);
     ~SimulationLauncher();
 
-    /// Starts a simulator.   Errors: `unavailable` (every port is taken), `invalid_argument` (mode), `start_failed`, and
-    /// those of `DockerMode::prepare`; the detail is a sentence for the browser.
+    /// Starts a simulator.   Errors: `unavailable` (every port is taken), `invalid_argument` (mode),
+    /// `start_failed`, and those of `DockerMode::prepare`; the detail is a sentence for the browser.
     boost::asio::awaitable<result<std::unique_ptr<Simulation>>> launch(LaunchSpec spec);
 
     /// Simulators whose port is not back in the pool.

@@ -34,7 +34,8 @@ std::filesystem::path find_default(std::filesystem::path const& relative)
 
 } // namespace
 
-std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* const* argv, Program const& program)
+std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* const* argv,
+                                                         Program const& program)
 {
     options::options_description shown("Options");
     shown.add_options()                                                                 //
@@ -52,7 +53,8 @@ std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* c
 
     options::variables_map given;
     try {
-        options::store(options::command_line_parser(argc, argv).options(all).positional(positions).run(), given);
+        options::store(options::command_line_parser(argc, argv).options(all).positional(positions).run(),
+                       given);
     } catch (options::error const& failure) {
         std::cerr << program.name << ": " << terminal_text(failure.what()) << ". See " << program.name
                   << " --help.\n";
@@ -60,7 +62,8 @@ std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* c
     }
     if (given.count("help")) {
         std::cout << "Usage: " << program.name << " [OPTION...] [CONFIG.json]\n\n"
-                  << program.summary << "\n\nWithout CONFIG.json it reads " << program.default_config.string() << ".\n\n"
+                  << program.summary << "\n\nWithout CONFIG.json it reads " << program.default_config.string()
+                  << ".\n\n"
                   << shown << "\nSIGTERM and SIGINT end it in order.\n";
         return {std::nullopt, exit_ok};
     }
@@ -68,14 +71,16 @@ std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* c
         std::cout << program.name << " " << version() << "\n";
         return {std::nullopt, exit_ok};
     }
-    auto const configs = given.count("config") ? given["config"].as<std::vector<std::string>>() : std::vector<std::string>();
+    auto const configs =
+        given.count("config") ? given["config"].as<std::vector<std::string>>() : std::vector<std::string>();
     if (configs.size() > 1) {
         std::cerr << program.name << ": Too many arguments. Expected at most one configuration file, found "
                   << configs.size() << ".\n";
         return {std::nullopt, exit_usage};
     }
     Arguments arguments;
-    arguments.config = configs.empty() ? find_default(program.default_config) : std::filesystem::path(configs.front());
+    arguments.config =
+        configs.empty() ? find_default(program.default_config) : std::filesystem::path(configs.front());
     arguments.check_config = given.count("check-config") > 0;
     for (auto const& command : program.commands)
         if (given.count(command.option))
@@ -114,7 +119,8 @@ result<std::string> read_config_file(std::filesystem::path const& path)
 {
     std::error_code ignored;
     if (std::filesystem::is_directory(path, ignored))
-        return Failure(errc::invalid_config, path.string() + ": expected a configuration file, found a folder");
+        return Failure(errc::invalid_config,
+                       path.string() + ": expected a configuration file, found a folder");
     auto text = read_regular_file(path, max_config_size);
     if (!text)
         return Failure(errc::invalid_config,

@@ -136,8 +136,8 @@ result<AccessParams> session_access_params(SessionConfig const& config)
 
 } // namespace
 
-asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, SessionConfig config, Reload<SessionConfig> reload,
-                                         Logger log)
+asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, SessionConfig config,
+                                         Reload<SessionConfig> reload, Logger log)
 {
     using namespace asio::experimental::awaitable_operators;
     auto const clock = make_steady_clock(executor);
@@ -160,7 +160,8 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     if (!allowed)
         co_return allowed.error();
     AccessControl access(*allowed, service, log);
-    auto const server = make_http_server(executor, app::server_params(config.port, config.network), access, log);
+    auto const server =
+        make_http_server(executor, app::server_params(config.port, config.network), access, log);
     network = server.get();
     if (auto const listening = server->listen(); !listening)
         co_return listening.error();
@@ -187,9 +188,9 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     };
     auto const manager = make_service_manager();
     auto const ended =
-        co_await (server->run() || operators->run() || report_to(*manager, *clock) || service.run() || monitor.run() ||
-                  administrator.mail.run() || app::sum_up_log(log, *clock) ||
-                                 app::obey_sighup(executor, std::move(reload), config, apply, log));
+        co_await (server->run() || operators->run() || report_to(*manager, *clock) || service.run() ||
+                  monitor.run() || administrator.mail.run() || app::sum_up_log(log, *clock) ||
+                  app::obey_sighup(executor, std::move(reload), config, apply, log));
     co_return std::visit([](result<> const& outcome) { return outcome; }, ended);
 }
 

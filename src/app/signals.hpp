@@ -31,7 +31,8 @@ boost::asio::awaitable<result<>> obey_sighup(boost::asio::any_io_executor execut
     if (reload)
         signals.add(SIGHUP);
     for (;;) {
-        auto const [error, number] = co_await signals.async_wait(boost::asio::as_tuple(boost::asio::use_awaitable));
+        auto const [error, number] =
+            co_await signals.async_wait(boost::asio::as_tuple(boost::asio::use_awaitable));
         if (error)
             co_return Failure(error);
         auto const configured = reload();
@@ -50,11 +51,13 @@ boost::asio::awaitable<result<>> obey_sighup(boost::asio::any_io_executor execut
 }
 
 /// Calls `drain` at each SIGUSR1. Ends when cancelled.
-inline boost::asio::awaitable<result<>> obey_sigusr1(boost::asio::any_io_executor executor, std::function<void()> drain)
+inline boost::asio::awaitable<result<>> obey_sigusr1(boost::asio::any_io_executor executor,
+                                                     std::function<void()> drain)
 {
     boost::asio::signal_set signals(executor, SIGUSR1);
     for (;;) {
-        auto const [error, number] = co_await signals.async_wait(boost::asio::as_tuple(boost::asio::use_awaitable));
+        auto const [error, number] =
+            co_await signals.async_wait(boost::asio::as_tuple(boost::asio::use_awaitable));
         if (error)
             co_return Failure(error);
         drain();

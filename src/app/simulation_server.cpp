@@ -1,11 +1,11 @@
-#include "core/simulation/client_protocol.hpp"
+#include "core/config/state_folder.hpp"
 #include "core/docker/docker_leftovers.hpp"
 #include "core/docker/docker_project.hpp"
-#include "core/simulation/isolation.hpp"
 #include "core/pages/monitor_sample.hpp"
+#include "core/simulation/client_protocol.hpp"
+#include "core/simulation/isolation.hpp"
 #include "core/simulation/simulator_choice.hpp"
 #include "core/simulation/simulator_environment.hpp"
-#include "core/config/state_folder.hpp"
 #include "core/text.hpp"
 #include "log_summaries.hpp"
 #include "metrics.hpp"
@@ -395,7 +395,8 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
         log.warning(concat("No --drain, only SIGUSR1: ", listening.error().message()));
     auto const http = make_http_client(executor);
     Registration registration(registration_params(config), *http, *clock, log);
-    std::function<result<>(SimulationConfig const&)> const apply = [&](SimulationConfig const& next) -> result<> {
+    std::function<result<>(SimulationConfig const&)> const apply =
+        [&](SimulationConfig const& next) -> result<> {
         auto const next_access = app::access_params(config.server, next.access);
         if (!next_access)
             return next_access.error();

@@ -8,8 +8,8 @@ namespace webots_cloud::async {
 
 /// True once the coroutine was cancelled.
 ///
-/// A cancellation that comes while an operation has completed already but its coroutine has not run yet stops nothing. So every
-/// loop whose coroutine does not throw on cancellation asks before it waits again.
+/// A cancellation that comes while an operation has completed already but its coroutine has not run yet stops
+/// nothing. So every loop whose coroutine does not throw on cancellation asks before it waits again.
 inline boost::asio::awaitable<bool> is_cancelled()
 {
     auto const state = co_await boost::asio::this_coro::cancellation_state;

@@ -15,15 +15,19 @@ namespace webots_cloud::async {
 
 /// Starts tasks, cancels them, and waits for the last one.
 ///
-/// Lifetime: must outlive its tasks, so its owner awaits `join()` before it goes.   Thread-safety: one executor.
+/// Lifetime: must outlive its tasks, so its owner awaits `join()` before it goes.   Thread-safety: one
+/// executor.
 class TaskGroup
 {
 public:
     using Task = std::list<boost::asio::cancellation_signal>::iterator;
 
-    explicit TaskGroup(boost::asio::any_io_executor executor) : executor_(std::move(executor)), ended_(executor_) {}
+    explicit TaskGroup(boost::asio::any_io_executor executor)
+        : executor_(std::move(executor)), ended_(executor_)
+    {}
 
-    /// Starts a task, from the executor's next turn on. An exception that leaves it ends the program: it is a bug.
+    /// Starts a task, from the executor's next turn on. An exception that leaves it ends the program: it is a
+    /// bug.
     Task spawn(boost::asio::awaitable<void> body)
     {
         auto const task = signals_.emplace(signals_.end());

@@ -11,7 +11,8 @@
 
 namespace webots_cloud::async {
 
-/// `notify()` lets one `wait()` go: the one that waits, or the next one. Notifications that nobody took merge into one.
+/// `notify()` lets one `wait()` go: the one that waits, or the next one. Notifications that nobody took merge
+/// into one.
 class Wakeup
 {
 public:

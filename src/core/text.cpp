@@ -32,7 +32,8 @@ std::size_t utf8_length(std::string_view text) noexcept
     if (first >= 0xC2 && first <= 0xDF)
         return follows(1) ? 2 : 0;
     if (first >= 0xE0 && first <= 0xEF) {
-        if (!follows(1) || !follows(2) || (first == 0xE0 && byte(1) < 0xA0) || (first == 0xED && byte(1) > 0x9F))
+        if (!follows(1) || !follows(2) || (first == 0xE0 && byte(1) < 0xA0) ||
+            (first == 0xED && byte(1) > 0x9F))
             return 0;
         return 3;
     }

@@ -2,6 +2,9 @@
 
 namespace webots_cloud {
 
-std::string_view version() noexcept { return WEBOTS_CLOUD_VERSION; }
+std::string_view version() noexcept
+{
+    return WEBOTS_CLOUD_VERSION;
+}
 
 } // namespace webots_cloud

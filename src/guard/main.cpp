@@ -1,31 +1,37 @@
-// webots-process-guard: runs one program and makes sure that nothing it started outlives it, or the one who asked for it.
+// webots-process-guard: runs one program and makes sure that nothing it started outlives it, or the one who
+// asked for it.
 //
-//     webots-process-guard [--afterwards COUNT WORD...] [--set-user-id] [--read-only FOLDER]... GRACE_MS PROGRAM [ARGUMENT...]
-//     webots-process-guard --probe [--read-only FOLDER]...
+//     webots-process-guard [--afterwards COUNT WORD...] [--set-user-id] [--read-only FOLDER]... GRACE_MS
+//     PROGRAM [ARGUMENT...] webots-process-guard --probe [--read-only FOLDER]...
 //
-// Standard input is the leash: a byte on it asks the program to end (SIGTERM, and SIGKILL for the whole tree after GRACE_MS
-// milliseconds); its end of file, which also comes when the owner dies in whatever way, kills the tree at once. The owner gives a
-// socket, which nobody can open again by its name in /proc and so hold open; and should somebody get hold of it all the same, the
-// death of our parent, who is the owner, counts as its end. Processes that
-// leave their parents (fork twice, setsid) fall to the guard, which is their sub-reaper, so none is missed and no name is ever
-// looked up. The guard ends only when no process of the tree is left, in the same way as the program did.
+// Standard input is the leash: a byte on it asks the program to end (SIGTERM, and SIGKILL for the whole tree
+// after GRACE_MS milliseconds); its end of file, which also comes when the owner dies in whatever way, kills
+// the tree at once. The owner gives a socket, which nobody can open again by its name in /proc and so hold
+// open; and should somebody get hold of it all the same, the death of our parent, who is the owner, counts as
+// its end. Processes that leave their parents (fork twice, setsid) fall to the guard, which is their
+// sub-reaper, so none is missed and no name is ever looked up. The guard ends only when no process of the
+// tree is left, in the same way as the program did.
 //
-// COUNT words after --afterwards are the command line of a program that clears away what the tree leaves elsewhere (containers, for
-// instance, whose processes are not of the tree). It runs when the tree is gone, and for a minute at most.
+// COUNT words after --afterwards are the command line of a program that clears away what the tree leaves
+// elsewhere (containers, for instance, whose processes are not of the tree). It runs when the tree is gone,
+// and for a minute at most.
 //
-// Where the kernel allows it the tree lives in a PID namespace of its own. Then it dies even when somebody kills the guard, and no
-// process of it can signal the guard, the server or another simulation. Who is not root needs a user namespace
-// for that, in which set-user-ID programs are programs like any other; with --set-user-id the tree goes without. A mount namespace
-// comes with it where that is allowed too: /proc shows the tree alone, and the folders after --read-only can't be changed. Root's
-// programs lose the capabilities that would lead out of there, but not with --set-user-id. Where there is no PID namespace, Landlock
-// forbids signals to others, if the kernel has it (Linux 6.12).
+// Where the kernel allows it the tree lives in a PID namespace of its own. Then it dies even when somebody
+// kills the guard, and no process of it can signal the guard, the server or another simulation. Who is not
+// root needs a user namespace for that, in which set-user-ID programs are programs like any other; with
+// --set-user-id the tree goes without. A mount namespace comes with it where that is allowed too: /proc shows
+// the tree alone, and the folders after --read-only can't be changed. Root's programs lose the capabilities
+// that would lead out of there, but not with --set-user-id. Where there is no PID namespace, Landlock forbids
+// signals to others, if the kernel has it (Linux 6.12).
 //
-// --probe says in one line which of this works here: "namespace", "signals" (Landlock) or "none", followed by "proc" and "read-only"
-// where they do, or by ": " and the reason why there is no namespace.
+// --probe says in one line which of this works here: "namespace", "signals" (Landlock) or "none", followed by
+// "proc" and "read-only" where they do, or by ": " and the reason why there is no namespace.
 //
-// Nobody may trace us or look into our memory and descriptors (PR_SET_DUMPABLE), but root; see `forbid_tracing`.
+// Nobody may trace us or look into our memory and descriptors (PR_SET_DUMPABLE), but root; see
+// `forbid_tracing`.
 //
-// Plain system calls and nothing of the library: it runs once per simulation, and its few pages are all that each one costs.
+// Plain system calls and nothing of the library: it runs once per simulation, and its few pages are all that
+// each one costs.
 
 #include "pid_namespace.hpp"
 #include "privileges.hpp"
@@ -115,8 +121,8 @@ class Guard
 {
 public:
     /// `owner`: a pidfd, or -1.
-    Guard(Started started, long grace_ms, int owner) :
-        program_(started.process), report_(started.report), grace_ms_(grace_ms), owner_(owner)
+    Guard(Started started, long grace_ms, int owner)
+        : program_(started.process), report_(started.report), grace_ms_(grace_ms), owner_(owner)
     {}
 
     /// Of a program that nobody asks to end, and that has so much time.
@@ -142,7 +148,7 @@ private:
     pid_t program_;
     int report_;
     long grace_ms_;
-    int owner_; ///< -1: is not watched, or has died.
+    int owner_;         ///< -1: is not watched, or has died.
     long kill_at_ = -1; ///< When patience ends; -1: nobody has asked for an end.
     int status_ = 0;
     bool killing_ = false;
@@ -179,7 +185,8 @@ void Guard::reap()
         if (ended != program_)
             continue;
         int reported = 0;
-        bool const has_report = report_ >= 0 && read(report_, &reported, sizeof reported) == static_cast<ssize_t>(sizeof reported);
+        bool const has_report = report_ >= 0 && read(report_, &reported, sizeof reported) ==
+                                                    static_cast<ssize_t>(sizeof reported);
         status_ = has_report ? reported : status;
         program_ = -1;
         killing_ = true; // what the program leaves behind has nobody to serve any more
@@ -207,7 +214,8 @@ int Guard::watch(int signals)
             killing_ = true;
         if (killing_)
             kill_children();
-        pollfd watched[] = {{signals, POLLIN, 0}, {leash_open_ ? STDIN_FILENO : -1, POLLIN, 0}, {owner_, POLLIN, 0}};
+        pollfd watched[] = {
+            {signals, POLLIN, 0}, {leash_open_ ? STDIN_FILENO : -1, POLLIN, 0}, {owner_, POLLIN, 0}};
         if (poll(watched, 3, wait_time()) <= 0)
             continue;
         if (watched[1].revents != 0)
@@ -217,7 +225,8 @@ int Guard::watch(int signals)
             killing_ = true;
         }
         signalfd_siginfo info{};
-        if ((watched[0].revents & POLLIN) != 0 && read(signals, &info, sizeof info) == static_cast<ssize_t>(sizeof info) &&
+        if ((watched[0].revents & POLLIN) != 0 &&
+            read(signals, &info, sizeof info) == static_cast<ssize_t>(sizeof info) &&
             info.ssi_signo != SIGCHLD)
             terminate();
     }
@@ -240,7 +249,8 @@ int Guard::watch(int signals)
     _exit(WEXITSTATUS(status));
 }
 
-/// Clears away what the tree has left. In silence: who would read it may be dead, and a closed pipe ends those who write.
+/// Clears away what the tree has left. In silence: who would read it may be dead, and a closed pipe ends
+/// those who write.
 void run_afterwards(char** argv, sigset_t const& original, int signals)
 {
     Program command;
@@ -257,7 +267,8 @@ void run_afterwards(char** argv, sigset_t const& original, int signals)
         Guard::of_unasked(program, max_cleanup_ms).watch(signals);
 }
 
-/// Takes the command line after `--afterwards` out of ours: `argv` then begins with GRACE_MS. Null: there is none.
+/// Takes the command line after `--afterwards` out of ours: `argv` then begins with GRACE_MS. Null: there is
+/// none.
 char** take_afterwards(int& argc, char**& argv)
 {
     --argc;
@@ -285,7 +296,8 @@ bool take_word(int& argc, char**& argv, char const* word)
     return given;
 }
 
-/// Takes the folders that must not be changed. Returns how many they are; they lie where the first `--read-only` was.
+/// Takes the folders that must not be changed. Returns how many they are; they lie where the first
+/// `--read-only` was.
 int take_read_only(int& argc, char**& argv)
 {
     char** const folders = argv;
@@ -308,7 +320,8 @@ int watch_owner()
 int usage(char const* name)
 {
     std::fprintf(stderr,
-                 "usage: %s [--afterwards COUNT WORD...] [--set-user-id] [--read-only FOLDER]... GRACE_MS PROGRAM [ARGUMENT...]\n"
+                 "usage: %s [--afterwards COUNT WORD...] [--set-user-id] [--read-only FOLDER]... GRACE_MS "
+                 "PROGRAM [ARGUMENT...]\n"
                  "       %s --probe [--read-only FOLDER]...\n",
                  name, name);
     return 2;
@@ -320,9 +333,11 @@ int probe(Program const& program)
     auto const started = webots_cloud::guard::start_in_namespace(program, become_nothing);
     if (started.process > 0) {
         waitpid(started.process, nullptr, 0);
-        std::printf("namespace%s%s\n", started.own_proc ? " proc" : "", started.read_only ? " read-only" : "");
+        std::printf("namespace%s%s\n", started.own_proc ? " proc" : "",
+                    started.read_only ? " read-only" : "");
     } else {
-        std::printf("%s: %s\n", webots_cloud::guard::can_confine_signals() ? "signals" : "none", std::strerror(started.error));
+        std::printf("%s: %s\n", webots_cloud::guard::can_confine_signals() ? "signals" : "none",
+                    std::strerror(started.error));
     }
     return 0;
 }

@@ -1,9 +1,9 @@
 #include <webots_cloud/access_control.hpp>
 
-#include "core/base64.hpp"
-#include "core/pages/http_pages.hpp"
 #include "core/access/ip_address.hpp"
 #include "core/access/site_access.hpp"
+#include "core/base64.hpp"
+#include "core/pages/http_pages.hpp"
 #include "core/text.hpp"
 
 namespace webots_cloud {

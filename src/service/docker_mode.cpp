@@ -93,7 +93,7 @@ struct DockerMode::Impl
     Logger log;
     Arguments compose; ///< The beginning of its command line.
     std::string runtime = "runc";
-    std::set<std::string> projects; ///< That were prepared and are not cleared.
+    std::set<std::string> projects;       ///< That were prepared and are not cleared.
     std::optional<async::Wakeup> cleared; ///< While `run()` is awaited.
 };
 
@@ -148,14 +148,14 @@ asio::awaitable<result<>> DockerMode::Impl::find_docker()
     Arguments info{params.docker.string(), "info", "--format",
                    "Docker {{.ServerVersion}} has {{range $name, $_ := .Runtimes}}{{$name}} {{end}}"};
     auto const runtimes = co_await run(std::move(info));
-    // Newer clients call it a success to know no version of a daemon that they can't reach, and may warn beside it.
+    // Newer clients call it a success to know no version of a daemon that they can't reach, and may warn
+    // beside it.
     bool const answers = runtimes && runtimes->find("Docker ") != std::string::npos &&
                          runtimes->find("Docker  has") == std::string::npos;
     if (!answers)
-        co_return Failure(errc::unavailable,
-                          concat("docker: the daemon does not answer: ",
-                                 runtimes ? "Is it running, and may this user use it?"
-                                          : runtimes.error().message()));
+        co_return Failure(errc::unavailable, concat("docker: the daemon does not answer: ",
+                                                    runtimes ? "Is it running, and may this user use it?"
+                                                             : runtimes.error().message()));
     if (concat(" ", *runtimes).find(" nvidia ") != std::string::npos)
         runtime = "nvidia";
     log.info(concat("Simulations run in containers, by ", core::join({compose.begin(), compose.end()}, " "),
@@ -379,8 +379,8 @@ asio::awaitable<result<>> DockerMode::Impl::remove_leftovers(core::DockerScope s
     co_return Failure(errc::unavailable, "docker goes on showing what was removed");
 }
 
-/// When compose is killed in the middle of a build, docker may still make the container of the next step. That of a build that
-/// lives has been started by the next look.
+/// When compose is killed in the middle of a build, docker may still make the container of the next step.
+/// That of a build that lives has been started by the next look.
 asio::awaitable<result<>> DockerMode::Impl::watch_builds()
 {
     Arguments before;
@@ -392,9 +392,10 @@ asio::awaitable<result<>> DockerMode::Impl::watch_builds()
         auto const listing = co_await run(list_containers());
         auto const unstarted = core::unstarted_builds(listing ? *listing : std::string(), params.identity);
         Arguments still;
-        std::copy_if(unstarted.begin(), unstarted.end(), std::back_inserter(still), [&before](std::string const& id) {
-            return std::find(before.begin(), before.end(), id) != before.end();
-        });
+        std::copy_if(unstarted.begin(), unstarted.end(), std::back_inserter(still),
+                     [&before](std::string const& id) {
+                         return std::find(before.begin(), before.end(), id) != before.end();
+                     });
         if (!still.empty())
             co_await remove_builds(std::move(still));
         quiet = unstarted.empty() ? quiet + 1 : 0;

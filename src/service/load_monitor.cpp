@@ -1,9 +1,9 @@
 #include <webots_cloud/load_monitor.hpp>
 
-#include "core/load/load_table.hpp"
-#include "core/text.hpp"
 #include "async/cancellation.hpp"
 #include "async/task_group.hpp"
+#include "core/load/load_table.hpp"
+#include "core/text.hpp"
 
 #include <boost/asio/this_coro.hpp>
 
@@ -20,11 +20,12 @@ namespace {
 
 constexpr std::size_t max_events = 100'000;
 
-// Polls that are due within the same moment go out together: of 5,000 servers one wakes the process for all of its twenty, and who
-// polls ten servers does not notice.
+// Polls that are due within the same moment go out together: of 5,000 servers one wakes the process for all
+// of its twenty, and who polls ten servers does not notice.
 constexpr Duration moment = std::chrono::milliseconds(20);
 
-/// One server being watched. Shared with its task, which may still run for a moment after the server was removed.
+/// One server being watched. Shared with its task, which may still run for a moment after the server was
+/// removed.
 struct Watch
 {
     explicit Watch(std::string address) : load(std::move(address)) {}
@@ -40,7 +41,8 @@ result<LoadReport> judge(result<HttpResponse> const& response)
     if (!response)
         return response.error();
     if (response->status != 200)
-        return Failure(errc::protocol_error, core::concat("answered HTTP ", std::to_string(response->status)));
+        return Failure(errc::protocol_error,
+                       core::concat("answered HTTP ", std::to_string(response->status)));
     return parse_load_report(response->body);
 }
 
@@ -65,13 +67,14 @@ std::string server_url(std::string_view address, bool tls, std::string_view path
 
 struct LoadMonitor::Impl
 {
-    Impl(LoadMonitorParams parameters, HttpClient& client, Clock& time, Logger logger) :
-        params(parameters), http(client), clock(time), log(std::move(logger))
+    Impl(LoadMonitorParams parameters, HttpClient& client, Clock& time, Logger logger)
+        : params(parameters), http(client), clock(time), log(std::move(logger))
     {}
 
     void start(std::shared_ptr<Watch> const& watch)
     {
-        watch->phase = std::fmod(static_cast<double>(++started) * 0.6180339887, 1.0); // golden ratio: evenly spread, always
+        watch->phase = std::fmod(static_cast<double>(++started) * 0.6180339887,
+                                 1.0); // golden ratio: evenly spread, always
         watch->task = tasks->spawn(keep_polling(watch));
     }
 
@@ -127,8 +130,8 @@ void LoadMonitor::Impl::record(Watch& watch, result<LoadReport> const& outcome)
         happened->notify();
 }
 
-LoadMonitor::LoadMonitor(LoadMonitorParams params, HttpClient& http, Clock& clock, Logger log) :
-    impl_(std::make_unique<Impl>(params, http, clock, std::move(log)))
+LoadMonitor::LoadMonitor(LoadMonitorParams params, HttpClient& http, Clock& clock, Logger log)
+    : impl_(std::make_unique<Impl>(params, http, clock, std::move(log)))
 {}
 
 LoadMonitor::~LoadMonitor() = default;

@@ -208,8 +208,7 @@ HttpResponse OperatorEndpoints::figures() const
         .add(static_cast<double>(sessions_.size()) - starting - active, {{"state", "idle"}});
     text.family("simulations_most", "gauge", "Simulations that may run at once.")
         .add(static_cast<double>(capacity()));
-    text.family("draining", "gauge", "1 while no new simulation is taken.")
-        .add(context_.draining ? 1 : 0);
+    text.family("draining", "gauge", "1 while no new simulation is taken.").add(context_.draining ? 1 : 0);
     text.family("event_loop_lag_seconds", "gauge", "How late the last measurement of the machine was.")
         .add(std::chrono::duration<double>(event_loop_lag_).count());
     auto const highest = *std::max_element(event_loop_lags_.begin(), event_loop_lags_.end());

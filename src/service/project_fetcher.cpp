@@ -14,8 +14,8 @@ using core::concat;
 
 struct ProjectFetcher::Impl
 {
-    Impl(ProjectFetcherParams parameters, std::vector<Forge> sources, Logger logger, ProjectSource* others) :
-        params(std::move(parameters)), forges(std::move(sources)), log(std::move(logger)), websites(others)
+    Impl(ProjectFetcherParams parameters, std::vector<Forge> sources, Logger logger, ProjectSource* others)
+        : params(std::move(parameters)), forges(std::move(sources)), log(std::move(logger)), websites(others)
     {}
 
     /// The addresses of all forges.
@@ -82,8 +82,8 @@ struct ProjectFetcher::Impl
 };
 
 ProjectFetcher::ProjectFetcher(ProjectFetcherParams params, std::vector<Forge> forges, Logger log,
-                               ProjectSource* websites) :
-    impl_(std::make_unique<Impl>(std::move(params), std::move(forges), std::move(log), websites))
+                               ProjectSource* websites)
+    : impl_(std::make_unique<Impl>(std::move(params), std::move(forges), std::move(log), websites))
 {}
 
 ProjectFetcher::~ProjectFetcher() = default;
@@ -98,7 +98,8 @@ result<ProjectRef> ProjectFetcher::parse(std::string_view url) const
     return parse_world_url(url, impl_->bases());
 }
 
-asio::awaitable<result<Project>> ProjectFetcher::fetch(ProjectRef ref, std::shared_ptr<FetchProgress> progress)
+asio::awaitable<result<Project>> ProjectFetcher::fetch(ProjectRef ref,
+                                                       std::shared_ptr<FetchProgress> progress)
 {
     auto& source = impl_->source_of(ref);
     auto world = ref.world;
@@ -108,7 +109,8 @@ asio::awaitable<result<Project>> ProjectFetcher::fetch(ProjectRef ref, std::shar
     co_return co_await impl_->fetch(source, std::move(order), std::move(world));
 }
 
-asio::awaitable<result<Project>> ProjectFetcher::fetch(WebsiteProject website, std::shared_ptr<FetchProgress> progress)
+asio::awaitable<result<Project>> ProjectFetcher::fetch(WebsiteProject website,
+                                                       std::shared_ptr<FetchProgress> progress)
 {
     if (!impl_->websites)
         co_return Failure(errc::refused, "This simulation server runs no projects of websites.");

@@ -1,14 +1,14 @@
 #include <webots_cloud/session_service.hpp>
 
+#include "core/access/token_buckets.hpp"
 #include "core/pages/http_pages.hpp"
 #include "core/pages/metrics_text.hpp"
 #include "core/pages/monitor_page.hpp"
 #include "core/pages/session_board.hpp"
 #include "core/pages/shared_page.hpp"
 #include "core/text.hpp"
-#include "core/access/token_buckets.hpp"
-#include "web/assets.hpp"
 #include "monitor_feed.hpp"
+#include "web/assets.hpp"
 
 #include <webots_cloud/operator_mail.hpp>
 #include <webots_cloud/version.hpp>
@@ -34,9 +34,11 @@ std::string transition_line(LoadEvent const& event)
     auto const load = concat(core::python_float(server.report.load), "%");
     switch (event.transition) {
     case LoadTransition::not_responding:
-        return concat(server.address, " simulation server is not responding (assuming 100% load): ", server.problem);
+        return concat(server.address,
+                      " simulation server is not responding (assuming 100% load): ", server.problem);
     case LoadTransition::too_slow:
-        return concat(server.address, " simulation server is taking too long to respond (assuming 100% load)");
+        return concat(server.address,
+                      " simulation server is taking too long to respond (assuming 100% load)");
     case LoadTransition::working_again:
         return concat(server.address, " simulation server is up and running again (load = ", load, ")");
     case LoadTransition::reached_maximum:
@@ -49,7 +51,8 @@ std::string transition_line(LoadEvent const& event)
     return {};
 }
 
-// With the type of what GET answers: this is the busiest answer, and a string of its own would be allocated for each.
+// With the type of what GET answers: this is the busiest answer, and a string of its own would be allocated
+// for each.
 constexpr std::string_view html_for_any_origin = "Content-Type: text/html; charset=UTF-8\r\n"
                                                  "X-Content-Type-Options: nosniff\r\n"
                                                  "Access-Control-Allow-Origin: *\r\n"
@@ -63,9 +66,10 @@ constexpr std::string_view any_origin = html_for_any_origin.substr(html_for_any_
 
 struct SessionService::Impl
 {
-    Impl(SessionServiceParams parameters, LoadMonitor& load_monitor, Scheduler& placing, Clock& time, Logger logger) :
-        params(std::move(parameters)), monitor(load_monitor), scheduler(placing), clock(time), log(std::move(logger)),
-        started(clock.wall()), board(params.history_step, params.threshold)
+    Impl(SessionServiceParams parameters, LoadMonitor& load_monitor, Scheduler& placing, Clock& time,
+         Logger logger)
+        : params(std::move(parameters)), monitor(load_monitor), scheduler(placing), clock(time),
+          log(std::move(logger)), started(clock.wall()), board(params.history_step, params.threshold)
     {
         set_budget();
     }
@@ -102,8 +106,9 @@ struct SessionService::Impl
     bool available = false;
     std::unordered_set<Channel*> browsers; // those that watch availability
     core::SessionBoard board;
-    std::map<std::string, std::uint64_t, std::less<>> placed_before; // on servers that left the list and may come back
-    MonitorFeed feed; // to those that watch the monitor page
+    std::map<std::string, std::uint64_t, std::less<>>
+        placed_before; // on servers that left the list and may come back
+    MonitorFeed feed;  // to those that watch the monitor page
     core::TimedPage monitor_html;
     core::TimedPage monitor_json;
     std::string greeting; // of who comes to watch before the next update; empty: nobody has come yet
@@ -116,9 +121,9 @@ struct SessionService::Impl
     std::uint64_t failed_polls = 0;
 };
 
-SessionService::SessionService(SessionServiceParams params, LoadMonitor& monitor, Scheduler& scheduler, Clock& clock,
-                               Logger log) :
-    impl_(std::make_unique<Impl>(std::move(params), monitor, scheduler, clock, std::move(log)))
+SessionService::SessionService(SessionServiceParams params, LoadMonitor& monitor, Scheduler& scheduler,
+                               Clock& clock, Logger log)
+    : impl_(std::make_unique<Impl>(std::move(params), monitor, scheduler, clock, std::move(log)))
 {}
 
 SessionService::~SessionService() = default;
@@ -235,8 +240,8 @@ std::string SessionService::Impl::place(TimePoint now)
     return concat(params.ssl ? "wss://" : "ws://", placement->address);
 }
 
-/// With status 200, as every answer of /session: browsers of before 2021 are silent about any other, and those
-/// since then look at the text alone.
+/// With status 200, as every answer of /session: browsers of before 2021 are silent about any other, and
+/// those since then look at the text alone.
 HttpResponse SessionService::Impl::too_many_asked() const
 {
     HttpResponse response(200, {}, std::string(too_many_sessions));
@@ -311,7 +316,8 @@ void SessionService::Impl::update_monitor()
 HttpResponse SessionService::Impl::monitor_page(IncomingRequest const& request)
 {
     auto const known = request.header("If-None-Match");
-    if (request.header("Accept").starts_with("application/json")) { // for pages whose proxy lets no WebSocket through
+    if (request.header("Accept").starts_with(
+            "application/json")) { // for pages whose proxy lets no WebSocket through
         auto const make = [this] { return monitor_snapshot(); };
         return monitor_json.get(clock.now(), make).answer("application/json", known);
     }
@@ -363,12 +369,14 @@ HttpResponse SessionService::Impl::metrics() const
 {
     auto const servers = monitor.totals();
     core::MetricsText text;
-    text.family("build_info", "gauge", "Always 1; the version is the label.").add(1, {{"version", version()}});
+    text.family("build_info", "gauge", "Always 1; the version is the label.")
+        .add(1, {{"version", version()}});
     text.family("servers", "gauge", "Simulation servers by what their last poll said.")
         .add(static_cast<double>(servers.up), {{"state", "up"}})
         .add(static_cast<double>(servers.down), {{"state", "down"}})
         .add(static_cast<double>(servers.unknown), {{"state", "unknown"}});
-    text.family("available", "gauge", "1 while a simulation server would take a session.").add(available ? 1 : 0);
+    text.family("available", "gauge", "1 while a simulation server would take a session.")
+        .add(available ? 1 : 0);
     text.family("availability_watchers", "gauge", "Browsers that are told about availability.")
         .add(static_cast<double>(browsers.size()));
     text.family("placements_total", "counter", "Requests for a simulation server.")
@@ -386,8 +394,9 @@ Answer SessionService::respond(IncomingRequest const& request)
     auto const& path = request.path;
     if (path == "/session")
         return impl_->session(request);
-    bool const known = path == "/" || path == "/load" || path == "/monitor" || path == "/livez" || path == "/readyz" ||
-                       path == "/metrics" || path == "/api/decisions" || path.starts_with("/viewer");
+    bool const known = path == "/" || path == "/load" || path == "/monitor" || path == "/livez" ||
+                       path == "/readyz" || path == "/metrics" || path == "/api/decisions" ||
+                       path.starts_with("/viewer");
     if (!known)
         return core::not_found_page();
     if (!core::is_read(request.method))
@@ -395,7 +404,8 @@ Answer SessionService::respond(IncomingRequest const& request)
     if (path == "/livez")
         return core::page("alive");
     if (path == "/readyz")
-        return impl_->available ? core::page("ready") : HttpResponse(503, std::string(core::html_type), "no simulation server");
+        return impl_->available ? core::page("ready")
+                                : HttpResponse(503, std::string(core::html_type), "no simulation server");
     if (path == "/metrics")
         return impl_->metrics();
     if (path == "/api/decisions")
@@ -421,7 +431,8 @@ asio::awaitable<void> SessionService::serve_websocket(ChannelInfo info, Channel&
     }
     if (info.path == "/session") {
         auto const now = impl_->clock.now();
-        return impl_->say_place(impl_->may_ask(info.quota_key, now) ? impl_->place(now) : std::string(too_many_sessions),
+        return impl_->say_place(impl_->may_ask(info.quota_key, now) ? impl_->place(now)
+                                                                    : std::string(too_many_sessions),
                                 channel);
     }
     auto name = concat("[", core::printable(info.host, 100), "] ");

@@ -3,14 +3,14 @@
 #include "async/deadline.hpp"
 #include "core/docker/compose_output.hpp"
 #include "core/docker/docker_project.hpp"
+#include "core/docker/line_budget.hpp"
 #include "core/simulation/last_words.hpp"
 #include "core/simulation/launch_plan.hpp"
-#include "core/docker/line_budget.hpp"
 #include "core/simulation/output_budget.hpp"
 #include "core/simulation/port_pool.hpp"
 #include "core/simulation/simulator_environment.hpp"
-#include "core/text.hpp"
 #include "core/simulation/webots_output.hpp"
+#include "core/text.hpp"
 #include "run_program.hpp"
 
 #include <boost/asio/this_coro.hpp>
@@ -41,7 +41,8 @@ std::string seconds_of(Duration duration)
 
 std::string describe(ExitStatus const& status)
 {
-    return concat(status.signalled ? "it was ended by signal " : "it exited with status ", std::to_string(status.code));
+    return concat(status.signalled ? "it was ended by signal " : "it exited with status ",
+                  std::to_string(status.code));
 }
 
 } // namespace
@@ -50,9 +51,10 @@ struct SimulationLauncher::Impl
 {
     ProcessSpec process_for(LaunchSpec const& spec, std::uint16_t port) const;
 
-    Impl(SimulationLauncherParams parameters, ProcessHost& host, Clock& time, Logger logger, DockerMode* containers) :
-        params(std::move(parameters)), processes(host), clock(time), log(std::move(logger)), docker(containers),
-        ports(params.first_port, params.max_simulations)
+    Impl(SimulationLauncherParams parameters, ProcessHost& host, Clock& time, Logger logger,
+         DockerMode* containers)
+        : params(std::move(parameters)), processes(host), clock(time), log(std::move(logger)),
+          docker(containers), ports(params.first_port, params.max_simulations)
     {}
 
     asio::awaitable<result<ContainerPlan>> plan(LaunchSpec const& spec, std::uint16_t port) const;
@@ -66,7 +68,8 @@ struct SimulationLauncher::Impl
 };
 
 /// How the simulator is to be started. On this machine itself a plan has nothing but the process.
-asio::awaitable<result<ContainerPlan>> SimulationLauncher::Impl::plan(LaunchSpec const& spec, std::uint16_t port) const
+asio::awaitable<result<ContainerPlan>> SimulationLauncher::Impl::plan(LaunchSpec const& spec,
+                                                                      std::uint16_t port) const
 {
     if (docker)
         co_return co_await docker->prepare(spec, port);
@@ -123,13 +126,14 @@ private:
 class RunningSimulation final : public Simulation
 {
 public:
-    RunningSimulation(SimulationLauncherParams const& params, PortLease lease, std::unique_ptr<Process> process,
-                      ProcessHost& processes, Clock& clock, Logger log, LaunchSpec spec, DockerMode* docker, ContainerPlan plan) :
-        lease_(std::move(lease)),
-        process_(std::move(process)), processes_(processes), clock_(clock), log_(std::move(log)), label_(std::move(spec.label)),
-        output_(std::move(spec.output)), docker_(docker), plan_(std::move(plan)), timeout_(params.timeout),
-        start_timeout_(params.start_timeout), end_of_life_(clock.now() + params.timeout),
-        ready_by_(std::min(clock.now() + params.start_timeout, end_of_life_))
+    RunningSimulation(SimulationLauncherParams const& params, PortLease lease,
+                      std::unique_ptr<Process> process, ProcessHost& processes, Clock& clock, Logger log,
+                      LaunchSpec spec, DockerMode* docker, ContainerPlan plan)
+        : lease_(std::move(lease)), process_(std::move(process)), processes_(processes), clock_(clock),
+          log_(std::move(log)), label_(std::move(spec.label)), output_(std::move(spec.output)),
+          docker_(docker), plan_(std::move(plan)), timeout_(params.timeout),
+          start_timeout_(params.start_timeout), end_of_life_(clock.now() + params.timeout),
+          ready_by_(std::min(clock.now() + params.start_timeout, end_of_life_))
     {
         for (auto& note : plan_.notes)
             events_.emplace_back(SimulationProgress{std::move(note)});
@@ -175,8 +179,8 @@ private:
 
     core::LineSplitter lines_;
     core::OutputBudget budget_;
-    TimePoint read_at_;      ///< When more output may be read.
-    TimePoint output_came_;  ///< The last of it.
+    TimePoint read_at_;          ///< When more output may be read.
+    TimePoint output_came_;      ///< The last of it.
     core::LastWords last_words_; ///< Why it ends before it is ready.
     std::string stop_reason_;
     std::deque<SimulationEvent> events_;
@@ -317,7 +321,8 @@ void RunningSimulation::on_container_end(std::string_view line)
 /// Shows the browser a line while it waits.
 void RunningSimulation::show_progress(std::string_view text)
 {
-    if (ready_ || stopping_ || core::trim(text).empty() || text.starts_with('.') || !shown_.take(clock_.now()))
+    if (ready_ || stopping_ || core::trim(text).empty() || text.starts_with('.') ||
+        !shown_.take(clock_.now()))
         return;
     events_.emplace_back(SimulationProgress{core::printable(core::trim(text))});
 }
@@ -432,9 +437,9 @@ void RunningSimulation::stop(std::string reason) noexcept
 
 } // namespace
 
-SimulationLauncher::SimulationLauncher(SimulationLauncherParams params, ProcessHost& processes, Clock& clock, Logger log,
-                                       DockerMode* docker) :
-    impl_(std::make_unique<Impl>(std::move(params), processes, clock, std::move(log), docker))
+SimulationLauncher::SimulationLauncher(SimulationLauncherParams params, ProcessHost& processes, Clock& clock,
+                                       Logger log, DockerMode* docker)
+    : impl_(std::make_unique<Impl>(std::move(params), processes, clock, std::move(log), docker))
 {}
 
 SimulationLauncher::~SimulationLauncher() = default;
@@ -442,8 +447,9 @@ SimulationLauncher::~SimulationLauncher() = default;
 asio::awaitable<result<std::unique_ptr<Simulation>>> SimulationLauncher::launch(LaunchSpec spec)
 {
     if (!core::is_known_mode(spec.mode))
-        co_return Failure(errc::invalid_argument, concat("Unsupported client mode: ", core::printable(spec.mode, 40),
-                                                         ". Expected w3d, x3d or mjpeg."));
+        co_return Failure(errc::invalid_argument,
+                          concat("Unsupported client mode: ", core::printable(spec.mode, 40),
+                                 ". Expected w3d, x3d or mjpeg."));
     std::unique_ptr<PortHold> hold;
     auto const take = [&](std::uint16_t port) {
         auto taken = impl_->processes.hold_port(port);
@@ -473,16 +479,24 @@ asio::awaitable<result<std::unique_ptr<Simulation>>> SimulationLauncher::launch(
     if (!started && impl_->docker)
         impl_->docker->forget(plan->project);
     if (!started)
-        co_return Failure(started.error().code(), concat("Unable to start Webots: ", started.error().message()));
+        co_return Failure(started.error().code(),
+                          concat("Unable to start Webots: ", started.error().message()));
     impl_->log.info(LogCause("launch"),
                     concat("[", spec.label, "] Webots [", std::to_string((*started)->id()), "] started: \"",
                            core::printable(command, 1024), "\""));
-    co_return std::make_unique<RunningSimulation>(impl_->params, std::move(lease), std::move(*started), impl_->processes,
-                                                  impl_->clock, impl_->log, std::move(spec), impl_->docker, std::move(*plan));
+    co_return std::make_unique<RunningSimulation>(impl_->params, std::move(lease), std::move(*started),
+                                                  impl_->processes, impl_->clock, impl_->log, std::move(spec),
+                                                  impl_->docker, std::move(*plan));
 }
 
-std::size_t SimulationLauncher::running() const noexcept { return impl_->ports.lent(); }
+std::size_t SimulationLauncher::running() const noexcept
+{
+    return impl_->ports.lent();
+}
 
-SimulationLauncherParams const& SimulationLauncher::params() const noexcept { return impl_->params; }
+SimulationLauncherParams const& SimulationLauncher::params() const noexcept
+{
+    return impl_->params;
+}
 
 } // namespace webots_cloud

@@ -1,11 +1,11 @@
 #include <webots_cloud/simulation_service.hpp>
 
 #include "async/deadline.hpp"
-#include "core/simulation/client_protocol.hpp"
+#include "core/access/waiting_clients.hpp"
 #include "core/pages/http_pages.hpp"
 #include "core/pages/monitor_sample.hpp"
+#include "core/simulation/client_protocol.hpp"
 #include "core/text.hpp"
-#include "core/access/waiting_clients.hpp"
 #include "operator_endpoints.hpp"
 #include "simulation_session.hpp"
 
@@ -61,7 +61,7 @@ struct SimulationService::Impl
     SimulationSessions sessions;
     OperatorEndpoints operators;
     std::uint64_t last_id = 0;
-    std::size_t clients = 0; ///< Browsers on /client, with and without a simulation.
+    std::size_t clients = 0;      ///< Browsers on /client, with and without a simulation.
     core::WaitingClients waiting; ///< Those of them that have not said what they want.
     std::unordered_map<std::uint64_t, Channel*> waiting_channels;
 };
@@ -187,10 +187,10 @@ void SimulationService::Impl::let_wait(std::uint64_t id, std::string const& quot
     if (!gone)
         return;
     context.log.warning(LogCause("waiting limit"),
-                             concat("More than ", std::to_string(params.max_waiting), " connections, or ",
-                                    std::to_string(params.waiting_per_address),
-                                    " of one address, start nothing: the oldest, [", std::to_string(*gone),
-                                    "], is closed"));
+                        concat("More than ", std::to_string(params.max_waiting), " connections, or ",
+                               std::to_string(params.waiting_per_address),
+                               " of one address, start nothing: the oldest, [", std::to_string(*gone),
+                               "], is closed"));
     auto* const oldest = waiting_channels.at(*gone);
     waiting_channels.erase(*gone);
     (void)oldest->send(
@@ -224,8 +224,8 @@ asio::awaitable<Opening> SimulationService::Impl::await_opening(std::uint64_t id
             (void)channel.send(
                 core::error_message("No simulation was started: there is no controller to reset."));
         if (auto const* malformed = std::get_if<core::MalformedMessage>(&message)) {
-            context.log.warning(LogCause("message"), concat("[", std::to_string(id),
-                                                                 "] Malformed message: ", malformed->reason));
+            context.log.warning(LogCause("message"),
+                                concat("[", std::to_string(id), "] Malformed message: ", malformed->reason));
             (void)channel.send(core::error_message(concat("Wrong message: ", malformed->reason, ".")));
             co_return Opening();
         }
@@ -236,8 +236,8 @@ asio::awaitable<void> SimulationService::Impl::simulate(std::uint64_t id, std::s
                                                         core::SimulationRequest request, Channel& channel)
 {
     auto const executor = co_await asio::this_coro::executor;
-    auto const session = std::make_shared<SimulationSession>(context, executor, id, std::move(quota_key),
-                                                             std::move(request));
+    auto const session =
+        std::make_shared<SimulationSession>(context, executor, id, std::move(quota_key), std::move(request));
     sessions.emplace(id, session);
     co_await session->run(channel);
     if (session->is_over())
@@ -264,7 +264,7 @@ asio::awaitable<void> SimulationService::Impl::reconnect(std::uint64_t id, std::
         co_return;
     }
     context.log.info(LogCause("return"), concat("[", std::to_string(id), "] Returned to simulation ",
-                                                     std::to_string(session->id())));
+                                                std::to_string(session->id())));
     co_await session->resume(channel);
     if (session->is_over())
         sessions.erase(session->id());

@@ -67,8 +67,7 @@ public:
 SimulationSession::SimulationSession(SessionContext& context, asio::any_io_executor const& executor,
                                      std::uint64_t id, std::string quota_key, core::SimulationRequest request)
     : context_(context), id_(id), quota_key_(std::move(quota_key)), request_(std::move(request)),
-      since_(context.clock.now()), stage_began_(since_), something_changed_(executor),
-      released_(executor)
+      since_(context.clock.now()), stage_began_(since_), something_changed_(executor), released_(executor)
 {
     context.starts.arrived();
 }
@@ -204,14 +203,14 @@ asio::awaitable<void> SimulationSession::await_return()
     waiting_ = false;
     if (!ended_ && !wanted_ && !context_.stopping)
         context_.log.info(LogCause("lost"),
-                               concat(name(), "The browser has not returned: the simulation is ended"));
+                          concat(name(), "The browser has not returned: the simulation is ended"));
 }
 
 /// Tells the operator why the browser is gone, and what becomes of the simulation.
 void SimulationSession::tell_loss(std::string_view what_follows)
 {
-    context_.log.info(LogCause("lost"), concat(name(), "The simulation has lost its browser: ",
-                                                    why_lost_, "; ", what_follows));
+    context_.log.info(LogCause("lost"),
+                      concat(name(), "The simulation has lost its browser: ", why_lost_, "; ", what_follows));
 }
 
 /// Everything that a browser may still say while its simulation lives. Ends when the browser has gone.
@@ -281,8 +280,8 @@ void SimulationSession::pass(core::StartStage stage)
 asio::awaitable<void> SimulationSession::host(Channel& channel)
 {
     co_await asio::this_coro::throw_if_cancelled(false);
-    context_.log.info(LogCause("start"), concat(name(), "Starting simulation from ",
-                                                     core::printable(core::world_of(request_))));
+    context_.log.info(LogCause("start"),
+                      concat(name(), "Starting simulation from ", core::printable(core::world_of(request_))));
     auto const fetched = co_await fetch(channel);
     if (!fetched) {
         if (fetched.error().code() != asio::error::operation_aborted)
@@ -341,16 +340,14 @@ result<> SimulationSession::admit_client()
         return {};
     auto const most = std::to_string(places.most());
     if (verdict == core::ClientLimit::Verdict::refused_first)
-        context_.log.warning(
-            LogCause("simulation limit"),
-            concat("More than ", most, " simulations of ", quota_key_,
-                   " are refused: see \"simulationsPerAddress\", and \"trustedProxies\" if "
-                   "that is a proxy"));
-    return Failure(errc::refused,
-                   concat("Your network has ", most,
-                          " simulations on this server already, and may not have more. "
-                          "Please end one of them, or try again later. Its operator can "
-                          "raise \"simulationsPerAddress\"."));
+        context_.log.warning(LogCause("simulation limit"),
+                             concat("More than ", most, " simulations of ", quota_key_,
+                                    " are refused: see \"simulationsPerAddress\", and \"trustedProxies\" if "
+                                    "that is a proxy"));
+    return Failure(errc::refused, concat("Your network has ", most,
+                                         " simulations on this server already, and may not have more. "
+                                         "Please end one of them, or try again later. Its operator can "
+                                         "raise \"simulationsPerAddress\"."));
 }
 
 asio::awaitable<result<Project>> SimulationSession::fetch_requested(std::shared_ptr<FetchProgress> progress)
@@ -447,8 +444,7 @@ asio::awaitable<result<>> SimulationSession::launch(Channel& channel)
     looked_ = context_.clock.now();
     ends_at_ = looked_ + context_.launcher.params().timeout;
     pass(core::StartStage::launch);
-    auto const timeout =
-        std::chrono::duration_cast<std::chrono::seconds>(context_.launcher.params().timeout);
+    auto const timeout = std::chrono::duration_cast<std::chrono::seconds>(context_.launcher.params().timeout);
     for (auto const& announcement : simulation_->announcements())
         (void)channel.send(announcement);
     // Browsers that send `init` don't know the message.
@@ -478,7 +474,7 @@ asio::awaitable<void> SimulationSession::relay(Channel& channel)
             state_ = State::idle;
             pass(core::StartStage::ready);
             context_.log.info(LogCause("ready"),
-                                   concat(name(), "Webots world is loaded, ready to receive connections"));
+                              concat(name(), "Webots world is loaded, ready to receive connections"));
             port_ = ready->port;
             if (context_.reconnect_grace > Duration::zero())
                 token_ = context_.new_token();

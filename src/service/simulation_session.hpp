@@ -3,9 +3,9 @@
 
 #include "async/wakeup.hpp"
 #include "core/access/client_limit.hpp"
-#include "core/simulation/client_protocol.hpp"
-#include "core/projects/repository_policy.hpp"
 #include "core/pages/simulation_board.hpp"
+#include "core/projects/repository_policy.hpp"
+#include "core/simulation/client_protocol.hpp"
 #include "core/simulation/start_figures.hpp"
 
 #include <webots_cloud/project_fetcher.hpp>
@@ -64,8 +64,8 @@ public:
         running
     };
 
-    SimulationSession(SessionContext& context, boost::asio::any_io_executor const& executor,
-                      std::uint64_t id, std::string quota_key, core::SimulationRequest request);
+    SimulationSession(SessionContext& context, boost::asio::any_io_executor const& executor, std::uint64_t id,
+                      std::string quota_key, core::SimulationRequest request);
 
     /// Fetches, launches and relays until the browser leaves or the simulation ends, then cleans up. Once
     /// only.
@@ -137,8 +137,8 @@ private:
     Channel* channel_ = nullptr; ///< Of the browser, while `run` talks with it.
     TimePoint since_;
     TimePoint stage_began_;
-    bool start_over_ = false; ///< It got ready, or it failed.
-    bool has_place_ = false;  ///< One of those that this machine has for simulations.
+    bool start_over_ = false;                   ///< It got ready, or it failed.
+    bool has_place_ = false;                    ///< One of those that this machine has for simulations.
     core::ClientLimit::Ticket place_of_client_; ///< The same of those that the client may have.
     std::optional<Project> project_;
     std::unique_ptr<SimulationLog> output_; ///< Outlives the simulation, which writes to it.

@@ -17,7 +17,9 @@ struct LoopbackChannel::Inbox
     async::Wakeup happened;
 };
 
-LoopbackChannel::LoopbackChannel(boost::asio::any_io_executor executor) : inbox_(std::make_unique<Inbox>(executor)) {}
+LoopbackChannel::LoopbackChannel(boost::asio::any_io_executor executor)
+    : inbox_(std::make_unique<Inbox>(executor))
+{}
 
 LoopbackChannel::~LoopbackChannel() = default;
 
@@ -70,7 +72,8 @@ void LoopbackChannel::close(std::uint16_t code, std::string)
 
 bool LoopbackChannel::was_told(std::string_view text) const
 {
-    return std::any_of(sent.begin(), sent.end(), [&](std::string const& message) { return message.starts_with(text); });
+    return std::any_of(sent.begin(), sent.end(),
+                       [&](std::string const& message) { return message.starts_with(text); });
 }
 
 } // namespace webots_cloud::testing

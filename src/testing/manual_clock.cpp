@@ -14,8 +14,8 @@ struct ManualClock::Waiter
     asio::experimental::channel<void(boost::system::error_code)> due;
 };
 
-ManualClock::ManualClock(asio::any_io_executor executor) :
-    executor_(std::move(executor)), now_(std::chrono::hours(1))
+ManualClock::ManualClock(asio::any_io_executor executor)
+    : executor_(std::move(executor)), now_(std::chrono::hours(1))
 {}
 
 ManualClock::~ManualClock() = default;

@@ -25,7 +25,8 @@ boost::asio::awaitable<result<FetchedProject>> MemoryProjectSource::fetch(FetchO
     if (!waited)
         co_return waited.error();
     auto const& world = order.website ? order.website->world : order.project.world;
-    auto const project = order.website ? order.website->project : order.project.owner + "/" + order.project.repository;
+    auto const project =
+        order.website ? order.website->project : order.project.owner + "/" + order.project.repository;
     auto const found = worlds_.find(project + "/" + world);
     if (found == worlds_.end())
         co_return Failure(errc::not_found, world + " does not exist.");

@@ -22,7 +22,10 @@ ScriptedHttp::Step& ScriptedHttp::Step::fail(Failure failure)
     return *this;
 }
 
-ScriptedHttp::Step& ScriptedHttp::Step::hang() { return after(std::chrono::hours(24 * 365)); }
+ScriptedHttp::Step& ScriptedHttp::Step::hang()
+{
+    return after(std::chrono::hours(24 * 365));
+}
 
 ScriptedHttp::Step& ScriptedHttp::Step::always()
 {
@@ -30,7 +33,10 @@ ScriptedHttp::Step& ScriptedHttp::Step::always()
     return *this;
 }
 
-ScriptedHttp::Step& ScriptedHttp::expect(std::string const& request) { return script_[request].emplace_back(); }
+ScriptedHttp::Step& ScriptedHttp::expect(std::string const& request)
+{
+    return script_[request].emplace_back();
+}
 
 boost::asio::awaitable<result<HttpResponse>> ScriptedHttp::send(HttpRequest request)
 {

@@ -62,9 +62,9 @@ class ScriptedProcess final : public Process
 {
 public:
     ScriptedProcess(ScriptedProcesses& host, ScriptedProcesses::Script script, ProcessSpec const& spec,
-                    asio::any_io_executor const& executor, int id) :
-        host_(host),
-        script_(std::move(script)), grace_(spec.grace), id_(id), started_(host.clock_.now()), due_(started_), asked_(executor)
+                    asio::any_io_executor const& executor, int id)
+        : host_(host), script_(std::move(script)), grace_(spec.grace), id_(id), started_(host.clock_.now()),
+          due_(started_), asked_(executor)
     {
         if (!script_.has_ports_)
             script_.ports_ = ports_of(spec);
@@ -90,7 +90,8 @@ public:
     {
         if (status_)
             co_return ProcessUsage();
-        auto const busy = std::chrono::duration<double>(host_.clock_.now() - started_) * (script_.cpu_percent_ / 100);
+        auto const busy =
+            std::chrono::duration<double>(host_.clock_.now() - started_) * (script_.cpu_percent_ / 100);
         co_return ProcessUsage(std::chrono::duration_cast<Duration>(busy), script_.memory_bytes_);
     }
 
@@ -107,7 +108,8 @@ public:
         using namespace asio::experimental::awaitable_operators;
         co_await asio::this_coro::throw_if_cancelled(false);
         while (!status_) {
-            auto const scripted = script_.steps_.empty() ? TimePoint::max() : due_ + script_.steps_.front().delay;
+            auto const scripted =
+                script_.steps_.empty() ? TimePoint::max() : due_ + script_.steps_.front().delay;
             auto const killed = end_.value_or(TimePoint::max());
             auto const next = std::min(scripted, killed);
             if (host_.clock_.now() < next) {
@@ -177,7 +179,10 @@ private:
 class ScriptedHold final : public PortHold
 {
 public:
-    ScriptedHold(ScriptedProcesses& host, std::uint16_t port) : host_(host), port_(port) { host_.held_.insert(port); }
+    ScriptedHold(ScriptedProcesses& host, std::uint16_t port) : host_(host), port_(port)
+    {
+        host_.held_.insert(port);
+    }
     ~ScriptedHold() override { host_.held_.erase(port_); }
 
 private:
@@ -196,7 +201,8 @@ asio::awaitable<result<std::unique_ptr<Process>>> ScriptedProcesses::start(Proce
     started_.push_back(spec);
     ++alive_;
     auto const executor = co_await asio::this_coro::executor;
-    co_return std::make_unique<ScriptedProcess>(*this, std::move(script), spec, executor, 1000 + static_cast<int>(started_.size()));
+    co_return std::make_unique<ScriptedProcess>(*this, std::move(script), spec, executor,
+                                                1000 + static_cast<int>(started_.size()));
 }
 
 result<std::unique_ptr<PortHold>> ScriptedProcesses::hold_port(std::uint16_t port)

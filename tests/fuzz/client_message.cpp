@@ -1,8 +1,8 @@
 // What browsers say on /client: names that become paths stay inside.
 #include "fuzz.hpp"
 
-#include "core/simulation/client_protocol.hpp"
 #include "core/projects/website_plan.hpp"
+#include "core/simulation/client_protocol.hpp"
 
 using namespace webots_cloud;
 

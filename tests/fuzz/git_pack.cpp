@@ -2,9 +2,9 @@
 // hit.
 #include "fuzz.hpp"
 
-#include "adapters/git/git_pack_reader.hpp"
 #include "adapters/files/project_files.hpp"
 #include "adapters/files/remove_tree.hpp"
+#include "adapters/git/git_pack_reader.hpp"
 
 #include <zlib.h>
 

@@ -16,8 +16,8 @@ public:
     }
     HostDescription description() override { return host; }
 
-    HostSample next;         ///< What the next look sees; the counters of the processor go on by themselves.
-    std::uint64_t cpu = 0;   ///< Percent busy between looks.
+    HostSample next;       ///< What the next look sees; the counters of the processor go on by themselves.
+    std::uint64_t cpu = 0; ///< Percent busy between looks.
     HostDescription host;
 };
 

@@ -23,7 +23,8 @@ public:
     WallTime wall() const noexcept override;
     boost::asio::awaitable<result<>> wait_until(TimePoint when) override;
 
-    /// Moves to the earliest waiter that is due at `limit` or before and completes it; false when there is none.
+    /// Moves to the earliest waiter that is due at `limit` or before and completes it; false when there is
+    /// none.
     bool fire_next(TimePoint limit = TimePoint::max());
 
     /// Moves to `when`, which is not before now. Does not complete waiters: see `World::advance`.

@@ -19,8 +19,10 @@ class MemoryProjectSource final : public ProjectSource
 public:
     explicit MemoryProjectSource(Clock& clock) : clock_(clock) {}
 
-    /// The project `owner/repository`, or the website's project of that name, has this world, whose first line is `header`.
-    void add(std::string const& repository, std::string const& world, std::string header = "#VRML_SIM R2025a utf8")
+    /// The project `owner/repository`, or the website's project of that name, has this world, whose first
+    /// line is `header`.
+    void add(std::string const& repository, std::string const& world,
+             std::string header = "#VRML_SIM R2025a utf8")
     {
         worlds_[repository + "/" + world] = std::move(header);
     }
@@ -32,12 +34,13 @@ public:
     /// Directories that were fetched into and not discarded; empty at the end of a good test.
     std::set<std::filesystem::path> const& directories() const noexcept { return directories_; }
 
-    Duration delay{};        ///< How long a fetch takes.
-    bool finishes = false;   ///< A fetch that was begun succeeds, cancelled or not, as one that waits for a thread does.
-    std::string notice;      ///< That what is fetched comes with.
-    bool large_files = false; ///< Fetches have come to large files (Git LFS).
-    bool waits = false;      ///< Fetches say that they wait for others.
-    int fetching = 0;        ///< Fetches under way.
+    Duration delay{}; ///< How long a fetch takes.
+    bool finishes =
+        false; ///< A fetch that was begun succeeds, cancelled or not, as one that waits for a thread does.
+    std::string notice;          ///< That what is fetched comes with.
+    bool large_files = false;    ///< Fetches have come to large files (Git LFS).
+    bool waits = false;          ///< Fetches say that they wait for others.
+    int fetching = 0;            ///< Fetches under way.
     std::set<std::string> files; ///< What can be restored, relative to the root of a project.
     std::vector<std::string> restored;
     Fuse fuse;

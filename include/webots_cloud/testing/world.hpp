@@ -56,7 +56,8 @@ public:
             std::optional<T> value;
             std::exception_ptr failure;
         };
-        auto const outcome = std::make_shared<Outcome>(); // shared: after a deadlock the coroutine outlives this call
+        auto const outcome =
+            std::make_shared<Outcome>(); // shared: after a deadlock the coroutine outlives this call
         boost::asio::co_spawn(context_, std::move(body), [outcome](std::exception_ptr failure, T value) {
             outcome->failure = failure;
             outcome->value.emplace(std::move(value));

@@ -1,4 +1,5 @@
-// What a network server adapter serves: an Endpoint answers requests and converses on WebSockets, without knowing sockets.
+// What a network server adapter serves: an Endpoint answers requests and converses on WebSockets, without
+// knowing sockets.
 #pragma once
 
 #include <webots_cloud/error.hpp>
@@ -15,7 +16,8 @@
 
 namespace webots_cloud {
 
-/// A request as it came from the network: views into the adapter's buffer, valid only during the call they are passed to.
+/// A request as it came from the network: views into the adapter's buffer, valid only during the call they
+/// are passed to.
 struct IncomingRequest
 {
     IncomingRequest() = default;
@@ -33,18 +35,21 @@ struct IncomingRequest
     std::string_view path;  ///< Starts with `/`; as sent, not percent-decoded.
     std::string_view query; ///< What follows the first `?`, without it.
     std::span<std::pair<std::string_view, std::string_view> const> headers;
-    std::string_view peer;   ///< Numeric address of the other end of the connection, without port.
-    std::string_view client; ///< Numeric address of who asks: the peer, or whose request a trusted proxy passes on.
-    /// By what the client's share of the server is counted: its address, with IPv6 its /64 network. Empty: not at all, as
-    /// for a trusted proxy itself.
+    std::string_view peer; ///< Numeric address of the other end of the connection, without port.
+    std::string_view
+        client; ///< Numeric address of who asks: the peer, or whose request a trusted proxy passes on.
+    /// By what the client's share of the server is counted: its address, with IPv6 its /64 network. Empty:
+    /// not at all, as for a trusted proxy itself.
     std::string_view quota_key;
-    bool upgrade = false;    ///< A well-formed WebSocket handshake (its path is not checked).
-    /// The operator's: it came over the operator's socket, or with the operator's token. Where it came from proves nothing:
-    /// web pages and simulations on this machine send requests too, and proxies for everybody.
+    bool upgrade = false; ///< A well-formed WebSocket handshake (its path is not checked).
+    /// The operator's: it came over the operator's socket, or with the operator's token. Where it came from
+    /// proves nothing: web pages and simulations on this machine send requests too, and proxies for
+    /// everybody.
     bool is_operator = false;
 };
 
-/// An open WebSocket, seen from the server. Valid while `Endpoint::converse` runs.   Thread-safety: one executor.
+/// An open WebSocket, seen from the server. Valid while `Endpoint::converse` runs.   Thread-safety: one
+/// executor.
 class Channel
 {
 public:
@@ -52,7 +57,8 @@ public:
 
     /// Queues a text message and returns at once. Messages arrive in order.
     ///
-    /// Errors: `closed`; `too_large` when the browser has not read and the queue is full: the channel is then dropped.
+    /// Errors: `closed`; `too_large` when the browser has not read and the queue is full: the channel is then
+    /// dropped.
     virtual result<> send(std::string text) = 0;
 
     /// The next message of the browser, text or binary.   Cancellation: terminal, nothing is lost.
@@ -60,7 +66,8 @@ public:
     /// Errors: `closed`, by either side and in order; `unreachable`: the connection was lost without a word.
     virtual boost::asio::awaitable<result<std::string>> receive() = 0;
 
-    /// Starts to close: what was queued is sent first. `code` 0 sends an empty close frame. A second call does nothing.
+    /// Starts to close: what was queued is sent first. `code` 0 sends an empty close frame. A second call
+    /// does nothing.
     virtual void close(std::uint16_t code = 0, std::string reason = {}) = 0;
 };
 
@@ -80,24 +87,28 @@ struct ChannelInfo
 
     std::string path;
     std::string query;
-    std::string host; ///< The Host header.
-    std::string peer; ///< Numeric address of the browser or its proxy.
+    std::string host;      ///< The Host header.
+    std::string peer;      ///< Numeric address of the browser or its proxy.
     std::string client;    ///< As in `IncomingRequest`.
     std::string quota_key; ///< As in `IncomingRequest`.
 };
 
-/// The server side of a protocol. Called on the executor of the server adapter; must outlive the adapter's `run()`.
+/// The server side of a protocol. Called on the executor of the server adapter; must outlive the adapter's
+/// `run()`.
 class Endpoint
 {
 public:
     virtual ~Endpoint() = default;
 
-    /// Answers at once, from memory: a request never waits for anything. `AcceptWebSocket` is only for `request.upgrade`.
+    /// Answers at once, from memory: a request never waits for anything. `AcceptWebSocket` is only for
+    /// `request.upgrade`.
     virtual Answer respond(IncomingRequest const& request) = 0;
 
-    /// Talks with a browser until either side has had enough; the adapter closes the channel when this returns.
+    /// Talks with a browser until either side has had enough; the adapter closes the channel when this
+    /// returns.
     ///
-    /// Not cancelled when the server stops: `channel.receive()` then reports `closed`, and what was begun is cleaned up.
+    /// Not cancelled when the server stops: `channel.receive()` then reports `closed`, and what was begun is
+    /// cleaned up.
     virtual boost::asio::awaitable<void> serve_websocket(ChannelInfo info, Channel& channel) = 0;
 
     /// The adapter is about to close all channels: the time for last words.

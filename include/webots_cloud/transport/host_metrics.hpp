@@ -28,15 +28,16 @@ struct HostSample
 
     std::uint64_t cpu_busy = 0;  ///< Ticks of all processors that were not idle, since boot.
     std::uint64_t cpu_total = 0; ///< Ticks of all processors, since boot.
-    /// The same of the share that a control group leaves us, in microseconds; both 0 when it leaves us all processors.
+    /// The same of the share that a control group leaves us, in microseconds; both 0 when it leaves us all
+    /// processors.
     std::uint64_t share_busy = 0;
     std::uint64_t share_total = 0;
-    double memory_used = 0;      ///< Percent, of the machine or of what control groups leave us: the higher one.
-    double swap_used = 0;        ///< Percent; 0 without swap.
-    double disk_used = 0;        ///< Percent of the root file system.
-    std::uint64_t bytes_sent = 0;     ///< Over all interfaces but loopback, since boot.
+    double memory_used = 0; ///< Percent, of the machine or of what control groups leave us: the higher one.
+    double swap_used = 0;   ///< Percent; 0 without swap.
+    double disk_used = 0;   ///< Percent of the root file system.
+    std::uint64_t bytes_sent = 0; ///< Over all interfaces but loopback, since boot.
     std::uint64_t bytes_received = 0;
-    std::optional<GpuSample> gpu;     ///< Absent on a machine without a graphics processor that can be asked.
+    std::optional<GpuSample> gpu; ///< Absent on a machine without a graphics processor that can be asked.
 
     bool operator==(HostSample const&) const = default;
 };
@@ -49,10 +50,10 @@ struct HostDescription
     std::string system;    ///< For instance "Debian GNU/Linux 12 (bookworm)".
     std::string name;      ///< Host name.
     std::string processor; ///< Model.
-    int cores = 0;            ///< As the operating system counts them: threads of the processor.
+    int cores = 0;         ///< As the operating system counts them: threads of the processor.
     int threads_per_core = 1;
     std::uint64_t memory_bytes = 0;
-    std::string gpu;       ///< Models, each with its memory, such as "2x NVIDIA T4 (15.8GB)"; or empty.
+    std::string gpu; ///< Models, each with its memory, such as "2x NVIDIA T4 (15.8GB)"; or empty.
 };
 
 /// Looks at the machine. Neither call blocks for longer than reading some small files of the kernel.

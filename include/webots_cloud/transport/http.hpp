@@ -12,28 +12,30 @@ namespace webots_cloud {
 /// Header fields in order; names compare without case.
 using HttpHeaders = std::vector<std::pair<std::string, std::string>>;
 
-/// A body that many answers share: it is made once, and sent to each from the same memory.   Thread-safety: one executor.
+/// A body that many answers share: it is made once, and sent to each from the same memory.   Thread-safety:
+/// one executor.
 struct SharedBody
 {
     explicit SharedBody(std::string body) : text(std::move(body)) {}
 
     std::string const text;
-    mutable std::string gzip; ///< The same compressed, made by the adapter for the first client that takes it.
+    mutable std::string
+        gzip; ///< The same compressed, made by the adapter for the first client that takes it.
 };
 
 /// What one side answers. `Content-Length`, `Date`, `Server` and `Connection` are the adapter's business.
 struct HttpResponse
 {
     HttpResponse() = default;
-    HttpResponse(int status, std::string content_type, std::string body) :
-        status(status), content_type(std::move(content_type)), body(std::move(body))
+    HttpResponse(int status, std::string content_type, std::string body)
+        : status(status), content_type(std::move(content_type)), body(std::move(body))
     {}
 
     int status = 200;
     std::string content_type; ///< Empty: no such header.
     HttpHeaders headers;      ///< The other headers.
-    /// More headers, as lines with their line ends (CR LF), so that busy answers need not build them. What they lie in must outlive
-    /// the call of `Endpoint::respond` that gives this answer, until the next one.
+    /// More headers, as lines with their line ends (CR LF), so that busy answers need not build them. What
+    /// they lie in must outlive the call of `Endpoint::respond` that gives this answer, until the next one.
     std::string_view fixed_headers;
     std::string body;
     std::shared_ptr<SharedBody const> shared; ///< Instead of `body`, unless null.

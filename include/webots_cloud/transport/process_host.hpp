@@ -21,17 +21,20 @@ struct ProcessSpec
 {
     ProcessSpec() = default;
 
-    std::vector<std::string> argv; ///< argv[0] is the path of the program; a relative one starts at the host's own folder.
+    std::vector<std::string>
+        argv; ///< argv[0] is the path of the program; a relative one starts at the host's own folder.
     /// The whole environment of the process; nothing else is inherited.
     std::vector<std::pair<std::string, std::string>> environment;
     std::filesystem::path directory; ///< Working directory; empty: the host's own.
-    /// From the polite request to end (SIGTERM) until the whole tree is killed. Default 1.5 s: nobody watches any more.
+    /// From the polite request to end (SIGTERM) until the whole tree is killed. Default 1.5 s: nobody watches
+    /// any more.
     Duration grace = std::chrono::milliseconds(1500);
-    /// A program that is run when nothing of the tree is left, however that came, even when we have died: it clears away
-    /// what the tree has left elsewhere. The process has ended when that has, too, or was killed after a minute. Default: none.
+    /// A program that is run when nothing of the tree is left, however that came, even when we have died: it
+    /// clears away what the tree has left elsewhere. The process has ended when that has, too, or was killed
+    /// after a minute. Default: none.
     std::vector<std::string> cleanup_command;
-    /// Programs that run as somebody else (set-user-ID, `sudo`, `firejail`) have to work in it. They do not where an
-    /// unprivileged user shuts the tree in; then it is watched over less strictly. Default: no.
+    /// Programs that run as somebody else (set-user-ID, `sudo`, `firejail`) have to work in it. They do not
+    /// where an unprivileged user shuts the tree in; then it is watched over less strictly. Default: no.
     bool set_user_id = false;
 };
 
@@ -60,7 +63,9 @@ struct ProcessOutput
 struct ProcessUsage
 {
     ProcessUsage() = default;
-    ProcessUsage(Duration processor, std::uint64_t memory_bytes) : processor(processor), memory_bytes(memory_bytes) {}
+    ProcessUsage(Duration processor, std::uint64_t memory_bytes)
+        : processor(processor), memory_bytes(memory_bytes)
+    {}
 
     Duration processor{};           ///< Time of all processors, of processes that have ended too.
     std::uint64_t memory_bytes = 0; ///< In memory now; pages that processes share count once for each.
@@ -82,16 +87,18 @@ public:
     /// The number of the process, for logs.
     virtual int id() const noexcept = 0;
 
-    /// The next output, or at last how the program ended: then no process of its tree is alive. Further calls repeat that.
+    /// The next output, or at last how the program ended: then no process of its tree is alive. Further calls
+    /// repeat that.
     ///
     /// Cancellation: terminal; an output that arrives at that very moment may be lost, the end never is.
     virtual boost::asio::awaitable<result<ProcessEvent>> next_event() = 0;
 
-    /// Asks the tree to end: SIGTERM now, SIGKILL after the grace. Returns at once; the exit is an event as always.
+    /// Asks the tree to end: SIGTERM now, SIGKILL after the grace. Returns at once; the exit is an event as
+    /// always.
     virtual void terminate() noexcept = 0;
 
-    /// The lowest TCP port from `first` to `last` that some process of the tree listens on; 0: none. Only the processes that
-    /// are nearest to the root are looked at, in bounded number.
+    /// The lowest TCP port from `first` to `last` that some process of the tree listens on; 0: none. Only the
+    /// processes that are nearest to the root are looked at, in bounded number.
     virtual boost::asio::awaitable<std::uint16_t> listening_port(std::uint16_t first, std::uint16_t last) = 0;
 
     /// What the tree has consumed until now; nothing once it is gone. The process may be destroyed meanwhile.

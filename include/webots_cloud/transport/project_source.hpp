@@ -33,9 +33,9 @@ struct FetchLimits
 {
     FetchLimits() = default;
 
-    std::uint64_t bytes = std::uint64_t{2} << 30;  ///< Received, and again on disk. Default 2 GiB.
-    std::uint32_t files = 50'000;                  ///< On disk.
-    Duration timeout = std::chrono::minutes(10);   ///< For the whole fetch.
+    std::uint64_t bytes = std::uint64_t{2} << 30; ///< Received, and again on disk. Default 2 GiB.
+    std::uint32_t files = 50'000;                 ///< On disk.
+    Duration timeout = std::chrono::minutes(10);  ///< For the whole fetch.
 };
 
 /// One project to put into one directory.
@@ -43,9 +43,10 @@ struct FetchOrder
 {
     FetchOrder() = default;
 
-    ProjectRef project; ///< For the sources of forges.
+    ProjectRef project;                    ///< For the sources of forges.
     std::optional<WebsiteProject> website; ///< For the source of websites' projects, instead.
-    std::filesystem::path directory; ///< Does not exist yet, its parent does; on failure it may hold anything.
+    std::filesystem::path
+        directory; ///< Does not exist yet, its parent does; on failure it may hold anything.
     FetchLimits limits;
     std::shared_ptr<FetchProgress> progress = std::make_shared<FetchProgress>();
 };
@@ -58,7 +59,8 @@ struct FetchedProject
     std::filesystem::path root; ///< The folder that holds `worlds/`; inside the order's directory.
     std::string revision;       ///< What exactly it is: a commit, for instance.
     std::string world_header;   ///< The first line of the world file, at most 256 bytes of it.
-    std::string notice;         ///< A sentence for the person who asked, such as that it may be out of date; or empty.
+    std::string
+        notice; ///< A sentence for the person who asked, such as that it may be out of date; or empty.
 };
 
 /// One file to put back as it was fetched.
@@ -70,7 +72,7 @@ struct RestoreOrder
     std::optional<WebsiteProject> website; ///< As in the fetch order.
     std::filesystem::path directory;       ///< Of the fetch order.
     std::filesystem::path root;            ///< Of the fetched project.
-    std::string file;                      ///< Relative to the root: names separated by `/`, none of them `.` or `..`.
+    std::string file; ///< Relative to the root: names separated by `/`, none of them `.` or `..`.
 };
 
 /// Fetches projects from somewhere. Never works on the caller's thread, never outside the order's directory.
@@ -84,14 +86,14 @@ public:
     /// Puts the project into the order's directory and makes sure that its world is there.
     ///
     /// Cancellation: terminal; completes only when nothing writes into the directory any more.
-    /// Errors: `not_found` (repository, branch, folder or world), `unreachable`, `timed_out`, `too_large`, `protocol_error`, and
-    /// `refused` by the website;
-    /// the detail is a sentence for the person who asked.
+    /// Errors: `not_found` (repository, branch, folder or world), `unreachable`, `timed_out`, `too_large`,
+    /// `protocol_error`, and `refused` by the website; the detail is a sentence for the person who asked.
     virtual boost::asio::awaitable<result<FetchedProject>> fetch(FetchOrder order) = 0;
 
     /// Puts one file of a fetched project back as it was. Called between `fetch` and `discard` only.
     ///
-    /// Not cancellable.   Errors: `not_found`: the project has no such file; `unavailable`. Default: `unavailable`.
+    /// Not cancellable.   Errors: `not_found`: the project has no such file; `unavailable`. Default:
+    /// `unavailable`.
     virtual boost::asio::awaitable<result<>> restore(RestoreOrder)
     {
         co_return Failure(errc::unavailable, "Files of this project can't be restored.");

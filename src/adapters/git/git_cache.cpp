@@ -1,10 +1,10 @@
 #include "git_cache.hpp"
 
-#include "git_digest.hpp"
-#include "git_proof.hpp"
 #include "adapters/files/own_folder.hpp"
 #include "adapters/files/project_files.hpp"
 #include "adapters/files/remove_tree.hpp"
+#include "git_digest.hpp"
+#include "git_proof.hpp"
 
 #include "core/text.hpp"
 

@@ -1,8 +1,8 @@
 // The cache of fetched folders on disk.
 #pragma once
 
-#include "adapters/projects/fetch_budget.hpp"
 #include "adapters/files/file_descriptor.hpp"
+#include "adapters/projects/fetch_budget.hpp"
 #include "git_index.hpp"
 #include "git_verify.hpp"
 

@@ -1,8 +1,8 @@
 #include "git_checkout.hpp"
 
-#include "git_overlay.hpp"
 #include "adapters/files/project_files.hpp"
 #include "adapters/files/remove_tree.hpp"
+#include "git_overlay.hpp"
 
 #include "core/git/git_names.hpp"
 #include "core/text.hpp"
@@ -70,8 +70,8 @@ std::string_view GitCheckout::describe() const noexcept
 }
 
 result<fs::path> GitCheckout::give(GitSnapshot const& snapshot, fs::path const& directory,
-                                  std::string const& repository, BlockingPool& pool,
-                                  std::atomic<bool> const& aborted) const
+                                   std::string const& repository, BlockingPool& pool,
+                                   std::atomic<bool> const& aborted) const
 {
     auto const inner =
         snapshot.target.folder.empty() ? repository : concat(repository, "/", snapshot.target.folder);

@@ -78,8 +78,8 @@ private:
         case 2:
             return {}; // what the server tells a person at a terminal
         case 3:
-            return Failure(errc::protocol_error,
-                           concat("the git server says: ", core::printable(core::git_server_words(bytes), 200)));
+            return Failure(errc::protocol_error, concat("the git server says: ",
+                                                        core::printable(core::git_server_words(bytes), 200)));
         default:
             return malformed("a frame of an unknown band");
         }

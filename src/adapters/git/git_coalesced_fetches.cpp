@@ -1,7 +1,7 @@
 #include "git_coalesced_fetches.hpp"
 
-#include "async/cancellation.hpp"
 #include "adapters/threads/offloaded_task.hpp"
+#include "async/cancellation.hpp"
 
 #include <boost/asio/error.hpp>
 #include <boost/asio/this_coro.hpp>
@@ -39,20 +39,20 @@ GitCoalescedFetches::~GitCoalescedFetches()
     downloading_.join();
 }
 
-std::shared_ptr<GitCoalescedFetches::CoalescedFetch> GitCoalescedFetches::start(std::string const& key, Make const& make)
+std::shared_ptr<GitCoalescedFetches::CoalescedFetch> GitCoalescedFetches::start(std::string const& key,
+                                                                                Make const& make)
 {
     auto shared = std::make_shared<CoalescedFetch>(make);
     fetches_[key] = shared;
     auto work = [shared] { return shared->fetch.look_up(); };
-    offload(looking_up_, home_, std::move(work),
-                   [this, shared](std::optional<result<GitFetched>> found) {
-                       if (found)
-                           shared->land(std::move(*found));
-                       else if (shared->aborted) // nobody waits for it any more; we may be gone ourselves
-                           shared->land(Failure(asio::error::operation_aborted));
-                       else
-                           download(shared);
-                   });
+    offload(looking_up_, home_, std::move(work), [this, shared](std::optional<result<GitFetched>> found) {
+        if (found)
+            shared->land(std::move(*found));
+        else if (shared->aborted) // nobody waits for it any more; we may be gone ourselves
+            shared->land(Failure(asio::error::operation_aborted));
+        else
+            download(shared);
+    });
     return shared;
 }
 
@@ -60,11 +60,11 @@ void GitCoalescedFetches::download(std::shared_ptr<CoalescedFetch> shared)
 {
     auto work = [shared] { return shared->fetch.download(); };
     offload(downloading_, home_, std::move(work),
-                   [shared](result<GitFetched> outcome) { shared->land(std::move(outcome)); });
+            [shared](result<GitFetched> outcome) { shared->land(std::move(outcome)); });
 }
 
-asio::awaitable<result<GitFetched>> GitCoalescedFetches::join(std::string key, std::shared_ptr<FetchProgress> progress,
-                                                     Make make)
+asio::awaitable<result<GitFetched>>
+GitCoalescedFetches::join(std::string key, std::shared_ptr<FetchProgress> progress, Make make)
 {
     co_await asio::this_coro::throw_if_cancelled(false);
     bool const cancelled = co_await async::is_cancelled();

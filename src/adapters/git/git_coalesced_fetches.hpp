@@ -1,9 +1,9 @@
 // Fetches of the same thing at the same time, merged into one.
 #pragma once
 
+#include "adapters/threads/worker_threads.hpp"
 #include "git_fetch.hpp"
 #include "git_progress.hpp"
-#include "adapters/threads/worker_threads.hpp"
 
 #include "async/wakeup.hpp"
 

@@ -1,7 +1,7 @@
 #include "git_fetch.hpp"
 
-#include "git_lfs.hpp"
 #include "adapters/files/project_files.hpp"
+#include "git_lfs.hpp"
 
 #include "core/git/git_history.hpp"
 #include "core/text.hpp"

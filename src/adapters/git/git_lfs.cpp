@@ -1,9 +1,9 @@
 #include "git_lfs.hpp"
 
 #include "adapters/files/folder_walk.hpp"
-#include "git_copy.hpp"
 #include "adapters/files/project_files.hpp"
 #include "adapters/files/sha256.hpp"
+#include "git_copy.hpp"
 
 #include "core/git/git_lfs_address.hpp"
 #include "core/git/git_lfs_batch.hpp"
@@ -228,8 +228,8 @@ result<> LfsFetch::note_pointer(std::size_t number, std::string text, core::LfsP
         return taken.error();
     index_.bytes -= entry.size;
     if (pointer.size > order_.max_bytes - std::min(order_.max_bytes, index_.bytes))
-        return Failure(errc::too_large, concat("The project is larger than ",
-                                               std::to_string(order_.max_bytes >> 20), " MB."));
+        return Failure(errc::too_large,
+                       concat("The project is larger than ", std::to_string(order_.max_bytes >> 20), " MB."));
     index_.bytes += pointer.size;
     entry.size = pointer.size;
     entry.pointer = std::move(text);

@@ -3,8 +3,8 @@
 
 #include "adapters/http/curl_http.hpp"
 #include "adapters/projects/fetch_budget.hpp"
-#include "git_index.hpp"
 #include "adapters/projects/git_interrupt.hpp"
+#include "git_index.hpp"
 #include "git_progress.hpp"
 
 #include <webots_cloud/error.hpp>
@@ -19,7 +19,7 @@ struct LfsOrder
     std::string forge;               ///< Its address.
     std::string url;                 ///< Of the repository, with `.git`.
     std::string repository;          ///< `owner/name`, for sentences.
-    std::uint64_t max_bytes = 0;    ///< Of all files of the project.
+    std::uint64_t max_bytes = 0;     ///< Of all files of the project.
     CurlLimits limits;               ///< Of each request, but for its bytes.
     FetchShare* share = nullptr;     ///< Pays. Outlives the call.
     GitProgress* progress = nullptr; ///< May be null.

@@ -10,7 +10,7 @@ namespace webots_cloud::adapters {
 namespace {
 
 constexpr std::uint64_t max_delta_result = std::uint64_t{512}
-                                               << 20; // it is made in memory; git stops there too
+                                           << 20; // it is made in memory; git stops there too
 
 } // namespace
 

@@ -1,8 +1,8 @@
 // Packs, the form in which git sends objects: unpacked while they arrive, with a budget.
 #pragma once
 
-#include "git_digest.hpp"
 #include "adapters/projects/git_interrupt.hpp"
+#include "git_digest.hpp"
 #include "git_staging.hpp"
 
 #include <webots_cloud/error.hpp>

@@ -12,7 +12,7 @@ namespace webots_cloud::adapters {
 namespace {
 
 constexpr std::uint64_t max_memory = std::uint64_t{256}
-                                      << 20; // all folders of a commit: some 40 bytes per file
+                                     << 20; // all folders of a commit: some 40 bytes per file
 constexpr char part[] = "part";
 
 } // namespace

@@ -1,8 +1,8 @@
 // Objects of a repository on their way from the network into a folder.
 #pragma once
 
-#include "adapters/projects/fetch_budget.hpp"
 #include "adapters/files/file_descriptor.hpp"
+#include "adapters/projects/fetch_budget.hpp"
 
 #include "core/git/git_object_id.hpp"
 

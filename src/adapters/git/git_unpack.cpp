@@ -1,8 +1,8 @@
 #include "git_unpack.hpp"
 
 #include "adapters/files/folder_walk.hpp"
-#include "git_copy.hpp"
 #include "adapters/files/project_files.hpp"
+#include "git_copy.hpp"
 
 #include "core/git/git_names.hpp"
 

@@ -1,8 +1,8 @@
 // From objects that have arrived to a folder of files.
 #pragma once
 
-#include "git_index.hpp"
 #include "adapters/projects/git_interrupt.hpp"
+#include "git_index.hpp"
 #include "git_staging.hpp"
 
 #include "core/git/git_plan.hpp"

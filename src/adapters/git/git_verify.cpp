@@ -1,9 +1,9 @@
 #include "git_verify.hpp"
 
 #include "adapters/files/folder_walk.hpp"
-#include "git_digest.hpp"
 #include "adapters/files/project_files.hpp"
 #include "adapters/files/sha256.hpp"
+#include "git_digest.hpp"
 
 #include "core/git/git_lfs_pointer.hpp"
 #include "core/text.hpp"

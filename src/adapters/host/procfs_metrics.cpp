@@ -15,7 +15,10 @@
 namespace webots_cloud {
 namespace {
 
-double percent(double part, double whole) { return whole > 0 ? 100 * part / whole : 0; }
+double percent(double part, double whole)
+{
+    return whole > 0 ? 100 * part / whole : 0;
+}
 
 /// The value behind `key` in a file of `key: value` lines, without the quotes of /etc/os-release.
 std::string value_of(char const* file, std::string_view key, char separator)
@@ -36,8 +39,8 @@ std::string value_of(char const* file, std::string_view key, char separator)
 class ProcfsMetrics final : public HostMetrics
 {
 public:
-    explicit ProcfsMetrics(HostMetricsParams const& params) :
-        limits_(params.control_groups, params.own_control_group), gpus_(params.nvidia_library)
+    explicit ProcfsMetrics(HostMetricsParams const& params)
+        : limits_(params.control_groups, params.own_control_group), gpus_(params.nvidia_library)
     {}
 
     HostSample sample() override;
@@ -50,12 +53,14 @@ private:
 
 std::uint64_t memory_bytes()
 {
-    return static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
+    return static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) *
+           static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
 }
 
 void read_processors(HostSample& sample)
 {
-    // proc(5): user nice system idle iowait irq softirq steal; guest times are counted in user and nice already.
+    // proc(5): user nice system idle iowait irq softirq steal; guest times are counted in user and nice
+    // already.
     std::ifstream stat("/proc/stat");
     std::string name;
     std::uint64_t ticks = 0;
@@ -124,7 +129,9 @@ HostSample ProcfsMetrics::sample()
     struct statvfs disk;
     if (::statvfs("/", &disk) == 0) {
         auto const used = static_cast<double>(disk.f_blocks - disk.f_bfree);
-        sample.disk_used = percent(used, used + static_cast<double>(disk.f_bavail)); // as df has it: what root alone may use is neither
+        sample.disk_used = percent(
+            used,
+            used + static_cast<double>(disk.f_bavail)); // as df has it: what root alone may use is neither
     }
     limits_.apply(sample, static_cast<int>(std::thread::hardware_concurrency()), memory_bytes());
     sample.gpu = gpus_.sample();

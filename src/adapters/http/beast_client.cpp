@@ -43,8 +43,8 @@ constexpr std::size_t max_idle = 16 * 1024;
 
 constexpr std::size_t usual_request = 256; // bytes, without its body
 
-// Of an answer, before the parser has taken them: headers, trailers, and the line before a chunk, which must be
-// there as a whole. The parser looks through all of it again whenever more has come.
+// Of an answer, before the parser has taken them: headers, trailers, and the line before a chunk, which must
+// be there as a whole. The parser looks through all of it again whenever more has come.
 constexpr std::size_t max_unparsed = 16 * 1024;
 
 // Of an answer altogether: what surrounds the chunks of a body may be as long as the body, and headers as
@@ -204,7 +204,8 @@ asio::awaitable<result<>> Connection::encrypt(Encrypted& stream, std::string con
     if (error == beast::error::timeout)
         co_return Failure(errc::unreachable, "TLS failed: no answer in time");
     if (speaks_no_tls(error))
-        co_return Failure(errc::unreachable, "it was asked by https, and speaks no TLS (plain http, perhaps)");
+        co_return Failure(errc::unreachable,
+                          "it was asked by https, and speaks no TLS (plain http, perhaps)");
     if (error)
         co_return Failure(errc::unreachable, concat("TLS failed: ", error.message()));
     co_return result<>();
@@ -310,7 +311,8 @@ private:
     std::optional<asio::ssl::context>
         context_; ///< Made when first needed: it reads every certificate authority of the system.
     adapters::NameResolver resolver_;
-    std::unordered_map<std::string, IdleConnection> idle_; ///< By the whole URL, so that a poll need not take it apart.
+    std::unordered_map<std::string, IdleConnection>
+        idle_; ///< By the whole URL, so that a poll need not take it apart.
 };
 
 // Not through Beast's serializer, which takes as long as all the rest of a poll.
@@ -319,7 +321,11 @@ std::string to_text(HttpRequest const& request, Target const& target)
     bool const usual_port = target.port == (target.tls ? https_port : http_port);
     std::string text;
     text.reserve(usual_request + request.body.size());
-    text.append(request.method).append(" ").append(target.path).append(" HTTP/1.1\r\nHost: ").append(target.host);
+    text.append(request.method)
+        .append(" ")
+        .append(target.path)
+        .append(" HTTP/1.1\r\nHost: ")
+        .append(target.host);
     if (!usual_port)
         text.append(":").append(std::to_string(target.port));
     text.append("\r\nUser-Agent: webots_cloud\r\n");

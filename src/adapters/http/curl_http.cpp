@@ -84,9 +84,9 @@ std::size_t on_header(char*, std::size_t, std::size_t count, void* user)
     auto& exchange = *static_cast<Exchange*>(user);
     exchange.header_bytes += count;
     if (exchange.header_bytes > exchange.limits.header_bytes)
-        exchange.outcome =
-            Failure(errc::too_large, concat("the answer of ", exchange.request.peer, " has more than ",
-                                            std::to_string(exchange.limits.header_bytes >> 10), " kB of headers"));
+        exchange.outcome = Failure(
+            errc::too_large, concat("the answer of ", exchange.request.peer, " has more than ",
+                                    std::to_string(exchange.limits.header_bytes >> 10), " kB of headers"));
     return exchange.outcome && !exchange.must_stop() ? count : 0;
 }
 

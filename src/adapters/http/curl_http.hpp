@@ -25,7 +25,7 @@ struct CurlLimits
         nullptr; ///< Stops soon after it becomes true.   Lifetime: outlives the request.
     std::atomic<bool> const* abandoned = nullptr; ///< The same again, for another reason.
     TimePoint deadline = TimePoint::max();
-    std::uint64_t bytes = std::uint64_t{64} << 20; ///< Of the answer's body.
+    std::uint64_t bytes = std::uint64_t{64} << 20;         ///< Of the answer's body.
     std::uint64_t header_bytes = std::uint64_t{256} << 10; ///< Of all its headers and trailers.
     std::uint64_t low_speed = 0; ///< Bytes per second; slower for `low_speed_time`, and it stops.
     Duration low_speed_time = std::chrono::seconds(60);

@@ -19,7 +19,7 @@ using core::concat;
 namespace {
 
 constexpr std::size_t flush_size = 64 * 1024; // answers to pipelined requests are sent together up to here
-constexpr int max_drained = 64;              // reads, after a refusal
+constexpr int max_drained = 64;               // reads, after a refusal
 
 constexpr std::string_view speaks_https =
     "This port speaks HTTPS: put https:// (or wss://) in front of the address.\r\n";
@@ -89,10 +89,12 @@ asio::awaitable<bool> HttpConnection::answer_requests()
 
 void HttpConnection::set_deadline(Duration from_now)
 {
-    // The time of the last tick, some milliseconds ago, costs a fifth of the exact one; deadlines are seconds away.
+    // The time of the last tick, some milliseconds ago, costs a fifth of the exact one; deadlines are seconds
+    // away.
     timespec tick{};
     ::clock_gettime(CLOCK_MONOTONIC_COARSE, &tick);
-    deadline_ = TimePoint(std::chrono::seconds(tick.tv_sec) + std::chrono::nanoseconds(tick.tv_nsec)) + from_now;
+    deadline_ =
+        TimePoint(std::chrono::seconds(tick.tv_sec) + std::chrono::nanoseconds(tick.tv_nsec)) + from_now;
 }
 
 /// Reads until a request's head is complete; false when the connection is to be closed.

@@ -1,7 +1,7 @@
+#include "acceptor.hpp"
 #include "async/cancellation.hpp"
 #include "async/task_count.hpp"
 #include "core/text.hpp"
-#include "acceptor.hpp"
 #include "http_connection.hpp"
 #include "websocket_channel.hpp"
 
@@ -63,8 +63,9 @@ public:
     NetworkServer(asio::any_io_executor executor, HttpServerParams params, Endpoint& endpoint, Logger log)
         : executor_(std::move(executor)), params_(std::move(params)), log_(std::move(log)),
           proxies_(params_.trusted_proxies),
-          limit_(params_.connections_per_address, statistics_, log_),
-          context_{params_, endpoint, log_, statistics_, proxies_, limit_}, endpoint_(endpoint), acceptor_(executor_), sweeper_(executor_), tasks_(executor_)
+          limit_(params_.connections_per_address, statistics_, log_), context_{params_,     endpoint, log_,
+                                                                               statistics_, proxies_, limit_},
+          endpoint_(endpoint), acceptor_(executor_), sweeper_(executor_), tasks_(executor_)
     {}
 
     result<> listen() override;
@@ -78,7 +79,8 @@ private:
 
     asio::awaitable<result<>> accept();
     asio::awaitable<void> serve(Connections::iterator connection);
-    asio::awaitable<void> serve_websocket(Connections::iterator connection, Conversations::iterator conversation);
+    asio::awaitable<void> serve_websocket(Connections::iterator connection,
+                                          Conversations::iterator conversation);
     asio::awaitable<void> stop();
     asio::awaitable<void> recover(boost::system::error_code failed);
     void admit(tcp::socket socket);
@@ -238,7 +240,7 @@ NetworkServer::Conversations::iterator NetworkServer::begin_conversation(HttpCon
 
 /// Nothing that belongs to HTTP lives on with it, and no frame of its own: this is no coroutine.
 asio::awaitable<void> NetworkServer::serve_websocket(Connections::iterator connection,
-                                              Conversations::iterator conversation)
+                                                     Conversations::iterator conversation)
 {
     auto info = connection->channel_info();
     active_.erase(connection);

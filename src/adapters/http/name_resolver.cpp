@@ -64,7 +64,7 @@ struct NameResolver::Question
     std::optional<result<Addresses>>
         answer; ///< For those who ask now; a lookup that goes on may bring another one.
     std::vector<asio::steady_timer*>
-        askers; ///< Each expires at its asker's deadline, and is cancelled by the answer.
+        askers;                  ///< Each expires at its asker's deadline, and is cancelled by the answer.
     asio::steady_timer patience; ///< Expires when the lookup counts as slow.
     bool is_slow = false;
     bool is_wanted = false; ///< By somebody who does not wait for it.
@@ -234,8 +234,8 @@ void NameResolver::take_answer(std::string const& name, result<Addresses> answer
     auto& record = records_[name];
     bool const was_prompt = question->patience.cancel() > 0;
     record.is_slow = !was_prompt;
-    record.pause = was_prompt ? Duration::zero()
-                              : std::clamp(2 * record.pause, params_.first_pause, params_.max_pause);
+    record.pause =
+        was_prompt ? Duration::zero() : std::clamp(2 * record.pause, params_.first_pause, params_.max_pause);
     record.next = now + record.pause;
     record.addresses = answer ? *answer : was_prompt ? Addresses() : std::move(record.addresses);
     if (answer)

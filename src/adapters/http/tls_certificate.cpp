@@ -1,7 +1,7 @@
 #include "tls_certificate.hpp"
 
-#include "core/text.hpp"
 #include "adapters/files/regular_file.hpp"
+#include "core/text.hpp"
 
 #include <webots_cloud/adapters.hpp>
 

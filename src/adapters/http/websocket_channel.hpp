@@ -67,7 +67,7 @@ private:
     HttpServerParams const& params_;
     HttpServerStatistics& statistics_;
     WebSocketFrameReader frames_;
-    std::vector<std::string> received_; ///< Messages that nobody has asked for yet.
+    std::vector<std::string> received_;   ///< Messages that nobody has asked for yet.
     std::unique_ptr<std::string> unread_; ///< Bytes behind those messages; null most of the time.
     std::string outgoing_;                ///< Frames, whole but for the first, of which a part may be sent.
     TimePoint last_heard_;

@@ -1,6 +1,6 @@
-#include "core/text.hpp"
 #include "adapters/files/output_file.hpp"
 #include "adapters/threads/worker_threads.hpp"
+#include "core/text.hpp"
 
 #include <webots_cloud/adapters.hpp>
 

@@ -1,7 +1,7 @@
-#include "core/simulation/simulation_log.hpp"
-#include "core/text.hpp"
 #include "adapters/files/output_file.hpp"
 #include "adapters/threads/worker_threads.hpp"
+#include "core/simulation/simulation_log.hpp"
+#include "core/text.hpp"
 
 #include <webots_cloud/adapters.hpp>
 
@@ -49,7 +49,8 @@ struct Writer
     void complain(fs::path const& path, std::string_view what, std::string_view why)
     {
         auto text = concat("Simulation log ", path.string(), " ", what, ": ", why);
-        asio::post(executor, [log = log, text = std::move(text)] { log.error(LogCause("simulation log"), text); });
+        asio::post(executor,
+                   [log = log, text = std::move(text)] { log.error(LogCause("simulation log"), text); });
     }
 
     void warn(std::string text)

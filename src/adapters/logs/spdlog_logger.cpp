@@ -97,7 +97,8 @@ std::unique_ptr<spdlog::formatter> make_formatter(bool json)
     return formatter;
 }
 
-/// The thread that writes and the logger that feeds it; the last copy of the Logger ends both, after the last line.
+/// The thread that writes and the logger that feeds it; the last copy of the Logger ends both, after the last
+/// line.
 struct Backend
 {
     void write(LogLevel level, std::string_view line) const
@@ -150,11 +151,11 @@ result<Logger> make_logger(LogParams params)
         else
             sink = std::make_shared<adapters::RotatingFile>(params.file, file_size, old_files);
         backend->thread = std::make_shared<spdlog::details::thread_pool>(queue_lines, 1);
-        backend->logger = std::make_shared<spdlog::async_logger>("webots_cloud", std::move(sink), backend->thread,
-                                                                 spdlog::async_overflow_policy::overrun_oldest);
+        backend->logger = std::make_shared<spdlog::async_logger>(
+            "webots_cloud", std::move(sink), backend->thread, spdlog::async_overflow_policy::overrun_oldest);
     } catch (spdlog::spdlog_ex const& failure) {
-        return Failure(errc::invalid_argument,
-                       core::concat("Log file ", params.file.string(), " cannot be created: ", failure.what()));
+        return Failure(errc::invalid_argument, core::concat("Log file ", params.file.string(),
+                                                            " cannot be created: ", failure.what()));
     }
     backend->logger->set_formatter(make_formatter(params.json));
     backend->logger->set_level(spdlog::level::debug);

@@ -71,7 +71,8 @@ bool SmtpExchange::is_aborted()
 }
 
 /// Ends every connection under libcurl's hands, which waits for the last words of a mail server (and, worse,
-/// says the end of a mail that we gave up in the middle) wherever it finds the connection alive. With the mutex.
+/// says the end of a mail that we gave up in the middle) wherever it finds the connection alive. With the
+/// mutex.
 void SmtpExchange::shut_down_sockets()
 {
     for (auto const socket : sockets_)

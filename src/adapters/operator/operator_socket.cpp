@@ -1,6 +1,6 @@
+#include "adapters/http/http_response_text.hpp"
 #include "async/cancellation.hpp"
 #include "core/text.hpp"
-#include "adapters/http/http_response_text.hpp"
 
 #include <webots_cloud/adapters.hpp>
 

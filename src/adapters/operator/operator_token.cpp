@@ -1,5 +1,5 @@
-#include "core/text.hpp"
 #include "adapters/files/regular_file.hpp"
+#include "core/text.hpp"
 
 #include <webots_cloud/adapters.hpp>
 

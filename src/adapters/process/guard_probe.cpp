@@ -1,7 +1,7 @@
+#include "adapters/files/file_descriptor.hpp"
+#include "adapters/threads/blocking_pool.hpp"
 #include "async/deadline.hpp"
 #include "core/text.hpp"
-#include "adapters/threads/blocking_pool.hpp"
-#include "adapters/files/file_descriptor.hpp"
 #include "spawn.hpp"
 
 #include <webots_cloud/adapters.hpp>

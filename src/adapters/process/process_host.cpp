@@ -1,6 +1,6 @@
-#include "core/text.hpp"
-#include "adapters/threads/blocking_pool.hpp"
 #include "adapters/files/file_descriptor.hpp"
+#include "adapters/threads/blocking_pool.hpp"
+#include "core/text.hpp"
 #include "listening_ports.hpp"
 #include "process_usage.hpp"
 #include "spawn.hpp"

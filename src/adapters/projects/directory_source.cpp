@@ -1,9 +1,9 @@
-#include "adapters/threads/blocking_pool.hpp"
 #include "adapters/files/copy_tree.hpp"
 #include "adapters/files/project_files.hpp"
-#include "project_world.hpp"
 #include "adapters/files/remove_tree.hpp"
 #include "adapters/files/restore_file.hpp"
+#include "adapters/threads/blocking_pool.hpp"
+#include "project_world.hpp"
 
 #include "core/text.hpp"
 
@@ -16,7 +16,8 @@ namespace asio = boost::asio;
 namespace fs = std::filesystem;
 using core::concat;
 
-/// The part of the project's address that names a folder; what is before is a branch, which a plain folder does not have.
+/// The part of the project's address that names a folder; what is before is a branch, which a plain folder
+/// does not have.
 std::string inner_folder(ProjectRef const& project)
 {
     auto const slash = project.ref_and_folder.find('/');
@@ -35,12 +36,14 @@ result<FetchedProject> copy_project(fs::path const& folder, FetchOrder const& or
     auto const root = root_of(folder, project);
     std::error_code failed;
     if (!fs::is_directory(root / "worlds", failed))
-        return Failure(errc::not_found, concat("There is no project ", project.owner, "/", project.repository,
-                                               inner_folder(project), " with a folder \"worlds\" on this server."));
+        return Failure(errc::not_found,
+                       concat("There is no project ", project.owner, "/", project.repository,
+                              inner_folder(project), " with a folder \"worlds\" on this server."));
     fs::create_directory(order.directory, failed);
     if (failed)
         return adapters::disk_failure(failed);
-    if (auto const copied = adapters::copy_tree(root, order.directory, order.limits, *order.progress, aborted);
+    if (auto const copied =
+            adapters::copy_tree(root, order.directory, order.limits, *order.progress, aborted);
         !copied)
         return copied.error();
     auto header = adapters::read_world_header(order.directory, project.world);
@@ -56,8 +59,8 @@ result<FetchedProject> copy_project(fs::path const& folder, FetchOrder const& or
 class DirectorySource final : public ProjectSource
 {
 public:
-    explicit DirectorySource(fs::path folder) :
-        folder_(std::move(folder)), pool_(2, adapters::BlockingPool::Priority::background)
+    explicit DirectorySource(fs::path folder)
+        : folder_(std::move(folder)), pool_(2, adapters::BlockingPool::Priority::background)
     {}
 
     asio::awaitable<result<FetchedProject>> fetch(FetchOrder order) override

@@ -2,10 +2,10 @@
 
 #include <webots_cloud/adapters.hpp>
 
-#include "core/text.hpp"
 #include "adapters/files/file_descriptor.hpp"
 #include "adapters/files/own_folder.hpp"
 #include "adapters/files/remove_tree.hpp"
+#include "core/text.hpp"
 
 #include <fcntl.h>
 #include <sys/file.h>

@@ -1,6 +1,6 @@
-#include "core/text.hpp"
-#include "adapters/threads/blocking_pool.hpp"
 #include "adapters/files/project_files.hpp"
+#include "adapters/threads/blocking_pool.hpp"
+#include "core/text.hpp"
 
 #include <webots_cloud/adapters.hpp>
 

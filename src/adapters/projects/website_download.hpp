@@ -1,9 +1,9 @@
 // Asks a website for what its user has changed in a project.
 #pragma once
 
+#include "adapters/files/file_descriptor.hpp"
 #include "adapters/http/curl_http.hpp"
 #include "fetch_budget.hpp"
-#include "adapters/files/file_descriptor.hpp"
 
 #include "core/projects/website_plan.hpp"
 

@@ -1,9 +1,9 @@
-#include "adapters/threads/blocking_pool.hpp"
 #include "adapters/files/copy_tree.hpp"
 #include "adapters/files/project_files.hpp"
-#include "project_world.hpp"
 #include "adapters/files/remove_tree.hpp"
 #include "adapters/files/restore_file.hpp"
+#include "adapters/threads/blocking_pool.hpp"
+#include "project_world.hpp"
 #include "website_download.hpp"
 #include "zip_unpack.hpp"
 
@@ -68,7 +68,7 @@ class WebsiteFetch
 {
 public:
     WebsiteFetch(adapters::CurlHttp& http, WebsiteSourceParams const& params, core::WebsitePlan const& plan,
-           FetchOrder const& order, std::atomic<bool> const& aborted)
+                 FetchOrder const& order, std::atomic<bool> const& aborted)
         : http_(http), params_(params), plan_(plan), order_(order), project_(*order.website),
           aborted_(aborted), deadline_(std::chrono::steady_clock::now() + order.limits.timeout),
           share_(params.budget, how_it_waits())

@@ -4,8 +4,8 @@
 #include "adapters/files/project_files.hpp"
 
 #include "core/projects/archive_path.hpp"
-#include "core/text.hpp"
 #include "core/projects/zip_directory.hpp"
+#include "core/text.hpp"
 
 #include <boost/asio/error.hpp>
 

@@ -21,7 +21,8 @@
 
 namespace webots_cloud::adapters {
 
-/// Runs functions on threads of its own and comes back to the caller's executor. The event loop waits for none of the threads.
+/// Runs functions on threads of its own and comes back to the caller's executor. The event loop waits for
+/// none of the threads.
 ///
 /// The destructor waits for what runs.   Thread-safety: one executor.
 class BlockingPool
@@ -29,7 +30,9 @@ class BlockingPool
 public:
     using Priority = WorkerThreads::Priority;
 
-    explicit BlockingPool(std::size_t threads, Priority priority = Priority::normal) : threads_(threads, priority) {}
+    explicit BlockingPool(std::size_t threads, Priority priority = Priority::normal)
+        : threads_(threads, priority)
+    {}
 
     /// Completes with what `work` returns. Not cancellable: `work` must end by itself. It must not throw.
     template<class Work>
@@ -62,8 +65,9 @@ public:
         co_return outcome;
     }
 
-    /// For work on one of the pool's threads: does `work` there and, at the same time, on each of `helpers` other threads that
-    /// comes free before it is done. Returns when nobody works on it any more.   Precondition: `work` shares itself out.
+    /// For work on one of the pool's threads: does `work` there and, at the same time, on each of `helpers`
+    /// other threads that comes free before it is done. Returns when nobody works on it any more.
+    /// Precondition: `work` shares itself out.
     template<class Work>
     void share(std::size_t helpers, Work const& work)
     {
@@ -133,9 +137,10 @@ private:
         {
             using Outcome = std::invoke_result_t<Work&>;
             auto done = [home = home_, handler = std::move(handler)](Outcome outcome) mutable {
-                boost::asio::dispatch(home, [handler = std::move(handler), outcome = std::move(outcome)]() mutable {
-                    std::move(handler)(std::move(outcome));
-                });
+                boost::asio::dispatch(home,
+                                      [handler = std::move(handler), outcome = std::move(outcome)]() mutable {
+                                          std::move(handler)(std::move(outcome));
+                                      });
             };
             offload(threads_, home_, std::move(work_), std::move(done));
         }

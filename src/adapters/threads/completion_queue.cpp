@@ -56,7 +56,8 @@ void CompletionQueue::deliver(std::unique_ptr<Completion> completion) noexcept
         added->older_ = older;
     while (
         !newest_.compare_exchange_weak(older, added, std::memory_order_release, std::memory_order_relaxed));
-    // From here on it may be complete already. Where others are in the queue, the first of them wakes the loop.
+    // From here on it may be complete already. Where others are in the queue, the first of them wakes the
+    // loop.
     if (!older)
         wake();
 }
@@ -70,18 +71,19 @@ void CompletionQueue::wait()
 {
     waiting_ = true;
     wake_up_reader_->async_read_some(asio::buffer(&wake_ups_, sizeof wake_ups_),
-                          [this](boost::system::error_code error, std::size_t) {
-                              waiting_ = false;
-                              if (!error)
-                                  complete_oldest();
-                          });
+                                     [this](boost::system::error_code error, std::size_t) {
+                                         waiting_ = false;
+                                         if (!error)
+                                             complete_oldest();
+                                     });
 }
 
 /// In the order in which they were delivered.
 void CompletionQueue::collect()
 {
     auto const collected = static_cast<std::ptrdiff_t>(taken_.size());
-    for (auto* completion = newest_.exchange(nullptr, std::memory_order_acquire); completion; completion = completion->older_)
+    for (auto* completion = newest_.exchange(nullptr, std::memory_order_acquire); completion;
+         completion = completion->older_)
         taken_.emplace(taken_.begin() + collected, completion);
 }
 

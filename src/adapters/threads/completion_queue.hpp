@@ -48,7 +48,8 @@ public:
     explicit CompletionQueue(boost::asio::execution_context& context); ///< For Asio: see of().
     ~CompletionQueue() override;
 
-    /// A completion will come: the event loop does not run out of work before.   Thread: that of the event loop.
+    /// A completion will come: the event loop does not run out of work before.   Thread: that of the event
+    /// loop.
     void expect();
 
     /// Calls `complete()` of an expected completion on the event loop.   Thread: any.
@@ -64,13 +65,13 @@ private:
     void complete_oldest();
 
     FileDescriptor wake_up_;
-    std::optional<boost::asio::posix::stream_descriptor> wake_up_reader_; ///< Of `wake_up_`, until shutdown().
+    std::optional<boost::asio::posix::stream_descriptor>
+        wake_up_reader_; ///< Of `wake_up_`, until shutdown().
     std::uint64_t wake_ups_ = 0;
     bool waiting_ = false;
     std::size_t expected_ = 0;
     std::deque<std::unique_ptr<Completion>> taken_;
-    std::atomic<Completion*> newest_ =
-        nullptr; ///< Delivered last; each knows the one before.
+    std::atomic<Completion*> newest_ = nullptr; ///< Delivered last; each knows the one before.
 };
 
 } // namespace webots_cloud::adapters

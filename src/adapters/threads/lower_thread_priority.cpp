@@ -13,8 +13,8 @@ constexpr int steps = 5;
 
 void lower_thread_priority() noexcept
 {
-    // On Linux a thread has a priority of its own: that of the thread that started it, which may have lowered its own. The
-    // process's is that of its first thread. A thread that is lower already stays as it is.
+    // On Linux a thread has a priority of its own: that of the thread that started it, which may have lowered
+    // its own. The process's is that of its first thread. A thread that is lower already stays as it is.
     auto const thread = static_cast<id_t>(::gettid());
     int const level = ::getpriority(PRIO_PROCESS, static_cast<id_t>(::getpid())) + steps;
     if (::getpriority(PRIO_PROCESS, thread) < level)

@@ -19,8 +19,8 @@ namespace webots_cloud::adapters {
 /// Does jobs in the order in which they are posted.
 ///
 /// What asio::thread_pool is for, but posting takes no lock that one of the threads may hold while another
-/// program runs in its place. Nor does it start a thread, which waits in the kernel for others that start: one
-/// is there from the beginning, and whichever takes a job and leaves none idle starts the next.
+/// program runs in its place. Nor does it start a thread, which waits in the kernel for others that start:
+/// one is there from the beginning, and whichever takes a job and leaves none idle starts the next.
 ///
 /// Thread-safety: any thread posts.
 class WorkerThreads

@@ -15,8 +15,7 @@ namespace webots_cloud::core {
 class WaitingClients
 {
 public:
-    WaitingClients(std::size_t most, std::size_t max_per_client)
-        : max_(most), max_per_client_(max_per_client)
+    WaitingClients(std::size_t most, std::size_t max_per_client) : max_(most), max_per_client_(max_per_client)
     {}
 
     /// Adds `id`, which must be higher than all before. Who must go for it, if anybody: the first of the same

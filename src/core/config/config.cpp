@@ -1,12 +1,12 @@
 #include <webots_cloud/config.hpp>
 
 #include "config_reader.hpp"
-#include "core/docker/docker_project.hpp"
 #include "core/access/ip_address.hpp"
+#include "core/access/site_access.hpp"
+#include "core/docker/docker_project.hpp"
 #include "core/notices/mail_message.hpp"
 #include "core/projects/repository_policy.hpp"
 #include "core/simulation/simulator_environment.hpp"
-#include "core/access/site_access.hpp"
 #include "core/text.hpp"
 
 #include <boost/url/authority_view.hpp>
@@ -105,14 +105,16 @@ bool is_authority(std::string_view text, Port port = Port::optional)
 }
 
 /// Lists of origins, which are left alone when they are absent.
-void read_origins(ConfigReader& reader, std::string_view key, std::optional<std::vector<std::string>>& origins)
+void read_origins(ConfigReader& reader, std::string_view key,
+                  std::optional<std::vector<std::string>>& origins)
 {
     if (!reader.has(key))
         return reader.ignore({key});
     origins.emplace();
     reader.read(key, *origins);
     if (!std::all_of(origins->begin(), origins->end(), core::is_origin_pattern))
-        reader.refuse(key, "a list of sites, as in \"https://example.org\", \"https://*.example.org\" or \"*\"");
+        reader.refuse(key,
+                      "a list of sites, as in \"https://example.org\", \"https://*.example.org\" or \"*\"");
 }
 
 void read_access(ConfigReader& reader, AccessConfig& access)

@@ -17,8 +17,7 @@ std::vector<StateFolder> state_folders(StateFolderContext const& context)
         folders.emplace_back(xdg / "webots_cloud", false);
     else if (fs::path const home = context.home; home.is_absolute())
         folders.emplace_back(home / ".local" / "state" / "webots_cloud", false);
-    folders.emplace_back(context.temporary / concat("webots-", std::to_string(context.user)),
-                         false);
+    folders.emplace_back(context.temporary / concat("webots-", std::to_string(context.user)), false);
     return folders;
 }
 

@@ -22,7 +22,8 @@ std::string_view service_of(std::string_view container, std::string_view project
     return is_number && is_name ? container.substr(0, end) : std::string_view();
 }
 
-/// Compose 2 sends `ESC [ 2 K` in front of a container's line, to erase what a terminal shows there; builders colour their lines.
+/// Compose 2 sends `ESC [ 2 K` in front of a container's line, to erase what a terminal shows there; builders
+/// colour their lines.
 std::string_view without_control_sequences(std::string_view line)
 {
     constexpr std::string_view introducer = "\x1b[";

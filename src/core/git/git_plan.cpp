@@ -1,7 +1,7 @@
 #include "git_plan.hpp"
 
-#include "git_names.hpp"
 #include "core/text.hpp"
+#include "git_names.hpp"
 
 #include <algorithm>
 #include <unordered_set>

@@ -60,8 +60,8 @@ std::string_view first_segments(std::string_view path, std::size_t count) noexce
     return path.substr(0, end);
 }
 
-/// The part of an address that none of the refs explains, without the folder after it: where branches have the names `team/red` and
-/// `team/blue`, `team/green` of `team/green/projects`.
+/// The part of an address that none of the refs explains, without the folder after it: where branches have
+/// the names `team/red` and `team/blue`, `team/green` of `team/green/projects`.
 std::string_view unknown_ref(std::string_view ref_and_folder, std::vector<GitRef> const& refs) noexcept
 {
     for (auto const space : {heads, tags})
@@ -145,8 +145,8 @@ result<GitTarget> resolve_ref(std::string_view ref_and_folder, std::vector<GitRe
         }
     }
     if (!best)
-        return Failure(errc::not_found,
-                       concat("has no branch or tag \"", printable(unknown_ref(ref_and_folder, refs), 100), "\""));
+        return Failure(errc::not_found, concat("has no branch or tag \"",
+                                               printable(unknown_ref(ref_and_folder, refs), 100), "\""));
     return target(best->id, ref_and_folder, longest);
 }
 

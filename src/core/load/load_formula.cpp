@@ -24,18 +24,23 @@ double cpu_percent(HostSample const& before, HostSample const& after) noexcept
     auto const machine = growth_percent(before.cpu_busy, after.cpu_busy, before.cpu_total, after.cpu_total);
     if (before.share_total == 0) // no limit, or one that has just come
         return machine;
-    return std::max(machine, growth_percent(before.share_busy, after.share_busy, before.share_total, after.share_total));
+    return std::max(
+        machine, growth_percent(before.share_busy, after.share_busy, before.share_total, after.share_total));
 }
 
 double load_of(LoadFormula formula, double cpu, HostSample const& sample) noexcept
 {
     auto const gpu = sample.gpu.value_or(GpuSample());
     if (formula == LoadFormula::reference)
-        return std::max({cpu, (sample.swap_used + sample.memory_used + gpu.memory_controller) / 3, gpu.compute});
+        return std::max(
+            {cpu, (sample.swap_used + sample.memory_used + gpu.memory_controller) / 3, gpu.compute});
     return std::max({cpu, sample.memory_used, gpu.compute, gpu.memory_used});
 }
 
-void MovingAverage::add(double value) noexcept { values_[count_++ % values_.size()] = value; }
+void MovingAverage::add(double value) noexcept
+{
+    values_[count_++ % values_.size()] = value;
+}
 
 double MovingAverage::value() const noexcept
 {

@@ -11,15 +11,15 @@ namespace webots_cloud::core {
 /// How the figures of a machine become one load.
 enum class LoadFormula
 {
-    /// max(CPU, (swap + RAM + GPU memory controller) / 3, GPU compute), as the newest Python server has it: a machine whose
-    /// memory is exhausted still offers itself, because two idle figures outweigh it.
+    /// max(CPU, (swap + RAM + GPU memory controller) / 3, GPU compute), as the newest Python server has it: a
+    /// machine whose memory is exhausted still offers itself, because two idle figures outweigh it.
     reference,
     /// max(CPU, RAM, GPU compute, GPU memory): each resource alone can fill the machine. The default.
     strict
 };
 
-/// Percent of the processors' time that was not idle between two looks, or of the share that a control group leaves us: the higher
-/// one; 0 when no time passed.
+/// Percent of the processors' time that was not idle between two looks, or of the share that a control group
+/// leaves us: the higher one; 0 when no time passed.
 double cpu_percent(HostSample const& before, HostSample const& after) noexcept;
 
 /// The load of one look, in percent.

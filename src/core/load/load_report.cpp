@@ -32,7 +32,10 @@ std::optional<double> plain_number(std::string_view text)
     return value;
 }
 
-bool is_load(double value) { return std::isfinite(value) && value >= 0; }
+bool is_load(double value)
+{
+    return std::isfinite(value) && value >= 0;
+}
 
 /// Reads `key` if it is there; false when it is something else than a count.
 bool read_count(json::object const& object, std::string_view key, std::optional<int>& count)

@@ -2,7 +2,8 @@
 
 namespace webots_cloud::core {
 
-LoadTransition classify(ServerLoad const& before, result<LoadReport> const& outcome, double threshold) noexcept
+LoadTransition classify(ServerLoad const& before, result<LoadReport> const& outcome,
+                        double threshold) noexcept
 {
     bool const was_down = before.state == ServerState::down;
     if (!outcome) {

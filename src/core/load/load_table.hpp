@@ -7,9 +7,10 @@ namespace webots_cloud::core {
 
 /// What changed with this poll, given what was known before.
 ///
-/// A server that was never polled successfully counts as neither up nor down: its first failure is news, its first
-/// answer is not.
-LoadTransition classify(ServerLoad const& before, result<LoadReport> const& outcome, double threshold) noexcept;
+/// A server that was never polled successfully counts as neither up nor down: its first failure is news, its
+/// first answer is not.
+LoadTransition classify(ServerLoad const& before, result<LoadReport> const& outcome,
+                        double threshold) noexcept;
 
 /// Counts a server in.
 void add(LoadTotals& totals, ServerLoad const& server) noexcept;

@@ -23,7 +23,7 @@ struct RetryRule
 
     Duration first_delay = std::chrono::seconds(15);
     Duration max_delay = std::chrono::minutes(15);
-    int max_refusals = 6;    ///< Attempts at a notice that end with `refused`, before it is given up.
+    int max_refusals = 6;     ///< Attempts at a notice that end with `refused`, before it is given up.
     std::size_t longest = 50; ///< Notices in the queue.
 };
 

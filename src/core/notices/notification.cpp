@@ -61,8 +61,8 @@ News::News(LoadEvent const& event, WallTime moment) : when(moment)
 
 std::string monitor_url(bool ssl, std::string_view server, bool port_rewrite, std::uint16_t port)
 {
-    return concat(ssl ? "https://" : "http://", printable(server, max_address_length), port_rewrite ? "/" : ":",
-                  std::to_string(port), "/monitor");
+    return concat(ssl ? "https://" : "http://", printable(server, max_address_length),
+                  port_rewrite ? "/" : ":", std::to_string(port), "/monitor");
 }
 
 Notice news_notice(News const& news, std::string_view monitor)

@@ -1,21 +1,28 @@
 #include "http_pages.hpp"
 
-#include "metrics_text.hpp"
 #include "core/text.hpp"
+#include "metrics_text.hpp"
 
 namespace webots_cloud::core {
 namespace {
 
 HttpResponse status_page(int status, std::string_view text)
 {
-    return {status, std::string(html_type), concat("<html><title>", text, "</title><body>", text, "</body></html>")};
+    return {status, std::string(html_type),
+            concat("<html><title>", text, "</title><body>", text, "</body></html>")};
 }
 
 } // namespace
 
-HttpResponse page(std::string body) { return {200, std::string(html_type), std::move(body)}; }
+HttpResponse page(std::string body)
+{
+    return {200, std::string(html_type), std::move(body)};
+}
 
-HttpResponse json_page(std::string body) { return {200, "application/json", std::move(body)}; }
+HttpResponse json_page(std::string body)
+{
+    return {200, "application/json", std::move(body)};
+}
 
 HttpResponse metrics_page(std::string own, std::function<std::string()> const& more)
 {
@@ -24,7 +31,10 @@ HttpResponse metrics_page(std::string own, std::function<std::string()> const& m
     return {200, std::string(metrics_type), std::move(own)};
 }
 
-HttpResponse not_found_page() { return status_page(404, "404: Not Found"); }
+HttpResponse not_found_page()
+{
+    return status_page(404, "404: Not Found");
+}
 
 HttpResponse method_not_allowed_page(std::string_view allow)
 {

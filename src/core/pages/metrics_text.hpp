@@ -10,7 +10,8 @@ namespace webots_cloud::core {
 
 inline constexpr std::string_view metrics_type = "text/plain; version=0.0.4; charset=utf-8";
 
-/// Builds the body of `GET /metrics`. Names get the prefix `webots_`; values are in base units (seconds, bytes, ratios).
+/// Builds the body of `GET /metrics`. Names get the prefix `webots_`; values are in base units (seconds,
+/// bytes, ratios).
 ///
 /// Names and labels are ours alone, never a user's text, so nothing is escaped.
 class MetricsText

@@ -18,13 +18,15 @@ struct PageAssets
 
     std::vector<std::string_view> styles;
     std::vector<std::string_view> scripts; ///< Run in this order, at the end of the page.
-    /// For each script, SHA-256 of a newline and the script, in hexadecimal: no other script runs in the page.
+    /// For each script, SHA-256 of a newline and the script, in hexadecimal: no other script runs in the
+    /// page.
     std::vector<std::string_view> script_hashes;
     std::uint16_t port =
         0; ///< Our own: behind a proxy that rewrites ports the live channel is at `/<port>/monitor`.
 };
 
-/// Up to the heading. `server`: `session` or `simulation`, for the title. `attributes` are those of the body, escaped already.
+/// Up to the heading. `server`: `session` or `simulation`, for the title. `attributes` are those of the body,
+/// escaped already.
 std::string page_begin(std::string_view server, std::string_view heading, PageAssets const& assets,
                        std::string_view attributes = {});
 

@@ -24,7 +24,7 @@ struct SimulationRow
     std::string world; ///< Where the browser found it; made short for the page.
     std::string state;
     Duration age{};
-    std::string log; ///< Where the operator finds what the simulator printed; empty: nowhere.
+    std::string log;           ///< Where the operator finds what the simulator printed; empty: nowhere.
     int process = 0;           ///< 0 while there is none.
     std::optional<double> cpu; ///< Percent of one processor, over the last look or, at first, its whole life.
     bool more = false; ///< Of both, and nobody knows how much: it has more processes than are looked at.

@@ -41,9 +41,9 @@ std::string machine(SimulationMonitorView const& view)
             concat(definition("GPU load compute", concat(percentage("gpu-compute", view.sample.gpu_compute),
                                                          " ", escape_html(host.gpu))),
                    definition("GPU RAM usage", percentage("gpu-memory", view.sample.gpu_memory)));
-    html +=
-        definition("RAM", concat(percentage("memory", view.sample.memory), " of ", gigabytes(host.memory_bytes),
-                                 ", swap ", percentage("swap", view.sample.swap)));
+    html += definition("RAM",
+                       concat(percentage("memory", view.sample.memory), " of ", gigabytes(host.memory_bytes),
+                              ", swap ", percentage("swap", view.sample.swap)));
     return html + "</table>\n";
 }
 
@@ -118,7 +118,8 @@ std::string simulations(SimulationMonitorView const& view)
 
 std::string simulation_monitor_page(SimulationMonitorView const& view)
 {
-    auto html = page_begin("simulation", view.title.empty() ? "Webots simulation server" : view.title, view.assets);
+    auto html =
+        page_begin("simulation", view.title.empty() ? "Webots simulation server" : view.title, view.assets);
     if (!view.notice.empty())
         html += concat("<p class=\"notice\">", escape_html(view.notice), "</p>\n");
     if (!view.warning.empty())

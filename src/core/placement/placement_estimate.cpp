@@ -16,28 +16,27 @@ constexpr double min_strength = 10;
 constexpr double max_strength = 300;
 constexpr double variety = 30; // sessions² s: what one session more or less is worth, as sessions differ
 constexpr double enough_to_disagree = 120;
-constexpr double max_at_once =
-    5 * 64 * 64; // 64 sessions that come at once: no report teaches the fleet more
+constexpr double max_at_once = 5 * 64 * 64; // 64 sessions that come at once: no report teaches the fleet more
 
 constexpr int few = 4;
 constexpr double other_load = 5;      // percent
 constexpr double whole_strength = 10; // s
-constexpr double min_cost = 0.1;    // percent
-constexpr double max_step = 30;   // s: a longer silence is no evidence of what happened in it
+constexpr double min_cost = 0.1;      // percent
+constexpr double max_step = 30;       // s: a longer silence is no evidence of what happened in it
 // The load does not show that unclaimed placements came where it rose by less than this part of what they
 // were expected to add, or by so few percent; and of fewer than half a session it shows nothing.
 constexpr double trace = 1.0 / 4;
 constexpr double noise = 1.5;
 constexpr double min_expected = 0.5;
 
-constexpr double max_surprise = 16;  // one session in a thousand must not teach more than all others
+constexpr double max_surprise = 16;   // one session in a thousand must not teach more than all others
 constexpr double variety_memory = 50; // sessions
 
 constexpr double traffic_memory = 30; // s
 constexpr double travel = 1;          // s, from our answer to the browser's arrival on the machine
 
 constexpr double show_prior = 10; // browsers assumed to have come, so that the first no-show proves nothing
-constexpr double show_memory = 1000; // browsers
+constexpr double show_memory = 1000;  // browsers
 constexpr std::size_t unreported = 2; // eighths: the browser's way, and a poll
 
 } // namespace

@@ -1,7 +1,7 @@
 #include <webots_cloud/project_ref.hpp>
 
-#include "repository_policy.hpp"
 #include "core/text.hpp"
+#include "repository_policy.hpp"
 
 #include <webots_cloud/transport/http.hpp>
 
@@ -28,7 +28,9 @@ bool is_forge_name(std::string_view name)
 /// Folders, files and parts of a ref: any text that is one harmless path segment.
 bool is_path_segment(std::string_view segment)
 {
-    auto const forbidden = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F || c == '\\'; };
+    auto const forbidden = [](char c) {
+        return static_cast<unsigned char>(c) < 0x20 || c == 0x7F || c == '\\';
+    };
     return !segment.empty() && segment.size() <= 255 && segment != "." && segment != ".." &&
            !equal_ignoring_case(segment, ".git") && core::is_utf8(segment) &&
            std::none_of(segment.begin(), segment.end(), forbidden);
@@ -36,7 +38,8 @@ bool is_path_segment(std::string_view segment)
 
 Failure bad_part(std::string_view what, std::string_view part)
 {
-    return {errc::invalid_url, concat("Wrong Webots simulation URL: \"", core::printable(part, 60), "\" is no ", what)};
+    return {errc::invalid_url,
+            concat("Wrong Webots simulation URL: \"", core::printable(part, 60), "\" is no ", what)};
 }
 
 } // namespace
@@ -59,7 +62,8 @@ result<std::string> forge_of(std::string_view url, std::vector<std::string> cons
         for (auto const& base : forges)
             expected += concat(expected.empty() ? "" : " or ", base, "/");
         return Failure(errc::invalid_url,
-                       concat("Unsupported URL protocol: ", core::printable(url, 200), ". The URL must start with ",
+                       concat("Unsupported URL protocol: ", core::printable(url, 200),
+                              ". The URL must start with ",
                               forges.empty() ? "the address of a forge, and none is configured" : expected));
     }
     return *forge;
@@ -78,7 +82,8 @@ result<ProjectRef> parse_world_url(std::string_view url, std::vector<std::string
     if (parts.size() < 6)
         return Failure(errc::invalid_url, "Wrong Webots simulation URL");
     if (parts[2] != "blob" && parts[2] != "tree")
-        return Failure(errc::invalid_url, concat("Missing blob in Webots simulation URL, founds ", core::printable(parts[2], 60)));
+        return Failure(errc::invalid_url, concat("Missing blob in Webots simulation URL, founds ",
+                                                 core::printable(parts[2], 60)));
     if (parts[parts.size() - 2] != "worlds")
         return Failure(errc::invalid_url, "Missing worlds folder in Webots simulation URL");
     if (!parts.back().ends_with(".wbt") || parts.back().size() == 4)

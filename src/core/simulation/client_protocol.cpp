@@ -41,7 +41,8 @@ ClientMessage read_reset_controller(json::value const& value)
     constexpr std::size_t longest = 1024;
     auto const* file = value.if_string();
     auto const parts = file ? split(*file, '/') : std::vector<std::string_view>();
-    if (parts.size() < 2 || file->size() > longest || !std::all_of(parts.begin(), parts.end(), is_safe_file_name))
+    if (parts.size() < 2 || file->size() > longest ||
+        !std::all_of(parts.begin(), parts.end(), is_safe_file_name))
         return MalformedMessage{"\"reset controller\" must be \"<controller>/<file>\""};
     return ResetControllerMessage{std::string(*file)};
 }
@@ -57,7 +58,8 @@ ClientMessage read_reconnect(json::value const& value)
 ClientMessage read_init(json::value const& value)
 {
     auto const* list = value.if_array();
-    if (!list || !std::all_of(list->begin(), list->end(), [](json::value const& element) { return element.is_string(); }))
+    if (!list || !std::all_of(list->begin(), list->end(),
+                              [](json::value const& element) { return element.is_string(); }))
         return MalformedMessage{"\"init\" must be a list of strings"};
     std::vector<std::string> elements;
     for (auto const& element : *list)
@@ -97,18 +99,30 @@ std::string world_of(SimulationRequest const& request)
     return std::get<StartMessage>(request).url;
 }
 
-std::string error_message(std::string_view text) { return concat("loading: Error: ", text); }
+std::string error_message(std::string_view text)
+{
+    return concat("loading: Error: ", text);
+}
 
-std::string loading_message(std::string_view text) { return concat("loading: ", text); }
+std::string loading_message(std::string_view text)
+{
+    return concat("loading: ", text);
+}
 
 std::string shutdown_timeout_message(std::int64_t seconds)
 {
     return concat("shutdownTimeout: ", std::to_string(seconds));
 }
 
-std::string reset_controller_message(std::string_view file) { return concat("reset controller: ", file); }
+std::string reset_controller_message(std::string_view file)
+{
+    return concat("reset controller: ", file);
+}
 
-std::string reconnect_token_message(std::string_view token) { return concat("reconnectToken: ", token); }
+std::string reconnect_token_message(std::string_view token)
+{
+    return concat("reconnectToken: ", token);
+}
 
 std::string webots_message(PublicAddress const& address, std::uint16_t port)
 {

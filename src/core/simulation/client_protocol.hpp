@@ -51,11 +51,13 @@ struct ReconnectMessage
     bool operator==(ReconnectMessage const&) const = default;
 };
 
-/// Everything by which a browser can ask for a simulation: `start`, or `{"init":["<host>","<project>","<file>.wbt",...]}`, which
-/// browsers sent until 2021 and the pages of websites still do.
+/// Everything by which a browser can ask for a simulation: `start`, or
+/// `{"init":["<host>","<project>","<file>.wbt",...]}`, which browsers sent until 2021 and the pages of
+/// websites still do.
 using SimulationRequest = std::variant<StartMessage, WebsiteProject>;
 
-using ClientMessage = std::variant<SimulationRequest, ReconnectMessage, ResetControllerMessage, UnknownMessage, MalformedMessage>;
+using ClientMessage = std::variant<SimulationRequest, ReconnectMessage, ResetControllerMessage,
+                                   UnknownMessage, MalformedMessage>;
 
 /// Reads any bytes.
 ClientMessage parse_client_message(std::string_view text);

@@ -2,7 +2,6 @@
 
 #include "core/text.hpp"
 
-
 namespace webots_cloud::core {
 
 bool is_known_mode(std::string_view mode) noexcept
@@ -10,8 +9,8 @@ bool is_known_mode(std::string_view mode) noexcept
     return mode.empty() || mode == "x3d" || mode == "w3d" || mode == "mjpeg";
 }
 
-std::vector<std::string> webots_command(std::filesystem::path const& webots, std::string_view mode, std::uint16_t port,
-                                        std::filesystem::path const& world)
+std::vector<std::string> webots_command(std::filesystem::path const& webots, std::string_view mode,
+                                        std::uint16_t port, std::filesystem::path const& world)
 {
     bool const is_video = mode == "mjpeg";
     std::vector<std::string> argv{webots.string(), "--batch", "--mode=pause"};
@@ -26,17 +25,18 @@ std::vector<std::string> webots_command(std::filesystem::path const& webots, std
     return argv;
 }
 
-std::vector<std::string> old_webots_command(std::filesystem::path const& webots, OldStream const& stream, std::uint16_t port,
-                                            std::filesystem::path const& world)
+std::vector<std::string> old_webots_command(std::filesystem::path const& webots, OldStream const& stream,
+                                            std::uint16_t port, std::filesystem::path const& world)
 {
     auto const named = [](std::string_view name, std::string const& value) {
         return value.empty() ? std::string() : concat(";", name, "=", value);
     };
-    auto const options = concat("--stream=\"port=", std::to_string(port), ";monitorActivity",
-                                stream.controller_edit ? ";controllerEdit" : "",
-                                named("multimediaServer", stream.multimedia_server),
-                                named("multimediaStream", stream.multimedia_stream), stream.ssl ? ";ssl" : "", "\"");
-    return {webots.string(), "--batch", "--mode=pause", "--minimize", "--no-rendering", options, world.string()};
+    auto const options = concat(
+        "--stream=\"port=", std::to_string(port), ";monitorActivity",
+        stream.controller_edit ? ";controllerEdit" : "", named("multimediaServer", stream.multimedia_server),
+        named("multimediaStream", stream.multimedia_stream), stream.ssl ? ";ssl" : "", "\"");
+    return {webots.string(),  "--batch", "--mode=pause", "--minimize",
+            "--no-rendering", options,   world.string()};
 }
 
 } // namespace webots_cloud::core

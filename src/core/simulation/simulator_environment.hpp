@@ -21,8 +21,8 @@ std::string_view wanted_instead(std::string_view entry);
 /// An entry without its value, for messages.
 std::string_view name_of_entry(std::string_view entry);
 
-/// What `entries` alone give: of `ours`, and with the values that they set. Names go before patterns, and of two
-/// entries with the same name the later counts.
+/// What `entries` alone give: of `ours`, and with the values that they set. Names go before patterns, and of
+/// two entries with the same name the later counts.
 ///
 /// A pattern finds nothing that looks like a secret: that has to be named.
 Environment named_environment(Environment const& ours, std::vector<std::string> const& entries);

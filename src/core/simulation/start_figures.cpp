@@ -53,7 +53,8 @@ void StartFigures::write(MetricsText& text) const
 {
     auto const ready = stages_.find(StartStage::ready);
     text.family("starts_total", "counter", "Simulations that browsers asked for, by how that ended.")
-        .add(ready == stages_.end() ? 0 : static_cast<double>(ready->second.count), {{"result", "ready"}, {"reason", ""}})
+        .add(ready == stages_.end() ? 0 : static_cast<double>(ready->second.count),
+             {{"result", "ready"}, {"reason", ""}})
         .add(static_cast<double>(abandoned_), {{"result", "abandoned"}, {"reason", ""}});
     for (auto const& [reason, count] : failed_)
         text.add(static_cast<double>(count), {{"result", "failed"}, {"reason", reason}});

@@ -18,7 +18,7 @@ struct Classroom
     int students = 60;
     double minute = 60;              ///< s in which they click, at random.
     double session_load = 12;        ///< Percent.
-    double max_base_load = 10;      ///< Percent; each machine has its own, from 0.
+    double max_base_load = 10;       ///< Percent; each machine has its own, from 0.
     double travel = 1;               ///< s from our answer to the browser's arrival at the machine.
     double visible_after = 20;       ///< s from our answer until the load shows the session.
     double report_every = 5;         ///< s, each machine with its own phase.

@@ -1,5 +1,6 @@
-// What the load generators and floors share: sockets and epoll by plain system calls, so that nothing of a library is in a measurement.
-// A call that fails ends the program: a benchmark that goes on after an error measures something else.
+// What the load generators and floors share: sockets and epoll by plain system calls, so that nothing of a
+// library is in a measurement. A call that fails ends the program: a benchmark that goes on after an error
+// measures something else.
 #pragma once
 
 #include <arpa/inet.h>
@@ -81,7 +82,8 @@ inline int connect_to(in_addr_t host, int port)
     int const on = 1;
     setsockopt(connection, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
     auto const address = address_of(host, port);
-    if (connect(connection, reinterpret_cast<sockaddr const*>(&address), sizeof address) < 0 && errno != EINPROGRESS)
+    if (connect(connection, reinterpret_cast<sockaddr const*>(&address), sizeof address) < 0 &&
+        errno != EINPROGRESS)
         checked(-1, "connect");
     return connection;
 }
@@ -100,8 +102,8 @@ inline int accept_from(int listener)
 /// Sends all of a short text; the peer's window always has room for it.
 inline void send_text(int connection, std::string_view text)
 {
-    if (send(connection, text.data(), text.size(), MSG_NOSIGNAL) != static_cast<ssize_t>(text.size()) && errno != EPIPE &&
-        errno != ECONNRESET)
+    if (send(connection, text.data(), text.size(), MSG_NOSIGNAL) != static_cast<ssize_t>(text.size()) &&
+        errno != EPIPE && errno != ECONNRESET)
         checked(-1, "send");
 }
 

@@ -1,4 +1,5 @@
-// An outside program with no transport of its own: it polls two scripted machines and places a session on the idler one.
+// An outside program with no transport of its own: it polls two scripted machines and places a session on the
+// idler one.
 #include <webots_cloud/load_monitor.hpp>
 #include <webots_cloud/scheduler.hpp>
 #include <webots_cloud/testing/scripted_http.hpp>

@@ -1,8 +1,8 @@
 // An outside program over the real transports: it serves a page of its own and asks itself for it.
 #include <webots_cloud/adapters.hpp>
 
-#include <boost/asio/experimental/awaitable_operators.hpp>
 #include <boost/asio/co_spawn.hpp>
+#include <boost/asio/experimental/awaitable_operators.hpp>
 #include <boost/asio/io_context.hpp>
 
 #include <filesystem>
@@ -50,13 +50,15 @@ int main()
     auto const server = make_http_server(context.get_executor(), params, greeter, {});
     GitSourceParams cached;
     cached.cache = std::filesystem::temp_directory_path() / "webots_cloud_full_consumer";
-    auto const git = make_git_source(context.get_executor(), cached, {}); // linked, though not asked for anything
+    auto const git =
+        make_git_source(context.get_executor(), cached, {}); // linked, though not asked for anything
     if (!server->listen())
         return 1;
 
     int status = 1;
-    asio::co_spawn(context, serve_and_ask(*server, *http),
-                   [&](std::exception_ptr failure, result<> outcome) { status = !failure && outcome ? 0 : 1; });
+    asio::co_spawn(context, serve_and_ask(*server, *http), [&](std::exception_ptr failure, result<> outcome) {
+        status = !failure && outcome ? 0 : 1;
+    });
     context.run();
     return status;
 }

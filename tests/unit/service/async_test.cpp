@@ -31,7 +31,10 @@ asio::awaitable<void> nap(Clock& clock, Duration length, int& awake)
     ++awake;
 }
 
-asio::awaitable<void> wait_for_ever(async::Wakeup& event) { (void)co_await event.wait(); }
+asio::awaitable<void> wait_for_ever(async::Wakeup& event)
+{
+    (void)co_await event.wait();
+}
 
 } // namespace
 

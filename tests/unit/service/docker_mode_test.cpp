@@ -240,7 +240,8 @@ BOOST_AUTO_TEST_CASE(what_is_missing_is_said_to_the_operator)
     {
         Fixture fixture;
         fixture.expect_commands(1);
-        fixture.expect_commands(1, "Docker  has \nWARNING: No swap limit support\n"); // and calls that a success
+        fixture.expect_commands(1,
+                                "Docker  has \nWARNING: No swap limit support\n"); // and calls that a success
         BOOST_TEST(said_by_open(fixture) ==
                    "docker: the daemon does not answer: Is it running, and may this user use it?");
     }
@@ -338,7 +339,10 @@ BOOST_AUTO_TEST_CASE(the_webots_of_the_image_decides_what_it_calls_the_scene_mod
     fixture.expect_commands(looks);
     auto& browser =
         fixture.start(R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/a.wbt","mode":"w3d"}})");
-    BOOST_TEST(fixture.written(".env").find(" --minimize --no-rendering --port=2001 --heartbeat=5000 --stream /usr/") != std::string::npos, fixture.written(".env"));
+    BOOST_TEST(fixture.written(".env").find(
+                   " --minimize --no-rendering --port=2001 --heartbeat=5000 --stream /usr/") !=
+                   std::string::npos,
+               fixture.written(".env"));
     fixture.leave(browser);
 }
 
@@ -508,7 +512,8 @@ BOOST_AUTO_TEST_CASE(an_operator_may_allow_the_dockerfiles_of_projects)
         .exits(1);
     fixture.expect_commands(looks);
     auto& browser = fixture.start();
-    BOOST_TEST(fixture.written("Dockerfile") == "FROM mine\nLABEL webots_cloud.server=webots-2000-1f3a9c4d\n");
+    BOOST_TEST(fixture.written("Dockerfile") ==
+               "FROM mine\nLABEL webots_cloud.server=webots-2000-1f3a9c4d\n");
     BOOST_TEST(errors_told(browser) == 1);
     BOOST_TEST(
         browser.sent.back().starts_with("loading: Error: Unable to start Webots: it exited with status 1"));

@@ -16,8 +16,8 @@ namespace {
 /// A monitor that runs; at its end it is cancelled, and no task or timer may be left.
 struct Fixture
 {
-    explicit Fixture(std::vector<std::string> const& servers, LoadMonitorParams params = LoadMonitorParams()) :
-        http(world.clock), monitor(params, http, world.clock, Logger()), tasks(world.executor())
+    explicit Fixture(std::vector<std::string> const& servers, LoadMonitorParams params = LoadMonitorParams())
+        : http(world.clock), monitor(params, http, world.clock, Logger()), tasks(world.executor())
     {
         monitor.set_servers(servers);
     }
@@ -131,8 +131,9 @@ BOOST_AUTO_TEST_CASE(anything_but_a_good_answer_is_a_failed_poll)
     while (seen.size() < 9)
         for (auto const& event : fixture.events())
             seen.push_back(event.transition);
-    std::vector<LoadTransition> const expected{none,           not_responding, working_again,  not_responding, working_again,
-                                               not_responding, working_again,  not_responding, none};
+    std::vector<LoadTransition> const expected{none,           not_responding, working_again,
+                                               not_responding, working_again,  not_responding,
+                                               working_again,  not_responding, none};
     BOOST_TEST((seen == expected));
     BOOST_TEST(fixture.monitor.snapshot()[0].report.load == 97);
 }
@@ -163,7 +164,8 @@ BOOST_AUTO_TEST_CASE(a_poll_asks_for_the_json_of_our_own_servers_and_takes_the_b
     fixture.http.expect("GET https://a/2000/load").reply(200, R"({"load":7,"sessions":2})").always();
     fixture.start();
     auto const& headers = fixture.http.requests().front().headers;
-    BOOST_TEST((headers.front() == std::pair<std::string, std::string>("Accept", "application/json, text/plain;q=0.5")));
+    BOOST_TEST((headers.front() ==
+                std::pair<std::string, std::string>("Accept", "application/json, text/plain;q=0.5")));
     BOOST_TEST(fixture.monitor.snapshot()[0].report.sessions.value() == 2);
 }
 

@@ -17,10 +17,12 @@ BOOST_AUTO_TEST_SUITE(registration)
 
 BOOST_AUTO_TEST_CASE(the_form_is_what_registries_have_always_got)
 {
-    BOOST_TEST(core::registration_form("https://host/2000", 50, {"https://github.com/a", "https://github.com/b"}) ==
-               "url=https%3A%2F%2Fhost%2F2000&shareIdleTime=50&allowedRepositories="
-               "https%3A%2F%2Fgithub.com%2Fa%2Chttps%3A%2F%2Fgithub.com%2Fb");
-    BOOST_TEST(core::registration_form("http://h:1", 12.5, {}) == "url=http%3A%2F%2Fh%3A1&shareIdleTime=12.5&allowedRepositories=");
+    BOOST_TEST(
+        core::registration_form("https://host/2000", 50, {"https://github.com/a", "https://github.com/b"}) ==
+        "url=https%3A%2F%2Fhost%2F2000&shareIdleTime=50&allowedRepositories="
+        "https%3A%2F%2Fgithub.com%2Fa%2Chttps%3A%2F%2Fgithub.com%2Fb");
+    BOOST_TEST(core::registration_form("http://h:1", 12.5, {}) ==
+               "url=http%3A%2F%2Fh%3A1&shareIdleTime=12.5&allowedRepositories=");
 }
 
 BOOST_AUTO_TEST_CASE(a_registry_is_asked_once_by_a_form_and_its_answer_logged_but_not_interpreted)
@@ -44,7 +46,7 @@ BOOST_AUTO_TEST_CASE(a_registry_is_asked_once_by_a_form_and_its_answer_logged_bu
     BOOST_TEST(request.headers.front().second == "application/x-www-form-urlencoded");
     BOOST_TEST(log.contains("Registered at http://r/: {\"error\":\"Server name mismatch: x\"}"));
     tasks.cancel_all();
-            world.run(tasks.join());
+    world.run(tasks.join());
 }
 
 BOOST_AUTO_TEST_CASE(a_registry_that_hangs_is_given_up_and_the_end_of_the_server_waits_for_none)

@@ -23,7 +23,10 @@ public:
     std::optional<Duration> within;
 };
 
-boost::asio::awaitable<void> run(ServiceManager& manager, Clock& clock) { (void)co_await report_to(manager, clock); }
+boost::asio::awaitable<void> run(ServiceManager& manager, Clock& clock)
+{
+    (void)co_await report_to(manager, clock);
+}
 
 struct Fixture
 {

@@ -19,9 +19,9 @@ namespace {
 
 struct Fixture
 {
-    explicit Fixture(SessionServiceParams params = SessionServiceParams()) :
-        http(world.clock), monitor(LoadMonitorParams(), http, world.clock, Logger()),
-        service(std::move(params), monitor, scheduler, world.clock, log.logger()), tasks(world.executor())
+    explicit Fixture(SessionServiceParams params = SessionServiceParams())
+        : http(world.clock), monitor(LoadMonitorParams(), http, world.clock, Logger()),
+          service(std::move(params), monitor, scheduler, world.clock, log.logger()), tasks(world.executor())
     {}
 
     ~Fixture()
@@ -160,12 +160,14 @@ BOOST_AUTO_TEST_CASE(methods_and_unknown_paths_are_answered_as_ever)
     BOOST_TEST(header(fixture.get("/session", "OPTIONS"), "Access-Control-Allow-Origin") == "*");
     auto const refused = fixture.get("/session", "POST");
     BOOST_TEST(refused.status == 405);
-    BOOST_TEST(refused.body == "<html><title>405: Method Not Allowed</title><body>405: Method Not Allowed</body></html>");
+    BOOST_TEST(refused.body ==
+               "<html><title>405: Method Not Allowed</title><body>405: Method Not Allowed</body></html>");
     BOOST_TEST(header(refused, "Access-Control-Allow-Origin") == "*");
     BOOST_TEST(header(refused, "Allow") == "GET, HEAD, OPTIONS");
     BOOST_TEST(header(fixture.get("/load", "PUT"), "Allow") == "GET, HEAD");
     BOOST_TEST(fixture.get("/session/").status == 404);
-    BOOST_TEST(fixture.get("/nope").body == "<html><title>404: Not Found</title><body>404: Not Found</body></html>");
+    BOOST_TEST(fixture.get("/nope").body ==
+               "<html><title>404: Not Found</title><body>404: Not Found</body></html>");
 }
 
 // Tornado answers 405; load balancers and `curl -I` ask so.
@@ -238,7 +240,8 @@ BOOST_AUTO_TEST_CASE(a_browser_gets_the_current_availability_once_and_then_only_
     fixture.connect(early);
     fixture.start({"a:2000"});
     fixture.world.advance(40s);
-    BOOST_TEST(early.sent == (std::vector<std::string>{"0", "1", "0", "1"}), boost::test_tools::per_element());
+    BOOST_TEST(early.sent == (std::vector<std::string>{"0", "1", "0", "1"}),
+               boost::test_tools::per_element());
     testing::LoopbackChannel late(fixture.world.executor());
     fixture.connect(late);
     BOOST_TEST(late.sent == (std::vector<std::string>{"1"}), boost::test_tools::per_element());
@@ -258,14 +261,18 @@ BOOST_AUTO_TEST_CASE(who_watches_the_monitor_gets_everything_once_and_then_what_
     testing::LoopbackChannel watcher(fixture.world.executor());
     fixture.connect(watcher, "/monitor");
     BOOST_TEST(watcher.sent.size() == 1u);
-    BOOST_TEST(watcher.sent[0].find("\"servers\":[{\"address\":\"a:2000\",\"load\":10,") != std::string::npos, watcher.sent[0]);
+    BOOST_TEST(watcher.sent[0].find("\"servers\":[{\"address\":\"a:2000\",\"load\":10,") != std::string::npos,
+               watcher.sent[0]);
     BOOST_TEST(fixture.get("/session").body == "wss://a:2000");
     fixture.world.advance(1s);
-    BOOST_TEST(watcher.sent.back().find("\"rows\":[{\"row\":0,\"load\":10,\"placed\":1,") != std::string::npos, watcher.sent.back());
+    BOOST_TEST(watcher.sent.back().find("\"rows\":[{\"row\":0,\"load\":10,\"placed\":1,") !=
+                   std::string::npos,
+               watcher.sent.back());
     fixture.world.advance(8s);
     BOOST_TEST(watcher.sent.size() <= 11u); // at most one a second
-    auto const told = std::count_if(watcher.sent.begin(), watcher.sent.end(),
-                                    [](std::string const& text) { return text.find("\"load\":96,") != std::string::npos; });
+    auto const told = std::count_if(watcher.sent.begin(), watcher.sent.end(), [](std::string const& text) {
+        return text.find("\"load\":96,") != std::string::npos;
+    });
     BOOST_TEST(told >= 1);
     watcher.browser_leaves();
     fixture.world.settle();
@@ -369,7 +376,8 @@ BOOST_AUTO_TEST_CASE(who_asks_for_sessions_too_often_is_told_so_and_others_are_s
         BOOST_TEST(fixture.get("/session").body == "wss://a:2000");
     auto const refused = fixture.get("/session");
     BOOST_TEST(refused.status == 200);
-    BOOST_TEST(refused.body == "Error: too many sessions are asked for from your network. Please try again in a moment.");
+    BOOST_TEST(refused.body ==
+               "Error: too many sessions are asked for from your network. Please try again in a moment.");
     BOOST_TEST(header(refused, "Retry-After") == "2");
     BOOST_TEST(header(refused, "Access-Control-Allow-Origin") == "*");
     BOOST_TEST(content_type(refused) == "text/html; charset=UTF-8");
@@ -378,9 +386,11 @@ BOOST_AUTO_TEST_CASE(who_asks_for_sessions_too_often_is_told_so_and_others_are_s
     for (int i = 0; i < 20; ++i)
         fixture.get("/session");
     BOOST_TEST(std::count_if(fixture.log.lines.begin(), fixture.log.lines.end(), [](std::string const& line) {
-        return line.find("from 203.0.113.7: see \"sessionBurst\" and \"sessionRate\"") != std::string::npos;
-    }) == 1);
-    BOOST_TEST(fixture.get("/metrics").body.find("webots_placements_total{result=\"limited\"} 21\n") != std::string::npos);
+                   return line.find("from 203.0.113.7: see \"sessionBurst\" and \"sessionRate\"") !=
+                          std::string::npos;
+               }) == 1);
+    BOOST_TEST(fixture.get("/metrics").body.find("webots_placements_total{result=\"limited\"} 21\n") !=
+               std::string::npos);
     fixture.client = "203.0.113.8";
     BOOST_TEST(fixture.get("/session").body == "wss://a:2000");
     fixture.client = "203.0.113.7";
@@ -391,7 +401,8 @@ BOOST_AUTO_TEST_CASE(who_asks_for_sessions_too_often_is_told_so_and_others_are_s
     for (int i = 0; i < 7; ++i)
         BOOST_TEST(fixture.get("/session").body == "wss://a:2000");
     fixture.service.set_params(with_budget(7, 0.5));
-    BOOST_TEST(fixture.get("/session").body.starts_with("Error: too many"), "what did not change is not forgiven");
+    BOOST_TEST(fixture.get("/session").body.starts_with("Error: too many"),
+               "what did not change is not forgiven");
 }
 
 BOOST_AUTO_TEST_CASE(sessions_over_websockets_are_counted_with_the_others)
@@ -408,7 +419,8 @@ BOOST_AUTO_TEST_CASE(sessions_over_websockets_are_counted_with_the_others)
     };
     BOOST_TEST(ask() == "wss://a:2000");
     BOOST_TEST(fixture.get("/session").body == "wss://a:2000");
-    BOOST_TEST(ask() == "Error: too many sessions are asked for from your network. Please try again in a moment.");
+    BOOST_TEST(ask() ==
+               "Error: too many sessions are asked for from your network. Please try again in a moment.");
     fixture.client.clear(); // a trusted proxy itself
     for (int i = 0; i < 10; ++i)
         BOOST_TEST(ask() == "wss://a:2000");
@@ -499,9 +511,10 @@ BOOST_AUTO_TEST_CASE(probes_and_figures_tell_the_operator_how_it_is)
     BOOST_TEST(fixture.get("/session").body == "wss://a:2000");
     auto const figures = fixture.get("/metrics");
     BOOST_TEST(figures.content_type == "text/plain; version=0.0.4; charset=utf-8");
-    for (auto const* line : {"webots_servers{state=\"up\"} 1\n", "webots_available 1\n",
-                             "webots_placements_total{result=\"placed\"} 1\n",
-                             "webots_placements_total{result=\"refused\"} 1\n", "webots_polls_total{result=\"good\"} 1\n"})
+    for (auto const* line :
+         {"webots_servers{state=\"up\"} 1\n", "webots_available 1\n",
+          "webots_placements_total{result=\"placed\"} 1\n", "webots_placements_total{result=\"refused\"} 1\n",
+          "webots_polls_total{result=\"good\"} 1\n"})
         BOOST_TEST(figures.body.find(line) != std::string::npos, line);
 }
 
@@ -573,7 +586,8 @@ BOOST_AUTO_TEST_CASE(the_viewer_is_served_with_the_types_that_browsers_insist_on
     BOOST_TEST(header(fixture.get("/viewer"), "Location") == "viewer/");
     BOOST_TEST(fixture.get("/viewer/").content_type == "text/html; charset=UTF-8");
     BOOST_TEST(fixture.get("/viewer/viewer.js").content_type == "text/javascript");
-    BOOST_TEST((fixture.get("/viewer/viewer.js").shared == fixture.get("/viewer/viewer.js").shared)); // made once
+    BOOST_TEST(
+        (fixture.get("/viewer/viewer.js").shared == fixture.get("/viewer/viewer.js").shared)); // made once
     BOOST_TEST(header(fixture.get("/viewer/viewer.js"), "ETag") != header(fixture.get("/viewer/"), "ETag"));
     BOOST_TEST(fixture.get("/viewer/../session").status == 404);
     BOOST_TEST(fixture.get("/viewer/nope.js").status == 404);

@@ -20,9 +20,11 @@ using namespace std::chrono_literals;
 
 namespace {
 
-constexpr auto start_message = R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/a.wbt","mode":"mjpeg"}})";
+constexpr auto start_message =
+    R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/a.wbt","mode":"mjpeg"}})";
 
-constexpr auto init_message = R"({ "init" : [ "https://w.org", "robots", "a.wbt", "", "", "", "", "", "" ] })";
+constexpr auto init_message =
+    R"({ "init" : [ "https://w.org", "robots", "a.wbt", "", "", "", "", "", "" ] })";
 
 SimulationServiceParams service_params(Duration grace = {})
 {
@@ -59,7 +61,8 @@ ProjectFetcherParams fetcher_params()
     return params;
 }
 
-/// A whole simulation server on fakes. At its end nothing may be left: no process, port, directory, task or timer.
+/// A whole simulation server on fakes. At its end nothing may be left: no process, port, directory, task or
+/// timer.
 struct Fixture
 {
     explicit Fixture(Duration grace = {}, int most = 2) : Fixture(service_params(grace), most) {}
@@ -119,7 +122,10 @@ struct Fixture
     }
 
     /// A browser that opens its conversation with `message`.
-    testing::LoopbackChannel& reconnect(std::string const& token) { return start(R"({"reconnect":")" + token + R"("})"); }
+    testing::LoopbackChannel& reconnect(std::string const& token)
+    {
+        return start(R"({"reconnect":")" + token + R"("})");
+    }
 
     void lose(testing::LoopbackChannel& browser)
     {
@@ -162,17 +168,19 @@ BOOST_AUTO_TEST_CASE(the_happy_path_is_two_frames_and_then_heartbeats)
     auto& browser = fixture.start();
     BOOST_TEST(browser.sent == (Texts{"shutdownTimeout: 600"}), boost::test_tools::per_element());
     fixture.world.advance(2s);
-    BOOST_TEST(browser.sent == (Texts{"shutdownTimeout: 600", "webots:ws://host.org:2001"}), boost::test_tools::per_element());
+    BOOST_TEST(browser.sent == (Texts{"shutdownTimeout: 600", "webots:ws://host.org:2001"}),
+               boost::test_tools::per_element());
     fixture.world.advance(5s);
     BOOST_TEST(browser.sent.back() == ".");
     BOOST_TEST(!browser.close_code.has_value());
     auto const& argv = fixture.processes.started().front().argv;
-    BOOST_TEST(argv == (Texts{"/opt/webots/webots", "--batch", "--mode=pause", "--port=2001", "--heartbeat=5000",
-                              "--stream=mjpeg", "/instances/1/project/worlds/a.wbt"}),
+    BOOST_TEST(argv == (Texts{"/opt/webots/webots", "--batch", "--mode=pause", "--port=2001",
+                              "--heartbeat=5000", "--stream=mjpeg", "/instances/1/project/worlds/a.wbt"}),
                boost::test_tools::per_element());
     fixture.leave(browser);
     BOOST_TEST(fixture.log.contains("[1] New client"));
-    BOOST_TEST(fixture.log.contains("Starting simulation from https://github.com/o/r/blob/main/worlds/a.wbt"));
+    BOOST_TEST(
+        fixture.log.contains("Starting simulation from https://github.com/o/r/blob/main/worlds/a.wbt"));
     BOOST_TEST(fixture.log.contains("[1] Webots [1001] started: \"/opt/webots/webots --batch"));
     BOOST_TEST(fixture.log.contains("Webots world is loaded, ready to receive connections"));
     BOOST_TEST(fixture.log.contains("[1] Webots [1001] was killed"));
@@ -184,15 +192,16 @@ BOOST_AUTO_TEST_CASE(what_a_simulator_prints_is_kept_in_a_log_of_its_own_but_for
     Fixture fixture;
     fixture.processes.expect().prints("loading\n.\n.\nreal-time\nlast words").exits(1);
     auto& browser = fixture.start();
-    BOOST_TEST(fixture.logs->lines[1] == (Texts{"Output of https://github.com/o/r/blob/main/worlds/a.wbt", "loading",
-                                                "real-time", "last words"}),
+    BOOST_TEST(fixture.logs->lines[1] == (Texts{"Output of https://github.com/o/r/blob/main/worlds/a.wbt",
+                                                "loading", "real-time", "last words"}),
                boost::test_tools::per_element());
     BOOST_TEST(fixture.log.contains("[1] What Webots prints is in 1.log"));
     BOOST_TEST(browser.close_code.has_value());
 }
 
 // The event loop belongs to nobody else.
-BOOST_AUTO_TEST_CASE(of_a_simulator_that_prints_without_end_a_part_is_passed_on_and_its_state_is_known_all_the_same)
+BOOST_AUTO_TEST_CASE(
+    of_a_simulator_that_prints_without_end_a_part_is_passed_on_and_its_state_is_known_all_the_same)
 {
     Fixture fixture;
     std::string const flood(16'000, '\n');
@@ -206,18 +215,21 @@ BOOST_AUTO_TEST_CASE(of_a_simulator_that_prints_without_end_a_part_is_passed_on_
     fixture.world.advance(10s);
     BOOST_TEST(!browser.was_told("webots:"));
     BOOST_TEST(browser.was_told("loading: Of what the simulator prints "));
-    BOOST_TEST(std::count_if(browser.sent.begin(), browser.sent.end(),
-                             [](std::string const& text) { return text.starts_with("loading: Of what"); }) == 1);
+    BOOST_TEST(std::count_if(browser.sent.begin(), browser.sent.end(), [](std::string const& text) {
+                   return text.starts_with("loading: Of what");
+               }) == 1);
     fixture.world.advance(5s);
     BOOST_TEST(browser.was_told("webots:"));
     auto const& lines = fixture.logs->lines[1];
     BOOST_TEST(lines.size() < 2000u + 500u * 16);
-    BOOST_TEST(fixture.get("/monitor").text().find("<td data-label=\"state\">running</td>") != std::string::npos);
+    BOOST_TEST(fixture.get("/monitor").text().find("<td data-label=\"state\">running</td>") !=
+               std::string::npos);
     fixture.world.advance(200s);
     BOOST_TEST(fixture.log.contains("[1] Of what the simulator prints "));
     BOOST_TEST((std::find(lines.begin(), lines.end(), "last words") != lines.end()));
     auto const notices = std::count_if(lines.begin(), lines.end(), [](std::string const& line) {
-        return line.starts_with('[') && line.ends_with(" lines were left out: more than 500 a second were printed]");
+        return line.starts_with('[') &&
+               line.ends_with(" lines were left out: more than 500 a second were printed]");
     });
     BOOST_TEST(notices == 2); // after a second, and a minute after that
     BOOST_TEST(browser.close_code.has_value());
@@ -262,9 +274,10 @@ BOOST_AUTO_TEST_CASE(init_is_answered_with_the_address_alone_and_then_heartbeats
     fixture.world.advance(5s);
     BOOST_TEST(browser.sent == (Texts{"webots:ws://host.org:2001", "."}), boost::test_tools::per_element());
     auto const& process = fixture.processes.started().front();
-    BOOST_TEST(process.argv == (Texts{"/opt/webots/webots", "--batch", "--mode=pause", "--minimize", "--no-rendering",
-                                      "--stream=\"port=2001;monitorActivity;controllerEdit\"",
-                                      "/instances/1/project/worlds/a.wbt"}),
+    BOOST_TEST(process.argv ==
+                   (Texts{"/opt/webots/webots", "--batch", "--mode=pause", "--minimize", "--no-rendering",
+                          "--stream=\"port=2001;monitorActivity;controllerEdit\"",
+                          "/instances/1/project/worlds/a.wbt"}),
                boost::test_tools::per_element());
     std::pair<std::string, std::string> const sandbox("WEBOTS_FIREJAIL_CONTROLLERS", "1");
     BOOST_TEST(std::count(process.environment.begin(), process.environment.end(), sandbox) == 1);
@@ -292,7 +305,8 @@ BOOST_AUTO_TEST_CASE(an_init_that_fails_says_why_and_closes)
 {
     Fixture fixture;
     auto& missing = fixture.start(R"({"init":["https://w.org","other","a.wbt"]})");
-    BOOST_TEST(missing.sent == (Texts{"loading: Error: a.wbt does not exist."}), boost::test_tools::per_element());
+    BOOST_TEST(missing.sent == (Texts{"loading: Error: a.wbt does not exist."}),
+               boost::test_tools::per_element());
     BOOST_TEST(missing.close_code.has_value());
     auto& wrong = fixture.start(R"({"init":["https://w.org","../other","a.wbt"]})");
     BOOST_TEST(wrong.sent == (Texts{"loading: Error: Wrong message: \"../other\" is no name of a project."}),
@@ -303,7 +317,8 @@ BOOST_AUTO_TEST_CASE(an_init_that_fails_says_why_and_closes)
 BOOST_AUTO_TEST_CASE(a_server_without_websites_refuses_init_in_words)
 {
     Fixture fixture;
-    ProjectFetcher without(fetcher_params(), {Forge("https://github.com", fixture.source)}, fixture.log.logger());
+    ProjectFetcher without(fetcher_params(), {Forge("https://github.com", fixture.source)},
+                           fixture.log.logger());
     SimulationService service(service_params(), without, fixture.launcher, fixture.metrics,
                               fixture.world.clock, fixture.log.logger());
     testing::LoopbackChannel browser(fixture.world.executor());
@@ -313,7 +328,8 @@ BOOST_AUTO_TEST_CASE(a_server_without_websites_refuses_init_in_words)
     fixture.world.settle();
     browser.browser_says(init_message);
     fixture.world.settle();
-    BOOST_TEST(browser.sent == (Texts{"loading: Error: This simulation server runs no projects of websites."}),
+    BOOST_TEST(browser.sent ==
+                   (Texts{"loading: Error: This simulation server runs no projects of websites."}),
                boost::test_tools::per_element());
 }
 
@@ -323,7 +339,14 @@ BOOST_AUTO_TEST_CASE(the_browser_may_leave_at_any_moment_and_nothing_stays)
     for (int seconds = 0; seconds < 12; ++seconds) {
         Fixture fixture;
         fixture.source.delay = 3s;
-        fixture.processes.expect().stubborn().after(3s).prints(".\n").after(2s).prints("real-time\n").after(2s).exits(1);
+        fixture.processes.expect()
+            .stubborn()
+            .after(3s)
+            .prints(".\n")
+            .after(2s)
+            .prints("real-time\n")
+            .after(2s)
+            .exits(1);
         auto& browser = fixture.start();
         fixture.world.advance(std::chrono::seconds(seconds));
         fixture.leave(browser);
@@ -362,8 +385,8 @@ BOOST_AUTO_TEST_CASE(a_crash_before_ready_is_told_with_the_error_that_webots_pri
     fixture.processes.expect().prints("starting\nError: no display\nTry 'webots --help'.").exits(1);
     auto& browser = fixture.start();
     fixture.world.advance(1s);
-    BOOST_TEST(browser.sent.back() ==
-               "loading: Error: Unable to start Webots: it exited with status 1 before the world was loaded: Error: no display");
+    BOOST_TEST(browser.sent.back() == "loading: Error: Unable to start Webots: it exited with status 1 "
+                                      "before the world was loaded: Error: no display");
     BOOST_TEST(browser.close_code.has_value());
 }
 
@@ -374,7 +397,8 @@ BOOST_AUTO_TEST_CASE(a_crash_after_ready_is_told)
     fixture.processes.expect().prints(".\n").after(1s).crashes(SIGSEGV);
     auto& browser = fixture.start();
     fixture.world.advance(1s);
-    BOOST_TEST(browser.sent.back() == "loading: Error: Webots has quit unexpectedly: it was ended by signal 11.");
+    BOOST_TEST(browser.sent.back() ==
+               "loading: Error: Webots has quit unexpectedly: it was ended by signal 11.");
 }
 
 BOOST_AUTO_TEST_CASE(a_simulator_that_never_gets_ready_is_ended_in_time)
@@ -409,7 +433,8 @@ BOOST_AUTO_TEST_CASE(only_a_port_that_webots_really_opened_is_announced)
     auto& deaf = fixture.start();
     BOOST_TEST(!deaf.was_told("webots:"));
     fixture.world.advance(301s);
-    BOOST_TEST(deaf.sent.back() == "loading: Error: Webots loaded the world but opened no port within 300 s.");
+    BOOST_TEST(deaf.sent.back() ==
+               "loading: Error: Webots loaded the world but opened no port within 300 s.");
     fixture.leave(moved);
 }
 
@@ -520,11 +545,12 @@ BOOST_AUTO_TEST_CASE(either_word_for_the_scene_mode_starts_either_webots_without
             fixture.source.add("o/r", "old.wbt", "#VRML_SIM R2022b utf8");
             fixture.source.add("o/r", "new.wbt", "#VRML_SIM R2025a utf8");
             fixture.processes.expect().prints(".\n");
-            auto& browser = fixture.start(R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/)" + world +
-                                          R"(.wbt","mode":")" + mode + R"("}})");
+            auto& browser = fixture.start(R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/)" +
+                                          world + R"(.wbt","mode":")" + mode + R"("}})");
             auto const& argv = fixture.processes.started().front().argv;
             for (std::string const option : {"--stream", "--minimize", "--no-rendering"})
-                BOOST_TEST(std::count(argv.begin(), argv.end(), option) == 1, world << " " << mode << " " << option);
+                BOOST_TEST(std::count(argv.begin(), argv.end(), option) == 1,
+                           world << " " << mode << " " << option);
             fixture.leave(browser);
         }
 }
@@ -538,10 +564,14 @@ BOOST_AUTO_TEST_CASE(a_start_that_fails_says_why)
         char const* answer;
     };
     for (auto const& [message, answer] : {
-             Case{R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/b.wbt"}})", "loading: Error: b.wbt does not exist."},
-             Case{R"({"start":{"url":"https://github.com/o/r/blob/main/b.wbt"}})", "loading: Error: Wrong Webots simulation URL"},
-             Case{R"({"start":{"url":"https://evil.org/o/r/blob/main/worlds/a.wbt"}})", "loading: Error: Unsupported URL protocol: "},
-             Case{R"({"start":{"url":"https://github.com/x/r/blob/main/worlds/a.wbt"}})", "loading: Error: Docker not enabled: "},
+             Case{R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/b.wbt"}})",
+                  "loading: Error: b.wbt does not exist."},
+             Case{R"({"start":{"url":"https://github.com/o/r/blob/main/b.wbt"}})",
+                  "loading: Error: Wrong Webots simulation URL"},
+             Case{R"({"start":{"url":"https://evil.org/o/r/blob/main/worlds/a.wbt"}})",
+                  "loading: Error: Unsupported URL protocol: "},
+             Case{R"({"start":{"url":"https://github.com/x/r/blob/main/worlds/a.wbt"}})",
+                  "loading: Error: Docker not enabled: "},
              Case{R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/a.wbt","mode":"x --y"}})",
                   "loading: Error: Unsupported client mode: x --y"},
              Case{"{", "loading: Error: Wrong message: "},
@@ -549,7 +579,9 @@ BOOST_AUTO_TEST_CASE(a_start_that_fails_says_why)
          }) {
         Fixture fixture;
         auto& browser = fixture.start(message);
-        BOOST_TEST(browser.was_told(answer), message << " was answered with " << (browser.sent.empty() ? "nothing" : browser.sent.back()));
+        BOOST_TEST(browser.was_told(answer), message
+                                                 << " was answered with "
+                                                 << (browser.sent.empty() ? "nothing" : browser.sent.back()));
         BOOST_TEST(fixture.browsings.size() == 0u, message); // so the adapter closes the socket
     }
 }
@@ -583,7 +615,8 @@ BOOST_AUTO_TEST_CASE(a_second_start_on_one_socket_is_refused_and_harms_nobody)
     browser.browser_says(start_message);
     browser.browser_says("{}");
     fixture.world.settle();
-    BOOST_TEST(browser.sent.back().starts_with("loading: Error: This connection has started a simulation already"));
+    BOOST_TEST(
+        browser.sent.back().starts_with("loading: Error: This connection has started a simulation already"));
     BOOST_TEST(fixture.processes.started().size() == 1u);
     BOOST_TEST(!browser.close_code.has_value());
     fixture.leave(browser);
@@ -635,7 +668,8 @@ BOOST_AUTO_TEST_CASE(slow_fetches_show_their_progress_and_hold_up_no_other)
     auto& first = fixture.start();
     auto& second = fixture.start();
     fixture.world.advance(600ms);
-    BOOST_TEST(first.sent == (Texts{"loading: Receiving objects 40% (12.3 MB)"}), boost::test_tools::per_element());
+    BOOST_TEST(first.sent == (Texts{"loading: Receiving objects 40% (12.3 MB)"}),
+               boost::test_tools::per_element());
     BOOST_TEST(fixture.source.fetching == 2);
     for (auto* browser : {&second, &first})
         fixture.leave(*browser);
@@ -678,9 +712,11 @@ BOOST_AUTO_TEST_CASE(load_is_a_bare_float_and_json_for_those_who_ask)
     request.method = "GET";
     request.path = "/load";
     BOOST_TEST(std::get<HttpResponse>(fixture.service.respond(request)).body == "25.0");
-    std::pair<std::string_view, std::string_view> const accept[] = {{"Accept", "application/json, text/plain;q=0.5"}};
+    std::pair<std::string_view, std::string_view> const accept[] = {
+        {"Accept", "application/json, text/plain;q=0.5"}};
     request.headers = accept;
-    auto const report = parse_load_report(std::get<HttpResponse>(fixture.service.respond(request)).body).value();
+    auto const report =
+        parse_load_report(std::get<HttpResponse>(fixture.service.respond(request)).body).value();
     BOOST_TEST(report.load == 25);
     BOOST_TEST(report.sessions.value() == 1);
     BOOST_TEST(report.starting.value() == 1);
@@ -816,8 +852,9 @@ BOOST_AUTO_TEST_CASE(the_monitor_lists_what_runs)
     request.method = "GET";
     request.path = "/monitor";
     auto const first = std::get<HttpResponse>(fixture.service.respond(request));
-    BOOST_TEST((std::get<HttpResponse>(fixture.service.respond(request)).shared == first.shared)); // made once a second
-    fixture.world.advance(1s); // now it is looked at what it consumes
+    BOOST_TEST((std::get<HttpResponse>(fixture.service.respond(request)).shared ==
+                first.shared)); // made once a second
+    fixture.world.advance(1s);  // now it is looked at what it consumes
     auto const page = std::get<HttpResponse>(fixture.service.respond(request)).text();
     BOOST_TEST(page.find("data-label=\"CPU\">50.0%</td>") != std::string::npos);
     BOOST_TEST(page.find("data-label=\"memory\">12.3 MB</td>") != std::string::npos);
@@ -884,8 +921,11 @@ BOOST_AUTO_TEST_CASE(who_watches_the_monitor_gets_everything_once_and_then_a_poi
     fixture.world.advance(2s);
     BOOST_TEST(watcher.sent.size() == 3u);
     BOOST_TEST(watcher.sent[2].find("\"series\"") == std::string::npos);
-    BOOST_TEST(watcher.sent[2].find("\"state\":\"idle\",\"age\":2,\"log\":\"1.log\",\"process\":1001,\"cpu\":150,\"memory\":1}") !=
-               std::string::npos, watcher.sent[2]);
+    BOOST_TEST(
+        watcher.sent[2].find(
+            "\"state\":\"idle\",\"age\":2,\"log\":\"1.log\",\"process\":1001,\"cpu\":150,\"memory\":1}") !=
+            std::string::npos,
+        watcher.sent[2]);
     BOOST_TEST(fixture.service.sessions() == 1u); // a watcher is none
     fixture.leave(browser);
     fixture.leave(watcher);
@@ -933,13 +973,14 @@ BOOST_AUTO_TEST_CASE(figures_count_starts_by_how_they_ended)
     request.method = "GET";
     request.path = "/metrics";
     auto const figures = std::get<HttpResponse>(fixture.service.respond(request)).body;
-    for (auto const* line : {"webots_start_stage_seconds_count{stage=\"fetch\"} 2\n",
-                             "webots_start_stage_seconds_count{stage=\"launch\"} 2\n",
-                             "webots_event_loop_lag_highest_seconds 0\n",
-                             "webots_starts_total{result=\"ready\",reason=\"\"} 1\n",
-                             "webots_starts_total{result=\"abandoned\",reason=\"\"} 1\n",
-                             "webots_starts_total{result=\"failed\",reason=\"not_found\"} 1\n",
-                             "webots_start_stage_seconds_sum{stage=\"ready\"} 2\n", "webots_simulations{state=\"idle\"} 1\n"})
+    for (auto const* line :
+         {"webots_start_stage_seconds_count{stage=\"fetch\"} 2\n",
+          "webots_start_stage_seconds_count{stage=\"launch\"} 2\n",
+          "webots_event_loop_lag_highest_seconds 0\n",
+          "webots_starts_total{result=\"ready\",reason=\"\"} 1\n",
+          "webots_starts_total{result=\"abandoned\",reason=\"\"} 1\n",
+          "webots_starts_total{result=\"failed\",reason=\"not_found\"} 1\n",
+          "webots_start_stage_seconds_sum{stage=\"ready\"} 2\n", "webots_simulations{state=\"idle\"} 1\n"})
         BOOST_TEST(figures.find(line) != std::string::npos, line << " is not in\n" << figures);
     fixture.leave(ready);
 }
@@ -949,7 +990,8 @@ BOOST_AUTO_TEST_CASE(a_drained_server_takes_nothing_new_and_ends_with_its_last_s
     Fixture fixture;
     fixture.processes.expect().prints(".\n");
     auto& running = fixture.start();
-    auto const ask = [&](std::string_view method, std::string_view path, std::string_view query, bool is_operator) {
+    auto const ask = [&](std::string_view method, std::string_view path, std::string_view query,
+                         bool is_operator) {
         IncomingRequest request;
         request.method = method;
         request.path = path;
@@ -963,7 +1005,8 @@ BOOST_AUTO_TEST_CASE(a_drained_server_takes_nothing_new_and_ends_with_its_last_s
     BOOST_TEST(ask("POST", "/api/drain", "", false).status == 404);
     BOOST_TEST(ask("GET", "/api/drain", "", false).status == 404);
     BOOST_TEST(ask("POST", "/api/drain", "of", true).status == 400);
-    BOOST_TEST(ask("POST", "/api/drain", "exit=1", true).body == "Expected /api/drain, /api/drain?exit or /api/drain?off.");
+    BOOST_TEST(ask("POST", "/api/drain", "exit=1", true).body ==
+               "Expected /api/drain, /api/drain?exit or /api/drain?off.");
     BOOST_TEST(ask("GET", "/readyz", "", false).status == 200);
     BOOST_TEST(ask("POST", "/api/drain", "exit", true).status == 200);
     BOOST_TEST(ask("GET", "/readyz", "", false).status == 503);
@@ -1010,7 +1053,8 @@ BOOST_AUTO_TEST_CASE(without_a_project_there_is_no_controller_to_reset)
     Fixture fixture;
     fixture.source.delay = 5s;
     auto& idle = fixture.start(R"({"reset controller":"walk/walk.py"})");
-    BOOST_TEST(idle.sent.back() == "loading: Error: No simulation was started: there is no controller to reset.");
+    BOOST_TEST(idle.sent.back() ==
+               "loading: Error: No simulation was started: there is no controller to reset.");
     auto& early = fixture.start();
     early.browser_says(R"({"reset controller":"walk/walk.py"})");
     fixture.world.settle();
@@ -1038,14 +1082,16 @@ BOOST_AUTO_TEST_CASE(a_lost_browser_returns_within_the_grace_and_finds_its_simul
     Fixture fixture(30s);
     fixture.processes.expect().prints(".\n").after(100s).prints(".\n");
     auto& browser = fixture.start();
-    BOOST_TEST(browser.sent == (Texts{"shutdownTimeout: 600", "webots:ws://host.org:2001", "reconnectToken: token1"}),
+    BOOST_TEST(browser.sent ==
+                   (Texts{"shutdownTimeout: 600", "webots:ws://host.org:2001", "reconnectToken: token1"}),
                boost::test_tools::per_element());
     fixture.world.advance(50s);
     fixture.lose(browser);
     fixture.world.advance(29s);
     BOOST_TEST(fixture.service.sessions() == 1u);
     auto& back = fixture.reconnect("token1");
-    BOOST_TEST(back.sent == (Texts{"shutdownTimeout: 521", "webots:ws://host.org:2001", "reconnectToken: token1"}),
+    BOOST_TEST(back.sent ==
+                   (Texts{"shutdownTimeout: 521", "webots:ws://host.org:2001", "reconnectToken: token1"}),
                boost::test_tools::per_element());
     BOOST_TEST(fixture.browsings.size() == 1u); // the old conversation is over
     fixture.world.advance(60s);
@@ -1076,7 +1122,8 @@ BOOST_AUTO_TEST_CASE(after_the_grace_the_simulation_is_ended_and_the_token_worth
     BOOST_TEST(fixture.browsings.size() == 0u);
 }
 
-BOOST_AUTO_TEST_CASE(a_browser_that_closes_is_believed_and_one_that_is_lost_before_ready_has_nothing_to_return_to)
+BOOST_AUTO_TEST_CASE(
+    a_browser_that_closes_is_believed_and_one_that_is_lost_before_ready_has_nothing_to_return_to)
 {
     Fixture fixture(30s);
     fixture.processes.expect().prints(".\n");
@@ -1151,7 +1198,14 @@ BOOST_AUTO_TEST_CASE(the_browser_may_be_lost_and_return_at_any_moment_and_nothin
 {
     for (int seconds = 0; seconds < 14; ++seconds) {
         Fixture fixture(2s);
-        fixture.processes.expect().stubborn().after(3s).prints(".\n").after(4s).prints("real-time\n").after(3s).exits(1);
+        fixture.processes.expect()
+            .stubborn()
+            .after(3s)
+            .prints(".\n")
+            .after(4s)
+            .prints("real-time\n")
+            .after(3s)
+            .exits(1);
         auto& browser = fixture.start();
         fixture.world.advance(std::chrono::seconds(seconds));
         fixture.lose(browser);
@@ -1161,7 +1215,8 @@ BOOST_AUTO_TEST_CASE(the_browser_may_be_lost_and_return_at_any_moment_and_nothin
     }
 }
 
-// A start, two resets of a controller and a return: in each run one more call of one seam succeeds before one fails.
+// A start, two resets of a controller and a return: in each run one more call of one seam succeeds before one
+// fails.
 int run_until_nothing_blows(testing::Fuse& (*fuse_of)(Fixture&), Duration grace)
 {
     for (int call = 1;; ++call) {
@@ -1182,8 +1237,9 @@ int run_until_nothing_blows(testing::Fuse& (*fuse_of)(Fixture&), Duration grace)
         }
         std::ptrdiff_t errors = 0;
         for (auto const* each : conversations)
-            errors += std::count_if(each->sent.begin(), each->sent.end(),
-                                    [](std::string const& text) { return text.starts_with("loading: Error: "); });
+            errors += std::count_if(each->sent.begin(), each->sent.end(), [](std::string const& text) {
+                return text.starts_with("loading: Error: ");
+            });
         bool const blown = fuse_of(fixture).blown();
         bool const harmless = fixture.log.contains("Port 2001 is already in use."); // the next port did
         BOOST_TEST(errors == (blown && !harmless ? 1 : 0), "call " << call);

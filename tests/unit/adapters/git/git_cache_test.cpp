@@ -1,10 +1,10 @@
 // What tests/integration/git_source_test.py can't do from outside: damage at a certain moment.
 #include "unit_test.hpp"
 
+#include "adapters/files/project_files.hpp"
 #include "adapters/git/git_cache.hpp"
 #include "adapters/git/git_digest.hpp"
 #include "adapters/git/git_proof.hpp"
-#include "adapters/files/project_files.hpp"
 
 #include <fcntl.h>
 #include <unistd.h>

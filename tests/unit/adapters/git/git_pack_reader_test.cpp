@@ -1,10 +1,10 @@
 // Packs: whatever arrives, in whatever pieces.
 #include "unit_test.hpp"
 
-#include "adapters/git/git_digest.hpp"
-#include "adapters/git/git_pack_reader.hpp"
 #include "adapters/files/project_files.hpp"
 #include "adapters/files/remove_tree.hpp"
+#include "adapters/git/git_digest.hpp"
+#include "adapters/git/git_pack_reader.hpp"
 
 #include <zlib.h>
 

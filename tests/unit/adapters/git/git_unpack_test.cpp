@@ -1,9 +1,9 @@
 // From a plan to a folder of files.
 #include "unit_test.hpp"
 
-#include "adapters/git/git_unpack.hpp"
 #include "adapters/files/project_files.hpp"
 #include "adapters/files/remove_tree.hpp"
+#include "adapters/git/git_unpack.hpp"
 
 #include <fcntl.h>
 #include <stdlib.h>

@@ -29,7 +29,10 @@ struct Fixture
     }
     ~Fixture() { fs::remove_all(folder); }
 
-    void write(std::string const& path, std::string const& text) const { std::ofstream(folder / path) << text; }
+    void write(std::string const& path, std::string const& text) const
+    {
+        std::ofstream(folder / path) << text;
+    }
 
     HostSample sample() const { return make_host_metrics(params)->sample(); }
 

@@ -165,7 +165,8 @@ BOOST_AUTO_TEST_CASE(a_trusted_proxy_says_for_whom_it_asks)
     };
     std::string const own = "127.0.0.1, counted by []\n";
     BOOST_TEST(who("") == own);
-    BOOST_TEST(who("X-Forwarded-For: 192.0.2.1, 203.0.113.7\r\n") == "203.0.113.7, counted by [203.0.113.7]\n");
+    BOOST_TEST(who("X-Forwarded-For: 192.0.2.1, 203.0.113.7\r\n") ==
+               "203.0.113.7, counted by [203.0.113.7]\n");
     BOOST_TEST(who("") == own, "what was said of one request does not hold for the next");
     BOOST_TEST(who("X-Forwarded-For: 192.0.2.1\r\nX-Forwarded-For: 2001:db8::7, 127.0.0.1\r\n") ==
                "2001:db8::7, counted by [2001:db8::/64]\n");
@@ -233,7 +234,8 @@ BOOST_AUTO_TEST_CASE(a_trusted_proxy_that_is_no_address_is_refused)
     auto const listening = server->listen();
     BOOST_TEST_REQUIRE(!listening);
     BOOST_TEST((listening.error() == errc::invalid_config));
-    BOOST_TEST(listening.error().message() == "A trusted proxy is no address and no network: proxy.example.org");
+    BOOST_TEST(listening.error().message() ==
+               "A trusted proxy is no address and no network: proxy.example.org");
 }
 
 BOOST_AUTO_TEST_CASE(this_computer_has_no_limit_because_proxies_are_there)

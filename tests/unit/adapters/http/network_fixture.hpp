@@ -73,9 +73,9 @@ public:
     }
 
     std::atomic<bool> flood_refused = false;
-    std::atomic<int> ended = 0;                ///< Conversations.
-    Failure last_failure;                      ///< Of the one that ended last.
-    std::atomic<int> messages = 0;             ///< On `/turns`.
+    std::atomic<int> ended = 0;                 ///< Conversations.
+    Failure last_failure;                       ///< Of the one that ended last.
+    std::atomic<int> messages = 0;              ///< On `/turns`.
     std::atomic<int> max_messages_per_turn = 0; ///< Of these, before others had their turn.
     std::shared_ptr<SharedBody const> shared;
 

@@ -40,14 +40,18 @@ BOOST_AUTO_TEST_CASE(the_guides_own_session_configuration_is_read_without_a_warn
 BOOST_AUTO_TEST_CASE(simulation_servers_may_have_a_weight_and_be_drained)
 {
     auto const parsed = parse_session_config(
-        R"({"port":1,"simulationServers":["a:1",{"address":"b:2","weight":2.5},{"address":"c/3","drain":true}]})", "c.json");
+        R"({"port":1,"simulationServers":["a:1",{"address":"b:2","weight":2.5},{"address":"c/3","drain":true}]})",
+        "c.json");
     auto const& servers = parsed->config.simulation_servers;
     BOOST_TEST_REQUIRE(servers.size() == 3u);
     BOOST_TEST(servers[1].weight == 2.5);
     BOOST_TEST(servers[2].address == "c/3");
     BOOST_TEST(servers[2].drain);
-    for (auto const* entry : {R"({"address":"b:2","weight":0})", R"({"address":"b:2","drain":1})", "{}", "5", R"({"address":"b"})"})
-        BOOST_TEST(!parse_session_config(R"({"port":1,"simulationServers":[)" + std::string(entry) + "]}", "c.json"), entry);
+    for (auto const* entry : {R"({"address":"b:2","weight":0})", R"({"address":"b:2","drain":1})", "{}", "5",
+                              R"({"address":"b"})"})
+        BOOST_TEST(
+            !parse_session_config(R"({"port":1,"simulationServers":[)" + std::string(entry) + "]}", "c.json"),
+            entry);
 }
 
 BOOST_AUTO_TEST_CASE(a_wrong_simulation_server_is_named_with_its_wrong_key)
@@ -66,23 +70,28 @@ BOOST_AUTO_TEST_CASE(a_wrong_simulation_server_is_named_with_its_wrong_key)
     BOOST_TEST(error(R"({"address":"a"})") ==
                where + "key \"address\": expected " + address + ", found the string \"a\"");
     BOOST_TEST(error(R"({"adress":"a:2"})") ==
-               where + "key \"address\" is missing: expected " + address + "; key \"simulationServers\", entry 2: "
-               "unknown key \"adress\" is ignored; did you mean \"address\"?");
-    BOOST_TEST(error("5") == where + "expected " + address +
-               ", or {\"address\": ..., \"weight\": 2, \"drain\": true}, found the number 5");
+               where + "key \"address\" is missing: expected " + address +
+                   "; key \"simulationServers\", entry 2: "
+                   "unknown key \"adress\" is ignored; did you mean \"address\"?");
+    BOOST_TEST(error("5") ==
+               where + "expected " + address +
+                   ", or {\"address\": ..., \"weight\": 2, \"drain\": true}, found the number 5");
     BOOST_TEST(error("\"host\"") == where + "expected " + address + ", found the string \"host\"");
 }
 
 BOOST_AUTO_TEST_CASE(an_address_of_a_simulation_server_is_a_host_and_a_port)
 {
     auto const is_good = [](std::string const& address) {
-        return parse_session_config(R"({"port":1,"simulationServers":[")" + address + "\"]}", "c.json").has_value();
+        return parse_session_config(R"({"port":1,"simulationServers":[")" + address + "\"]}", "c.json")
+            .has_value();
     };
-    for (auto const* good : {"a:1", "a.example.org/65535", "127.0.0.1:24000", "[::1]:24000", "proxy:8443/2000"})
+    for (auto const* good :
+         {"a:1", "a.example.org/65535", "127.0.0.1:24000", "[::1]:24000", "proxy:8443/2000"})
         BOOST_TEST(is_good(good), good);
-    for (auto const* bad : {"http://localhost:24000", "https://localhost/2000", "localhost:99999", "localhost:65536", "localhost:0",
-                            "localhost/0", "a/b/2000", "a//2000", "/2000", ":2000", "a:", "a:2x", "a:-1", "::1:2000", "[]:1",
-                            "[::1:2]:x", "[1.2]:1", "me@a:1", "a b:1"})
+    for (auto const* bad :
+         {"http://localhost:24000", "https://localhost/2000", "localhost:99999", "localhost:65536",
+          "localhost:0", "localhost/0", "a/b/2000", "a//2000", "/2000", ":2000", "a:", "a:2x", "a:-1",
+          "::1:2000", "[]:1", "[::1:2]:x", "[1.2]:1", "me@a:1", "a b:1"})
         BOOST_TEST(!is_good(bad), bad);
 }
 
@@ -95,7 +104,8 @@ BOOST_AUTO_TEST_CASE(a_missing_key_is_told_with_the_unknown_ones)
 
 BOOST_AUTO_TEST_CASE(what_is_no_json_is_placed_by_line_and_column)
 {
-    BOOST_TEST(session_error("{\n  \"port\": 1999,\n  oops\n}").find("line 3, column 3") != std::string::npos);
+    BOOST_TEST(session_error("{\n  \"port\": 1999,\n  oops\n}").find("line 3, column 3") !=
+               std::string::npos);
     BOOST_TEST(session_error("").find("not JSON") != std::string::npos);
     BOOST_TEST(session_error("{} {}").find("not JSON") != std::string::npos);
     BOOST_TEST(session_error("[1]") == "c.json: expected a JSON object { ... }, found the list [1]");
@@ -107,31 +117,35 @@ BOOST_AUTO_TEST_CASE(wrong_values_are_named_with_key_found_and_wanted)
                "c.json: key \"port\": expected an integer from 1 to 65535, found the string \"abc\"");
     BOOST_TEST(session_error(R"({"port":70000,"simulationServers":[]})") ==
                "c.json: key \"port\": expected an integer from 1 to 65535, found the number 70000");
-    BOOST_TEST(session_error(R"({"port":1.5,"simulationServers":[]})").find("found the number 1.5E0") != std::string::npos);
+    BOOST_TEST(session_error(R"({"port":1.5,"simulationServers":[]})").find("found the number 1.5E0") !=
+               std::string::npos);
     BOOST_TEST(session_error(R"({"simulationServers":[]})") ==
                "c.json: key \"port\" is missing: expected an integer from 1 to 65535");
-    BOOST_TEST(session_error(R"({"port":1})") ==
-               "c.json: key \"simulationServers\" is missing: expected a list of \"host:port\" or \"host/port\", or of objects "
-               "{\"address\": ..., \"weight\": 2, \"drain\": true}");
+    BOOST_TEST(session_error(R"({"port":1})") == "c.json: key \"simulationServers\" is missing: expected a "
+                                                 "list of \"host:port\" or \"host/port\", or of objects "
+                                                 "{\"address\": ..., \"weight\": 2, \"drain\": true}");
     BOOST_TEST(session_error(R"({"port":1,"simulationServers":["a:1"],"ssl":"yes"})") ==
                "c.json: key \"ssl\": expected true or false, found the string \"yes\"");
-    BOOST_TEST(session_error(R"({"port":1,"simulationServers":["a:1"],"scheduling":"best"})").find("\"power_of_two\"") !=
-               std::string::npos);
+    BOOST_TEST(session_error(R"({"port":1,"simulationServers":["a:1"],"scheduling":"best"})")
+                   .find("\"power_of_two\"") != std::string::npos);
 }
 
 BOOST_AUTO_TEST_CASE(unknown_keys_are_warned_about_with_the_nearest_known_one)
 {
-    auto const configured = parse_session_config(R"({"port":1,"simulationServers":["a/1"],"portRewrit":true})", "c.json").value();
+    auto const configured =
+        parse_session_config(R"({"port":1,"simulationServers":["a/1"],"portRewrit":true})", "c.json").value();
     BOOST_TEST_REQUIRE(configured.warnings.size() == 1u);
-    BOOST_TEST(configured.warnings[0] == "c.json: unknown key \"portRewrit\" is ignored; did you mean \"portRewrite\"?");
+    BOOST_TEST(configured.warnings[0] ==
+               "c.json: unknown key \"portRewrit\" is ignored; did you mean \"portRewrite\"?");
 }
 
 BOOST_AUTO_TEST_CASE(so_are_those_of_servers_and_forges)
 {
     auto const session = parse_session_config(
         R"({"port":1,"simulationServers":["a/1",{"address":"b/1","wieght":2}]})", "c.json");
-    BOOST_TEST(session.value().warnings == std::vector<std::string>{
-        "c.json: key \"simulationServers\", entry 2: unknown key \"wieght\" is ignored; did you mean \"weight\"?"});
+    BOOST_TEST(session.value().warnings ==
+               std::vector<std::string>{"c.json: key \"simulationServers\", entry 2: unknown key \"wieght\" "
+                                        "is ignored; did you mean \"weight\"?"});
     auto const simulation = parse_simulation_config(
         R"({"server":"h","forges":[{"url":"local:","directory":"x","owner":"me"}]})", "c.json");
     BOOST_TEST(simulation.value().warnings ==
@@ -195,9 +209,10 @@ BOOST_AUTO_TEST_CASE(simulation_defaults_are_those_of_the_reference)
     auto const configured = parse_simulation_config("{}", "c.json").value();
     auto const& config = configured.config;
     BOOST_TEST(config.server == "localhost");
-    BOOST_TEST(configured.warnings == (std::vector<std::string>{
-        "c.json: key \"server\" is missing: browsers are sent to \"localhost\", which is right only on this machine"}),
-        boost::test_tools::per_element());
+    BOOST_TEST(configured.warnings ==
+                   (std::vector<std::string>{"c.json: key \"server\" is missing: browsers are sent to "
+                                             "\"localhost\", which is right only on this machine"}),
+               boost::test_tools::per_element());
     BOOST_TEST(config.port == 2000);
     BOOST_TEST(config.ssl);
     BOOST_TEST(config.port_rewrite);
@@ -238,7 +253,8 @@ BOOST_AUTO_TEST_CASE(simulation_defaults_of_our_own_are_those_of_the_readme)
 
 BOOST_AUTO_TEST_CASE(folders_of_templates_and_keys_are_those_of_the_first_generations)
 {
-    auto const configured = parse_simulation_config(R"({"projectsDir":"/p","keyDir":"/k"})", "c.json").value();
+    auto const configured =
+        parse_simulation_config(R"({"projectsDir":"/p","keyDir":"/k"})", "c.json").value();
     BOOST_TEST(configured.config.projects_dir == "/p");
     BOOST_TEST(configured.config.key_dir == "/k");
 }
@@ -272,8 +288,9 @@ BOOST_AUTO_TEST_CASE(no_more_simulations_are_taken_than_there_are_ports)
     auto const five = read(R"("port":65530)");
     BOOST_TEST(five.config.max_connections == 5);
     BOOST_TEST(five.warnings ==
-               std::vector<std::string>{"c.json: key \"maxConnections\": only 5 simulations at once instead of 100, since there "
-                                        "are no more ports above \"port\" (65530)"});
+               std::vector<std::string>{
+                   "c.json: key \"maxConnections\": only 5 simulations at once instead of 100, since there "
+                   "are no more ports above \"port\" (65530)"});
     auto const editors = read(R"("port":65030,"docker":true)");
     BOOST_TEST(editors.config.max_connections == 5);
     auto const enough = read(R"("port":65530,"maxConnections":5)");
@@ -284,24 +301,29 @@ BOOST_AUTO_TEST_CASE(no_more_simulations_are_taken_than_there_are_ports)
 BOOST_AUTO_TEST_CASE(a_certificate_without_a_proxy_is_warned_of_since_simulators_speak_no_tls)
 {
     auto const warnings = [](std::string_view keys) {
-        return parse_simulation_config(R"({"server":"h","sslCertificate":"/c","sslKey":"/k",)" + std::string(keys) + "}", "c.json")
+        return parse_simulation_config(R"({"server":"h","sslCertificate":"/c","sslKey":"/k",)" +
+                                           std::string(keys) + "}",
+                                       "c.json")
             .value()
             .warnings;
     };
     BOOST_TEST(warnings(R"("portRewrite":false)") ==
-               std::vector<std::string>{
-                   "c.json: browsers are sent to wss://h:<port of the simulation>, but simulators speak no TLS, whatever "
-                   "\"sslCertificate\" says: no simulation can be shown. Let a proxy end TLS, as in config/nginx, and set "
-                   "\"portRewrite\" to true"});
+               std::vector<std::string>{"c.json: browsers are sent to wss://h:<port of the simulation>, but "
+                                        "simulators speak no TLS, whatever "
+                                        "\"sslCertificate\" says: no simulation can be shown. Let a proxy "
+                                        "end TLS, as in config/nginx, and set "
+                                        "\"portRewrite\" to true"});
     BOOST_TEST(warnings(R"("portRewrite":true)").empty());
     BOOST_TEST(warnings(R"("portRewrite":false,"ssl":false)").empty());
 }
 
-// Protocol section 8.1: until 2021 there was no `ssl`, and the Python servers of today ask such machines by https too.
+// Protocol section 8.1: until 2021 there was no `ssl`, and the Python servers of today ask such machines by
+// https too.
 BOOST_AUTO_TEST_CASE(who_has_no_ssl_key_is_told_that_machines_are_asked_by_https)
 {
     auto const warnings = [](std::string_view servers, std::string_view keys = "") {
-        return parse_session_config(R"({"port":1,"simulationServers":[)" + std::string(servers) + "]" + std::string(keys) + "}",
+        return parse_session_config(R"({"port":1,"simulationServers":[)" + std::string(servers) + "]" +
+                                        std::string(keys) + "}",
                                     "c.json")
             .value()
             .warnings;
@@ -309,7 +331,8 @@ BOOST_AUTO_TEST_CASE(who_has_no_ssl_key_is_told_that_machines_are_asked_by_https
     BOOST_TEST(warnings(R"("a/1","b:2000")") ==
                std::vector<std::string>{
                    "c.json: key \"ssl\" is missing and counts as true: simulation servers are asked by https "
-                   "(https://b:2000/load) and browsers sent to wss://. Configurations of 2018 to 2021 have no such key, and "
+                   "(https://b:2000/load) and browsers sent to wss://. Configurations of 2018 to 2021 have "
+                   "no such key, and "
                    "their machines speak plain http: then set it to false; else to true"});
     BOOST_TEST(warnings(R"("a/1","b/2")").empty()); // behind a proxy, as those of all years
     BOOST_TEST(warnings("").empty());
@@ -320,13 +343,16 @@ BOOST_AUTO_TEST_CASE(who_has_no_ssl_key_is_told_that_machines_are_asked_by_https
 BOOST_AUTO_TEST_CASE(who_has_no_ssl_key_and_no_proxy_is_told_where_browsers_are_sent)
 {
     auto const warnings = [](std::string_view keys) {
-        return parse_simulation_config(R"({"server":"h")" + std::string(keys) + "}", "c.json").value().warnings;
+        return parse_simulation_config(R"({"server":"h")" + std::string(keys) + "}", "c.json")
+            .value()
+            .warnings;
     };
     BOOST_TEST(warnings(R"(,"portRewrite":false)") ==
-               std::vector<std::string>{
-                   "c.json: key \"ssl\" is missing and counts as true: browsers are sent to wss://h:<port of the simulation>, "
-                   "where simulators speak plain http. Configurations of 2018 to 2021 have no such key: set it to false, or to "
-                   "true if a proxy ends TLS on those ports"});
+               std::vector<std::string>{"c.json: key \"ssl\" is missing and counts as true: browsers are "
+                                        "sent to wss://h:<port of the simulation>, "
+                                        "where simulators speak plain http. Configurations of 2018 to 2021 "
+                                        "have no such key: set it to false, or to "
+                                        "true if a proxy ends TLS on those ports"});
     BOOST_TEST(warnings("").empty());
     BOOST_TEST(warnings(R"(,"portRewrite":false,"ssl":true)").empty());
     BOOST_TEST(warnings(R"(,"portRewrite":false,"ssl":false)").empty());
@@ -334,14 +360,19 @@ BOOST_AUTO_TEST_CASE(who_has_no_ssl_key_and_no_proxy_is_told_where_browsers_are_
 
 BOOST_AUTO_TEST_CASE(browsers_may_be_silent_for_a_minute_or_as_long_as_the_operator_says)
 {
-    auto const parse = [](std::string_view keys) { return parse_simulation_config("{" + std::string(keys) + "}", "c.json"); };
+    auto const parse = [](std::string_view keys) {
+        return parse_simulation_config("{" + std::string(keys) + "}", "c.json");
+    };
     BOOST_TEST((parse("")->config.network.ping_timeout == std::chrono::seconds(60)));
     BOOST_TEST((parse(R"("pingTimeout":900)")->config.network.ping_timeout == std::chrono::seconds(900)));
     BOOST_TEST((parse(R"("pingTimeout":0)")->config.network.ping_timeout == Duration::zero()));
     BOOST_TEST((parse_session_config(R"({"port":1,"simulationServers":[],"pingTimeout":2})", "c.json")
                     ->config.network.ping_timeout == std::chrono::seconds(2)));
-    BOOST_TEST(parse(R"("pingTimeout":1.9)").error().message().starts_with(
-        "c.json: key \"pingTimeout\": expected 0, or a number from 2 to 10000000, found "));
+    BOOST_TEST(
+        parse(R"("pingTimeout":1.9)")
+            .error()
+            .message()
+            .starts_with("c.json: key \"pingTimeout\": expected 0, or a number from 2 to 10000000, found "));
     for (auto const* bad : {"-1", "\"60\"", "null", "10000001"})
         BOOST_TEST(!parse(R"("pingTimeout":)" + std::string(bad)), bad);
 }
@@ -349,7 +380,8 @@ BOOST_AUTO_TEST_CASE(browsers_may_be_silent_for_a_minute_or_as_long_as_the_opera
 BOOST_AUTO_TEST_CASE(the_simulators_environment_is_a_list_of_names_patterns_and_values)
 {
     auto const parse = [](std::string_view list, std::string_view more = "") {
-        return parse_simulation_config(R"({"server":"h","simulatorEnvironment":)" + std::string(list) + std::string(more) + "}",
+        return parse_simulation_config(R"({"server":"h","simulatorEnvironment":)" + std::string(list) +
+                                           std::string(more) + "}",
                                        "c.json");
     };
     BOOST_TEST(parse(R"(["LAB_HOST","VGL_*","MODE=a b"])")->config.simulator_environment ==
@@ -358,21 +390,27 @@ BOOST_AUTO_TEST_CASE(the_simulators_environment_is_a_list_of_names_patterns_and_
     BOOST_TEST(parse("[]")->warnings.empty());
     auto const where = std::string("c.json: key \"simulatorEnvironment\", entry 2: expected ");
     BOOST_TEST(parse(R"(["A","API KEY=hunter2"])").error().message() ==
-               where + "the name of a variable, the beginning of one as in \"ROS_*\", or \"NAME=value\", found the string "
+               where + "the name of a variable, the beginning of one as in \"ROS_*\", or \"NAME=value\", "
+                       "found the string "
                        "\"API KEY=...\"");
     BOOST_TEST(parse(R"(["A","NOTIFY_SOCKET"])").error().message() ==
-               where + "no variable that systemd gives to this server alone, found the string \"NOTIFY_SOCKET\"");
+               where +
+                   "no variable that systemd gives to this server alone, found the string \"NOTIFY_SOCKET\"");
     BOOST_TEST(parse(R"(["A","DISPLAY=:1"])").error().message() ==
                where + "no value for DISPLAY: the key \"display\" sets it, found the string \"DISPLAY=...\"");
     BOOST_TEST(parse(R"(["A","WEBOTS=x"])").has_value());
-    BOOST_TEST(parse(R"(["A","WEBOTS=x"])", R"(,"docker":true)").error().message() ==
-               where + "no variable that the server sets for compose itself (see docs/docker.md), found the string "
-                       "\"WEBOTS=...\"");
+    BOOST_TEST(
+        parse(R"(["A","WEBOTS=x"])", R"(,"docker":true)").error().message() ==
+        where + "no variable that the server sets for compose itself (see docs/docker.md), found the string "
+                "\"WEBOTS=...\"");
     std::string many = "[\"A=\"";
     for (int i = 0; i < 5; ++i)
         many += ",\"A=" + std::string(30'000, 'x') + "\"";
-    BOOST_TEST(parse(many + "]").error().message().starts_with(
-        "c.json: key \"simulatorEnvironment\": expected at most 131072 characters in all"));
+    BOOST_TEST(
+        parse(many + "]")
+            .error()
+            .message()
+            .starts_with("c.json: key \"simulatorEnvironment\": expected at most 131072 characters in all"));
     for (auto const* bad : {"\"A\"", "{}", "5", "[5]", R"(["A\nB=1"])", R"(["A=\u0000"])", R"([""])"})
         BOOST_TEST(!parse(bad), bad);
 }
@@ -380,14 +418,20 @@ BOOST_AUTO_TEST_CASE(the_simulators_environment_is_a_list_of_names_patterns_and_
 BOOST_AUTO_TEST_CASE(repositories_that_are_on_no_forge_are_warned_of)
 {
     auto const warnings = [](std::string_view keys) {
-        return parse_simulation_config(R"({"server":"h",)" + std::string(keys) + "}", "c.json").value().warnings;
+        return parse_simulation_config(R"({"server":"h",)" + std::string(keys) + "}", "c.json")
+            .value()
+            .warnings;
     };
     BOOST_TEST(warnings(R"("allowedRepositories":["cyberbotics"])") ==
-               std::vector<std::string>{"c.json: key \"allowedRepositories\": \"cyberbotics\" has no effect: it is on none of the "
-                                        "\"forges\", for instance https://github.com/<owner>"});
+               std::vector<std::string>{
+                   "c.json: key \"allowedRepositories\": \"cyberbotics\" has no effect: it is on none of the "
+                   "\"forges\", for instance https://github.com/<owner>"});
     BOOST_TEST(warnings(R"("blockedRepositories":["https://gitlab.com/a"])").size() == 1u);
-    BOOST_TEST(warnings(R"("allowedRepositories":["https://github.com","https://GitHub.com/a/b/","https://"])").empty());
-    BOOST_TEST(warnings(R"("forges":[{"url":"local:","directory":"x"}],"allowedRepositories":["local:/a"])").empty());
+    BOOST_TEST(
+        warnings(R"("allowedRepositories":["https://github.com","https://GitHub.com/a/b/","https://"])")
+            .empty());
+    BOOST_TEST(warnings(R"("forges":[{"url":"local:","directory":"x"}],"allowedRepositories":["local:/a"])")
+                   .empty());
 }
 
 BOOST_AUTO_TEST_CASE(the_name_of_a_server_is_a_host)
@@ -396,14 +440,14 @@ BOOST_AUTO_TEST_CASE(the_name_of_a_server_is_a_host)
         auto const configured = parse_simulation_config(R"({"server":")" + server + "\"}", "c.json");
         return configured ? std::string() : configured.error().message();
     };
-    BOOST_TEST(error("http://x.org") ==
-               "c.json: key \"server\": expected the name of a host, as in \"sim.example.org\", found the string \"http://x.org\"");
+    BOOST_TEST(error("http://x.org") == "c.json: key \"server\": expected the name of a host, as in "
+                                        "\"sim.example.org\", found the string \"http://x.org\"");
     for (auto const* bad : {"x.org/", "x y", "x.org:port"})
         BOOST_TEST(!error(bad).empty(), bad);
     for (auto const* good : {"x.org", "x.org:8443", "127.0.0.1", "[::1]", ""})
         BOOST_TEST(error(good) == "", good);
-    BOOST_TEST(session_error(R"({"port":1,"simulationServers":[],"server":"https://x.org"})").find("key \"server\"") !=
-               std::string::npos);
+    BOOST_TEST(session_error(R"({"port":1,"simulationServers":[],"server":"https://x.org"})")
+                   .find("key \"server\"") != std::string::npos);
     BOOST_TEST(!parse_simulation_config(R"({"fullyQualifiedDomainName":"https://x.org"})", "c.json"));
 }
 
@@ -426,7 +470,9 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
         {R"("ssl":true,"portRewrite":false)", [](auto const& c) { return !c.port_rewrite; }},
         {R"("docker":true)", [](auto const& c) { return c.docker; }},
         {R"("allowedRepositories":["https://github.com/a","https://"])",
-         [](auto const& c) { return c.allowed_repositories == Texts{"https://github.com/a", "https://"}; }},
+         [](auto const& c) {
+             return c.allowed_repositories == Texts{"https://github.com/a", "https://"};
+         }},
         {R"("blockedRepositories":["https://github.com/a"])",
          [](auto const& c) { return c.blocked_repositories == Texts{"https://github.com/a"}; }},
         {R"("shareIdleTime":12.5)", [](auto const& c) { return c.share_idle_time == 12.5; }},
@@ -439,7 +485,8 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
         {R"("logDir":"/l")", [](auto const& c) { return c.log_dir == "/l"; }},
         {R"("monitorLogEnabled":false)", [](auto const& c) { return !c.monitor_log; }},
         {R"("debug":true)", [](auto const& c) { return c.debug; }},
-        {R"("title":"t","description":"d")", [](auto const& c) { return c.title == "t" && c.description == "d"; }},
+        {R"("title":"t","description":"d")",
+         [](auto const& c) { return c.title == "t" && c.description == "d"; }},
         {R"("persistantDockerImages":["r:t"])",
          [](auto const& c) { return c.containers.persistent_images == std::vector<std::string>{"r:t"}; }},
         {R"("docker":false)", [](auto const& c) { return !c.containers.persistent_images; }},
@@ -454,20 +501,24 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
         // ours
         {R"("stateDir":"/s")", [](auto const& c) { return c.state_dir == "/s"; }},
         {R"("startTimeout":20)", [](auto const& c) { return c.start_timeout == std::chrono::seconds(20); }},
-        {R"("reconnectGrace":1.5)", [](auto const& c) { return c.reconnect_grace == std::chrono::milliseconds(1500); }},
-        {R"("simulationLogDays":0.5)", [](auto const& c) { return c.simulation_log_keep == std::chrono::hours(12); }},
+        {R"("reconnectGrace":1.5)",
+         [](auto const& c) { return c.reconnect_grace == std::chrono::milliseconds(1500); }},
+        {R"("simulationLogDays":0.5)",
+         [](auto const& c) { return c.simulation_log_keep == std::chrono::hours(12); }},
         {R"("loadFormula":"reference")", [](auto const& c) { return !c.strict_load; }},
         {R"("fetchMemory":256)", [](auto const& c) { return c.fetch_memory == std::uint64_t{256} << 20; }},
         {R"("fetchDisk":0.5)", [](auto const& c) { return c.fetch_disk == std::uint64_t{512} << 20; }},
         {R"("cacheSize":1)", [](auto const& c) { return c.cache_bytes == std::uint64_t{1} << 30; }},
-        {R"("connectionsPerAddress":3)", [](auto const& c) { return c.network.connections_per_address == 3; }},
+        {R"("connectionsPerAddress":3)",
+         [](auto const& c) { return c.network.connections_per_address == 3; }},
         {R"("simulationsPerAddress":7)", [](auto const& c) { return c.simulations_per_address == 7; }},
         {R"("simulationsPerAddress":0)", [](auto const& c) { return c.simulations_per_address == 0; }},
         {R"("trustedProxies":["10.0.0.0/8"])",
          [](auto const& c) { return c.network.trusted_proxies == std::vector<std::string>{"10.0.0.0/8"}; }},
     };
     for (auto const& [text, arrived] : rows) {
-        auto const configured = parse_simulation_config(std::string(R"({"server":"h",)") + text + "}", "c.json");
+        auto const configured =
+            parse_simulation_config(std::string(R"({"server":"h",)") + text + "}", "c.json");
         BOOST_TEST_REQUIRE(configured.has_value(), text);
         BOOST_TEST(configured->warnings.empty(), text);
         BOOST_TEST(arrived(configured->config), text);
@@ -478,13 +529,15 @@ BOOST_AUTO_TEST_CASE(addresses_of_multimedia_hold_nothing_that_would_end_their_o
 {
     for (std::string const address : {"a b", "a;ssl", "a\\\"", "a\\t"})
         for (std::string const key : {"multimediaServer", "multimediaStream"})
-            BOOST_TEST(parse_simulation_config("{\"" + key + "\":\"" + address + "\"}", "c.json").has_error(), address);
+            BOOST_TEST(parse_simulation_config("{\"" + key + "\":\"" + address + "\"}", "c.json").has_error(),
+                       address);
 }
 
 BOOST_AUTO_TEST_CASE(trusted_proxies_are_addresses_and_networks)
 {
     auto const parse = [](std::string_view list) {
-        return parse_session_config(R"({"port":1,"simulationServers":[],"trustedProxies":)" + std::string(list) + "}", "c.json");
+        return parse_session_config(
+            R"({"port":1,"simulationServers":[],"trustedProxies":)" + std::string(list) + "}", "c.json");
     };
     BOOST_TEST(parse(R"(["127.0.0.1","10.0.0.0/8","::1","2001:db8::/32"])")->warnings.empty());
     BOOST_TEST(parse("[]")->config.network.trusted_proxies.empty());
@@ -492,15 +545,19 @@ BOOST_AUTO_TEST_CASE(trusted_proxies_are_addresses_and_networks)
                    (std::vector<std::string>{"127.0.0.0/8", "::1"}),
                boost::test_tools::per_element());
     BOOST_TEST(parse(R"(["::1","10.0.0.1/8"])").error().message() ==
-               "c.json: key \"trustedProxies\", entry 2: expected an address or a network without bits set beyond it, as in "
+               "c.json: key \"trustedProxies\", entry 2: expected an address or a network without bits set "
+               "beyond it, as in "
                "\"127.0.0.1\", \"10.0.0.0/8\" or \"::1\", found the string \"10.0.0.1/8\"");
-    for (auto const* bad : {R"("127.0.0.1")", "[5]", R"(["localhost"])", R"(["10.0.0.0/33"])", R"([""])", R"(["127.0.0.1:80"])"})
+    for (auto const* bad : {R"("127.0.0.1")", "[5]", R"(["localhost"])", R"(["10.0.0.0/33"])", R"([""])",
+                            R"(["127.0.0.1:80"])"})
         BOOST_TEST(!parse(bad), bad);
 }
 
 BOOST_AUTO_TEST_CASE(an_address_may_have_three_quarters_of_the_simulations_unless_the_operator_says_otherwise)
 {
-    auto const share = [](std::string_view text) { return parse_simulation_config(text, "c.json")->config.simulations_per_address; };
+    auto const share = [](std::string_view text) {
+        return parse_simulation_config(text, "c.json")->config.simulations_per_address;
+    };
     BOOST_TEST(share("{}") == 75);
     BOOST_TEST(SimulationConfig().simulations_per_address == 75);
     BOOST_TEST(share(R"({"maxConnections":20})") == 15);
@@ -509,13 +566,15 @@ BOOST_AUTO_TEST_CASE(an_address_may_have_three_quarters_of_the_simulations_unles
     BOOST_TEST(share(R"({"maxConnections":100,"port":65515})") == 15, "of what there are ports for");
     BOOST_TEST(share(R"({"maxConnections":20,"simulationsPerAddress":20})") == 20);
     for (auto const* bad : {"-1", "10001", "1.5", "\"5\"", "null"})
-        BOOST_TEST(!parse_simulation_config(R"({"simulationsPerAddress":)" + std::string(bad) + "}", "c.json"), bad);
+        BOOST_TEST(
+            !parse_simulation_config(R"({"simulationsPerAddress":)" + std::string(bad) + "}", "c.json"), bad);
 }
 
 BOOST_AUTO_TEST_CASE(a_client_may_ask_for_so_many_sessions_at_once_and_so_many_a_second)
 {
     auto const parse = [](std::string_view keys) {
-        return parse_session_config(R"({"port":1,"simulationServers":[])" + std::string(keys) + "}", "c.json");
+        return parse_session_config(R"({"port":1,"simulationServers":[])" + std::string(keys) + "}",
+                                    "c.json");
     };
     BOOST_TEST(parse("")->config.session_burst == 200);
     BOOST_TEST(parse("")->config.session_rate == 10);
@@ -524,20 +583,24 @@ BOOST_AUTO_TEST_CASE(a_client_may_ask_for_so_many_sessions_at_once_and_so_many_a
     BOOST_TEST(configured.config.session_burst == 5);
     BOOST_TEST(configured.config.session_rate == 0.5);
     BOOST_TEST(parse(R"(,"sessionBurst":0,"sessionRate":0)").has_value());
-    BOOST_TEST(parse(R"(,"sessionRate":0.001)").error().message() ==
-               "c.json: key \"sessionRate\": expected 0, or a number from 0.01 to 100000, found the number 1E-3");
-    for (auto const* bad : {R"(,"sessionBurst":-1)", R"(,"sessionBurst":1.5)", R"(,"sessionBurst":100001)", R"(,"sessionRate":-1)",
-                            R"(,"sessionRate":"10")", R"(,"sessionRate":null)"})
+    BOOST_TEST(
+        parse(R"(,"sessionRate":0.001)").error().message() ==
+        "c.json: key \"sessionRate\": expected 0, or a number from 0.01 to 100000, found the number 1E-3");
+    for (auto const* bad : {R"(,"sessionBurst":-1)", R"(,"sessionBurst":1.5)", R"(,"sessionBurst":100001)",
+                            R"(,"sessionRate":-1)", R"(,"sessionRate":"10")", R"(,"sessionRate":null)"})
         BOOST_TEST(!parse(bad), bad);
 }
 
 BOOST_AUTO_TEST_CASE(trust_in_everybody_is_warned_of)
 {
     for (std::string const everybody : {"0.0.0.0/0", "::/0"}) {
-        auto const configured = parse_simulation_config(R"({"server":"h","trustedProxies":[")" + everybody + "\"]}", "c.json").value();
-        BOOST_TEST(configured.warnings == std::vector<std::string>{
-            "c.json: key \"trustedProxies\": \"" + everybody +
-            "\" is everybody: no client is limited, and each can pass for another"});
+        auto const configured =
+            parse_simulation_config(R"({"server":"h","trustedProxies":[")" + everybody + "\"]}", "c.json")
+                .value();
+        BOOST_TEST(
+            configured.warnings ==
+            std::vector<std::string>{"c.json: key \"trustedProxies\": \"" + everybody +
+                                     "\" is everybody: no client is limited, and each can pass for another"});
     }
 }
 
@@ -547,26 +610,35 @@ BOOST_AUTO_TEST_CASE(a_short_timeout_counts_as_two_hours_as_it_always_did)
     auto const configured = parse_simulation_config(R"({"server":"h","timeout":359})", "c.json").value();
     BOOST_TEST((configured.config.timeout == std::chrono::seconds(7200)));
     BOOST_TEST(configured.warnings.size() == 1u);
-    BOOST_TEST((parse_simulation_config(R"({"timeout":360})", "c.json")->config.timeout == std::chrono::seconds(360)));
+    BOOST_TEST((parse_simulation_config(R"({"timeout":360})", "c.json")->config.timeout ==
+                std::chrono::seconds(360)));
 }
 
 // Quirk Q31.
 BOOST_AUTO_TEST_CASE(the_older_name_of_server_is_an_alias)
 {
-    BOOST_TEST(parse_simulation_config(R"({"fullyQualifiedDomainName":"h"})", "c.json")->config.server == "h");
-    BOOST_TEST(parse_simulation_config(R"({"fullyQualifiedDomainName":"h","server":"s"})", "c.json")->config.server == "s");
+    BOOST_TEST(parse_simulation_config(R"({"fullyQualifiedDomainName":"h"})", "c.json")->config.server ==
+               "h");
+    BOOST_TEST(parse_simulation_config(R"({"fullyQualifiedDomainName":"h","server":"s"})", "c.json")
+                   ->config.server == "s");
 }
 
 BOOST_AUTO_TEST_CASE(registries_are_a_string_or_a_list)
 {
-    auto const notify = [](std::string_view text) { return parse_simulation_config(text, "c.json")->config.notify; };
-    BOOST_TEST(notify("{}") == std::vector<std::string>{"https://webots.cloud/ajax/server/setup.php"}, boost::test_tools::per_element());
-    BOOST_TEST(notify(R"({"notify":"http://a"})") == std::vector<std::string>{"http://a"}, boost::test_tools::per_element());
+    auto const notify = [](std::string_view text) {
+        return parse_simulation_config(text, "c.json")->config.notify;
+    };
+    BOOST_TEST(notify("{}") == std::vector<std::string>{"https://webots.cloud/ajax/server/setup.php"},
+               boost::test_tools::per_element());
+    BOOST_TEST(notify(R"({"notify":"http://a"})") == std::vector<std::string>{"http://a"},
+               boost::test_tools::per_element());
     BOOST_TEST(notify(R"({"notify":[]})").empty());
     BOOST_TEST(!parse_simulation_config(R"({"notify":5})", "c.json"));
-    BOOST_TEST(parse_simulation_config(R"({"notify":["https://a","webots.cloud"]})", "c.json").error().message() ==
-               "c.json: key \"notify\": expected addresses that start with https:// or http://, or [] for none, found the list "
-               "[\"https://a\",\"webots.cloud\"]");
+    BOOST_TEST(
+        parse_simulation_config(R"({"notify":["https://a","webots.cloud"]})", "c.json").error().message() ==
+        "c.json: key \"notify\": expected addresses that start with https:// or http://, or [] for none, "
+        "found the list "
+        "[\"https://a\",\"webots.cloud\"]");
     for (auto const* bad : {"webots.cloud", "", "https://", "ftp://a", "https:///a"})
         BOOST_TEST(!parse_simulation_config(R"({"notify":")" + std::string(bad) + "\"}", "c.json"), bad);
 }
@@ -574,8 +646,9 @@ BOOST_AUTO_TEST_CASE(registries_are_a_string_or_a_list)
 BOOST_AUTO_TEST_CASE(forges_are_urls_or_folders_beside_the_file)
 {
     auto const configured =
-        parse_simulation_config(R"({"forges":["https://git.example.org/",{"url":"local:","directory":"../x"}]})",
-                                "/etc/w/simulation/c.json")
+        parse_simulation_config(
+            R"({"forges":["https://git.example.org/",{"url":"local:","directory":"../x"}]})",
+            "/etc/w/simulation/c.json")
             .value();
     BOOST_TEST(configured.config.forges[0].url == "https://git.example.org");
     BOOST_TEST(configured.config.forges[1].directory == "/etc/w/x");
@@ -585,11 +658,13 @@ BOOST_AUTO_TEST_CASE(forges_are_urls_or_folders_beside_the_file)
 
 BOOST_AUTO_TEST_CASE(both_servers_know_who_may_ask_them)
 {
-    auto const none = parse_session_config(R"({"port":1,"simulationServers":[]})", "c.json").value().config.access;
+    auto const none =
+        parse_session_config(R"({"port":1,"simulationServers":[]})", "c.json").value().config.access;
     BOOST_TEST((none == AccessConfig()));
     BOOST_TEST(!none.allowed_origins.has_value());
-    std::string const keys = R"("hostNames":["lab7"],"allowedOrigins":["https://*.example.org","null"],"frameAncestors":[],)"
-                             R"("monitorPassword":"p","monitorAddresses":["10.0.0.0/8"],"operatorTokenFile":"/t","operatorSocket":"/s")";
+    std::string const keys =
+        R"("hostNames":["lab7"],"allowedOrigins":["https://*.example.org","null"],"frameAncestors":[],)"
+        R"("monitorPassword":"p","monitorAddresses":["10.0.0.0/8"],"operatorTokenFile":"/t","operatorSocket":"/s")";
     auto const access = parse_simulation_config("{" + keys + "}", "c.json").value().config.access;
     BOOST_TEST(access.host_names == (std::vector<std::string>{"lab7"}));
     BOOST_TEST(*access.allowed_origins == (std::vector<std::string>{"https://*.example.org", "null"}));
@@ -598,7 +673,9 @@ BOOST_AUTO_TEST_CASE(both_servers_know_who_may_ask_them)
     BOOST_TEST(access.monitor_addresses == (std::vector<std::string>{"10.0.0.0/8"}));
     BOOST_TEST(access.operator_token_file == "/t");
     BOOST_TEST(access.operator_socket == "/s");
-    BOOST_TEST((parse_session_config(R"({"port":1,"simulationServers":[],)" + keys + "}", "c.json").value().config.access == access));
+    BOOST_TEST((parse_session_config(R"({"port":1,"simulationServers":[],)" + keys + "}", "c.json")
+                    .value()
+                    .config.access == access));
     BOOST_TEST(session_error(R"({"port":1,"simulationServers":[],"allowedOrigins":["example.org"]})") ==
                "c.json: key \"allowedOrigins\": expected a list of sites, as in \"https://example.org\", "
                "\"https://*.example.org\" or \"*\", found the list [\"example.org\"]");
@@ -608,15 +685,19 @@ BOOST_AUTO_TEST_CASE(both_servers_know_who_may_ask_them)
 
 BOOST_AUTO_TEST_CASE(a_certificate_and_its_key_are_given_together)
 {
-    auto const both = parse_session_config(
-        R"({"port":1,"simulationServers":[],"sslCertificate":"/c","sslKey":"/k","connectionsPerAddress":7})", "c.json").value();
+    auto const both =
+        parse_session_config(
+            R"({"port":1,"simulationServers":[],"sslCertificate":"/c","sslKey":"/k","connectionsPerAddress":7})",
+            "c.json")
+            .value();
     BOOST_TEST(both.warnings.empty());
     BOOST_TEST(both.config.network.ssl_certificate == "/c");
     BOOST_TEST(both.config.network.ssl_key == "/k");
     BOOST_TEST(both.config.network.connections_per_address == 7);
     BOOST_TEST(parse_simulation_config("{}", "c.json")->config.network.connections_per_address == 1000);
     BOOST_TEST(session_error(R"({"port":1,"simulationServers":[],"sslKey":"/k"})") ==
-               "c.json: key \"sslCertificate\" is missing: expected the file of the certificate that \"sslKey\" belongs to");
+               "c.json: key \"sslCertificate\" is missing: expected the file of the certificate that "
+               "\"sslKey\" belongs to");
     BOOST_TEST(!parse_simulation_config(R"({"sslCertificate":"/c"})", "c.json"));
 }
 
@@ -659,10 +740,12 @@ BOOST_AUTO_TEST_CASE(mail_keys_have_defaults_and_the_login_may_differ_from_the_s
 BOOST_AUTO_TEST_CASE(an_administrator_without_a_mail_server_or_a_sender_is_dropped_with_a_warning)
 {
     auto const no_server = parse_session_config(
-        R"({"port":1,"simulationServers":[],"administrator":"a@b.org","mailSender":"c@d.org","mailServer":""})", "c.json");
+        R"({"port":1,"simulationServers":[],"administrator":"a@b.org","mailSender":"c@d.org","mailServer":""})",
+        "c.json");
     BOOST_TEST(no_server->config.administrator.empty());
     BOOST_TEST(no_server->warnings ==
-                   (std::vector<std::string>{"c.json: key \"administrator\" is ignored: no e-mails without \"mailServer\""}),
+                   (std::vector<std::string>{
+                       "c.json: key \"administrator\" is ignored: no e-mails without \"mailServer\""}),
                boost::test_tools::per_element());
     auto const no_sender = parse_session_config(
         R"({"port":1,"simulationServers":[],"administrator":"a@b.org","mailServer":"m"})", "c.json");
@@ -672,9 +755,11 @@ BOOST_AUTO_TEST_CASE(an_administrator_without_a_mail_server_or_a_sender_is_dropp
 
 BOOST_AUTO_TEST_CASE(mail_keys_that_could_forge_a_mail_are_refused)
 {
-    auto const with = [](std::string const& key) { return R"({"port":1,"simulationServers":[],)" + key + "}"; };
-    BOOST_TEST(session_error(with(R"("administrator":"a@b.org\r\nBcc: c@d.org")")).find("expected an e-mail address") !=
-               std::string::npos);
+    auto const with = [](std::string const& key) {
+        return R"({"port":1,"simulationServers":[],)" + key + "}";
+    };
+    BOOST_TEST(session_error(with(R"("administrator":"a@b.org\r\nBcc: c@d.org")"))
+                   .find("expected an e-mail address") != std::string::npos);
     BOOST_TEST(session_error(with(R"("mailSender":"<a@b.org>")")) ==
                "c.json: key \"mailSender\": expected an e-mail address, found the string \"<a@b.org>\"");
     BOOST_TEST(session_error(with(R"("mailServer":"smtp://m")")) ==
@@ -704,7 +789,8 @@ BOOST_AUTO_TEST_CASE(a_mail_password_is_any_text_without_control_characters_and_
 BOOST_AUTO_TEST_CASE(no_message_shows_the_password_of_the_monitor)
 {
     for (auto const* bad : {R"("secret\n")", "12345"})
-        BOOST_TEST(session_error(R"({"port":1,"simulationServers":[],"monitorPassword":)" + std::string(bad) + "}") ==
+        BOOST_TEST(session_error(R"({"port":1,"simulationServers":[],"monitorPassword":)" + std::string(bad) +
+                                 "}") ==
                    "c.json: key \"monitorPassword\": expected a string without control characters, "
                    "found something else");
 }
@@ -725,8 +811,8 @@ BOOST_AUTO_TEST_CASE(values_that_reach_requests_commands_and_file_names_have_no_
         for (auto const* value : {R"("https://a\r\nX: b")", R"("https://a\u001b[2J")", R"("https://a\u0000")",
                                   R"("https://a\u0085b")"})
             refused(key, value);
-    for (auto const* key :
-         {"allowedRepositories", "blockedRepositories", "forges", "notify", "persistantDockerImages", "simulatorEnvironment"})
+    for (auto const* key : {"allowedRepositories", "blockedRepositories", "forges", "notify",
+                            "persistantDockerImages", "simulatorEnvironment"})
         refused(key, R"(["https://a\nb"])");
     auto const shown = parse_simulation_config(R"({"title":"A\tB","description":"Two\nlines"})", "c.json");
     BOOST_TEST(shown->config.description == "Two\nlines");

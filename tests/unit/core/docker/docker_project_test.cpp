@@ -122,9 +122,10 @@ BOOST_AUTO_TEST_CASE(the_participant_of_a_competition_becomes_an_extern_controll
 
 BOOST_AUTO_TEST_CASE(each_image_of_a_project_s_dockerfile_has_our_label)
 {
-    BOOST_TEST(with_server_label("# FROM a \\\nARG x\nFROM a \\\n  AS b\nRUN echo \\\nFROM nothing\nfrom c", "s") ==
-               "# FROM a \\\nARG x\nFROM a \\\n  AS b\nLABEL webots_cloud.server=s\nRUN echo \\\nFROM nothing\nfrom c\n"
-               "LABEL webots_cloud.server=s\n");
+    BOOST_TEST(with_server_label("# FROM a \\\nARG x\nFROM a \\\n  AS b\nRUN echo \\\nFROM nothing\nfrom c",
+                                 "s") == "# FROM a \\\nARG x\nFROM a \\\n  AS b\nLABEL "
+                                         "webots_cloud.server=s\nRUN echo \\\nFROM nothing\nfrom c\n"
+                                         "LABEL webots_cloud.server=s\n");
     BOOST_TEST(with_server_label("", "s") == "\n");
 }
 
@@ -137,7 +138,8 @@ BOOST_AUTO_TEST_CASE(the_env_file_holds_what_compose_puts_into_its_file)
                         "MAKE=0\n"
                         "PORT=2001\n"
                         "COMPOSE_PROJECT_NAME=webots-2000-1f3a9c4d-aa-1\n"
-                        "WEBOTS=\"/usr/local/webots/webots --batch --mode=pause --minimize --no-rendering --port=2001 --heartbeat=5000 "
+                        "WEBOTS=\"/usr/local/webots/webots --batch --mode=pause --minimize --no-rendering "
+                        "--port=2001 --heartbeat=5000 "
                         "--stream /usr/local/webots-project/worlds/arena.wbt\"\n"
                         "DISPLAY=:0\n"
                         "SERVER=webots-2000-1f3a9c4d\n"
@@ -218,9 +220,12 @@ BOOST_AUTO_TEST_CASE(compose_files_may_refer_to_what_the_operator_lists_but_the_
                                                  {"COMPOSE_FILE", "evil"},
                                                  {"LAB", "l"}},
                                                 {"ROS_*", "PATH=/opt/bin", "*", "MODE=1"});
-    Variables const expected{{"PATH", "/opt/bin"},    {"LAB", "l"},
-                             {"MODE", "1"},           {"ROS_DOMAIN_ID", "7"},
-                             {"DOCKER_BUILDKIT", "0"}, {"PYTHONUNBUFFERED", "1"}};
+    Variables const expected{{"PATH", "/opt/bin"},
+                             {"LAB", "l"},
+                             {"MODE", "1"},
+                             {"ROS_DOMAIN_ID", "7"},
+                             {"DOCKER_BUILDKIT", "0"},
+                             {"PYTHONUNBUFFERED", "1"}};
     BOOST_TEST((environment == expected));
 }
 

@@ -59,7 +59,8 @@ BOOST_AUTO_TEST_CASE(a_ref_matches_whole_segments_only)
 
 BOOST_AUTO_TEST_CASE(what_is_no_ref_is_named_without_the_folder_after_it)
 {
-    std::vector const refs{ref("refs/heads/main", 'a'), ref("refs/heads/team/red", 'b'), ref("refs/tags/team/v1/final", 'c')};
+    std::vector const refs{ref("refs/heads/main", 'a'), ref("refs/heads/team/red", 'b'),
+                           ref("refs/tags/team/v1/final", 'c')};
     auto const named = [&](std::string_view path) { return resolved(path, refs); };
     BOOST_TEST(named("mian/projects/robots") == "has no branch or tag \"mian\"");
     BOOST_TEST(named("team/green/projects/robots") == "has no branch or tag \"team/green\"");

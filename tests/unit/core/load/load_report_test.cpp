@@ -72,7 +72,8 @@ BOOST_AUTO_TEST_CASE(our_own_servers_say_more_and_are_understood)
 
 BOOST_AUTO_TEST_CASE(the_refusal_quotes_what_was_found)
 {
-    BOOST_TEST(parse_load_report("<b>\n").error().message() == "the load must be a number from 0 up, found \"<b>\\x0a\"");
+    BOOST_TEST(parse_load_report("<b>\n").error().message() ==
+               "the load must be a number from 0 up, found \"<b>\\x0a\"");
 }
 
 BOOST_AUTO_TEST_SUITE_END()

@@ -9,7 +9,9 @@ BOOST_AUTO_TEST_SUITE(metrics_text)
 BOOST_AUTO_TEST_CASE(families_and_values_are_written_as_prometheus_reads_them)
 {
     MetricsText metrics;
-    metrics.family("servers", "gauge", "Simulation servers by state.").add(3, {{"state", "up"}}).add(0.5, {{"state", "x"}, {"b", "c"}});
+    metrics.family("servers", "gauge", "Simulation servers by state.")
+        .add(3, {{"state", "up"}})
+        .add(0.5, {{"state", "x"}, {"b", "c"}});
     metrics.family("polls_total", "counter", "Polls.").add(12345678);
     BOOST_TEST(metrics.take() == "# HELP webots_servers Simulation servers by state.\n"
                                  "# TYPE webots_servers gauge\n"

@@ -34,7 +34,10 @@ SessionRow row(std::string address, std::optional<double> load)
     return row;
 }
 
-bool contains(std::string const& page, std::string_view text) { return page.find(text) != std::string::npos; }
+bool contains(std::string const& page, std::string_view text)
+{
+    return page.find(text) != std::string::npos;
+}
 
 } // namespace
 
@@ -98,7 +101,8 @@ BOOST_AUTO_TEST_CASE(every_value_is_escaped)
     hostile_row.world = hostile_row.state = hostile_row.log = "<script>";
     simulation.simulations = {hostile_row};
     simulation.notify = {"https://<script>/x", "<script>"};
-    simulation.host.system = simulation.host.name = simulation.host.processor = simulation.host.gpu = "<script>";
+    simulation.host.system = simulation.host.name = simulation.host.processor = simulation.host.gpu =
+        "<script>";
     BOOST_TEST(!contains(simulation_monitor_page(simulation), "<script>"));
 }
 
@@ -119,11 +123,12 @@ BOOST_AUTO_TEST_CASE(the_simulation_page_has_every_figure_of_the_reference)
     view.allowed = {"https://github.com/cyberbotics", "local:/demo"};
     view.notify = {"https://webots.cloud/ajax/server/setup.php"};
     auto const page = simulation_monitor_page(view);
-    for (auto const* text : {"<title>Webots simulation server</title>", "<h1>Lab 7</h1>", "<p>Ask Ada.</p>", "Current load: ",
-                             ">12.35%</b>", "Debian GNU/Linux 12 (lab7)", ">25.0%</b> Fast One (2x 8 cores)", "Not recognized",
-                             ">50.0%</b> of 32.0GB, swap ", "Allowed Repositories",
-                             "<a href=\"https://github.com/cyberbotics\">", "<td>local:/demo</td>", "Share Idle Time: <b>50.0%</b>",
-                             "<a href=\"https://webots.cloud\">"})
+    for (auto const* text :
+         {"<title>Webots simulation server</title>", "<h1>Lab 7</h1>", "<p>Ask Ada.</p>",
+          "Current load: ", ">12.35%</b>", "Debian GNU/Linux 12 (lab7)", ">25.0%</b> Fast One (2x 8 cores)",
+          "Not recognized", ">50.0%</b> of 32.0GB, swap ", "Allowed Repositories",
+          "<a href=\"https://github.com/cyberbotics\">", "<td>local:/demo</td>",
+          "Share Idle Time: <b>50.0%</b>", "<a href=\"https://webots.cloud\">"})
         BOOST_TEST(contains(page, text), text);
     BOOST_TEST(!contains(page, "Blocked Repositories"));
     view.title.clear();
@@ -141,7 +146,8 @@ BOOST_AUTO_TEST_CASE(graphics_processors_are_shown_with_their_load_and_memory)
     view.sample.gpu_compute = 35;
     view.sample.gpu_memory = 75;
     auto const page = simulation_monitor_page(view);
-    for (auto const* text : {"GPU load compute", ">35.0%</b> 2x NVIDIA T4 (15.8GB)", "GPU RAM usage", ">75.0%</b>"})
+    for (auto const* text :
+         {"GPU load compute", ">35.0%</b> 2x NVIDIA T4 (15.8GB)", "GPU RAM usage", ">75.0%</b>"})
         BOOST_TEST(contains(page, text), text);
     BOOST_TEST(!contains(page, "Not recognized"));
 }

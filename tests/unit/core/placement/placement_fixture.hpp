@@ -63,7 +63,8 @@ struct OneMachine : Fixture
 {
     explicit OneMachine(SchedulerParams params = {}) : Fixture(std::move(params), {"a"}) {}
 
-    /// A minute without sessions, and one with four that cost 12 % each. Returns the time of the last report of that.
+    /// A minute without sessions, and one with four that cost 12 % each. Returns the time of the last report
+    /// of that.
     TimePoint teach_cost()
     {
         TimePoint now = start;

@@ -23,7 +23,8 @@ BOOST_AUTO_TEST_SUITE(world_url)
 
 BOOST_AUTO_TEST_CASE(a_world_at_the_root_of_a_repository)
 {
-    auto const project = parse_world_url("https://github.com/owner/repo/blob/main/worlds/a.wbt", forges).value();
+    auto const project =
+        parse_world_url("https://github.com/owner/repo/blob/main/worlds/a.wbt", forges).value();
     BOOST_TEST(project.forge == "https://github.com");
     BOOST_TEST(project.owner == "owner");
     BOOST_TEST(project.repository == "repo");
@@ -41,21 +42,26 @@ BOOST_AUTO_TEST_CASE(folders_and_slashes_in_the_ref_stay_together_for_the_reposi
 
 BOOST_AUTO_TEST_CASE(a_configured_forge_may_have_a_port_a_path_and_plain_http)
 {
-    auto const project = parse_world_url("http://localhost:8080/git/o/r/blob/main/worlds/a.wbt", forges).value();
+    auto const project =
+        parse_world_url("http://localhost:8080/git/o/r/blob/main/worlds/a.wbt", forges).value();
     BOOST_TEST(project.clone_url() == "http://localhost:8080/git/o/r.git");
 }
 
 BOOST_AUTO_TEST_CASE(percent_encoding_is_decoded_once)
 {
-    BOOST_TEST(parse_world_url("https://github.com/o/r/blob/main/my%20worlds/worlds/a%20b.wbt", forges)->world == "a b.wbt");
-    BOOST_TEST(parse_world_url("https://github.com/o/r/blob/main/worlds/a%2520b.wbt", forges)->world == "a%20b.wbt");
+    BOOST_TEST(
+        parse_world_url("https://github.com/o/r/blob/main/my%20worlds/worlds/a%20b.wbt", forges)->world ==
+        "a b.wbt");
+    BOOST_TEST(parse_world_url("https://github.com/o/r/blob/main/worlds/a%2520b.wbt", forges)->world ==
+               "a%20b.wbt");
     BOOST_TEST(refusal_of("https://github.com/o/r/blob/main/worlds/a%2.wbt") ==
                "Wrong Webots simulation URL: malformed percent-encoding");
 }
 
 BOOST_AUTO_TEST_CASE(query_and_fragment_are_ignored)
 {
-    BOOST_TEST(parse_world_url("https://github.com/o/r/blob/main/worlds/a.wbt?raw=1#L3", forges)->world == "a.wbt");
+    BOOST_TEST(parse_world_url("https://github.com/o/r/blob/main/worlds/a.wbt?raw=1#L3", forges)->world ==
+               "a.wbt");
 }
 
 BOOST_AUTO_TEST_CASE(the_error_texts_are_those_browsers_know)
@@ -63,18 +69,23 @@ BOOST_AUTO_TEST_CASE(the_error_texts_are_those_browsers_know)
     BOOST_TEST(refusal_of("https://github.com/o/r/blob/a.wbt") == "Wrong Webots simulation URL");
     BOOST_TEST(refusal_of("https://github.com/o/r/raw/main/worlds/a.wbt") ==
                "Missing blob in Webots simulation URL, founds raw");
-    BOOST_TEST(refusal_of("https://github.com/o/r/blob/main/world/a.wbt") == "Missing worlds folder in Webots simulation URL");
-    BOOST_TEST(refusal_of("https://github.com/o/r/blob/main/worlds/a.txt") == "Missing world file in Webots simulation URL");
-    BOOST_TEST(refusal_of("https://github.com/o/r/blob/main/worlds/.wbt") == "Missing world file in Webots simulation URL");
-    BOOST_TEST(refusal_of("https://gitlab.com/o/r/blob/main/worlds/a.wbt").starts_with("Unsupported URL protocol: "));
+    BOOST_TEST(refusal_of("https://github.com/o/r/blob/main/world/a.wbt") ==
+               "Missing worlds folder in Webots simulation URL");
+    BOOST_TEST(refusal_of("https://github.com/o/r/blob/main/worlds/a.txt") ==
+               "Missing world file in Webots simulation URL");
+    BOOST_TEST(refusal_of("https://github.com/o/r/blob/main/worlds/.wbt") ==
+               "Missing world file in Webots simulation URL");
+    BOOST_TEST(refusal_of("https://gitlab.com/o/r/blob/main/worlds/a.wbt")
+                   .starts_with("Unsupported URL protocol: "));
 }
 
 BOOST_AUTO_TEST_CASE(a_forge_is_a_whole_prefix_and_never_a_part_of_a_name)
 {
-    for (auto const* url : {"https://github.com.evil.org/o/r/blob/main/worlds/a.wbt",
-                            "https://github.com@evil.org/o/r/blob/main/worlds/a.wbt",
-                            "http://github.com/o/r/blob/main/worlds/a.wbt", "file:///o/r/blob/main/worlds/a.wbt",
-                            "https://github.com:443/o/r/blob/main/worlds/a.wbt"})
+    for (auto const* url :
+         {"https://github.com.evil.org/o/r/blob/main/worlds/a.wbt",
+          "https://github.com@evil.org/o/r/blob/main/worlds/a.wbt",
+          "http://github.com/o/r/blob/main/worlds/a.wbt", "file:///o/r/blob/main/worlds/a.wbt",
+          "https://github.com:443/o/r/blob/main/worlds/a.wbt"})
         BOOST_TEST(refusal_of(url).starts_with("Unsupported URL protocol: "), url);
 }
 

@@ -38,10 +38,11 @@ BOOST_AUTO_TEST_CASE(an_allowed_prefix_covers_whole_segments_only)
 BOOST_AUTO_TEST_CASE(owners_compare_without_case_as_forges_do)
 {
     for (auto const covers : {allows, blocks}) {
-        BOOST_TEST(covers("https://github.com/Cyberbotics/", "https://github.com/cyberBOTICS/webots", github));
+        BOOST_TEST(
+            covers("https://github.com/Cyberbotics/", "https://github.com/cyberBOTICS/webots", github));
         BOOST_TEST(covers("https://github.com/evil", "https://github.com/%45vil/x", github));
-        BOOST_TEST(!covers("https://github.com/o/r/blob/Main", "https://github.com/o/r/blob/main/worlds/a.wbt",
-                           github));
+        BOOST_TEST(!covers("https://github.com/o/r/blob/Main",
+                           "https://github.com/o/r/blob/main/worlds/a.wbt", github));
     }
 }
 
@@ -59,7 +60,8 @@ BOOST_AUTO_TEST_CASE(a_malformed_rest_is_no_reason_to_take_it_for_another_reposi
 {
     for (auto const covers : {allows, blocks}) {
         BOOST_TEST(covers("https://github.com/o", "https://github.com/o/r/blob/main/worlds/50%.wbt", github));
-        BOOST_TEST(!covers("https://github.com/o", "https://github.com/%zz/r/blob/main/worlds/a.wbt", github));
+        BOOST_TEST(
+            !covers("https://github.com/o", "https://github.com/%zz/r/blob/main/worlds/a.wbt", github));
     }
 }
 
@@ -125,7 +127,8 @@ BOOST_AUTO_TEST_CASE(a_blocked_branch_is_blocked_under_all_its_names)
         BOOST_TEST(blocks("https://github.com/o/r/-/tree/main", world(ref), github), ref);
         BOOST_TEST(blocks("https://github.com/o/r", world(ref), github), ref);
     }
-    for (auto const* ref : {"mainly", "refs/heads/mainly", "refs/main", "refs/heads", "other/main", "main2/main"})
+    for (auto const* ref :
+         {"mainly", "refs/heads/mainly", "refs/main", "refs/heads", "other/main", "main2/main"})
         BOOST_TEST(!blocks(rule, world(ref), github), ref);
     BOOST_TEST(!blocks(rule, world(std::string(hash), "o/other"), github));
     BOOST_TEST(!blocks(rule, world("HEAD", "other/r"), github));
@@ -151,14 +154,26 @@ BOOST_AUTO_TEST_CASE(a_blocked_commit_blocks_branches_which_may_lead_to_it_but_n
 // Seen: `x.GIT` ran what `x` was blocked for.
 BOOST_AUTO_TEST_CASE(a_blocked_repository_is_blocked_however_rule_and_address_are_spelt)
 {
-    for (auto const* rule :
-         {"https://github.com/evil/x", "https://github.com/Evil/X/", "https://github.com/evil/x.git",
-          "https://github.com/evil/x.GIT", "https://github.com/evil/x.gIt/", "https://GitHub.com/evil/x",
-          "https://github.com:443/evil/x", "https://github.com./evil/x", "https://www.github.com/evil/x",
-          "http://github.com/evil/x", "github.com/evil/x", "https://me@github.com/evil/x",
-          "https://github.com//evil///x", "https://github.com/./evil/../evil/x", "https://github.com/%65vil/x",
-          "https://github.com/evil%2Fx", " https://github.com/evil/x ", "https://github.com/evil/x?tab=readme",
-          "https://github.com/evil/x#readme", "https://github.com/evil"})
+    for (auto const* rule : {"https://github.com/evil/x",
+                             "https://github.com/Evil/X/",
+                             "https://github.com/evil/x.git",
+                             "https://github.com/evil/x.GIT",
+                             "https://github.com/evil/x.gIt/",
+                             "https://GitHub.com/evil/x",
+                             "https://github.com:443/evil/x",
+                             "https://github.com./evil/x",
+                             "https://www.github.com/evil/x",
+                             "http://github.com/evil/x",
+                             "github.com/evil/x",
+                             "https://me@github.com/evil/x",
+                             "https://github.com//evil///x",
+                             "https://github.com/./evil/../evil/x",
+                             "https://github.com/%65vil/x",
+                             "https://github.com/evil%2Fx",
+                             " https://github.com/evil/x ",
+                             "https://github.com/evil/x?tab=readme",
+                             "https://github.com/evil/x#readme",
+                             "https://github.com/evil"})
         for (auto const* repository : {"evil/x", "EVIL/x", "evil/X", "evil/x.git", "evil/x.GIT", "evil/x.gIt",
                                        "/evil//x", "%65vil/x", "evil%2Fx", "./evil/y/../x"})
             BOOST_TEST(blocks(rule, world("main", repository), github), rule << " " << repository);
@@ -175,8 +190,9 @@ BOOST_AUTO_TEST_CASE(what_is_allowed_is_named_for_certain)
     BOOST_TEST(allows(rule, world("main/p"), github));
     BOOST_TEST(allows("https://github.com/O/R.git/tree/main", world("main/p"), github));
     BOOST_TEST(allows("https://GitHub.com:443//o/r/", world("other"), github));
-    for (auto const& ref : {std::string("refs/heads/main"), std::string("refs/tags/main"), std::string("HEAD"),
-                            std::string(hash), std::string("Main"), std::string("mainly")})
+    for (auto const& ref :
+         {std::string("refs/heads/main"), std::string("refs/tags/main"), std::string("HEAD"),
+          std::string(hash), std::string("Main"), std::string("mainly")})
         BOOST_TEST(!allows(rule, world(ref), github), ref);
     for (auto const* vague : {"http://github.com/o/r", "https://www.github.com/o/r", "github.com/o/r",
                               "https://github.com/o/r/commits/main", "https://github.com/o/r/-/tree/main",

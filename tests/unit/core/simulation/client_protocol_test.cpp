@@ -19,7 +19,8 @@ BOOST_AUTO_TEST_SUITE(client_protocol)
 // Protocol 4.1.1.
 BOOST_AUTO_TEST_CASE(the_shipped_clients_start_messages_are_understood)
 {
-    auto const plain = parse_client_message(R"({"start":{"url":"https://github.com/o/r/blob/m/worlds/a.wbt"}})");
+    auto const plain =
+        parse_client_message(R"({"start":{"url":"https://github.com/o/r/blob/m/worlds/a.wbt"}})");
     BOOST_TEST(start_of(plain).url == "https://github.com/o/r/blob/m/worlds/a.wbt");
     BOOST_TEST(start_of(plain).mode == "");
     BOOST_TEST(world_of(std::get<SimulationRequest>(plain)) == "https://github.com/o/r/blob/m/worlds/a.wbt");
@@ -32,9 +33,9 @@ BOOST_AUTO_TEST_CASE(a_controller_file_is_named_without_a_way_out_of_its_folder)
 {
     auto const good = parse_client_message(R"({"reset controller":"walk/lib/gait.py","start":{"url":"u"}})");
     BOOST_TEST(std::get<ResetControllerMessage>(good).file == "walk/lib/gait.py"); // it comes before `start`
-    for (auto const* value : {R"("walk")", R"("")", R"("/etc/passwd")", R"("walk/")", R"("../worlds/a.wbt")", R"("walk/../x/y")",
-                              R"("walk/./x")", R"("walk//x")", R"("walk/.git/config")", R"("a\\b/c")", R"("a/b\u0000")", "5", "null",
-                              R"(["walk","x"])"}) {
+    for (auto const* value : {R"("walk")", R"("")", R"("/etc/passwd")", R"("walk/")", R"("../worlds/a.wbt")",
+                              R"("walk/../x/y")", R"("walk/./x")", R"("walk//x")", R"("walk/.git/config")",
+                              R"("a\\b/c")", R"("a/b\u0000")", "5", "null", R"(["walk","x"])"}) {
         auto const message = parse_client_message(std::string(R"({"reset controller":)") + value + "}");
         BOOST_TEST(std::holds_alternative<MalformedMessage>(message), value);
     }
@@ -51,21 +52,26 @@ BOOST_AUTO_TEST_CASE(a_browser_returns_with_a_token)
 // Section 5.1.
 BOOST_AUTO_TEST_CASE(init_messages_are_lists_of_strings)
 {
-    auto const message = parse_client_message(R"({ "init" : [ "https://w.org", "p", "a.wbt", "", "\u00e9" ] })");
+    auto const message =
+        parse_client_message(R"({ "init" : [ "https://w.org", "p", "a.wbt", "", "\u00e9" ] })");
     auto const& request = std::get<SimulationRequest>(message);
     auto const& project = std::get<webots_cloud::WebsiteProject>(request);
     BOOST_TEST(project.project == "p");
     BOOST_TEST(project.user1_name == "\u00e9");
     BOOST_TEST(world_of(request) == "https://w.org/p/worlds/a.wbt");
-    for (auto const* text : {R"({"init":"p"})", R"({"init":{}})", R"({"init":["h","p",5]})", R"({"init":["h",null,"a.wbt"]})"})
-        BOOST_TEST((parse_client_message(text) == ClientMessage(MalformedMessage{"\"init\" must be a list of strings"})), text);
+    for (auto const* text :
+         {R"({"init":"p"})", R"({"init":{}})", R"({"init":["h","p",5]})", R"({"init":["h",null,"a.wbt"]})"})
+        BOOST_TEST((parse_client_message(text) ==
+                    ClientMessage(MalformedMessage{"\"init\" must be a list of strings"})),
+                   text);
 }
 
 // Protocol 4.1.1.
 BOOST_AUTO_TEST_CASE(init_goes_before_start)
 {
     auto const message = parse_client_message(R"({"start":{"url":"u"},"init":["h"]})");
-    BOOST_TEST((message == ClientMessage(MalformedMessage{"\"init\" must have three to nine elements, not 1"})));
+    BOOST_TEST(
+        (message == ClientMessage(MalformedMessage{"\"init\" must have three to nine elements, not 1"})));
 }
 
 // Protocol 4.1.1.
@@ -78,10 +84,11 @@ BOOST_AUTO_TEST_CASE(objects_that_ask_for_nothing_are_ignored)
 // Protocol 4.1.1.
 BOOST_AUTO_TEST_CASE(everything_that_killed_the_python_handler_gets_a_reason)
 {
-    for (auto const& text : {std::string("{"), std::string(), std::string("null"), std::string("5"), std::string("[]"),
-                             std::string(R"({"start":{}})"), std::string(R"({"start":{"url":5}})"),
-                             std::string(R"({"start":"u"})"), std::string(R"({"start":{"url":"u","mode":5}})"),
-                             std::string(10'000, '['), std::string("\xff\xfe"), std::string(R"({"start":{"url":"u"}}x)")}) {
+    for (auto const& text :
+         {std::string("{"), std::string(), std::string("null"), std::string("5"), std::string("[]"),
+          std::string(R"({"start":{}})"), std::string(R"({"start":{"url":5}})"),
+          std::string(R"({"start":"u"})"), std::string(R"({"start":{"url":"u","mode":5}})"),
+          std::string(10'000, '['), std::string("\xff\xfe"), std::string(R"({"start":{"url":"u"}}x)")}) {
         auto const message = parse_client_message(text);
         BOOST_TEST_REQUIRE(std::holds_alternative<MalformedMessage>(message), text);
         BOOST_TEST(!std::get<MalformedMessage>(message).reason.empty(), text);

@@ -21,9 +21,10 @@ BOOST_AUTO_TEST_SUITE(launch_plan)
 
 BOOST_AUTO_TEST_CASE(without_a_mode_webots_runs_minimised_with_a_bare_stream_option)
 {
-    BOOST_TEST(joined(webots_command("/w/webots", "", 2001, "/p/worlds/a b.wbt")) ==
-               "/w/webots|--batch|--mode=pause|--minimize|--no-rendering|--port=2001|--heartbeat=5000|--stream|"
-               "/p/worlds/a b.wbt");
+    BOOST_TEST(
+        joined(webots_command("/w/webots", "", 2001, "/p/worlds/a b.wbt")) ==
+        "/w/webots|--batch|--mode=pause|--minimize|--no-rendering|--port=2001|--heartbeat=5000|--stream|"
+        "/p/worlds/a b.wbt");
 }
 
 BOOST_AUTO_TEST_CASE(video_runs_unminimised)
@@ -37,15 +38,18 @@ BOOST_AUTO_TEST_CASE(where_the_browser_draws_webots_does_not_and_calls_the_mode_
 {
     auto const without_a_mode = webots_command("/w/webots", "", 2001, "/p/worlds/a.wbt");
     for (std::string const mode : {"x3d", "w3d"})
-        BOOST_TEST(joined(webots_command("/w/webots", mode, 2001, "/p/worlds/a.wbt")) == joined(without_a_mode), mode);
+        BOOST_TEST(joined(webots_command("/w/webots", mode, 2001, "/p/worlds/a.wbt")) ==
+                       joined(without_a_mode),
+                   mode);
 }
 
 BOOST_AUTO_TEST_CASE(the_old_command_line_has_one_stream_option_in_literal_quotes)
 {
     OldStream stream;
-    BOOST_TEST(joined(old_webots_command("/w/webots", stream, 2003, "/p/worlds/a.wbt")) ==
-               "/w/webots|--batch|--mode=pause|--minimize|--no-rendering|--stream=\"port=2003;monitorActivity\"|"
-               "/p/worlds/a.wbt");
+    BOOST_TEST(
+        joined(old_webots_command("/w/webots", stream, 2003, "/p/worlds/a.wbt")) ==
+        "/w/webots|--batch|--mode=pause|--minimize|--no-rendering|--stream=\"port=2003;monitorActivity\"|"
+        "/p/worlds/a.wbt");
     stream.controller_edit = true;
     stream.ssl = true;
     BOOST_TEST(old_webots_command("/w/webots", stream, 2003, "/p/worlds/a.wbt")[5] ==

@@ -11,7 +11,9 @@ namespace {
 
 std::function<bool(std::filesystem::path const&)> only(std::set<std::string> programs)
 {
-    return [programs = std::move(programs)](std::filesystem::path const& path) { return programs.contains(path.string()); };
+    return [programs = std::move(programs)](std::filesystem::path const& path) {
+        return programs.contains(path.string());
+    };
 }
 
 } // namespace

@@ -28,7 +28,8 @@ BOOST_AUTO_TEST_CASE(lines_are_found_however_the_bytes_arrive)
 {
     std::vector<std::string> const expected{"one", "", "two", "three"};
     BOOST_TEST(lines_of({"one\n\ntwo\r\nthr", "ee"}) == expected, boost::test_tools::per_element());
-    BOOST_TEST(lines_of({"o", "ne", "\n", "\nt", "wo\r", "\nthree\n"}) == expected, boost::test_tools::per_element());
+    BOOST_TEST(lines_of({"o", "ne", "\n", "\nt", "wo\r", "\nthree\n"}) == expected,
+               boost::test_tools::per_element());
 }
 
 BOOST_AUTO_TEST_CASE(endless_lines_are_cut_and_cost_no_memory)
