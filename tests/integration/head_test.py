@@ -72,6 +72,13 @@ class Head(unittest.TestCase):
         self.assertEqual(exchange(self.session, "GET", "/session")[2].decode(), f"ws://{self.simulation.address}")
         self.assertEqual(self.placed(), before + 1)
 
+    def test_of_the_monitor_asks_for_the_password_too(self):
+        with SimulationServer(monitorPassword="hunter2") as guarded:
+            for path in ("/monitor", "/metrics"):
+                status, fields, body = exchange(guarded, "HEAD", path)
+                self.assertEqual((status, body), (401, b""))
+                self.assertIn("WWW-Authenticate", fields)
+
     def test_it_opens_no_websocket_and_drains_nothing(self):
         upgrade = ("Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
                    "Sec-WebSocket-Key: MDEyMzQ1Njc4OWFiY2RlZg==\r\n")

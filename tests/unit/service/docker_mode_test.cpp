@@ -38,7 +38,8 @@ DockerModeParams docker_params()
     params.templates = "/templates";
     params.identity = "webots-2000-1f3a9c4d";
     params.run = "aa";
-    params.environment = {{"PATH", "/bin"}, {"SECRET", "x"}};
+    params.environment = {{"PATH", "/bin"}, {"SECRET", "x"}, {"LAB_HOST", "h"}};
+    params.simulator_environment = {"LAB_*", "ROS_DOMAIN_ID=7"};
     return params;
 }
 
@@ -325,6 +326,8 @@ BOOST_AUTO_TEST_CASE(a_simulation_is_told_in_the_order_that_browsers_rely_on)
                "/bin/docker compose -f /instances/1/project/docker-compose.yml down -v --timeout 0");
     BOOST_TEST(std::none_of(up.environment.begin(), up.environment.end(),
                             [](auto const& variable) { return variable.first == "SECRET"; }));
+    for (auto const& listed : {std::pair<std::string, std::string>("LAB_HOST", "h"), {"ROS_DOMAIN_ID", "7"}})
+        BOOST_TEST(std::count(up.environment.begin(), up.environment.end(), listed) == 1, listed.first);
     fixture.leave(browser);
     BOOST_TEST(fixture.run().size() == 1u + looks);
 }
