@@ -44,6 +44,8 @@ class Head(unittest.TestCase):
                               (self.simulation, ("/monitor", "/livez", "/readyz"))):
             for path in paths:
                 with self.subTest(server=server.PROGRAM, path=path):
+                    self.assertEqual(exchange(server, "HEAD", path)[0], 200)
+
                     def both():  # pages change: of two at the same moment
                         status, fields, body = exchange(server, "GET", path)
                         return exchange(server, "HEAD", path) == (status, fields, b"") and (status, int(fields["Content-Length"]), body)
