@@ -3,18 +3,23 @@
 
 Where git-lfs is installed, the twin is what it makes of the same repository: so the Python servers delivered it, which used git."""
 
+import glob
 import json
 import os
 import shutil
 import socket
 import subprocess
 import sys
+import threading
+import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
 from support.git_case import GitCase, main  # noqa: E402
 from support.git_probe import HEADER, WORLD, Probe, tree  # noqa: E402
 from support.git_server import GitServer  # noqa: E402
 from support.lfs_server import LfsServer, digest, pointer_to  # noqa: E402
+from support.projects import demo_project  # noqa: E402
+from support.servers import SimulationServer  # noqa: E402
 
 WORLDS = "worlds/a.wbt"
 MESH = os.urandom(100_000)
@@ -196,7 +201,7 @@ class LfsTest(LfsCase):
             server.add_repository("owner", "plain", {WORLDS: WORLD, "a.stl": pointer_to("a" * 64, 5)})
             self.fetch_from(server.url)
             self.assertEqual(self.fetch("plain")["error"], FAILED.format("plain") + f"{server.url} has no LFS server for it. Commit "
-                             "them as ordinary files, or keep the repository where there is one.")
+                             "them as ordinary files, or keep the repository where there is one; what .lfsconfig names is not asked.")
 
     def test_an_old_git_server_may_have_them_too(self):
         with GitServer(version2=False, lfs=self.lfs.port) as server:
@@ -238,7 +243,7 @@ class HostileLfsTest(LfsCase):
         return self.error_of_batch({"objects": [{"oid": digest(MESH), "size": len(MESH), "actions": action}]})
 
     def test_content_that_is_not_what_the_pointer_says_is_refused(self):
-        wrong = 'the LFS server sends something else for "a.stl". Its author can send it there again: git lfs push --all origin.'
+        wrong = 'the LFS server sends something else for "a.stl". Its author can send it there (git lfs push --all origin).'
         for content in (os.urandom(len(MESH)), MESH[:-1], MESH + b"x", b"", MESH[:-1] + b"x", self.pointer.encode()):
             self.lfs.answers["object"] = lambda handler: handler.answer(200, content)
             self.assertEqual(self.error(), wrong)
@@ -378,6 +383,49 @@ class GitLfsClientTest(LfsCase):
         self.assertEqual(ours, theirs)
         self.assertEqual({name: ours[name] for name in files}, files)
         self.assertEqual(sorted(self.asked()), [("GET", "object")] * 2 + [("POST", "lfs/objects/batch")])
+
+
+class BrowserTest(unittest.IsolatedAsyncioTestCase):
+    """What somebody sees who starts such a project."""
+
+    def setUp(self):
+        try:
+            import websockets  # noqa: F401
+        except ImportError as error:
+            self.skipTest(f"{error} (package python3-websockets)")
+
+    async def test_progress_then_the_simulation_or_the_reason(self):
+        from support.browser_client import Browser
+        with LfsServer() as lfs, GitServer(lfs=lfs.port) as git:
+            git.add_repository("owner", "lab", {**demo_project("robots"), "meshes/a.stl": lfs.pointer(MESH)})
+            url = f"{git.url}/owner/lab/blob/main/worlds/arena.wbt"
+            with SimulationServer(forges=[git.url], allowedRepositories=[git.url]) as simulation:
+                shown = threading.Event()
+
+                def answer_in_halves(handler):
+                    handler.send_response(200)
+                    handler.send_header("Content-Length", str(len(MESH)))
+                    handler.end_headers()
+                    handler.wfile.write(MESH[:len(MESH) // 2])
+                    handler.wfile.flush()
+                    shown.wait(30)
+                    handler.wfile.write(MESH[len(MESH) // 2:])
+
+                lfs.answers["object"] = lambda handler: handler.answer(404, b"")
+                async with Browser(simulation) as browser:
+                    await browser.start(url=url)
+                    self.assertEqual(await browser.hear("loading: Error:"), "loading: Error: " + FAILED.format("lab") + "the LFS server "
+                                     'does not have "meshes/a.stl". Its author can send it there (git lfs push --all origin); what '
+                                     ".lfsconfig names is not asked.")
+                lfs.answers["object"] = answer_in_halves
+                async with Browser(simulation) as browser:
+                    await browser.start(url=url)
+                    await browser.hear("loading: Receiving large files 50% (0.0 MB)")
+                    shown.set()
+                    await browser.hear("webots:")
+                    [path] = glob.glob(os.path.join(simulation.instances_folder(), "**", "meshes/a.stl"), recursive=True)
+                    with open(path, "rb") as file:
+                        self.assertEqual(file.read(), MESH)
 
 
 if __name__ == "__main__":

@@ -32,6 +32,7 @@ using core::concat;
 using Kind = core::GitTreeEntry::Kind;
 
 constexpr std::size_t at_once = 4; // downloads
+constexpr char send_again[] = "Its author can send it there (git lfs push --all origin)";
 constexpr char media_type[] = "application/vnd.git-lfs+json";
 
 // Of memory, in bytes, about.
@@ -151,8 +152,10 @@ Failure LfsFetch::about_batch(int status) const
     case 405:
     case 410:
     case 501:
-        return failed(errc::not_found, concat(order_.forge, " has no LFS server for it"),
-                      "Commit them as ordinary files, or keep the repository where there is one.");
+        return failed(
+            errc::not_found, concat(order_.forge, " has no LFS server for it"),
+            "Commit them as ordinary files, or keep the repository where there is one; what .lfsconfig "
+            "names is not asked.");
     case 429:
         return failed(errc::unreachable, says, "It is asked too often: try again later.");
     case 507:
@@ -171,7 +174,7 @@ Failure LfsFetch::about_object(LargeFile const& file, int status, std::string_vi
     auto const said = words.empty() ? std::string() : concat(" (it says: ", without_full_stop(words), ")");
     if (status == 0 || status == 404 || status == 410)
         return failed(errc::not_found, concat("the LFS server does not have ", path, said),
-                      "Its author can send it there: git lfs push --all origin.");
+                      concat(send_again, "; what .lfsconfig names is not asked."));
     auto const answers =
         concat("the LFS server answers with status ", std::to_string(status), " for ", path, said);
     if (status == 401 || status == 403)
@@ -364,7 +367,7 @@ result<> LfsFetch::receive(LargeFile const& file, core::LfsDownload const& from)
     std::uint64_t size = 0;
     auto const wrong = [&] {
         return failed(errc::protocol_error, concat("the LFS server sends something else for ", path_of(file)),
-                      "Its author can send it there again: git lfs push --all origin.");
+                      concat(send_again, "."));
     };
     CurlRequest request;
     request.peer = "the LFS server";
