@@ -6,6 +6,7 @@
 #include "core/git/git_names.hpp"
 #include "core/git/git_plan.hpp"
 
+#include <algorithm>
 #include <map>
 #include <set>
 #include <string>
@@ -41,14 +42,15 @@ std::map<core::GitObjectId, std::string> cook(std::string_view recipe)
     return trees;
 }
 
-void check(std::vector<core::GitPlanItem> const& items, core::GitPlanLimits const& limits)
+void check(std::vector<core::GitPlanItem> const& items, core::GitPlanLimits const& limits,
+           std::size_t folder_depth)
 {
     std::set<std::string> folders{""};
     std::set<std::string> paths;
-    fuzz::require(items.size() <= limits.items);
+    fuzz::require(items.size() <= limits.items + folder_depth);
     for (auto const& item : items) {
         fuzz::require(fuzz::stays_inside(item.path) && item.path.size() <= limits.path_length);
-        fuzz::require(item.kind != Kind::submodule && item.depth() <= limits.depth);
+        fuzz::require(item.kind != Kind::submodule && item.depth() <= limits.depth + folder_depth);
         fuzz::require(paths.insert(item.path).second);
         auto const slash = item.path.rfind('/');
         auto const inside = slash == std::string::npos ? std::string() : item.path.substr(0, slash);
@@ -65,6 +67,7 @@ void plan(std::string_view recipe)
     limits.items = fuzz::take_byte(recipe);
     limits.path_length = 40;
     limits.depth = 6;
+    limits.parent_files = 5;
     auto const path = fuzz::take(recipe, fuzz::take_byte(recipe) % 8);
     auto const trees = cook(recipe);
     std::size_t asked = 0;
@@ -73,12 +76,17 @@ void plan(std::string_view recipe)
         auto const found = trees.find(wanted);
         return found == trees.end() ? nullptr : &found->second;
     };
-    (void)core::find_git_folder(id(0), path, lookup);
-    asked = 0;
-    auto const items = core::plan_git_folder(id(0), limits, lookup);
-    fuzz::require(asked <= limits.items + 1);
-    if (items)
-        check(*items, limits);
+    for (std::string_view const folder : {std::string_view(), path}) {
+        auto way = core::find_git_folder(id(0), folder, limits, lookup);
+        if (!way)
+            continue;
+        auto const depth = way->path.empty() ? 0 : 1 + std::count(way->path.begin(), way->path.end(), '/');
+        asked = 0;
+        auto const items = core::plan_git_folder(*way, limits, lookup);
+        fuzz::require(asked <= limits.items + 1);
+        if (items)
+            check(*items, limits, static_cast<std::size_t>(depth));
+    }
 }
 
 void read_index(std::string_view text)

@@ -84,6 +84,19 @@ class LfsTest(LfsCase):
         self.assertEqual(tree(answer["root"])["a.stl"], MESH)
         self.assertEqual([each["oid"] for each in self.lfs.questions[0]["objects"]], [digest(MESH)])
 
+    def test_of_the_folders_above_the_small_ones_come_too(self):
+        mesh = self.lfs.pointer(MESH)
+        for content, kept in ((100, True), (9 << 20, False)):
+            self.lfs.reset()
+            above = self.lfs.pointer(os.urandom(content))
+            name, _ = self.repository({"p/" + WORLDS: WORLD, "p/a.stl": mesh, "above.stl": above})
+            answer = self.fetch(name, folder="p/")
+            self.assertEqual(answer.get("header"), HEADER, answer)
+            self.assertEqual(tree(answer["root"])["a.stl"], MESH)
+            found = os.path.join(os.path.dirname(answer["root"]), "above.stl")
+            self.assertEqual(os.path.getsize(found) if os.path.exists(found) else None, content if kept else None)
+            self.assertEqual(self.asked().count(("GET", "object")), 2 if kept else 1)
+
     def test_a_project_without_pointers_asks_nobody(self):
         almost = self.lfs.pointer(MESH)
         name, _ = self.repository({"a": "version https://git-lfs.github.com/spec/v1\n", "b": almost + "more 1\n" + "x" * 100,

@@ -88,10 +88,13 @@ class HostileRepositoryTest(GitCase):
         links = {path: content for path, content in found.items() if isinstance(content, str)}
         self.assertEqual(links, {"deep/deeper/up": "-> ../../worlds/a.wbt"})
 
-    def test_links_that_leave_a_subfolder_of_the_repository_are_left_out(self):
-        name, _ = self.repository({"p/worlds/a.wbt": WORLD, "p/out": ("120000", "../secret"), "secret": "x"})
+    def test_links_that_leave_the_folder_of_the_project_stay_in_the_repository(self):
+        """As git checks them out, with the file that one leads to; see git_cone_test."""
+        name, _ = self.repository({"p/worlds/a.wbt": WORLD, "p/up": ("120000", "../secret"), "p/out": ("120000", "../../secret"),
+                                   "p/worlds/out": ("120000", "../../../r/x"), "secret": "x"})
         answer = self.probe.fetch(f"evil/{name}/blob/main/p/{WORLDS}")
-        self.assertEqual(set(tree(answer["root"])), {"worlds", WORLDS})
+        self.assertEqual(set(tree(answer["root"])), {"worlds", WORLDS, "up"})
+        self.assertEqual(set(os.listdir(os.path.dirname(answer["root"]))), {"p", "secret"})
 
     def test_a_world_that_is_a_link_out_of_the_project_does_not_exist(self):
         name, _ = self.repository({WORLDS: ("120000", "/etc/passwd"), "worlds/b.wbt": WORLD})

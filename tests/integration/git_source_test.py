@@ -174,9 +174,10 @@ class GitSourceTest(GitCase):
     def test_a_damaged_entry_of_the_cache_is_fetched_again(self):
         world = "owner/robots/blob/main/projects/arm/worlds/arm.wbt"
         damages = {
-            "a file is shorter": lambda entry: os.truncate(f"{entry}/files/worlds/arm.wbt", 3),
-            "a file is missing": lambda entry: os.remove(f"{entry}/files/protos/Arm.proto"),
-            "a file is a folder": lambda entry: (os.remove(f"{entry}/files/protos/Arm.proto"), os.mkdir(f"{entry}/files/protos/Arm.proto")),
+            "a file is shorter": lambda entry: os.truncate(f"{entry}/files/projects/arm/worlds/arm.wbt", 3),
+            "a file is missing": lambda entry: os.remove(f"{entry}/files/projects/arm/protos/Arm.proto"),
+            "a file is a folder": lambda entry: (os.remove(f"{entry}/files/projects/arm/protos/Arm.proto"),
+                                                 os.mkdir(f"{entry}/files/projects/arm/protos/Arm.proto")),
             "the index is empty": lambda entry: os.truncate(f"{entry}/index", 0),
             "the index is cut": lambda entry: os.truncate(f"{entry}/index", 100),
             "the index is missing": lambda entry: os.remove(f"{entry}/index"),
@@ -594,7 +595,8 @@ class HandOutTest(GitCase):
             self.skipTest("this machine allows no overlay mounts")
         self.assertEqual(os.listdir(probe.into), [], "the source's trial was left")
         answer = probe.fetch(self.WORLD, "--fastest")
-        self.addCleanup(subprocess.run, ["umount", answer["root"]], stderr=subprocess.DEVNULL)
+        mounted = answer["root"].removesuffix("/projects/arm")
+        self.addCleanup(subprocess.run, ["umount", mounted], stderr=subprocess.DEVNULL)
         with open(os.path.join(answer["root"], "worlds/arm.wbt"), "w") as file:
             file.write("broken")
         os.rename(os.path.join(answer["root"], "worlds"), os.path.join(answer["root"], "others"))

@@ -190,13 +190,27 @@ class GitServer(Startable):
 
     def refuse_to_pack(self, pattern):
         """From now on git fails where its command to make a pack, and the objects that it is asked for, match a shell's pattern."""
-        hook = os.path.join(self.folder, "pack-objects-hook")
-        with open(hook, "w") as script:
-            script.write(f'''#!/bin/sh
+        self._hook(f'''#!/bin/sh
 wanted=$(cat)
 case "$* $wanted" in {pattern}) exit 1 ;; esac
 printf '%s\\n' "$wanted" | "$@"
 ''')
+
+    def pack_backwards(self):
+        """From now on files come in the opposite order of that in which they are asked for."""
+        self._hook('''#!/bin/sh
+wanted=$(cat)
+case "$wanted" in
+    *--shallow*) printf '%s\\n' "$wanted" | "$@" ;;
+    *) { printf '%s\\n' "$wanted" | grep '^[0-9a-f]' | tac; printf '%s\\n' --not ""; } | "$@" ;;
+esac
+''')
+
+    def _hook(self, text):
+        """Has git run this shell script instead of its command to make a pack, which are the script's arguments."""
+        hook = os.path.join(self.folder, "pack-objects-hook")
+        with open(hook, "w") as script:
+            script.write(text)
         os.chmod(hook, 0o755)
         with open(os.path.join(self.folder, ".gitconfig"), "a") as config:
             config.write(f"[uploadpack]\n\tpackObjectsHook = {hook}\n")

@@ -18,19 +18,15 @@ namespace {
 namespace fs = std::filesystem;
 using core::concat;
 
-/// Makes `directory` and the folders in it, and opens the innermost.
-result<FileDescriptor> make_folders(fs::path const& directory, std::string const& inner)
+/// Makes `directory` and in it the folder `name`, which it opens.
+result<FileDescriptor> make_folders(fs::path const& directory, std::string const& name)
 {
-    auto folder = make_folder(AT_FDCWD, directory.c_str());
-    for (auto const part : core::split(inner, '/')) {
-        if (!folder)
-            break;
-        if (!core::is_safe_file_name(part))
-            return Failure(errc::invalid_url,
-                           concat("\"", core::printable(part, 60), "\" can't be a folder."));
-        folder = make_folder(folder->get(), std::string(part).c_str());
-    }
-    return folder;
+    auto const folder = make_folder(AT_FDCWD, directory.c_str());
+    if (!folder)
+        return folder.error();
+    if (!core::is_safe_file_name(name))
+        return Failure(errc::invalid_url, concat("\"", core::printable(name, 60), "\" can't be a folder."));
+    return make_folder(folder->get(), name.c_str());
 }
 
 /// Whether files can share their blocks from one folder to the other.
@@ -73,15 +69,15 @@ result<fs::path> GitCheckout::give(GitSnapshot const& snapshot, fs::path const& 
                                    std::string const& repository, BlockingPool& pool,
                                    std::atomic<bool> const& aborted) const
 {
-    auto const inner =
-        snapshot.target.folder.empty() ? repository : concat(repository, "/", snapshot.target.folder);
-    auto const target = make_folders(directory, inner);
+    auto const target = make_folders(directory, repository);
     if (!target)
         return target.error();
     auto const source = open_folder(AT_FDCWD, snapshot.files.c_str());
     if (!source)
         return source.error();
-    auto root = directory / inner;
+    auto root = directory / repository;
+    if (!snapshot.target.folder.empty())
+        root /= snapshot.target.folder;
     // The name begins with a dot, as no repository's does.
     if (overlay_ && mount_overlay(source->get(), directory / ".overlay", target->get()))
         return root;

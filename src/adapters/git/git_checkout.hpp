@@ -27,9 +27,10 @@ public:
     /// The way, in words.
     std::string_view describe() const noexcept;
 
-    /// On a thread of `pool`: makes `directory` (which does not exist) and in it `<repository>[/<folder>]`
-    /// with the files of the snapshot, which must stay in the cache until the project is removed. Returns the
-    /// project's root.
+    /// On a thread of `pool`: makes `directory` (which does not exist) and in it `<repository>` with the
+    /// files of the snapshot, which must stay in the cache until the project is removed. Returns the
+    /// project's root,
+    /// `<repository>[/<folder>]`.
     ///
     /// Errors: `invalid_url`, `unavailable`, `protocol_error` (the cache is damaged), `operation_aborted`.
     result<std::filesystem::path> give(GitSnapshot const& snapshot, std::filesystem::path const& directory,

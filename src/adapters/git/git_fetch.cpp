@@ -2,6 +2,7 @@
 
 #include "adapters/files/project_files.hpp"
 #include "git_lfs.hpp"
+#include "git_parent_files.hpp"
 
 #include "core/git/git_history.hpp"
 #include "core/text.hpp"
@@ -100,19 +101,6 @@ std::uint64_t memory_of_files(GitDonors const& donors)
     for (auto const& [id, file] : donors.files)
         bytes += each + file.path.size() + file.pointer.size();
     return bytes;
-}
-
-/// What neither came with the folders nor lies in another folder of the cache, each once.
-std::vector<core::GitObjectId> missing_files(std::vector<core::GitPlanItem> const& plan,
-                                             GitStaging const& staging, GitDonors const& donors)
-{
-    std::unordered_set<core::GitObjectId, core::GitObjectIdHash> missing;
-    for (auto const& item : plan) {
-        auto const donated = item.kind != Kind::link && donors.files.count(item.id) > 0;
-        if (item.kind != Kind::folder && !donated && !staging.has_blob(item.id))
-            missing.insert(item.id);
-    }
-    return {missing.begin(), missing.end()};
 }
 
 /// Some servers hand out commits only, whatever they promise.
@@ -344,8 +332,7 @@ result<> GitFetch::check_history(Download& state, core::GitObjectId const& commi
         return fetched.error() == errc::too_large || fetched.error() == errc::protocol_error;
     };
     if (!fetched && refused() && together && !files.empty()) {
-        received_ = received;
-        unpacked_ = unpacked;
+        give_up(received, unpacked);
         fetched = fetch_history(state, {});
     }
     answered_ = true; // it was no question about capabilities
@@ -529,9 +516,9 @@ result<GitSnapshotPtr> GitFetch::download_once(GitCapabilities const& capabiliti
     if (auto const fetched = fetch_pack(state, wants); !fetched)
         return fetched.error();
     GitProof proof(target.folder);
-    auto const tree = folder_tree(state, target, proof);
-    if (!tree)
-        return tree.error();
+    auto way = way_to_folder(state, target, proof);
+    if (!way)
+        return way.error();
     core::GitPlanLimits limits;
     limits.items = order_.limits.files;
     auto const interrupt = [this] { return may_go_on(); };
@@ -548,7 +535,7 @@ result<GitSnapshotPtr> GitFetch::download_once(GitCapabilities const& capabiliti
         proof.add_tree(id, *folder);
         return folder;
     };
-    auto const plan = core::plan_git_folder(*tree, limits, lookup);
+    auto plan = core::plan_git_folder(*way, limits, lookup);
     if (auto const going_on = interrupt(); !going_on)
         return going_on.error();
     if (!paid_for_plan)
@@ -560,6 +547,10 @@ result<GitSnapshotPtr> GitFetch::download_once(GitCapabilities const& capabiliti
     share_->give_back(spare);
     if (auto const fetched = fetch_rest(state, target.commit, *plan, donors); !fetched)
         return fetched.error();
+    if (!may_keep_parent_files(*plan, state.staging, donors, order_.limits.bytes))
+        way->left_out = leave_out_parent_files(*plan) || way->left_out;
+    if (way->left_out)
+        note_lack_of_parents();
 
     auto const files = make_folder(AT_FDCWD, (state.incoming.folder() / "files").c_str());
     if (!files)
@@ -628,9 +619,8 @@ result<> GitFetch::pay_for_files(std::vector<core::GitPlanItem> const& plan, Git
     return share_->take(price);
 }
 
-/// The tree of the wanted folder, which must have a folder `worlds`.
-result<core::GitObjectId> GitFetch::folder_tree(Download& state, core::GitTarget const& target,
-                                                GitProof& proof)
+/// The way to the wanted folder, which must have a folder `worlds`.
+result<core::GitWay> GitFetch::way_to_folder(Download& state, core::GitTarget const& target, GitProof& proof)
 {
     FetchShare::Loan const loan(*share_); // for the entries of one folder after the other
     result<> paid;
@@ -653,12 +643,12 @@ result<core::GitObjectId> GitFetch::folder_tree(Download& state, core::GitTarget
                        concat("has no commit at \"", core::printable(order_.project.ref_and_folder, 100),
                               "\", but something else"));
     proof.add_commit(*commit);
-    auto const tree = core::find_git_folder(*root, target.folder, lookup);
-    auto const* const folder = tree ? lookup(*tree) : nullptr;
+    auto way = core::find_git_folder(*root, target.folder, core::GitPlanLimits(), lookup);
+    auto const* const folder = way ? lookup(way->tree) : nullptr;
     if (!paid)
         return paid.error();
-    if (!tree)
-        return tree.error();
+    if (!way)
+        return way.error();
     auto const entries = core::parse_git_tree(folder ? std::string_view(*folder) : std::string_view());
     if (!entries)
         return entries.error();
@@ -668,29 +658,77 @@ result<core::GitObjectId> GitFetch::folder_tree(Download& state, core::GitTarget
                        target.folder.empty()
                            ? "has no folder \"worlds\""
                            : concat("has no folder \"", core::printable(target.folder, 200), "/worlds\""));
-    return *tree;
+    return way;
 }
 
-/// The files that the plan lacks, once it is known that the commit is the repository's own.
+/// The files that the plan lacks, once it is known that the commit is the repository's own. Those of the
+/// folders above come with the others, and the transfer is cut when they turn out to be too large.
 result<> GitFetch::fetch_rest(Download& state, core::GitObjectId const& commit,
                               std::vector<core::GitPlanItem> const& plan, GitDonors const& donors)
 {
-    auto missing = missing_files(plan, state.staging, donors);
-    if (may_be_from_) {
-        auto const checked = check_history(state, commit, missing);
-        if (!checked)
-            return checked.error();
-        missing = missing_files(plan, state.staging, donors);
+    auto const missing = missing_files(plan, state.staging, donors);
+    GitParentFiles parents(plan, state.staging, donors);
+    GitStaging::Watching const watching(state.staging, parents);
+    if (may_be_from_)
+        if (auto const checked = check_history(state, commit, missing); !checked)
+            return checked;
+    auto const received = received_;
+    auto const unpacked = unpacked_;
+    if (!parents.stopped()) {
+        auto fetched = fetch_plan(state, plan, donors, missing.size(), true);
+        if (fetched || !parents.stopped())
+            return fetched;
+        give_up(received, unpacked);
     }
-    return fetch_files(state, missing);
+    parents.ignore();
+    auto fetched = fetch_plan(state, plan, donors, missing.size(), false);
+    if (!fetched || parents.too_large())
+        return fetched;
+    // A large file had come: it was the project's own, or it comes again.
+    parents.expect(plan, state.staging, donors);
+    auto const received_before_them = received_;
+    auto const unpacked_before_them = unpacked_;
+    fetched = fetch_plan(state, plan, donors, missing.size(), true);
+    if (fetched || !parents.stopped())
+        return fetched;
+    give_up(received_before_them, unpacked_before_them);
+    return {};
+}
+
+/// What the plan lacks now, with or without the files of the folders above; of `wanted` files it lacked some
+/// when this began.
+result<> GitFetch::fetch_plan(Download& state, std::vector<core::GitPlanItem> const& plan,
+                              GitDonors const& donors, std::size_t wanted, bool parents)
+{
+    auto const missing = missing_files(plan, state.staging, donors);
+    state.files_wanted = static_cast<std::uint32_t>(wanted);
+    state.files_read = static_cast<std::uint32_t>(wanted - missing.size());
+    return fetch_files(state, parents ? missing : missing_files(plan, state.staging, donors, false));
+}
+
+/// Does not count against the limits what was received since, and is not needed.
+void GitFetch::give_up(std::uint64_t received, std::uint64_t unpacked)
+{
+    given_up_ += received_ - received;
+    received_ = received;
+    unpacked_ = unpacked;
+}
+
+/// Said once, when the project is fetched.
+void GitFetch::note_lack_of_parents()
+{
+    auto const& project = order_.project;
+    cache_.note(concat("The project in ", core::printable(target_.folder, 200), " of ", project.owner, "/",
+                       project.repository,
+                       " lacks the files of the folders above it, which are too large or ",
+                       "too many (more than ", std::to_string(max_parent_bytes >> 20), " MB or ",
+                       std::to_string(core::GitPlanLimits().parent_files), ")."));
 }
 
 result<> GitFetch::fetch_files(Download& state, Ids const& files)
 {
     if (!state.capabilities.version_2)
         return {}; // all that it has to give is there
-    state.files_wanted = static_cast<std::uint32_t>(files.size());
-    state.files_read = 0;
     for (std::size_t begin = 0; begin < files.size(); begin += wants_at_once) {
         GitWants wants;
         auto const end = std::min(files.size(), begin + wants_at_once);
@@ -741,14 +779,15 @@ void GitFetch::report(Download const& state, GitWants const& wants, GitPackReade
 {
     if (!order_.progress)
         return;
+    auto const received = received_ + given_up_;
     if (!wants.filter.empty() && state.files_wanted == 0)
-        order_.progress->report(0, 0, received_);
+        order_.progress->report(0, 0, received);
     else if (wants.filter.empty() && state.files_wanted > 0)
         order_.progress->report(state.files_wanted,
                                 std::min(state.files_wanted, state.files_read + pack.objects_read()),
-                                received_);
+                                received);
     else
-        order_.progress->report(pack.objects_total(), pack.objects_read(), received_);
+        order_.progress->report(pack.objects_total(), pack.objects_read(), received);
 }
 
 /// The whole commit, always.

@@ -82,15 +82,19 @@ private:
     result<GitSnapshotPtr> download_with(GitCapabilities const& capabilities, core::GitTarget const& target);
     result<GitSnapshotPtr> download_once(GitCapabilities const& capabilities, core::GitTarget const& target);
     result<GitFetched> fall_back(Failure const& failure);
-    result<core::GitObjectId> folder_tree(Download& state, core::GitTarget const& target, GitProof& proof);
+    result<core::GitWay> way_to_folder(Download& state, core::GitTarget const& target, GitProof& proof);
     result<> fetch_rest(Download& state, core::GitObjectId const& commit,
                         std::vector<core::GitPlanItem> const& plan, GitDonors const& donors);
+    result<> fetch_plan(Download& state, std::vector<core::GitPlanItem> const& plan, GitDonors const& donors,
+                        std::size_t wanted, bool parents);
+    void note_lack_of_parents();
     result<> pay_for_folder(std::string const& folder, std::uint64_t& taken);
     result<> pay_for_entries(std::string const& folder, std::uint64_t& taken);
     result<> pay_for_files(std::vector<core::GitPlanItem> const& plan, GitStaging const& staging,
                            GitDonors const& donors);
     result<> fetch_files(Download& state, Ids const& files);
     result<> fetch_large_files(Download const& state, GitIndex& index, int files);
+    void give_up(std::uint64_t received, std::uint64_t unpacked);
     result<> fetch_pack(Download& state, GitWants const& wants);
     result<> fetch_pack_with_libgit2(Download& state, GitWants const& wants, GitPackReader& pack,
                                      GitClient::Progress const& progress);
@@ -116,6 +120,7 @@ private:
     std::unique_ptr<Git2Client> libgit2_; ///< Once it was needed.
     std::uint64_t received_ = 0;          ///< Bytes of packs, of all requests.
     std::uint64_t unpacked_ = 0;          ///< Bytes of objects.
+    std::uint64_t given_up_ = 0;          ///< Bytes received in vain, which a browser has seen.
     std::optional<Ids> may_be_from_;      ///< The tips that may lead to the commit, while that is not known.
     bool answered_ = true; ///< The last request for a pack was understood, whatever became of it.
 };

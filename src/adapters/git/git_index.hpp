@@ -20,7 +20,7 @@ struct GitIndexEntry
     core::GitTreeEntry::Kind kind = core::GitTreeEntry::Kind::file; ///< Never `submodule`.
     core::GitObjectId id;
     std::uint64_t size = 0; ///< Of a file, in bytes.
-    std::string path;       ///< Relative, safe.
+    std::string path;       ///< Relative to the repository's root, safe.
     std::string pointer;    ///< Of a large file (Git LFS): what git has in its place. Else empty.
 };
 

@@ -48,20 +48,26 @@ core::GitObjectId id_of(std::string_view kind, std::string_view object)
     return digest.finish();
 }
 
-/// Whether the entries are the items, but for some links.
+/// Whether the entries are the items, but for what may be left out.
 bool agree(std::vector<core::GitPlanItem> const& plan, std::vector<GitIndexEntry> const& entries)
 {
     auto entry = entries.begin();
+    bool has_parent_files = false;
+    bool lacks_parent_files = false;
     for (auto const& item : plan) {
+        auto const is_link = item.kind == core::GitTreeEntry::Kind::link;
         if (entry != entries.end() && entry->path == item.path) {
             if (entry->kind != item.kind || entry->id != item.id)
                 return false;
             ++entry;
-        } else if (item.kind != core::GitTreeEntry::Kind::link) {
+            has_parent_files = has_parent_files || item.of_parent;
+        } else if (item.of_parent) {
+            lacks_parent_files = lacks_parent_files || !is_link;
+        } else if (!is_link) {
             return false;
         }
     }
-    return entry == entries.end();
+    return entry == entries.end() && !(has_parent_files && lacks_parent_files);
 }
 
 } // namespace
@@ -107,11 +113,11 @@ bool is_proven(std::string_view proof, core::GitObjectId const& commit, GitIndex
         auto const found = trees.find(id);
         return found == trees.end() ? nullptr : &found->second;
     };
-    auto const tree = core::find_git_folder(*root, folder, lookup);
     core::GitPlanLimits limits; // more than the index are those that were left out
     limits.items = static_cast<std::uint32_t>(2 * index.entries.size() + left_out);
-    auto const plan = tree ? core::plan_git_folder(*tree, limits, lookup)
-                           : result<std::vector<core::GitPlanItem>>(tree.error());
+    auto way = core::find_git_folder(*root, folder, limits, lookup);
+    auto const plan = way ? core::plan_git_folder(*way, limits, lookup)
+                          : result<std::vector<core::GitPlanItem>>(way.error());
     return plan && agree(*plan, index.entries);
 }
 

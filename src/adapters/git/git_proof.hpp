@@ -36,7 +36,8 @@ private:
 std::string proven_folder(std::string_view proof);
 
 /// Whether `index` is the folder that the proof is about, of this commit: with the same names, kinds and
-/// digests. Links may be missing, since those that lead out of the project are left out.
+/// digests. Links may be missing, since those that lead out of the repository are left out; and the files of
+/// the folders above it, but only all together.
 bool is_proven(std::string_view proof, core::GitObjectId const& commit, GitIndex const& index);
 
 } // namespace webots_cloud::adapters

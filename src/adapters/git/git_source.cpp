@@ -108,7 +108,7 @@ public:
         if (found == in_use_.end())
             co_return Failure(errc::not_found, "The project is not here any more.");
         auto work = [snapshot = found->second, order = std::move(order)] {
-            return adapters::restore_file(snapshot->files, order.root, order.file);
+            return adapters::restore_file(snapshot->files / snapshot->target.folder, order.root, order.file);
         };
         co_return co_await pool_.run(std::move(work));
     }

@@ -19,6 +19,9 @@ constexpr char part[] = "part";
 
 result<> GitStaging::pay_for(GitObjectKind kind, std::uint64_t size)
 {
+    if (watch_ && kind == GitObjectKind::blob)
+        if (auto const may_begin = watch_->begins(size); !may_begin)
+            return may_begin;
     if (!share_)
         return {};
     FetchBytes price;
@@ -56,7 +59,14 @@ result<> GitStaging::put(GitObjectKind kind, core::GitObjectId const& id, std::s
     }
     if (!blobs_.emplace(id, bytes.size()).second)
         return {};
-    return write_file(folder_, to_hex(id).c_str(), bytes, 0644);
+    if (auto const written = write_file(folder_, to_hex(id).c_str(), bytes, 0644); !written)
+        return written;
+    return note_arrival(id, bytes.size());
+}
+
+result<> GitStaging::note_arrival(core::GitObjectId const& id, std::uint64_t size)
+{
+    return watch_ ? watch_->arrived(id, size) : result<>();
 }
 
 std::string const* GitStaging::find(core::GitObjectId const& id) const
@@ -93,7 +103,7 @@ result<> GitStaging::finish_blob(core::GitObjectId const& id, std::uint64_t size
     blobs_.emplace(id, size);
     if (::renameat(folder_, part, folder_, to_hex(id).c_str()) != 0)
         return disk_failure();
-    return {};
+    return note_arrival(id, size);
 }
 
 } // namespace webots_cloud::adapters

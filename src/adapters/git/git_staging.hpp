@@ -26,6 +26,19 @@ enum class GitObjectKind
 /// What is noted of each object, whatever its size: about what the tables here and in a pack's reader need.
 constexpr std::uint64_t git_object_memory = 192;
 
+/// Sees the files that come.
+class GitBlobWatch
+{
+public:
+    virtual ~GitBlobWatch() = default;
+
+    /// Before there is any of a file. What it returns ends the fetch.
+    virtual result<> begins(std::uint64_t size) = 0;
+
+    /// Once a file is there; the same.
+    virtual result<> arrived(core::GitObjectId const& id, std::uint64_t size) = 0;
+};
+
 /// Keeps files (blobs) in a folder, each under its digest, and everything else in memory.
 ///
 /// Lifetime: the folder and the share must outlive it.   Thread-safety: one thread at a time.
@@ -64,12 +77,27 @@ public:
     result<> append(std::string_view bytes);
     result<> finish_blob(core::GitObjectId const& id, std::uint64_t size);
 
+    /// While there is one, `watch` sees the files that come.
+    class Watching
+    {
+    public:
+        Watching(GitStaging& staging, GitBlobWatch& watch) : staging_(staging) { staging.watch_ = &watch; }
+        Watching(Watching const&) = delete;
+        ~Watching() { staging_.watch_ = nullptr; }
+
+    private:
+        GitStaging& staging_;
+    };
+
     /// The folder, where a blob's file is called `to_hex(id)`.
     int folder() const noexcept { return folder_; }
 
 private:
+    result<> note_arrival(core::GitObjectId const& id, std::uint64_t size);
+
     int folder_;
     FetchShare* share_;
+    GitBlobWatch* watch_ = nullptr;
     FileDescriptor open_blob_;
     std::uint64_t memory_ = 0;
     std::unordered_map<core::GitObjectId, std::string, core::GitObjectIdHash> objects_;

@@ -31,7 +31,7 @@ struct GitDonors
 };
 
 /// Makes everything in `plan` below the open, empty folder `root`: files are moved there from the staging
-/// area or linked from donors. Symbolic links that could lead out of the project are left out.
+/// area or linked from donors. Symbolic links that could lead out of the repository are left out.
 ///
 /// Errors: `protocol_error` (an object is missing), `unavailable` (disk), the interrupt's.
 result<GitIndex> unpack_git_folder(std::vector<core::GitPlanItem> const& plan, GitStaging const& staging,

@@ -14,8 +14,8 @@ bool is_dot_git(std::string_view name);
 /// without control characters and backslashes, neither `.` nor `..`, and no `.git`.
 bool is_safe_file_name(std::string_view name);
 
-/// True when a symbolic link that lies `depth` folders below the project's root provably stays inside: its
-/// target is relative, begins with at most `depth` parts `..` and has none after that.
+/// True when a symbolic link that lies `depth` folders below the root of what is given out provably stays
+/// inside: its target is relative, begins with at most `depth` parts `..` and has none after that.
 bool link_stays_inside(std::string_view target, std::size_t depth);
 
 } // namespace webots_cloud::core

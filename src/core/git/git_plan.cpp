@@ -4,19 +4,48 @@
 #include "git_names.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <unordered_set>
+#include <utility>
 
 namespace webots_cloud::core {
 namespace {
 
 using Kind = GitTreeEntry::Kind;
 
-result<std::vector<GitTreeEntry>> read_tree(GitObjectId const& id, GitTreeLookup const& lookup)
+result<std::vector<GitTreeEntry>> read_tree(std::string const* object)
 {
-    auto const* const object = lookup(id);
     if (!object)
         return Failure(errc::protocol_error, "the git server left out a folder");
     return parse_git_tree(*object);
+}
+
+std::string inside(std::string const& folder, std::string_view name)
+{
+    return folder.empty() ? std::string(name) : concat(folder, "/", name);
+}
+
+/// The files and links in `entries`, the content of the folder at `path` in which the way goes on with
+/// `next`. That name is the folder's, whatever else has it.
+std::vector<GitPlanItem> files_beside(std::string_view next, std::vector<GitTreeEntry> const& entries,
+                                      std::string const& path, GitPlanLimits const& limits)
+{
+    std::vector<GitPlanItem> items;
+    std::unordered_set<std::string_view> names{next};
+    for (auto const& entry : entries) {
+        if (items.size() > limits.parent_files)
+            break;
+        if (entry.kind == Kind::folder || entry.kind == Kind::submodule || !is_safe_file_name(entry.name) ||
+            path.size() + 1 + entry.name.size() > limits.path_length || !names.insert(entry.name).second)
+            continue;
+        GitPlanItem item;
+        item.kind = entry.kind;
+        item.path = inside(path, entry.name);
+        item.id = entry.id;
+        item.of_parent = true;
+        items.push_back(std::move(item));
+    }
+    return items;
 }
 
 /// Walks down one level per call, so that the depth is bounded by the limits and not by the stack.
@@ -29,7 +58,7 @@ public:
     {
         if (depth > limits_.depth)
             return Failure(errc::too_large, "The project has folders that are nested too deeply.");
-        auto const entries = read_tree(tree, lookup_);
+        auto const entries = read_tree(lookup_(tree));
         if (!entries)
             return entries.error();
         // Also what is left out: folders that hold nothing else may be shown again and again. All at once,
@@ -54,12 +83,15 @@ public:
 
     std::vector<GitPlanItem> items;
 
+    /// Of everything that was looked at.
+    std::size_t entries() const noexcept { return entries_; }
+
 private:
     result<> add(GitTreeEntry const& entry, std::string const& path, std::size_t depth)
     {
         GitPlanItem item;
         item.kind = entry.kind;
-        item.path = path.empty() ? entry.name : concat(path, "/", entry.name);
+        item.path = inside(path, entry.name);
         item.id = entry.id;
         if (item.path.size() > limits_.path_length)
             return Failure(errc::too_large, "The project has a file whose path is too long.");
@@ -83,14 +115,22 @@ std::size_t GitPlanItem::depth() const noexcept
     return static_cast<std::size_t>(std::count(path.begin(), path.end(), '/'));
 }
 
-result<GitObjectId> find_git_folder(GitObjectId const& root, std::string_view path,
-                                    GitTreeLookup const& lookup)
+void GitWay::leave_out_parent_files()
 {
-    auto tree = root;
+    left_out = std::erase_if(items, [](GitPlanItem const& item) { return item.of_parent; }) > 0 || left_out;
+}
+
+result<GitWay> find_git_folder(GitObjectId const& root, std::string_view path, GitPlanLimits const& limits,
+                               GitTreeLookup const& lookup)
+{
+    GitWay way;
+    way.tree = root;
     if (path.empty())
-        return tree;
+        return way;
+    std::size_t files = 0;
     for (auto const part : split(path, '/')) {
-        auto const entries = read_tree(tree, lookup);
+        auto const* const object = lookup(way.tree);
+        auto const entries = read_tree(object);
         if (!entries)
             return entries.error();
         auto const found = std::find_if(entries->begin(), entries->end(), [&](GitTreeEntry const& entry) {
@@ -98,18 +138,40 @@ result<GitObjectId> find_git_folder(GitObjectId const& root, std::string_view pa
         });
         if (found == entries->end())
             return Failure(errc::not_found, concat("has no folder \"", printable(path, 200), "\""));
-        tree = found->id;
+        if (!is_safe_file_name(part))
+            return Failure(errc::invalid_url,
+                           concat("The folder \"", printable(part, 60), "\" has a forbidden name."));
+        if (object->size() <= limits.parent_bytes) {
+            auto beside = files_beside(part, *entries, way.path, limits);
+            files += beside.size();
+            std::move(beside.begin(), beside.end(), std::back_inserter(way.items));
+        } else {
+            way.left_out = true;
+        }
+        if (way.left_out || files > limits.parent_files)
+            way.leave_out_parent_files();
+        GitPlanItem folder;
+        folder.kind = Kind::folder;
+        folder.path = inside(way.path, part);
+        folder.id = found->id;
+        way.path = folder.path;
+        way.tree = found->id;
+        way.items.push_back(std::move(folder));
     }
-    return tree;
+    return way;
 }
 
-result<std::vector<GitPlanItem>> plan_git_folder(GitObjectId const& tree, GitPlanLimits const& limits,
+result<std::vector<GitPlanItem>> plan_git_folder(GitWay& way, GitPlanLimits const& limits,
                                                  GitTreeLookup const& lookup)
 {
     Planner planner(limits, lookup);
-    if (auto const added = planner.add_folder(tree, {}, 0); !added)
+    if (auto const added = planner.add_folder(way.tree, way.path, 0); !added)
         return added.error();
-    return std::move(planner.items);
+    if (planner.entries() + way.items.size() > limits.items)
+        way.leave_out_parent_files();
+    auto items = std::move(way.items);
+    std::move(planner.items.begin(), planner.items.end(), std::back_inserter(items));
+    return items;
 }
 
 } // namespace webots_cloud::core

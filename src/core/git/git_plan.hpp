@@ -19,10 +19,11 @@ namespace webots_cloud::core {
 struct GitPlanItem
 {
     GitTreeEntry::Kind kind = GitTreeEntry::Kind::file; ///< Never `submodule`.
-    std::string path; ///< Relative to the project's root; every part is safe.
+    std::string path; ///< Relative to the repository's root; every part is safe.
     GitObjectId id;
+    bool of_parent = false; ///< It lies in a folder above the project: nice to have.
 
-    /// How many folders the item lies below the project's root.
+    /// How many folders the item lies below the repository's root.
     std::size_t depth() const noexcept;
 };
 
@@ -30,22 +31,43 @@ struct GitPlanLimits
 {
     std::uint32_t items = 50'000; ///< Submodules count too.
     std::size_t path_length = 1024;
-    std::size_t path_bytes = std::size_t{16} << 20; ///< Of all paths together.
-    std::size_t depth = 64;
+    std::size_t path_bytes = std::size_t{16} << 20;    ///< Of all paths together.
+    std::size_t depth = 64;                            ///< Below the project's root.
+    std::uint32_t parent_files = 1'000;                ///< If there are more, none of them is in the plan.
+    std::size_t parent_bytes = std::size_t{256} << 10; ///< Of a parent's tree object; the same.
+};
+
+/// The folder of a project and what leads to it.
+struct GitWay
+{
+    GitWay() = default;
+
+    GitObjectId tree;               ///< Of the project's folder.
+    std::string path;               ///< To the project's folder; empty: it is the root.
+    std::vector<GitPlanItem> items; ///< The folders of the path, and the files and links beside them.
+    bool left_out = false;          ///< There were too many of these: none is among the items.
+
+    /// Takes the items that are nice to have away.
+    void leave_out_parent_files();
 };
 
 /// Finds a tree object; null when it is not there.
 using GitTreeLookup = std::function<std::string const*(GitObjectId const&)>;
 
-/// The tree of the folder `path` (empty: `root` itself).   Errors: `not_found`, `protocol_error`.
-result<GitObjectId> find_git_folder(GitObjectId const& root, std::string_view path,
-                                    GitTreeLookup const& lookup);
+/// Walks from the tree `root` to the folder `path` (empty: `root` itself). On the way it collects what git's
+/// sparse checkout of that folder ("cone") has besides: the files of the folders that it lies in. Of those
+/// with forbidden names nothing is taken, and nobody is refused because of them.
+///
+/// Errors: `not_found`, `protocol_error`, `invalid_url` (a folder that can't be made).
+result<GitWay> find_git_folder(GitObjectId const& root, std::string_view path, GitPlanLimits const& limits,
+                               GitTreeLookup const& lookup);
 
-/// Everything in the folder `tree`, without submodules.
+/// A project: the items of the way, which it takes, and everything in its folder, without submodules. Where
+/// that is too much with the files beside the way, these are left out.
 ///
 /// Errors: `protocol_error` for names that are not safe or occur twice; `too_large`; the detail is a
 /// sentence.
-result<std::vector<GitPlanItem>> plan_git_folder(GitObjectId const& tree, GitPlanLimits const& limits,
+result<std::vector<GitPlanItem>> plan_git_folder(GitWay& way, GitPlanLimits const& limits,
                                                  GitTreeLookup const& lookup);
 
 } // namespace webots_cloud::core

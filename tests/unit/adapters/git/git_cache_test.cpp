@@ -197,6 +197,43 @@ BOOST_AUTO_TEST_CASE(a_folder_says_what_it_is_whoever_opened_it_first)
     }
 }
 
+// Those that may be left out are left out all together: one that is missing was taken away.
+BOOST_AUTO_TEST_CASE(some_files_of_the_folders_above_are_no_proven_folder)
+{
+    auto const entry = [](std::string const& mode, std::string const& name, core::GitObjectId const& id) {
+        return mode + " " + name + '\0' +
+               std::string(reinterpret_cast<char const*>(id.bytes.data()), id.bytes.size());
+    };
+    auto const file = id_of("blob", "x");
+    auto const inner = entry("100644", "a.wbt", file);
+    auto const outer = entry("100644", "a", file) + entry("100644", "b", file) +
+                       entry("120000", "link", file) + entry("40000", "p", id_of("tree", inner));
+    auto const commit = "tree " + to_hex(id_of("tree", outer)) + "\nauthor A <a> 1 +0000\n\nmessage\n";
+    adapters::GitProof proof("p");
+    proof.add_commit(commit);
+    proof.add_tree(id_of("tree", outer), outer);
+    proof.add_tree(id_of("tree", inner), inner);
+    auto const proven = [&](std::vector<std::string> const& paths) {
+        using Kind = core::GitTreeEntry::Kind;
+        adapters::GitIndex index;
+        for (auto const& path : paths) {
+            adapters::GitIndexEntry item;
+            item.kind = path == "p" ? Kind::folder : path == "link" ? Kind::link : Kind::file;
+            item.path = path;
+            item.id = path == "p" ? id_of("tree", inner) : file;
+            index.entries.push_back(item);
+        }
+        return adapters::is_proven(proof.text(), id_of("commit", commit), index);
+    };
+    BOOST_TEST(proven({"a", "b", "link", "p", "p/a.wbt"}));
+    BOOST_TEST(proven({"a", "b", "p", "p/a.wbt"})); // the link leads elsewhere
+    BOOST_TEST(proven({"p", "p/a.wbt"}));
+    BOOST_TEST(!proven({"a", "p", "p/a.wbt"}));
+    BOOST_TEST(!proven({"b", "link", "p", "p/a.wbt"}));
+    BOOST_TEST(!proven({"a", "b", "link", "p"}));
+    BOOST_TEST(!proven({"a", "b", "c", "link", "p", "p/a.wbt"}));
+}
+
 BOOST_AUTO_TEST_CASE(what_a_link_in_the_cache_leads_to_is_not_cleared_away)
 {
     publish();

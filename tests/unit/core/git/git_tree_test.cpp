@@ -36,7 +36,21 @@ struct Repository
     /// The paths, or what is wrong.
     std::string plan(int tree, GitPlanLimits const& limits = {}) const
     {
-        auto const items = plan_git_folder(id(tree), limits, lookup());
+        GitWay way;
+        way.tree = id(tree);
+        return plan(way, limits);
+    }
+
+    /// The same of a folder below the tree 1.
+    std::string plan(std::string_view folder, GitPlanLimits const& limits = {}) const
+    {
+        auto way = find_git_folder(id(1), folder, limits, lookup());
+        return way ? plan(*way, limits) : way.error().message();
+    }
+
+    std::string plan(GitWay& way, GitPlanLimits const& limits) const
+    {
+        auto const items = plan_git_folder(way, limits, lookup());
         if (!items)
             return items.error().message();
         std::string text;
@@ -100,10 +114,81 @@ BOOST_AUTO_TEST_CASE(a_folder_is_found_by_its_path)
     repository.trees[id(2)] = entry("40000", "b", 3);
     repository.trees[id(3)] = "";
     auto const lookup = repository.lookup();
-    BOOST_TEST((find_git_folder(id(1), "", lookup).value() == id(1)));
-    BOOST_TEST((find_git_folder(id(1), "a/b", lookup).value() == id(3)));
+    BOOST_TEST((find_git_folder(id(1), "", {}, lookup).value().tree == id(1)));
+    BOOST_TEST((find_git_folder(id(1), "a/b", {}, lookup).value().tree == id(3)));
     for (auto const* const path : {"b", "a/c", "f", "a/b/c", "A"})
-        BOOST_TEST((find_git_folder(id(1), path, lookup).error() == errc::not_found), path);
+        BOOST_TEST((find_git_folder(id(1), path, {}, lookup).error() == errc::not_found), path);
+}
+
+/// With a project in `a/b`.
+Repository repository_with_a_folder()
+{
+    Repository repository;
+    repository.trees[id(1)] = entry("40000", "a", 2) + entry("100644", "read", 9) +
+                              entry("40000", "others", 5) + entry("160000", "module", 8);
+    repository.trees[id(2)] =
+        entry("40000", "b", 3) + entry("120000", "link", 7) + entry("100755", "tool", 6);
+    repository.trees[id(3)] = entry("40000", "worlds", 4) + entry("100644", "x", 9);
+    repository.trees[id(4)] = entry("100644", "demo.wbt", 8);
+    return repository;
+}
+
+BOOST_AUTO_TEST_CASE(a_folder_comes_with_the_files_of_those_that_it_lies_in)
+{
+    auto const repository = repository_with_a_folder();
+    BOOST_TEST(repository.plan("a/b") ==
+               "f:read d:a l:a/link x:a/tool d:a/b d:a/b/worlds f:a/b/worlds/demo.wbt f:a/b/x ");
+    auto way = find_git_folder(id(1), "a/b", {}, repository.lookup()).value();
+    BOOST_TEST(way.path == "a/b");
+    std::string of_parents;
+    for (auto const& item : way.items)
+        of_parents += item.of_parent ? item.path + " " : "";
+    BOOST_TEST(of_parents == "read a/link a/tool ");
+}
+
+BOOST_AUTO_TEST_CASE(too_many_files_beside_the_way_are_left_out_all_together)
+{
+    auto repository = repository_with_a_folder();
+    auto const without = "d:a d:a/b d:a/b/worlds f:a/b/worlds/demo.wbt f:a/b/x ";
+    GitPlanLimits limits;
+    limits.parent_files = 3;
+    BOOST_TEST(repository.plan("a/b", limits) != without);
+    limits.parent_files = 2;
+    BOOST_TEST(repository.plan("a/b", limits) == without);
+    limits = GitPlanLimits();
+    limits.items = 7; // three of the project, three beside the way, which are five with its folders
+    BOOST_TEST(repository.plan("a/b", limits) == without);
+    limits.items = 8;
+    BOOST_TEST(repository.plan("a/b", limits) != without);
+    limits.items = 2;
+    BOOST_TEST(repository.plan("a/b", limits) == "The project has more than 2 files.");
+    limits = GitPlanLimits();
+    limits.parent_bytes = repository.trees[id(2)].size();
+    BOOST_TEST(repository.plan("a/b", limits) == without); // the root's is larger
+    auto const way = find_git_folder(id(1), "a/b", limits, repository.lookup()).value();
+    BOOST_TEST(way.left_out);
+}
+
+// They would not have been looked at without the files beside.
+BOOST_AUTO_TEST_CASE(forbidden_names_beside_the_way_are_left_out_and_refuse_nobody)
+{
+    auto repository = repository_with_a_folder();
+    for (auto const* const name : {"..", ".", ".git", ".GIT.", "git~1", "a/b", "a\\b", "a\nb", "read"})
+        repository.trees[id(1)] += entry("100644", name, 9);
+    repository.trees[id(1)] += entry("120000", "a", 7); // in the place of the folder
+    BOOST_TEST(repository.plan("a/b") ==
+               "f:read d:a l:a/link x:a/tool d:a/b d:a/b/worlds f:a/b/worlds/demo.wbt f:a/b/x ");
+}
+
+BOOST_AUTO_TEST_CASE(a_way_through_a_forbidden_name_is_refused)
+{
+    Repository repository;
+    for (auto const* const name : {".git", "..", "GIT~1"}) {
+        repository.trees[id(1)] = entry("40000", name, 2);
+        repository.trees[id(2)] = "";
+        auto const way = find_git_folder(id(1), name, {}, repository.lookup());
+        BOOST_TEST((way.error() == errc::invalid_url), name);
+    }
 }
 
 BOOST_AUTO_TEST_CASE(submodules_are_left_out)

@@ -1,0 +1,72 @@
+// The files of the folders above a project, which come along as long as they are small.
+#pragma once
+
+#include "git_staging.hpp"
+#include "git_unpack.hpp"
+
+#include "core/git/git_object_id.hpp"
+#include "core/git/git_plan.hpp"
+
+#include <webots_cloud/error.hpp>
+
+#include <cstdint>
+#include <unordered_set>
+#include <vector>
+
+namespace webots_cloud::adapters {
+
+/// Of all of them together, unpacked: if they are larger, none is kept.
+constexpr std::uint64_t max_parent_bytes = std::uint64_t{8} << 20;
+
+/// What neither came with the folders nor lies in another folder of the cache, each once, in the order of the
+/// plan. `parents`: with the files of the folders above the project, which come first.
+std::vector<core::GitObjectId> missing_files(std::vector<core::GitPlanItem> const& plan,
+                                             GitStaging const& staging, GitDonors const& donors,
+                                             bool parents = true);
+
+/// Watches the files that arrive in a staging area: nobody knows how large those of the folders above are
+/// until they come, and a project must not wait for them when they are large.
+///
+/// Thread-safety: that of the staging area.
+class GitParentFiles final : public GitBlobWatch
+{
+public:
+    GitParentFiles(std::vector<core::GitPlanItem> const& plan, GitStaging const& staging,
+                   GitDonors const& donors)
+    {
+        expect(plan, staging, donors);
+    }
+
+    /// From now on it waits for what `plan` lacks and only its items of parents need.
+    void expect(std::vector<core::GitPlanItem> const& plan, GitStaging const& staging,
+                GitDonors const& donors);
+
+    /// From now on it stops nothing.
+    void ignore() noexcept { expected_.clear(); }
+
+    result<> begins(std::uint64_t size) override;
+    result<> arrived(core::GitObjectId const& id, std::uint64_t size) override;
+
+    /// True when it has stopped what was on its way.
+    bool stopped() const noexcept { return stopped_; }
+
+    /// True when they are known to be too large; false, though it has stopped: a large file came, and it
+    /// could have been one of them.
+    bool too_large() const noexcept { return bytes_ > max_parent_bytes; }
+
+private:
+    result<> stop();
+
+    std::unordered_set<core::GitObjectId, core::GitObjectIdHash> expected_;
+    std::uint64_t bytes_ = 0;
+    bool stopped_ = false;
+};
+
+/// Whether all of them are there, small enough, and leave the project below `max_bytes`.
+bool may_keep_parent_files(std::vector<core::GitPlanItem> const& plan, GitStaging const& staging,
+                           GitDonors const& donors, std::uint64_t max_bytes);
+
+/// Takes them out of the plan.   False: there were none.
+bool leave_out_parent_files(std::vector<core::GitPlanItem>& plan);
+
+} // namespace webots_cloud::adapters
