@@ -29,8 +29,7 @@ public:
 
     /// On a thread of `pool`: makes `directory` (which does not exist) and in it `<repository>` with the
     /// files of the snapshot, which must stay in the cache until the project is removed. Returns the
-    /// project's root,
-    /// `<repository>[/<folder>]`.
+    /// project's root, `<repository>[/<folder>]`.
     ///
     /// Errors: `invalid_url`, `unavailable`, `protocol_error` (the cache is damaged), `operation_aborted`.
     result<std::filesystem::path> give(GitSnapshot const& snapshot, std::filesystem::path const& directory,
