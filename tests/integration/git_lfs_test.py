@@ -79,7 +79,7 @@ class LfsTest(LfsCase):
         self.assertEqual((self.lfs.questions[0]["operation"], self.lfs.questions[0]["transfers"]), ("download", ["basic"]))
 
     def test_only_the_wanted_folder_is_asked_for(self):
-        name, _ = self.repository({f"p/{WORLDS}": WORLD, "p/a.stl": self.lfs.pointer(MESH), "b.stl": self.lfs.pointer(TEXTURE)})
+        name, _ = self.repository({f"p/{WORLDS}": WORLD, "p/a.stl": self.lfs.pointer(MESH), "q/b.stl": self.lfs.pointer(TEXTURE)})
         answer = self.fetch(name, folder="p/")
         self.assertEqual(tree(answer["root"])["a.stl"], MESH)
         self.assertEqual([each["oid"] for each in self.lfs.questions[0]["objects"]], [digest(MESH)])
