@@ -292,7 +292,11 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                     ours = docker.run("ps", "--filter", "name=webots", "--format", '{{.Label "com.docker.compose.project"}}').split()[0]
                     forged = f"com.docker.compose.project=x\nstranger\t{ours}\t\tUp"
                     docker.run("create", "--network", "none", "--name", "forger", "--label", forged, image)
-                self.check_clean(simulation, {**NOTHING, "containers": ["forger created", "stranger running"]})
+                others = {**NOTHING, "containers": ["forger created", "stranger running"]}
+                self.check_clean(simulation, others)
+                await asyncio.to_thread(simulation.stop)
+                await asyncio.to_thread(simulation.start)  # which looks for left-overs of all its simulations before it answers
+                self.assertEqual(docker.things(), others)
         finally:
             docker.run("rm", "--force", "stranger", "forger")
 

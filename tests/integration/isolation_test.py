@@ -10,7 +10,7 @@ import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser_client import Browser  # noqa: E402
-from support.other_user import NOBODY, WITHOUT_NAMESPACES, WITH_HIDDEN_PROCESSES, OwnedServer, works  # noqa: E402
+from support.other_user import NOBODY, WITHOUT_NAMESPACES, WITH_HIDDEN_PROCESSES, OwnedServer, may_make_namespaces, works  # noqa: E402
 from support.servers import is_alive, main, wait_until  # noqa: E402
 
 # Opens and keeps whatever it can of its guard's and its server's, tries to read and to kill them and to write where it should not, says
@@ -150,6 +150,8 @@ class Hostile(unittest.IsolatedAsyncioTestCase):
 
     def test_what_is_missing_is_said_where_operators_look(self):
         warning = self.warning()
+        if not self.wrapper:  # or a server that has forgotten how to make a namespace would only be told about
+            self.assertEqual(bool(warning), not may_make_namespaces(self.user), warning)
         self.assertEqual(self.server.ask("/readyz")[0], 200)
         self.assertEqual("Simulations are" in self.server.get("/monitor"), bool(warning))
         self.assertIn(f"webots_simulations_isolated {0 if warning else 1}\n", self.server.get("/metrics"))

@@ -37,7 +37,10 @@ SESSION_SPACE = 384
 def highest(server):
     """The most memory that a server has taken, in megabytes."""
     with open(f"/proc/{server.process.pid}/status") as status:
-        return next(int(line.split()[1]) for line in status if line.startswith("VmHWM:")) // MEGABYTE
+        memory = next((int(line.split()[1]) for line in status if line.startswith("VmHWM:")), None)
+    if memory is None:  # it has ended, and is still our child
+        raise AssertionError(f"{server.PROGRAM} ended when it was refused memory:\n{server.log()[-3000:]}")
+    return memory // MEGABYTE
 
 
 class Highest:

@@ -23,6 +23,15 @@ def works(wrapper):
     return subprocess.run([*wrapper, "true"], stderr=subprocess.DEVNULL).returncode == 0
 
 
+def may_make_namespaces(user=None):
+    """Whether the kernel lets a user, or us, make a PID namespace: ours may be one of root's, others need a user namespace."""
+    commands = [["unshare", "--user", "--map-root-user", "--pid", "--fork", "true"]]
+    if user is None and os.geteuid() == 0:
+        commands.append(["unshare", "--pid", "--fork", "true"])
+    return any(subprocess.run(command, stderr=subprocess.DEVNULL, user=user, group=user, extra_groups=None if user is None else []
+                              ).returncode == 0 for command in commands)
+
+
 class OwnedServer(SimulationServer):
     """All that it uses belongs to the user who runs it: programs too, which may lie where that user can't reach them."""
 
