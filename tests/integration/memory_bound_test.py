@@ -92,16 +92,18 @@ class LimitedSessionServer(Limited, SessionServer):
 class SimulationServerTest(unittest.IsolatedAsyncioTestCase):
     EACH = 2  # starts for each attack
 
-    async def test_hostile_forges_and_websites_all_at_once_under_ulimit(self):
-        await self.attack(space=SIMULATION_SPACE)
-
-    async def test_the_same_in_a_control_group(self):
-        with MemoryGroup() as group:
+    async def test_hostile_forges_and_websites_all_at_once(self):
+        group = None
+        try:
+            group = self.enterContext(MemoryGroup())
             group.limit(32 + FETCH_MEMORY + BESIDE_FETCHES)
-            await self.attack(group=group)
+        except unittest.SkipTest as why:
+            print(f"only under a limit of addresses: {why}", flush=True)
+        await self.attack(SIMULATION_SPACE, group)
+        if group:
             self.assertEqual(group.killed(), 0, "processes that the kernel has killed")
 
-    async def attack(self, space=None, group=None):
+    async def attack(self, space, group):
         packs = {"deltas": pack_of_deltas(200 << 20), "folders": pack_of_folders(120 << 20),
                  "waiting": pack_of_waiting_deltas(120 << 20), "tiny": pack_of_tiny_files(30_000)}
         forge = HostileGitServer(packs)

@@ -5,6 +5,8 @@ import os
 import tempfile
 import unittest
 
+from .servers import wait_until
+
 ROOT = "/sys/fs/cgroup"
 
 
@@ -32,8 +34,12 @@ class MemoryGroup:
         return self
 
     def __exit__(self, *_):
-        with contextlib.suppress(OSError):  # somebody is still in it
+        wait_until(self._remove, f"{self.folder} still has processes")  # guards end after their server
+
+    def _remove(self):
+        with contextlib.suppress(OSError):
             os.rmdir(self.folder)
+        return not os.path.isdir(self.folder)
 
     def limit(self, megabytes):
         with open(os.path.join(self.folder, self.limits), "w") as file:
