@@ -43,7 +43,7 @@ BOOST_AUTO_TEST_CASE(the_demo_world_is_read)
 
 BOOST_AUTO_TEST_CASE(every_demo_world_is_read_without_warnings)
 {
-    for (char const* file : {"/robots/worlds/duel.wbt", "/corridor/worlds/corridor.wbt"})
+    for (char const* file : {"/robots/worlds/duel.wbt", "/robots/worlds/corridor.wbt"})
         BOOST_TEST(world_from_file(std::string(WEBOTS_DEMO_PROJECTS) + file).warnings.empty(), file);
 }
 

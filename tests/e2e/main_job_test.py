@@ -81,9 +81,9 @@ class MainJob(unittest.TestCase):
     def setUp(self):
         self.git = self.enterContext(GitServer())
         self.git.add_repository("school", "class", {
-            **demo_project("robots", "projects/robots"), **demo_project("corridor", "projects/corridor"),
+            **demo_project("projects/robots"),
             "README.md": "# Our class\n",
-        }, branches={"team/blue": demo_project("corridor")}, tags={"v1.0": demo_project("robots")})
+        }, branches={"team/blue": demo_project()}, tags={"v1.0": demo_project()})
         self.simulation = self.enterContext(SimulationServer(forges=[self.git.url], allowedRepositories=[self.git.url]))
         self.session = self.enterContext(SessionServer([self.simulation.address]))
 

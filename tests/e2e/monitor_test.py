@@ -223,7 +223,7 @@ class SimulationMonitor(unittest.TestCase):
             wait_until(lambda: browser.find_element("id", "connection").text == "live", "the page does not come alive")
             self.assertEqual(self.rows(browser), [])
             self.assertFalse(browser.find_element("id", "simulations").is_displayed())
-            for world in ("robots/blob/main/worlds/arena.wbt", "corridor/blob/main/worlds/corridor.wbt"):
+            for world in ("robots/blob/main/worlds/arena.wbt", "robots/blob/main/worlds/corridor.wbt"):
                 browser.execute_script(START, f"ws://{simulation.address}/client", f"local:/demo_projects/{world}")
             wait_until(lambda: [row[2] for row in self.rows(browser)] in (["idle"] * 2, ["running"] * 2), simulation.log)
             wait_until(lambda: all(row[4] for row in self.rows(browser)), "their processes are looked at, on another thread")

@@ -41,7 +41,7 @@ def setUpModule():
     docker = stack.enter_context(DockerDaemon())
     docker.import_image(f"{IMAGES}:R2025a-ubuntu22.04", {"/usr/local/webots/webots": simulator}, ["/bin/sh", "/bin/sleep", "/bin/false"])
     docker.import_image(EDITOR, {}, ["/bin/sleep"])
-    robots = demo_project("robots")
+    robots = demo_project()
     del robots["webots.yml"]
     git.add_repository("o", "robots", robots)
     git.add_repository("o", "own", {**robots, "docker-compose.yml": "services: {webots: {image: evil}}\n", "Dockerfile": "FROM evil\n",

@@ -410,7 +410,7 @@ class BrowserTest(unittest.IsolatedAsyncioTestCase):
     async def test_progress_then_the_simulation_or_the_reason(self):
         from support.browser_client import Browser
         with LfsServer() as lfs, GitServer(lfs=lfs.port) as git:
-            git.add_repository("owner", "lab", {**demo_project("robots"), "meshes/a.stl": lfs.pointer(MESH)})
+            git.add_repository("owner", "lab", {**demo_project(), "meshes/a.stl": lfs.pointer(MESH)})
             url = f"{git.url}/owner/lab/blob/main/worlds/arena.wbt"
             with SimulationServer(forges=[git.url], allowedRepositories=[git.url]) as simulation:
                 shown = threading.Event()

@@ -17,7 +17,7 @@ from support.projects import demo_project  # noqa: E402
 from support.servers import SimulationServer, is_alive, main, wait_until  # noqa: E402
 
 CONTROLLER = "avoid_walls/avoid_walls.py"
-PRISTINE = demo_project("robots")["controllers/" + CONTROLLER]
+PRISTINE = demo_project()["controllers/" + CONTROLLER]
 
 
 async def reset(browser, value=CONTROLLER):
@@ -49,7 +49,7 @@ class ResetController(unittest.IsolatedAsyncioTestCase):
 
     async def test_of_a_project_from_git(self):
         with GitServer() as git:
-            git.add_repository("school", "class", demo_project("robots", "projects/robots"))
+            git.add_repository("school", "class", demo_project("projects/robots"))
             with SimulationServer(forges=[git.url], allowedRepositories=[git.url]) as simulation:
                 await self.check(simulation, url=f"{git.url}/school/class/blob/main/projects/robots/worlds/arena.wbt")
 

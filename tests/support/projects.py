@@ -5,10 +5,10 @@ import os
 EXAMPLES = os.path.join(os.path.dirname(__file__), "..", "..", "examples", "demo_projects")
 
 
-def demo_project(name="robots", under=""):
-    """The files of a demo project by path, as they lie in a repository below the folder `under`."""
+def demo_project(under=""):
+    """The files of the demo project by path, as they lie in a repository below the folder `under`."""
     files = {}
-    root = os.path.join(EXAMPLES, name)
+    root = os.path.join(EXAMPLES, "robots")
     for folder, _, names in os.walk(root):
         for file in names:
             path = os.path.join(folder, file)
