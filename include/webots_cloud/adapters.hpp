@@ -303,8 +303,9 @@ result<Logger> make_logger(LogParams params);
 /// Copies share the file.
 ///
 /// An existing file is emptied; folders are made. A file that can't be opened or written costs one line of
-/// the log, and then lines are dropped; the function is empty when it could not even be opened.
-std::function<void(std::string line)> make_line_file(boost::asio::any_io_executor executor,
+/// the log, which calls it `name`, and then lines are dropped; the function is empty when it could not even
+/// be opened.
+std::function<void(std::string line)> make_line_file(boost::asio::any_io_executor executor, std::string name,
                                                      std::filesystem::path file, std::string first_line,
                                                      Logger log);
 

@@ -365,8 +365,9 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     auto isolation_warning = co_await check_isolation(config, guard, read_only, *clock, log);
     service_settings.isolation_warning = std::move(isolation_warning);
     if (config.monitor_log)
-        service_settings.monitor_log = make_line_file(executor, config.log_dir / "simulation" / "monitor.csv",
-                                                      core::monitor_csv_header(), log);
+        service_settings.monitor_log =
+            make_line_file(executor, "Monitor log file", config.log_dir / "simulation" / "monitor.csv",
+                           core::monitor_csv_header(), log);
     HttpServer const* network_server = nullptr;
     service_settings.more_metrics = [&network_server] {
         return app::network_metrics(network_server->statistics());

@@ -29,9 +29,8 @@ std::string last_problem()
 class LineFile
 {
 public:
-    LineFile(asio::any_io_executor executor, std::filesystem::path path, adapters::FileDescriptor file,
-             Logger log)
-        : executor_(std::move(executor)), path_(std::move(path)), log_(std::move(log)), file_(std::move(file))
+    LineFile(asio::any_io_executor executor, std::string name, adapters::FileDescriptor file, Logger log)
+        : executor_(std::move(executor)), name_(std::move(name)), log_(std::move(log)), file_(std::move(file))
     {}
 
     ~LineFile() { writer_.join(); }
@@ -61,14 +60,13 @@ private:
 
     void give_up()
     {
-        auto const text =
-            core::concat("Monitor log file ", path_.string(), " cannot be written: ", last_problem());
+        auto const text = core::concat(name_, " cannot be written: ", last_problem());
         file_ = adapters::FileDescriptor();
         asio::post(executor_, [log = log_, text] { log.error(text); });
     }
 
     asio::any_io_executor executor_;
-    std::filesystem::path path_;
+    std::string name_; ///< In sentences, with its path.
     Logger log_;
     adapters::FileDescriptor file_; ///< The writer's, once that has begun.
     std::atomic<int> waiting_ = 0;
@@ -77,18 +75,20 @@ private:
 
 } // namespace
 
-std::function<void(std::string line)>
-make_line_file(asio::any_io_executor executor, std::filesystem::path file, std::string first_line, Logger log)
+std::function<void(std::string line)> make_line_file(asio::any_io_executor executor, std::string name,
+                                                     std::filesystem::path file, std::string first_line,
+                                                     Logger log)
 {
+    name += " " + file.string();
     auto opened = adapters::open_output(file, adapters::OutputMode::anew, 0666);
     if (!opened) {
-        log.error(core::concat("Monitor log file ", file.string(),
-                               " cannot be created: ", opened.error().message()));
+        log.error(core::concat(name, " cannot be created: ", opened.error().message()));
         return {};
     }
     if (!opened->notice.empty())
         log.warning(opened->notice);
-    auto const lines = std::make_shared<LineFile>(std::move(executor), file, std::move(opened->file), log);
+    auto const lines =
+        std::make_shared<LineFile>(std::move(executor), std::move(name), std::move(opened->file), log);
     lines->append(std::move(first_line));
     return [lines](std::string line) { lines->append(std::move(line)); };
 }
