@@ -52,7 +52,10 @@ int main()
 
     asio::cancellation_signal stop_monitor;
     asio::cancellation_signal stop_server;
-    auto const ended = [](std::exception_ptr, result<> const&) {};
+    auto const ended = [](std::exception_ptr failure, result<> const&) {
+        if (failure) // a mistake in a program: context.run() throws it
+            std::rethrow_exception(failure);
+    };
     asio::co_spawn(executor, monitor.run(), asio::bind_cancellation_slot(stop_monitor.slot(), ended));
     asio::co_spawn(executor, server->run(), asio::bind_cancellation_slot(stop_server.slot(), ended));
 
@@ -61,10 +64,14 @@ int main()
     auto future = asio::co_spawn(executor, print_next(monitor), asio::use_future);
     while (future.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
         context.run_one();
+    future.get();
 
     // With a callback: the outcome comes as arguments.
-    auto const on_events = [&](std::exception_ptr, result<std::vector<LoadEvent>> const& events) {
-        std::cout << "callback: load " << events->front().server.report.load << " %\n";
+    auto const on_events = [&](std::exception_ptr failure, result<std::vector<LoadEvent>> const& events) {
+        if (failure)
+            std::rethrow_exception(failure);
+        if (events)
+            std::cout << "callback: load " << events->front().server.report.load << " %\n";
         stop_monitor.emit(asio::cancellation_type::terminal);
         stop_server.emit(asio::cancellation_type::terminal);
     };

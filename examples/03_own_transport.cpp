@@ -67,9 +67,14 @@ int main()
     monitor.set_servers({"sim1:2000", "sim2:2000", "sim3:2000"});
 
     asio::cancellation_signal stop;
-    auto const ended = [](std::exception_ptr, result<> const&) {};
+    auto const ended = [](std::exception_ptr failure, result<> const&) {
+        if (failure) // a mistake in a program: context.run() throws it
+            std::rethrow_exception(failure);
+    };
     asio::co_spawn(context, monitor.run(), asio::bind_cancellation_slot(stop.slot(), ended));
-    auto const on_events = [&](std::exception_ptr, auto const&) {
+    auto const on_events = [&](std::exception_ptr failure, auto const&) {
+        if (failure)
+            std::rethrow_exception(failure);
         stop.emit(asio::cancellation_type::terminal);
     };
     asio::co_spawn(context, monitor.next_events(), on_events);

@@ -80,7 +80,9 @@ int main(int argc, char** argv)
     SimulationLauncher launcher(launching, *processes, *clock, Logger());
 
     int status = 1;
-    auto const report = [&](std::exception_ptr, result<> const& outcome) {
+    auto const report = [&](std::exception_ptr failure, result<> const& outcome) {
+        if (failure)
+            std::rethrow_exception(failure);
         status = outcome ? 0 : 1;
         if (!outcome)
             std::cout << outcome.error().message() << '\n';

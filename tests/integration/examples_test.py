@@ -1,9 +1,14 @@
 #!/usr/bin/python3
 """Runs the examples, which are the documentation's code, and compares what they say with what their readers are promised."""
 
+import contextlib
+import http.client
+import http.server
 import os
+import re
 import subprocess
 import sys
+import threading
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
@@ -17,6 +22,52 @@ FOLDER = os.path.dirname(os.path.abspath(EXAMPLES))
 def run(example, *arguments, cwd=None):
     finished = subprocess.run([program(example), *arguments], capture_output=True, text=True, timeout=60, cwd=cwd)
     return finished.returncode, finished.stdout + finished.stderr
+
+
+class Machine(http.server.BaseHTTPRequestHandler):
+    """A simulation server as far as its load goes."""
+
+    def do_GET(self):
+        self.send_response(200 if self.path == "/load" else 404)
+        self.end_headers()
+        self.wfile.write(b"12.5")
+
+    def log_message(self, *_):
+        pass
+
+
+@contextlib.contextmanager
+def machine():
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Machine)
+    thread = threading.Thread(target=server.serve_forever, daemon=True)
+    thread.start()
+    try:
+        yield f"127.0.0.1:{server.server_port}"
+    finally:
+        server.shutdown()
+        server.server_close()
+        thread.join()
+
+
+@contextlib.contextmanager
+def serving(test, example, *machines):
+    """Runs an example that says where it listens, and ends it with SIGTERM, which it obeys."""
+    with subprocess.Popen([program(example), "0", *machines], stdout=subprocess.PIPE, text=True) as process:
+        try:
+            lines = iter(process.stdout.readline, "")
+            yield next(int(found[1]) for found in (re.match(r"listening on port (\d+)", line) for line in lines) if found)
+        finally:
+            process.terminate()
+            status = process.wait(30)
+        test.assertEqual(status, 0)
+
+
+def ask(port, method, path, body=None):
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=10)
+    with contextlib.closing(connection):
+        connection.request(method, path, body)
+        answer = connection.getresponse()
+        return answer.status, answer.read().decode()
 
 
 class Examples(unittest.TestCase):
@@ -70,6 +121,36 @@ class Examples(unittest.TestCase):
         self.assertEqual(status, 0, text)
         self.assertIn("decided again: ", text)
         self.assertIn("decision 1: sim1:2000 because", text)
+
+    def test_07_a_session_server_composed_by_hand_sends_browsers_to_the_machine_that_it_polls(self):
+        with machine() as address, serving(self, "07_session_server", address) as port:
+            wait_until(lambda: ask(port, "GET", "/session") == (200, "ws://" + address), "a machine for the browser")
+
+    def test_08_the_scheduler_behind_a_server_of_ones_own(self):
+        with serving(self, "08_behind_your_server", "sim1:2000", "sim2:2000") as port:
+            self.assertEqual(ask(port, "GET", "/session"), (503, "no simulation server available at the moment."))
+            self.assertEqual(ask(port, "PUT", "/load/sim1:2000", "40"), (200, ""))
+            self.assertEqual(ask(port, "PUT", "/load/sim2:2000", '{"load":10,"sessions":1}'), (200, ""))
+            self.assertEqual(ask(port, "GET", "/session"), (200, "ws://sim2:2000"))
+            self.assertEqual(ask(port, "PUT", "/load/sim2:2000", "idle")[0], 400)
+            self.assertEqual(ask(port, "PUT", "/load/sim3:2000", "0")[0], 404)
+            self.assertEqual(ask(port, "GET", "/elsewhere")[0], 404)
+
+    def test_07_and_08_say_how_they_are_used(self):
+        for example in ("07_session_server", "08_behind_your_server"):
+            for arguments in ((), ("1999",), ("x", "sim1:2000"), ("70000", "sim1:2000")):
+                status, text = run(example, *arguments)
+                self.assertEqual(status, 2, text)
+                self.assertTrue(text.startswith("usage: "), text)
+
+    def test_no_example_swallows_an_exception(self):
+        for name in sorted(os.listdir(FOLDER)):
+            if name.endswith(".cpp"):
+                with open(os.path.join(FOLDER, name), encoding="utf-8") as source:
+                    text = source.read()
+                named = re.findall(r"std::exception_ptr\b(?: (\w+))?", text)
+                self.assertEqual(len(named), text.count("std::rethrow_exception(failure);"), name)
+                self.assertTrue(all(word == "failure" for word in named), name)
 
 
 if __name__ == "__main__":

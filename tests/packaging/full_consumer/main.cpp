@@ -57,7 +57,9 @@ int main()
 
     int status = 1;
     asio::co_spawn(context, serve_and_ask(*server, *http), [&](std::exception_ptr failure, result<> outcome) {
-        status = !failure && outcome ? 0 : 1;
+        if (failure)
+            std::rethrow_exception(failure);
+        status = outcome ? 0 : 1;
     });
     context.run();
     return status;
