@@ -42,13 +42,13 @@ struct AccessParams
 /// Lets requests through to another endpoint, or answers in its place.
 ///
 /// - Operator requests (below `/api/`) are passed on with `IncomingRequest::is_operator` set when they carry
-/// the operator's
-///   token (`Authorization: Bearer <token>`) and name a known host.
+///   the operator's token (`Authorization: Bearer <token>`) and name a known host.
 /// - WebSockets of foreign pages are answered 403, and on a server of this machine requests to foreign names
-/// 421.
+///   421.
 /// - Pages get the headers that browsers need to protect them.
 ///
-/// Lifetime: `endpoint` must outlive it.   Thread-safety: one executor.
+/// Lifetime: `endpoint` must outlive it.
+/// Thread-safety: one executor.
 class AccessControl final : public Endpoint
 {
 public:

@@ -114,13 +114,15 @@ public:
     /// entry of `trusted_proxies`, that is unusable.
     virtual result<> listen() = 0;
 
-    /// The port that is listened on.   Precondition: `listen` succeeded.
+    /// The port that is listened on.
+    /// Precondition: `listen` succeeded.
     virtual std::uint16_t port() const = 0;
 
     virtual HttpServerStatistics statistics() const = 0;
 };
 
-/// HTTP/1.1 and WebSocket, plain or with TLS 1.2 and 1.3.   Lifetime: `endpoint` must outlive the server.
+/// HTTP/1.1 and WebSocket, plain or with TLS 1.2 and 1.3.
+/// Lifetime: `endpoint` must outlive the server.
 std::unique_ptr<HttpServer> make_http_server(boost::asio::any_io_executor executor, HttpServerParams params,
                                              Endpoint& endpoint, Logger log);
 
@@ -135,13 +137,14 @@ public:
     /// cancellation.
     virtual result<> listen() = 0;
 
-    /// Answers until cancelled.   Errors: `operation_aborted`.
+    /// Answers until cancelled.
+    /// Errors: `operation_aborted`.
     virtual boost::asio::awaitable<result<>> run() = 0;
 };
 
 /// Only root and the user of this process are answered, and of their processes none that this one has
-/// started, such as simulations. A socket that a dead server has left is replaced. Lifetime: `endpoint` must
-/// outlive it.
+/// started, such as simulations. A socket that a dead server has left is replaced.
+/// Lifetime: `endpoint` must outlive it.
 std::unique_ptr<OperatorSocket> make_operator_socket(boost::asio::any_io_executor executor,
                                                      std::filesystem::path path, Endpoint& endpoint,
                                                      Logger log);
@@ -182,7 +185,8 @@ std::unique_ptr<ProcessHost> make_process_host(boost::asio::any_io_executor exec
 
 /// What that guard can do here, as its option `--probe` says it in one line; for `core::parse_isolation`.
 ///
-/// Errors: `start_failed`, `timed_out` after 15 seconds.   Cancellation: terminal.
+/// Errors: `start_failed`, `timed_out` after 15 seconds.
+/// Cancellation: terminal.
 boost::asio::awaitable<result<std::string>>
 probe_guard(std::filesystem::path guard, std::vector<std::filesystem::path> read_only, Clock& clock);
 
@@ -203,7 +207,7 @@ class FetchBudget;
 std::shared_ptr<FetchBudget> make_fetch_budget(std::uint64_t memory = std::uint64_t{1} << 30,
                                                std::uint64_t disk = std::uint64_t{8} << 30);
 
-/// Projects in git repositories over HTTP(S).
+/// Where fetched repositories are kept, and how patient we are with their servers.
 struct GitSourceParams
 {
     GitSourceParams() = default;
@@ -222,10 +226,12 @@ struct GitSourceParams
     /// then that is used.
     Duration patience = std::chrono::seconds(10);
 };
+
+/// Projects in git repositories over HTTP(S).
 std::unique_ptr<ProjectSource> make_git_source(boost::asio::any_io_executor executor, GitSourceParams params,
                                                Logger log);
 
-/// Templates of this computer, over which websites lay what their users have changed.
+/// Where the templates of websites and our keys for these are, and how patient we are with them.
 struct WebsiteSourceParams
 {
     WebsiteSourceParams() = default;
@@ -240,8 +246,8 @@ struct WebsiteSourceParams
 };
 
 /// The projects that `init` asks for (`FetchOrder::website`): a copy of the template and, for a user of the
-/// website, the zip file that it answers with laid over it. Certificates are verified. Errors besides those
-/// of `ProjectSource`: `refused`.
+/// website, the zip file that it answers with laid over it. Certificates are verified.
+/// Errors besides those of `ProjectSource`: `refused`.
 std::unique_ptr<ProjectSource> make_website_source(boost::asio::any_io_executor executor,
                                                    WebsiteSourceParams params, Logger log);
 
@@ -264,8 +270,8 @@ struct SmtpParams
 };
 
 /// E-mail over SMTP with libcurl, loaded by this. Certificates are verified against those of this computer,
-/// or of the file that `SSL_CERT_FILE` names.   Errors: `invalid_argument`: host, sender or recipient is
-/// unusable; `unavailable`: no libcurl.
+/// or of the file that `SSL_CERT_FILE` names.
+/// Errors: `invalid_argument`: host, sender or recipient is unusable; `unavailable`: no libcurl.
 result<std::unique_ptr<Notifier>> make_smtp_notifier(SmtpParams params);
 
 /// The service manager that the environment names (`NOTIFY_SOCKET`, `WATCHDOG_USEC`), as systemd does;
@@ -295,8 +301,8 @@ struct LogParams
     bool json = false;          ///< An object a line, with `time` (ISO 8601, UTC), `level` and `message`.
 };
 
-/// A log in the format that operators know, `YYYY-MM-DD HH:MM:SS,mmm [LEVEL  ]  message`, or in JSON. Errors:
-/// `invalid_argument`.
+/// A log in the format that operators know, `YYYY-MM-DD HH:MM:SS,mmm [LEVEL  ]  message`, or in JSON.
+/// Errors: `invalid_argument`.
 result<Logger> make_logger(LogParams params);
 
 /// A file that grows line by line, written by a thread of its own: the function it returns never blocks.

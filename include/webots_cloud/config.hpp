@@ -184,8 +184,8 @@ struct Configured
 /// Reads a configuration. `origin` is the file's name, for messages; relative `directory`s of forges start at
 /// its folder.
 ///
-/// `~` and `$NAME` are expanded in paths.   Errors: `invalid_config`, one line with file, key, found and
-/// wanted.
+/// `~` and `$NAME` are expanded in paths.
+/// Errors: `invalid_config`, one line with file, key, found and wanted.
 result<Configured<SessionConfig>> parse_session_config(std::string_view text,
                                                        std::filesystem::path const& origin);
 result<Configured<SimulationConfig>> parse_simulation_config(std::string_view text,

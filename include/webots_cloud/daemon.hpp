@@ -77,14 +77,16 @@ int ask_running_server(Program const& program, OperatorCommand const& command, s
 /// arguments are called.
 std::string terminal_text(std::string_view sentence);
 
-/// The contents of the configuration file.   Errors: `invalid_config`, naming the file and the reason.
+/// The contents of the configuration file.
+/// Errors: `invalid_config`, naming the file and the reason.
 result<std::string> read_config_file(std::filesystem::path const& path);
 
 /// Opens the log of a program and prints what is wrong with it, if anything.
 std::optional<Logger> open_log(Program const& program, std::filesystem::path const& file, bool to_stdout,
                                bool json);
 
-/// Reads and parses a configuration; the command line has the last word.   Errors: `invalid_config`.
+/// Reads and parses a configuration; the command line has the last word.
+/// Errors: `invalid_config`.
 template<class Config>
 result<Configured<Config>> read_config(Arguments const& arguments,
                                        result<Configured<Config>> (*parse)(std::string_view,

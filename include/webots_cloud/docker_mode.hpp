@@ -68,24 +68,29 @@ struct ContainerPlan
 
 /// Docker on this machine. A live object: `run()` is to be awaited as long as it is used.
 ///
-/// Lifetime: everything passed by reference must outlive it.   Thread-safety: one executor.
+/// Lifetime: everything passed by reference must outlive it.
+/// Thread-safety: one executor.
 class DockerMode
 {
 public:
     DockerMode(DockerModeParams params, ProcessHost& processes, TextFiles& files, Clock& clock, Logger log);
     ~DockerMode();
 
-    /// Finds out which compose there is, and removes what a dead predecessor left.   Errors: `not_found`: no
-    /// compose; `unavailable`: docker does not answer; the detail is a sentence for the operator.
+    /// Finds out which compose there is, and removes what a dead predecessor left.
+    /// Errors: `not_found`: no compose; `unavailable`: docker does not answer; the detail is a sentence for
+    /// the operator.
     boost::asio::awaitable<result<>> open();
 
     /// After `open` and after each `clear`, watches for 20 seconds whether docker makes a container for a
-    /// build that nobody waits for any more, and removes it.   Precondition: `open` succeeded.   Errors:
-    /// `operation_aborted`.
+    /// build that nobody waits for any more, and removes it.
+    /// Precondition: `open` succeeded.
+    /// Errors: `operation_aborted`.
     boost::asio::awaitable<result<>> run();
 
-    /// Puts beside the project what docker needs.   Precondition: `open` succeeded.   Errors: `not_found` (a
-    /// template), `invalid_argument`, `unavailable`; the detail is a sentence for the browser.
+    /// Puts beside the project what docker needs.
+    /// Precondition: `open` succeeded.
+    /// Errors: `not_found` (a template), `invalid_argument`, `unavailable`; the detail is a sentence for the
+    /// browser.
     boost::asio::awaitable<result<ContainerPlan>> prepare(LaunchSpec const& spec, std::uint16_t port);
 
     /// Of a project that was prepared and could not be run.

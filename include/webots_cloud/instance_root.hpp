@@ -33,9 +33,10 @@ public:
     ///
     /// All three are ours: what is in the way of the inner two is set aside, and modes are mended, since
     /// simulations run as the same user. Nobody else can have put them there, or put something else in their
-    /// place later. Errors: `invalid_argument`, its detail says what to do, when `state` is another user's,
-    /// or everybody may rename what is in the folder above it; another code where a later attempt may
-    /// succeed: another server has the lock, or a disk is full.
+    /// place later.
+    /// Errors: `invalid_argument`, its detail says what to do, when `state` is another user's, or everybody
+    /// may rename what is in the folder above it; another code where a later attempt may succeed: another
+    /// server has the lock, or a disk is full.
     static result<InstanceRoot> open(std::filesystem::path const& state, std::string const& name,
                                      State link = State::no_link);
 

@@ -34,7 +34,9 @@ struct LoadMonitorParams
 ///
 /// First polls start at once; later ones keep their distance, so that polls of many servers stay spread over
 /// the interval. Inert until `run()` is awaited; `run()` ends when cancelled or when the parameters are
-/// unusable. Lifetime: `http`, `clock` must outlive the monitor.   Thread-safety: one executor.
+/// unusable.
+/// Lifetime: `http`, `clock` must outlive the monitor.
+/// Thread-safety: one executor.
 class LoadMonitor
 {
 public:
@@ -50,15 +52,15 @@ public:
     /// stay as they are.
     void set_servers(std::vector<std::string> const& addresses);
 
-    /// Cancellation: terminal; polls in flight are abandoned.   Errors: `invalid_argument`;
-    /// `operation_aborted`.
+    /// Cancellation: terminal; polls in flight are abandoned.
+    /// Errors: `invalid_argument`; `operation_aborted`.
     boost::asio::awaitable<result<>> run();
 
     /// Waits for polls to end and returns their outcomes, oldest first; never empty. For one caller at a
     /// time.
     ///
-    /// Outcomes that nobody asks for are dropped, oldest first, beyond 100 000.   Errors:
-    /// `operation_aborted`.
+    /// Outcomes that nobody asks for are dropped, oldest first, beyond 100 000.
+    /// Errors: `operation_aborted`.
     boost::asio::awaitable<result<std::vector<LoadEvent>>> next_events();
 
     /// How many servers are up, and their load. Never waits, copies nothing.

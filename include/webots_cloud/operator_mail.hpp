@@ -47,7 +47,8 @@ struct OperatorMailStatistics
 /// all of them, and a mail server that is down is tried less and less often (every 15 s at first, every 15
 /// min in the end) and costs one line of the log, `Error: unable to send email to <administrator>: <reason>`,
 /// until the kind of the failure changes. What can't be delivered in the end is written to the log. Inert
-/// until `run()` is awaited; changes may be noted before. Lifetime: `notifier` and `clock` must outlive it.
+/// until `run()` is awaited; changes may be noted before.
+/// Lifetime: `notifier` and `clock` must outlive it.
 /// Thread-safety: one executor.
 class OperatorMail
 {
@@ -65,7 +66,8 @@ public:
 
     /// Delivers until cancelled; what is not delivered then is written to the log.
     ///
-    /// Cancellation: terminal.   Errors: `operation_aborted`.
+    /// Cancellation: terminal.
+    /// Errors: `operation_aborted`.
     boost::asio::awaitable<result<>> run();
 
     OperatorMailStatistics statistics() const noexcept;

@@ -53,8 +53,8 @@ struct Project
 /// Fetches projects into instance directories. How many at a time is the matter of each source, so that one
 /// whose server is slow holds up no other.
 ///
-/// Lifetime: the sources must outlive the fetcher, and the fetcher its operations.   Thread-safety: one
-/// executor.
+/// Lifetime: the sources must outlive the fetcher, and the fetcher its operations.
+/// Thread-safety: one executor.
 class ProjectFetcher
 {
 public:
@@ -63,10 +63,12 @@ public:
                    ProjectSource* websites = nullptr);
     ~ProjectFetcher();
 
-    /// The forge that a world is on.   Errors: as `webots_cloud::forge_of`.
+    /// The forge that a world is on.
+    /// Errors: as `webots_cloud::forge_of`.
     result<std::string> forge_of(std::string_view url) const;
 
-    /// Takes a world URL apart.   Errors: as `parse_world_url`.
+    /// Takes a world URL apart.
+    /// Errors: as `parse_world_url`.
     result<ProjectRef> parse(std::string_view url) const;
 
     /// Fetches a project into a fresh directory and makes sure that its world is there.
@@ -76,14 +78,17 @@ public:
     boost::asio::awaitable<result<Project>> fetch(ProjectRef project,
                                                   std::shared_ptr<FetchProgress> progress);
 
-    /// Puts one of its files, named relative to its root, back as it was fetched.   Errors: as
-    /// `ProjectSource::restore`.
-    ///
-    /// Not cancellable: await it before the project is discarded.
-    boost::asio::awaitable<result<>> restore(Project const& project, std::string file);
-    /// The same for a project that a website's page asked for.   Errors: `refused` too.
+    /// The same for a project that a website's page asked for.
+    /// Errors: `refused` too.
     boost::asio::awaitable<result<Project>> fetch(WebsiteProject project,
                                                   std::shared_ptr<FetchProgress> progress);
+
+    /// Puts one of a project's files, named relative to its root, back as it was fetched.
+    ///
+    /// Lifetime: await it before the project is discarded.
+    /// Cancellation: none.
+    /// Errors: as `ProjectSource::restore`.
+    boost::asio::awaitable<result<>> restore(Project const& project, std::string file);
 
     /// Removes a project's directory.
     boost::asio::awaitable<void> discard(Project project);

@@ -38,8 +38,8 @@ result<std::string> forge_of(std::string_view url, std::vector<std::string> cons
 ///
 /// `forges` are base URLs such as `https://github.com`; only those are understood. Percent-encoding is
 /// decoded once; a query or fragment is ignored. Every part is checked against a strict set of characters.
-/// Errors: `invalid_url`, its detail being the text that browsers have always been shown (protocol
-/// section 4.1.2, steps 3 and 5).
+/// Errors: `invalid_url`, its detail being the text that browsers have always been shown (protocol section
+/// 4.1.2, steps 3 and 5).
 result<ProjectRef> parse_world_url(std::string_view url, std::vector<std::string> const& forges);
 
 } // namespace webots_cloud

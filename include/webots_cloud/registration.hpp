@@ -28,14 +28,16 @@ struct RegistrationParams
 /// at most 10 minutes apart. All are told again when what they were told has changed. Never in the way of
 /// anything else: what fails costs a log line.
 ///
-/// Lifetime: `http` and `clock` must outlive `run()`.   Thread-safety: one executor.
+/// Lifetime: `http` and `clock` must outlive `run()`.
+/// Thread-safety: one executor.
 class Registration
 {
 public:
     Registration(RegistrationParams params, HttpClient& http, Clock& clock, Logger log);
     ~Registration();
 
-    /// Ends only when cancelled.   Errors: `operation_aborted`.
+    /// Ends only when cancelled.
+    /// Errors: `operation_aborted`.
     boost::asio::awaitable<result<>> run();
 
     /// Takes over `share_idle_time` and `allowed_repositories`; when they differ from what the registries

@@ -103,7 +103,8 @@ public:
     }
     /// A real number, 0 <= number < 1.
     double uniform() noexcept { return static_cast<double>((*this)() >> 11) * 0x1p-53; }
-    /// An integer, 0 <= number < `count`.   Precondition: `count` > 0.
+    /// An integer, 0 <= number < `count`.
+    /// Precondition: `count` > 0.
     std::size_t below(std::size_t count) noexcept
     {
         return static_cast<std::size_t>(uniform() * static_cast<double>(count));
@@ -191,7 +192,8 @@ struct SchedulerParams
     std::uint64_t seed = 1;
 };
 
-/// Says what is wrong with the parameters, if anything.   Errors: `errc::invalid_argument` naming the field.
+/// Says what is wrong with the parameters, if anything.
+/// Errors: `errc::invalid_argument` naming the field.
 result<> validate(SchedulerParams const& params);
 
 /// Where a session goes.
@@ -199,7 +201,8 @@ struct Placement
 {
     Placement() = default;
 
-    /// The entry of "simulationServers".   Lifetime: until set_servers() leaves that server out.
+    /// The entry of "simulationServers".
+    /// Lifetime: until set_servers() leaves that server out.
     std::string_view address;
     /// For Scheduler::explain.
     std::uint64_t decision = 0;
@@ -248,10 +251,8 @@ struct Decision
 /// The problem
 ///
 /// A machine's report is seconds old, and a session that starts shows in it half a minute later.
-/// Whoever places on what is *reported* sends everybody who comes in between to one machine: of a class
-/// of 60 that clicks within a minute, 23 land on the same machine of ten, and 53 sit on an over-full
-/// one. The older the report, the worse: at an age of 10 mean session lengths, join-the-shortest-queue
-/// on reports is three times as bad as throwing dice.
+/// Whoever places on what is *reported* sends everybody who comes in between to one machine, and the
+/// older the report, the worse.
 ///
 /// The algorithm
 ///
@@ -309,47 +310,8 @@ struct Decision
 /// With fresh reports this is join-the-shortest-queue, which no rule beats for like machines and
 /// exponential times (Winston 1977). With old ones our own arrivals, the only thing that changes fast
 /// and the only thing that we know exactly, are added without delay, so that an old report costs
-/// balance only by what *left* since. Mean time in system of 100 servers at load 0.9 by age T of the
-/// reports, in mean session lengths (docs/scheduling.md has all):
-///
-///     T                   0      1      2      5     10     20     50
-///     least_reported   1.07   3.19   5.15   11.8   28.4   96.7    721
-///     power_of_two     2.64   2.96   3.25   4.00   5.11   7.08   12.5
-///     random           9.99   9.99   9.99   9.99   9.99   9.99   9.99
-///     least_committed  1.07   1.83   2.13   2.60   3.00   3.44   4.02
-///
-/// The class of 60 sits 6 on every machine, in each of 400 classes; with bare numbers 6.06 on the worst
-/// on average. Where session costs differ by a factor of 50 and machines have 4 to 64 seats, users
-/// spend 6.0 % of their time on an over-full machine; under the reference's rule 30.2 %, and under an
-/// oracle that knows every cost 1.2 %.
-///
-/// What was tried and rejected (users' time crammed on unequal machines, 6.0 % in those ten runs, where
-/// not said)
-///
-/// - The better of two random machines by score: 10.6 %, and 7.1 on the worst machine of the classroom.
-///   What two choices are good for, old information, our own counting serves better; a tournament tree
-///   makes all choices as cheap as two.
-/// - No learning, 12 % a session everywhere: 8.7 %, and 9 % of users refused although there was room.
-/// - Each machine's own slope alone: 6.19 instead of 6.00 in the classroom. A machine sees few
-///   sessions, and errors *between* machines are what moves students. One fixed weight for the fleet's
-///   slope: 10.6 % where a learned one left 7.7 % (both before the caution below), as machines may
-///   differ by a factor of 16.
-/// - No caution about unseen sessions (v = 0): 7.8 %. A fixed v = 2: 6.3 %, but 6.06 in the classroom,
-///   where sessions are alike.
-/// - Believing every report at once (gain 1): 5.9 %, but with bare numbers 6.7 instead of 6.05 in the
-///   classroom.
-/// - Ending reservations by the clock: between two reports nothing new is known. Only reports settle.
-/// - Expected departures between two reports (not measured): with sessions of minutes and reports of
-///   seconds there is next to nothing to gain.
-/// - Scores kept in a heap, or scanned: see core/placement/placement_index.hpp.
-///
-/// What would close the rest of the gap: knowing a world's cost before it starts (its URL is in the
-/// request) is worth the step from 2.6 % to 1.2 % of the oracle that knows none.
-///
-/// Cost
-///
-/// place() takes 0.2 µs among 10,000 machines, 1 µs where others place too, and report() 0.15 µs;
-/// placing allocates nothing. Memory: some 550 kB for the explanations, and 700 bytes a machine.
+/// balance only by what *left* since. docs/scheduling.md has the figures: how well it places, what was
+/// tried and rejected, and what it costs.
 ///
 /// Thread-safety: distinct objects: safe. One object: one thread at a time, const functions included.
 ///
@@ -409,8 +371,9 @@ public:
     std::optional<Decision> explain(std::uint64_t decision) const;
 
     /// Lets the policy decide again from what the decision recorded: the address it chooses,
-    /// `decision.chosen` as long as the policy is a pure function. Errors: `errc::unavailable` when no
-    /// machine was offered; `errc::not_found` when the record is not complete.
+    /// `decision.chosen` as long as the policy is a pure function.
+    /// Errors: `errc::unavailable` when no machine was offered; `errc::not_found` when the record is not
+    /// complete.
     result<std::string> replay(Decision const& decision) const;
 
 private:

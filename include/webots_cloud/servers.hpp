@@ -21,8 +21,8 @@ using Reload = std::function<result<Configured<Config>>()>;
 /// Runs a session server until cancelled.
 ///
 /// SIGHUP applies everything but `port`, the log, TLS, `connectionsPerAddress`, `trustedProxies`,
-/// `operatorSocket`, `scheduling` and `placementTimeout`; browsers stay connected. Errors:
-/// `operation_aborted` when cancelled; `unavailable` when the port is in use; `invalid_argument`.
+/// `operatorSocket`, `scheduling` and `placementTimeout`; browsers stay connected.
+/// Errors: `operation_aborted` when cancelled; `unavailable` when the port is in use; `invalid_argument`.
 /// Thread-safety: one executor, on one thread.
 boost::asio::awaitable<result<>> serve_sessions(boost::asio::any_io_executor executor, SessionConfig config,
                                                 Reload<SessionConfig> reload, Logger log);

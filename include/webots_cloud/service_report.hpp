@@ -12,7 +12,8 @@ namespace webots_cloud {
 /// Call it when everything is ready. The signs of life come from the caller's executor, so that they stop
 /// when that stands still.
 ///
-/// Ends when cancelled.   Errors: `operation_aborted`.
+/// Ends when cancelled.
+/// Errors: `operation_aborted`.
 boost::asio::awaitable<result<>> report_to(ServiceManager& manager, Clock& clock);
 
 } // namespace webots_cloud

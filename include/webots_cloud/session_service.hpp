@@ -48,8 +48,9 @@ struct SessionServiceParams
 /// Tells browsers whether there is room and sends each to its machine.
 ///
 /// Inert until served by an adapter and `run()` is awaited, which carries reports from the monitor to the
-/// scheduler and availability to the browsers. Lifetime: everything passed by reference must outlive the
-/// service.   Thread-safety: one executor.
+/// scheduler and availability to the browsers.
+/// Lifetime: everything passed by reference must outlive the service.
+/// Thread-safety: one executor.
 class SessionService final : public Endpoint
 {
 public:
@@ -65,7 +66,8 @@ public:
     /// connected stay.
     void set_servers(std::vector<ServerSpec> const& servers);
 
-    /// Cancellation: terminal.   Errors: `operation_aborted`.
+    /// Cancellation: terminal.
+    /// Errors: `operation_aborted`.
     boost::asio::awaitable<result<>> run();
 
     Answer respond(IncomingRequest const& request) override;

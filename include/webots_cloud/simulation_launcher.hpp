@@ -109,7 +109,8 @@ class Simulation
 public:
     virtual ~Simulation() = default;
 
-    /// What happens next; `SimulationEnded` exactly once and last.   Cancellation: terminal, nothing is lost.
+    /// What happens next; `SimulationEnded` exactly once and last.
+    /// Cancellation: terminal, nothing is lost.
     virtual boost::asio::awaitable<result<SimulationEvent>> next_event() = 0;
 
     /// Asks it to end; `SimulationEnded` follows. Safe at any moment, more than once.
@@ -137,8 +138,9 @@ public:
                        DockerMode* docker = nullptr);
     ~SimulationLauncher();
 
-    /// Starts a simulator.   Errors: `unavailable` (every port is taken), `invalid_argument` (mode),
-    /// `start_failed`, and those of `DockerMode::prepare`; the detail is a sentence for the browser.
+    /// Starts a simulator.
+    /// Errors: `unavailable` (every port is taken), `invalid_argument` (mode), `start_failed`, and those of
+    /// `DockerMode::prepare`; the detail is a sentence for the browser.
     boost::asio::awaitable<result<std::unique_ptr<Simulation>>> launch(LaunchSpec spec);
 
     /// Simulators whose port is not back in the pool.

@@ -69,7 +69,8 @@ struct SimulationServiceParams
 /// Runs one simulation per browser: fetch, launch, relay, clean up.
 ///
 /// Inert until served by an adapter and `run()` is awaited, which measures the machine once a second.
-/// Lifetime: everything passed by reference must outlive the service.   Thread-safety: one executor.
+/// Lifetime: everything passed by reference must outlive the service.
+/// Thread-safety: one executor.
 class SimulationService final : public Endpoint
 {
 public:
@@ -85,7 +86,8 @@ public:
     /// last has ended.
     void drain(bool exit_when_empty);
 
-    /// Ends when cancelled, or when drained; from then on no browser is waited for.   Cancellation: terminal.
+    /// Ends when cancelled, or when drained; from then on no browser is waited for.
+    /// Cancellation: terminal.
     /// Errors: `operation_aborted`.
     boost::asio::awaitable<result<>> run();
 

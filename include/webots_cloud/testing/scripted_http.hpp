@@ -14,8 +14,8 @@ namespace webots_cloud::testing {
 /// Reads like a timetable: `http.expect("GET http://a:2000/load").after(2s).reply(200, "42");`
 ///
 /// Answers to the same request are given in the order of the script; the last one of `always()` goes on for
-/// ever. A request that is not in the script fails with a sentence that quotes the script. Lifetime: `clock`
-/// must outlive it.
+/// ever. A request that is not in the script fails with a sentence that quotes the script.
+/// Lifetime: `clock` must outlive it.
 class ScriptedHttp final : public HttpClient
 {
 public:

@@ -16,7 +16,8 @@ namespace webots_cloud::testing {
 ///
 /// A program that was asked to end does so at once, unless it is `stubborn()`: then the grace must pass. Each
 /// program "listens" on the port that its arguments name, in either language of Webots, unless the script
-/// says otherwise. Lifetime: `clock` must outlive it, and it the processes it started.
+/// says otherwise.
+/// Lifetime: `clock` must outlive it, and it the processes it started.
 class ScriptedProcesses final : public ProcessHost
 {
 public:

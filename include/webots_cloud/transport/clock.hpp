@@ -12,7 +12,8 @@ namespace webots_cloud {
 ///
 /// Contract: `now()` never goes back. `wait_until` completes no earlier than its moment, in order of due time
 /// and, for equal times, of the calls; at once (but never from inside the call) when the moment has passed.
-/// Cancellation: terminal; `wait_until` then reports `operation_aborted`.   Thread-safety: one executor.
+/// Cancellation: terminal; `wait_until` then reports `operation_aborted`.
+/// Thread-safety: one executor.
 class Clock
 {
 public:

@@ -16,8 +16,9 @@
 
 namespace webots_cloud {
 
-/// A request as it came from the network: views into the adapter's buffer, valid only during the call they
-/// are passed to.
+/// A request as it came from the network: views into the adapter's buffer.
+///
+/// Lifetime: the call that it is passed to.
 struct IncomingRequest
 {
     IncomingRequest() = default;
@@ -48,8 +49,10 @@ struct IncomingRequest
     bool is_operator = false;
 };
 
-/// An open WebSocket, seen from the server. Valid while `Endpoint::converse` runs.   Thread-safety: one
-/// executor.
+/// An open WebSocket, seen from the server.
+///
+/// Lifetime: while `Endpoint::serve_websocket` runs.
+/// Thread-safety: one executor.
 class Channel
 {
 public:
@@ -61,7 +64,8 @@ public:
     /// dropped.
     virtual result<> send(std::string text) = 0;
 
-    /// The next message of the browser, text or binary.   Cancellation: terminal, nothing is lost.
+    /// The next message of the browser, text or binary.
+    /// Cancellation: terminal, nothing is lost.
     ///
     /// Errors: `closed`, by either side and in order; `unreachable`: the connection was lost without a word.
     virtual boost::asio::awaitable<result<std::string>> receive() = 0;
@@ -71,7 +75,7 @@ public:
     virtual void close(std::uint16_t code = 0, std::string reason = {}) = 0;
 };
 
-/// Accept the WebSocket handshake, then call `Endpoint::converse`.
+/// Accept the WebSocket handshake, then call `Endpoint::serve_websocket`.
 struct AcceptWebSocket
 {
     AcceptWebSocket() = default;
@@ -93,8 +97,10 @@ struct ChannelInfo
     std::string quota_key; ///< As in `IncomingRequest`.
 };
 
-/// The server side of a protocol. Called on the executor of the server adapter; must outlive the adapter's
-/// `run()`.
+/// The server side of a protocol.
+///
+/// Lifetime: must outlive the `run()` of the adapter that serves it.
+/// Thread-safety: called on the adapter's executor only.
 class Endpoint
 {
 public:
@@ -107,8 +113,8 @@ public:
     /// Talks with a browser until either side has had enough; the adapter closes the channel when this
     /// returns.
     ///
-    /// Not cancelled when the server stops: `channel.receive()` then reports `closed`, and what was begun is
-    /// cleaned up.
+    /// Cancellation: none, also when the server stops: `channel.receive()` then reports `closed`, and what
+    /// was begun is cleaned up.
     virtual boost::asio::awaitable<void> serve_websocket(ChannelInfo info, Channel& channel) = 0;
 
     /// The adapter is about to close all channels: the time for last words.

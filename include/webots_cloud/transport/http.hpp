@@ -12,8 +12,8 @@ namespace webots_cloud {
 /// Header fields in order; names compare without case.
 using HttpHeaders = std::vector<std::pair<std::string, std::string>>;
 
-/// A body that many answers share: it is made once, and sent to each from the same memory.   Thread-safety:
-/// one executor.
+/// A body that many answers share: it is made once, and sent to each from the same memory.
+/// Thread-safety: one executor.
 struct SharedBody
 {
     explicit SharedBody(std::string body) : text(std::move(body)) {}

@@ -36,7 +36,8 @@ struct HttpRequest
 /// Cancellation: terminal; the exchange is abandoned and `operation_aborted` reported.
 /// Errors: `invalid_url`; `unreachable` (name, connection or TLS: refused, or not in time); `timed_out` (the
 /// answer); `too_large`; `protocol_error` (the peer does not speak HTTP or closes before the end of its
-/// answer).   Thread-safety: one executor.
+/// answer).
+/// Thread-safety: one executor.
 class HttpClient
 {
 public:

@@ -78,7 +78,8 @@ using ProcessEvent = std::variant<ProcessOutput, ExitStatus>;
 
 /// A running program and everything it started.
 ///
-/// The destructor ends the whole tree at once, without waiting for it.   Thread-safety: one executor.
+/// The destructor ends the whole tree at once, without waiting for it.
+/// Thread-safety: one executor.
 class Process
 {
 public:
@@ -118,10 +119,12 @@ class ProcessHost
 public:
     virtual ~ProcessHost() = default;
 
-    /// Starts a program.   Errors: `start_failed`, its detail naming the program and the reason.
+    /// Starts a program.
+    /// Errors: `start_failed`, its detail naming the program and the reason.
     virtual boost::asio::awaitable<result<std::unique_ptr<Process>>> start(ProcessSpec spec) = 0;
 
-    /// Takes a free port.   Errors: `unavailable` when somebody has it.
+    /// Takes a free port.
+    /// Errors: `unavailable` when somebody has it.
     virtual result<std::unique_ptr<PortHold>> hold_port(std::uint16_t port) = 0;
 };
 

@@ -92,8 +92,8 @@ public:
 
     /// Puts one file of a fetched project back as it was. Called between `fetch` and `discard` only.
     ///
-    /// Not cancellable.   Errors: `not_found`: the project has no such file; `unavailable`. Default:
-    /// `unavailable`.
+    /// Cancellation: none.
+    /// Errors: `not_found`: the project has no such file; `unavailable`, by default always.
     virtual boost::asio::awaitable<result<>> restore(RestoreOrder)
     {
         co_return Failure(errc::unavailable, "Files of this project can't be restored.");

@@ -12,7 +12,8 @@
 
 namespace webots_cloud {
 
-/// The log of one simulation; complete when it has been destroyed.   Thread-safety: one executor.
+/// The log of one simulation; complete when it has been destroyed.
+/// Thread-safety: one executor.
 class SimulationLog
 {
 public:
@@ -25,7 +26,9 @@ public:
     virtual void write(std::string_view line) = 0;
 };
 
-/// Makes the logs of simulations.   Lifetime: must outlive its logs.   Thread-safety: one executor.
+/// Makes the logs of simulations.
+/// Lifetime: must outlive its logs.
+/// Thread-safety: one executor.
 class SimulationLogs
 {
 public:
@@ -33,8 +36,9 @@ public:
 
     virtual std::unique_ptr<SimulationLog> open(std::uint64_t simulation) = 0;
 
-    /// Removes outdated logs, now and from time to time.   Cancellation: terminal.   Errors:
-    /// `operation_aborted`.
+    /// Removes outdated logs, now and from time to time.
+    /// Cancellation: terminal.
+    /// Errors: `operation_aborted`.
     virtual boost::asio::awaitable<result<>> run() = 0;
 };
 

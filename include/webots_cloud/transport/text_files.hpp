@@ -37,14 +37,15 @@ public:
 
     /// The texts of regular files; nothing for what is missing or no regular file.
     ///
-    /// Not cancellable.   Errors: `too_large` (64 MiB), `unavailable`; the detail is a sentence for the
-    /// person who asked.
+    /// Cancellation: none.
+    /// Errors: `too_large` (64 MiB), `unavailable`; the detail is a sentence for the person who asked.
     virtual boost::asio::awaitable<result<TextsRead>> read(std::filesystem::path folder,
                                                            std::vector<std::string> names) = 0;
 
     /// Writes files over what is there; a link is replaced, not followed. The folders of their names exist.
     ///
-    /// Not cancellable.   Errors: `unavailable`, as above.
+    /// Cancellation: none.
+    /// Errors: `unavailable`, as above.
     virtual boost::asio::awaitable<result<>> write(std::filesystem::path folder,
                                                    std::vector<TextFile> files) = 0;
 };
