@@ -39,7 +39,7 @@ int main()
     auto const clock = make_steady_clock(executor);
     auto const http = make_http_client(executor);
     Machine machine;
-    auto const server = make_http_server(executor, HttpServerParams(), machine, Logger());
+    auto const server = make_http_server(executor, HttpServerParams(), Logger());
     if (auto const listening = server->listen(); !listening) {
         std::cerr << listening.error().message() << '\n';
         return 1;
@@ -47,7 +47,7 @@ int main()
 
     LoadMonitorParams params;
     params.interval = std::chrono::milliseconds(50);
-    LoadMonitor monitor(params, *http, *clock, Logger());
+    LoadMonitor monitor(params, *http, *clock);
     monitor.set_servers({"127.0.0.1:" + std::to_string(server->port())});
 
     asio::cancellation_signal stop_monitor;
@@ -57,7 +57,7 @@ int main()
             std::rethrow_exception(failure);
     };
     asio::co_spawn(executor, monitor.run(), asio::bind_cancellation_slot(stop_monitor.slot(), ended));
-    asio::co_spawn(executor, server->run(), asio::bind_cancellation_slot(stop_server.slot(), ended));
+    asio::co_spawn(executor, server->run(machine), asio::bind_cancellation_slot(stop_server.slot(), ended));
 
     // With a future: run the context, then get() the outcome. (With another thread running the context, get()
     // would wait.)

@@ -63,7 +63,7 @@ int main()
     TableClient http(
         {{"http://sim1:2000/load", "40"}, {"http://sim2:2000/load", R"({"load":10,"sessions":1})"}});
     TimerClock clock(context.get_executor());
-    LoadMonitor monitor(LoadMonitorParams(), http, clock, Logger());
+    LoadMonitor monitor(LoadMonitorParams(), http, clock);
     monitor.set_servers({"sim1:2000", "sim2:2000", "sim3:2000"});
 
     asio::cancellation_signal stop;

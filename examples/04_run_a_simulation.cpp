@@ -69,7 +69,7 @@ int main(int argc, char** argv)
     auto const executor = context.get_executor();
     auto const clock = make_steady_clock(executor);
     auto const processes = make_process_host(executor, fs::path(argv[1]) / "webots-process-guard");
-    auto const projects = make_directory_source(executor, argv[2]);
+    auto const projects = make_directory_source(argv[2]);
 
     ProjectFetcherParams fetching;
     fetching.instances = fs::temp_directory_path();

@@ -33,7 +33,7 @@ asio::awaitable<result<>> serve(asio::any_io_executor executor, std::uint16_t po
     auto const clock = make_steady_clock(executor);
     auto const http = make_http_client(executor);
 
-    LoadMonitor monitor(LoadMonitorParams(), *http, *clock, log);
+    LoadMonitor monitor(LoadMonitorParams(), *http, *clock);
     Scheduler scheduler;
     SessionServiceParams service_params;
     service_params.ssl = false; // browsers are sent to ws://
@@ -47,13 +47,13 @@ asio::awaitable<result<>> serve(asio::any_io_executor executor, std::uint16_t po
     AccessControl access(access_params, service, log);
     HttpServerParams server_params;
     server_params.port = port;
-    auto const server = make_http_server(executor, server_params, access, log);
+    auto const server = make_http_server(executor, server_params, log);
     if (auto const listening = server->listen(); !listening)
         co_return listening.error();
     std::cout << "listening on port " << server->port() << std::endl;
 
     // Nothing polls, places or answers before it is awaited. What ends first ends the others.
-    auto const ended = co_await (server->run() || service.run() || monitor.run());
+    auto const ended = co_await (server->run(access) || service.run() || monitor.run());
     co_return std::visit([](result<> const& outcome) { return outcome; }, ended);
 }
 // [composition]

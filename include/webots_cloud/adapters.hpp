@@ -103,10 +103,12 @@ class HttpServer
 public:
     virtual ~HttpServer() = default;
 
-    /// Listens until cancelled, then closes every WebSocket with 1001 and waits for the conversations to end.
+    /// Listens and has `endpoint` answer until cancelled, then closes every WebSocket with 1001 and waits for
+    /// the conversations to end. Once.
     ///
+    /// Lifetime: `endpoint` must outlive the operation.
     /// Errors: `operation_aborted` when cancelled; `unavailable` when the port is in use.
-    virtual boost::asio::awaitable<result<>> run() = 0;
+    virtual boost::asio::awaitable<result<>> run(Endpoint& endpoint) = 0;
 
     /// Opens the port; `run` does so itself if need be.
     ///
@@ -122,9 +124,8 @@ public:
 };
 
 /// HTTP/1.1 and WebSocket, plain or with TLS 1.2 and 1.3.
-/// Lifetime: `endpoint` must outlive the server.
 std::unique_ptr<HttpServer> make_http_server(boost::asio::any_io_executor executor, HttpServerParams params,
-                                             Endpoint& endpoint, Logger log);
+                                             Logger log);
 
 /// A Unix socket on which the operator asks what nobody else may: every request there is
 /// `IncomingRequest::is_operator`.
@@ -137,17 +138,17 @@ public:
     /// cancellation.
     virtual result<> listen() = 0;
 
-    /// Answers until cancelled.
+    /// Has `endpoint` answer until cancelled.
+    ///
+    /// Lifetime: `endpoint` must outlive the operation.
     /// Errors: `operation_aborted`.
-    virtual boost::asio::awaitable<result<>> run() = 0;
+    virtual boost::asio::awaitable<result<>> run(Endpoint& endpoint) = 0;
 };
 
 /// Only root and the user of this process are answered, and of their processes none that this one has
 /// started, such as simulations. A socket that a dead server has left is replaced.
-/// Lifetime: `endpoint` must outlive it.
 std::unique_ptr<OperatorSocket> make_operator_socket(boost::asio::any_io_executor executor,
-                                                     std::filesystem::path path, Endpoint& endpoint,
-                                                     Logger log);
+                                                     std::filesystem::path path, Logger log);
 
 /// The body of the answer to a request over the operator's socket of a running server. Waits for it, 5 s at
 /// most.
@@ -197,8 +198,7 @@ std::unique_ptr<TextFiles> make_text_files();
 /// copied.
 ///
 /// The part of the world's URL that names a branch is ignored: a plain folder is what it is.
-std::unique_ptr<ProjectSource> make_directory_source(boost::asio::any_io_executor executor,
-                                                     std::filesystem::path folder);
+std::unique_ptr<ProjectSource> make_directory_source(std::filesystem::path folder);
 
 /// What all fetches of projects together may take: memory and disk. Who does not fit waits, or is refused.
 class FetchBudget;
@@ -248,8 +248,7 @@ struct WebsiteSourceParams
 /// The projects that `init` asks for (`FetchOrder::website`): a copy of the template and, for a user of the
 /// website, the zip file that it answers with laid over it. Certificates are verified.
 /// Errors besides those of `ProjectSource`: `refused`.
-std::unique_ptr<ProjectSource> make_website_source(boost::asio::any_io_executor executor,
-                                                   WebsiteSourceParams params, Logger log);
+std::unique_ptr<ProjectSource> make_website_source(WebsiteSourceParams params, Logger log);
 
 /// A mailbox of the administrator, and the mail server that takes mails for it.
 struct SmtpParams

@@ -6,7 +6,6 @@
 #include <webots_cloud/server_load.hpp>
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/http_client.hpp>
-#include <webots_cloud/transport/logger.hpp>
 
 #include <boost/asio/awaitable.hpp>
 
@@ -40,7 +39,7 @@ struct LoadMonitorParams
 class LoadMonitor
 {
 public:
-    LoadMonitor(LoadMonitorParams params, HttpClient& http, Clock& clock, Logger log);
+    LoadMonitor(LoadMonitorParams params, HttpClient& http, Clock& clock);
     ~LoadMonitor();
 
     /// Takes other parameters: each server's next poll obeys them.

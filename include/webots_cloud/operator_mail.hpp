@@ -60,9 +60,9 @@ public:
     /// delivers elsewhere from now on. Without an administrator what waits is written to the log.
     void set_params(OperatorMailParams params);
 
-    /// Takes note of a change; those that are not for the administrator (none, merely too slow) are left
-    /// alone. Never waits.
-    void note(LoadEvent const& event);
+    /// Takes note of a change. False: nobody gets mails, or it is none to be mailed (merely too slow); then
+    /// it is left alone. Never waits.
+    bool note(LoadEvent const& event);
 
     /// Delivers until cancelled; what is not delivered then is written to the log.
     ///
@@ -76,9 +76,5 @@ private:
     struct Impl;
     std::unique_ptr<Impl> impl_;
 };
-
-/// True when `OperatorMail` tells the administrator about such a change, so that it need not be logged as
-/// well.
-bool is_mailed(LoadTransition transition) noexcept;
 
 } // namespace webots_cloud

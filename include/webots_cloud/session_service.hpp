@@ -37,11 +37,16 @@ struct SessionServiceParams
     bool decisions_for_all = false;
     /// What the viewer page proposes (JSON: url, mode, notice); empty: nothing.
     std::string viewer_defaults;
-    /// Told of the changes that `is_mailed` names, which are not logged then. Empty: all are logged. Must not
-    /// wait.
-    std::function<void(LoadEvent const&)> tell_administrator;
+};
+
+/// Whom a SessionService tells and asks besides those that it can't do without. None of them may wait.
+struct SessionServiceHooks
+{
+    SessionServiceHooks() = default;
+
+    /// Told of every change of a server. True: the operator hears of it, so that it is not logged.
+    std::function<bool(LoadEvent const&)> tell_operator;
     /// What `GET /metrics` shows below the service's own figures: families in the text format of Prometheus.
-    /// Must not wait.
     std::function<std::string()> more_metrics;
 };
 
@@ -55,7 +60,7 @@ class SessionService final : public Endpoint
 {
 public:
     SessionService(SessionServiceParams params, LoadMonitor& monitor, Scheduler& scheduler, Clock& clock,
-                   Logger log);
+                   Logger log, SessionServiceHooks hooks = SessionServiceHooks());
     ~SessionService() override;
 
     /// Takes other parameters, but for `port` and `history_step`, which stay. Browsers that are connected

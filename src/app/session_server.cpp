@@ -107,8 +107,7 @@ struct AdministratorMail
     OperatorMail mail;
 };
 
-SessionServiceParams session_service_params(SessionConfig const& config, OperatorMail& mail,
-                                            std::function<std::string()> more_metrics)
+SessionServiceParams session_service_params(SessionConfig const& config)
 {
     SessionServiceParams params;
     params.ssl = config.ssl;
@@ -119,9 +118,6 @@ SessionServiceParams session_service_params(SessionConfig const& config, Operato
     params.session_rate = config.session_rate;
     params.decisions_for_all = config.decisions_for_all;
     params.viewer_defaults = viewer_defaults(config);
-    if (!config.administrator.empty())
-        params.tell_administrator = [&mail](LoadEvent const& event) { mail.note(event); };
-    params.more_metrics = std::move(more_metrics);
     return params;
 }
 
@@ -142,32 +138,30 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     using namespace asio::experimental::awaitable_operators;
     auto const clock = make_steady_clock(executor);
     auto const http = make_http_client(executor);
-    LoadMonitor monitor(load_monitor_params(config), *http, *clock, log);
+    LoadMonitor monitor(load_monitor_params(config), *http, *clock);
     Scheduler scheduler(scheduler_params(config));
     AdministratorMail administrator(config, *clock, log);
     if (auto const usable = administrator.obey(config); !usable)
         co_return usable;
-    HttpServer const* network = nullptr;
-    std::function<std::string()> const more_metrics = [&network, &administrator] {
-        return app::network_metrics(network->statistics()) +
+    auto const server = make_http_server(executor, app::server_params(config.port, config.network), log);
+    SessionServiceHooks hooks;
+    hooks.tell_operator = [&administrator](LoadEvent const& event) { return administrator.mail.note(event); };
+    hooks.more_metrics = [&server, &administrator] {
+        return app::network_metrics(server->statistics()) +
                app::mail_metrics(administrator.mail.statistics());
     };
-    SessionService service(session_service_params(config, administrator.mail, more_metrics), monitor,
-                           scheduler, *clock, log);
+    SessionService service(session_service_params(config), monitor, scheduler, *clock, log, std::move(hooks));
     service.set_servers(config.simulation_servers);
 
     auto const allowed = session_access_params(config);
     if (!allowed)
         co_return allowed.error();
     AccessControl access(*allowed, service, log);
-    auto const server =
-        make_http_server(executor, app::server_params(config.port, config.network), access, log);
-    network = server.get();
     if (auto const listening = server->listen(); !listening)
         co_return listening.error();
     log.info(core::concat("Session server running on port ", std::to_string(config.port)));
     auto const socket_path = app::operator_socket("session", config.port, config.access);
-    auto const operators = make_operator_socket(executor, socket_path, access, log);
+    auto const operators = make_operator_socket(executor, socket_path, log);
     if (auto const listening = operators->listen(); !listening)
         log.warning(core::concat("No --decisions: ", listening.error().message()));
     std::function<result<>(SessionConfig const&)> const apply = [&](SessionConfig const& next) -> result<> {
@@ -181,16 +175,16 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
             return usable;
         if (auto const usable = scheduler.set_limits(limits.threshold, limits.report_lifetime); !usable)
             return usable;
-        service.set_params(session_service_params(next, administrator.mail, more_metrics));
+        service.set_params(session_service_params(next));
         service.set_servers(next.simulation_servers);
         access.set_params(*next_access);
         return {};
     };
     auto const manager = make_service_manager();
-    auto const ended =
-        co_await (server->run() || operators->run() || report_to(*manager, *clock) || service.run() ||
-                  monitor.run() || administrator.mail.run() || app::sum_up_log(log, *clock) ||
-                  app::obey_sighup(executor, std::move(reload), config, apply, log));
+    auto const ended = co_await (server->run(access) || operators->run(access) ||
+                                 report_to(*manager, *clock) || service.run() || monitor.run() ||
+                                 administrator.mail.run() || app::sum_up_log(log, *clock) ||
+                                 app::obey_sighup(executor, std::move(reload), config, apply, log));
     co_return std::visit([](result<> const& outcome) { return outcome; }, ended);
 }
 

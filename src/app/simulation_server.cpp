@@ -166,7 +166,7 @@ struct Sources
     {
         for (auto const& forge : config.forges) {
             if (!forge.directory.empty()) {
-                owned.push_back(make_directory_source(executor, forge.directory));
+                owned.push_back(make_directory_source(forge.directory));
                 forges.emplace_back(forge.url, *owned.back());
                 continue;
             }
@@ -345,7 +345,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     fetching.instances = instances;
     std::unique_ptr<ProjectSource> websites; // whose pages know nothing of containers
     if (!config.docker)
-        websites = make_website_source(executor, website_params(config, choice->program, budget), log);
+        websites = make_website_source(website_params(config, choice->program, budget), log);
     ProjectFetcher fetcher(fetching, sources.forges, log, websites.get());
     std::unique_ptr<TextFiles> files;
     std::unique_ptr<DockerMode> docker;
@@ -368,30 +368,26 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
         service_settings.monitor_log =
             make_line_file(executor, "Monitor log file", config.log_dir / "simulation" / "monitor.csv",
                            core::monitor_csv_header(), log);
-    HttpServer const* network_server = nullptr;
-    service_settings.more_metrics = [&network_server] {
-        return app::network_metrics(network_server->statistics());
-    };
+    auto network = app::server_params(config.port, config.network);
+    network.spare_descriptors +=
+        descriptors_per_simulation * static_cast<std::size_t>(config.max_connections);
+    auto const server = make_http_server(executor, std::move(network), log);
+    service_settings.more_metrics = [&server] { return app::network_metrics(server->statistics()); };
     std::shared_ptr<SimulationLogs> const logs =
         make_simulation_logs(executor, logs_params(config), *clock, log);
     if (config.simulation_log_keep > Duration::zero())
         service_settings.simulation_logs = logs;
     SimulationService service(std::move(service_settings), fetcher, launcher, *metrics, *clock, log);
 
-    auto network = app::server_params(config.port, config.network);
-    network.spare_descriptors +=
-        descriptors_per_simulation * static_cast<std::size_t>(config.max_connections);
     auto const allowed = app::access_params(config.server, config.access);
     if (!allowed)
         co_return allowed.error();
     AccessControl access(*allowed, service, log);
-    auto const server = make_http_server(executor, std::move(network), access, log);
-    network_server = server.get();
     if (auto const listening = server->listen(); !listening)
         co_return listening.error();
     log.info(concat("Running simulation server on port ", std::to_string(config.port)));
     auto const socket_path = app::operator_socket("simulation", config.port, config.access);
-    auto const operators = make_operator_socket(executor, socket_path, access, log);
+    auto const operators = make_operator_socket(executor, socket_path, log);
     if (auto const listening = operators->listen(); !listening)
         log.warning(concat("No --drain, only SIGUSR1: ", listening.error().message()));
     auto const http = make_http_client(executor);
@@ -409,9 +405,9 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     std::function<void()> const drain = [&service] { service.drain(false); };
     auto const manager = make_service_manager();
     auto const ended =
-        co_await (server->run() || operators->run() || report_to(*manager, *clock) || service.run() ||
-                  registration.run() || run(docker.get(), *clock) || app::obey_sigusr1(executor, drain) ||
-                  app::sum_up_log(log, *clock) ||
+        co_await (server->run(access) || operators->run(access) || report_to(*manager, *clock) ||
+                  service.run() || registration.run() || run(docker.get(), *clock) ||
+                  app::obey_sigusr1(executor, drain) || app::sum_up_log(log, *clock) ||
                   app::obey_sighup(executor, std::move(reload), config, apply, log) || logs->run());
     co_return std::visit([](result<> const& outcome) { return outcome; }, ended);
 }

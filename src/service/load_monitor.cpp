@@ -67,8 +67,8 @@ std::string server_url(std::string_view address, bool tls, std::string_view path
 
 struct LoadMonitor::Impl
 {
-    Impl(LoadMonitorParams parameters, HttpClient& client, Clock& time, Logger logger)
-        : params(parameters), http(client), clock(time), log(std::move(logger))
+    Impl(LoadMonitorParams parameters, HttpClient& client, Clock& time)
+        : params(parameters), http(client), clock(time)
     {}
 
     void start(std::shared_ptr<Watch> const& watch)
@@ -84,7 +84,6 @@ struct LoadMonitor::Impl
     LoadMonitorParams params;
     HttpClient& http;
     Clock& clock;
-    Logger log;
     std::vector<std::shared_ptr<Watch>> watches;
     std::deque<LoadEvent> events;
     std::optional<async::TaskGroup> tasks; // while run() is awaited
@@ -130,8 +129,8 @@ void LoadMonitor::Impl::record(Watch& watch, result<LoadReport> const& outcome)
         happened->notify();
 }
 
-LoadMonitor::LoadMonitor(LoadMonitorParams params, HttpClient& http, Clock& clock, Logger log)
-    : impl_(std::make_unique<Impl>(params, http, clock, std::move(log)))
+LoadMonitor::LoadMonitor(LoadMonitorParams params, HttpClient& http, Clock& clock)
+    : impl_(std::make_unique<Impl>(params, http, clock))
 {}
 
 LoadMonitor::~LoadMonitor() = default;

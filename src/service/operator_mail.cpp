@@ -76,15 +76,16 @@ void OperatorMail::set_params(OperatorMailParams params)
         impl_->changed->notify();
 }
 
-void OperatorMail::note(LoadEvent const& event)
+bool OperatorMail::note(LoadEvent const& event)
 {
     if (impl_->params.administrator.empty() || !core::is_news(event.transition))
-        return;
+        return false;
     core::News const news(event, impl_->clock.wall());
     if (impl_->digest.at_once(event.server.address, news, impl_->clock.now()))
         impl_->post(core::news_notice(news, impl_->monitor));
     if (impl_->changed)
         impl_->changed->notify();
+    return true;
 }
 
 OperatorMailStatistics OperatorMail::statistics() const noexcept
@@ -197,11 +198,6 @@ std::string OperatorMail::Impl::new_id()
         std::chrono::duration_cast<std::chrono::microseconds>(clock.wall().time_since_epoch()).count();
     return concat(std::to_string(moment), ".", std::to_string(++notices), ".webots-session-server-",
                   std::to_string(params.port));
-}
-
-bool is_mailed(LoadTransition transition) noexcept
-{
-    return core::is_news(transition);
 }
 
 } // namespace webots_cloud

@@ -10,7 +10,6 @@
 #include "monitor_feed.hpp"
 #include "web/assets.hpp"
 
-#include <webots_cloud/operator_mail.hpp>
 #include <webots_cloud/version.hpp>
 
 #include <boost/asio/experimental/awaitable_operators.hpp>
@@ -67,9 +66,10 @@ constexpr std::string_view any_origin = html_for_any_origin.substr(html_for_any_
 struct SessionService::Impl
 {
     Impl(SessionServiceParams parameters, LoadMonitor& load_monitor, Scheduler& placing, Clock& time,
-         Logger logger)
+         Logger logger, SessionServiceHooks others)
         : params(std::move(parameters)), monitor(load_monitor), scheduler(placing), clock(time),
-          log(std::move(logger)), started(clock.wall()), board(params.history_step, params.threshold)
+          log(std::move(logger)), hooks(std::move(others)), started(clock.wall()),
+          board(params.history_step, params.threshold)
     {
         set_budget();
     }
@@ -102,6 +102,7 @@ struct SessionService::Impl
     Scheduler& scheduler;
     Clock& clock;
     Logger log;
+    SessionServiceHooks hooks;
     WallTime started;
     bool available = false;
     std::unordered_set<Channel*> browsers; // those that watch availability
@@ -122,8 +123,9 @@ struct SessionService::Impl
 };
 
 SessionService::SessionService(SessionServiceParams params, LoadMonitor& monitor, Scheduler& scheduler,
-                               Clock& clock, Logger log)
-    : impl_(std::make_unique<Impl>(std::move(params), monitor, scheduler, clock, std::move(log)))
+                               Clock& clock, Logger log, SessionServiceHooks hooks)
+    : impl_(std::make_unique<Impl>(std::move(params), monitor, scheduler, clock, std::move(log),
+                                   std::move(hooks)))
 {}
 
 SessionService::~SessionService() = default;
@@ -198,9 +200,9 @@ void SessionService::Impl::take(LoadEvent const& event)
     else
         scheduler.lost(event.server.address, clock.now());
     board.note(event.server);
-    if (params.tell_administrator && is_mailed(event.transition))
-        params.tell_administrator(event);
-    else if (event.transition != LoadTransition::none)
+    if (event.transition == LoadTransition::none)
+        return;
+    if (!hooks.tell_operator || !hooks.tell_operator(event))
         log.info(transition_line(event));
 }
 
@@ -386,7 +388,7 @@ HttpResponse SessionService::Impl::metrics() const
     text.family("polls_total", "counter", "Polls of simulation servers.")
         .add(static_cast<double>(good_polls), {{"result", "good"}})
         .add(static_cast<double>(failed_polls), {{"result", "failed"}});
-    return core::metrics_page(text.take(), params.more_metrics);
+    return core::metrics_page(text.take(), hooks.more_metrics);
 }
 
 Answer SessionService::respond(IncomingRequest const& request)

@@ -151,7 +151,7 @@ HttpConnection::Next HttpConnection::answer()
         }
         request.upgrade = true;
     }
-    auto const answer = context_.endpoint.respond(request);
+    auto const answer = context_.endpoint->respond(request);
     if (auto const* response = std::get_if<HttpResponse>(&answer))
         return give(*response, request);
     if (!admit_client()) {

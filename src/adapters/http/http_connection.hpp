@@ -19,7 +19,7 @@ namespace webots_cloud::adapters {
 struct HttpConnectionContext
 {
     HttpServerParams const& params;
-    Endpoint& endpoint;
+    Endpoint* endpoint; ///< Given when the server runs; before, there is no connection.
     Logger const& log;
     HttpServerStatistics& statistics;
     core::IpNetworks const& proxies;

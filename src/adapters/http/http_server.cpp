@@ -60,16 +60,16 @@ struct Conversation
 class NetworkServer final : public HttpServer
 {
 public:
-    NetworkServer(asio::any_io_executor executor, HttpServerParams params, Endpoint& endpoint, Logger log)
+    NetworkServer(asio::any_io_executor executor, HttpServerParams params, Logger log)
         : executor_(std::move(executor)), params_(std::move(params)), log_(std::move(log)),
           proxies_(params_.trusted_proxies),
-          limit_(params_.connections_per_address, statistics_, log_), context_{params_,     endpoint, log_,
+          limit_(params_.connections_per_address, statistics_, log_), context_{params_,     nullptr,  log_,
                                                                                statistics_, proxies_, limit_},
-          endpoint_(endpoint), acceptor_(executor_), sweeper_(executor_), tasks_(executor_)
+          acceptor_(executor_), sweeper_(executor_), tasks_(executor_)
     {}
 
     result<> listen() override;
-    asio::awaitable<result<>> run() override;
+    asio::awaitable<result<>> run(Endpoint& endpoint) override;
     std::uint16_t port() const override { return acceptor_.port(); }
     HttpServerStatistics statistics() const override;
 
@@ -98,7 +98,6 @@ private:
     core::IpNetworks proxies_;
     ConnectionLimit limit_;
     HttpConnectionContext context_;
-    Endpoint& endpoint_;
     adapters::Acceptor acceptor_;
     std::optional<adapters::TlsCertificate> certificate_;
     asio::steady_timer sweeper_;
@@ -135,8 +134,9 @@ HttpServerStatistics NetworkServer::statistics() const
     return statistics;
 }
 
-asio::awaitable<result<>> NetworkServer::run()
+asio::awaitable<result<>> NetworkServer::run(Endpoint& endpoint)
 {
+    context_.endpoint = &endpoint;
     if (auto const listening = listen(); !listening)
         co_return listening.error();
     co_await asio::this_coro::throw_if_cancelled(false);
@@ -244,7 +244,7 @@ asio::awaitable<void> NetworkServer::serve_websocket(Connections::iterator conne
 {
     auto info = connection->channel_info();
     active_.erase(connection);
-    return endpoint_.serve_websocket(std::move(info), conversation->channel);
+    return context_.endpoint->serve_websocket(std::move(info), conversation->channel);
 }
 
 /// Closes the oldest connection that has said nothing yet, or else one that waits between two requests, or
@@ -301,7 +301,7 @@ asio::awaitable<void> NetworkServer::stop()
     for (auto* const connections : {&silent_, &active_})
         for (auto& connection : *connections)
             connection.stop();
-    endpoint_.stopping();
+    context_.endpoint->stopping();
     for (auto& conversation : conversations_)
         conversation.channel.close(1001, "the server is stopping");
     asio::steady_timer patience(executor_, params_.stop_timeout);
@@ -321,9 +321,9 @@ asio::awaitable<void> NetworkServer::stop()
 } // namespace
 
 std::unique_ptr<HttpServer> make_http_server(asio::any_io_executor executor, HttpServerParams params,
-                                             Endpoint& endpoint, Logger log)
+                                             Logger log)
 {
-    return std::make_unique<NetworkServer>(std::move(executor), std::move(params), endpoint, std::move(log));
+    return std::make_unique<NetworkServer>(std::move(executor), std::move(params), std::move(log));
 }
 
 } // namespace webots_cloud

@@ -121,20 +121,19 @@ IncomingRequest to_request(http::request<http::empty_body> const& message,
 class LocalOperatorSocket final : public OperatorSocket
 {
 public:
-    LocalOperatorSocket(asio::any_io_executor const& executor, fs::path path, Endpoint& endpoint, Logger log)
-        : path_(std::move(path)), endpoint_(endpoint), log_(std::move(log)), acceptor_(executor)
+    LocalOperatorSocket(asio::any_io_executor const& executor, fs::path path, Logger log)
+        : path_(std::move(path)), log_(std::move(log)), acceptor_(executor)
     {}
     ~LocalOperatorSocket() override { close(); }
 
     result<> listen() override;
-    asio::awaitable<result<>> run() override;
+    asio::awaitable<result<>> run(Endpoint& endpoint) override;
 
 private:
-    asio::awaitable<void> serve(Protocol::socket socket);
+    asio::awaitable<void> serve(Protocol::socket socket, Endpoint& endpoint);
     void close();
 
     fs::path path_;
-    Endpoint& endpoint_;
     Logger log_;
     Protocol::acceptor acceptor_;
     ino_t inode_ = 0; ///< Of our socket: at the end only that is removed.
@@ -183,7 +182,7 @@ void LocalOperatorSocket::close()
 }
 
 /// One after the other: whoever is let in is the operator, and each has a deadline.
-asio::awaitable<result<>> LocalOperatorSocket::run()
+asio::awaitable<result<>> LocalOperatorSocket::run(Endpoint& endpoint)
 {
     co_await asio::this_coro::throw_if_cancelled(false);
     if (!acceptor_.is_open()) { // `listen` said why: the server goes on without
@@ -202,11 +201,11 @@ asio::awaitable<result<>> LocalOperatorSocket::run()
             log_.warning(LogCause("operator's socket"),
                          concat("Refused a connection to the operator's socket: ", why));
         else
-            co_await serve(std::move(socket));
+            co_await serve(std::move(socket), endpoint);
     }
 }
 
-asio::awaitable<void> LocalOperatorSocket::serve(Protocol::socket socket)
+asio::awaitable<void> LocalOperatorSocket::serve(Protocol::socket socket, Endpoint& endpoint)
 {
     Stream stream(std::move(socket));
     beast::flat_buffer buffer(max_head);
@@ -218,7 +217,7 @@ asio::awaitable<void> LocalOperatorSocket::serve(Protocol::socket socket)
     if (unreadable)
         co_return;
     std::vector<std::pair<std::string_view, std::string_view>> headers;
-    auto answer = endpoint_.respond(to_request(parser.get(), headers));
+    auto answer = endpoint.respond(to_request(parser.get(), headers));
     auto* const response = std::get_if<HttpResponse>(&answer);
     if (response && response->shared)
         response->body = response->shared->text;
@@ -262,10 +261,9 @@ asio::awaitable<result<std::string>> ask(Protocol::endpoint where, std::string_v
 } // namespace
 
 std::unique_ptr<OperatorSocket> make_operator_socket(asio::any_io_executor executor, fs::path path,
-                                                     Endpoint& endpoint, Logger log)
+                                                     Logger log)
 {
-    return std::make_unique<LocalOperatorSocket>(std::move(executor), std::move(path), endpoint,
-                                                 std::move(log));
+    return std::make_unique<LocalOperatorSocket>(std::move(executor), std::move(path), std::move(log));
 }
 
 result<std::string> ask_operator_socket(fs::path const& path, std::string_view method,

@@ -93,7 +93,7 @@ private:
 
 } // namespace
 
-std::unique_ptr<ProjectSource> make_directory_source(asio::any_io_executor, fs::path folder)
+std::unique_ptr<ProjectSource> make_directory_source(fs::path folder)
 {
     return std::make_unique<DirectorySource>(std::move(folder));
 }

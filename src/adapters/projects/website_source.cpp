@@ -260,8 +260,7 @@ private:
 
 } // namespace
 
-std::unique_ptr<ProjectSource> make_website_source(asio::any_io_executor, WebsiteSourceParams params,
-                                                   Logger log)
+std::unique_ptr<ProjectSource> make_website_source(WebsiteSourceParams params, Logger log)
 {
     return std::make_unique<WebsiteSource>(std::move(params), std::move(log));
 }

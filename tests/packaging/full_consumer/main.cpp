@@ -31,10 +31,10 @@ asio::awaitable<result<>> ask(HttpClient& http, std::uint16_t port)
     co_return result<>();
 }
 
-asio::awaitable<result<>> serve_and_ask(HttpServer& server, HttpClient& http)
+asio::awaitable<result<>> serve_and_ask(HttpServer& server, Endpoint& endpoint, HttpClient& http)
 {
     using namespace asio::experimental::awaitable_operators;
-    auto const ended = co_await (server.run() || ask(http, server.port()));
+    auto const ended = co_await (server.run(endpoint) || ask(http, server.port()));
     co_return std::visit([](result<> const& outcome) { return outcome; }, ended);
 }
 
@@ -47,7 +47,7 @@ int main()
     HttpServerParams params;
     params.address = "127.0.0.1";
     auto const http = make_http_client(context.get_executor());
-    auto const server = make_http_server(context.get_executor(), params, greeter, {});
+    auto const server = make_http_server(context.get_executor(), params, {});
     GitSourceParams cached;
     cached.cache = std::filesystem::temp_directory_path() / "webots_cloud_full_consumer";
     auto const git =
@@ -56,11 +56,12 @@ int main()
         return 1;
 
     int status = 1;
-    asio::co_spawn(context, serve_and_ask(*server, *http), [&](std::exception_ptr failure, result<> outcome) {
-        if (failure)
-            std::rethrow_exception(failure);
-        status = outcome ? 0 : 1;
-    });
+    asio::co_spawn(context, serve_and_ask(*server, greeter, *http),
+                   [&](std::exception_ptr failure, result<> outcome) {
+                       if (failure)
+                           std::rethrow_exception(failure);
+                       status = outcome ? 0 : 1;
+                   });
     context.run();
     return status;
 }

@@ -17,7 +17,7 @@ namespace {
 struct Fixture
 {
     explicit Fixture(std::vector<std::string> const& servers, LoadMonitorParams params = LoadMonitorParams())
-        : http(world.clock), monitor(params, http, world.clock, Logger()), tasks(world.executor())
+        : http(world.clock), monitor(params, http, world.clock), tasks(world.executor())
     {
         monitor.set_servers(servers);
     }
@@ -215,7 +215,7 @@ BOOST_AUTO_TEST_CASE(useless_parameters_end_it_with_a_reason)
     testing::ScriptedHttp http(world.clock);
     LoadMonitorParams params;
     params.interval = Duration::zero();
-    LoadMonitor monitor(params, http, world.clock, Logger());
+    LoadMonitor monitor(params, http, world.clock);
     BOOST_TEST((world.run(monitor.run()).error() == errc::invalid_argument));
 }
 

@@ -227,10 +227,9 @@ BOOST_AUTO_TEST_CASE(what_others_claim_is_not_believed)
 BOOST_AUTO_TEST_CASE(a_trusted_proxy_that_is_no_address_is_refused)
 {
     boost::asio::io_context context;
-    TestEndpoint endpoint;
     HttpServerParams params;
     params.trusted_proxies = {"::1", "proxy.example.org"};
-    auto const server = make_http_server(context.get_executor(), params, endpoint, Logger());
+    auto const server = make_http_server(context.get_executor(), params, Logger());
     auto const listening = server->listen();
     BOOST_TEST_REQUIRE(!listening);
     BOOST_TEST((listening.error() == errc::invalid_config));

@@ -126,12 +126,12 @@ public:
     explicit RunningServer(HttpServerParams params = {})
     {
         params.address = "127.0.0.1";
-        server_ = make_http_server(context_.get_executor(), params, endpoint, Logger());
+        server_ = make_http_server(context_.get_executor(), params, Logger());
         BOOST_REQUIRE(server_->listen().has_value());
         auto finished = [this](std::exception_ptr failure, result<> outcome) {
             ended_.set_value(failure ? result<>(Failure(errc::unavailable)) : outcome);
         };
-        boost::asio::co_spawn(context_, server_->run(),
+        boost::asio::co_spawn(context_, server_->run(endpoint),
                               boost::asio::bind_cancellation_slot(cancel_.slot(), finished));
         thread_ = std::thread([this] { context_.run(); });
     }

@@ -47,7 +47,7 @@ struct Directory
 
     std::unique_ptr<ProjectSource> make(asio::any_io_executor executor, fs::path const& projects)
     {
-        return make_directory_source(std::move(executor), projects);
+        return make_directory_source(projects);
     }
 
     void ask(FetchOrder& order, std::string const& repository, std::string const& world) const
@@ -68,7 +68,7 @@ struct Website
     {
         WebsiteSourceParams params;
         params.projects = projects;
-        return make_website_source(std::move(executor), std::move(params), Logger());
+        return make_website_source(std::move(params), Logger());
     }
 
     void ask(FetchOrder& order, std::string const& project, std::string const& world) const

@@ -83,7 +83,7 @@ struct Fixture
     Failure failure_of(EndlessWebsite const& website)
     {
         order.website->origin = website.origin();
-        auto const source = make_website_source(context.get_executor(), params, Logger());
+        auto const source = make_website_source(params, Logger());
         std::optional<result<FetchedProject>> fetched;
         asio::co_spawn(context, source->fetch(order),
                        [&](std::exception_ptr failed, result<FetchedProject> outcome) {
@@ -127,7 +127,7 @@ BOOST_AUTO_TEST_CASE(a_silent_website_holds_up_nobody_who_wants_something_else)
     order.limits.timeout = std::chrono::seconds(1);
     auto visitor = order;
     visitor.website->user1_id.clear();
-    auto const source = make_website_source(context.get_executor(), params, Logger());
+    auto const source = make_website_source(params, Logger());
     std::vector<bool> arrived;
     auto const keep = [&](std::exception_ptr, result<FetchedProject> outcome) {
         arrived.push_back(outcome.has_value());
