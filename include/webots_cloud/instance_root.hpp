@@ -14,6 +14,8 @@ namespace webots_cloud {
 /// What a dead predecessor left.
 struct LeftOvers
 {
+    LeftOvers() = default;
+
     std::size_t removed = 0;
     std::size_t kept = 0; ///< Could not be removed, and lie in the folder as `left-over-...`.
 };

@@ -72,28 +72,41 @@ struct LaunchSpec
 /// How far the start is, in the words of those who do it; for the browser. Containers only.
 struct SimulationProgress
 {
+    SimulationProgress() = default;
+    explicit SimulationProgress(std::string text) : text(std::move(text)) {}
+
     std::string text;
 };
 
 /// The world is loaded, and the simulator listens on `port`.
 struct SimulationReady
 {
+    SimulationReady() = default;
+    explicit SimulationReady(std::uint16_t port) : port(port) {}
+
     std::uint16_t port = 0;
 };
 
 /// The simulator's sign of life, every five seconds.
 struct SimulationHeartbeat
-{};
+{
+    SimulationHeartbeat() = default;
+};
 
 /// A browser paused the simulation, or let it run.
 struct SimulationActivity
 {
+    SimulationActivity() = default;
+    explicit SimulationActivity(bool running) : running(running) {}
+
     bool running = false;
 };
 
 /// The simulator and everything it started is gone; `reason` is a sentence for the browser.
 struct SimulationEnded
 {
+    SimulationEnded() = default;
+
     std::string reason;
     ExitStatus status;
     bool was_ready = false;

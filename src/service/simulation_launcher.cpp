@@ -136,7 +136,7 @@ public:
           ready_by_(std::min(clock.now() + params.start_timeout, end_of_life_))
     {
         for (auto& note : plan_.notes)
-            events_.emplace_back(SimulationProgress{std::move(note)});
+            events_.emplace_back(SimulationProgress(std::move(note)));
     }
 
     asio::awaitable<result<SimulationEvent>> next_event() override;
@@ -277,7 +277,7 @@ void RunningSimulation::note_lines_left_out()
         output_(concat("[", *notice, "]"));
     log_.warning(LogCause("output", label_), concat("[", label_, "] Of what the simulator prints ", *notice));
     if (!ready_ && !stopping_)
-        events_.emplace_back(SimulationProgress{concat("Of what the simulator prints ", *notice)});
+        events_.emplace_back(SimulationProgress(concat("Of what the simulator prints ", *notice)));
 }
 
 void RunningSimulation::on_line(std::string_view line)
@@ -324,7 +324,7 @@ void RunningSimulation::show_progress(std::string_view text)
     if (ready_ || stopping_ || core::trim(text).empty() || text.starts_with('.') ||
         !shown_.take(clock_.now()))
         return;
-    events_.emplace_back(SimulationProgress{core::printable(core::trim(text))});
+    events_.emplace_back(SimulationProgress(core::printable(core::trim(text))));
 }
 
 asio::awaitable<void> RunningSimulation::restart_controller()
@@ -382,13 +382,13 @@ void RunningSimulation::note_activity(bool running)
     }
     if (!events_.empty() && std::holds_alternative<SimulationActivity>(events_.back()))
         events_.pop_back();
-    events_.emplace_back(SimulationActivity{running});
+    events_.emplace_back(SimulationActivity(running));
 }
 
 void RunningSimulation::announce(std::uint16_t port)
 {
     ready_ = true;
-    events_.emplace_back(SimulationReady{port});
+    events_.emplace_back(SimulationReady(port));
     if (activity_)
         note_activity(*activity_);
 }

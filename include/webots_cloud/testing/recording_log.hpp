@@ -13,6 +13,8 @@ namespace webots_cloud::testing {
 class RecordingLog
 {
 public:
+    RecordingLog() = default;
+
     Logger logger()
     {
         return Logger([this](LogLevel, std::string_view line) { lines.emplace_back(line); }, LogLevel::debug);

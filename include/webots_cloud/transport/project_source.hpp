@@ -20,6 +20,8 @@ namespace webots_cloud {
 /// How far a fetch is. Written by the source from any thread, read by whoever shows it.
 struct FetchProgress
 {
+    FetchProgress() = default;
+
     std::atomic<std::uint32_t> objects_total{0}; ///< 0 until the peer has said.
     std::atomic<std::uint32_t> objects_received{0};
     std::atomic<std::uint64_t> bytes_received{0};
