@@ -1,0 +1,483 @@
+#include "unit_test.hpp"
+
+#include "async/task_group.hpp"
+#include "service/operator_endpoints.hpp"
+
+#include <webots_cloud/testing/fixed_metrics.hpp>
+#include <webots_cloud/testing/loopback_channel.hpp>
+#include <webots_cloud/testing/memory_project_source.hpp>
+#include <webots_cloud/testing/recording_log.hpp>
+#include <webots_cloud/testing/scripted_processes.hpp>
+#include <webots_cloud/testing/world.hpp>
+
+#include <boost/asio/this_coro.hpp>
+
+#include <algorithm>
+#include <optional>
+
+using namespace webots_cloud;
+using namespace std::chrono_literals;
+namespace asio = boost::asio;
+
+namespace {
+
+ProjectFetcherParams fetcher_params()
+{
+    ProjectFetcherParams params;
+    params.instances = "/instances";
+    return params;
+}
+
+SimulationLauncherParams launcher_params(int most)
+{
+    SimulationLauncherParams params;
+    params.webots = "/opt/webots/webots";
+    params.max_simulations = most;
+    return params;
+}
+
+/// The endpoints of a server whose sessions the test makes, and that is measured when the test says so.
+struct Fixture
+{
+    explicit Fixture(SimulationServiceParams parameters = {}, int most = 4)
+        : params(std::move(parameters)),
+          fetcher(fetcher_params(), {Forge("https://github.com", source)}, log.logger()),
+          launcher(launcher_params(most), processes, world.clock, log.logger()),
+          context(fetcher, launcher, world.clock, log.logger())
+    {
+        source.add("o/r", "a.wbt");
+        context.policy.allowed = {"https://github.com/o"};
+        endpoints.emplace(params, context, sessions, metrics);
+    }
+
+    ~Fixture()
+    {
+        for (auto const& browser : browsers)
+            browser->browser_leaves();
+        world.run(conversations.join());
+        tasks.cancel_all();
+        world.run(tasks.join());
+        BOOST_TEST(launcher.running() == 0u);
+        BOOST_TEST(source.directories().empty());
+        BOOST_TEST(world.clock.pending() == 0u);
+    }
+
+    HttpResponse ask(std::string_view method, std::string_view path, std::string_view query = {},
+                     bool is_operator = false)
+    {
+        IncomingRequest request;
+        request.method = method;
+        request.path = path;
+        request.query = query;
+        request.is_operator = is_operator;
+        return std::get<HttpResponse>(endpoints->answer(request));
+    }
+
+    HttpResponse get(std::string_view path, std::string_view header = {}, std::string_view value = {})
+    {
+        std::pair<std::string_view, std::string_view> const headers[] = {{header, value}};
+        IncomingRequest request;
+        request.method = "GET";
+        request.path = path;
+        request.headers = headers;
+        return std::get<HttpResponse>(endpoints->answer(request));
+    }
+
+    LoadReport report()
+    {
+        return parse_load_report(get("/load", "Accept", "application/json").text()).value();
+    }
+
+    /// Whether `GET /metrics` has this line.
+    bool shows(std::string const& line)
+    {
+        return ("\n" + get("/metrics").text()).find("\n" + line + "\n") != std::string::npos;
+    }
+
+    /// Lets a second pass, in which the processor was busy for `cpu` percent, and looks at the machine.
+    void measure(std::uint64_t cpu = 0, Duration lag = {})
+    {
+        metrics.cpu = cpu;
+        world.advance(1s);
+        endpoints->measure(world.clock.now() - lag, sessions.size());
+        world.settle();
+    }
+
+    testing::LoopbackChannel& browser()
+    {
+        return *browsers.emplace_back(std::make_unique<testing::LoopbackChannel>(world.executor()));
+    }
+
+    /// A session that has not begun to fetch.
+    SimulationSession& add_session(std::string url = "https://github.com/o/r/blob/main/worlds/a.wbt")
+    {
+        auto const id = sessions.size() + 1;
+        core::StartMessage start;
+        start.url = std::move(url);
+        start.mode = "x3d";
+        return *(sessions[id] =
+                     std::make_shared<SimulationSession>(context, world.executor(), id, "", start));
+    }
+
+    testing::LoopbackChannel& run(SimulationSession& session)
+    {
+        auto& channel = browser();
+        conversations.spawn(session.run(channel));
+        world.settle();
+        return channel;
+    }
+
+    testing::LoopbackChannel& watch()
+    {
+        auto& channel = browser();
+        conversations.spawn(endpoints->watch(channel));
+        world.settle();
+        return channel;
+    }
+
+    testing::World world;
+    testing::RecordingLog log;
+    testing::ScriptedProcesses processes{world.clock};
+    testing::MemoryProjectSource source{world.clock};
+    testing::FixedMetrics metrics;
+    SimulationServiceParams params;
+    ProjectFetcher fetcher;
+    SimulationLauncher launcher;
+    SessionContext context;
+    SimulationSessions sessions;
+    std::optional<OperatorEndpoints> endpoints;
+    std::vector<std::unique_ptr<testing::LoopbackChannel>> browsers;
+    async::TaskGroup conversations{world.executor()}; ///< End when their browser leaves.
+    async::TaskGroup tasks{world.executor()};
+};
+
+using Ended = std::optional<result<>>;
+
+asio::awaitable<void> look_at_processes(OperatorEndpoints& endpoints, Ended& ended)
+{
+    co_await asio::this_coro::throw_if_cancelled(false);
+    auto outcome = co_await endpoints.look_at_processes();
+    ended.emplace(std::move(outcome));
+}
+
+bool has(std::string const& text, std::string_view part)
+{
+    return text.find(part) != std::string::npos;
+}
+
+} // namespace
+
+BOOST_AUTO_TEST_SUITE(operator_endpoints)
+
+BOOST_AUTO_TEST_CASE(only_its_own_paths_to_the_letter_are_served)
+{
+    for (auto const path : {"/load", "/monitor", "/metrics", "/livez", "/readyz", "/api/drain"})
+        BOOST_TEST(OperatorEndpoints::serves(path), path);
+    for (auto const path : {"", "/", "/load/", "/Load", "/client", "/session", "/api", "/api/drain/"})
+        BOOST_TEST(!OperatorEndpoints::serves(path), path);
+}
+
+BOOST_AUTO_TEST_CASE(what_only_answers_may_only_be_read)
+{
+    Fixture fixture;
+    for (auto const path : {"/load", "/monitor", "/metrics", "/livez", "/readyz"})
+        for (auto const method : {"POST", "PUT", "DELETE", "OPTIONS", "get"}) {
+            auto const answer = fixture.ask(method, path);
+            BOOST_TEST(answer.status == 405, method << " " << path);
+            BOOST_TEST_REQUIRE(answer.headers.size() == 1u);
+            BOOST_TEST((answer.headers[0] == std::pair<std::string, std::string>("Allow", "GET, HEAD")));
+        }
+}
+
+BOOST_AUTO_TEST_CASE(it_lives_whatever_the_state_and_is_ready_while_a_simulation_could_be_started)
+{
+    Fixture fixture;
+    auto const check = [&](int status, std::string const& body) {
+        BOOST_TEST(fixture.get("/livez").status == 200);
+        BOOST_TEST(fixture.get("/livez").text() == "alive");
+        BOOST_TEST(fixture.get("/readyz").status == status);
+        BOOST_TEST(fixture.get("/readyz").text() == body);
+    };
+    check(200, "ready");
+    fixture.context.places_taken = 3;
+    check(200, "ready");
+    fixture.context.places_taken = 4;
+    check(503, "full");
+    fixture.endpoints->drain(false);
+    check(503, "draining");
+    fixture.context.places_taken = 0;
+    check(503, "draining");
+}
+
+BOOST_AUTO_TEST_CASE(what_keeps_simulations_apart_and_is_missing_makes_nobody_unready_but_is_said_as_text)
+{
+    SimulationServiceParams params;
+    params.isolation_warning = "no <namespaces>";
+    Fixture fixture(params);
+    BOOST_TEST(fixture.get("/readyz").status == 200);
+    BOOST_TEST(fixture.get("/readyz").text() == "ready, but: no &lt;namespaces&gt;");
+    BOOST_TEST(fixture.shows("webots_simulations_isolated 0"));
+}
+
+// Who is no operator does not even learn that there is such a path.
+BOOST_AUTO_TEST_CASE(only_the_operator_drains_and_only_by_a_request_that_is_meant)
+{
+    Fixture fixture;
+    for (auto const method : {"GET", "POST"})
+        BOOST_TEST(fixture.ask(method, "/api/drain").status == 404, method);
+    auto const read = fixture.ask("GET", "/api/drain", "", true);
+    BOOST_TEST(read.status == 405);
+    BOOST_TEST_REQUIRE(read.headers.size() == 1u);
+    BOOST_TEST((read.headers[0] == std::pair<std::string, std::string>("Allow", "POST")));
+    for (auto const query : {"exit=1", "EXIT", "on", "exit&off"}) {
+        auto const wrong = fixture.ask("POST", "/api/drain", query, true);
+        BOOST_TEST(wrong.status == 400, query);
+        BOOST_TEST(wrong.text() == "Expected /api/drain, /api/drain?exit or /api/drain?off.");
+    }
+    BOOST_TEST(!fixture.context.draining);
+    BOOST_TEST(fixture.log.lines.empty());
+}
+
+BOOST_AUTO_TEST_CASE(a_drained_server_has_finished_when_it_was_asked_to_and_nobody_is_left)
+{
+    Fixture fixture;
+    BOOST_TEST(!fixture.endpoints->has_finished());
+    fixture.add_session();
+    BOOST_TEST(fixture.ask("POST", "/api/drain", "exit", true).text() == "draining");
+    BOOST_TEST(fixture.context.draining);
+    BOOST_TEST(fixture.report().draining);
+    BOOST_TEST(fixture.shows("webots_draining 1"));
+    BOOST_TEST(fixture.log.contains("Draining: no new simulation is taken"));
+    BOOST_TEST(!fixture.endpoints->has_finished());
+    fixture.sessions.clear();
+    BOOST_TEST(fixture.endpoints->has_finished());
+    // Whoever drains it without a word about its end wants it to stay.
+    BOOST_TEST(fixture.ask("POST", "/api/drain", "", true).text() == "draining");
+    BOOST_TEST(fixture.context.draining);
+    BOOST_TEST(!fixture.endpoints->has_finished());
+}
+
+BOOST_AUTO_TEST_CASE(a_drain_that_is_taken_back_leaves_nothing_of_itself)
+{
+    Fixture fixture;
+    fixture.endpoints->drain(true);
+    BOOST_TEST(fixture.ask("POST", "/api/drain", "off", true).text() == "serving");
+    BOOST_TEST(!fixture.context.draining);
+    BOOST_TEST(!fixture.endpoints->has_finished());
+    BOOST_TEST(fixture.get("/readyz").status == 200);
+    BOOST_TEST(fixture.shows("webots_draining 0"));
+    BOOST_TEST(fixture.log.contains("New simulations are taken again"));
+}
+
+BOOST_AUTO_TEST_CASE(load_is_the_mean_of_some_looks_and_policy_gets_the_last)
+{
+    Fixture fixture;
+    BOOST_TEST(fixture.get("/load").text() == "0.0");
+    fixture.measure(100);
+    fixture.measure(20);
+    BOOST_TEST(fixture.endpoints->load() == 60);
+    BOOST_TEST(fixture.get("/load").text() == "60.0");
+    BOOST_TEST(fixture.context.load == 20);
+    BOOST_TEST(fixture.shows("webots_load_ratio 0.6"));
+}
+
+BOOST_AUTO_TEST_CASE(two_looks_within_half_a_second_are_one)
+{
+    Fixture fixture;
+    fixture.measure(10);
+    auto const seen = fixture.metrics.next.cpu_total;
+    fixture.metrics.cpu = 100;
+    fixture.world.advance(499ms);
+    fixture.endpoints->measure(fixture.world.clock.now(), 0);
+    BOOST_TEST(fixture.metrics.next.cpu_total == seen);
+    BOOST_TEST(fixture.endpoints->load() == 10);
+    fixture.world.advance(1ms);
+    fixture.endpoints->measure(fixture.world.clock.now(), 0);
+    BOOST_TEST(fixture.metrics.next.cpu_total > seen);
+    BOOST_TEST(fixture.context.load == 100);
+}
+
+BOOST_AUTO_TEST_CASE(the_report_counts_sessions_starts_and_those_who_came_and_left)
+{
+    Fixture fixture;
+    fixture.metrics.next.memory_used = 12.5;
+    fixture.processes.expect().prints(".\n");
+    fixture.add_session();
+    fixture.run(fixture.add_session());
+    fixture.measure();
+    auto const report = fixture.report();
+    BOOST_TEST(report.sessions.value() == 2);
+    BOOST_TEST(report.starting.value() == 1);
+    BOOST_TEST(report.capacity.value() == 4);
+    BOOST_TEST(report.memory.value() == 12.5);
+    BOOST_TEST(!report.draining);
+    BOOST_TEST(report.arrivals.value() == 2);
+    BOOST_TEST(report.departures.value() == 0);
+    fixture.sessions.erase(1);
+    BOOST_TEST(fixture.report().departures.value() == 1);
+}
+
+BOOST_AUTO_TEST_CASE(figures_show_each_session_in_one_state)
+{
+    Fixture fixture;
+    auto const check = [&](int starting, int running, int idle) {
+        BOOST_TEST(fixture.shows("webots_simulations{state=\"starting\"} " + std::to_string(starting)));
+        BOOST_TEST(fixture.shows("webots_simulations{state=\"running\"} " + std::to_string(running)));
+        BOOST_TEST(fixture.shows("webots_simulations{state=\"idle\"} " + std::to_string(idle)));
+    };
+    check(0, 0, 0);
+    fixture.processes.expect().prints(".\n").after(10s).prints("real-time\n");
+    auto& session = fixture.add_session();
+    fixture.add_session();
+    check(2, 0, 0);
+    fixture.run(session);
+    check(1, 0, 1);
+    fixture.world.advance(10s);
+    check(1, 1, 0);
+}
+
+BOOST_AUTO_TEST_CASE(a_pause_of_the_event_loop_is_shown_for_a_minute)
+{
+    Fixture fixture;
+    fixture.measure(0, 3s);
+    BOOST_TEST(fixture.shows("webots_event_loop_lag_seconds 3"));
+    for (int i = 0; i < 59; ++i)
+        fixture.measure();
+    BOOST_TEST(fixture.shows("webots_event_loop_lag_seconds 0"));
+    BOOST_TEST(fixture.shows("webots_event_loop_lag_highest_seconds 3"));
+    fixture.measure();
+    BOOST_TEST(fixture.shows("webots_event_loop_lag_highest_seconds 0"));
+}
+
+BOOST_AUTO_TEST_CASE(figures_of_others_stand_below_our_own)
+{
+    SimulationServiceParams params;
+    params.more_metrics = [] { return std::string("adapter_figure 7\n"); };
+    Fixture fixture(params);
+    BOOST_TEST(fixture.get("/metrics").text().ends_with("\nadapter_figure 7\n"));
+    BOOST_TEST(fixture.shows("webots_simulations_isolated 1"));
+}
+
+BOOST_AUTO_TEST_CASE(the_monitor_is_made_once_a_second_and_anew_when_the_configuration_has_changed)
+{
+    Fixture fixture;
+    fixture.params.title = "Old";
+    auto const first = fixture.get("/monitor");
+    BOOST_TEST(first.status == 200);
+    BOOST_TEST(has(first.text(), "Old"));
+    fixture.params.title = "New";
+    BOOST_TEST((fixture.get("/monitor").shared == first.shared));
+    fixture.endpoints->refresh_pages();
+    BOOST_TEST(has(fixture.get("/monitor").text(), "New"));
+    fixture.params.title = "Newer";
+    fixture.world.advance(999ms);
+    BOOST_TEST(!has(fixture.get("/monitor").text(), "Newer"));
+    fixture.world.advance(1ms);
+    BOOST_TEST(has(fixture.get("/monitor").text(), "Newer"));
+}
+
+BOOST_AUTO_TEST_CASE(who_has_the_monitor_already_is_not_sent_it_again)
+{
+    Fixture fixture;
+    auto const first = fixture.get("/monitor");
+    auto const tag = std::find_if(first.headers.begin(), first.headers.end(),
+                                  [](auto const& header) { return header.first == "ETag"; });
+    BOOST_TEST_REQUIRE((tag != first.headers.end()));
+    BOOST_TEST(fixture.get("/monitor", "If-None-Match", tag->second).status == 304);
+    BOOST_TEST(fixture.get("/monitor", "If-None-Match", "\"other\"").status == 200);
+}
+
+BOOST_AUTO_TEST_CASE(the_monitor_is_a_page_a_text_for_programs_or_a_websocket)
+{
+    Fixture fixture;
+    fixture.add_session("https://github.com/o/r/blob/main/worlds/<script>.wbt");
+    BOOST_TEST(fixture.get("/monitor").content_type == "text/html; charset=UTF-8");
+    BOOST_TEST(!has(fixture.get("/monitor").text(), "<script>.wbt"));
+    auto const json = fixture.get("/monitor", "Accept", "application/json");
+    BOOST_TEST(json.content_type == "application/json");
+    BOOST_TEST(has(json.text(), "\"state\":\"fetching the project\""));
+    IncomingRequest request;
+    request.method = "GET";
+    request.path = "/monitor";
+    request.upgrade = true;
+    BOOST_TEST(std::holds_alternative<AcceptWebSocket>(fixture.endpoints->answer(request)));
+}
+
+BOOST_AUTO_TEST_CASE(each_look_is_a_line_of_the_monitor_log)
+{
+    std::vector<std::string> lines;
+    SimulationServiceParams params;
+    params.monitor_log = [&lines](std::string line) { lines.push_back(std::move(line)); };
+    Fixture fixture(params);
+    fixture.measure();
+    fixture.measure();
+    BOOST_TEST(lines.size() == 2u);
+    fixture.endpoints->measure(fixture.world.clock.now(), 0); // no look
+    BOOST_TEST(lines.size() == 2u);
+}
+
+BOOST_AUTO_TEST_CASE(who_watches_gets_everything_and_then_what_is_new_after_each_look)
+{
+    Fixture fixture;
+    Ended ended;
+    auto const looking = fixture.tasks.spawn(look_at_processes(*fixture.endpoints, ended));
+    fixture.measure();
+    auto& watcher = fixture.watch();
+    BOOST_TEST_REQUIRE(watcher.sent.size() == 1u);
+    BOOST_TEST(has(watcher.sent[0], "\"series\""));
+    fixture.processes.expect().prints(".\n").consumes(150, 2'000'000);
+    fixture.run(fixture.add_session());
+    BOOST_TEST(watcher.sent.size() == 1u);
+    fixture.measure();
+    BOOST_TEST_REQUIRE(watcher.sent.size() == 2u);
+    BOOST_TEST(!has(watcher.sent[1], "\"series\""));
+    BOOST_TEST(has(watcher.sent[1], "\"cpu\":150,\"memory\":2"), watcher.sent[1]);
+    watcher.browser_leaves();
+    fixture.world.settle();
+    fixture.measure();
+    BOOST_TEST(watcher.sent.size() == 2u);
+    async::TaskGroup::cancel(looking);
+    fixture.world.settle();
+    BOOST_TEST_REQUIRE(ended.has_value());
+    BOOST_TEST((ended->error().code() == asio::error::operation_aborted));
+}
+
+BOOST_AUTO_TEST_CASE(nobody_looks_at_simulators_for_nobody)
+{
+    Fixture fixture;
+    Ended ended;
+    fixture.tasks.spawn(look_at_processes(*fixture.endpoints, ended));
+    fixture.processes.expect().prints(".\n").consumes(150, 2'000'000);
+    auto& session = fixture.add_session();
+    fixture.run(session);
+    fixture.measure();
+    fixture.measure();
+    BOOST_TEST(!session.row().cpu.has_value());
+    (void)fixture.get("/monitor"); // now somebody does
+    fixture.world.settle();
+    BOOST_TEST(session.row().cpu.value() == 150);
+}
+
+// A look costs a moment of a thread: all of many would cost a second of it.
+BOOST_AUTO_TEST_CASE(of_many_simulators_25_are_looked_at_in_a_second_and_then_the_next)
+{
+    Fixture fixture({}, 30);
+    Ended ended;
+    fixture.tasks.spawn(look_at_processes(*fixture.endpoints, ended));
+    for (int i = 0; i < 30; ++i) {
+        fixture.processes.expect().prints(".\n").consumes(10, 1);
+        fixture.run(fixture.add_session());
+    }
+    fixture.world.advance(1s);
+    auto const looked = [&fixture] {
+        return std::count_if(fixture.sessions.begin(), fixture.sessions.end(),
+                             [](auto const& entry) { return entry.second->row().cpu.has_value(); });
+    };
+    BOOST_TEST(looked() == 0);
+    fixture.watch();
+    BOOST_TEST(looked() == 25);
+    fixture.measure();
+    BOOST_TEST(looked() == 30);
+}
+
+BOOST_AUTO_TEST_SUITE_END()
