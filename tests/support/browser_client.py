@@ -6,7 +6,7 @@ import os
 import ssl
 
 from support.projects import EXAMPLES
-from support.servers import SimulationServer
+from support.servers import PATIENCE, SimulationServer
 
 try:
     import websockets
@@ -44,7 +44,7 @@ class Browser:
     async def hear(self, beginning):
         """Waits for a message that begins so, and returns it."""
         while True:
-            message = await asyncio.wait_for(self.socket.recv(), 60)
+            message = await asyncio.wait_for(self.socket.recv(), PATIENCE)
             self.told.append(message)
             if message.startswith(beginning):
                 return message
@@ -53,6 +53,6 @@ class Browser:
         """Everything until the server closes; returns the close code."""
         try:
             while True:
-                self.told.append(await asyncio.wait_for(self.socket.recv(), 60))
+                self.told.append(await asyncio.wait_for(self.socket.recv(), PATIENCE))
         except websockets.ConnectionClosed:
             return self.socket.close_code

@@ -24,7 +24,7 @@ from .ports import free_port
 from .processes import Startable
 
 BIN = os.path.abspath(os.environ.get("WEBOTS_CLOUD_BIN", ""))  # servers are started in folders of their own
-PATIENCE = 30  # seconds: only how long a broken server is waited for
+PATIENCE = 100  # seconds: only how long a broken server is waited for; removing 50,000 folders takes a busy disk a minute
 
 
 def program(name):
