@@ -45,7 +45,7 @@ struct Directory
 {
     static constexpr auto project = "owner/robots";
 
-    std::unique_ptr<ProjectSource> make(asio::any_io_executor executor, fs::path const& projects)
+    std::unique_ptr<ProjectSource> make(asio::any_io_executor, fs::path const& projects)
     {
         return make_directory_source(projects);
     }
@@ -64,7 +64,7 @@ struct Website
 {
     static constexpr auto project = "robots";
 
-    std::unique_ptr<ProjectSource> make(asio::any_io_executor executor, fs::path const& projects)
+    std::unique_ptr<ProjectSource> make(asio::any_io_executor, fs::path const& projects)
     {
         WebsiteSourceParams params;
         params.projects = projects;
