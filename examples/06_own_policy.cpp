@@ -23,7 +23,7 @@ int main()
     SchedulerParams params;
     params.policy = "fill_up";
     params.custom = fill_up;
-    Scheduler scheduler(params);
+    auto scheduler = Scheduler::make(params).value();
     scheduler.set_servers({ServerSpec("sim1:2000"), ServerSpec("sim2:2000")});
 
     TimePoint const now = std::chrono::steady_clock::now();

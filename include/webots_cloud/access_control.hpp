@@ -55,8 +55,8 @@ public:
     AccessControl(AccessParams params, Endpoint& endpoint, Logger log);
     ~AccessControl() override;
 
-    /// From the next request on; what is connected stays.
-    void set_params(AccessParams params);
+    /// Takes other parameters, from the next request on; what is connected stays.
+    void apply(AccessParams params);
 
     Answer respond(IncomingRequest const& request) override;
     boost::asio::awaitable<void> serve_websocket(ChannelInfo info, Channel& channel) override;

@@ -45,7 +45,7 @@ public:
     /// Takes other parameters: each server's next poll obeys them.
     ///
     /// Errors: `invalid_argument`, and the old ones stay: an interval or a timeout that is not positive.
-    result<> set_params(LoadMonitorParams params);
+    result<> apply(LoadMonitorParams params);
 
     /// The servers to watch from now on: added ones are polled at once, removed ones are forgotten, others
     /// stay as they are.

@@ -58,7 +58,7 @@ public:
 
     /// Takes other parameters, and tries at once to deliver what waits: to be called also when `notifier`
     /// delivers elsewhere from now on. Without an administrator what waits is written to the log.
-    void set_params(OperatorMailParams params);
+    void apply(OperatorMailParams params);
 
     /// Takes note of a change. False: nobody gets mails, or it is none to be mailed (merely too slow); then
     /// it is left alone. Never waits.

@@ -42,7 +42,7 @@ public:
 
     /// Takes over `share_idle_time` and `allowed_repositories`; when they differ from what the registries
     /// know, those are told.
-    void update(RegistrationParams const& params);
+    void apply(RegistrationParams const& params);
 
 private:
     struct Impl;

@@ -325,9 +325,12 @@ struct Decision
 class Scheduler
 {
 public:
-    /// Precondition: validate(params) succeeds; throws boost::system::system_error with its failure
-    /// otherwise.
-    explicit Scheduler(SchedulerParams params = {});
+    /// With the default parameters.
+    Scheduler();
+
+    /// Errors: as validate().
+    static result<Scheduler> make(SchedulerParams params);
+
     ~Scheduler();
     Scheduler(Scheduler&&) noexcept;
     Scheduler& operator=(Scheduler&&) noexcept;
@@ -337,10 +340,11 @@ public:
     /// counts as 1.
     void set_servers(std::vector<ServerSpec> const& servers);
 
-    /// Takes another `threshold` and another `report_lifetime`; what is known about the machines stays.
+    /// Takes `threshold` and `report_lifetime` of other parameters; the others and what is known about the
+    /// machines stay.
     ///
-    /// Errors: `errc::invalid_argument`, as of validate(), and the old ones stay.
-    result<> set_limits(double threshold, Duration report_lifetime);
+    /// Errors: as validate(), and the old ones stay.
+    result<> apply(SchedulerParams const& params);
 
     /// A machine answered a poll. Reports of servers that are not in the list are ignored.
     void report(std::string_view server, LoadReport const& report, TimePoint now);
@@ -378,6 +382,8 @@ public:
 
 private:
     struct Impl;
+    explicit Scheduler(std::unique_ptr<Impl> impl);
+
     std::unique_ptr<Impl> impl_;
 };
 

@@ -65,7 +65,7 @@ public:
 
     /// Takes other parameters, but for `port` and `history_step`, which stay. Browsers that are connected
     /// stay.
-    void set_params(SessionServiceParams params);
+    void apply(SessionServiceParams params);
 
     /// The simulation servers from now on, for the monitor and the scheduler alike. Browsers that are
     /// connected stay.

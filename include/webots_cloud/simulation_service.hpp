@@ -80,7 +80,7 @@ public:
 
     /// Takes the repositories, the shared idle time, `simulations_per_address`, title and description of
     /// `params`; simulations that run go on.
-    void set_policy(SimulationServiceParams const& params);
+    void apply(SimulationServiceParams const& params);
 
     /// Takes no new simulations from now on, and says so; with `exit_when_empty`, `run()` succeeds when the
     /// last has ended.

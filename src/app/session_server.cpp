@@ -99,7 +99,7 @@ struct AdministratorMail
             next = std::move(*made);
         }
         notifier.use(std::move(next));
-        mail.set_params(operator_mail_params(config));
+        mail.apply(operator_mail_params(config));
         return {};
     }
 
@@ -139,7 +139,10 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     auto const clock = make_steady_clock(executor);
     auto const http = make_http_client(executor);
     LoadMonitor monitor(load_monitor_params(config), *http, *clock);
-    Scheduler scheduler(scheduler_params(config));
+    auto made = Scheduler::make(scheduler_params(config));
+    if (!made)
+        co_return made.error();
+    auto& scheduler = *made;
     AdministratorMail administrator(config, *clock, log);
     if (auto const usable = administrator.obey(config); !usable)
         co_return usable;
@@ -165,19 +168,18 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     if (auto const listening = operators->listen(); !listening)
         log.warning(core::concat("No --decisions: ", listening.error().message()));
     std::function<result<>(SessionConfig const&)> const apply = [&](SessionConfig const& next) -> result<> {
-        auto const limits = scheduler_params(next);
         auto const next_access = session_access_params(next);
         if (!next_access)
             return next_access.error();
         if (auto const usable = administrator.obey(next); !usable)
             return usable;
-        if (auto const usable = monitor.set_params(load_monitor_params(next)); !usable)
+        if (auto const usable = monitor.apply(load_monitor_params(next)); !usable)
             return usable;
-        if (auto const usable = scheduler.set_limits(limits.threshold, limits.report_lifetime); !usable)
+        if (auto const usable = scheduler.apply(scheduler_params(next)); !usable)
             return usable;
-        service.set_params(session_service_params(next));
+        service.apply(session_service_params(next));
         service.set_servers(next.simulation_servers);
-        access.set_params(*next_access);
+        access.apply(*next_access);
         return {};
     };
     auto const manager = make_service_manager();

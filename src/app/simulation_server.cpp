@@ -397,9 +397,9 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
         auto const next_access = app::access_params(config.server, next.access);
         if (!next_access)
             return next_access.error();
-        access.set_params(*next_access);
-        service.set_policy(service_params(next, choice->notice));
-        registration.update(registration_params(next));
+        access.apply(*next_access);
+        service.apply(service_params(next, choice->notice));
+        registration.apply(registration_params(next));
         return result<>();
     };
     std::function<void()> const drain = [&service] { service.drain(false); };

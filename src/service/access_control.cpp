@@ -108,7 +108,7 @@ AccessControl::AccessControl(AccessParams params, Endpoint& endpoint, Logger log
 
 AccessControl::~AccessControl() = default;
 
-void AccessControl::set_params(AccessParams params)
+void AccessControl::apply(AccessParams params)
 {
     impl_->set(std::move(params));
 }

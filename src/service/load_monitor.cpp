@@ -135,7 +135,7 @@ LoadMonitor::LoadMonitor(LoadMonitorParams params, HttpClient& http, Clock& cloc
 
 LoadMonitor::~LoadMonitor() = default;
 
-result<> LoadMonitor::set_params(LoadMonitorParams params)
+result<> LoadMonitor::apply(LoadMonitorParams params)
 {
     if (auto const usable = validate(params); !usable)
         return usable;

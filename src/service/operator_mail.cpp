@@ -64,7 +64,7 @@ OperatorMail::OperatorMail(OperatorMailParams params, Notifier& notifier, Clock&
 
 OperatorMail::~OperatorMail() = default;
 
-void OperatorMail::set_params(OperatorMailParams params)
+void OperatorMail::apply(OperatorMailParams params)
 {
     if (params.administrator.empty())
         impl_->give_up_everything("nobody is to get mails any more");

@@ -49,7 +49,7 @@ Registration::Registration(RegistrationParams params, HttpClient& http, Clock& c
 
 Registration::~Registration() = default;
 
-void Registration::update(RegistrationParams const& params)
+void Registration::apply(RegistrationParams const& params)
 {
     auto const known = impl_->form();
     impl_->params.share_idle_time = params.share_idle_time;

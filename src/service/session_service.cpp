@@ -130,7 +130,7 @@ SessionService::SessionService(SessionServiceParams params, LoadMonitor& monitor
 
 SessionService::~SessionService() = default;
 
-void SessionService::set_params(SessionServiceParams params)
+void SessionService::apply(SessionServiceParams params)
 {
     params.port = impl_->params.port;
     params.history_step = impl_->params.history_step;

@@ -89,7 +89,7 @@ void SimulationService::drain(bool exit_when_empty)
     impl_->operators.drain(exit_when_empty);
 }
 
-void SimulationService::set_policy(SimulationServiceParams const& params)
+void SimulationService::apply(SimulationServiceParams const& params)
 {
     impl_->params.allowed_repositories = params.allowed_repositories;
     impl_->params.blocked_repositories = params.blocked_repositories;

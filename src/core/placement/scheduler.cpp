@@ -113,24 +113,27 @@ struct Scheduler::Impl
     std::uint64_t last_decision = 0;
 };
 
-Scheduler::Scheduler(SchedulerParams params)
+Scheduler::Scheduler() : Scheduler(std::make_unique<Impl>(SchedulerParams())) {}
+
+Scheduler::Scheduler(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+result<Scheduler> Scheduler::make(SchedulerParams params)
 {
-    validate(params).value();
-    impl_ = std::make_unique<Impl>(std::move(params));
+    if (auto const usable = validate(params); !usable)
+        return usable.error();
+    return Scheduler(std::make_unique<Impl>(std::move(params)));
 }
 
 Scheduler::~Scheduler() = default;
 Scheduler::Scheduler(Scheduler&&) noexcept = default;
 Scheduler& Scheduler::operator=(Scheduler&&) noexcept = default;
 
-result<> Scheduler::set_limits(double threshold, Duration report_lifetime)
+result<> Scheduler::apply(SchedulerParams const& params)
 {
-    auto params = impl_->params;
-    params.threshold = threshold;
-    params.report_lifetime = report_lifetime;
     if (auto const usable = validate(params); !usable)
         return usable;
-    impl_->params = std::move(params);
+    impl_->params.threshold = params.threshold;
+    impl_->params.report_lifetime = params.report_lifetime;
     impl_->fleet.reassess();
     return {};
 }

@@ -42,7 +42,7 @@ std::size_t allocations_of(char const* policy, std::size_t size)
 {
     SchedulerParams params;
     params.policy = policy;
-    Scheduler scheduler(params);
+    auto scheduler = Scheduler::make(params).value();
     std::vector<std::string> names;
     for (std::size_t machine = 0; machine != size; ++machine)
         names.push_back("a-rather-long-name-of-machine-" + std::to_string(machine) + ":2000");

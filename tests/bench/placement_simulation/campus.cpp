@@ -81,7 +81,7 @@ public:
             params.policy = campus.policy;
             params.custom = campus.custom;
             params.seed = seed * 1000 + server;
-            schedulers_.emplace_back(params).set_servers(specs);
+            schedulers_.emplace_back(Scheduler::make(params).value()).set_servers(specs);
         }
     }
 

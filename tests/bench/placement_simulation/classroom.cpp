@@ -45,7 +45,7 @@ public:
             params.threshold = room.threshold;
             params.session_cost = room.assumed_cost;
             params.seed = seed * 1000 + server;
-            schedulers_.emplace_back(params).set_servers(specs);
+            schedulers_.emplace_back(Scheduler::make(params).value()).set_servers(specs);
         }
     }
 

@@ -45,7 +45,7 @@ public:
         params.policy = std::move(policy);
         params.threshold = 1e9;
         params.report_lifetime = Duration::zero();
-        scheduler = Scheduler(params);
+        scheduler = Scheduler::make(params).value();
         for (std::size_t machine = 0; machine != size; ++machine)
             names.push_back("simulation-" + std::to_string(machine) + ".example.org:2000");
         std::vector<ServerSpec> specs(names.begin(), names.end());

@@ -35,8 +35,8 @@ class Queues
 {
 public:
     explicit Queues(QueueModel const& model)
-        : model_(model), random_(model.seed), scheduler_(params_of(model)), length_(model.servers),
-          free_at_(model.servers)
+        : model_(model), random_(model.seed), scheduler_(Scheduler::make(params_of(model)).value()),
+          length_(model.servers), free_at_(model.servers)
     {
         std::vector<ServerSpec> specs;
         for (std::size_t server = 0; server != model.servers; ++server)

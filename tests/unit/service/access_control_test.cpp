@@ -106,7 +106,7 @@ BOOST_AUTO_TEST_CASE(a_site_reaches_as_far_as_its_machines_when_nobody_named_it)
     BOOST_TEST(fixture.get("/session", {{"Host", "sessions.example.org"}}).status == 200);
     BOOST_TEST(fixture.open("/", {{"Host", "x"}, {"Origin", "https://anybody.example"}}) == 101);
     params.machines = {"localhost:2000"};
-    fixture.access.set_params(params);
+    fixture.access.apply(params);
     BOOST_TEST(fixture.get("/session", {{"Host", "sessions.example.org"}}).status == 421);
 }
 
@@ -202,7 +202,7 @@ BOOST_AUTO_TEST_CASE(the_monitor_is_for_the_addresses_that_the_operator_names)
     BOOST_TEST(status("203.0.113.7") == 403);
     BOOST_TEST(status("") == 403);
     params.monitor_password = "open sesame";
-    fixture.access.set_params(params);
+    fixture.access.apply(params);
     auto const right = "Basic " + core::base64("operator:open sesame");
     BOOST_TEST(status("10.1.2.3") == 200);
     BOOST_TEST(status("203.0.113.7") == 401);
@@ -220,7 +220,7 @@ BOOST_AUTO_TEST_CASE(pages_say_who_may_frame_them_and_nothing_is_guessed)
     BOOST_TEST(fixture.get("/monitor", here).fixed_headers == expected);
     auto params = server("sim.example.org");
     params.frame_ancestors = {"https://course.example.edu"};
-    fixture.access.set_params(params);
+    fixture.access.apply(params);
     BOOST_TEST(fixture.get("/viewer/").fixed_headers ==
                "X-Content-Type-Options: nosniff\r\n"
                "Content-Security-Policy: frame-ancestors 'self' https://course.example.edu\r\n");

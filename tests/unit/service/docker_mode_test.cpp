@@ -358,7 +358,7 @@ BOOST_AUTO_TEST_CASE(idle_time_is_shared_while_the_last_second_was_idle)
     auto params = service_params();
     params.blocked_repositories = {"https://github.com/evil"};
     params.share_idle_time = 50;
-    fixture.service.set_policy(params);
+    fixture.service.apply(params);
     async::TaskGroup tasks(fixture.world.executor());
     tasks.spawn(webots_cloud::run(fixture.service));
     fixture.world.advance(4s);

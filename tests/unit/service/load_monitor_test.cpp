@@ -199,14 +199,14 @@ BOOST_AUTO_TEST_CASE(new_parameters_hold_from_each_servers_next_poll_on)
     next.threshold = 40;
     next.timeout = 2s;
     next.tls = true;
-    BOOST_TEST(fixture.monitor.set_params(next).has_value());
+    BOOST_TEST(fixture.monitor.apply(next).has_value());
     fixture.events();
     fixture.world.advance(20s);
     BOOST_TEST(fixture.polls_of("https://a:2000/load") >= 15u);
     BOOST_TEST((fixture.http.requests().back().timeout == 2s));
     BOOST_TEST((fixture.events().back().transition == LoadTransition::none)); // was above already
     next.interval = Duration::zero();
-    BOOST_TEST((fixture.monitor.set_params(next).error() == errc::invalid_argument));
+    BOOST_TEST((fixture.monitor.apply(next).error() == errc::invalid_argument));
 }
 
 BOOST_AUTO_TEST_CASE(useless_parameters_end_it_with_a_reason)

@@ -313,7 +313,7 @@ BOOST_AUTO_TEST_CASE(new_parameters_hold_for_what_waits_and_it_is_tried_at_once)
     auto next = params();
     next.administrator = "other@b.org";
     next.port_rewrite = false;
-    fixture.mail.set_params(next);
+    fixture.mail.apply(next);
     fixture.world.settle();
     BOOST_TEST(fixture.notifier.attempts.size() == attempts + 1);
     BOOST_TEST(fixture.log.lines.back() == "Error: unable to send email to other@b.org: still none");
@@ -330,7 +330,7 @@ BOOST_AUTO_TEST_CASE(without_an_administrator_what_waits_goes_to_the_log_and_not
     fixture.notifier.failure = Failure(errc::unreachable);
     fixture.start();
     fixture.note(LoadTransition::not_responding);
-    fixture.mail.set_params(OperatorMailParams());
+    fixture.mail.apply(OperatorMailParams());
     BOOST_TEST(fixture.log.lines.back().starts_with(
         "Email to admin@b.org not sent (nobody is to get mails any more): "));
     fixture.notifier.failure.reset();

@@ -116,12 +116,12 @@ BOOST_AUTO_TEST_CASE(registries_are_told_again_when_what_they_know_has_changed_a
     world.advance(1s);
     params.registries.clear();
     params.url = "http://elsewhere";
-    registration.update(params); // takes over neither
+    registration.apply(params); // takes over neither
     world.advance(1s);
     BOOST_TEST(http.requests().size() == 2u);
     params.share_idle_time = 12.5;
     params.allowed_repositories = {"a"};
-    registration.update(params);
+    registration.apply(params);
     world.advance(1h);
     BOOST_TEST_REQUIRE(http.requests().size() == 4u); // and the pause of the one that was down is over
     for (std::size_t i = 2; i < 4; ++i)
@@ -144,7 +144,7 @@ BOOST_AUTO_TEST_CASE(a_change_while_a_registry_is_being_asked_counts)
     tasks.spawn(run(registration));
     world.advance(1s);
     params.share_idle_time = 0;
-    registration.update(params);
+    registration.apply(params);
     world.advance(1h);
     BOOST_TEST(http.requests().size() == 2u);
     BOOST_TEST(!log.contains("Registered at http://r/: old"));

@@ -399,10 +399,10 @@ BOOST_AUTO_TEST_CASE(who_asks_for_sessions_too_often_is_told_so_and_others_are_s
     fixture.world.advance(2s);
     BOOST_TEST(fixture.get("/session").body == "wss://a:2000");
     BOOST_TEST(fixture.get("/session").body.starts_with("Error: too many"));
-    fixture.service.set_params(with_budget(7, 0.5));
+    fixture.service.apply(with_budget(7, 0.5));
     for (int i = 0; i < 7; ++i)
         BOOST_TEST(fixture.get("/session").body == "wss://a:2000");
-    fixture.service.set_params(with_budget(7, 0.5));
+    fixture.service.apply(with_budget(7, 0.5));
     BOOST_TEST(fixture.get("/session").body.starts_with("Error: too many"),
                "what did not change is not forgiven");
 }
@@ -546,7 +546,7 @@ BOOST_AUTO_TEST_CASE(new_parameters_hold_at_once_and_browsers_stay)
     next.threshold = 5;
     next.decisions_for_all = true;
     next.viewer_defaults = "{}";
-    fixture.service.set_params(std::move(next));
+    fixture.service.apply(std::move(next));
     BOOST_TEST(fixture.get("/session").body == "ws://a:2000");
     BOOST_TEST(fixture.get("/api/decisions").status == 200);
     BOOST_TEST(fixture.get("/viewer/defaults.json").body == "{}");

@@ -334,10 +334,10 @@ BOOST_AUTO_TEST_CASE(the_limit_can_be_raised_while_simulations_run)
     Fixture fixture(1);
     auto& first = fixture.run_one("a");
     BOOST_TEST(fixture.start("a").was_told(refusal));
-    fixture.service.set_policy(service_params(2));
+    fixture.service.apply(service_params(2));
     auto& second = fixture.run_one("a");
     BOOST_TEST(fixture.start("a").was_told(refusal));
-    fixture.service.set_policy(service_params(1));
+    fixture.service.apply(service_params(1));
     fixture.leave(first);
     BOOST_TEST(fixture.start("a").was_told(refusal), "the second runs on");
     fixture.leave(second);

@@ -291,7 +291,7 @@ BOOST_AUTO_TEST_CASE(init_needs_no_allowed_repository_but_a_server_that_is_not_d
     Fixture fixture;
     auto params = service_params();
     params.allowed_repositories.clear();
-    fixture.service.set_policy(params);
+    fixture.service.apply(params);
     fixture.processes.expect().prints("open\n");
     auto& first = fixture.start(init_message);
     BOOST_TEST(first.sent.back() == "webots:ws://host.org:2001");

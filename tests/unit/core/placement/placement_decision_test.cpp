@@ -25,7 +25,7 @@ Scheduler busy_fleet(std::string policy, std::size_t size, SchedulingPolicy cust
     SchedulerParams params;
     params.policy = std::move(policy);
     params.custom = std::move(custom);
-    Scheduler scheduler(params);
+    auto scheduler = Scheduler::make(params).value();
     auto const machines = names(size);
     scheduler.set_servers(std::vector<ServerSpec>(machines.begin(), machines.end()));
     for (int round = 0; round != 3; ++round)

@@ -33,7 +33,7 @@ inline std::vector<ServerSpec> named(std::initializer_list<char const*> names)
 struct Fixture
 {
     explicit Fixture(SchedulerParams params = {}, std::initializer_list<char const*> names = {"a", "b", "c"})
-        : scheduler(std::move(params))
+        : scheduler(Scheduler::make(std::move(params)).value())
     {
         scheduler.set_servers(named(names));
         for (char const* const name : names)

@@ -313,7 +313,7 @@ BOOST_AUTO_TEST_CASE(others_who_stop_placing_are_forgotten)
 {
     SchedulerParams params;
     params.session_cost = 0.1;
-    Scheduler scheduler(params);
+    auto scheduler = Scheduler::make(params).value();
     scheduler.set_servers(named({"a"}));
     TimePoint now = start;
     int sessions = 0;

@@ -16,7 +16,7 @@ TimePoint const start = TimePoint(std::chrono::hours(1));
 std::map<std::string, int> place(SchedulerParams params, std::vector<double> const& loads, int sessions)
 {
     params.threshold = 1e9;
-    Scheduler scheduler(std::move(params));
+    auto scheduler = Scheduler::make(std::move(params)).value();
     std::vector<ServerSpec> specs;
     for (std::size_t machine = 0; machine != loads.size(); ++machine)
         specs.emplace_back(std::to_string(machine));
@@ -115,7 +115,7 @@ BOOST_AUTO_TEST_CASE(least_reported_serves_equal_machines_in_turn)
 
 BOOST_AUTO_TEST_CASE(least_reported_skips_machines_that_are_not_offered)
 {
-    Scheduler scheduler(with_policy("least_reported"));
+    auto scheduler = Scheduler::make(with_policy("least_reported")).value();
     scheduler.set_servers({ServerSpec("a"), ServerSpec("b")});
     scheduler.report("a", LoadReport(10), start);
     scheduler.report("b", LoadReport(50), start);
@@ -125,7 +125,7 @@ BOOST_AUTO_TEST_CASE(least_reported_skips_machines_that_are_not_offered)
 
 BOOST_AUTO_TEST_CASE(least_reported_refuses_by_reports_alone_as_the_reference_does)
 {
-    Scheduler scheduler(with_policy("least_reported"));
+    auto scheduler = Scheduler::make(with_policy("least_reported")).value();
     scheduler.set_servers({ServerSpec("a")});
     scheduler.report("a", LoadReport(94), start);
     for (int session = 0; session != 20; ++session)
@@ -263,7 +263,7 @@ BOOST_AUTO_TEST_CASE(a_policy_that_chooses_nobody_known_fails_and_commits_nothin
 {
     SchedulerParams params;
     params.custom = [](PlacementSnapshot const& machines, RandomSource&) { return machines.size(); };
-    Scheduler scheduler(params);
+    auto scheduler = Scheduler::make(params).value();
     scheduler.set_servers({ServerSpec("a")});
     scheduler.report("a", LoadReport(0), start);
     auto const placement = scheduler.place(start);
