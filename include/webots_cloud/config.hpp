@@ -2,6 +2,7 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/public_address.hpp>
 #include <webots_cloud/scheduler.hpp>
 #include <webots_cloud/time.hpp>
 
@@ -170,6 +171,10 @@ struct SimulationConfig
     bool monitor_log = true; ///< `monitorLogEnabled`: `<logDir>/simulation/monitor.csv`, a line a second.
     bool strict_load = true; ///< `loadFormula`: `strict` or `reference`.
 };
+
+/// Where the world outside reaches the server that a configuration describes.
+PublicAddress public_address(SessionConfig const& config);
+PublicAddress public_address(SimulationConfig const& config);
 
 /// A configuration and what an operator should know about it.
 template<class Config>

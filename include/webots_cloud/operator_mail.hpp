@@ -2,6 +2,7 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/public_address.hpp>
 #include <webots_cloud/server_load.hpp>
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/logger.hpp>
@@ -22,11 +23,7 @@ struct OperatorMailParams
 
     /// Who gets the mails: named in the log. Empty: nobody, and changes are not taken note of.
     std::string administrator;
-    // Where the session server is reached, for the link in each mail.
-    std::string server = "localhost";
-    std::uint16_t port = 0;
-    bool ssl = true;          ///< `https://` instead of `http://`.
-    bool port_rewrite = true; ///< `/` instead of `:` before the port.
+    PublicAddress address; ///< Of the session server, for the link in each mail.
 };
 
 /// What became of mails. All but the first are counts since the start.

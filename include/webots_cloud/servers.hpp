@@ -9,10 +9,17 @@
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/awaitable.hpp>
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 
 namespace webots_cloud {
+
+struct HttpServerParams;
+
+/// What a configuration says of the network, for `make_http_server`: for those who assemble a server
+/// themselves.
+HttpServerParams http_server_params(std::uint16_t port, NetworkConfig const& config);
 
 /// Reads a configuration again, on SIGHUP; empty: SIGHUP is left alone.
 template<class Config>

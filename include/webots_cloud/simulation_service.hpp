@@ -3,6 +3,7 @@
 
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/project_fetcher.hpp>
+#include <webots_cloud/public_address.hpp>
 #include <webots_cloud/simulation_launcher.hpp>
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/endpoint.hpp>
@@ -23,12 +24,9 @@ namespace webots_cloud {
 
 struct SimulationServiceParams
 {
-    SimulationServiceParams() = default;
+    SimulationServiceParams() { address.port = 2000; }
 
-    std::string server = "localhost"; ///< Public host name in the addresses that browsers get.
-    bool ssl = true;                  ///< They get `wss:` and `https:` instead of `ws:` and `http:`.
-    bool port_rewrite = true;         ///< They get `host/port` instead of `host:port`.
-    std::uint16_t port = 2000;        ///< Our own, for the monitor page.
+    PublicAddress address; ///< In what browsers are sent to; its port is for the monitor page.
     std::vector<std::string> allowed_repositories; ///< URL prefixes always accepted.
     std::vector<std::string> blocked_repositories; ///< URL prefixes refused when idle time is shared.
     double share_idle_time =

@@ -2,7 +2,6 @@
 #include "current_notifier.hpp"
 #include "log_summaries.hpp"
 #include "metrics.hpp"
-#include "network.hpp"
 #include "operator_requests.hpp"
 #include "signals.hpp"
 
@@ -74,10 +73,7 @@ OperatorMailParams operator_mail_params(SessionConfig const& config)
 {
     OperatorMailParams params;
     params.administrator = config.administrator;
-    params.server = config.server;
-    params.port = config.port;
-    params.ssl = config.ssl;
-    params.port_rewrite = config.port_rewrite;
+    params.address = public_address(config);
     return params;
 }
 
@@ -146,7 +142,7 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     AdministratorMail administrator(config, *clock, log);
     if (auto const usable = administrator.obey(config); !usable)
         co_return usable;
-    auto const server = make_http_server(executor, app::server_params(config.port, config.network), log);
+    auto const server = make_http_server(executor, http_server_params(config.port, config.network), log);
     SessionServiceHooks hooks;
     hooks.tell_operator = [&administrator](LoadEvent const& event) { return administrator.mail.note(event); };
     hooks.more_metrics = [&server, &administrator] {

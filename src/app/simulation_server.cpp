@@ -9,7 +9,6 @@
 #include "core/text.hpp"
 #include "log_summaries.hpp"
 #include "metrics.hpp"
-#include "network.hpp"
 #include "operator_requests.hpp"
 #include "signals.hpp"
 #include "surroundings.hpp"
@@ -264,10 +263,7 @@ DockerModeParams docker_params(SimulationConfig const& config, fs::path const& i
 SimulationServiceParams service_params(SimulationConfig const& config, std::string notice)
 {
     SimulationServiceParams params;
-    params.server = config.server;
-    params.port = config.port;
-    params.ssl = config.ssl;
-    params.port_rewrite = config.port_rewrite;
+    params.address = public_address(config);
     params.allowed_repositories = config.allowed_repositories;
     params.blocked_repositories = config.blocked_repositories;
     params.share_idle_time = config.share_idle_time;
@@ -285,13 +281,9 @@ SimulationServiceParams service_params(SimulationConfig const& config, std::stri
 
 RegistrationParams registration_params(SimulationConfig const& config)
 {
-    core::PublicAddress address;
-    address.host = config.server;
-    address.ssl = config.ssl;
-    address.port_rewrite = config.port_rewrite;
     RegistrationParams params;
     params.registries = config.notify;
-    params.url = core::public_http_url(address, config.port);
+    params.url = core::public_http_url(public_address(config));
     params.share_idle_time = config.share_idle_time;
     params.allowed_repositories = config.allowed_repositories;
     return params;
@@ -368,7 +360,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
         service_settings.monitor_log =
             make_line_file(executor, "Monitor log file", config.log_dir / "simulation" / "monitor.csv",
                            core::monitor_csv_header(), log);
-    auto network = app::server_params(config.port, config.network);
+    auto network = http_server_params(config.port, config.network);
     network.spare_descriptors +=
         descriptors_per_simulation * static_cast<std::size_t>(config.max_connections);
     auto const server = make_http_server(executor, std::move(network), log);

@@ -180,7 +180,7 @@ std::string OperatorEndpoints::monitor_text() const
     view.share_idle_time = params_.share_idle_time;
     view.capacity = context_.launcher.params().max_simulations;
     view.simulations = rows();
-    view.assets = monitor_assets("simulation.js", params_.port);
+    view.assets = monitor_assets("simulation.js", params_.address.port);
     return core::simulation_monitor_page(view);
 }
 

@@ -20,20 +20,11 @@ namespace asio = boost::asio;
 
 using core::concat;
 
-namespace {
-
-std::string link_of(OperatorMailParams const& params)
-{
-    return core::monitor_url(params.ssl, params.server, params.port_rewrite, params.port);
-}
-
-} // namespace
-
 struct OperatorMail::Impl
 {
     Impl(OperatorMailParams parameters, Notifier& delivering, Clock& time, Logger logger)
         : params(std::move(parameters)), notifier(delivering), clock(time), log(std::move(logger)),
-          monitor(link_of(params))
+          monitor(core::monitor_url(params.address))
     {}
 
     std::optional<TimePoint> next_due() const;
@@ -69,7 +60,7 @@ void OperatorMail::apply(OperatorMailParams params)
     if (params.administrator.empty())
         impl_->give_up_everything("nobody is to get mails any more");
     impl_->params = std::move(params);
-    impl_->monitor = link_of(impl_->params);
+    impl_->monitor = core::monitor_url(impl_->params.address);
     impl_->problem.reset();
     impl_->queue.retry();
     if (impl_->changed)
@@ -197,7 +188,7 @@ std::string OperatorMail::Impl::new_id()
     auto const moment =
         std::chrono::duration_cast<std::chrono::microseconds>(clock.wall().time_since_epoch()).count();
     return concat(std::to_string(moment), ".", std::to_string(++notices), ".webots-session-server-",
-                  std::to_string(params.port));
+                  std::to_string(params.address.port));
 }
 
 } // namespace webots_cloud

@@ -40,9 +40,7 @@ struct SimulationService::Impl
         context.simulation_logs = params.simulation_logs;
         context.reconnect_grace = params.reconnect_grace;
         context.new_token = params.new_token;
-        context.address.host = params.server;
-        context.address.ssl = params.ssl;
-        context.address.port_rewrite = params.port_rewrite;
+        context.address = params.address;
     }
 
     void set_policy();

@@ -37,7 +37,7 @@ struct SessionContext
     Clock& clock;
     Logger log;
     std::shared_ptr<SimulationLogs> simulation_logs; ///< Null: what simulators print is not kept.
-    core::PublicAddress address;
+    PublicAddress address;
     core::RepositoryPolicy policy;
     Duration reconnect_grace{}; ///< How long a simulation waits for a browser that lost its connection.
     std::function<std::string()> new_token; ///< Makes words that nobody guesses; there unless the grace is 0.

@@ -59,10 +59,10 @@ News::News(LoadEvent const& event, WallTime moment) : when(moment)
         sentence += concat(python_float(event.server.report.load), text.after_load);
 }
 
-std::string monitor_url(bool ssl, std::string_view server, bool port_rewrite, std::uint16_t port)
+std::string monitor_url(PublicAddress const& address)
 {
-    return concat(ssl ? "https://" : "http://", printable(server, max_address_length),
-                  port_rewrite ? "/" : ":", std::to_string(port), "/monitor");
+    return concat(address.ssl ? "https://" : "http://", printable(address.host, max_address_length),
+                  address.port_rewrite ? "/" : ":", std::to_string(address.port), "/monitor");
 }
 
 Notice news_notice(News const& news, std::string_view monitor)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <webots_cloud/notice.hpp>
+#include <webots_cloud/public_address.hpp>
 #include <webots_cloud/server_load.hpp>
 
 #include <cstddef>
@@ -30,7 +31,7 @@ struct News
 
 /// Where the administrator looks: `https://server/port/monitor`, with `:` instead of `/` where no proxy
 /// rewrites ports.
-std::string monitor_url(bool ssl, std::string_view server, bool port_rewrite, std::uint16_t port);
+std::string monitor_url(PublicAddress const& address);
 
 /// One change.
 Notice news_notice(News const& news, std::string_view monitor);

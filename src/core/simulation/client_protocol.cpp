@@ -129,9 +129,9 @@ std::string webots_message(PublicAddress const& address, std::uint16_t port)
     return concat("webots:", address.ssl ? "wss://" : "ws://", authority(address, port));
 }
 
-std::string public_http_url(PublicAddress const& address, std::uint16_t port)
+std::string public_http_url(PublicAddress const& address)
 {
-    return concat(address.ssl ? "https://" : "http://", authority(address, port));
+    return concat(address.ssl ? "https://" : "http://", authority(address, address.port));
 }
 
 } // namespace webots_cloud::core

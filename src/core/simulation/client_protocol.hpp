@@ -1,6 +1,7 @@
 // The texts of the WebSocket /client (protocol section 4.1): what browsers say, and what they are told.
 #pragma once
 
+#include <webots_cloud/public_address.hpp>
 #include <webots_cloud/website_project.hpp>
 
 #include <cstdint>
@@ -80,20 +81,10 @@ std::string reset_controller_message(std::string_view file);
 /// `reconnectToken: <token>`
 std::string reconnect_token_message(std::string_view token);
 
-/// How the world outside reaches this machine (configuration keys `server`, `ssl`, `portRewrite`).
-struct PublicAddress
-{
-    PublicAddress() = default;
-
-    std::string host = "localhost";
-    bool ssl = true;
-    bool port_rewrite = true;
-};
-
-/// `webots:ws(s)://<host><:|/><port>`
+/// `webots:ws(s)://<host><:|/><port>`: a simulator of the server at `address` listens on `port`.
 std::string webots_message(PublicAddress const& address, std::uint16_t port);
 
 /// `http(s)://<host><:|/><port>`
-std::string public_http_url(PublicAddress const& address, std::uint16_t port);
+std::string public_http_url(PublicAddress const& address);
 
 } // namespace webots_cloud::core

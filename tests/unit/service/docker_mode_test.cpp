@@ -56,9 +56,9 @@ SimulationServiceParams service_params()
 {
     SimulationServiceParams params;
     params.docker = true;
-    params.server = "host.org";
-    params.ssl = false;
-    params.port_rewrite = false;
+    params.address.host = "host.org";
+    params.address.ssl = false;
+    params.address.port_rewrite = false;
     params.allowed_repositories = {"https://github.com/o"};
     return params;
 }

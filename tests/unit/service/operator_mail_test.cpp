@@ -25,8 +25,8 @@ OperatorMailParams params()
 {
     OperatorMailParams params;
     params.administrator = "admin@b.org";
-    params.server = "h.org";
-    params.port = 1999;
+    params.address.host = "h.org";
+    params.address.port = 1999;
     return params;
 }
 
@@ -312,7 +312,7 @@ BOOST_AUTO_TEST_CASE(new_parameters_hold_for_what_waits_and_it_is_tried_at_once)
     fixture.notifier.failure = Failure(errc::unreachable, "still none");
     auto next = params();
     next.administrator = "other@b.org";
-    next.port_rewrite = false;
+    next.address.port_rewrite = false;
     fixture.mail.apply(next);
     fixture.world.settle();
     BOOST_TEST(fixture.notifier.attempts.size() == attempts + 1);

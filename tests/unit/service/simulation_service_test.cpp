@@ -31,9 +31,9 @@ SimulationServiceParams service_params(Duration grace = {})
     SimulationServiceParams params;
     params.reconnect_grace = grace;
     params.new_token = [n = 0]() mutable { return "token" + std::to_string(++n); };
-    params.server = "host.org";
-    params.ssl = false;
-    params.port_rewrite = false;
+    params.address.host = "host.org";
+    params.address.ssl = false;
+    params.address.port_rewrite = false;
     params.allowed_repositories = {"https://github.com/o"};
     return params;
 }

@@ -849,4 +849,23 @@ BOOST_AUTO_TEST_CASE(a_missing_key_is_told_with_ten_unknown_ones_at_most)
     BOOST_TEST(sentence.ends_with("; and 990 more unknown keys"), sentence);
 }
 
+BOOST_AUTO_TEST_CASE(the_world_reaches_a_server_where_its_configuration_says)
+{
+    PublicAddress address;
+    address.host = "host.org";
+    address.port = 1234;
+    address.ssl = false;
+    address.port_rewrite = false;
+    auto const set = [&](auto config) {
+        config.server = "host.org";
+        config.port = 1234;
+        config.ssl = false;
+        config.port_rewrite = false;
+        return config;
+    };
+    BOOST_TEST((public_address(set(SessionConfig())) == address));
+    BOOST_TEST((public_address(set(SimulationConfig())) == address));
+    BOOST_TEST(public_address(SimulationConfig()).host == "localhost");
+}
+
 BOOST_AUTO_TEST_SUITE_END()

@@ -75,10 +75,18 @@ BOOST_AUTO_TEST_CASE(a_server_that_is_merely_slow_is_never_mailed)
 
 BOOST_AUTO_TEST_CASE(the_link_says_https_iff_ssl_and_a_slash_iff_ports_are_rewritten)
 {
-    BOOST_TEST(core::monitor_url(true, "h.org", true, 1999) == "https://h.org/1999/monitor");
-    BOOST_TEST(core::monitor_url(true, "h.org", false, 1999) == "https://h.org:1999/monitor");
-    BOOST_TEST(core::monitor_url(false, "h.org", true, 1999) == "http://h.org/1999/monitor");
-    BOOST_TEST(core::monitor_url(false, "localhost", false, 80) == "http://localhost:80/monitor");
+    PublicAddress address;
+    address.host = "h.org";
+    address.port = 1999;
+    BOOST_TEST(core::monitor_url(address) == "https://h.org/1999/monitor");
+    address.port_rewrite = false;
+    BOOST_TEST(core::monitor_url(address) == "https://h.org:1999/monitor");
+    address.ssl = false;
+    BOOST_TEST(core::monitor_url(address) == "http://h.org:1999/monitor");
+    address = PublicAddress();
+    address.port = 80;
+    address.ssl = false;
+    BOOST_TEST(core::monitor_url(address) == "http://localhost/80/monitor");
 }
 
 BOOST_AUTO_TEST_CASE(an_address_can_add_no_line)

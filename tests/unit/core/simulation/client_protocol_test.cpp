@@ -98,10 +98,11 @@ BOOST_AUTO_TEST_CASE(everything_that_killed_the_python_handler_gets_a_reason)
 // Protocol 4.1.3 and 11.
 BOOST_AUTO_TEST_CASE(addresses_follow_ssl_and_port_rewrite_independently)
 {
-    PublicAddress address;
+    webots_cloud::PublicAddress address;
     address.host = "host.org";
+    address.port = 2000;
     BOOST_TEST(webots_message(address, 2001) == "webots:wss://host.org/2001");
-    BOOST_TEST(public_http_url(address, 2000) == "https://host.org/2000");
+    BOOST_TEST(public_http_url(address) == "https://host.org/2000");
     address.ssl = false;
     BOOST_TEST(webots_message(address, 2001) == "webots:ws://host.org/2001");
     address.port_rewrite = false;

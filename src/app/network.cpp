@@ -1,14 +1,13 @@
 // The network as both configurations describe it.
-#pragma once
-
 #include <webots_cloud/adapters.hpp>
 #include <webots_cloud/config.hpp>
+#include <webots_cloud/servers.hpp>
 
 #include <algorithm>
 
-namespace webots_cloud::app {
+namespace webots_cloud {
 
-inline HttpServerParams server_params(std::uint16_t port, NetworkConfig const& config)
+HttpServerParams http_server_params(std::uint16_t port, NetworkConfig const& config)
 {
     HttpServerParams params;
     params.port = port;
@@ -25,4 +24,4 @@ inline HttpServerParams server_params(std::uint16_t port, NetworkConfig const& c
     return params;
 }
 
-} // namespace webots_cloud::app
+} // namespace webots_cloud

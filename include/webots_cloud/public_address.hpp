@@ -1,0 +1,22 @@
+// Where the world outside reaches a server of ours.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace webots_cloud {
+
+/// The configuration keys `server`, `port`, `ssl` and `portRewrite`, which both servers have.
+struct PublicAddress
+{
+    PublicAddress() = default;
+
+    std::string host = "localhost"; ///< As browsers know it.
+    std::uint16_t port = 0;         ///< The server's own.
+    bool ssl = true;                ///< `https://` and `wss://` instead of `http://` and `ws://`.
+    bool port_rewrite = true;       ///< `/` instead of `:` before a port: a proxy in front looks there.
+
+    bool operator==(PublicAddress const&) const = default;
+};
+
+} // namespace webots_cloud
