@@ -9,12 +9,11 @@ import re
 import shutil
 import socket
 import tempfile
-import time
 import unittest
 import xml.etree.ElementTree as ElementTree
 
 import simulator_process
-from simulator_process import PATIENCE, PROJECTS, Simulator
+from simulator_process import PATIENCE, PROJECTS, Simulator, wait_until, wait_until_async
 
 try:
     import websockets
@@ -53,6 +52,15 @@ class Browser:
                 return text
 
 
+def has_read_all(peer):
+    """True when the other end of this connection, of the same machine, has read what was sent."""
+    ports = {peer.getsockname()[1], peer.getpeername()[1]}
+    with open('/proc/net/tcp') as table:
+        rows = [line.split() for line in table.readlines()[1:]]
+    queues = [row[4] for row in rows if {int(row[1].split(':')[1], 16), int(row[2].split(':')[1], 16)} == ports]
+    return queues == ['00000000:00000000'] * 2
+
+
 def connect(simulator):
     return websockets.connect(f'ws://127.0.0.1:{simulator.port}/', max_size=None, max_queue=None, ping_interval=None)
 
@@ -88,15 +96,10 @@ class Pictures:
     async def next_soon(self):
         return await asyncio.get_running_loop().run_in_executor(None, self.next)
 
-    async def is_silent(self, seconds):
-        """True when no byte comes in that time; use it last."""
-        def silent():
-            self.socket.settimeout(seconds)
-            try:
-                return not self.file.read(1)
-            except socket.timeout:
-                return True
-        return await asyncio.get_running_loop().run_in_executor(None, silent)
+    def is_silent(self):
+        """True when no byte has come since the last picture; use it last."""
+        self.socket.setblocking(False)
+        return self.file.read(1) is None
 
     def close(self):
         self.file.close()
@@ -205,17 +208,25 @@ class Scene(Case):
         self.assertEqual(first, await after_steps())
 
     async def test_pause(self):
-        simulator = self.simulator('--mode=realtime')
+        simulator = self.simulator('--mode=realtime', '--heartbeat=30')
         async with connect(simulator) as ws:
             browser = Browser(ws)
+
+            async def step():
+                await browser.send('step')
+                self.assertEqual(await browser.reply(), 'paused by client')
+                return state_of([text for text in browser.received if text.startswith('application/json:')][-1])['time']
+
             await browser.send('x3d;broadcast')
             await browser.until('scene load completed')
             await browser.until('application/json:')
             await browser.send('pause')
             self.assertEqual(await browser.until('paused'), 'paused by client')
-            with self.assertRaises(asyncio.TimeoutError):
-                await asyncio.wait_for(ws.recv(), 0.3)
-        simulator.lines_until(b'pause')
+            simulator.lines_until(b'pause')
+            before = await step()
+            for _ in range(10):  # as long as it simulates ten steps, if it does
+                await asyncio.to_thread(simulator.lines_until, b'.')
+            self.assertEqual(await step(), before + 32)
 
     async def test_a_client_that_does_not_broadcast_pauses_a_running_simulation(self):
         simulator = self.simulator('--mode=realtime')
@@ -366,12 +377,12 @@ class Scene(Case):
             self.assertLess(len(line), 300)
 
     async def test_the_mode_line_of_the_other_kind_gets_no_answer(self):
-        for option, wrong in (('--stream=w3d', 'mjpeg: 64x48'), ('--stream=mjpeg', 'w3d')):
-            simulator = self.simulator(option)
-            async with connect(simulator) as ws:
+        for option, wrong, right in (('--stream=w3d', 'mjpeg: 64x48', 'w3d'), ('--stream=mjpeg', 'w3d', 'mjpeg: 64x48')):
+            async with connect(self.simulator(option)) as ws, connect(self.simulator(option)) as other:
                 await ws.send(wrong)
-                with self.assertRaises(asyncio.TimeoutError):
-                    await asyncio.wait_for(ws.recv(), 0.2)
+                await ws.send(right)
+                await other.send(right)
+                self.assertEqual(await Browser(ws).receive(), await Browser(other).receive())
 
     async def test_a_client_that_comes_while_the_world_loads_gets_it_later(self):
         simulator = Simulator(faults='ready-delay=500')
@@ -413,15 +424,16 @@ class Scene(Case):
                 await Browser(ws).until('application/json:')
         finally:
             await asyncio.gather(*(ws.close() for ws in sockets))
-        for _ in range(100):  # the places are free again once the server has seen the closes
+
+        async def join_again():
             try:
                 async with connect(simulator) as ws:
                     await self.join(Browser(ws))
-                break
+                return True
             except (ConnectionError, websockets.exceptions.InvalidMessage, EOFError):
-                await asyncio.sleep(0.05)
-        else:
-            self.fail('no place became free')
+                return False
+        # the places are free again once the server has seen the closes
+        await wait_until_async(join_again, 'no place became free')
 
 
 class Mjpeg(Case):
@@ -456,7 +468,7 @@ class Mjpeg(Case):
             self.assertTrue(jpeg.startswith(b'\xff\xd8\xff') and jpeg.endswith(b'\xff\xd9'))
 
     async def test_while_paused_each_picture_comes_twice_and_nothing_follows(self):
-        simulator = self.simulator('--stream=mjpeg')
+        simulator = self.simulator('--stream=mjpeg', '--heartbeat=30')
         async with connect(simulator) as ws:
             browser = Browser(ws)
             await self.join(browser)
@@ -467,7 +479,10 @@ class Mjpeg(Case):
                 stepped = await pictures.next_soon()
                 self.assertNotEqual(stepped, first)
                 self.assertEqual(await pictures.next_soon(), stepped)
-                self.assertTrue(await pictures.is_silent(0.3))
+                simulator.lines_until(b'step')
+                for _ in range(10):  # as long as it makes ten pictures, if it does
+                    await asyncio.to_thread(simulator.lines_until, b'.')
+                self.assertTrue(pictures.is_silent())
 
     async def test_the_head_of_the_picture_stream(self):
         simulator = self.simulator('--stream=mjpeg')
@@ -621,7 +636,7 @@ class Http(Case):
                 simulator.ready()
             with socket.create_connection(('127.0.0.1', simulator.port), timeout=PATIENCE) as peer:
                 peer.sendall(b'CT')
-                time.sleep(0.05)
+                wait_until(lambda: has_read_all(peer), 'the first half is not read')
                 peer.sendall(b'R\nRobot-Name: blue\n\n')
                 self.assertEqual(peer.recv(100), answer)
 
@@ -648,14 +663,15 @@ class Cost(Case):
         return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
 
     async def test_a_paused_simulator_with_clients_uses_no_processor_time(self):
-        simulator = self.simulator('--stream=mjpeg', '--heartbeat=5000')
+        simulator = self.simulator('--stream=mjpeg', '--heartbeat=100')
         async with connect(simulator) as ws:
             await ws.send('mjpeg: 320x240')
             with Pictures(simulator) as pictures:
                 await asyncio.get_running_loop().run_in_executor(None, pictures.next)
                 await asyncio.get_running_loop().run_in_executor(None, pictures.next)
                 before = self.cpu_seconds(simulator)
-                await asyncio.sleep(1)
+                for _ in range(10):
+                    await asyncio.to_thread(simulator.lines_until, b'.')
                 self.assertLessEqual(self.cpu_seconds(simulator) - before, 0.02)
 
 

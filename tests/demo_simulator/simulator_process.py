@@ -9,6 +9,7 @@ import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
 from support.ports import free_port  # noqa: E402
+from support.waiting import wait_until, wait_until_async  # noqa: E402, F401
 
 PROJECTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', 'examples', 'demo_projects')
 ARENA = os.path.join(PROJECTS, 'robots', 'worlds', 'arena.wbt')

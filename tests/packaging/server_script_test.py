@@ -12,13 +12,13 @@ import socket
 import subprocess
 import sys
 import tempfile
-import time
 import unittest
 import urllib.request
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.machine import Machine  # noqa: E402
 from support.ports import free_port  # noqa: E402
+from support.waiting import wait_until  # noqa: E402
 
 SCRIPT, PROGRAMS = "", ""
 PATIENCE_SECONDS = 30
@@ -128,9 +128,7 @@ class Starting(ServerScriptTest):
         self.start()
         alive, dead = self.pid("simulation"), self.pid("session")
         os.kill(dead, signal.SIGKILL)
-        deadline = time.monotonic() + PATIENCE_SECONDS
-        while is_running(dead) and time.monotonic() < deadline:
-            time.sleep(0.02)
+        wait_until(lambda: not is_running(dead), "the killed server is still there")
         output = self.start()
         self.assertIn(f"The local simulation server is already running ({alive})", output)
         self.assertIn(f"Started local session server ({self.pid('session')})", output)

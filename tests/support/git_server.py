@@ -13,11 +13,11 @@ import shutil
 import socket
 import subprocess
 import tempfile
-import time
 import unittest
 
 from .ports import free_port
 from .processes import Startable, end_with_parent, find_program, listens
+from .waiting import wait_until
 
 GIT_BACKEND = "/usr/lib/git-core/git-http-backend"
 WORKERS = 8
@@ -275,12 +275,13 @@ esac
                                                     preexec_fn=end_with_parent))
 
     def _wait_for_port(self):
-        deadline = time.monotonic() + 20
-        while time.monotonic() < deadline:
-            if listens(self.port):
-                return
-            if any(process.poll() is not None for process in self._processes):
-                break
-            time.sleep(0.01)
+        wait_until(lambda: listens(self.port) or self._has_ended(), self._output)
+        if not listens(self.port):
+            raise RuntimeError("the git server did not start: " + self._output())
+
+    def _has_ended(self):
+        return any(process.poll() is not None for process in self._processes)
+
+    def _output(self):
         with open(os.path.join(self.folder, "output.log"), errors="replace") as log:
-            raise RuntimeError("the git server did not start: " + log.read())
+            return log.read()

@@ -15,16 +15,15 @@ import ssl
 import subprocess
 import sys
 import tempfile
-import time
 import unittest
 import urllib.error
 import urllib.request
 
 from .ports import free_port
 from .processes import Startable
+from .waiting import PATIENCE, wait_until
 
 BIN = os.path.abspath(os.environ.get("WEBOTS_CLOUD_BIN", ""))  # servers are started in folders of their own
-PATIENCE = 100  # seconds: only how long a broken server is waited for; removing 50,000 folders takes a busy disk a minute
 
 
 def program(name):
@@ -33,17 +32,6 @@ def program(name):
     if not os.access(path, os.X_OK):
         raise unittest.SkipTest(f"{name} is not built (WEBOTS_CLOUD_BIN={BIN!r})")
     return path
-
-
-def wait_until(condition, what, patience=PATIENCE):
-    """Waits until `condition()` is true and returns its value; fails with `what`, a text or what makes one then, otherwise."""
-    end = time.monotonic() + patience
-    while time.monotonic() < end:
-        value = condition()
-        if value:
-            return value
-        time.sleep(0.02)
-    raise AssertionError(f"waited {patience} s in vain: {what() if callable(what) else what}")
 
 
 def descendants(pid):

@@ -7,13 +7,13 @@ With SCREENSHOTS=<folder> in the environment, pictures of the page are left in t
 import json
 import os
 import sys
-import time
 import unittest
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [HERE, os.path.join(HERE, "../support")]
 
 import browser  # noqa: E402
+from waiting import wait_until  # noqa: E402
 
 try:
     from fake_cloud import FakeCloud
@@ -22,7 +22,6 @@ except ImportError as error:
     sys.exit(77)
 
 WORLD = "https://github.com/owner/repository/blob/main/worlds/arena.wbt"
-PATIENCE_SECONDS = 20  # For things that must happen; nothing waits this long unless it is about to fail.
 
 
 class ViewerTest(unittest.TestCase):
@@ -35,12 +34,7 @@ class ViewerTest(unittest.TestCase):
         self.addCleanup(self.driver.get, "about:blank")
 
     def wait(self, condition, what):
-        deadline = time.monotonic() + PATIENCE_SECONDS
-        while not (value := condition()):
-            if time.monotonic() > deadline:
-                self.fail(f"{what} did not happen; status: {self.text('status')!r}, body: {self.data()}")
-            time.sleep(0.02)
-        return value
+        return wait_until(condition, lambda: f"{what}; status: {self.text('status')!r}, body: {self.data()}")
 
     def element(self, name):
         return self.driver.find_element("id", name)
@@ -393,10 +387,7 @@ class Running(ViewerTest):
     def test_leaving_the_page_closes_the_lease(self):
         self.run_simulation()
         self.driver.get("about:blank")
-        deadline = time.monotonic() + PATIENCE_SECONDS
-        while (self.cloud.leases, self.cloud.streams) != (0, 0) and time.monotonic() < deadline:
-            time.sleep(0.02)
-        self.assertEqual((self.cloud.leases, self.cloud.streams), (0, 0))
+        wait_until(lambda: (self.cloud.leases, self.cloud.streams) == (0, 0), "the lease is not given back")
 
     def test_console_lines_are_text_and_never_markup(self):
         self.run_simulation()
