@@ -9,6 +9,7 @@
 //     --together            all worlds at once instead of one after the other
 //     --discard             remove each project again
 //     --cancel-after MS     cancel everything then
+//     --cancel-at BYTES     cancel everything when a fetch has received so much
 //     --idle MS             do nothing for so long: what the machine alone does to an event loop
 #include <webots_cloud/adapters.hpp>
 #include <webots_cloud/daemon.hpp>
@@ -25,6 +26,7 @@
 #include <algorithm>
 #include <chrono>
 #include <deque>
+#include <functional>
 #include <iostream>
 #include <memory>
 #include <string>
@@ -47,6 +49,7 @@ struct Options
     bool together = false;
     bool discard = false;
     int cancel_after = -1;
+    std::uint64_t cancel_at = 0; ///< 0: never.
     int idle = 0;
 };
 
@@ -92,6 +95,8 @@ Options parse(int argc, char** argv)
             options.idle = std::stoi(next());
         else if (word == "--cancel-after")
             options.cancel_after = std::stoi(next());
+        else if (word == "--cancel-at")
+            options.cancel_at = std::stoull(next());
         else
             options.worlds.push_back(word);
     }
@@ -199,8 +204,11 @@ public:
         max_pause_length_ = std::max(max_pause_length_, SteadyClock::now() - expected);
         auto const worked = processor_time();
         longest_work_ = std::max(longest_work_, worked - std::exchange(worked_, worked));
-        for (auto& each : shown_)
+        for (auto& each : shown_) {
             each.look();
+            if (options_.cancel_at > 0 && each.progress->bytes_received >= options_.cancel_at)
+                cancel();
+        }
         if (running == 0)
             return;
         auto const due = SteadyClock::now() + std::chrono::milliseconds(1);
@@ -212,6 +220,7 @@ public:
     double longest_work() const { return milliseconds(longest_work_); }
 
     int running = 0;
+    std::function<void()> cancel; ///< All of it; safe more than once.
 
 private:
     static Logger log()
@@ -271,13 +280,14 @@ int main(int argc, char** argv)
     } else {
         spawn(probe.all_in_turn());
     }
+    probe.cancel = [&signals] {
+        for (auto& signal : signals)
+            signal.emit(asio::cancellation_type::terminal);
+    };
     asio::steady_timer timer(context);
     if (options.cancel_after >= 0) {
         timer.expires_after(std::chrono::milliseconds(options.cancel_after));
-        timer.async_wait([&](boost::system::error_code) {
-            for (auto& signal : signals)
-                signal.emit(asio::cancellation_type::terminal);
-        });
+        timer.async_wait([&](boost::system::error_code) { probe.cancel(); });
     }
     probe.beat(SteadyClock::now());
     context.run();

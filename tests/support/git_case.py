@@ -8,6 +8,7 @@ from .disks import mount_small_disk, mount_xfs
 from .git_probe import Probe
 from .servers import program
 from .git_server import GitServer, require_git_server
+from .waiting import wait_until
 
 
 class GitCase(unittest.TestCase):
@@ -31,6 +32,12 @@ class GitCase(unittest.TestCase):
     def requests(self, since=0):
         """(method, address, status) of what the server was asked."""
         return [request[:3] for request in self.server.requests()[since:]]
+
+    def sent_in_transfer(self, received):
+        """How much the server has sent in the transfer that brought most of these bytes, once that is over for the server too."""
+        def transfers():
+            return [sent for method, _, _, sent, _ in self.server.requests() if method == "POST" and 2 * sent >= received]
+        return max(wait_until(transfers, lambda: f"no transfer of {received} bytes in {self.server.requests()}"))
 
     def left_in_cache(self):
         """What is there of fetches that are over."""

@@ -28,6 +28,7 @@ class Probe:
         self.folder = tempfile.mkdtemp(prefix="webots_cloud_probe_", dir=folder)
         self.cache = os.path.join(self.folder, "cache")
         self.log = ""
+        self.order = []  # the numbers of the last run's worlds, as they were done
         self.longest_pause_ms = 0.0  # of the event loop, whatever kept it: itself or other programs
         self.longest_work_ms = 0.0  # of the event loop itself, in processor time
         self.may_mount = True
@@ -55,11 +56,12 @@ class Probe:
         self.log = finished.stderr.decode()
         if finished.returncode != 0:
             raise AssertionError(f"the probe ended with {finished.returncode}: {self.log}")
-        answers = {}
+        answers, self.order = {}, []
         for line in finished.stdout.decode().splitlines():
             answer = json.loads(line)
             if "world" in answer:
                 answers[answer["world"]] = answer
+                self.order.append(answer["world"])
             self.longest_pause_ms = answer.get("longest_pause_ms", self.longest_pause_ms)
             self.longest_work_ms = answer.get("longest_work_ms", self.longest_work_ms)
             if "discard" in answer:
