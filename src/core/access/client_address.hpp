@@ -1,4 +1,4 @@
-// Who sent a request that came through proxies.
+// Finds the client of a request that came through proxies.
 #pragma once
 
 #include "ip_address.hpp"
@@ -14,12 +14,12 @@ namespace webots_cloud::core {
 
 using HeaderFields = std::span<std::pair<std::string_view, std::string_view> const>;
 
-/// Who sent a request that a trusted proxy passed on: of the entries of X-Forwarded-For, over all its fields,
-/// the rightmost that is no trusted proxy; what stands left of it is what the client claims. When all are
-/// trusted, or the next one can't be read: the last one that could. Nothing when there is none.
+/// The client of a request that a trusted proxy passed on: of the entries of X-Forwarded-For, over all its
+/// fields, the rightmost that is not a trusted proxy; entries left of it may be forged by the client. When
+/// all are trusted, or the next one is malformed: the last valid one. Nothing when there is none.
 ///
-/// Forwarded (RFC 7239) counts only where X-Forwarded-For says nothing, for a proxy that writes the one
-/// passes on what its client sent of the other.
+/// Forwarded (RFC 7239) is used only without X-Forwarded-For, because a proxy that writes one of them
+/// passes on the other as its client sent it.
 std::optional<IpAddress> forwarded_client(HeaderFields fields, IpNetworks const& proxies);
 
 } // namespace webots_cloud::core

@@ -1,4 +1,4 @@
-// How many of something each client has.
+// Limits how many of something each client may have.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,7 @@
 
 namespace webots_cloud::core {
 
-/// Counts what clients hold, by their quota keys, and refuses what is over a limit.   Lifetime: must outlive
+/// Counts what clients hold, by their quota keys, and refuses more than a limit.   Lifetime: must outlive
 /// its tickets.
 class ClientLimit
 {
@@ -66,7 +66,8 @@ public:
         refused
     };
 
-    /// `ticket` is replaced when the client is admitted. The empty key is nobody's: it is not counted.
+    /// `ticket` is replaced when the client is admitted. The empty key belongs to no client and is not
+    /// counted.
     Verdict admit(std::string const& key, Ticket& ticket)
     {
         if (key.empty()) {
@@ -83,7 +84,7 @@ public:
 
     std::size_t most() const noexcept { return max_; }
 
-    /// Who has more keeps it.
+    /// Clients that have more already keep it.
     void set_most(std::size_t most) noexcept { max_ = most; }
 
     /// Clients that have something.

@@ -31,13 +31,13 @@ bool is_origin_pattern(std::string_view text);
 
 /// The host names that a server has, and the origins (RFC 6454) of the pages that may talk with it.
 ///
-/// Against DNS rebinding, where a page of a stranger's site gives its own name the address of this machine: a
-/// name that is not ours in `Host` gives such a page away. An address as `Host` is always good, since no page
-/// can claim one.
+/// Protects against DNS rebinding, where a hostile site points its own name to the address of this machine: a
+/// foreign name in `Host` reveals such a page. An address as `Host` is always accepted, since no site
+/// can own one.
 class SiteAccess
 {
 public:
-    /// Everybody's site, which checks nothing.
+    /// A public site, which checks nothing.
     SiteAccess() = default;
 
     /// `names`: how this machine is called besides `localhost`, with or without ports. `origins`: patterns as
@@ -63,8 +63,8 @@ private:
 
     Reach reach_ = Reach::everybody;
     bool any_origin_ = true;
-    std::vector<std::string> names_;   ///< Without ports, in small letters.
-    std::vector<std::string> origins_; ///< In small letters, without default ports.
+    std::vector<std::string> names_;   ///< Without ports, in lower case.
+    std::vector<std::string> origins_; ///< In lower case, without default ports.
 };
 
 } // namespace webots_cloud::core

@@ -1,4 +1,4 @@
-// How often each client may ask.
+// Limits the rate of each client's requests.
 #pragma once
 
 #include <webots_cloud/time.hpp>
@@ -14,11 +14,12 @@
 
 namespace webots_cloud::core {
 
-/// A token bucket for each client, by its quota key: so many requests at once, and so many a second in the
+/// A token bucket for each client, by its quota key: a burst of requests, and a rate per second in the
 /// long run.
 ///
-/// Bounded: when there are too many buckets, full ones go, for they say nothing, and then those that are full
-/// soonest. Nobody is refused for want of a bucket; whoever has the most addresses gains a few requests.
+/// Bounded: when there are too many buckets, full ones are dropped, which loses nothing, and then those that
+/// would be full soonest. No client is refused because the table is full; an attacker with very many
+/// addresses gains a few requests.
 class TokenBuckets
 {
 public:
@@ -42,7 +43,7 @@ public:
         refused
     };
 
-    /// Takes a token. The empty key is nobody's: it is not counted.
+    /// Takes a token. The empty key belongs to no client and is not counted.
     Verdict take(std::string_view key, TimePoint now)
     {
         if (key.empty() || capacity_ == Duration::zero())
@@ -69,7 +70,7 @@ public:
     std::size_t size() const noexcept { return buckets_.size(); }
 
 private:
-    /// What is missing is told by when it will be there again.
+    /// A bucket's missing tokens are stored as the time when it will be full again.
     struct Bucket
     {
         Bucket() = default;

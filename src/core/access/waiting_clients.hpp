@@ -1,4 +1,4 @@
-// Who has connected and not said yet what for.
+// Clients that have connected, but not sent a request yet.
 #pragma once
 
 #include <cstddef>
@@ -10,16 +10,17 @@
 
 namespace webots_cloud::core {
 
-/// A bounded list: who comes last is always let in, and who has waited longest makes room. To refuse
-/// newcomers instead would let idle connections lock everybody out for as long as they may be idle.
+/// A bounded list: a new client is always accepted, and the one that has waited longest is dropped for it. To
+/// refuse new ones instead would let idle connections lock out all others for as long as they may be idle.
 class WaitingClients
 {
 public:
     WaitingClients(std::size_t most, std::size_t max_per_client) : max_(most), max_per_client_(max_per_client)
     {}
 
-    /// Adds `id`, which must be higher than all before. Who must go for it, if anybody: the first of the same
-    /// client, when that has too many, else the first of all. The empty key is no client.
+    /// Adds `id`, which must be higher than all before. Returns which one must be closed for it, if any: the
+    /// first of the same client if that has too many, else the first of all. The empty key belongs to no
+    /// client.
     std::optional<std::uint64_t> enter(std::uint64_t id, std::string const& quota_key)
     {
         std::size_t own = 1;

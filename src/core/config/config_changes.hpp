@@ -1,4 +1,4 @@
-// Which keys of a configuration that was read again a running server does not take over.
+// Which changed keys of a reloaded configuration need a restart.
 #pragma once
 
 #include <webots_cloud/config.hpp>

@@ -13,7 +13,7 @@
 
 namespace webots_cloud::core {
 
-/// One configuration file being read. Every key that is asked for counts as known.
+/// One configuration file being read. Every key that is requested counts as known.
 class ConfigReader
 {
 public:
@@ -30,7 +30,7 @@ public:
     void read(std::string_view key, std::vector<std::string>& value);
     /// For texts that are only ever shown, and for what the caller checks more strictly: any string.
     void read_text(std::string_view key, std::string& value);
-    /// A string that no message repeats.
+    /// A secret string, which no message quotes.
     void read_secret(std::string_view key, std::string& value);
     void read_number(std::string_view key, double& value, double least, double most);
     void read_integer(std::string_view key, int& value, int least, int most);
@@ -57,11 +57,11 @@ public:
     /// Notes that a required key is missing.
     void require(std::string_view key, std::string_view wanted);
 
-    /// The first thing that was wrong, if any. To be asked last: where a key is missing it tells the unknown
-    /// ones, too.
+    /// The first mistake, if any. To be called last: where a key is missing, it names the unknown ones,
+    /// too.
     std::optional<Failure> failure() const;
 
-    /// A sentence for each key that nobody asked for, with the nearest known one.
+    /// A warning for each key that was never requested, with the most similar known one.
     std::vector<std::string> unknown_keys() const;
 
 private:

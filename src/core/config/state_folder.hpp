@@ -1,4 +1,4 @@
-// Where the simulation server keeps what it works with.
+// Chooses the folder for the simulation server's working files.
 #pragma once
 
 #include <filesystem>
@@ -7,7 +7,7 @@
 
 namespace webots_cloud::core {
 
-/// A folder that could be ours.
+/// A candidate for the folder.
 struct StateFolder
 {
     StateFolder() = default;
@@ -34,7 +34,7 @@ struct StateFolderContext
 };
 
 /// The folders to try, the best first: what the operator or systemd names, alone; or else one in the home
-/// folder, and where that is not to be had one among the temporary files.
+/// folder, and if that can't be used, one in the folder for temporary files.
 std::vector<StateFolder> state_folders(StateFolderContext const& context);
 
 } // namespace webots_cloud::core

@@ -1,11 +1,12 @@
-// What compose says while it builds and runs the containers of a simulation (protocol section 6.4).
+// Parses the output of compose while it builds and runs the containers of a simulation (protocol
+// section 6.4).
 #pragma once
 
 #include <string_view>
 
 namespace webots_cloud::core {
 
-/// Where a line comes from, and what it says.
+/// The origin and the text of a line.
 struct ComposeLine
 {
     enum class Source
@@ -24,14 +25,14 @@ struct ComposeLine
     bool operator==(ComposeLine const&) const = default;
 };
 
-/// Takes a line apart. The names of containers begin with the project's or not, and have hyphens or
+/// Parses a line. The names of containers begin with the project's or not, and have hyphens or
 /// underscores, depending on the version of compose.
 ComposeLine parse_compose_line(std::string_view line, std::string_view project);
 
-/// Whether the browser sees the line while it waits: not what the editor says, and nothing empty.
+/// Whether the browser is shown the line while it waits: not the editor's output, and no empty lines.
 bool is_progress(std::string_view line);
 
-/// Whether compose says that `image` does not exist. A build may well miss other things.
+/// Whether compose reports that `image` does not exist. A build may lack other things too.
 bool says_image_is_missing(std::string_view line, std::string_view image);
 
 } // namespace webots_cloud::core

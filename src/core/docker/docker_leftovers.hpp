@@ -1,4 +1,4 @@
-// What simulations leave in docker, and which of it is ours to remove (protocol section 6.5).
+// What simulations leave behind in docker, and which of it may be removed (protocol section 6.5).
 #pragma once
 
 #include <webots_cloud/time.hpp>
@@ -12,10 +12,10 @@
 
 namespace webots_cloud::core {
 
-/// The name by which a server knows its containers again, whatever else runs on the machine:
+/// The name by which a server recognises its containers, whatever else runs on the machine:
 /// `webots-2000-1f3a9c4d`.
 ///
-/// Of two servers that live, one has another machine, port or folder.
+/// Unique: two running servers differ in machine, port or folder.
 std::string docker_identity(std::string_view machine, std::uint16_t port,
                             std::filesystem::path const& instances);
 
@@ -28,7 +28,7 @@ struct DockerScope
     std::string project;  ///< One simulation's; empty: all of the server's, which has just been started.
 };
 
-/// How things are to be listed: `docker <kind> ls` with `--format` and this. Labels are asked for as JSON:
+/// The format for `docker <kind> ls --format`. Labels are requested as JSON:
 /// anybody can put a line end into one, and what follows it would look like a line of another container.
 inline constexpr std::string_view container_format =
     "{{.ID}}\t{{json (.Label \"com.docker.compose.project\")}}\t"
@@ -43,11 +43,11 @@ inline constexpr std::string_view image_format = "{{.Repository}}:{{.Tag}}\t{{.C
 /// of this server has failed.
 std::vector<std::string> leftovers(std::string_view listing, DockerScope const& scope);
 
-/// The containers of a listing that are steps of this server's builds, and not started. Docker starts one at
-/// once, unless who wanted the build has gone in that moment: then it stays as it is.
+/// The containers of a listing that are steps of this server's builds and not started. Docker starts them at
+/// once, unless its client disconnects in that moment: then they stay.
 std::vector<std::string> unstarted_builds(std::string_view listing, std::string_view identity);
 
-/// Which images may go.
+/// Which images may be removed.
 struct ImagePolicy
 {
     ImagePolicy() = default;

@@ -39,7 +39,7 @@ std::string compose_template_file(ComposeTemplate kind);
 /// The template for projects without a `Dockerfile` of their own that may be used.
 inline constexpr char dockerfile_template[] = "Dockerfile.default";
 
-/// What `webots.yml` says to us.
+/// What `webots.yml` requests.
 struct WebotsYml
 {
     WebotsYml() = default;
@@ -49,9 +49,9 @@ struct WebotsYml
     std::vector<std::string> messages; ///< For the browser, in the order of the file's lines.
 };
 
-/// Reads `webots.yml` line by line, as it has always been read; it need not be YAML.
+/// Reads `webots.yml` line by line, like the Python server; it need not be valid YAML.
 ///
-/// Errors: `invalid_argument`: a `dockerCompose:` line lacks its folder, or the folder is no harmless path.
+/// Errors: `invalid_argument`: a `dockerCompose:` line lacks its folder, or the folder is not a safe path.
 result<WebotsYml> parse_webots_yml(std::string_view text);
 
 /// The world of a competition, whose participant is a controller outside of Webots.
@@ -72,7 +72,7 @@ struct DockerEnvironment
     std::string project;     ///< Compose's name for all that belongs to this simulation.
     std::string server;      ///< Ours, as a label.
     std::string world;       ///< The name of the world file.
-    std::string stream_mode; ///< What the browser asked for.
+    std::string stream_mode; ///< What the browser requested.
     std::string display;
     std::string runtime = "runc"; ///< What runs the containers: `nvidia` where there is such a processor.
     std::string graphics_device = "/dev/null";

@@ -1,4 +1,4 @@
-// How many lines of a build a browser is shown.
+// Limits how many lines of a build a browser is shown.
 #pragma once
 
 #include <webots_cloud/time.hpp>

@@ -1,5 +1,5 @@
-// Whether a commit belongs to a repository. A server hands out whatever lies in its store, and forges keep
-// what strangers offer (forks, pull requests) in the same one.
+// Whether a commit belongs to a repository. A server sends every object in its store, and forges keep
+// commits of other people (forks, pull requests) in the same store.
 #pragma once
 
 #include "git_object_id.hpp"
@@ -11,7 +11,7 @@
 
 namespace webots_cloud::core {
 
-/// The commits that branches and tags point to, each once: what those who may write there have taken in.
+/// The commits that branches and tags point to, each once: what people with write access have accepted.
 std::vector<GitObjectId> git_tips(std::vector<GitRef> const& refs);
 
 /// Finds a commit object; null when it is not there.

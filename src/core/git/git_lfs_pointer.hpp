@@ -1,4 +1,4 @@
-// Pointers of Git LFS: what git keeps in the place of a large file.
+// Pointers of Git LFS: what git stores instead of a large file.
 #pragma once
 
 #include <cstddef>
@@ -23,7 +23,7 @@ struct LfsPointer
     bool extended = false;  ///< The content has to pass through programs that the pointer names.
 };
 
-/// What git-lfs takes for a pointer; of numbers only those that have one spelling. Nothing for any other
+/// Parses what git-lfs accepts as a pointer; numbers only in their canonical form. Nothing for any other
 /// file.
 std::optional<LfsPointer> parse_lfs_pointer(std::string_view text);
 

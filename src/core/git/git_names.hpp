@@ -1,4 +1,4 @@
-// Which names and links of a stranger's repository may become files here.
+// Which names and links of an untrusted repository may become files here.
 #pragma once
 
 #include <cstddef>

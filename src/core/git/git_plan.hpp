@@ -21,7 +21,7 @@ struct GitPlanItem
     GitTreeEntry::Kind kind = GitTreeEntry::Kind::file; ///< Never `submodule`.
     std::string path; ///< Relative to the repository's root; every part is safe.
     GitObjectId id;
-    bool of_parent = false; ///< It lies in a folder above the project: nice to have.
+    bool of_parent = false; ///< It lies in a folder above the project: optional.
 
     /// How many folders the item lies below the repository's root.
     std::size_t depth() const noexcept;
@@ -47,7 +47,7 @@ struct GitWay
     std::vector<GitPlanItem> items; ///< The folders of the path, and the files and links beside them.
     bool left_out = false;          ///< There were too many of these: none is among the items.
 
-    /// Takes the items that are nice to have away.
+    /// Removes the optional items.
     void leave_out_parent_files();
 };
 
@@ -55,15 +55,15 @@ struct GitWay
 using GitTreeLookup = std::function<std::string const*(GitObjectId const&)>;
 
 /// Walks from the tree `root` to the folder `path` (empty: `root` itself). On the way it collects what git's
-/// sparse checkout of that folder ("cone") has besides: the files of the folders that it lies in. Of those
-/// with forbidden names nothing is taken, and nobody is refused because of them.
+/// sparse checkout of that folder ("cone") has besides: the files of the folders that it lies in. Files
+/// with forbidden names are left out and do not cause a failure.
 ///
 /// Errors: `not_found`, `protocol_error`, `invalid_url` (a folder that can't be made).
 result<GitWay> find_git_folder(GitObjectId const& root, std::string_view path, GitPlanLimits const& limits,
                                GitTreeLookup const& lookup);
 
-/// A project: the items of the way, which it takes, and everything in its folder, without submodules. Where
-/// that is too much with the files beside the way, these are left out.
+/// A project: the items of the path, which are moved into it, and everything in its folder, without
+/// submodules. If that is too much together with the files above the project, these are left out.
 ///
 /// Errors: `protocol_error` for names that are not safe or occur twice; `too_large`; the detail is a
 /// sentence.

@@ -37,7 +37,7 @@ std::vector<std::string> ref_prefixes(std::string_view ref_and_folder);
 /// What `ref-prefix` arguments list all branches and tags.
 std::vector<std::string> all_ref_prefixes();
 
-/// True for the name of a branch or a tag: forges have refs of other kinds, to which strangers may write.
+/// True for the name of a branch or a tag: forges have refs of other kinds, which anybody may create.
 bool is_branch_or_tag(std::string_view name) noexcept;
 
 /// True when `ref_and_folder` begins with a commit (40 hexadecimal digits).

@@ -1,4 +1,4 @@
-// How many lines strangers may write into the log: what is more is counted.
+// Limits how many log lines clients may cause; the rest is only counted.
 #pragma once
 
 #include <webots_cloud/time.hpp>
@@ -16,14 +16,14 @@
 
 namespace webots_cloud::core {
 
-/// Decides over the lines that strangers cause.
+/// Decides which lines that clients cause are written.
 ///
 /// Of one client and topic ten lines are written, then one a minute, which says how many there were. All
 /// clients together have a budget of bytes, one for lines of visits (`info`) and one for what was refused or
 /// failed, so that neither can take the other's; what is over it is counted by topic. What a line says
 /// decides nothing: who varies a text gets no more lines than who repeats it.
 ///
-/// Memory is bounded, whoever comes: clients that don't fit into the table any more share the budget alone.
+/// Memory is bounded: clients that no longer fit into the table share only the common budget.
 class LogBudget
 {
 public:

@@ -61,7 +61,7 @@ std::string mail_message(Notice const& notice, std::string_view sender, std::str
     message += header("MIME-Version", "1.0");
     message += header("Content-Type", "text/plain; charset=utf-8");
     message += header("Content-Transfer-Encoding", is_ascii(notice.text) ? "7bit" : "8bit");
-    message += header("Auto-Submitted", "auto-generated"); // RFC 3834: nobody's holiday robot answers
+    message += header("Auto-Submitted", "auto-generated"); // RFC 3834: no automatic replies
     return message += concat("\r\n", with_crlf(notice.text));
 }
 

@@ -1,4 +1,4 @@
-// What the administrator is told about simulation servers, word for word (protocol section 10).
+// The texts of mails to the operator about simulation servers, word for word (protocol section 10).
 #pragma once
 
 #include <webots_cloud/notice.hpp>
@@ -13,11 +13,11 @@
 
 namespace webots_cloud::core {
 
-/// True when the administrator is told about such a change. One that was merely too slow is logged, and never
+/// True when the operator is notified of such a change. One that was merely too slow is logged, and never
 /// mailed.
 bool is_news(LoadTransition transition) noexcept;
 
-/// A change of one simulation server that the administrator is told about.
+/// A change of one simulation server that the operator is notified of.
 struct News
 {
     News() = default;

@@ -8,7 +8,7 @@
 namespace webots_cloud::core {
 namespace {
 
-/// FNV-1a: a tag only has to differ when the text does, and nobody gains by making it not.
+/// FNV-1a: a tag only has to differ when the text does; nobody gains by forging a collision.
 std::uint64_t digest(std::string_view text) noexcept
 {
     std::uint64_t value = 0xcbf29ce484222325U;

@@ -1,4 +1,4 @@
-// Which names of a stranger's archive may become files here.
+// Which names of an untrusted archive may become files here.
 #pragma once
 
 #include <webots_cloud/error.hpp>

@@ -166,7 +166,7 @@ std::string_view without_www(std::string_view host)
     return host.starts_with(www) ? host.substr(www.size()) : host;
 }
 
-/// Which branch it is on nobody knows before the forge is asked.
+/// The branch that contains it is unknown until the forge has been queried.
 bool may_be_any_branch(Segments const& ref)
 {
     return !ref.empty() && (ref.front() == "HEAD" || git_object_id(ref.front()).has_value());

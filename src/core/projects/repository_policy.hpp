@@ -17,7 +17,7 @@ struct RepositoryPolicy
     std::vector<std::string> blocked; ///< URL prefixes that are refused when idle time is shared.
     double share_idle_time =
         50;              ///< Percent: the highest load at which other repositories are accepted; 0: never.
-    bool docker = false; ///< Simulations run in containers; without, strangers' projects are never run.
+    bool docker = false; ///< Simulations run in containers; without, untrusted projects are never run.
 };
 
 // A rule is a URL prefix, compared by segments, so `https://github.com/cyberbotics` does not cover

@@ -15,9 +15,9 @@ struct Isolation
 {
     Isolation() = default;
 
-    bool pid_namespace = false; ///< A simulation can signal nobody but itself, and dies with its guard.
-    bool signals = false;       ///< Without a namespace: it can signal nobody but itself.
-    bool own_proc = false;      ///< It sees nobody's processes but its own.
+    bool pid_namespace = false; ///< A simulation can signal only its own processes, and dies with its guard.
+    bool signals = false;       ///< Without a namespace: it can signal only its own processes.
+    bool own_proc = false;      ///< It sees only its own processes.
     bool read_only = false;     ///< It can't change the cache and the logs.
     std::string reason;         ///< Why there is no namespace.
 

@@ -1,4 +1,4 @@
-// Why a program ended, as far as it said so: the one line of its output that a person is told.
+// Why a program ended, as far as it printed that: the one line of its output that users are shown.
 #pragma once
 
 #include <string>

@@ -13,7 +13,7 @@ namespace webots_cloud::core {
 /// True for the modes that some Webots knows.
 bool is_known_mode(std::string_view mode) noexcept;
 
-/// What the `--stream` of R2021b and older is told besides the port.
+/// What the `--stream` of R2021b and older takes besides the port.
 struct OldStream
 {
     OldStream() = default;

@@ -46,7 +46,7 @@ constexpr auto needed_prefixes = std::to_array<std::string_view>(
 constexpr auto proxies =
     std::to_array<std::string_view>({"all_proxy", "ftp_proxy", "http_proxy", "https_proxy", "no_proxy"});
 
-// What systemd says to this service alone. Who has it could speak to systemd in the server's name.
+// What systemd sets for this service only. Programs that have it could speak to systemd in the server's name.
 constexpr auto servers_own = std::to_array<std::string_view>({"CACHE_DIRECTORY",
                                                               "CONFIGURATION_DIRECTORY",
                                                               "CREDENTIALS_DIRECTORY",
@@ -73,7 +73,7 @@ constexpr auto servers_own = std::to_array<std::string_view>({"CACHE_DIRECTORY",
                                                               "WATCHDOG_PID",
                                                               "WATCHDOG_USEC"});
 
-// What a shell keeps for itself: of no use to others, and nobody misses it.
+// Internal variables of shells, of no use to other programs.
 constexpr auto shells_own = std::to_array<std::string_view>({"OLDPWD", "PWD", "SHLVL", "_"});
 
 constexpr auto secret_words = std::to_array<std::string_view>(
