@@ -25,7 +25,7 @@ bool is_ordinary(struct stat const& status)
     return S_ISREG(status.st_mode) && status.st_nlink == 1;
 }
 
-/// What is in the way of a folder of ours, or of the one above it. Empty: nothing that we could move away.
+/// The file that occupies the name of our folder, or of the one above it. Empty: none that we could rename.
 fs::path obstacle_of(fs::path const& folder)
 {
     for (auto const& path : {folder.parent_path(), folder}) {

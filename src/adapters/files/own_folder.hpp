@@ -11,8 +11,8 @@
 
 namespace webots_cloud::adapters {
 
-/// Gives what is called `name` in the open folder `parent` a new name that nobody has, and says so in a
-/// sentence. `path` is what people call it.   Errors: that of the system.
+/// Renames the entry `name` of the open folder `parent` to an unused name, and returns a message about it.
+/// `path` is its path in that message.   Errors: that of the system.
 result<std::string> set_aside(int parent, char const* name, std::filesystem::path const& path);
 
 /// What to do with a folder that belongs to another user.
@@ -25,9 +25,9 @@ enum class Foreign
 /// Opens the folder at `path`, whose parent folder is `parent`, for us alone; makes it if need be. Never
 /// follows a link.
 ///
-/// What is in the way is set aside, a mode that lets others in or us not is mended, and `notices` gets a
-/// sentence for each. Errors: `invalid_argument` where it is another user's, and otherwise that of the
-/// system.
+/// Anything else with its name is renamed, a mode that admits others or excludes us is corrected, and
+/// `notices` gets a message for each. Errors: `invalid_argument` if it belongs to another user, otherwise
+/// that of the system.
 result<FileDescriptor> open_own_folder(int parent, std::filesystem::path const& path, Foreign foreign,
                                        std::vector<std::string>& notices);
 

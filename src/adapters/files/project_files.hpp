@@ -33,8 +33,8 @@ result<FileDescriptor> open_folder(int parent, char const* name);
 result<FileDescriptor> make_folder(int parent, char const* name);
 
 /// Asks the file system to store the folders in `folder` far from each other, as unrelated ones (ext4 does;
-/// others may not know how). Otherwise they are stored close together, and whoever makes files in one of them
-/// has to look past all that were deleted from the others in the last five seconds: up to ten times slower.
+/// others may not know how). Otherwise they are stored close together, and creating files in one of them
+/// has to skip all that were deleted from the others in the last five seconds: up to ten times slower.
 void keep_folders_apart(std::filesystem::path const& folder);
 
 /// Writes all of `bytes`.   Errors: `unavailable`.

@@ -27,7 +27,7 @@ using core::concat;
 constexpr std::uint64_t max_index_size = std::uint64_t{128} << 20;
 constexpr std::uint64_t max_proof_size = std::uint64_t{288} << 20; // more than `GitStaging` keeps
 constexpr int max_siblings = 16;
-constexpr std::size_t max_notices = 16; // that nobody has taken
+constexpr std::size_t max_notices = 16; // not taken yet
 
 std::string digest_of(std::string_view text)
 {

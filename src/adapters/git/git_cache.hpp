@@ -62,8 +62,8 @@ private:
 class GitCache
 {
 public:
-    /// Uses `folder`, or a sibling when another process uses it. `budget`, which may be null, is told of the
-    /// memory that folders in use need.
+    /// Uses `folder`, or a sibling when another process uses it. `budget`, which may be null, accounts for
+    /// the memory that folders in use need.
     GitCache(std::filesystem::path folder, std::uint64_t max_bytes,
              std::shared_ptr<FetchBudget> budget = nullptr);
     ~GitCache();
@@ -112,7 +112,7 @@ public:
     /// Adds to the notices.
     void note(std::string sentence);
 
-    /// What was in the way, had been changed or was left out since the last call: sentences for the operator.
+    /// Messages for the operator since the last call: what was renamed, had been changed or was left out.
     std::vector<std::string> take_notices();
 
 private:

@@ -48,7 +48,7 @@ std::shared_ptr<GitCoalescedFetches::CoalescedFetch> GitCoalescedFetches::start(
     offload(looking_up_, home_, std::move(work), [this, shared](std::optional<result<GitFetched>> found) {
         if (found)
             shared->land(std::move(*found));
-        else if (shared->aborted) // nobody waits for it any more; we may be gone ourselves
+        else if (shared->aborted) // it has no callers any more; this object may be destroyed
             shared->land(Failure(asio::error::operation_aborted));
         else
             download(shared);

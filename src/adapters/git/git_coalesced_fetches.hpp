@@ -21,8 +21,8 @@
 
 namespace webots_cloud::adapters {
 
-/// Runs fetches on threads of its own. Who asks for a key that is on its way joins; when all who wait for a
-/// fetch have gone, it is told to stop. What only has to be looked up waits for no download.
+/// Runs fetches on threads of its own. A request for a key that is already being fetched joins that fetch;
+/// when all its callers have gone, it is cancelled. Lookups do not wait for downloads.
 ///
 /// The destructor stops and waits for all fetches.   Thread-safety: one executor.
 class GitCoalescedFetches

@@ -99,7 +99,7 @@ public:
                     return give_up(copied.error());
     }
 
-    /// Once nobody works on it any more.
+    /// Call only when no thread works on it any more.
     result<> outcome() const { return outcome_; }
 
 private:

@@ -103,7 +103,7 @@ std::uint64_t memory_of_files(GitDonors const& donors)
     return bytes;
 }
 
-/// Some servers hand out commits only, whatever they promise.
+/// Some servers send only commits, whatever they announce.
 Failure about_files(Failure const& failure)
 {
     if (is_unknown_commit(failure))
@@ -392,8 +392,8 @@ result<GitFetch::Refs> GitFetch::list_refs(std::vector<std::string> const& prefi
     return refs.error();
 }
 
-/// Who does not speak version 2 does not understand the question, and who only serves files does not even
-/// find the address of it.
+/// Queries the capabilities after a failed `ls-refs`: a server without version 2 does not understand that
+/// request, and for one that only serves files its address does not exist.
 result<GitFetch::Refs> GitFetch::ask_again(Failure const& failure)
 {
     auto const offered = client(max_git_ref_bytes).capabilities();

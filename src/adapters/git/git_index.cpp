@@ -15,8 +15,8 @@ namespace {
 using core::concat;
 using Kind = core::GitTreeEntry::Kind;
 
-// 1: of commits that may be a stranger's; 2: with pointers of Git LFS in the place of files, and without the
-// files of the folders above
+// Earlier versions are not used: 1 may have commits that are not of the repository, 2 has pointers of Git LFS
+// instead of files, and lacks the files of the folders above.
 constexpr std::string_view first_line = "webots_cloud folder 3";
 constexpr std::string_view last_line = "end";
 constexpr std::string_view letters = "fxld"; // in the order of Kind

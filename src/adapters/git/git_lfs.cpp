@@ -302,7 +302,7 @@ result<> LfsFetch::fetch_some(std::size_t first, std::size_t count)
     return outcome_;
 }
 
-/// The batch API: where the objects are to be had.
+/// Gets the download addresses of the objects, by the batch API.
 result<std::vector<core::LfsDownload>> LfsFetch::ask_server(std::vector<core::LfsPointer> const& pointers)
 {
     bool const all_empty =

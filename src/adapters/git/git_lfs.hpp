@@ -27,10 +27,10 @@ struct LfsOrder
 };
 
 /// Puts the content of large files where their pointers are, in `index` and below the open folder `files`;
-/// `scratch` is another one on the same file system, for files on their way. Without a pointer nobody is
-/// asked. Blocks.
+/// `scratch` is another one on the same file system, for unfinished files. Without a pointer no request is
+/// sent. Blocks.
 ///
-/// Every file that has the text of a pointer is taken for one, whatever `.gitattributes` says. What arrives
+/// Every file with the text of a pointer is treated as one, whatever `.gitattributes` says. What arrives
 /// has to be what its pointer says: as long, and of the same SHA-256.
 ///
 /// Errors: as `ProjectSource::fetch`, as sentences; then the folder holds anything.

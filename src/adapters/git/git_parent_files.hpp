@@ -24,8 +24,8 @@ std::vector<core::GitObjectId> missing_files(std::vector<core::GitPlanItem> cons
                                              GitStaging const& staging, GitDonors const& donors,
                                              bool parents = true);
 
-/// Watches the files that arrive in a staging area: nobody knows how large those of the folders above are
-/// until they come, and a project must not wait for them when they are large.
+/// Watches the files that arrive in a staging area: the sizes of those in the folders above are unknown
+/// until they arrive, and a project must not wait for them if they are large.
 ///
 /// Thread-safety: that of the staging area.
 class GitParentFiles final : public GitBlobWatch

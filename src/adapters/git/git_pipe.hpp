@@ -1,4 +1,4 @@
-// Bytes from a thread that receives them to one that asks for them.
+// A byte stream from a thread that receives to one that reads.
 #pragma once
 
 #include <webots_cloud/error.hpp>
@@ -11,7 +11,7 @@
 
 namespace webots_cloud::adapters {
 
-/// A stream with a bound: whoever writes waits for the reader.   Thread-safety: one writer, one reader.
+/// A bounded stream: a full one blocks the writer.   Thread-safety: one writer, one reader.
 class GitPipe
 {
 public:

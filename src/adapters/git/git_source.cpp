@@ -141,7 +141,7 @@ private:
     asio::awaitable<void> try_head_start(FetchOrder const& order, HeadStart& head_start)
     {
         if (core::names_commit(order.project.ref_and_folder))
-            co_return; // nobody is asked, so there is nothing to be ahead of
+            co_return; // there is no request to be ahead of
         auto work = [this, order](std::atomic<bool> const& aborted) {
             HeadStart made;
             auto const url = order.project.clone_url();

@@ -45,10 +45,10 @@ public:
 class GitStaging
 {
 public:
-    /// `folder`: an open, empty folder. `share`: of the fetch that pays for the objects; null: nobody does.
+    /// `folder`: an open, empty folder. `share`: the fetch's share of the budget; null: not counted.
     explicit GitStaging(int folder, FetchShare* share = nullptr) : folder_(folder), share_(share) {}
 
-    /// Takes an object's share of memory and disk before there is any of it.   Errors: as `FetchShare::take`.
+    /// Reserves memory and disk for an object before they are used.   Errors: as `FetchShare::take`.
     result<> pay_for(GitObjectKind kind, std::uint64_t size);
 
     /// The same for what is given back with `give_back_memory`.

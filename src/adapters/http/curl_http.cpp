@@ -64,7 +64,7 @@ std::size_t on_body(char* bytes, std::size_t, std::size_t count, void* user)
     long status = 0;
     curl_easy_getinfo(exchange.curl, CURLINFO_RESPONSE_CODE, &status);
     exchange.received += count;
-    if (status != 200) { // the text of an error page is nobody's business
+    if (status != 200) { // the text of an error page is not used
         exchange.heard_enough = exchange.received > max_other_answer;
         return exchange.heard_enough || exchange.must_stop() ? 0 : count;
     }

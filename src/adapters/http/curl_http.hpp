@@ -34,10 +34,10 @@ struct CurlLimits
 /// What goes out.
 struct CurlRequest
 {
-    std::string peer;                 ///< Who is asked, for messages: "the git server".
+    std::string peer;                 ///< The server's name in messages: "the git server".
     std::string base;                 ///< No other host is ever contacted, but through `may_redirect`.
     std::string url;                  ///< Begins with `base` and a slash.
-    std::string agent;                ///< What we call ourselves.
+    std::string agent;                ///< Our `User-Agent`.
     std::vector<std::string> headers; ///< Lines without line ends.
     std::string body;                 ///< Of a POST; empty: GET.
     /// Gets the answer's body piece by piece when the status is 200; a failure stops the request and is its

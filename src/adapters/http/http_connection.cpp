@@ -196,7 +196,7 @@ bool HttpConnection::admit_client()
 
 HttpConnection::Next HttpConnection::give(HttpResponse const& response, IncomingRequest const& request)
 {
-    // Who refuses with 429 says so in the log itself, once: of these there may be thousands a second.
+    // Whatever answers 429 logs it itself, once: there may be thousands of these a second.
     if (response.status >= 400 && response.status != 429)
         context_.log.warning(LogCause("answer", client()),
                              concat(std::to_string(response.status), " ", request.method, " ",

@@ -223,7 +223,7 @@ HttpRequestReader::Progress HttpRequestReader::parse()
             return refuse(414);
         line_ = newline + 1;
         seen_ = newline - 1;
-        // The fields are still to come: nobody need wait for them when the line is wrong.
+        // The fields are still to come: no need to wait for them when the request line is malformed.
         if (line_ == text.size())
             if (int const status = Parser(*this).read(text); status != 0)
                 return refuse(status);

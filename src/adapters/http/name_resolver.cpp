@@ -24,7 +24,8 @@ using core::concat;
 
 namespace {
 
-// Names are those of the configuration and of projects' forges; more are forgotten when nobody asks for them.
+// Names are those of the configuration and of projects' forges; others are dropped when they are no longer
+// requested.
 constexpr std::size_t max_records = 4096;
 
 constexpr std::size_t total_factor = 4;
@@ -144,7 +145,7 @@ bool NameResolver::has_addresses(Record const& record) const
     return !record.addresses.empty() && std::chrono::steady_clock::now() - record.answered < params_.memory;
 }
 
-/// Those that nobody has asked for in the last while.
+/// Those that have not been requested for a while.
 void NameResolver::forget_old_records()
 {
     auto const now = std::chrono::steady_clock::now();
@@ -171,7 +172,7 @@ bool NameResolver::start_next(std::deque<std::string>& waiting)
     auto const name = std::move(waiting.front());
     waiting.pop_front();
     auto const question = questions_[name];
-    if (question->askers.empty() && !question->is_wanted) { // nobody waits any more
+    if (question->askers.empty() && !question->is_wanted) { // no caller waits any more
         questions_.erase(name);
         return true;
     }
@@ -197,7 +198,7 @@ bool NameResolver::is_asked(std::string const& name, Question const& question) c
     return found != questions_.end() && found->second.get() == &question;
 }
 
-/// The lookup takes long: it makes room for others, and whoever waits for it gets what is known from earlier.
+/// The lookup takes long: it makes room for others, and its callers get the last known addresses.
 void NameResolver::turn_slow(std::string const& name, Question& question)
 {
     auto& record = records_[name];

@@ -29,7 +29,7 @@ public:
     /// Plain without `tls`; with it, `handshake` must come first.
     NetworkStream(boost::asio::ip::tcp::socket socket, SSL_CTX* tls);
 
-    /// The TLS handshake. Bounded by whoever closes the stream.
+    /// The TLS handshake. Without a deadline of its own: the caller closes the stream.
     boost::asio::awaitable<Error> handshake();
 
     /// After a handshake that failed: true when the peer sent an HTTP request instead. Then the stream is
@@ -64,7 +64,7 @@ public:
         return socket_.async_wait(write_needs_, std::forward<Token>(token));
     }
 
-    /// Nothing more will be written; the peer is told.
+    /// Tells the peer that nothing more will be written.
     void shut_down() noexcept;
 
     /// Ends everything that waits.

@@ -19,8 +19,8 @@ namespace asio = boost::asio;
 
 namespace {
 
-// Messages of the browser that nobody has received yet, and so how many are handled in one turn of the event
-// loop; more are left on the network.
+// Maximum number of messages that are read ahead, and so handled in one turn of the event loop; more are left
+// in the socket.
 constexpr std::size_t max_received = 16;
 
 // A whole record of TLS: nothing is left inside OpenSSL, where no wait would find it.

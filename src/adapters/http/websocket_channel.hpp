@@ -67,14 +67,14 @@ private:
     HttpServerParams const& params_;
     HttpServerStatistics& statistics_;
     WebSocketFrameReader frames_;
-    std::vector<std::string> received_;   ///< Messages that nobody has asked for yet.
+    std::vector<std::string> received_;   ///< Messages that the caller has not received yet.
     std::unique_ptr<std::string> unread_; ///< Bytes behind those messages; null most of the time.
     std::string outgoing_;                ///< Frames, whole but for the first, of which a part may be sent.
     TimePoint last_heard_;
     TimePoint last_pinged_ = TimePoint::min();
     TimePoint deadline_ =
         TimePoint::max(); ///< For the end, once the channel is closing; before, for an answer to our ping.
-    boost::asio::steady_timer changed_; ///< Never expires: `notify` ends whoever waits on it.
+    boost::asio::steady_timer changed_; ///< Never expires: `notify` cancels it to wake its waiters.
     bool awaiting_read_ = false;
     bool awaiting_write_ = false;
     bool closing_ = false;        ///< The close frame is queued: nothing may follow it.

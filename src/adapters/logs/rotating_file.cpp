@@ -14,7 +14,7 @@ namespace {
 
 constexpr mode_t permissions = 0666; // less what the umask takes
 
-/// Nobody has to change a configuration for it.
+/// Not configurable.
 bool may_pass(boost::system::error_code why) noexcept
 {
     if (why.category() != boost::system::system_category())

@@ -17,8 +17,8 @@ namespace webots_cloud::adapters {
 /// full, and so on; spdlog's own sink has `output.1.log`, follows links, and waits for pipes. Throws
 /// spdlog_ex when the file can't be opened and only somebody's help would change that.
 ///
-/// What is in the way of a file is set aside, and the next line says so. Lines that can't be written, as on a
-/// full disk, go to standard error; the first one after them says so in the file.
+/// Anything else with the file's name is renamed, and the next line says so. Lines that can't be written, as
+/// on a full disk, go to standard error; the first one after them says so in the file.
 ///
 /// Thread-safety: one thread.
 class RotatingFile final : public spdlog::sinks::base_sink<spdlog::details::null_mutex>

@@ -110,7 +110,7 @@ struct Backend
     std::shared_ptr<spdlog::async_logger> logger;
 };
 
-/// Lets strangers write as much as the budget allows, and tells at the end what it has not told yet.
+/// Writes lines that clients cause as far as the budget allows, and at the end the counts not yet written.
 class BudgetLimit final : public LogLimit
 {
 public:

@@ -140,7 +140,7 @@ void SmtpExchange::prepare_security()
     curl_.easy_setopt(easy_, CURLOPT_SSL_VERIFYPEER, 1L);
     curl_.easy_setopt(easy_, CURLOPT_SSL_VERIFYHOST, 2L);
     curl_.easy_setopt(easy_, CURLOPT_SSLVERSION, static_cast<long>(CURL_SSLVERSION_TLSv1_2));
-    // OpenSSL's own variable, which everything else here obeys; libcurl alone does not.
+    // OpenSSL's own variable, which all other TLS here uses; only libcurl does not.
     if (char const* const trusted = std::getenv("SSL_CERT_FILE"))
         curl_.easy_setopt(easy_, CURLOPT_CAINFO, trusted);
     curl_.easy_setopt(easy_, CURLOPT_USERNAME, params_.user.c_str());
@@ -208,7 +208,7 @@ curl_socket_t SmtpExchange::on_open(void* user, curlsocktype, curl_sockaddr* add
 {
     auto& exchange = *static_cast<SmtpExchange*>(user);
     std::lock_guard const lock(exchange.mutex_);
-    if (exchange.aborted_) // nobody would hang up any more
+    if (exchange.aborted_) // nothing would close this connection any more
         return CURL_SOCKET_BAD;
     auto const socket = ::socket(address->family, address->socktype | SOCK_CLOEXEC, address->protocol);
     if (socket >= 0)

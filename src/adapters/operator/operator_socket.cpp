@@ -181,7 +181,7 @@ void LocalOperatorSocket::close()
     inode_ = 0;
 }
 
-/// One after the other: whoever is let in is the operator, and each has a deadline.
+/// One connection after the other: only the operator is accepted, and each has a deadline.
 asio::awaitable<result<>> LocalOperatorSocket::run(Endpoint& endpoint)
 {
     co_await asio::this_coro::throw_if_cancelled(false);

@@ -17,7 +17,7 @@ using Digest = std::array<unsigned char, 32>;
 
 constexpr std::size_t max_file = 4096;
 constexpr std::size_t min_token =
-    16; // characters: random ones of 4 bits each make 64 bits, which nobody tries out
+    16; // characters: random ones of 4 bits each make 64 bits, too many to guess
 constexpr std::string_view hashed = "sha256:";
 
 Digest sha256(std::string_view text)

@@ -44,8 +44,8 @@ constexpr std::size_t read_size = 16 * 1024;
 
 constexpr auto wake_interval = std::chrono::milliseconds(250);
 
-/// Wakes a guard that was asked to end, again and again: whoever stops it (SIGSTOP), and whenever, it would
-/// never look at its leash. One that runs does not notice.
+/// Repeatedly wakes (SIGCONT) a guard that was told to end: while somebody has it stopped (SIGSTOP), it would
+/// never read its standard input. A running guard is not affected.
 class Alarm : public std::enable_shared_from_this<Alarm>
 {
 public:
@@ -76,7 +76,7 @@ private:
     bool over_ = false;
 };
 
-/// Waits for a guard that nobody holds any more, so that it leaves no zombie.
+/// Waits for a guard whose owner has been destroyed, so that it leaves no zombie.
 asio::awaitable<void> await_end(process::process guard, std::shared_ptr<Alarm> alarm)
 {
     (void)co_await guard.async_wait(asio::as_tuple(asio::use_awaitable));
@@ -175,8 +175,8 @@ asio::awaitable<result<ProcessEvent>> GuardedProcess::next_event()
             co_return Failure(error);
         if (!error)
             co_return ProcessEvent(ProcessOutput(std::string(buffer_.data(), size)));
-        // The guard holds the other end until nobody of the tree is left: the end of the output is the end of
-        // all.
+        // The guard keeps the other end open until no process of the tree is left: the end of the output
+        // means that all have ended.
         boost::system::error_code ignored;
         output_.close(ignored);
     }
@@ -199,7 +199,7 @@ void GuardedProcess::terminate() noexcept
     alarm_->ring();
 }
 
-/// A port that is bound; whoever connects to it is refused.
+/// A bound port that refuses connections.
 class BoundPort final : public PortHold
 {
 public:
@@ -300,7 +300,7 @@ result<std::unique_ptr<PortHold>> LocalProcessHost::hold_port(std::uint16_t port
         socket.bind({asio::ip::address_v4::any(), port}, error);
     // Others with reusable addresses, as all servers are, could still bind it: only a listener keeps them
     // out, or a socket whose address is not reusable. So it is the one until it is the other, and takes no
-    // connection meanwhile that nobody would answer.
+    // connection meanwhile that would never be answered.
     if (!error)
         socket.listen(1, error);
     if (!error)

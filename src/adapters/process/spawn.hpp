@@ -13,8 +13,8 @@ namespace webots_cloud::adapters {
 /// every core is busy.
 ///
 /// Not by the launcher of Boost.Process, which forks: that copies our page tables, tells the io_context,
-/// which must not run meanwhile, and (in 1.81) leaves the new program descriptors of ours, the leash among
-/// them.
+/// which must not run meanwhile, and (in 1.81) leaks our descriptors to the new program, among them the other
+/// end of its standard input.
 struct Spawn
 {
     std::string program;

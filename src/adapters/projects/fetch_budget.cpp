@@ -95,7 +95,7 @@ void FetchShare::note_holding(bool before) noexcept
         budget->yielding = yielding_ = false;
 }
 
-/// Nobody waits for what can't come.
+/// No fetch waits for room that can never become free.
 Failure FetchShare::too_large(FetchBytes const& more) const
 {
     auto const limits = grant_.budget()->limits();

@@ -38,8 +38,8 @@ struct FetchBytes
 
 /// The ledger: how much is taken, and never more than the limits but by `take_anyway`.
 ///
-/// Without a lock, so that whoever gives back on the event loop waits for nobody; who waits for room asks
-/// again. Thread-safety: any thread.
+/// Lock-free, so that the event loop never blocks when it gives memory back; fetches that wait for room
+/// retry. Thread-safety: any thread.
 class FetchBudget
 {
 public:
@@ -56,8 +56,8 @@ public:
     FetchBytes limits() const noexcept { return limits_; }
     FetchBytes taken() const noexcept { return {memory_.load(), disk_.load()}; }
 
-    /// Fetches that hold something, and those of them that wait for more: when all do, nobody ever gives
-    /// back.
+    /// Fetches that hold something, and those of them that wait for more: when all do, it is a
+    /// deadlock.
     std::atomic<int> holding{0};
     std::atomic<int> waiting{0};
     std::atomic<bool> yielding{false}; ///< One has given up, and is about to give back.

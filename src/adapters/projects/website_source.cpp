@@ -244,7 +244,7 @@ public:
     }
 
 private:
-    /// Threads of its own: a website that is slow holds up nobody else. There are no more than keys.
+    /// Each website has its own threads, so that a slow one does not delay others. At most one pool per key.
     adapters::BlockingPool& pool_of(std::string const& host)
     {
         return downloading_.try_emplace(host, threads, adapters::BlockingPool::Priority::background)

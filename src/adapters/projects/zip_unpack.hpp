@@ -1,4 +1,4 @@
-// Unpacks zip files that strangers have made, with libarchive.
+// Unpacks untrusted zip files with libarchive.
 #pragma once
 
 #include "fetch_budget.hpp"
@@ -19,7 +19,7 @@ struct UnpackLimits
     std::uint64_t growth = 200;
     std::uint64_t free_growth = std::uint64_t{64} << 20; ///< Unpacked bytes that are no bomb in any case.
     FetchShare* share =
-        nullptr; ///< Pays for memory and disk; null: nobody does.   Lifetime: outlives the call.
+        nullptr; ///< Budget for memory and disk; null: not counted.   Lifetime: outlives the call.
 };
 
 /// Unpacks the zip in the open file `archive`, from its beginning, into the open folder `root`, over what is

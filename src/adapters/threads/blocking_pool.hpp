@@ -66,8 +66,8 @@ public:
     }
 
     /// For work on one of the pool's threads: does `work` there and, at the same time, on each of `helpers`
-    /// other threads that comes free before it is done. Returns when nobody works on it any more.
-    /// Precondition: `work` shares itself out.
+    /// other threads that becomes free before it is done. Returns when no thread works on it any more.
+    /// Precondition: `work` divides itself among its callers.
     template<class Work>
     void share(std::size_t helpers, Work const& work)
     {
@@ -84,7 +84,7 @@ public:
     }
 
 private:
-    /// Who helps with shared work.
+    /// The threads that help with shared work.
     class Shared
     {
     public:

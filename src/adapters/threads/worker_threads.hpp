@@ -81,7 +81,7 @@ private:
     ::sem_t waiting_{}; ///< As many as there are jobs. That of libstdc++ may lose a wake-up (GCC bug 98033).
     std::atomic<bool> stopping_ = false;
     std::atomic<std::size_t> idle_ = 0; ///< Threads without a job.
-    std::mutex starting_;               ///< Of what follows; nobody who posts takes it.
+    std::mutex starting_;               ///< Guards the following; `post` never takes it.
     std::size_t max_;
     std::vector<std::thread> threads_;
 };
