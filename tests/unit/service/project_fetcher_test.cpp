@@ -261,6 +261,9 @@ BOOST_AUTO_TEST_CASE(a_fetch_that_is_cancelled_completes_when_its_directory_is_g
     fixture.world.advance(1s);
     BOOST_TEST(!fetched.has_value()); // it is still being removed
     BOOST_TEST(fixture.github.projects.directories().size() == 1u);
+    async::TaskGroup::cancel(task); // whoever is impatient
+    fixture.world.settle();
+    BOOST_TEST(!fetched.has_value());
     fixture.world.advance(2s);
     BOOST_TEST(fixture.github.projects.directories().empty());
     BOOST_TEST_REQUIRE(fetched.has_value());

@@ -401,6 +401,24 @@ BOOST_AUTO_TEST_CASE(to_ask_for_the_end_again_changes_neither_the_moment_nor_the
     simulation->terminate(); // safe when there is nobody to ask
 }
 
+BOOST_AUTO_TEST_CASE(who_asks_for_the_end_of_one_that_is_being_ended_hides_no_reason)
+{
+    auto params = launcher_params();
+    params.grace = 7s;
+    Fixture fixture(params);
+    fixture.processes.expect().prints("loading\n").stubborn();
+    auto const simulation = fixture.launched();
+    Taken taken;
+    fixture.tasks.spawn(take_event(*simulation, taken));
+    fixture.world.advance(302s); // two seconds into the grace
+    BOOST_TEST_REQUIRE(!taken.has_value());
+    simulation->terminate();
+    fixture.world.advance(5s);
+    BOOST_TEST_REQUIRE(taken.has_value());
+    BOOST_TEST_REQUIRE(taken->has_value());
+    BOOST_TEST(std::get<SimulationEnded>(**taken).reason == "Webots did not load the world within 300 s.");
+}
+
 BOOST_AUTO_TEST_CASE(a_start_that_takes_too_long_is_ended_to_the_second_and_what_was_missing_is_said)
 {
     struct Row
