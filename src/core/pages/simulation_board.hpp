@@ -51,7 +51,7 @@ public:
 
     MonitorSample const& sample() const noexcept { return sample_; }
 
-    /// Everything, for who has just come, as of the last `take`.
+    /// The complete state as of the last `take`, for a new browser.
     std::string snapshot(std::vector<SimulationRow> const& rows, std::size_t capacity) const;
 
     /// The last point, and the simulations.

@@ -1,4 +1,5 @@
-// What the fleet teaches while it works: the cost of a session, who never arrives, and what others place.
+// Estimates learned from the fleet's reports: the cost of a session, the share of no-shows, and the traffic
+// of other session servers.
 #pragma once
 
 #include "placement_reservations.hpp"
@@ -19,14 +20,14 @@ struct Evidence
 /// How much a session costs on the machines of a fleet, relative to what each was assumed to cost there, and
 /// how far single machines may be expected to differ from that.
 ///
-/// All machines see sessions of the same users, so what one learns helps all: a class has taught the fleet
-/// what a session costs before the second one starts on any machine. The prior of a machine is empirical
-/// Bayes: the more the machines disagree, the less the fleet's word weighs against a machine's own evidence.
+/// All machines have sessions of the same users, so the evidence of one helps all: a class reveals the cost
+/// of its sessions before any machine has a second one. The prior of a machine is empirical Bayes: the more
+/// the machines disagree, the less the fleet's estimate weighs against a machine's own evidence.
 class FleetCost
 {
 public:
     double ratio() const noexcept { return ratio_; }
-    /// How much evidence (in its `xx`) of its own outweighs the fleet's word about a machine.
+    /// How much evidence (in its `xx`) of a machine's own outweighs the fleet's estimate.
     double strength() const noexcept { return strength_; }
     /// Sessions were seen to come or go: the ratio is more than what was assumed.
     bool is_taught() const noexcept;
@@ -42,10 +43,10 @@ private:
     TimePoint last_{};
 };
 
-/// What is not known about the sessions of a sample.
+/// The uncertainty about the sessions of a sample.
 struct Doubt
 {
-    double unclaimed = 0;       ///< So many more may be there: placements that nobody has claimed yet.
+    double unclaimed = 0;       ///< Unclaimed placements: up to so many more sessions may be there.
     bool no_departures = false; ///< None is known to have left of late, so none explains a fall.
 };
 
@@ -53,13 +54,12 @@ struct Doubt
 ///
 /// The slope of load against number of sessions, both passed through the same high-pass (2 minutes), so that
 /// a session moves both in one shape whatever the machine carries besides; least squares with forgetting (1
-/// hour). Residuals are clipped at two sessions: a compiler that runs for a minute teaches little. Where the
-/// number of sessions is known and large, the load itself says more than its changes: whatever the machine
-/// carries besides is then a small part of it.
+/// hour). Residuals are clipped at two sessions: a compiler that runs for a minute has little influence.
+/// Where the number of sessions is known and large, the load itself is better evidence than its changes:
+/// other work of the machine is then a small part of it.
 ///
-/// What nobody did teaches nothing: placements of which the load shows no trace count as sessions that never
-/// came, not as sessions that cost nothing; and a fall that no departure explains is somebody else's work
-/// that ended.
+/// Placements without a trace in the load count as no-shows, not as sessions that cost nothing; and a fall of
+/// the load that no departure explains counts as the end of other work on the machine.
 class SessionCost
 {
 public:
@@ -75,12 +75,12 @@ public:
     Evidence evidence() const noexcept { return {sum_.xx, assumed_ > 0 ? sum_.xy / assumed_ : 0}; }
     /// What the load itself says, where `sessions` is all there are.
     void weigh(double load, int sessions) noexcept;
-    /// Since it was last asked, the load has shown that placements came that nobody claimed: they cost less
+    /// Since the last call, the load has shown that unclaimed placements did arrive: they cost less
     /// than was expected.
     bool has_shown_unclaimed() noexcept { return std::exchange(shown_, false); }
-    /// Combines what this machine taught with a prior: what the fleet says.
+    /// Combines this machine's evidence with a prior, the fleet's estimate.
     void combine(double ratio, double strength) noexcept;
-    /// This part of the placements that nobody had claimed was claimed.
+    /// This part of the unclaimed placements was claimed.
     void claim(double part) noexcept;
     /// This part of them never came: they leave no trace in the filters.
     void forget(double part) noexcept { slow_unclaimed_ -= part * slow_unclaimed_; }
@@ -115,14 +115,14 @@ private:
     double value_ = 0.5;
 };
 
-/// How likely a browser that has not been seen for so long is to come at all: the actuary's estimate.
+/// The probability that a browser arrives at all that has not been seen for so long: an actuarial estimate.
 ///
-/// Of all whose fate is known and who were unseen at that age, the part that came later. With nobody missing
-/// that is 1, and a reservation counts in full until it is confirmed or runs out; where three of ten browsers
-/// never come, a reservation counts 0.7 at first and next to nothing when those who come would have come.
+/// Of all whose fate is known and who were unseen at that age, the part that came later. Without no-shows
+/// that is 1, and a reservation counts in full until it is confirmed or expires; where three of ten browsers
+/// never come, a reservation counts 0.7 at first, and almost nothing once the others should have arrived.
 ///
-/// However many never came, a reservation that no report can have shown yet counts `least`: else requests of
-/// nobody would make the next class sit on one machine.
+/// However many never came, a reservation that no report can have shown yet counts `least`: otherwise
+/// unclaimed requests would send the next class to one machine.
 class ShowRate
 {
 public:

@@ -68,7 +68,8 @@ void Fleet::report(std::string_view server, LoadReport const& report, TimePoint 
     std::uint32_t const slot = found->second;
     if (!first_report_)
         first_report_ = now;
-    // Who answers in our own first moments was up before us; who answers first later has just come up.
+    // A machine that answers in our own first moments was up before us; one that first answers later has just
+    // started.
     bool const established = now - *first_report_ < params_.slow_start && !machines_[slot].was_lost();
     Arrivals const arrivals = machines_[slot].report(report, now, established);
     if (arrivals.counted && !arrivals.exact)

@@ -11,8 +11,8 @@
 
 namespace webots_cloud::placement {
 
-/// Keeps every machine's assessment, and from it: who is offered, by score and by load, and who is not and
-/// why.
+/// Keeps every machine's assessment, and indexes of the machines that are offered, by score and by load, and
+/// of those that are not, with the reason.
 ///
 /// Machines are numbered by slot, their place in the operator's list.
 class Fleet

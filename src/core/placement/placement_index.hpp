@@ -1,4 +1,4 @@
-// The smallest of many scores, always known: what makes a placement independent of the number of machines.
+// Keeps the minimum of many scores, so that a placement's cost does not depend on the number of machines.
 #pragma once
 
 #include <algorithm>

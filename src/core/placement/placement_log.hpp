@@ -1,4 +1,4 @@
-// The last decisions with all that led to them, in memory that is there from the start.
+// The last decisions with everything that they were based on, in preallocated memory.
 #pragma once
 
 #include "placement_fleet.hpp"

@@ -114,7 +114,7 @@ Arrivals Machine::report(LoadReport const& report, TimePoint now, bool establish
 void Machine::expire(TimePoint now, Arrivals& arrivals) noexcept
 {
     if (ages_.forgets_at_once()) {
-        reservations_.clear(); // whoever is not in this report came and has gone
+        reservations_.clear(); // browsers that this report does not show came and have left
         return;
     }
     if (reservations_.count() == 0)
@@ -277,7 +277,7 @@ double Machine::readiness(TimePoint now, SchedulerParams const& params) const no
     return std::clamp(passed, min_readiness, 1.0);
 }
 
-/// By reports alone. What was placed and nobody has claimed decides between machines, but sends nobody away:
+/// By reports alone. Unclaimed placements decide between machines, but refuse no browser:
 /// anybody can ask for a place and not come.
 Refusal Machine::refusal(bool is_taught, SchedulerParams const& params) const noexcept
 {
@@ -296,7 +296,7 @@ Refusal Machine::refusal(bool is_taught, SchedulerParams const& params) const no
         return Refusal::memory;
     if (last_.load >= params.threshold)
         return Refusal::load;
-    // A guess of what sessions cost sends nobody away either: the fleet must have shown it.
+    // Nor does an assumed cost of sessions refuse a browser: the cost must have been observed in the fleet.
     if (last_.sessions && is_taught && level_ + cost_.value() * starting >= params.threshold &&
         params.policy != reports_only)
         return Refusal::committed;

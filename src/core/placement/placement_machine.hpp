@@ -8,27 +8,27 @@
 
 namespace webots_cloud::placement {
 
-/// What one report told about sessions that came.
+/// What one report reveals about arrived sessions.
 struct Arrivals
 {
     AgeCounts confirmed{};     ///< Ours, by the age of their reservations.
-    std::uint32_t expired = 0; ///< Reservations that ran out.
-    std::uint32_t foreign = 0; ///< Sessions that somebody else placed.
+    std::uint32_t expired = 0; ///< Expired reservations.
+    std::uint32_t foreign = 0; ///< Sessions that other session servers placed.
     Seconds since_last{0};     ///< 0: the first report, or the first since the machine was lost.
-    Evidence cost;             ///< What it taught about the cost of sessions.
+    Evidence cost;             ///< Evidence about the cost of sessions.
     std::optional<double>
         surprise;         ///< How far sessions that became visible differed from that cost: a square.
     bool counted = false; ///< The machine reports its number of sessions,
     bool exact = false;   ///< and of arrivals.
 };
 
-/// What the machines of a fleet taught together.
+/// The estimates from all machines of a fleet.
 struct Lessons
 {
     FleetCost cost;
     SessionVariety variety;
-    /// Of machines that count sessions. Elsewhere reservations count in full until it is known that nobody
-    /// came: where arrivals are counted that is soon, and a bare number does not tell who came.
+    /// Of machines that count sessions. Elsewhere reservations count in full until it is known that they were
+    /// not used: where arrivals are counted that is soon, and a bare number does not show arrivals.
     ShowRate show_rate = ShowRate(0.5);
     ForeignTraffic foreign;
 };
@@ -58,7 +58,7 @@ public:
     bool was_lost() const noexcept { return contact_ == Contact::lost; }
     Evidence cost_evidence() const noexcept { return cost_.evidence(); }
     TimePoint last_report() const noexcept { return reported_at_; }
-    /// Of machines of one score the smallest turn is served first: who was given a session longest ago.
+    /// Of machines with equal scores the smallest turn comes first: the one that got a session longest ago.
     std::uint32_t turn() const noexcept { return turn_; }
     void set_turn(std::uint32_t turn) noexcept { turn_ = turn; }
     /// How many sessions were placed in all.

@@ -1,4 +1,4 @@
-// Whose projects may run here: the operator's lists and the idle time that is shared with everybody else.
+// Which projects may run here: the operator's lists, and the share of idle time for all others.
 #pragma once
 
 #include <optional>
@@ -21,7 +21,7 @@ struct RepositoryPolicy
 };
 
 // A rule is a URL prefix, compared by segments, so `https://github.com/cyberbotics` does not cover
-// `https://github.com/cyberbotics-evil`. Rule and world are brought into one form first: percent-encodings
+// `https://github.com/cyberbotics-evil`. Rule and world are normalised first: percent-encodings
 // decoded, host in lower case and without its usual port, no empty and dot segments, no `.git` after the
 // repository, no query and fragment; `blob` and `tree` are the same. A world is what `parse_world_url` makes
 // of it, which is what will be fetched. `url` is on `forge`, which says where its owner stands.
@@ -42,7 +42,7 @@ bool is_on_forge(std::string_view rule, std::string_view forge);
 /// A repository's name without `.git`, in whatever case, at its end.
 std::string_view without_dot_git(std::string_view name) noexcept;
 
-/// Why a world of this forge must not run at this load, in the words that browsers know, or nothing when it
+/// Why a world of this forge must not run at this load, as a message that browsers know, or nothing when it
 /// may.
 std::optional<std::string> refusal(RepositoryPolicy const& policy, std::string_view url,
                                    std::string_view forge, double load);

@@ -14,7 +14,7 @@ namespace webots_cloud::core {
 /// The key in the text of a key file: its first line, without spaces around; empty when there is none.
 std::string website_key(std::string_view key_file);
 
-/// A question to `download-project.php`.
+/// A request to `download-project.php`.
 struct DownloadRequest
 {
     DownloadRequest() = default;
@@ -30,13 +30,13 @@ struct WebsitePlan
 {
     WebsitePlan() = default;
 
-    std::filesystem::path project; ///< The template, relative to the folder of all templates.
-    std::string host_file;         ///< The text of `host.txt` in the project's root.
-    std::optional<DownloadRequest>
-        download; ///< What the user has changed; nothing when nobody has logged in.
+    std::filesystem::path project;           ///< The template, relative to the folder of all templates.
+    std::string host_file;                   ///< The text of `host.txt` in the project's root.
+    std::optional<DownloadRequest> download; ///< The user's changes; nothing when no user is logged in.
 };
 
-/// `key`: the website's key, empty when the operator has filed none. A website without a key is sent nothing.
+/// `key`: the website's key, empty when the operator has stored none. No request is sent to a website without
+/// a key.
 ///
 /// Errors: `refused`; the detail is a sentence for the browser.
 result<WebsitePlan> plan_website_project(WebsiteProject const& project, std::string_view key);
@@ -44,15 +44,15 @@ result<WebsitePlan> plan_website_project(WebsiteProject const& project, std::str
 /// The kinds of answer of `download-project.php`.
 enum class DownloadAnswer
 {
-    unchanged, ///< The user has no files: the template it is.
-    refused,   ///< Words that begin with `Error:`.
+    unchanged, ///< The user has no files: only the template is used.
+    refused,   ///< A text that begins with `Error:`.
     archive    ///< Anything else: it should be a zip.
 };
 
 /// Judges by the first bytes of an answer; 200 are enough.
 DownloadAnswer classify_download(std::string_view beginning) noexcept;
 
-/// The sentence for a browser whose download was refused with these words.
+/// The message for a browser whose download was refused with this text.
 Failure download_refusal(std::string_view words);
 
 /// True for files and folders that get the permissions 0775: `.py`, and names without an extension.

@@ -1,4 +1,4 @@
-// The end of a zip file: says where the list of its entries is, and how long.
+// The end of a zip file, which has the position and length of its list of entries.
 #pragma once
 
 #include <webots_cloud/error.hpp>
@@ -13,8 +13,8 @@ namespace webots_cloud::core {
 /// records of zip64 included.
 inline constexpr std::size_t zip_tail = 56 + 20 + 22 + 65535;
 
-/// Makes sure that the list of entries is one that a reader can take into memory: a reader takes all of it
-/// before it hands out the first entry.
+/// Checks that the list of entries is small enough for memory: libarchive reads all of it before it returns
+/// the first entry.
 ///
 /// `tail`: the last `zip_tail` bytes of the file, or all of it; `size`: of the file.
 /// Errors: `protocol_error` (no zip), `too_large` (more than `max_entries`, or a list too long for them);

@@ -1,4 +1,4 @@
-// The texts of the WebSocket /client (protocol section 4.1): what browsers say, and what they are told.
+// The texts of the WebSocket /client (protocol section 4.1): what browsers send, and what they get.
 #pragma once
 
 #include <webots_cloud/public_address.hpp>
@@ -22,13 +22,13 @@ struct StartMessage
     bool operator==(StartMessage const&) const = default;
 };
 
-/// An object that asks for nothing we know; silently ignored, as ever.
+/// An object without a known request; silently ignored, as by the Python server.
 struct UnknownMessage
 {
     bool operator==(UnknownMessage const&) const = default;
 };
 
-/// Something that is no message at all; `reason` is for the browser.
+/// Not a valid message; `reason` is for the browser.
 struct MalformedMessage
 {
     std::string reason;
@@ -52,7 +52,7 @@ struct ReconnectMessage
     bool operator==(ReconnectMessage const&) const = default;
 };
 
-/// Everything by which a browser can ask for a simulation: `start`, or
+/// All messages that request a simulation: `start`, or
 /// `{"init":["<host>","<project>","<file>.wbt",...]}`, which browsers sent until 2021 and the pages of
 /// websites still do.
 using SimulationRequest = std::variant<StartMessage, WebsiteProject>;
@@ -63,7 +63,7 @@ using ClientMessage = std::variant<SimulationRequest, ReconnectMessage, ResetCon
 /// Reads any bytes.
 ClientMessage parse_client_message(std::string_view text);
 
-/// Which world a request asks for, in the browser's words.
+/// The requested world, as the browser wrote it.
 std::string world_of(SimulationRequest const& request);
 
 /// `loading: Error: <text>`

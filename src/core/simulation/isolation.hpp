@@ -1,5 +1,5 @@
-// What keeps simulations from the server and from each other, and what its operator must know where that is
-// missing.
+// How simulations are isolated from the server and from each other, and the warnings where that does not
+// work.
 #pragma once
 
 #include <webots_cloud/error.hpp>
@@ -31,7 +31,7 @@ result<Isolation> parse_isolation(std::string_view text);
 /// apart.
 std::string isolation_warning(Isolation const& isolation);
 
-/// What else may surprise, a sentence each.
+/// Other warnings, a sentence each.
 std::vector<std::string> isolation_remarks(Isolation const& isolation, bool is_root);
 
 } // namespace webots_cloud::core

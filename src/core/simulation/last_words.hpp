@@ -8,7 +8,7 @@ namespace webots_cloud::core {
 
 /// Remembers the last line that speaks of an error, or the last of all while none did: what comes after an
 /// error is often advice
-/// ("Try --help"), or somebody else's good-bye.
+/// ("Try --help"), or a farewell of another program.
 class LastWords
 {
 public:

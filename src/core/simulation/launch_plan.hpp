@@ -29,16 +29,16 @@ struct OldStream
 /// The command line, one argument an element; `world` is absolute.
 ///
 /// The mode in which browsers draw is called `x3d` by Webots up to R2023b and `w3d` by newer ones, and each
-/// refuses the other's word. So neither is passed on: a bare `--stream` means that mode to all of them, and
+/// refuses the other name. So neither is passed on: a bare `--stream` means that mode to all of them, and
 /// the Webots that is installed, or in the image, decides.
 std::vector<std::string> webots_command(std::filesystem::path const& webots, std::string_view mode,
                                         std::uint16_t port, std::filesystem::path const& world);
 
-/// The same in the language of R2021b and older, which browsers that send `init` expect; quotes and all.
+/// The same for R2021b and older, which browsers that send `init` expect, including its quotes.
 std::vector<std::string> old_webots_command(std::filesystem::path const& webots, OldStream const& stream,
                                             std::uint16_t port, std::filesystem::path const& world);
 
-/// What R2021b and older need besides: they shut controllers, which a website's user may have written, in a
+/// Additional needs of R2021b and older: they run controllers, which a website's user may have written, in a
 /// sandbox (firejail).
 inline constexpr std::pair<char const*, char const*> old_webots_sandbox{"WEBOTS_FIREJAIL_CONTROLLERS", "1"};
 

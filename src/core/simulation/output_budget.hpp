@@ -1,4 +1,4 @@
-// How much of what a simulator prints is read, and how much of that is passed on.
+// Limits how much of a simulator's output is read, and how much of that is passed on.
 #pragma once
 
 #include <webots_cloud/time.hpp>
@@ -28,17 +28,17 @@ public:
     /// Whether one more line may be passed on; otherwise it is counted.
     bool take_line(TimePoint now);
 
-    /// Whether one more sign of life may be passed on. Those that may not are of no interest.
+    /// Whether one more heartbeat may be passed on. The others are dropped without being counted.
     bool take_heartbeat(TimePoint now) { return heartbeats_.take(1, now); }
 
     /// So many bytes were read.   Returns: when to read on, which may be now.
     TimePoint read(std::size_t bytes, TimePoint now);
 
-    /// When it is to be told that lines were left out: soon after the first, then once a minute; `max()`:
-    /// there is nothing to tell.
+    /// When to report that lines were left out: soon after the first, then once a minute; `max()`:
+    /// there is nothing to report.
     TimePoint notice_due() const noexcept { return notice_due_; }
 
-    /// What is to be told; nothing when no line was left out since the last time.
+    /// The report; nothing when no line was left out since the last time.
     std::optional<std::string> take_notice(TimePoint now);
 
 private:
