@@ -75,7 +75,7 @@ class Unit:
         return os.listdir(os.path.join("/proc", str(self.main), "root", folder.lstrip("/")))
 
     def get(self, path):
-        """The body of an answer; None when nobody answers."""
+        """The body of an answer; None without an answer."""
         with contextlib.suppress(OSError), urllib.request.urlopen(f"{self.url}{path}", timeout=10) as answer:
             return answer.read().decode()
 

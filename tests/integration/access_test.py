@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Who is the operator, and which pages may use a server: what strangers try, with a real browser and real proxies."""
+"""Who is the operator, and which pages may use a server: attacks with a real browser and real proxies."""
 
 import asyncio
 import contextlib

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""What a configuration holds and a file is called can't steer the terminal of who checks it."""
+"""Contents and names of configuration files can't inject escape sequences into the terminal of whoever checks them."""
 
 import json
 import os

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Simulations in containers of a real Docker daemon: what the browser is told, and that nothing is left, whatever happens.
+"""Simulations in containers of a real Docker daemon: the browser's messages, and that nothing is left, whatever happens.
 Protocol sections 4.1.3, 6.3, 6.4 and 6.5, quirks Q12 and Q26 to Q29.
 """
 

@@ -253,7 +253,7 @@ class ParentFilesTest(GitCase):
 
 
 class HostileParentsTest(GitCase):
-    """What lies beside a folder can't refuse it, and leads nowhere."""
+    """Files above a project can't make its start fail, and their links can't leave the repository."""
 
     def setUp(self):
         self.path = self.serve().add_repository("evil", "r")

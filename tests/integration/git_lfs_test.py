@@ -51,7 +51,7 @@ class LfsCase(GitCase):
         return self.probe.fetch(f"owner/{name}/blob/main/{folder}{WORLDS}", *options)
 
     def asked(self):
-        """What the LFS server was asked."""
+        """The requests to the LFS server."""
         return [(method, path.partition("/info/")[2] or "object") for method, path, _ in self.lfs.requests]
 
 
@@ -172,7 +172,7 @@ class LfsTest(LfsCase):
         self.assertEqual(self.left_in_cache(), [])
 
     def answers_with_silence(self, what, act):
-        """Has the LFS server say nothing to one kind of question while `act` runs, which gets more and more milliseconds until it asks."""
+        """Lets the LFS server leave one kind of request unanswered while `act` runs, with growing time limits until that request arrives."""
         for milliseconds in (400, 1_500, 8_000):
             self.lfs.reset()
             self.lfs.answers[what] = lambda handler: handler.say_nothing()
@@ -357,7 +357,7 @@ class HostileLfsTest(LfsCase):
 
 
 class GitLfsClientTest(LfsCase):
-    """What the program git-lfs stores is what arrives, and the same as it delivers."""
+    """Files stored with the program git-lfs arrive as git-lfs itself delivers them."""
 
     def run_git(self, *arguments, folder=None):
         environment = dict(os.environ, HOME=self.home, GIT_CONFIG_NOSYSTEM="1", GIT_TERMINAL_PROMPT="0", GIT_LFS_SKIP_SMUDGE="0")
@@ -399,7 +399,7 @@ class GitLfsClientTest(LfsCase):
 
 
 class BrowserTest(unittest.IsolatedAsyncioTestCase):
-    """What somebody sees who starts such a project."""
+    """The messages to a browser that starts such a project."""
 
     def setUp(self):
         try:

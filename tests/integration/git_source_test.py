@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The git source against real git servers: what arrives, from where, how often it asks, and what it says when it can't.
+"""The git source against real git servers: what arrives, from where, with how many requests, and the messages of failures.
 
 Protocol sections 4.1.2 (steps 5 to 8) and 13 (refs), quirk Q6."""
 
@@ -315,7 +315,7 @@ class CommitTest(GitCase):
 
 
 class CacheTest(GitCase):
-    """What stays and what goes; in each repository a file of 300 kB, and room for two."""
+    """Which entries stay in the cache and which are removed; in each repository a file of 300 kB, and room for two."""
 
     ROOM = ("--cache-bytes", "700000")
 
@@ -435,7 +435,7 @@ class GitSourceUpdatesTest(GitCase):
         self.assertLess(answer["bytes"], 5_000)
 
     def test_what_a_push_has_removed_is_not_handed_out_again(self):
-        """A start begins to hand out what the address meant last time while it asks what it means now."""
+        """While the address is being resolved, a start already checks out the commit that it meant last time."""
         for self.probe.may_mount in (True, False):
             self.server.commit(self.path, dict(self.files, **{"old.txt": "old"}))
             self.assertIn("old.txt", tree(self.probe.fetch(self.world)["root"]))

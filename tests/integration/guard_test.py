@@ -169,7 +169,7 @@ class Guard(unittest.TestCase):
             wait_until(lambda: not find(mark), "the tree lives on")
 
     def probe(self, *arguments):
-        """What the guard says that it can do."""
+        """The isolation that the guard reports."""
         return subprocess.run([*self.arguments, self.guard, "--probe", *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                               text=True, user=self.user, group=self.user, extra_groups=self.user and [], timeout=30, check=True).stdout
 

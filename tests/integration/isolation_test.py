@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""What a hostile simulator can do to its server, its guard and the cache: as root, as somebody else, and where no namespaces are allowed."""
+"""What a hostile simulator can do to its server, its guard and the cache: as root, as another user, and where no namespaces are allowed."""
 
 import json
 import os
@@ -102,7 +102,7 @@ class Hostile(unittest.IsolatedAsyncioTestCase):
             file.write(str(self.server.process.pid))
 
     async def attack(self, browser):
-        """What the simulator says about its attack."""
+        """The simulator's report of its attack."""
         await browser.start()
         said = os.path.join(self.server.folder, "attack", "said")
         wait_until(lambda: os.path.exists(said), lambda: f"it does not attack:\n{self.server.log()}")
@@ -116,7 +116,7 @@ class Hostile(unittest.IsolatedAsyncioTestCase):
                 os.kill(process, signal.SIGKILL)
 
     def warning(self):
-        """What the server says about what is missing."""
+        """The server's warnings about missing isolation."""
         return self.server.ask("/readyz")[1].removeprefix("ready").removeprefix(", but: ")
 
     async def test_nothing_outlives_a_server_that_is_killed_whatever_a_simulator_holds_open(self):

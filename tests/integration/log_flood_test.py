@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Whoever reaches a server can't have its log rotated away: repeated lines are left out and counted, ours are all there."""
+"""Clients can't flush a server's log: repeated lines are left out and counted, the server's own lines are all there."""
 
 import json
 import os

@@ -37,7 +37,7 @@ def session_server(machines, mail_port, trusted=None, **config):
 
 
 def message(subject, sentence, session):
-    """What the wire carries; {} where each mail has something of its own."""
+    """The mail as sent; {} in place of what differs between mails."""
     return (f"Date: {{}}\r\nFrom: Simulation Server <{SENDER}>\r\nTo: Administrator <{ADMINISTRATOR}>\r\n"
             f"Subject: {subject}\r\nMessage-ID: <{{}}>\r\nMIME-Version: 1.0\r\nContent-Type: text/plain; charset=utf-8\r\n"
             "Content-Transfer-Encoding: 7bit\r\nAuto-Submitted: auto-generated\r\n\r\n"
@@ -188,7 +188,7 @@ class Trouble(unittest.TestCase):
     """A mail server that is down, slow or refuses costs a line, never availability (quirk Q3)."""
 
     def check_availability(self, session, machine):
-        """The machine falls and rises, and browsers are told."""
+        """The machine fails and recovers, and browsers are notified."""
         wait_until(lambda: session.get("/") == "1", "up")
         machine.status = 500
         wait_until(lambda: session.get("/") == "0", "a dead machine stays available")

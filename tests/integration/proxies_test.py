@@ -97,7 +97,7 @@ class BehindAProxy(unittest.IsolatedAsyncioTestCase):
         return self.enterContext(Site(self.folder, proxy))
 
     async def check_a_visit(self, site):
-        """What a browser does: is there room, where, start, watch, leave."""
+        """The steps of a browser: check availability, get an address, start, watch, leave."""
         async with site.websocket(f"/{site.session.port}/") as availability:
             self.assertEqual(await hear(availability), "1")
             place = f"wss://localhost:{site.port}/{site.simulation.port}"

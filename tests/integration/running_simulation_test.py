@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""What a browser can ask of its running simulation: to reset a controller, and to have it back after the connection was lost.
+"""Requests of a browser to its running simulation: reset a controller, and reconnect after the connection was lost.
 
 Protocol sections 4.1.1 and 4.1.4.
 """

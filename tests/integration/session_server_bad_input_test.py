@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""What browsers, strangers and broken clients may do to a server without hurting anybody else: raw sockets, TLS, and limits."""
+"""Broken and hostile clients do not affect others: raw sockets, TLS, and limits."""
 
 import asyncio
 import json

@@ -133,7 +133,7 @@ class Starts(unittest.IsolatedAsyncioTestCase):
 
 
 class Faults(unittest.IsolatedAsyncioTestCase):
-    """Whatever the simulator does, the browser is told, and nothing outlives it. Section 6.5, quirks Q7, Q10 and Q15."""
+    """Whatever the simulator does, the browser gets a message, and no process survives. Section 6.5, quirks Q7, Q10 and Q15."""
 
     async def ends_with(self, faults, answer, **settings):
         with server(faults=faults, **settings) as simulation:
@@ -340,7 +340,7 @@ class Ends(unittest.IsolatedAsyncioTestCase):
 
 
 class Operations(unittest.IsolatedAsyncioTestCase):
-    """What an operator asks of a running server. Section 8.2 at SIGHUP, section 13 `/api/drain` and `/readyz`."""
+    """The operator's requests to a running server. Section 8.2 at SIGHUP, section 13 `/api/drain` and `/readyz`."""
 
     async def start(self, simulation):
         """The last words of a start: an address, or why there is none."""

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""What simulators find in their environment, printed by a script in Webots' place. Protocol section 6.1.
+"""The environment of simulators, printed by a script in place of Webots. Protocol section 6.1.
 
 The twin: the Python server passes on all that it has. Ours gives simulators the same of what Webots, drivers, languages, ROS and the
 network need, and nothing that is the server's or a secret.
@@ -49,7 +49,7 @@ class Environments(unittest.IsolatedAsyncioTestCase):
         os.chmod(webots, 0o755)
 
     async def run_in(self, environment, **settings):
-        """What a simulator of a server in this environment found, and the server's log."""
+        """The environment of a simulator of a server in this environment, and the server's log."""
         simulation = server(webotsHome=self.home, **settings)
         around = {"PATH": os.environ["PATH"], "HOME": simulation.folder, "WEBOTS_DEMO_ADDRESS": "127.0.0.1", **environment}
         simulation.wrapper = ("/usr/bin/env", "-i", *(f"{name}={value}" for name, value in around.items()))

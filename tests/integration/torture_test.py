@@ -63,7 +63,7 @@ def is_guard(pid):
 
 
 def kill_somehow(pid, dice):
-    """What may happen to a simulator; guards are beyond its reach, but not beyond that of an operator where a namespace backs them."""
+    """What may happen to a simulator. It can't kill its guard; the operator can, where a namespace backs the guard."""
     if not is_guard(pid):
         os.kill(pid, dice.choice((signal.SIGKILL, signal.SIGTERM, signal.SIGSTOP, signal.SIGSEGV)))
     elif NAMESPACES:
@@ -225,7 +225,7 @@ class StoppedGuard(unittest.IsolatedAsyncioTestCase):
 
 
 class LoadMeanwhile(unittest.IsolatedAsyncioTestCase):
-    """/load is answered while others fetch and start: the event loop waits for nobody. Protocol section 4.2, quirk Q4."""
+    """/load is answered while others fetch and start: the event loop never blocks. Protocol section 4.2, quirk Q4."""
 
     def ask(self, simulation, times):
         """Asks so often; returns the reports, and prints how long the answers took, for those who want to know."""

@@ -36,7 +36,7 @@ VISITOR = [""] * 6
 
 
 def certify(test, folder):
-    """Files in `folder`: a certificate for localhost that nobody vouches for, and its key."""
+    """Files in `folder`: a self-signed certificate for localhost, and its key."""
     certificate, key = os.path.join(folder, "c.pem"), os.path.join(folder, "k.pem")
     made = subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-subj", "/CN=localhost", "-days", "2",
                            "-keyout", key, "-out", certificate], capture_output=True)
@@ -215,7 +215,7 @@ class Starts(WebsiteTest):
 
 
 class CommandLines(unittest.IsolatedAsyncioTestCase):
-    """What the operator's configuration adds to the old command line, and where projects are by default. Sections 6.2 and 8.2."""
+    """What the configuration adds to the old command line, and the default folder of projects. Sections 6.2 and 8.2."""
 
     def setUp(self):
         folder = tempfile.TemporaryDirectory()

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Uses the library as strangers do: from an installed prefix by find_package, and from its sources by add_subdirectory.
+"""Uses the library as other projects do: from an installed prefix by find_package, and from its sources by add_subdirectory.
 
 Usage: packaging_test.py BUILD_FOLDER CXX_COMPILER CXX_FLAGS [unittest arguments]
 """
@@ -54,7 +54,7 @@ class PackagingTest(unittest.TestCase):
 
 
 class Install(PackagingTest):
-    """Whoever has run ./server.sh start can install, and nobody gets half a prefix."""
+    """After ./server.sh start one can install; an incomplete build installs nothing."""
 
     def test_what_the_start_of_the_servers_builds_is_all_that_is_installed(self):
         with open(os.path.join(SOURCE, "server.sh")) as script:

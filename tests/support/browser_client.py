@@ -23,7 +23,7 @@ def server(**settings):
 
 
 class Browser:
-    """A client of /client that keeps what it was told."""
+    """A client of /client that keeps the messages it received."""
 
     def __init__(self, simulation):
         self.simulation = simulation

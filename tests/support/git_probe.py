@@ -49,7 +49,7 @@ class Probe:
         return command
 
     def fetch_all(self, worlds, *options, timeout=120):
-        """What became of each world: dictionaries with root, revision, header and ms, or error; bytes, objects."""
+        """The result for each world: dictionaries with root, revision, header and ms, or error; bytes, objects."""
         command = self.command(worlds, *options)
         finished = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=timeout,
                                   preexec_fn=None if self.may_mount else _lose_the_right_to_mount)

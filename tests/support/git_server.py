@@ -88,7 +88,7 @@ class GitServer(Startable):
     def __init__(self, smart=True, port=0, bytes_per_second=0, version2=True, lfs=0):
         """smart=False: plain files, the "dumb" protocol. bytes_per_second: how fast it answers (0: as it can).
         lfs: port of a Git LFS server that answers for all repositories (0: there is none).
-        version2=False: it does not hear that the client asks for version 2 of the protocol, and answers in version 0."""
+        version2=False: it ignores that the client requests version 2 of the protocol, and answers in version 0."""
         require_git_server()
         self.folder = tempfile.mkdtemp(prefix="webots_cloud_git_")
         self.repositories = os.path.join(self.folder, "repositories")
@@ -239,7 +239,7 @@ esac
         return commit
 
     def requests(self):
-        """What was asked so far: (method, address, status, bytes sent, bytes received)."""
+        """The requests so far: (method, address, status, bytes sent, bytes received)."""
         log = os.path.join(self.folder, "access.log")
         if not os.path.exists(log):
             return []

@@ -18,7 +18,7 @@ atexit.register(_leases.close)
 
 
 def free_port(following=0):
-    """A port that is free, and so are the `following` ones after it; nobody else who asks here gets them while this process lives."""
+    """A port that is free, and so are the `following` ones after it; no other caller gets them while this process lives."""
     global _next_block
     blocks = following // BLOCK + 1
     last = (_first_of_outgoing_connections() - FIRST) // BLOCK - blocks

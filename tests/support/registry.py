@@ -7,7 +7,7 @@ import urllib.parse
 
 
 class Registry:
-    """Keeps the form of each request, as lists of values by name; while `answers` is not set, nobody gets an answer."""
+    """Keeps the form of each request, as lists of values by name; while `answers` is not set, no request is answered."""
 
     def __init__(self, silent=False, status=200):
         self.forms = []

@@ -150,7 +150,7 @@ class Server(Startable):
         return os.path.join(self.folder, "tmp", f"webots-{os.geteuid()}", f"{kind}-{self.port}.sock")
 
     def command(self, *options):
-        """What the operator's command line says: its exit status and output."""
+        """Runs the program with an operator's option: its exit status and output."""
         environment = {**os.environ, "HOME": self.folder, "TMPDIR": os.path.join(self.folder, "tmp"), "XDG_RUNTIME_DIR": "",
                        **self.environment}
         finished = subprocess.run([program(self.PROGRAM), *options, os.path.join(self.folder, "config.json")], capture_output=True,
@@ -231,7 +231,7 @@ class SimulationServer(Server):
 
 
 def port_is_free(port):
-    """Whether a server could listen there: nobody listens, and nobody keeps the port for somebody who will."""
+    """Whether a server could listen there: the port is neither in use nor reserved."""
     with socket.socket() as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:

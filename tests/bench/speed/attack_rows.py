@@ -1,4 +1,4 @@
-"""Rows of what bystanders notice of an attack: the longest wait of a client that asks every five milliseconds. Beside it the same of an
+"""Rows of what bystanders notice of an attack: the longest wait of a client that sends a request every five milliseconds. Beside it the same of an
 idle process on the same machine: its own pauses, for which no server can do anything."""
 
 import asyncio

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""What attack_rows.py starts against a server: attackers on the load's core, and simulators that are up to no good.
+"""What attack_rows.py starts against a server: attackers on the load's core, and hostile simulators.
 
     attacks.py frames PORT PATH MEGABYTES   WebSocket messages of no bytes in frames of six, again and again
     attacks.py pages PORT PATH CLIENTS      clients that ask for a page each and read nothing, again and again

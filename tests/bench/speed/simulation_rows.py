@@ -22,7 +22,7 @@ from support.servers import program
 
 
 def stage_milliseconds(server, stage):
-    """What a stage of all starts took together, as /metrics tells it."""
+    """What a stage of all starts took together, as /metrics reports it."""
     found = re.search(rf'^webots_start_stage_seconds_sum{{stage="{stage}"}} (\S+)$', server.get("/metrics"), re.MULTILINE)
     return float(found[1]) * 1e3
 
