@@ -131,6 +131,9 @@ public:
 
     virtual int process_id() const noexcept = 0;
 
+    /// When it is ended for its age, at the latest.
+    virtual TimePoint ends_at() const noexcept = 0;
+
     /// Whole messages that the browser gets before all others: what the project says of itself. Containers
     /// only.
     virtual std::vector<std::string> const& announcements() const noexcept = 0;

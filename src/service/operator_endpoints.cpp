@@ -62,7 +62,7 @@ void OperatorEndpoints::measure(TimePoint due, std::size_t clients)
 std::size_t OperatorEndpoints::running() const
 {
     return static_cast<std::size_t>(std::count_if(sessions_.begin(), sessions_.end(), [](auto const& entry) {
-        return entry.second->state() == SimulationSession::State::running;
+        return entry.second->stage() == core::SimulationLife::Stage::running;
     }));
 }
 

@@ -142,6 +142,7 @@ public:
     asio::awaitable<result<SimulationEvent>> next_event() override;
     void terminate() noexcept override { stop({}); }
     int process_id() const noexcept override { return process_->id(); }
+    TimePoint ends_at() const noexcept override { return end_of_life_; }
     std::vector<std::string> const& announcements() const noexcept override { return plan_.announcements; }
     asio::awaitable<ProcessUsage> usage() override { return process_->usage(); }
 

@@ -18,16 +18,18 @@ using namespace asio::experimental::awaitable_operators;
 
 constexpr auto progress_interval = std::chrono::milliseconds(500);
 
-std::string_view name_of(SimulationSession::State state)
+using Life = core::SimulationLife;
+
+std::string_view name_of(Life::Stage stage)
 {
-    switch (state) {
-    case SimulationSession::State::fetching:
+    switch (stage) {
+    case Life::Stage::fetching:
         return "fetching the project";
-    case SimulationSession::State::launching:
+    case Life::Stage::launching:
         return "loading the world";
-    case SimulationSession::State::idle:
+    case Life::Stage::idle:
         return "idle";
-    case SimulationSession::State::running:
+    case Life::Stage::running:
         return "running";
     }
     return {};
@@ -67,7 +69,8 @@ public:
 SimulationSession::SimulationSession(SessionContext& context, asio::any_io_executor const& executor,
                                      std::uint64_t id, std::string quota_key, core::SimulationRequest request)
     : context_(context), id_(id), quota_key_(std::move(quota_key)), request_(std::move(request)),
-      since_(context.clock.now()), stage_began_(since_), something_changed_(executor), released_(executor)
+      life_(context.reconnect_grace, context.clock.now(), context.stopping), since_(context.clock.now()),
+      something_changed_(executor), released_(executor)
 {
     context.starts.arrived();
 }
@@ -79,10 +82,10 @@ std::string SimulationSession::name() const
 
 asio::awaitable<void> SimulationSession::look_at_processes()
 {
-    if (!simulation_ || ended_)
+    if (!simulation_ || life_.state() == Life::State::exited)
         co_return;
     auto const used = co_await simulation_->usage(); // which may have gone meanwhile
-    if (!simulation_ || ended_)
+    if (!simulation_ || life_.state() == Life::State::exited)
         co_return;
     auto const now = context_.clock.now();
     cpu_ = core::process_cpu_percent(used_.processor, used.processor, now - looked_);
@@ -90,12 +93,17 @@ asio::awaitable<void> SimulationSession::look_at_processes()
     looked_ = now;
 }
 
+bool SimulationSession::is_starting() const noexcept
+{
+    return stage() == Life::Stage::fetching || stage() == Life::Stage::launching;
+}
+
 core::SimulationRow SimulationSession::row() const
 {
     core::SimulationRow row;
     row.id = id_;
     row.world = core::short_world(core::world_of(request_));
-    row.state = waiting_ ? "waiting for its browser" : name_of(state_);
+    row.state = life_.state() == Life::State::waiting ? "waiting for its browser" : name_of(life_.stage());
     row.age = context_.clock.now() - since_;
     if (output_)
         row.log = output_->name();
@@ -121,37 +129,25 @@ asio::awaitable<void> SimulationSession::run(Channel& channel)
 
 asio::awaitable<void> SimulationSession::resume(Channel& channel)
 {
-    lost_ = false;
-    auto const left = std::chrono::duration_cast<std::chrono::seconds>(ends_at_ - context_.clock.now());
+    auto const left = std::chrono::duration_cast<std::chrono::seconds>(life_.time_left(context_.clock.now()));
     (void)channel.send(core::shutdown_timeout_message(left.count()));
     announce(channel);
     co_await (relay(channel) || watch(channel) || await_successor());
     co_await part(channel);
 }
 
-bool SimulationSession::can_be_taken_over() const noexcept
-{
-    return !token_.empty() && !ended_ && !over_ && !wanted_;
-}
-
-bool SimulationSession::waits_for_its_browser() const noexcept
-{
-    return can_be_taken_over() && lost_ && !context_.stopping;
-}
-
 asio::awaitable<bool> SimulationSession::take_over()
 {
-    if (!can_be_taken_over())
+    if (!life_.take_over())
         co_return false;
-    wanted_ = true;
     something_changed_.notify();
     (void)co_await released_.wait();
-    co_return !over_;
+    co_return !life_.is_over();
 }
 
 void SimulationSession::server_stops()
 {
-    if (channel_ && !start_over_)
+    if (life_.server_stops() && channel_)
         refuse(*channel_,
                Failure(errc::unavailable, "This simulation server is being stopped. Please start again."));
     something_changed_.notify();
@@ -163,7 +159,7 @@ asio::awaitable<void> SimulationSession::await_successor()
     co_await asio::this_coro::throw_if_cancelled(false);
     for (;;) {
         bool const cancelled = co_await async::is_cancelled();
-        if (cancelled || wanted_ || (waiting_ && context_.stopping))
+        if (cancelled || life_.must_let_go())
             co_return;
         (void)co_await something_changed_.wait();
     }
@@ -174,41 +170,47 @@ asio::awaitable<void> SimulationSession::await_successor()
 asio::awaitable<void> SimulationSession::part(Channel& channel)
 {
     channel.close(); // what was said is still delivered; the browser need not wait for the cleaning up
-    if (waits_for_its_browser())
-        co_await await_return();
-    else if (lost_ && !ended_ && !wanted_ && !context_.stopping)
-        tell_loss(context_.reconnect_grace > Duration::zero()
-                      ? "it was not ready yet, and is ended"
-                      : "it is ended at once, since there is no \"reconnectGrace\"");
-    over_ = ended_ || !wanted_;
-    if (wanted_)
-        released_.notify();
-    wanted_ = false;
-    if (!over_)
+    auto next = end_conversation();
+    if (next.action == Life::Action::await_return) {
+        co_await await_return(next.until);
+        next = end_conversation();
+    }
+    released_.notify();
+    if (next.action == Life::Action::hand_over)
         co_return;
-    if (!start_over_)
+    if (next.abandoned)
         context_.starts.abandoned();
-    co_await clean_up();
+    co_await clean_up(next.exited);
 }
 
-asio::awaitable<void> SimulationSession::await_return()
+Life::Next SimulationSession::end_conversation()
 {
-    auto const grace = context_.reconnect_grace;
-    tell_loss(
-        concat("it may return for ", core::python_float(std::chrono::duration<double>(grace).count()), " s"));
+    auto const next = life_.conversation_ended(context_.clock.now());
+    if (next.loss != Life::Loss::none)
+        tell_loss(next.loss);
+    return next;
+}
+
+asio::awaitable<void> SimulationSession::await_return(TimePoint until)
+{
     ClosedChannel closed_channel;
-    waiting_ = true;
-    auto& clock = context_.clock;
-    co_await (relay(closed_channel) || await_successor() || clock.wait_until(clock.now() + grace));
-    waiting_ = false;
-    if (!ended_ && !wanted_ && !context_.stopping)
-        context_.log.info(LogCause("lost"),
-                          concat(name(), "The browser has not returned: the simulation is ended"));
+    co_await (relay(closed_channel) || await_successor() || context_.clock.wait_until(until));
 }
 
 /// Tells the operator why the browser is gone, and what becomes of the simulation.
-void SimulationSession::tell_loss(std::string_view what_follows)
+void SimulationSession::tell_loss(Life::Loss loss)
 {
+    if (loss == Life::Loss::not_returned) {
+        context_.log.info(LogCause("lost"),
+                          concat(name(), "The browser has not returned: the simulation is ended"));
+        return;
+    }
+    auto const grace = std::chrono::duration<double>(context_.reconnect_grace).count();
+    std::string what_follows = "it was not ready yet, and is ended";
+    if (loss == Life::Loss::awaited)
+        what_follows = concat("it may return for ", core::python_float(grace), " s");
+    else if (loss == Life::Loss::not_awaited)
+        what_follows = "it is ended at once, since there is no \"reconnectGrace\"";
     context_.log.info(LogCause("lost"),
                       concat(name(), "The simulation has lost its browser: ", why_lost_, "; ", what_follows));
 }
@@ -223,7 +225,7 @@ asio::awaitable<void> SimulationSession::watch(Channel& channel)
             co_return;
         auto const text = co_await channel.receive();
         if (!text) {
-            lost_ = text.error() == errc::unreachable;
+            life_.browser_left(text.error() == errc::unreachable);
             why_lost_ = text.error().message();
             co_return;
         }
@@ -262,18 +264,9 @@ void SimulationSession::tell(Channel& channel, std::string_view error)
 /// The start has failed.
 void SimulationSession::refuse(Channel& channel, Failure const& failure)
 {
-    start_over_ = true;
-    context_.starts.failed(failure);
+    if (life_.failed())
+        context_.starts.failed(failure);
     tell(channel, failure.message());
-}
-
-/// The start has come through a stage.
-void SimulationSession::pass(core::StartStage stage)
-{
-    auto const now = context_.clock.now();
-    context_.starts.passed(stage, now - stage_began_);
-    stage_began_ = now;
-    start_over_ = stage == core::StartStage::ready;
 }
 
 /// Fetch, launch, relay. Cancelled when the browser has gone; cleaning up is the caller's.
@@ -372,7 +365,7 @@ asio::awaitable<result<>> SimulationSession::fetch(Channel& channel)
         co_return fetched.error();
     if (!project_->notice.empty())
         (void)channel.send(core::loading_message(project_->notice));
-    pass(core::StartStage::fetch);
+    context_.starts.passed(core::StartStage::fetch, life_.fetched(context_.clock.now()));
     co_return result<>();
 }
 
@@ -434,7 +427,6 @@ LaunchSpec SimulationSession::launch_spec() const
 
 asio::awaitable<result<>> SimulationSession::launch(Channel& channel)
 {
-    state_ = State::launching;
     auto spec = launch_spec();
     open_output(spec);
     auto simulation = co_await context_.launcher.launch(std::move(spec));
@@ -442,8 +434,7 @@ asio::awaitable<result<>> SimulationSession::launch(Channel& channel)
         co_return simulation.error();
     simulation_ = std::move(*simulation);
     looked_ = context_.clock.now();
-    ends_at_ = looked_ + context_.launcher.params().timeout;
-    pass(core::StartStage::launch);
+    context_.starts.passed(core::StartStage::launch, life_.launched(looked_, simulation_->ends_at()));
     auto const timeout = std::chrono::duration_cast<std::chrono::seconds>(context_.launcher.params().timeout);
     for (auto const& announcement : simulation_->announcements())
         (void)channel.send(announcement);
@@ -471,20 +462,19 @@ asio::awaitable<void> SimulationSession::relay(Channel& channel)
         if (auto const* progress = std::get_if<SimulationProgress>(&*event)) {
             (void)channel.send(core::loading_message(progress->text));
         } else if (auto const* ready = std::get_if<SimulationReady>(&*event)) {
-            state_ = State::idle;
-            pass(core::StartStage::ready);
+            context_.starts.passed(core::StartStage::ready, life_.ready(context_.clock.now()));
             context_.log.info(LogCause("ready"),
                               concat(name(), "Webots world is loaded, ready to receive connections"));
             port_ = ready->port;
-            if (context_.reconnect_grace > Duration::zero())
+            if (life_.has_grace())
                 token_ = context_.new_token();
             announce(channel);
         } else if (std::holds_alternative<SimulationHeartbeat>(*event)) {
             (void)channel.send(".");
         } else if (auto const* activity = std::get_if<SimulationActivity>(&*event)) {
-            state_ = activity->running ? State::running : State::idle;
+            life_.activity(activity->running);
         } else {
-            ended_ = true;
+            life_.exited();
             auto const& ended = std::get<SimulationEnded>(*event);
             if (ended.was_ready)
                 tell(channel, ended.reason);
@@ -495,15 +485,15 @@ asio::awaitable<void> SimulationSession::relay(Channel& channel)
     }
 }
 
-asio::awaitable<void> SimulationSession::clean_up()
+asio::awaitable<void> SimulationSession::clean_up(bool exited)
 {
     if (simulation_) {
         auto const process = concat("Webots [", std::to_string(simulation_->process_id()), "] ");
-        context_.log.info(LogCause("end"), concat(name(), process, ended_ ? "exited" : "was killed"));
+        context_.log.info(LogCause("end"), concat(name(), process, exited ? "exited" : "was killed"));
         simulation_->terminate();
-        while (!ended_) {
+        while (!exited) {
             auto const event = co_await simulation_->next_event();
-            ended_ = !event || std::holds_alternative<SimulationEnded>(*event);
+            exited = !event || std::holds_alternative<SimulationEnded>(*event);
         }
         simulation_.reset();
     }
@@ -515,6 +505,7 @@ asio::awaitable<void> SimulationSession::clean_up()
         auto project = std::move(*project_);
         co_await context_.fetcher.discard(std::move(project));
     }
+    life_.cleaned_up();
 }
 
 } // namespace webots_cloud

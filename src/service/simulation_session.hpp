@@ -6,6 +6,7 @@
 #include "core/pages/simulation_board.hpp"
 #include "core/projects/repository_policy.hpp"
 #include "core/simulation/client_protocol.hpp"
+#include "core/simulation/simulation_life.hpp"
 #include "core/simulation/start_figures.hpp"
 
 #include <webots_cloud/project_fetcher.hpp>
@@ -56,14 +57,6 @@ struct SessionContext
 class SimulationSession
 {
 public:
-    enum class State
-    {
-        fetching,
-        launching,
-        idle,
-        running
-    };
-
     SimulationSession(SessionContext& context, boost::asio::any_io_executor const& executor, std::uint64_t id,
                       std::string quota_key, core::SimulationRequest request);
 
@@ -84,16 +77,16 @@ public:
     /// Waits for no browser any more, and tells one whose simulation has not started yet.
     void server_stops();
 
-    /// Cleaned up: nothing is left.
-    bool is_over() const noexcept { return over_; }
+    /// Nobody can return to it. Once `run` or `resume` has ended, nothing is left of it.
+    bool is_over() const noexcept { return life_.is_over(); }
 
     /// By which a browser that was lost returns; empty: by none.
     std::string const& token() const noexcept { return token_; }
 
     std::uint64_t id() const noexcept { return id_; }
 
-    State state() const noexcept { return state_; }
-    bool is_starting() const noexcept { return state_ == State::fetching || state_ == State::launching; }
+    core::SimulationLife::Stage stage() const noexcept { return life_.stage(); }
+    bool is_starting() const noexcept;
 
     /// Takes a look at what the simulator consumes.
     boost::asio::awaitable<void> look_at_processes();
@@ -113,12 +106,11 @@ private:
     boost::asio::awaitable<void> relay(Channel& channel);
     boost::asio::awaitable<void> await_successor();
     boost::asio::awaitable<void> part(Channel& channel);
-    boost::asio::awaitable<void> await_return();
-    void tell_loss(std::string_view what_follows);
-    boost::asio::awaitable<void> clean_up();
+    core::SimulationLife::Next end_conversation();
+    boost::asio::awaitable<void> await_return(TimePoint until);
+    void tell_loss(core::SimulationLife::Loss loss);
+    boost::asio::awaitable<void> clean_up(bool exited);
     boost::asio::awaitable<void> reset_controller(std::string file, Channel& channel);
-    bool can_be_taken_over() const noexcept;
-    bool waits_for_its_browser() const noexcept;
     void announce(Channel& channel);
     result<> check_policy() const;
     result<> admit();
@@ -126,35 +118,26 @@ private:
     void open_output(LaunchSpec& spec);
     void refuse(Channel& channel, Failure const& failure);
     void tell(Channel& channel, std::string_view error);
-    void pass(core::StartStage stage);
     std::string name() const;
 
     SessionContext& context_;
     std::uint64_t id_;
     std::string quota_key_; ///< Of the client that started it, also when it returns from elsewhere.
     core::SimulationRequest request_;
-    State state_ = State::fetching;
+    core::SimulationLife life_;
     Channel* channel_ = nullptr; ///< Of the browser, while `run` talks with it.
     TimePoint since_;
-    TimePoint stage_began_;
-    bool start_over_ = false;                   ///< It got ready, or it failed.
     bool has_place_ = false;                    ///< One of those that this machine has for simulations.
     core::ClientLimit::Ticket place_of_client_; ///< The same of those that the client may have.
     std::optional<Project> project_;
     std::unique_ptr<SimulationLog> output_; ///< Outlives the simulation, which writes to it.
     std::unique_ptr<Simulation> simulation_;
-    TimePoint ends_at_;      ///< The simulation's time limit.
     std::uint16_t port_ = 0; ///< Where the simulator listens, once it does.
-    bool ended_ = false;     ///< The simulation has reported its end.
 
     std::string token_;
-    bool lost_ = false;    ///< The browser went without a word.
-    std::string why_lost_; ///< How the last connection ended.
-    bool waiting_ = false; ///< For the browser to return.
-    bool wanted_ = false;  ///< By a conversation that takes over.
-    bool over_ = false;
-    async::Wakeup something_changed_; ///< `wanted_`, or the server stops.
-    async::Wakeup released_;          ///< Answers `wanted_`.
+    std::string why_lost_;            ///< How the last connection ended.
+    async::Wakeup something_changed_; ///< Another conversation takes over, or the server stops.
+    async::Wakeup released_;          ///< The other conversation may look whether there is anything left.
 
     ProcessUsage used_;         ///< At the last look.
     TimePoint looked_;          ///< When that was; at first when the simulator was started.

@@ -1,0 +1,100 @@
+#include "simulation_life.hpp"
+
+#include <utility>
+
+namespace webots_cloud::core {
+
+Duration SimulationLife::end_stage(TimePoint now)
+{
+    return now - std::exchange(stage_began_, now);
+}
+
+Duration SimulationLife::fetched(TimePoint now)
+{
+    state_ = State::launching;
+    stage_ = Stage::launching;
+    return end_stage(now);
+}
+
+Duration SimulationLife::launched(TimePoint now, TimePoint ends_at)
+{
+    ends_at_ = ends_at;
+    return end_stage(now);
+}
+
+Duration SimulationLife::ready(TimePoint now)
+{
+    state_ = State::serving;
+    stage_ = Stage::idle;
+    start_ = Start::succeeded;
+    return end_stage(now);
+}
+
+bool SimulationLife::failed()
+{
+    return std::exchange(start_, Start::failed) == Start::under_way;
+}
+
+bool SimulationLife::take_over()
+{
+    // Before the world is loaded no browser can return: it has no word for it yet.
+    bool const possible = has_grace() && (state_ == State::serving || state_ == State::waiting);
+    if (possible)
+        state_ = State::handing_over;
+    return possible;
+}
+
+bool SimulationLife::server_stops()
+{
+    stopping_ = true;
+    return start_ == Start::under_way && (state_ == State::fetching || state_ == State::launching);
+}
+
+bool SimulationLife::must_let_go() const noexcept
+{
+    return state_ == State::handing_over || (state_ == State::waiting && stopping_);
+}
+
+SimulationLife::Next SimulationLife::conversation_ended(TimePoint now)
+{
+    bool const lost = std::exchange(lost_, false) && !stopping_;
+    switch (state_) {
+    case State::handing_over: {
+        state_ = State::serving;
+        Next next;
+        next.action = Action::hand_over;
+        return next;
+    }
+    case State::waiting:
+        return end(stopping_ ? Loss::none : Loss::not_returned);
+    case State::serving:
+        if (lost && has_grace()) {
+            state_ = State::waiting;
+            Next next;
+            next.action = Action::await_return;
+            next.loss = Loss::awaited;
+            next.until = now + grace_;
+            return next;
+        }
+        [[fallthrough]];
+    case State::fetching:
+    case State::launching:
+        if (lost)
+            return end(has_grace() ? Loss::not_ready : Loss::not_awaited);
+        [[fallthrough]];
+    default:
+        return end(Loss::none);
+    }
+}
+
+SimulationLife::Next SimulationLife::end(Loss loss)
+{
+    Next next;
+    next.exited = state_ == State::exited;
+    state_ = State::ending;
+    next.loss = loss;
+    next.abandoned = start_ == Start::under_way;
+    return next;
+}
+
+} // namespace webots_cloud::core

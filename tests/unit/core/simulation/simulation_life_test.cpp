@@ -1,0 +1,280 @@
+#include "unit_test.hpp"
+
+#include "core/simulation/simulation_life.hpp"
+
+#include <ostream>
+#include <string_view>
+#include <vector>
+
+using namespace webots_cloud;
+using core::SimulationLife;
+using namespace std::chrono_literals;
+
+using Action = SimulationLife::Action;
+using Loss = SimulationLife::Loss;
+using Stage = SimulationLife::Stage;
+using State = SimulationLife::State;
+
+BOOST_TEST_DONT_PRINT_LOG_VALUE(Action)
+BOOST_TEST_DONT_PRINT_LOG_VALUE(Loss)
+BOOST_TEST_DONT_PRINT_LOG_VALUE(Stage)
+BOOST_TEST_DONT_PRINT_LOG_VALUE(State)
+
+namespace {
+
+constexpr Duration no_grace{};
+
+TimePoint at(Duration since_start)
+{
+    return TimePoint() + since_start;
+}
+
+/// What happens, one word each.
+void tell(SimulationLife& life, std::string_view event)
+{
+    if (event == "fetched")
+        (void)life.fetched(at(1s));
+    else if (event == "launched")
+        (void)life.launched(at(3s), at(100s));
+    else if (event == "ready")
+        (void)life.ready(at(6s));
+    else if (event == "failed")
+        (void)life.failed();
+    else if (event == "exited")
+        life.exited();
+    else if (event == "left" || event == "lost")
+        life.browser_left(event == "lost");
+    else if (event == "taken")
+        BOOST_TEST(life.take_over());
+    else if (event == "refused")
+        BOOST_TEST(!life.take_over());
+    else if (event == "stop")
+        (void)life.server_stops();
+    else if (event == "parted")
+        (void)life.conversation_ended(at(10s));
+    else
+        BOOST_FAIL("no such event: " << event);
+}
+
+/// What a conversation's end leads to after some events.
+struct Row
+{
+    Duration grace;
+    std::vector<std::string_view> events;
+    Action action;
+    Loss loss;
+    bool abandoned;
+    bool exited;
+    State state;
+};
+
+std::ostream& operator<<(std::ostream& out, Row const& row)
+{
+    for (auto const event : row.events)
+        out << event << ' ';
+    return out << (row.grace > no_grace ? "with a grace" : "without a grace");
+}
+
+} // namespace
+
+BOOST_AUTO_TEST_SUITE(simulation_life)
+
+BOOST_AUTO_TEST_CASE(a_start_goes_through_its_stages_and_each_is_timed)
+{
+    SimulationLife life(no_grace, at(10s));
+    BOOST_TEST((life.state() == State::fetching && life.stage() == Stage::fetching));
+    BOOST_TEST((life.fetched(at(14s)) == 4s));
+    BOOST_TEST((life.state() == State::launching && life.stage() == Stage::launching));
+    BOOST_TEST((life.launched(at(15s), at(100s)) == 1s));
+    BOOST_TEST((life.state() == State::launching && life.stage() == Stage::launching));
+    BOOST_TEST((life.ready(at(22s)) == 7s));
+    BOOST_TEST((life.state() == State::serving && life.stage() == Stage::idle));
+    life.activity(true);
+    BOOST_TEST((life.stage() == Stage::running));
+    life.activity(false);
+    BOOST_TEST((life.stage() == Stage::idle));
+    BOOST_TEST((life.time_left(at(70s)) == 30s));
+}
+
+BOOST_AUTO_TEST_CASE(the_end_of_each_conversation_leads_to_one_thing)
+{
+    using enum Action;
+    using enum Loss;
+    std::vector<Row> const table{
+        // Before the world is loaded nobody is waited for.
+        {no_grace, {"left"}, clean_up, none, true, false, State::ending},
+        {no_grace, {"lost"}, clean_up, not_awaited, true, false, State::ending},
+        {30s, {"lost"}, clean_up, not_ready, true, false, State::ending},
+        {30s, {"fetched", "lost"}, clean_up, not_ready, true, false, State::ending},
+        {30s, {"fetched", "launched", "lost"}, clean_up, not_ready, true, false, State::ending},
+        {30s, {"fetched", "launched", "lost", "stop"}, clean_up, none, true, false, State::ending},
+        // A start that failed was not abandoned.
+        {30s, {"failed"}, clean_up, none, false, false, State::ending},
+        {30s, {"fetched", "failed"}, clean_up, none, false, false, State::ending},
+        {30s, {"fetched", "launched", "exited", "failed"}, clean_up, none, false, true, State::ending},
+        {30s, {"failed", "fetched", "launched"}, clean_up, none, false, false, State::ending},
+        // Afterwards a browser that was lost is waited for, and one that left is not.
+        {no_grace, {"fetched", "launched", "ready", "left"}, clean_up, none, false, false, State::ending},
+        {no_grace,
+         {"fetched", "launched", "ready", "lost"},
+         clean_up,
+         not_awaited,
+         false,
+         false,
+         State::ending},
+        {30s, {"fetched", "launched", "ready", "left"}, clean_up, none, false, false, State::ending},
+        {30s, {"fetched", "launched", "ready", "lost"}, await_return, awaited, false, false, State::waiting},
+        {30s, {"fetched", "launched", "ready", "lost", "stop"}, clean_up, none, false, false, State::ending},
+        {30s, {"fetched", "launched", "ready", "exited"}, clean_up, none, false, true, State::ending},
+        {30s, {"fetched", "launched", "ready", "lost", "exited"}, clean_up, none, false, true, State::ending},
+        // The wait is a conversation too.
+        {30s,
+         {"fetched", "launched", "ready", "lost", "parted"},
+         clean_up,
+         not_returned,
+         false,
+         false,
+         State::ending},
+        {30s,
+         {"fetched", "launched", "ready", "lost", "parted", "exited"},
+         clean_up,
+         none,
+         false,
+         true,
+         State::ending},
+        {30s,
+         {"fetched", "launched", "ready", "lost", "parted", "stop"},
+         clean_up,
+         none,
+         false,
+         false,
+         State::ending},
+        {30s,
+         {"fetched", "launched", "ready", "lost", "parted", "taken"},
+         hand_over,
+         none,
+         false,
+         false,
+         State::serving},
+        // A browser may return before anybody has noticed that it was lost; one returns at a time.
+        {30s, {"fetched", "launched", "ready", "taken"}, hand_over, none, false, false, State::serving},
+        {30s,
+         {"fetched", "launched", "ready", "taken", "refused", "lost"},
+         hand_over,
+         none,
+         false,
+         false,
+         State::serving},
+        {30s,
+         {"fetched", "launched", "ready", "taken", "exited"},
+         clean_up,
+         none,
+         false,
+         true,
+         State::ending},
+        {30s,
+         {"fetched", "launched", "ready", "lost", "taken", "parted", "left"},
+         clean_up,
+         none,
+         false,
+         false,
+         State::ending},
+        {30s,
+         {"fetched", "launched", "ready", "taken", "parted", "lost"},
+         await_return,
+         awaited,
+         false,
+         false,
+         State::waiting},
+    };
+    for (auto const& row : table)
+        BOOST_TEST_CONTEXT(row)
+        {
+            SimulationLife life(row.grace, at(0s));
+            for (auto const event : row.events)
+                tell(life, event);
+            auto const next = life.conversation_ended(at(20s));
+            BOOST_TEST(next.action == row.action);
+            BOOST_TEST(next.loss == row.loss);
+            BOOST_TEST(next.abandoned == row.abandoned);
+            BOOST_TEST(next.exited == row.exited);
+            BOOST_TEST(life.state() == row.state);
+            if (next.action == await_return)
+                BOOST_TEST((next.until == at(50s)));
+        }
+}
+
+BOOST_AUTO_TEST_CASE(nobody_returns_to_what_is_not_ready_or_ends_or_waits_for_nobody)
+{
+    for (auto const grace : {no_grace, Duration(30s)}) {
+        SimulationLife life(grace, at(0s));
+        tell(life, "refused");
+        tell(life, "fetched");
+        tell(life, "launched");
+        tell(life, "refused");
+        tell(life, "ready");
+        if (grace == no_grace)
+            tell(life, "refused");
+        BOOST_TEST(!life.is_over());
+        tell(life, "exited");
+        tell(life, "refused");
+        tell(life, "parted");
+        BOOST_TEST(life.is_over());
+        tell(life, "refused");
+        life.cleaned_up();
+        BOOST_TEST((life.is_over() && life.state() == State::ended));
+        tell(life, "refused");
+    }
+}
+
+BOOST_AUTO_TEST_CASE(a_stop_ends_starts_and_waits_and_leaves_simulations_to_their_browsers)
+{
+    SimulationLife starting(30s, at(0s));
+    BOOST_TEST(starting.server_stops());
+    BOOST_TEST(starting.failed());
+    BOOST_TEST(!starting.server_stops()); // it was told
+    BOOST_TEST(!starting.must_let_go());
+
+    SimulationLife serving(30s, at(0s));
+    for (auto const event : {"fetched", "launched", "ready"})
+        tell(serving, event);
+    BOOST_TEST(!serving.server_stops());
+    BOOST_TEST(!serving.must_let_go());
+
+    SimulationLife waiting(30s, at(0s));
+    for (auto const event : {"fetched", "launched", "ready", "lost", "parted"})
+        tell(waiting, event);
+    BOOST_TEST(!waiting.must_let_go());
+    BOOST_TEST(!waiting.server_stops());
+    BOOST_TEST(waiting.must_let_go());
+
+    SimulationLife late(30s, at(0s), true);
+    for (auto const event : {"fetched", "launched", "ready", "lost"})
+        tell(late, event);
+    BOOST_TEST((late.conversation_ended(at(20s)).action == Action::clean_up));
+}
+
+BOOST_AUTO_TEST_CASE(a_conversation_lets_go_for_the_one_that_takes_over)
+{
+    SimulationLife life(30s, at(0s));
+    for (auto const event : {"fetched", "launched", "ready"})
+        tell(life, event);
+    life.activity(true);
+    tell(life, "taken");
+    BOOST_TEST(life.must_let_go());
+    tell(life, "parted");
+    BOOST_TEST(!life.must_let_go());
+    BOOST_TEST((life.state() == State::serving && life.stage() == Stage::running));
+}
+
+BOOST_AUTO_TEST_CASE(a_start_fails_once_and_the_stage_it_came_to_stays)
+{
+    SimulationLife life(no_grace, at(0s));
+    tell(life, "fetched");
+    BOOST_TEST(life.failed());
+    BOOST_TEST(!life.failed());
+    tell(life, "parted");
+    BOOST_TEST((life.state() == State::ending && life.stage() == Stage::launching));
+}
+
+BOOST_AUTO_TEST_SUITE_END()
