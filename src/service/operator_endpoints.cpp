@@ -126,7 +126,7 @@ std::vector<core::SimulationRow> OperatorEndpoints::rows() const
 
 std::size_t OperatorEndpoints::capacity() const
 {
-    return static_cast<std::size_t>(context_.launcher.params().max_simulations);
+    return static_cast<std::size_t>(context_.admission.max_simulations());
 }
 
 LoadReport OperatorEndpoints::report() const
@@ -135,7 +135,7 @@ LoadReport OperatorEndpoints::report() const
     report.sessions = static_cast<int>(sessions_.size());
     report.starting = static_cast<int>(std::count_if(
         sessions_.begin(), sessions_.end(), [](auto const& entry) { return entry.second->is_starting(); }));
-    report.capacity = context_.launcher.params().max_simulations;
+    report.capacity = context_.admission.max_simulations();
     report.memory = last_sample_.memory_used;
     report.draining = context_.draining;
     report.arrivals = static_cast<std::int64_t>(context_.starts.arrivals());
@@ -178,7 +178,7 @@ std::string OperatorEndpoints::monitor_text() const
     view.blocked = params_.blocked_repositories;
     view.notify = params_.notify;
     view.share_idle_time = params_.share_idle_time;
-    view.capacity = context_.launcher.params().max_simulations;
+    view.capacity = context_.admission.max_simulations();
     view.simulations = rows();
     view.assets = monitor_assets("simulation.js", params_.address.port);
     return core::simulation_monitor_page(view);
@@ -248,8 +248,7 @@ void OperatorEndpoints::drain(bool exit_when_empty)
 
 HttpResponse OperatorEndpoints::readiness() const
 {
-    auto const most = context_.launcher.params().max_simulations;
-    if (context_.draining || context_.places_taken >= most)
+    if (context_.draining || context_.admission.is_full())
         return {503, std::string(core::html_type), context_.draining ? "draining" : "full"};
     if (!params_.isolation_warning.empty())
         return core::page(core::concat("ready, but: ", core::escape_html(params_.isolation_warning)));

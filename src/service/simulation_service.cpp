@@ -1,7 +1,6 @@
 #include <webots_cloud/simulation_service.hpp>
 
 #include "async/deadline.hpp"
-#include "core/access/waiting_clients.hpp"
 #include "core/pages/http_pages.hpp"
 #include "core/pages/monitor_sample.hpp"
 #include "core/simulation/client_protocol.hpp"
@@ -26,15 +25,26 @@ namespace {
 /// What a conversation begins with; nothing when the browser left, or did not ask properly or in time.
 using Opening = std::variant<std::monostate, core::SimulationRequest, core::ReconnectMessage>;
 
+core::AdmissionLimits limits_of(SimulationServiceParams const& service,
+                                SimulationLauncherParams const& launcher)
+{
+    core::AdmissionLimits limits;
+    limits.max_simulations = launcher.max_simulations;
+    limits.max_simulations_per_client = service.simulations_per_address;
+    limits.max_waiting = service.max_waiting;
+    limits.max_waiting_per_client = service.waiting_per_address;
+    return limits;
+}
+
 } // namespace
 
 struct SimulationService::Impl
 {
     Impl(SimulationServiceParams parameters, ProjectFetcher& projects, SimulationLauncher& simulators,
          HostMetrics& metrics, Clock& clock, Logger logger)
-        : params(std::move(parameters)), context(projects, simulators, clock, std::move(logger)),
-          operators(params, context, sessions, metrics),
-          waiting(params.max_waiting, params.waiting_per_address)
+        : params(std::move(parameters)),
+          context(projects, simulators, clock, std::move(logger), limits_of(params, simulators.params())),
+          operators(params, context, sessions, metrics)
     {
         set_policy();
         context.simulation_logs = params.simulation_logs;
@@ -59,8 +69,8 @@ struct SimulationService::Impl
     SimulationSessions sessions;
     OperatorEndpoints operators;
     std::uint64_t last_id = 0;
-    std::size_t clients = 0;      ///< Browsers on /client, with and without a simulation.
-    core::WaitingClients waiting; ///< Those of them that have not said what they want.
+    std::size_t clients = 0; ///< Browsers on /client, with and without a simulation.
+    /// Of those of them that have not said what they want.
     std::unordered_map<std::uint64_t, Channel*> waiting_channels;
 };
 
@@ -105,7 +115,7 @@ void SimulationService::Impl::set_policy()
     context.policy.blocked = params.blocked_repositories;
     context.policy.share_idle_time = params.share_idle_time;
     context.policy.docker = params.docker;
-    context.places_of_clients.set_most(params.simulations_per_address);
+    context.admission.set_max_simulations_per_client(params.simulations_per_address);
 }
 
 asio::awaitable<result<>> SimulationService::run()
@@ -180,7 +190,7 @@ void SimulationService::Impl::stop()
 /// Nobody is kept out by those that are idle: the oldest of them makes room.
 void SimulationService::Impl::let_wait(std::uint64_t id, std::string const& quota_key, Channel& channel)
 {
-    auto const gone = waiting.enter(id, quota_key);
+    auto const gone = context.admission.let_wait(id, quota_key);
     waiting_channels.emplace(id, &channel);
     if (!gone)
         return;
@@ -198,7 +208,7 @@ void SimulationService::Impl::let_wait(std::uint64_t id, std::string const& quot
 
 void SimulationService::Impl::end_wait(std::uint64_t id)
 {
-    waiting.leave(id);
+    context.admission.end_wait(id);
     waiting_channels.erase(id);
 }
 

@@ -314,25 +314,21 @@ result<> SimulationSession::admit()
                        "This simulation server is about to stop. Please start again on another one.");
     if (auto const allowed = check_policy(); !allowed)
         return allowed;
-    auto const most = context_.launcher.params().max_simulations;
-    if (context_.places_taken >= most)
-        return core::too_many_simulations(most);
-    if (auto const admitted = admit_client(); !admitted)
-        return admitted;
-    ++context_.places_taken;
-    has_place_ = true;
-    return {};
+    return take_place();
 }
 
-/// Whether the client may have one more, which it then has.
-result<> SimulationSession::admit_client()
+/// Whether the machine has room for one more, and the client may have it: then the place is taken.
+result<> SimulationSession::take_place()
 {
-    auto& places = context_.places_of_clients;
-    auto const verdict = places.admit(quota_key_, place_of_client_);
-    if (verdict == core::ClientLimit::Verdict::admitted)
+    using Verdict = core::Admission::Verdict;
+    auto& admission = context_.admission;
+    auto const verdict = admission.admit(quota_key_, place_);
+    if (verdict == Verdict::admitted)
         return {};
-    auto const most = std::to_string(places.most());
-    if (verdict == core::ClientLimit::Verdict::refused_first)
+    if (verdict == Verdict::full)
+        return core::too_many_simulations(admission.max_simulations());
+    auto const most = std::to_string(admission.max_simulations_per_client());
+    if (verdict == Verdict::client_full_first)
         context_.log.warning(LogCause("simulation limit"),
                              concat("More than ", most, " simulations of ", quota_key_,
                                     " are refused: see \"simulationsPerAddress\", and \"trustedProxies\" if "
@@ -497,9 +493,7 @@ asio::awaitable<void> SimulationSession::clean_up(bool exited)
         }
         simulation_.reset();
     }
-    if (has_place_)
-        --context_.places_taken;
-    place_of_client_.release();
+    place_.release();
     output_.reset();
     if (project_) {
         auto project = std::move(*project_);

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "async/wakeup.hpp"
-#include "core/access/client_limit.hpp"
+#include "core/access/admission.hpp"
 #include "core/pages/simulation_board.hpp"
 #include "core/projects/repository_policy.hpp"
 #include "core/simulation/client_protocol.hpp"
@@ -29,8 +29,9 @@ namespace webots_cloud {
 /// What the sessions of a server share: the parts that they work with, and what decides over their starts.
 struct SessionContext
 {
-    SessionContext(ProjectFetcher& projects, SimulationLauncher& simulators, Clock& time, Logger logger)
-        : fetcher(projects), launcher(simulators), clock(time), log(std::move(logger))
+    SessionContext(ProjectFetcher& projects, SimulationLauncher& simulators, Clock& time, Logger logger,
+                   core::AdmissionLimits limits)
+        : fetcher(projects), launcher(simulators), clock(time), log(std::move(logger)), admission(limits)
     {}
 
     ProjectFetcher& fetcher;
@@ -45,8 +46,7 @@ struct SessionContext
     bool stopping = false;                  ///< The server ends: nobody is waited for.
     double load = 0;                        ///< Of this machine at the last look, in percent.
     bool draining = false;                  ///< No new simulation is taken.
-    int places_taken = 0;                   ///< Simulations that are started, run or are ended.
-    core::ClientLimit places_of_clients;    ///< The same of each client.
+    core::Admission admission;
     core::StartFigures starts;
 };
 
@@ -114,7 +114,7 @@ private:
     void announce(Channel& channel);
     result<> check_policy() const;
     result<> admit();
-    result<> admit_client();
+    result<> take_place();
     void open_output(LaunchSpec& spec);
     void refuse(Channel& channel, Failure const& failure);
     void tell(Channel& channel, std::string_view error);
@@ -127,8 +127,7 @@ private:
     core::SimulationLife life_;
     Channel* channel_ = nullptr; ///< Of the browser, while `run` talks with it.
     TimePoint since_;
-    bool has_place_ = false;                    ///< One of those that this machine has for simulations.
-    core::ClientLimit::Ticket place_of_client_; ///< The same of those that the client may have.
+    core::Admission::Place place_;
     std::optional<Project> project_;
     std::unique_ptr<SimulationLog> output_; ///< Outlives the simulation, which writes to it.
     std::unique_ptr<Simulation> simulation_;

@@ -1,0 +1,110 @@
+// The places of a simulation server: how many there are, and who has them.
+#pragma once
+
+#include "client_limit.hpp"
+#include "waiting_clients.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace webots_cloud::core {
+
+struct AdmissionLimits
+{
+    AdmissionLimits() = default;
+
+    int max_simulations = 0;
+    std::size_t max_simulations_per_client = 0; ///< 0: no limit.
+    std::size_t max_waiting = 0;                ///< Browsers that have not said what they want.
+    std::size_t max_waiting_per_client = 0;
+};
+
+/// Counts the browsers that wait to say what they want, and the simulations that are started, run or are
+/// ended. Nobody else counts them.   Lifetime: must outlive its places.
+class Admission
+{
+public:
+    explicit Admission(AdmissionLimits limits)
+        : max_simulations_(limits.max_simulations), clients_(limits.max_simulations_per_client),
+          waiting_(limits.max_waiting, limits.max_waiting_per_client)
+    {}
+    Admission(Admission const&) = delete;
+    Admission& operator=(Admission const&) = delete;
+
+    /// The right to one simulation, given back when it is destroyed.
+    class Place
+    {
+    public:
+        Place() = default; ///< None.
+        Place(Place const&) = delete;
+        Place& operator=(Place const&) = delete;
+        ~Place() { release(); }
+
+        /// Gives the right back now.
+        void release()
+        {
+            client_.release();
+            if (auto* const admission = std::exchange(admission_, nullptr))
+                --admission->simulations_;
+        }
+
+    private:
+        friend Admission;
+        Admission* admission_ = nullptr;
+        ClientLimit::Ticket client_;
+    };
+
+    enum class Verdict
+    {
+        admitted,
+        full,              ///< The machine has no place.
+        client_full_first, ///< The client may have no more; worth a line in the log, as in `ClientLimit`.
+        client_full
+    };
+
+    /// `place`, which must be none, is the client's when it is admitted. The empty key is nobody's: only the
+    /// machine's places are counted.
+    Verdict admit(std::string const& quota_key, Place& place)
+    {
+        if (is_full())
+            return Verdict::full;
+        switch (clients_.admit(quota_key, place.client_)) {
+        case ClientLimit::Verdict::refused_first:
+            return Verdict::client_full_first;
+        case ClientLimit::Verdict::refused:
+            return Verdict::client_full;
+        case ClientLimit::Verdict::admitted:
+            break;
+        }
+        place.admission_ = this;
+        ++simulations_;
+        return Verdict::admitted;
+    }
+
+    /// A browser has come: `WaitingClients::enter`.
+    std::optional<std::uint64_t> let_wait(std::uint64_t id, std::string const& quota_key)
+    {
+        return waiting_.enter(id, quota_key);
+    }
+
+    /// It has said what it wants, or has left.
+    void end_wait(std::uint64_t id) { waiting_.leave(id); }
+
+    bool is_full() const noexcept { return simulations_ >= max_simulations_; }
+    int max_simulations() const noexcept { return max_simulations_; }
+    std::size_t max_simulations_per_client() const noexcept { return clients_.most(); }
+
+    /// Who has more keeps it.
+    void set_max_simulations_per_client(std::size_t max) noexcept { clients_.set_most(max); }
+
+private:
+    int max_simulations_;
+    int simulations_ = 0;
+    ClientLimit clients_;
+    WaitingClients waiting_;
+};
+
+} // namespace webots_cloud::core

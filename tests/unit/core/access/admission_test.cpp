@@ -1,0 +1,94 @@
+#include "unit_test.hpp"
+
+#include "core/access/admission.hpp"
+
+#include <list>
+
+using namespace webots_cloud;
+using core::Admission;
+using Verdict = Admission::Verdict;
+
+BOOST_TEST_DONT_PRINT_LOG_VALUE(Verdict)
+
+namespace {
+
+core::AdmissionLimits limits(int simulations, std::size_t per_client)
+{
+    core::AdmissionLimits limits;
+    limits.max_simulations = simulations;
+    limits.max_simulations_per_client = per_client;
+    limits.max_waiting = 3;
+    limits.max_waiting_per_client = 2;
+    return limits;
+}
+
+} // namespace
+
+BOOST_AUTO_TEST_SUITE(admission)
+
+BOOST_AUTO_TEST_CASE(the_machine_is_full_before_a_client_is)
+{
+    Admission admission(limits(3, 2));
+    std::list<Admission::Place> places(4);
+    auto place = places.begin();
+    BOOST_TEST(admission.admit("a", *place++) == Verdict::admitted);
+    BOOST_TEST(admission.admit("a", *place++) == Verdict::admitted);
+    BOOST_TEST(admission.admit("a", *place) == Verdict::client_full_first);
+    BOOST_TEST(admission.admit("a", *place) == Verdict::client_full);
+    BOOST_TEST(!admission.is_full()); // who was refused has no place
+    BOOST_TEST(admission.admit("b", *place++) == Verdict::admitted);
+    BOOST_TEST(admission.is_full());
+    BOOST_TEST(admission.admit("a", *place) == Verdict::full);
+    BOOST_TEST(admission.admit("c", *place) == Verdict::full);
+}
+
+BOOST_AUTO_TEST_CASE(a_place_is_given_back_once_and_can_be_had_again)
+{
+    Admission admission(limits(1, 1));
+    {
+        Admission::Place first;
+        BOOST_TEST(admission.admit("a", first) == Verdict::admitted);
+        first.release();
+        first.release();
+        Admission::Place second;
+        BOOST_TEST(admission.admit("a", second) == Verdict::admitted);
+        BOOST_TEST(admission.is_full());
+    }
+    Admission::Place third;
+    BOOST_TEST(admission.admit("a", third) == Verdict::admitted);
+}
+
+BOOST_AUTO_TEST_CASE(nobody_is_counted_for_the_machine_only)
+{
+    Admission admission(limits(2, 1));
+    std::list<Admission::Place> places(3);
+    auto place = places.begin();
+    BOOST_TEST(admission.admit("", *place++) == Verdict::admitted);
+    BOOST_TEST(admission.admit("", *place++) == Verdict::admitted);
+    BOOST_TEST(admission.admit("", *place) == Verdict::full);
+}
+
+BOOST_AUTO_TEST_CASE(a_new_limit_holds_for_the_next_one)
+{
+    Admission admission(limits(9, 1));
+    Admission::Place first;
+    Admission::Place second;
+    BOOST_TEST(admission.admit("a", first) == Verdict::admitted);
+    BOOST_TEST(admission.admit("a", second) == Verdict::client_full_first);
+    admission.set_max_simulations_per_client(2);
+    BOOST_TEST(admission.max_simulations_per_client() == 2u);
+    BOOST_TEST(admission.admit("a", second) == Verdict::admitted);
+}
+
+BOOST_AUTO_TEST_CASE(who_waits_takes_no_place_for_a_simulation)
+{
+    Admission admission(limits(1, 1));
+    BOOST_TEST(!admission.let_wait(1, "a"));
+    BOOST_TEST(!admission.let_wait(2, "a"));
+    BOOST_TEST((admission.let_wait(3, "a") == 1u));
+    BOOST_TEST(!admission.is_full());
+    admission.end_wait(2);
+    BOOST_TEST(!admission.let_wait(4, "a"));
+}
+
+BOOST_AUTO_TEST_SUITE_END()
