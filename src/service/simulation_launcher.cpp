@@ -8,10 +8,10 @@
 #include "core/simulation/launch_plan.hpp"
 #include "core/simulation/output_budget.hpp"
 #include "core/simulation/port_pool.hpp"
-#include "core/simulation/simulator_environment.hpp"
 #include "core/simulation/webots_output.hpp"
 #include "core/text.hpp"
 #include "run_program.hpp"
+#include "simulator_runtime.hpp"
 
 #include <boost/asio/this_coro.hpp>
 
@@ -49,57 +49,20 @@ std::string describe(ExitStatus const& status)
 
 struct SimulationLauncher::Impl
 {
-    ProcessSpec process_for(LaunchSpec const& spec, std::uint16_t port) const;
-
     Impl(SimulationLauncherParams parameters, ProcessHost& host, Clock& time, Logger logger,
          DockerMode* containers)
         : params(std::move(parameters)), processes(host), clock(time), log(std::move(logger)),
-          docker(containers), ports(params.first_port, params.max_simulations)
+          runtime(containers ? make_docker_runtime(*containers) : make_native_runtime(params)),
+          ports(params.first_port, params.max_simulations)
     {}
-
-    asio::awaitable<result<ContainerPlan>> plan(LaunchSpec const& spec, std::uint16_t port) const;
 
     SimulationLauncherParams params;
     ProcessHost& processes;
     Clock& clock;
     Logger log;
-    DockerMode* docker;
+    std::unique_ptr<SimulatorRuntime> runtime;
     core::PortPool ports;
 };
-
-/// How the simulator is to be started. On this machine itself a plan has nothing but the process.
-asio::awaitable<result<ContainerPlan>> SimulationLauncher::Impl::plan(LaunchSpec const& spec,
-                                                                      std::uint16_t port) const
-{
-    if (docker)
-        co_return co_await docker->prepare(spec, port);
-    ContainerPlan plan;
-    plan.process = process_for(spec, port);
-    co_return plan;
-}
-
-ProcessSpec SimulationLauncher::Impl::process_for(LaunchSpec const& spec, std::uint16_t port) const
-{
-    ProcessSpec process;
-    process.environment =
-        core::simulator_environment(params.environment, params.simulator_environment, params.display);
-    process.directory = spec.world.parent_path();
-    process.grace = params.grace;
-    if (spec.old_command_line) {
-        core::OldStream stream;
-        stream.controller_edit = spec.controller_edit;
-        stream.ssl = params.old_webots_tls;
-        stream.multimedia_server = params.old_webots_multimedia_server;
-        stream.multimedia_stream = params.old_webots_multimedia_stream;
-        process.argv = core::old_webots_command(params.webots, stream, port, spec.world);
-        auto const& [sandbox, on] = core::old_webots_sandbox;
-        core::set_variable(process.environment, sandbox, on);
-        process.set_user_id = true; // as that sandbox is
-    } else {
-        process.argv = core::webots_command(params.webots, spec.mode, port, spec.world);
-    }
-    return process;
-}
 
 namespace {
 
@@ -128,10 +91,10 @@ class RunningSimulation final : public Simulation
 public:
     RunningSimulation(SimulationLauncherParams const& params, PortLease lease,
                       std::unique_ptr<Process> process, ProcessHost& processes, Clock& clock, Logger log,
-                      LaunchSpec spec, DockerMode* docker, ContainerPlan plan)
+                      LaunchSpec spec, SimulatorRuntime& runtime, ContainerPlan plan)
         : lease_(std::move(lease)), process_(std::move(process)), processes_(processes), clock_(clock),
           log_(std::move(log)), label_(std::move(spec.label)), output_(std::move(spec.output)),
-          docker_(docker), plan_(std::move(plan)), timeout_(params.timeout),
+          runtime_(runtime), plan_(std::move(plan)), timeout_(params.timeout),
           start_timeout_(params.start_timeout), end_of_life_(clock.now() + params.timeout),
           ready_by_(std::min(clock.now() + params.start_timeout, end_of_life_))
     {
@@ -151,7 +114,6 @@ private:
     void on_deadline();
     void on_output(std::string_view bytes);
     void on_line(std::string_view line);
-    void on_compose_line(std::string_view line);
     void on_webots_line(std::string_view line);
     void on_container_end(std::string_view line);
     void on_exit(ExitStatus status);
@@ -171,7 +133,7 @@ private:
     Logger log_;
     std::string label_;
     std::function<void(std::string_view)> output_;
-    DockerMode* docker_; ///< Null: not in containers.
+    SimulatorRuntime& runtime_;
     ContainerPlan plan_;
     Duration timeout_;
     Duration start_timeout_;
@@ -227,9 +189,9 @@ asio::awaitable<result<SimulationEvent>> RunningSimulation::next_event()
         if (auto const* output = std::get_if<ProcessOutput>(&*event)) {
             on_output(output->bytes);
         } else {
-            if (docker_) { // not to be interrupted: the end is told when nothing is left
+            if (runtime_.leaves_something()) { // not to be interrupted: the end is told when nothing is left
                 co_await asio::this_coro::reset_cancellation_state(asio::disable_cancellation());
-                co_await docker_->clear(plan_.project);
+                co_await runtime_.clear(plan_);
             }
             on_exit(std::get<ExitStatus>(*event));
         }
@@ -283,28 +245,21 @@ void RunningSimulation::note_lines_left_out()
 
 void RunningSimulation::on_line(std::string_view line)
 {
-    if (docker_)
-        on_compose_line(line);
-    else
-        on_webots_line(line);
-}
-
-void RunningSimulation::on_compose_line(std::string_view line)
-{
     using enum core::ComposeLine::Source;
-    auto const parsed = core::parse_compose_line(line, plan_.project);
-    if (core::is_progress(line))
-        show_progress(parsed.text);
-    if (parsed.source == webots)
-        return on_webots_line(parsed.text);
+    auto const printed = runtime_.read(line, plan_);
+    auto const source = printed.line.source;
+    if (printed.is_progress)
+        show_progress(printed.line.text);
+    if (source == webots)
+        return on_webots_line(printed.line.text);
     if (budget_.take_line(output_came_)) {
         if (output_)
             output_(line);
         log_.debug(concat("[", label_, "] compose: ", core::printable(line)));
     }
-    if (parsed.source == webots_end)
+    if (source == webots_end)
         on_container_end(line);
-    if (parsed.source != compose || ready_)
+    if (source != compose || ready_)
         return;
     last_words_.hear(line);
     ready_by_ = std::min(clock_.now() + start_timeout_, end_of_life_);
@@ -351,7 +306,7 @@ void RunningSimulation::on_webots_line(std::string_view line)
             events_.emplace_back(SimulationHeartbeat());
         if (!loaded_ && !stopping_) {
             loaded_ = true;
-            if (docker_) // which listens in its place; inside nobody else can have the port
+            if (runtime_.keeps_its_port())
                 announce(lease_.port());
             else
                 next_look_ = output_came_;
@@ -467,7 +422,7 @@ asio::awaitable<result<std::unique_ptr<Simulation>>> SimulationLauncher::launch(
         co_return port.error();
     PortLease lease(impl_->ports, *port);
 
-    auto plan = co_await impl_->plan(spec, *port);
+    auto plan = co_await impl_->runtime->plan(spec, *port);
     if (!plan)
         co_return plan.error();
     std::string command;
@@ -477,17 +432,17 @@ asio::awaitable<result<std::unique_ptr<Simulation>>> SimulationLauncher::launch(
     hold.reset(); // as late as possible: from now on the port is the simulator's to take
     auto process = plan->process;
     auto started = co_await impl_->processes.start(std::move(process));
-    if (!started && impl_->docker)
-        impl_->docker->forget(plan->project);
-    if (!started)
+    if (!started) {
+        impl_->runtime->forget(*plan);
         co_return Failure(started.error().code(),
                           concat("Unable to start Webots: ", started.error().message()));
+    }
     impl_->log.info(LogCause("launch"),
                     concat("[", spec.label, "] Webots [", std::to_string((*started)->id()), "] started: \"",
                            core::printable(command, 1024), "\""));
     co_return std::make_unique<RunningSimulation>(impl_->params, std::move(lease), std::move(*started),
                                                   impl_->processes, impl_->clock, impl_->log, std::move(spec),
-                                                  impl_->docker, std::move(*plan));
+                                                  *impl_->runtime, std::move(*plan));
 }
 
 std::size_t SimulationLauncher::running() const noexcept

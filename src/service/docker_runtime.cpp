@@ -1,0 +1,46 @@
+#include "simulator_runtime.hpp"
+
+namespace webots_cloud {
+namespace asio = boost::asio;
+
+namespace {
+
+class DockerRuntime final : public SimulatorRuntime
+{
+public:
+    explicit DockerRuntime(DockerMode& docker) : docker_(docker) {}
+
+    asio::awaitable<result<ContainerPlan>> plan(LaunchSpec const& spec, std::uint16_t port) override
+    {
+        return docker_.prepare(spec, port);
+    }
+
+    void forget(ContainerPlan const& plan) noexcept override { docker_.forget(plan.project); }
+
+    bool leaves_something() const noexcept override { return true; }
+
+    asio::awaitable<void> clear(ContainerPlan const& plan) override { return docker_.clear(plan.project); }
+
+    PrintedLine read(std::string_view line, ContainerPlan const& plan) const override
+    {
+        PrintedLine printed;
+        printed.line = core::parse_compose_line(line, plan.project);
+        printed.is_progress = core::is_progress(line);
+        return printed;
+    }
+
+    /// Docker listens in the simulator's place; inside nobody else can have the port.
+    bool keeps_its_port() const noexcept override { return true; }
+
+private:
+    DockerMode& docker_;
+};
+
+} // namespace
+
+std::unique_ptr<SimulatorRuntime> make_docker_runtime(DockerMode& docker)
+{
+    return std::make_unique<DockerRuntime>(docker);
+}
+
+} // namespace webots_cloud

@@ -1,0 +1,75 @@
+#include "core/simulation/launch_plan.hpp"
+#include "core/simulation/simulator_environment.hpp"
+#include "simulator_runtime.hpp"
+
+namespace webots_cloud {
+namespace asio = boost::asio;
+
+namespace {
+
+class NativeRuntime final : public SimulatorRuntime
+{
+public:
+    explicit NativeRuntime(SimulationLauncherParams const& params) : params_(params) {}
+
+    asio::awaitable<result<ContainerPlan>> plan(LaunchSpec const& spec, std::uint16_t port) override
+    {
+        ContainerPlan plan;
+        plan.process = process_for(spec, port);
+        co_return plan;
+    }
+
+    void forget(ContainerPlan const&) noexcept override {}
+
+    /// The guard ends when nothing is left.
+    bool leaves_something() const noexcept override { return false; }
+
+    asio::awaitable<void> clear(ContainerPlan const&) override { co_return; }
+
+    PrintedLine read(std::string_view line, ContainerPlan const&) const override
+    {
+        PrintedLine printed;
+        printed.line = core::ComposeLine(core::ComposeLine::Source::webots, line);
+        return printed;
+    }
+
+    /// Webots takes another port when somebody else was faster.
+    bool keeps_its_port() const noexcept override { return false; }
+
+private:
+    ProcessSpec process_for(LaunchSpec const& spec, std::uint16_t port) const;
+
+    SimulationLauncherParams const& params_;
+};
+
+ProcessSpec NativeRuntime::process_for(LaunchSpec const& spec, std::uint16_t port) const
+{
+    ProcessSpec process;
+    process.environment =
+        core::simulator_environment(params_.environment, params_.simulator_environment, params_.display);
+    process.directory = spec.world.parent_path();
+    process.grace = params_.grace;
+    if (spec.old_command_line) {
+        core::OldStream stream;
+        stream.controller_edit = spec.controller_edit;
+        stream.ssl = params_.old_webots_tls;
+        stream.multimedia_server = params_.old_webots_multimedia_server;
+        stream.multimedia_stream = params_.old_webots_multimedia_stream;
+        process.argv = core::old_webots_command(params_.webots, stream, port, spec.world);
+        auto const& [sandbox, on] = core::old_webots_sandbox;
+        core::set_variable(process.environment, sandbox, on);
+        process.set_user_id = true; // as that sandbox is
+    } else {
+        process.argv = core::webots_command(params_.webots, spec.mode, port, spec.world);
+    }
+    return process;
+}
+
+} // namespace
+
+std::unique_ptr<SimulatorRuntime> make_native_runtime(SimulationLauncherParams const& params)
+{
+    return std::make_unique<NativeRuntime>(params);
+}
+
+} // namespace webots_cloud
