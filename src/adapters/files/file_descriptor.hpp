@@ -27,7 +27,7 @@ public:
     explicit operator bool() const noexcept { return descriptor_ >= 0; }
     int get() const noexcept { return descriptor_; }
 
-    /// Whoever calls this closes it from now on.
+    /// Releases ownership: the caller must close it.
     int release() noexcept { return std::exchange(descriptor_, -1); }
 
 private:

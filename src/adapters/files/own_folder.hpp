@@ -22,7 +22,7 @@ enum class Foreign
     set_aside
 };
 
-/// Opens the folder at `path`, whose parent folder is `parent`, for us alone; makes it if need be. Never
+/// Opens the folder at `path`, whose parent folder is `parent`, for us alone; creates it if necessary. Never
 /// follows a link.
 ///
 /// Anything else with its name is renamed, a mode that admits others or excludes us is corrected, and

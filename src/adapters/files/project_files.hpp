@@ -15,11 +15,11 @@
 
 namespace webots_cloud::adapters {
 
-/// What the operating system has just said (`errno`), as "This server can't store the project: <why>.". The
+/// The operating system's last error (`errno`), as "This server can't store the project: <why>.". The
 /// code is `unavailable`, or boost's `no_space_on_device` where more room would have helped.
 Failure disk_failure();
 
-/// The same of what it has said to the library.
+/// The same for an error that the standard library reports.
 Failure disk_failure(std::error_code const& why);
 
 /// True for the second of these; elsewhere `unavailable` stands for both.
@@ -32,7 +32,7 @@ result<FileDescriptor> open_folder(int parent, char const* name);
 /// Makes the folder `name` in `parent` and opens it.   Errors: `unavailable`, also when it exists.
 result<FileDescriptor> make_folder(int parent, char const* name);
 
-/// Asks the file system to store the folders in `folder` far from each other, as unrelated ones (ext4 does;
+/// Tells the file system to store the folders in `folder` far from each other, as unrelated ones (ext4 does;
 /// others may not know how). Otherwise they are stored close together, and creating files in one of them
 /// has to skip all that were deleted from the others in the last five seconds: up to ten times slower.
 void keep_folders_apart(std::filesystem::path const& folder);

@@ -10,7 +10,7 @@
 
 namespace webots_cloud::adapters {
 
-/// All bytes of a regular file. Never waits for anybody, whatever stands there.
+/// All bytes of a regular file. Never blocks, whatever kind of file it is.
 ///
 /// Errors: `unavailable`, its detail the reason alone: that of the operating system, "it is a folder", "it is
 /// no regular file", or "it is larger than <limit> bytes".

@@ -17,20 +17,20 @@
 
 namespace webots_cloud::adapters {
 
-/// One conversation with one server in version 0 or 1 of the protocol, which libgit2 speaks. The requests are
+/// A client of one server in version 0 or 1 of the protocol, by libgit2. The requests are
 /// `CurlHttp`'s, and the pack goes to a `GitPackReader`: libgit2 sees neither the network nor the disk, so
 /// that every limit holds here too.   Thread-safety: one thread at a time.
 class Git2Client
 {
 public:
-    /// `scratch`: for the bare repository that libgit2 wants to have; it stays empty.
+    /// `scratch`: for the bare repository that libgit2 requires; it stays empty.
     Git2Client(CurlHttp& http, GitRemote remote, CurlLimits limits, GitIncoming scratch);
     ~Git2Client();
 
     /// All refs of the repository. One round trip, the first time.   Errors: as `GitClient::ls_refs`.
     result<std::vector<core::GitRef>> ls_refs();
 
-    /// What all refs take that were listed, about.
+    /// Roughly the memory of all listed refs.
     std::uint64_t memory_of_refs() const noexcept;
 
     /// Fetches a commit that a ref points to into `pack`. One round trip, after `ls_refs`.

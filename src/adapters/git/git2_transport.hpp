@@ -15,11 +15,11 @@ struct git_transport;
 
 namespace webots_cloud::adapters {
 
-/// What libgit2 says and hears goes through `GitClient`, and so keeps its limits, its deadline and its host:
+/// All traffic of libgit2 goes through `GitClient`, and so obeys its limits, its deadline and its host:
 /// libgit2's own HTTP has no time-outs.
 ///
-/// libgit2 1.5 can't ask for a commit without its history. Where `shallow` is set this adds the question to
-/// what libgit2 sends, and takes the server's answer to it out of what libgit2 gets.
+/// libgit2 1.5 can't ask for a commit without its history. If `shallow` is set, this adds that option to
+/// the request, and removes the server's reply to it from the answer.
 ///
 /// Lifetime: outlives every remote that it was given to.   Thread-safety: one thread at a time.
 class Git2Transport

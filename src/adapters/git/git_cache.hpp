@@ -25,7 +25,7 @@ namespace webots_cloud::adapters {
 /// One folder of one commit, unpacked, and the files of the folders above it. Never written to once it is in
 /// the cache.
 ///
-/// While somebody holds a pointer to it, it stays in the cache.
+/// It stays in the cache while there are pointers to it.
 struct GitSnapshot
 {
     std::filesystem::path files; ///< The repository's root, as far as it was fetched.
@@ -36,7 +36,7 @@ struct GitSnapshot
 
 using GitSnapshotPtr = std::shared_ptr<GitSnapshot const>;
 
-/// A new folder in the making; removed again unless it is published.
+/// A new, incomplete folder; removed unless it is published.
 class GitIncoming
 {
 public:
@@ -55,10 +55,10 @@ private:
 /// `.../refs/<digest>` for what a ref last meant, and `incoming/` for what is not complete.
 ///
 /// Complete folders appear by one rename, so that a crash leaves at most something in `incoming`, which the
-/// next start removes. With the last folder of a repository goes what is known of its refs. A folder whose
-/// files are not as its index says is dropped when it is asked for; who uses it keeps it. They are read for
-/// that once, and again when they look as if somebody had touched them. When all is removed
-/// while we run, it is made anew.   Thread-safety: any thread.
+/// next start removes. With the last folder of a repository its stored refs are removed. A folder whose
+/// files do not match its index is dropped when it is requested; simulations that use it keep it. Its files
+/// are read for that once, and again when their metadata has changed. If the whole cache is removed while we
+/// run, it is created again.   Thread-safety: any thread.
 class GitCache
 {
 public:

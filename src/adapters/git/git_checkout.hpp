@@ -1,4 +1,4 @@
-// How a folder of the cache becomes a project that a simulation may write into.
+// Checks out a folder of the cache as a project that a simulation may write into.
 #pragma once
 
 #include "git_cache.hpp"
@@ -13,18 +13,18 @@
 
 namespace webots_cloud::adapters {
 
-/// Whatever the way, nothing that a simulation does to its project changes the cache. `remove_tree` takes a
-/// project back.
+/// With every method, changes by a simulation to its project do not affect the cache. `remove_tree` removes a
+/// project.
 ///
 /// Thread-safety: any thread.
 class GitCheckout
 {
 public:
-    /// Finds the fastest way that works between the cache and `instances`, an existing folder (empty:
+    /// Finds the fastest method that works between the cache and `instances`, an existing folder (empty:
     /// copying).
     GitCheckout(std::filesystem::path const& cache, std::filesystem::path const& instances);
 
-    /// The way, in words.
+    /// The method, for the log.
     std::string_view describe() const noexcept;
 
     /// On a thread of `pool`: makes `directory` (which does not exist) and in it `<repository>` with the

@@ -27,10 +27,10 @@ struct GitRemote
     bool version_2 = true; ///< Asked for; a server may answer in an older one all the same.
 };
 
-/// Servers report what they refuse as a line `ERR <words>`.   Errors: `protocol_error` if `line` is one.
+/// Servers report refusals as a line `ERR <text>`.   Errors: `protocol_error` if `line` is one.
 result<> check_for_git_error(std::string_view line);
 
-/// What a server can do beyond the least.
+/// A server's optional capabilities.
 struct GitCapabilities
 {
     bool version_2 = true; ///< Without it: `Git2Client`.
@@ -49,7 +49,7 @@ struct GitWants
 constexpr std::string_view git_filter_files = "blob:none";
 constexpr std::string_view git_filter_files_and_folders = "tree:0"; ///< Leaves commits.
 
-/// One conversation with one server.   Thread-safety: one thread at a time.
+/// A client of one server.   Thread-safety: one thread at a time.
 class GitClient
 {
 public:
@@ -66,14 +66,15 @@ public:
     /// Errors: `not_found` (no such repository), `protocol_error`, as `CurlHttp::send`.
     result<std::vector<core::GitRef>> ls_refs(std::vector<std::string> const& prefixes);
 
-    /// What the server says it can do. One round trip.   Errors: as `ls_refs`, `refused` (SHA-256).
+    /// The capabilities that the server announces. One round trip.   Errors: as `ls_refs`, `refused`
+    /// (SHA-256).
     result<GitCapabilities> capabilities();
 
     /// Fetches objects into `pack`. One round trip.   Errors: as `ls_refs`, as `GitPackReader`.
     result<> fetch(GitWants const& wants, GitPackReader& pack, Progress const& progress);
 
-    /// The two requests that there are, for somebody else who speaks the protocol: a GET of what the server
-    /// offers, and a POST to git-upload-pack.   Errors: `not_found`, as `CurlHttp::send`.
+    /// The two requests of the protocol, for other implementations of it: a GET of the server's offer,
+    /// and a POST to git-upload-pack.   Errors: `not_found`, as `CurlHttp::send`.
     result<> advertise(Sink sink);
     result<> post(std::string body, Sink sink);
 

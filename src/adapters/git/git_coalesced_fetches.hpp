@@ -30,7 +30,7 @@ class GitCoalescedFetches
 public:
     using Make = std::function<GitFetch(std::atomic<bool> const& aborted, GitProgress& progress)>;
 
-    /// So many look something up at once, and as many download.
+    /// Maximum number of concurrent lookups, and of concurrent downloads.
     GitCoalescedFetches(boost::asio::any_io_executor home, std::size_t threads)
         : home_(std::move(home)), looking_up_(threads, WorkerThreads::Priority::background),
           downloading_(threads, WorkerThreads::Priority::background)

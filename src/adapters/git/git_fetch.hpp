@@ -1,4 +1,4 @@
-// How a folder of a repository gets into the cache: which questions are asked of the server, in which order.
+// Fetches a folder of a repository into the cache: which requests are sent to the server, in which order.
 #pragma once
 
 #include "adapters/http/curl_http.hpp"
@@ -42,15 +42,15 @@ struct GitFetched
 /// Makes sure that a folder is in the cache. Blocks.   Thread-safety: any thread.
 ///
 /// One round trip when the commit is known, two for a whole repository, three for a folder of one or for a
-/// commit that is asked for by its hash. Where a server turns out not to speak version 2 of git's protocol,
-/// libgit2 speaks with it.
+/// commit that is requested by its hash. If a server turns out not to speak version 2 of git's protocol,
+/// libgit2 is used for it.
 class GitFetch
 {
 public:
     GitFetch(CurlHttp& http, GitCache& cache, GitServers& servers, GitSourceParams const& params,
              GitFetchOrder order);
 
-    /// Asks what the address means now, and looks for that in the cache. Nothing: it has to be downloaded.
+    /// Resolves the address, and looks for the commit in the cache. Nothing: it has to be downloaded.
     ///
     /// Errors: as `ProjectSource::fetch`, less those about worlds.
     std::optional<result<GitFetched>> look_up();

@@ -1,5 +1,5 @@
-// What an unpacked folder in the cache holds: enough to copy it, to check it, and to build its successor from
-// it.
+// The index of an unpacked folder in the cache: enough to copy it, to verify it, and to build its successor
+// from it.
 #pragma once
 
 #include "core/git/git_object_id.hpp"

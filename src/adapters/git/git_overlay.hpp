@@ -8,14 +8,14 @@
 namespace webots_cloud::adapters {
 
 /// Mounts `lower` at the open, empty folder `target` so that writes go to `<scratch>/upper`. Needs privileges
-/// that only some servers have: see `can_overlay`. `unmount_below` takes it away, also after a crash of
-/// whoever mounted it.
+/// that only some servers have: see `can_overlay`. `unmount_below` removes it, also after a crash of
+/// the process that mounted it.
 ///
 /// Errors: `unavailable`.
 result<> mount_overlay(int lower, std::filesystem::path const& scratch, int target);
 
-/// Tries it out: mounts a folder of `cache` in `instances`, writes, and looks whether the cache stayed as it
-/// was.
+/// Tests it: mounts a folder of `cache` in `instances`, writes, and checks that the cache has not
+/// changed.
 bool can_overlay(std::filesystem::path const& cache, std::filesystem::path const& instances);
 
 } // namespace webots_cloud::adapters

@@ -18,8 +18,8 @@ struct z_stream_s;
 namespace webots_cloud::adapters {
 
 /// Unpacks one pack into a staging area. Nothing in it is trusted: every size is checked against the budget,
-/// and paid for from the share of the staging area, before memory is taken or a byte is written, so that a
-/// small pack can't become a large one.
+/// and reserved from the share of the staging area, before memory is allocated or a byte is written, so that
+/// a small pack can't become a large one.
 ///
 /// Lifetime: `staging` must outlive it.   Thread-safety: one thread at a time.
 class GitPackReader
@@ -55,7 +55,7 @@ private:
         end
     };
 
-    /// What is remembered of an object that has arrived.
+    /// The record of an object that has arrived.
     struct Entry
     {
         std::uint64_t offset = 0;

@@ -41,13 +41,13 @@ public:
     void expect(std::vector<core::GitPlanItem> const& plan, GitStaging const& staging,
                 GitDonors const& donors);
 
-    /// From now on it stops nothing.
+    /// From now on it stops no transfer.
     void ignore() noexcept { expected_.clear(); }
 
     result<> begins(std::uint64_t size) override;
     result<> arrived(core::GitObjectId const& id, std::uint64_t size) override;
 
-    /// True when it has stopped what was on its way.
+    /// True when it has stopped the transfer.
     bool stopped() const noexcept { return stopped_; }
 
     /// True when they are known to be too large; false, though it has stopped: a large file came, and it

@@ -40,7 +40,7 @@ public:
         }
     }
 
-    /// For room: other projects are fetched.
+    /// Waiting for room in the budget, while other projects are fetched.
     void report_waiting(bool waiting)
     {
         std::lock_guard const lock(mutex_);

@@ -1,5 +1,5 @@
-// What shows that the index of a folder in the cache is the folder of its commit: simulations may have
-// changed the one, and git names the other by its digest.
+// Proves that the index of a folder in the cache matches the folder of its commit: simulations may have
+// changed the index, while git identifies the folder by its digest.
 #pragma once
 
 #include "git_index.hpp"

@@ -1,4 +1,4 @@
-// What is remembered of git servers between fetches.
+// Remembers facts about git servers between fetches.
 #pragma once
 
 #include "git_client.hpp"
@@ -34,7 +34,7 @@ public:
         missing_[url] = std::chrono::steady_clock::now() + std::chrono::minutes(1);
     }
 
-    /// What a forge can do; until it has failed to, everything. It gets another chance after an hour.
+    /// The capabilities of a forge: all of them, until a request has failed. That is forgotten after an hour.
     GitCapabilities capabilities(std::string const& forge)
     {
         std::lock_guard const lock(mutex_);

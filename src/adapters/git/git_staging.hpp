@@ -26,7 +26,7 @@ enum class GitObjectKind
 /// What is noted of each object, whatever its size: about what the tables here and in a pack's reader need.
 constexpr std::uint64_t git_object_memory = 192;
 
-/// Sees the files that come.
+/// Observes the files that arrive.
 class GitBlobWatch
 {
 public:
@@ -55,7 +55,8 @@ public:
     result<> take_memory(std::uint64_t bytes);
     void give_back_memory(std::uint64_t bytes) noexcept;
 
-    /// Stores a whole object, which was paid for.   Errors: `unavailable` (disk), `too_large` (memory).
+    /// Stores a whole object, for which memory and disk were reserved.   Errors: `unavailable` (disk),
+    /// `too_large` (memory).
     result<> put(GitObjectKind kind, core::GitObjectId const& id, std::string bytes);
 
     /// A commit, tree or tag; null when it never arrived.

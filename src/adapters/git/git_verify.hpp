@@ -10,8 +10,8 @@
 
 namespace webots_cloud::adapters {
 
-/// How all of a folder looks from outside: numbers, sizes, modes and times of change of its files and
-/// folders. Only the kernel sets the time of a change, so that whatever is changed later looks different.
+/// The metadata of a whole folder: inodes, sizes, modes and times of change (ctime) of its files and
+/// folders. Only the kernel sets ctime, so that any later change makes a difference.
 struct GitLook
 {
     core::GitObjectId digest;

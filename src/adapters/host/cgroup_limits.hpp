@@ -1,4 +1,4 @@
-// What control groups leave us of the machine.
+// The limits that control groups set for us.
 #pragma once
 
 #include <webots_cloud/transport/host_metrics.hpp>
@@ -18,7 +18,7 @@ public:
     /// `/proc/self/cgroup`.
     CgroupLimits(std::filesystem::path const& root, std::filesystem::path const& own);
 
-    /// Puts the limits that are lower than the machine's into a look at it: a machine of `processors` and
+    /// Puts the limits that are lower than the machine's into a sample of it: a machine of `processors` and
     /// `memory` bytes.
     void apply(HostSample& sample, int processors, std::uint64_t memory) const;
 

@@ -1,4 +1,4 @@
-// Graphics processors of NVIDIA, asked through the library that their driver brings.
+// Graphics processors of NVIDIA, queried through the library of their driver.
 #pragma once
 
 #include <webots_cloud/transport/host_metrics.hpp>
@@ -9,21 +9,21 @@
 
 namespace webots_cloud::adapters {
 
-/// Looks once a second, on a thread of its own: a driver may take its time. Nothing is linked; without the
-/// library there are none.
+/// Samples once a second, on a thread of its own, because a driver may be slow. The library is loaded at run
+/// time; without it there are none.
 ///
 /// Thread-safety: one thread.
 class NvidiaGpus
 {
 public:
-    /// `library` is a path, or a name that the loader finds. Waits for the first look, for three seconds at
+    /// `library` is a path, or a name that the loader finds. Waits for the first sample, for three seconds at
     /// most.
     explicit NvidiaGpus(std::string const& library);
     ~NvidiaGpus();
     NvidiaGpus(NvidiaGpus const&) = delete;
     NvidiaGpus& operator=(NvidiaGpus const&) = delete;
 
-    /// The latest look: of several processors, the highest of each figure. Nothing where there is none.
+    /// The latest sample: of several processors, the highest of each figure. Nothing where there is none.
     std::optional<GpuSample> sample() const;
 
     /// As `HostDescription::gpu`.

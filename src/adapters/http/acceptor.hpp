@@ -25,8 +25,8 @@ public:
     /// The next connection, as (error, socket).
     auto accept() { return acceptor_.async_accept(boost::asio::as_tuple(boost::asio::deferred)); }
 
-    /// Ends the connection that has waited longest, without a word, when no descriptor is left for it: better
-    /// than to let it wait for nothing. False when that did not work either.
+    /// Closes the connection that has waited longest, without an answer, when no descriptor is left for it:
+    /// better than to let it wait in vain. False when that failed too.
     bool turn_away();
 
     void close();

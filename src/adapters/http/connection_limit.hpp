@@ -1,4 +1,4 @@
-// How many connections each client may have.
+// Limits the connections of each client.
 #pragma once
 
 #include "core/access/client_limit.hpp"
@@ -11,7 +11,7 @@
 
 namespace webots_cloud::adapters {
 
-/// Counts connections of clients, and says in the log and the statistics whom it refused.
+/// Counts the connections of clients; refusals go to the log and the statistics.
 ///
 /// Lifetime: everything passed by reference must outlive it, and it its tickets.
 class ConnectionLimit

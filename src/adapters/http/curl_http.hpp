@@ -31,7 +31,7 @@ struct CurlLimits
     Duration low_speed_time = std::chrono::seconds(60);
 };
 
-/// What goes out.
+/// A request.
 struct CurlRequest
 {
     std::string peer;                 ///< The server's name in messages: "the git server".
@@ -43,10 +43,10 @@ struct CurlRequest
     /// Gets the answer's body piece by piece when the status is 200; a failure stops the request and is its
     /// result.
     std::function<result<>(std::string_view)> sink;
-    /// Asked before a redirect that leads away from `base`, where `headers` are not sent; a failure is the
+    /// Called before a redirect that leads away from `base`, where `headers` are not sent; a failure is the
     /// result. Empty: never followed.
     std::function<result<>(std::string const& url)> may_redirect;
-    /// Asked, before anything is said to it, whether a numeric address may be talked to: that of the URL's
+    /// Called before anything is sent, to allow or refuse a numeric address: that of the URL's
     /// host, or of a proxy. Empty: all may.
     std::function<bool(std::string const& url, core::IpAddress const& address)> may_contact;
     std::optional<core::IpAddress>* answered_by = nullptr; ///< Gets the address of who answered.
@@ -60,7 +60,7 @@ public:
     ~CurlHttp();
 
     /// The status of the answer; the body has gone to the sink when it is 200, and of others at most 64 kB
-    /// are listened to. Blocks.
+    /// are read. Blocks.
     ///
     /// Errors: `unreachable` (also: cut), `timed_out`, `too_large`, `operation_aborted`, `protocol_error`,
     /// `refused` (`may_contact`), what the sink and `may_redirect` returned.
