@@ -13,7 +13,7 @@
 
 namespace webots_cloud::adapters {
 
-/// The limits are those that browsers, proxies and nginx live with.
+/// Similar to the limits of nginx, with which browsers and proxies work.
 inline constexpr std::size_t max_request_line = 8 * 1024;
 inline constexpr std::size_t max_header_size = 16 * 1024; ///< All fields together, without the request line.
 inline constexpr std::size_t max_header_fields = 100;

@@ -9,8 +9,8 @@
 namespace webots_cloud::adapters {
 
 /// Appends status line, headers and body to `out`. `keep_alive` says whether the connection stays open; the
-/// answer to HEAD is without its body. It says how long that would be, unless it is empty: then nobody has
-/// made it.
+/// answer to HEAD has no body. It has a Content-Length unless the response has no body, because none was
+/// generated.
 void append_response(std::string& out, HttpResponse const& response, bool keep_alive, bool with_body);
 
 /// The same of a response with a shared body, which is not appended: `body` is what will be sent of it.

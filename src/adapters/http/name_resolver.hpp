@@ -1,4 +1,4 @@
-// Names of other servers and their addresses.
+// Resolves the names of other servers.
 #pragma once
 
 #include <webots_cloud/error.hpp>
@@ -21,11 +21,11 @@ namespace webots_cloud::adapters {
 
 using Addresses = std::vector<boost::asio::ip::address>;
 
-/// What knows names; blocks for as long as it takes, and does not throw.   Errors: `unreachable`.
+/// Resolves a name; may block for any time, and does not throw.   Errors: `unreachable`.
 /// Thread-safety: any thread.
 using NameLookup = std::function<result<Addresses>(std::string const& name)>;
 
-/// As this computer is configured (`/etc/hosts`, DNS, mDNS and whatever else there is): the C library's
+/// The machine's own configuration (`/etc/hosts`, DNS, mDNS and so on), by the C library's
 /// `getaddrinfo`.
 result<Addresses> look_up(std::string const& name);
 
@@ -36,17 +36,17 @@ struct NameResolverParams
 
     std::size_t threads = 64;      ///< For names that are answered soon, as far as anybody knows.
     std::size_t slow_threads = 16; ///< More of them, for names that were slow the last time.
-    /// A lookup that has taken so long is a slow one, and gives its place up to others, as long as there are
-    /// not four times as many threads in all.
+    /// A lookup that has taken so long is slow, and another may start beside it, up to four times as many
+    /// threads in all.
     Duration slow_after = std::chrono::seconds(2);
     Duration first_pause = std::chrono::seconds(5); ///< Until a slow name is looked up again; doubles up to
     Duration max_pause = std::chrono::minutes(1);
-    /// For so long the last addresses of a name serve when it is slow. A name that is said not to exist has
-    /// none.
+    /// How long the last addresses of a name are used when its lookup is slow. A name that is said not to
+    /// exist has none.
     Duration memory = std::chrono::hours(1);
 };
 
-/// Looks names up, each on a thread of its own: a name whose servers do not answer delays no other.
+/// Looks names up, each on a thread of its own: a name whose servers do not answer does not delay others.
 ///
 /// A name is looked up once at a time for all who ask; beyond the most threads, names wait for their turn.
 /// However many names hang, others wait for `slow_after` at most, and only the first time: a name that hung

@@ -16,7 +16,7 @@
 
 namespace webots_cloud::adapters {
 
-/// Reads and writes without waiting, and waits for when that makes sense again.
+/// Non-blocking reads and writes, and waits for readiness.
 ///
 /// One class for both kinds, and OpenSSL on the socket itself: an idle connection holds no buffers and no
 /// operation of its own, where a stream of Asio's would keep 34 KB, and both kinds share the code above.
@@ -33,7 +33,7 @@ public:
     boost::asio::awaitable<Error> handshake();
 
     /// After a handshake that failed: true when the peer sent an HTTP request instead. Then the stream is
-    /// plain from here on, so that the peer can be told.
+    /// plain from here on, so that the peer can be sent an error.
     bool turn_plain() noexcept;
 
     /// At least one byte, as soon as there is one.

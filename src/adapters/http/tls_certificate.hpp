@@ -1,4 +1,4 @@
-// The certificate that a server shows, and its renewal while the server runs.
+// The certificate of a server, and its renewal while the server runs.
 #pragma once
 
 #include <webots_cloud/error.hpp>
@@ -38,7 +38,7 @@ public:
     /// Errors: as `load_tls_context`.
     result<> load();
 
-    /// Looks whether the files have changed, and loads them once they have stopped changing: to be called
+    /// Checks whether the files have changed, and loads them once they have stopped changing: to be called
     /// once a second.
     ///
     /// Files that are unusable are logged once, and the certificate stays as it was.

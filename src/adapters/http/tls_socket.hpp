@@ -5,9 +5,9 @@
 
 namespace webots_cloud::adapters {
 
-/// Lets `tls` read and write a socket that does not block. Ownership of `descriptor` stays where it is.
+/// Lets `tls` read and write a socket that does not block. Does not take ownership of `descriptor`.
 ///
-/// OpenSSL's own way writes so that a peer who has gone ends the program with SIGPIPE: fine in our servers,
+/// With OpenSSL's own BIO, writing to a closed connection ends the program with SIGPIPE: fine in our servers,
 /// which ignore that signal, but not in a program that embeds them.
 void attach_tls(SSL* tls, int descriptor);
 

@@ -36,7 +36,7 @@ public:
     boost::asio::awaitable<result<std::string>> receive() override;
     void close(std::uint16_t code = 0, std::string reason = {}) override;
 
-    /// Closes, and waits until nothing is in flight any more. Not cancellable.
+    /// Closes, and waits until no operation is pending. Not cancellable.
     boost::asio::awaitable<void> finish();
 
     /// Gives up at once: the connection is cut, what was queued is lost.
@@ -45,7 +45,7 @@ public:
     /// Closed by us, but not by the browser yet.
     bool awaits_farewell() const noexcept { return closing_ && !close_received_ && !lost_; }
 
-    /// Pings, drops and gives up what is due: to be called about once a second.
+    /// Sends pings and closes connections when they are due: to be called about once a second.
     void check(TimePoint now);
 
 private:

@@ -41,7 +41,7 @@ struct WebSocketEvent
     CloseCode code = CloseCode::none;
 };
 
-/// Small on purpose: a browser that says nothing costs these few words, and no buffer.
+/// Small on purpose: a silent browser costs only these few words of memory, and no buffer.
 class WebSocketFrameReader
 {
 public:

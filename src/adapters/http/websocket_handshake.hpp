@@ -11,11 +11,11 @@
 
 namespace webots_cloud::adapters {
 
-/// True when the client means to open a WebSocket, well or badly: GET, HTTP/1.1 and "Upgrade: websocket".
+/// True when the client tries to open a WebSocket, correctly or not: GET, HTTP/1.1 and "Upgrade: websocket".
 bool wants_websocket(HttpRequestReader const& reader) noexcept;
 
-/// What is wrong with a handshake: 400 with a sentence, or 426 with the version that we know; nothing when it
-/// is good.
+/// What is wrong with a handshake: 400 with an explanation, or 426 with the version that we support; nothing
+/// when it is valid.
 ///
 /// Precondition: `wants_websocket`.
 std::optional<HttpResponse> refuse_handshake(HttpRequestReader const& reader);

@@ -1,4 +1,4 @@
-// A log file that is set aside when it is full, under the names that operators know.
+// A log file that is rotated when it is full, with the file names of the Python servers.
 #pragma once
 
 #include "adapters/files/output_file.hpp"
@@ -15,7 +15,7 @@ namespace webots_cloud::adapters {
 
 /// As Python's RotatingFileHandler names them: `output.log` is written, `output.log.1` is the last that was
 /// full, and so on; spdlog's own sink has `output.1.log`, follows links, and waits for pipes. Throws
-/// spdlog_ex when the file can't be opened and only somebody's help would change that.
+/// spdlog_ex when the file can't be opened until somebody fixes the cause.
 ///
 /// Anything else with the file's name is renamed, and the next line says so. Lines that can't be written, as
 /// on a full disk, go to standard error; the first one after them says so in the file.

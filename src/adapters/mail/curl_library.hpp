@@ -14,7 +14,7 @@ namespace webots_cloud::adapters {
 struct CurlLibrary
 {
     /// Never unloaded: its threads may still be inside.   Errors: `unavailable`, with the dynamic linker's
-    /// words.
+    /// message.
     static result<CurlLibrary> load(std::string const& name = "libcurl.so.4");
 
     decltype(&::curl_global_init) global_init = nullptr;

@@ -14,7 +14,7 @@
 
 namespace webots_cloud::adapters {
 
-/// Used once. Nothing of it stays when it is destroyed.
+/// Used once. Its destructor leaves nothing running.
 class SmtpExchange
 {
 public:
@@ -23,7 +23,7 @@ public:
     SmtpExchange(SmtpExchange const&) = delete;
     ~SmtpExchange();
 
-    /// Waits for the mail server's last word.   Errors: those of `Notifier::deliver`.
+    /// Waits for the mail server's final reply.   Errors: those of `Notifier::deliver`.
     result<> perform();
 
     /// Makes `perform` return `operation_aborted`, at once.   Thread-safety: any thread.

@@ -1,4 +1,4 @@
-// Which processes there are below one, as proc(5) tells, and never more work than was asked for.
+// The descendants of a process, from proc(5), with a limit on the work.
 #pragma once
 
 #include <sys/types.h>
@@ -11,7 +11,7 @@
 
 namespace webots_cloud::adapters {
 
-/// A process and what is below it: the nearest first, as far as `most` processes go.
+/// A process and its descendants, the nearest first, at most `most` of them.
 struct ProcessTree
 {
     std::vector<pid_t> processes; ///< The first is the root.
@@ -25,7 +25,7 @@ using ProcBuffer = std::array<char, 4096>;
 /// The start of a small file of the kernel, in one read.
 std::string_view read_start(std::string const& path, ProcBuffer& buffer);
 
-/// Cuts the next number off a list that is separated by blanks; 0: there is none.
+/// Removes the next number from a list that is separated by blanks; 0: there is none.
 long long next_number(std::string_view& list);
 
 } // namespace webots_cloud::adapters

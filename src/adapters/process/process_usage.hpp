@@ -1,4 +1,4 @@
-// What process trees consume, as proc(5) tells it.
+// The resource usage of process trees, from proc(5).
 #pragma once
 
 #include <webots_cloud/transport/process_host.hpp>
@@ -9,7 +9,7 @@
 
 namespace webots_cloud::adapters {
 
-/// The usage of `root` and what is below it, of `max_processes` at most; nothing when it has gone.
+/// The usage of `root` and its descendants, of `max_processes` at most; nothing when `root` has ended.
 ///
 /// Reads two small files for each process: not for the event loop.
 ProcessUsage process_usage(pid_t root, std::size_t max_processes = 256);

@@ -9,7 +9,7 @@
 
 namespace webots_cloud::adapters {
 
-/// A program to be started on a thread that may wait: until the new program runs, which takes its time where
+/// A program to be started on a thread that may block until the new program runs, which may take a while when
 /// every core is busy.
 ///
 /// Not by the launcher of Boost.Process, which forks: that copies our page tables, tells the io_context,

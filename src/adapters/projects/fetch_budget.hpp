@@ -1,4 +1,4 @@
-// What all fetches of projects together may take of this machine: git, websites and their archives.
+// Limits the memory and disk that all fetches of projects together may use: git, websites and their archives.
 #pragma once
 
 #include "git_interrupt.hpp"
@@ -36,7 +36,7 @@ struct FetchBytes
     }
 };
 
-/// The ledger: how much is taken, and never more than the limits but by `take_anyway`.
+/// Counts how much is taken, never more than the limits except by `take_anyway`.
 ///
 /// Lock-free, so that the event loop never blocks when it gives memory back; fetches that wait for room
 /// retry. Thread-safety: any thread.
@@ -48,7 +48,7 @@ public:
     /// All of it or, when there is no room for it, nothing.
     bool take(FetchBytes const& more) noexcept;
 
-    /// For what is there already and has to be counted.
+    /// For memory that is in use already and has to be counted.
     void take_anyway(FetchBytes const& more) noexcept;
 
     void give_back(FetchBytes const& less) noexcept;

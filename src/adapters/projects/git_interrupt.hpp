@@ -1,4 +1,4 @@
-// How work on what a stranger has sent is stopped.
+// Stops long work on untrusted data.
 #pragma once
 
 #include <webots_cloud/error.hpp>
@@ -7,7 +7,7 @@
 
 namespace webots_cloud::adapters {
 
-/// Asked again and again by work that may take long; a failure ends the work and is its result. Empty: it is
+/// Called repeatedly by work that may take long; a failure ends the work and is its result. Empty: it is
 /// never stopped.
 using GitInterrupt = std::function<result<>()>;
 

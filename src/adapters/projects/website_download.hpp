@@ -1,4 +1,4 @@
-// Asks a website for what its user has changed in a project.
+// Downloads a user's changes to a project from a website.
 #pragma once
 
 #include "adapters/files/file_descriptor.hpp"

@@ -45,7 +45,7 @@ public:
             std::move(initiation), boost::asio::use_awaitable);
     }
 
-    /// As `run`, for work that looks at a flag: it becomes true when the caller is cancelled, and the work
+    /// As `run`, for work that checks a flag: it becomes true when the caller is cancelled, and the work
     /// should end soon then.
     template<class Work>
     boost::asio::awaitable<std::invoke_result_t<Work&, std::atomic<bool> const&>> run_abortable(Work work)

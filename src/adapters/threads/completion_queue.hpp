@@ -15,7 +15,7 @@
 
 namespace webots_cloud::adapters {
 
-/// What asio::post is for, without a lock. Asio wakes an event loop while it holds the lock of its
+/// A lock-free replacement for asio::post. Asio wakes an event loop while it holds the lock of its
 /// io_context; the kernel then often runs the event loop in place of the thread that woke it, and the event
 /// loop waits for that lock until the other thread is given a core again: up to 22 ms while projects are
 /// unpacked on two cores.
@@ -48,8 +48,8 @@ public:
     explicit CompletionQueue(boost::asio::execution_context& context); ///< For Asio: see of().
     ~CompletionQueue() override;
 
-    /// A completion will come: the event loop does not run out of work before.   Thread: that of the event
-    /// loop.
+    /// Announces a completion: the event loop does not run out of work before it arrives.   Thread: that of
+    /// the event loop.
     void expect();
 
     /// Calls `complete()` of an expected completion on the event loop.   Thread: any.

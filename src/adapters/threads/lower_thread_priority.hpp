@@ -1,4 +1,4 @@
-// The priority of threads that work for long, beside those that answer.
+// Lowers the priority of threads with long tasks.
 #pragma once
 
 namespace webots_cloud::adapters {

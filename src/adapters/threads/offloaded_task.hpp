@@ -1,4 +1,4 @@
-// Work for a thread whose outcome comes back to the event loop.
+// A task for another thread whose result comes back to the event loop.
 #pragma once
 
 #include "completion_queue.hpp"
@@ -38,8 +38,8 @@ private:
     std::optional<std::invoke_result_t<Work&>> outcome_;
 };
 
-/// Has `work` done on one of the threads, and then `done` called with what it returned, on the event loop of
-/// `home`, which does not run dry before. Neither may throw.   Thread: that of the event loop.
+/// Runs `work` on one of the threads, and then calls `done` with its result on the event loop of
+/// `home`, which does not run out of work before. Neither may throw.   Thread: that of the event loop.
 template<class Work, class Done>
 void offload(WorkerThreads& threads, boost::asio::any_io_executor const& home, Work work, Done done)
 {

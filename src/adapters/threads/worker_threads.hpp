@@ -16,11 +16,11 @@
 
 namespace webots_cloud::adapters {
 
-/// Does jobs in the order in which they are posted.
+/// Runs jobs in the order in which they are posted.
 ///
-/// What asio::thread_pool is for, but posting takes no lock that one of the threads may hold while another
-/// program runs in its place. Nor does it start a thread, which waits in the kernel for others that start:
-/// one is there from the beginning, and whichever takes a job and leaves none idle starts the next.
+/// Like asio::thread_pool, but posting takes no lock that one of the threads may hold while it is preempted.
+/// Nor does posting start a thread, which would wait in the kernel for others that start: there is one from
+/// the beginning, and a thread that takes a job and leaves none idle starts the next.
 ///
 /// Thread-safety: any thread posts.
 class WorkerThreads
@@ -47,7 +47,7 @@ public:
     /// At most so many `threads`.
     explicit WorkerThreads(std::size_t threads, Priority priority = Priority::normal);
 
-    /// Waits for jobs that run; jobs that wait are destroyed.
+    /// Waits for running jobs; waiting jobs are destroyed.
     ~WorkerThreads();
 
     void post(std::unique_ptr<Job> job);
