@@ -13,6 +13,7 @@
 #include <boost/asio/this_coro.hpp>
 
 #include <algorithm>
+#include <array>
 #include <optional>
 
 using namespace webots_cloud;
@@ -28,22 +29,29 @@ ProjectFetcherParams fetcher_params()
     return params;
 }
 
-SimulationLauncherParams launcher_params(int most)
+SimulationLauncherParams launcher_params(int max_simulations)
 {
     SimulationLauncherParams params;
     params.webots = "/opt/webots/webots";
-    params.max_simulations = most;
+    params.max_simulations = max_simulations;
     return params;
+}
+
+core::AdmissionLimits admission_limits(int max_simulations)
+{
+    core::AdmissionLimits limits;
+    limits.max_simulations = max_simulations;
+    return limits;
 }
 
 /// The endpoints of a server whose sessions the test makes, and that is measured when the test says so.
 struct Fixture
 {
-    explicit Fixture(SimulationServiceParams parameters = {}, int most = 4)
+    explicit Fixture(SimulationServiceParams parameters = {}, int max_simulations = 4)
         : params(std::move(parameters)),
           fetcher(fetcher_params(), {Forge("https://github.com", source)}, log.logger()),
-          launcher(launcher_params(most), processes, world.clock, log.logger()),
-          context(fetcher, launcher, world.clock, log.logger())
+          launcher(launcher_params(max_simulations), processes, world.clock, log.logger()),
+          context(fetcher, launcher, world.clock, log.logger(), admission_limits(max_simulations))
     {
         source.add("o/r", "a.wbt");
         context.policy.allowed = {"https://github.com/o"};
@@ -199,13 +207,17 @@ BOOST_AUTO_TEST_CASE(it_lives_whatever_the_state_and_is_ready_while_a_simulation
         BOOST_TEST(fixture.get("/readyz").text() == body);
     };
     check(200, "ready");
-    fixture.context.places_taken = 3;
-    check(200, "ready");
-    fixture.context.places_taken = 4;
+    std::array<core::Admission::Place, 4> places;
+    for (auto& place : places) {
+        check(200, "ready");
+        BOOST_TEST_REQUIRE(
+            (fixture.context.admission.admit({}, place) == core::Admission::Verdict::admitted));
+    }
     check(503, "full");
     fixture.endpoints->drain(false);
     check(503, "draining");
-    fixture.context.places_taken = 0;
+    for (auto& place : places)
+        place.release();
     check(503, "draining");
 }
 
