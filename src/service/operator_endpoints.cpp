@@ -206,13 +206,13 @@ HttpResponse OperatorEndpoints::figures() const
         .add(starting, {{"state", "starting"}})
         .add(active, {{"state", "running"}})
         .add(static_cast<double>(sessions_.size()) - starting - active, {{"state", "idle"}});
-    text.family("simulations_most", "gauge", "Simulations that may run at once.")
+    text.family("simulations_max", "gauge", "Simulations that may run at once.")
         .add(static_cast<double>(capacity()));
     text.family("draining", "gauge", "1 while no new simulation is taken.").add(context_.draining ? 1 : 0);
     text.family("event_loop_lag_seconds", "gauge", "How late the last measurement of the machine was.")
         .add(std::chrono::duration<double>(event_loop_lag_).count());
     auto const highest = *std::max_element(event_loop_lags_.begin(), event_loop_lags_.end());
-    text.family("event_loop_lag_highest_seconds", "gauge", "The highest of the last 60 measurements.")
+    text.family("event_loop_lag_max_seconds", "gauge", "The highest of the last 60 measurements.")
         .add(std::chrono::duration<double>(highest).count());
     text.family("simulations_isolated", "gauge",
                 "1 where the kernel keeps simulations from the server and from each other.")
