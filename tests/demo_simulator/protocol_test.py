@@ -137,7 +137,7 @@ class Scene(Case):
             simulator = self.simulator(option)
             async with connect(simulator) as ws:
                 world, model, state, rest = await self.join(Browser(ws), mode)
-            self.assertEqual(world, 'world:worlds/arena.wbt:worlds/arena.wbt;worlds/duel.wbt')
+            self.assertEqual(world, 'world:worlds/arena.wbt:worlds/arena.wbt;worlds/corridor.wbt;worlds/duel.wbt')
             self.assertTrue(model.startswith('model:<?xml'))
             self.assertEqual(state_of(state)['time'], 0)
             self.assertEqual(rest, ['scene load completed', 'pause: 0'])
@@ -448,7 +448,7 @@ class Mjpeg(Case):
             own = await self.join(Browser(first))
             self.assertEqual(own, ['multimedia: mjpeg pause ', 'pause: 0',
                                    'world info: {"title":"Robots in an arena","window":"<none>"}',
-                                   'world:worlds/arena.wbt:worlds/arena.wbt;worlds/duel.wbt', 'scene load completed'])
+                                   'world:worlds/arena.wbt:worlds/arena.wbt;worlds/corridor.wbt;worlds/duel.wbt', 'scene load completed'])
             other = await self.join(Browser(second), '900x900')
             self.assertEqual(other[0], 'multimedia: mjpeg pause 320 240')
 
