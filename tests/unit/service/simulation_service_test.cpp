@@ -975,8 +975,7 @@ BOOST_AUTO_TEST_CASE(figures_count_starts_by_how_they_ended)
     auto const figures = std::get<HttpResponse>(fixture.service.respond(request)).body;
     for (auto const* line :
          {"webots_start_stage_seconds_count{stage=\"fetch\"} 2\n",
-          "webots_start_stage_seconds_count{stage=\"launch\"} 2\n",
-          "webots_event_loop_lag_max_seconds 0\n",
+          "webots_start_stage_seconds_count{stage=\"launch\"} 2\n", "webots_event_loop_lag_max_seconds 0\n",
           "webots_starts_total{result=\"ready\",reason=\"\"} 1\n",
           "webots_starts_total{result=\"abandoned\",reason=\"\"} 1\n",
           "webots_starts_total{result=\"failed\",reason=\"not_found\"} 1\n",

@@ -98,8 +98,8 @@ BOOST_AUTO_TEST_CASE(a_start_goes_through_its_stages_and_each_is_timed)
 
 BOOST_AUTO_TEST_CASE(the_end_of_each_conversation_leads_to_one_thing)
 {
-    using enum Action;
-    using enum Loss;
+    using enum SimulationLife::Action;
+    using enum SimulationLife::Loss;
     std::vector<Row> const table{
         // Before the world is loaded nobody is waited for.
         {no_grace, {"left"}, clean_up, none, true, false, State::ending},
