@@ -430,8 +430,8 @@ BOOST_AUTO_TEST_CASE(each_look_is_a_line_of_the_monitor_log)
 
 BOOST_AUTO_TEST_CASE(who_watches_gets_everything_and_then_what_is_new_after_each_look)
 {
+    Ended ended; // declared first, because the fixture ends the look when it goes
     Fixture fixture;
-    Ended ended;
     auto const looking = fixture.tasks.spawn(look_at_processes(*fixture.endpoints, ended));
     fixture.measure();
     auto& watcher = fixture.watch();
@@ -456,8 +456,8 @@ BOOST_AUTO_TEST_CASE(who_watches_gets_everything_and_then_what_is_new_after_each
 
 BOOST_AUTO_TEST_CASE(nobody_looks_at_simulators_for_nobody)
 {
+    Ended ended; // declared first, because the fixture ends the look when it goes
     Fixture fixture;
-    Ended ended;
     fixture.tasks.spawn(look_at_processes(*fixture.endpoints, ended));
     fixture.processes.expect().prints(".\n").consumes(150, 2'000'000);
     auto& session = fixture.add_session();
@@ -473,8 +473,8 @@ BOOST_AUTO_TEST_CASE(nobody_looks_at_simulators_for_nobody)
 // A look costs a moment of a thread: all of many would cost a second of it.
 BOOST_AUTO_TEST_CASE(of_many_simulators_25_are_looked_at_in_a_second_and_then_the_next)
 {
-    Fixture fixture({}, 30);
     Ended ended;
+    Fixture fixture({}, 30);
     fixture.tasks.spawn(look_at_processes(*fixture.endpoints, ended));
     for (int i = 0; i < 30; ++i) {
         fixture.processes.expect().prints(".\n").consumes(10, 1);
