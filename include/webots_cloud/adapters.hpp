@@ -250,7 +250,7 @@ struct WebsiteSourceParams
 /// Errors besides those of `ProjectSource`: `refused`.
 std::unique_ptr<ProjectSource> make_website_source(WebsiteSourceParams params, Logger log);
 
-/// A mailbox of the administrator, and the mail server that takes mails for it.
+/// A mailbox of the operator, and the mail server that takes mails for it.
 struct SmtpParams
 {
     SmtpParams() = default;

@@ -53,7 +53,7 @@ struct SessionContext
 /// What one browser has. A conversation at a time owns it: the one that began it, or the last one that took
 /// it over.
 ///
-/// Lifetime: the surroundings must outlive it.   Thread-safety: one executor.
+/// Lifetime: the context must outlive it.   Thread-safety: one executor.
 class SimulationSession
 {
 public:
