@@ -3,8 +3,8 @@
 #include "fuzz.hpp"
 
 #include "adapters/git/git_index.hpp"
-#include "core/git/git_names.hpp"
 #include "core/git/git_plan.hpp"
+#include "core/safe_names.hpp"
 
 #include <algorithm>
 #include <map>

@@ -43,7 +43,7 @@ ROOMS = {
         'placement': [],
         'pages': ['load'],
         'projects': ['git'],
-        'simulation': ['git', 'pages'],
+        'simulation': ['pages'],
         'docker': ['simulation'],
         'config': ['access', 'docker', 'notices', 'projects', 'simulation'],
     },

@@ -4,7 +4,7 @@
 #include "adapters/files/remove_tree.hpp"
 #include "git_overlay.hpp"
 
-#include "core/git/git_names.hpp"
+#include "core/safe_names.hpp"
 #include "core/text.hpp"
 
 #include <fcntl.h>

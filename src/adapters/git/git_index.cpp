@@ -3,7 +3,7 @@
 #include "git_digest.hpp"
 
 #include "core/git/git_lfs_pointer.hpp"
-#include "core/git/git_names.hpp"
+#include "core/safe_names.hpp"
 #include "core/text.hpp"
 
 #include <algorithm>

@@ -11,8 +11,8 @@
 #include "git_fetch.hpp"
 
 #include "async/task_group.hpp"
-#include "core/git/git_names.hpp"
 #include "core/git/git_refs.hpp"
+#include "core/safe_names.hpp"
 #include "core/text.hpp"
 
 #include <webots_cloud/adapters.hpp>

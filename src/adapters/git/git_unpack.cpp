@@ -4,7 +4,7 @@
 #include "adapters/files/project_files.hpp"
 #include "git_copy.hpp"
 
-#include "core/git/git_names.hpp"
+#include "core/safe_names.hpp"
 
 #include <fcntl.h>
 #include <sys/stat.h>

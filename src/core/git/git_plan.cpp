@@ -1,7 +1,7 @@
 #include "git_plan.hpp"
 
+#include "core/safe_names.hpp"
 #include "core/text.hpp"
-#include "git_names.hpp"
 
 #include <algorithm>
 #include <iterator>

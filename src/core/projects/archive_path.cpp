@@ -1,6 +1,6 @@
 #include "archive_path.hpp"
 
-#include "core/git/git_names.hpp"
+#include "core/safe_names.hpp"
 #include "core/text.hpp"
 
 #include <algorithm>

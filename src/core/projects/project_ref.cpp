@@ -1,9 +1,8 @@
 #include <webots_cloud/project_ref.hpp>
 
+#include "core/safe_names.hpp"
 #include "core/text.hpp"
 #include "repository_policy.hpp"
-
-#include <webots_cloud/transport/http.hpp>
 
 #include <algorithm>
 
@@ -25,17 +24,6 @@ bool is_forge_name(std::string_view name)
                        [](char c) { return is_alphanumeric(c) || c == '-' || c == '_' || c == '.'; });
 }
 
-/// Folders, files and parts of a ref: any text that is one harmless path segment.
-bool is_path_segment(std::string_view segment)
-{
-    auto const forbidden = [](char c) {
-        return static_cast<unsigned char>(c) < 0x20 || c == 0x7F || c == '\\';
-    };
-    return !segment.empty() && segment.size() <= 255 && segment != "." && segment != ".." &&
-           !equal_ignoring_case(segment, ".git") && core::is_utf8(segment) &&
-           std::none_of(segment.begin(), segment.end(), forbidden);
-}
-
 Failure bad_part(std::string_view what, std::string_view part)
 {
     return {errc::invalid_url,
@@ -51,8 +39,9 @@ std::string ProjectRef::clone_url() const
 
 result<std::string> forge_of(std::string_view url, std::vector<std::string> const& forges)
 {
-    constexpr std::size_t max_url_length = 2048;
-    if (url.size() > max_url_length)
+    constexpr std::size_t max_url_bytes = 2048; // the text says characters: in an address that is encoded as
+                                                // it should be, that is the same
+    if (url.size() > max_url_bytes)
         return Failure(errc::invalid_url, "Wrong Webots simulation URL: longer than 2048 characters");
     auto const forge = std::find_if(forges.begin(), forges.end(), [&](std::string const& base) {
         return url.size() > base.size() && url.starts_with(base) && url[base.size()] == '/';
@@ -98,8 +87,9 @@ result<ProjectRef> parse_world_url(std::string_view url, std::vector<std::string
         return bad_part("name of an owner", project.owner);
     if (!is_forge_name(project.repository) || core::without_dot_git(project.repository) != project.repository)
         return bad_part("name of a repository", project.repository);
+    // Where the ref ends is unknown yet, so its parts obey the rule for files and folders, too.
     for (std::size_t i = 3; i < parts.size(); ++i)
-        if (!is_path_segment(parts[i]))
+        if (!core::is_safe_file_name(parts[i]))
             return bad_part("name of a branch, folder or file", parts[i]);
     auto const first = static_cast<std::size_t>(parts[3].data() - path.data());
     auto const last = static_cast<std::size_t>(parts[parts.size() - 2].data() - path.data()) - 1;

@@ -1,6 +1,6 @@
 #include <webots_cloud/website_project.hpp>
 
-#include "core/git/git_names.hpp"
+#include "core/safe_names.hpp"
 #include "core/text.hpp"
 
 #include <algorithm>

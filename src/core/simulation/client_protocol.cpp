@@ -1,6 +1,6 @@
 #include "client_protocol.hpp"
 
-#include "core/git/git_names.hpp"
+#include "core/safe_names.hpp"
 #include "core/text.hpp"
 
 #include <boost/json/object.hpp>

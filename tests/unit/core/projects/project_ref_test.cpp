@@ -120,6 +120,8 @@ BOOST_AUTO_TEST_CASE(shell_text_options_and_traversal_are_refused)
              "https://github.com/o/r%2egit/blob/main/worlds/a.wbt",
              "https://github.com/o/r/blob/main/.git/worlds/a.wbt",
              "https://github.com/o/r/blob/main/.GIT/worlds/a.wbt",
+             "https://github.com/o/r/blob/main/.git./worlds/a.wbt",
+             "https://github.com/o/r/blob/main/git~1/worlds/a.wbt",
              "https://github.com/o/r/blob/main//worlds/a.wbt",
              "https://github.com/o/r/blob/main/worlds/a%0ab.wbt",
              "https://github.com/o/r/blob/main/worlds/a%00.wbt",

@@ -1,4 +1,4 @@
-#include "git_names.hpp"
+#include "safe_names.hpp"
 
 #include "core/text.hpp"
 
@@ -49,7 +49,7 @@ bool is_dot_git(std::string_view name)
 bool is_safe_file_name(std::string_view name)
 {
     auto const forbidden = [](char c) { return c == '/' || c == '\\' || is_control(c); };
-    return !name.empty() && name.size() <= 255 && name != "." && name != ".." && is_utf8(name) &&
+    return !name.empty() && name.size() <= max_file_name && name != "." && name != ".." && is_utf8(name) &&
            std::none_of(name.begin(), name.end(), forbidden) && !is_dot_git(name);
 }
 

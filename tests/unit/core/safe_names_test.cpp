@@ -1,14 +1,14 @@
 // Names and links that a stranger's repository may bring here.
 #include "unit_test.hpp"
 
-#include "core/git/git_names.hpp"
+#include "core/safe_names.hpp"
 
 #include <string>
 
 using namespace webots_cloud::core;
 using namespace std::string_view_literals;
 
-BOOST_AUTO_TEST_SUITE(git_names)
+BOOST_AUTO_TEST_SUITE(safe_names)
 
 BOOST_AUTO_TEST_CASE(the_folder_of_git_is_recognised_in_every_spelling)
 {

@@ -1,4 +1,4 @@
-// Which names and links of an untrusted repository may become files here.
+// Which names and links of others (repositories, archives, addresses, messages) may become files here.
 #pragma once
 
 #include <cstddef>
@@ -6,12 +6,15 @@
 
 namespace webots_cloud::core {
 
+/// Bytes of the name of one file or folder: what file systems take.
+constexpr std::size_t max_file_name = 255;
+
 /// True for spellings of `.git` on any file system: other case, dots, spaces or streams at the end, `git~1`,
 /// code points that HFS+ ignores.
 bool is_dot_git(std::string_view name);
 
-/// True when a file or folder may have this name: one path segment of well-formed UTF-8, at most 255 bytes,
-/// without control characters and backslashes, neither `.` nor `..`, and no `.git`.
+/// True when a file or folder may have this name: one path segment of well-formed UTF-8, at most
+/// `max_file_name` bytes, without control characters and backslashes, neither `.` nor `..`, and no `.git`.
 bool is_safe_file_name(std::string_view name);
 
 /// True when a symbolic link that lies `depth` folders below the root of what is given out provably stays
