@@ -80,7 +80,7 @@ std::size_t count(std::string_view text, std::string_view word)
 
 int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
 {
-    static auto const curl = adapters::CurlLibrary::load().value();
+    static auto const curl = adapters::LoadedCurl::load().value();
     static MailServer const server;
     auto replies = fuzz::text_of(data, size);
     bool const has_password = fuzz::take_byte(replies) % 2 == 1;

@@ -1,4 +1,6 @@
-// Copies a folder of the operator's into a project's directory.
+// Copies a folder that is the operator's (of a forge that is a folder, or a website's template) into the
+// directory of a simulation. Others can't change it, so paths are good enough here: what strangers wrote is
+// opened safely by folder_walk and project_files.
 #pragma once
 
 #include <webots_cloud/error.hpp>
@@ -10,7 +12,7 @@
 namespace webots_cloud::adapters {
 
 /// Copies folders and files below `from` into the existing folder `to`; what is neither (links, devices,
-/// sockets, pipes) is left out. Notes in `progress` how many bytes that were. Blocks.
+/// sockets, pipes) is left out. `progress.bytes_received` is the bytes that were copied so far. Blocks.
 ///
 /// Errors: `too_large`, `unavailable` (disk), `operation_aborted` soon after `aborted` becomes true; the
 /// detail is a sentence.

@@ -3,7 +3,7 @@
 
 #include "adapters/http/curl_http.hpp"
 #include "adapters/projects/fetch_budget.hpp"
-#include "adapters/projects/git_interrupt.hpp"
+#include "adapters/projects/fetch_interrupt.hpp"
 #include "git_index.hpp"
 #include "git_progress.hpp"
 
@@ -23,7 +23,7 @@ struct LfsOrder
     CurlLimits limits;               ///< Of each request, but for its bytes.
     FetchShare* share = nullptr;     ///< Pays. Outlives the call.
     GitProgress* progress = nullptr; ///< May be null.
-    GitInterrupt interrupt;
+    FetchInterrupt interrupt;
 };
 
 /// Puts the content of large files where their pointers are, in `index` and below the open folder `files`;

@@ -29,7 +29,7 @@ std::uint32_t big_endian(std::string_view bytes) noexcept
 
 } // namespace
 
-GitPackReader::GitPackReader(GitStaging& staging, std::uint64_t budget, GitInterrupt interrupt)
+GitPackReader::GitPackReader(GitStaging& staging, std::uint64_t budget, FetchInterrupt interrupt)
     : staging_(staging), budget_(budget), interrupt_(std::move(interrupt)),
       inflater_(std::make_unique<z_stream>())
 {

@@ -1,7 +1,7 @@
 // Packs, the form in which git sends objects: unpacked while they arrive, with a budget.
 #pragma once
 
-#include "adapters/projects/git_interrupt.hpp"
+#include "adapters/projects/fetch_interrupt.hpp"
 #include "git_digest.hpp"
 #include "git_staging.hpp"
 
@@ -26,7 +26,7 @@ class GitPackReader
 {
 public:
     /// `budget`: how many bytes all objects may have together, unpacked.
-    GitPackReader(GitStaging& staging, std::uint64_t budget, GitInterrupt interrupt = {});
+    GitPackReader(GitStaging& staging, std::uint64_t budget, FetchInterrupt interrupt = {});
     ~GitPackReader();
 
     /// The next bytes of the pack.   Errors: `protocol_error`, `too_large`, `unavailable` (disk), the
@@ -93,7 +93,7 @@ private:
 
     GitStaging& staging_;
     std::uint64_t budget_;
-    GitInterrupt interrupt_;
+    FetchInterrupt interrupt_;
     std::uint64_t unpacked_ = 0;
     State state_ = State::pack_header;
     std::string input_; ///< Arrived and not used yet; `used_` bytes at its start are.

@@ -196,7 +196,7 @@ private:
             root = give();
         if (!root)
             return root.error();
-        auto header = adapters::read_world_header(*root, order.project.world);
+        auto header = adapters::require_world(*root, order.project.world);
         if (!header) {
             adapters::unmount_below(order.directory);
             return header.error();

@@ -167,7 +167,7 @@ private:
 } // namespace
 
 result<GitIndex> unpack_git_folder(std::vector<GitPlanItem> const& plan, GitStaging const& staging,
-                                   GitDonors const& donors, int root, GitInterrupt const& interrupt)
+                                   GitDonors const& donors, int root, FetchInterrupt const& interrupt)
 {
     Unpacker unpacker(staging, donors, root);
     for (auto const& item : plan)

@@ -1,7 +1,7 @@
 // From objects that have arrived to a folder of files.
 #pragma once
 
-#include "adapters/projects/git_interrupt.hpp"
+#include "adapters/projects/fetch_interrupt.hpp"
 #include "git_index.hpp"
 #include "git_staging.hpp"
 
@@ -35,6 +35,6 @@ struct GitDonors
 ///
 /// Errors: `protocol_error` (an object is missing), `unavailable` (disk), the interrupt's.
 result<GitIndex> unpack_git_folder(std::vector<core::GitPlanItem> const& plan, GitStaging const& staging,
-                                   GitDonors const& donors, int root, GitInterrupt const& interrupt = {});
+                                   GitDonors const& donors, int root, FetchInterrupt const& interrupt = {});
 
 } // namespace webots_cloud::adapters

@@ -34,8 +34,10 @@ struct CurlLimits
 /// A request.
 struct CurlRequest
 {
-    std::string peer;                 ///< The server's name in messages: "the git server".
-    std::string base;                 ///< No other host is ever contacted, but through `may_redirect`.
+    std::string peer; ///< The server's name in messages: "the git server".
+    /// What the operator configured. Redirects that stay below it are followed with `headers`; about others
+    /// `may_redirect` is asked.
+    std::string base;
     std::string url;                  ///< Begins with `base` and a slash.
     std::string agent;                ///< Our `User-Agent`.
     std::vector<std::string> headers; ///< Lines without line ends.

@@ -15,7 +15,7 @@ namespace webots_cloud {
 namespace {
 
 namespace asio = boost::asio;
-using adapters::CurlLibrary;
+using adapters::LoadedCurl;
 using adapters::SmtpExchange;
 
 /// Ends an exchange that runs on another thread.
@@ -30,7 +30,7 @@ struct Abort
 class SmtpNotifier final : public Notifier
 {
 public:
-    SmtpNotifier(CurlLibrary const& curl, SmtpParams params)
+    SmtpNotifier(LoadedCurl const& curl, SmtpParams params)
         : curl_(curl), params_(std::move(params)), pool_(1)
     {}
 
@@ -55,7 +55,7 @@ public:
     }
 
 private:
-    CurlLibrary const curl_;
+    LoadedCurl const curl_;
     SmtpParams params_;
     adapters::BlockingPool pool_;
 };
@@ -72,7 +72,7 @@ result<std::unique_ptr<Notifier>> make_smtp_notifier(SmtpParams params)
         return Failure(errc::invalid_argument, "the mail server's user or password has control characters");
     if (!core::is_mail_host(params.own_name))
         params.own_name = "localhost"; // it greets, no more
-    auto const curl = CurlLibrary::load();
+    auto const curl = LoadedCurl::load();
     if (!curl)
         return curl.error();
     return std::unique_ptr<Notifier>(std::make_unique<SmtpNotifier>(*curl, std::move(params)));

@@ -41,7 +41,7 @@ bool is_last_line(std::string_view reply)
 
 } // namespace
 
-SmtpExchange::SmtpExchange(CurlLibrary const& curl, SmtpParams params, std::string message)
+SmtpExchange::SmtpExchange(LoadedCurl const& curl, SmtpParams params, std::string message)
     : curl_(curl), params_(std::move(params)), message_(std::move(message)), multi_(curl_.multi_init()),
       easy_(curl_.easy_init()), unsent_(message_)
 {}

@@ -1,7 +1,7 @@
 // One mail to one mail server with libcurl, on a thread that may wait, ended at once from any other.
 #pragma once
 
-#include "curl_library.hpp"
+#include "loaded_curl.hpp"
 
 #include <webots_cloud/adapters.hpp>
 #include <webots_cloud/error.hpp>
@@ -19,7 +19,7 @@ class SmtpExchange
 {
 public:
     /// `message` is the whole mail, its lines ending with CRLF.
-    SmtpExchange(CurlLibrary const& curl, SmtpParams params, std::string message);
+    SmtpExchange(LoadedCurl const& curl, SmtpParams params, std::string message);
     SmtpExchange(SmtpExchange const&) = delete;
     ~SmtpExchange();
 
@@ -45,7 +45,7 @@ private:
     CURLcode result_of_transfer();
     Failure failure_of(CURLcode code) const;
 
-    CurlLibrary const curl_;
+    LoadedCurl const curl_;
     SmtpParams params_;
     std::string message_;
     CURLM* multi_;

@@ -46,7 +46,7 @@ result<FetchedProject> copy_project(fs::path const& folder, FetchOrder const& or
             adapters::copy_tree(root, order.directory, order.limits, *order.progress, aborted);
         !copied)
         return copied.error();
-    auto header = adapters::read_world_header(order.directory, project.world);
+    auto header = adapters::require_world(order.directory, project.world);
     if (!header)
         return header.error();
     FetchedProject fetched;

@@ -1,7 +1,12 @@
 // Limits the memory and disk that all fetches of projects together may use: git, websites and their archives.
+//
+// FetchBudget: one for a server, made by src/app. FetchGrant: what one owner has of it: a FetchShare, the
+// cache's indices. FetchShare: what one fetch has; it waits for room. Loan: a step of a fetch that gives back
+// at its end what it took. Plain folders take no part: their copies need no memory, and their disk is counted
+// by `FetchLimits` alone.
 #pragma once
 
-#include "git_interrupt.hpp"
+#include "fetch_interrupt.hpp"
 
 #include <webots_cloud/adapters.hpp>
 #include <webots_cloud/error.hpp>
@@ -128,7 +133,7 @@ public:
     /// How it waits for room.
     struct Waiting
     {
-        GitInterrupt interrupt;         ///< Ends the wait, too.
+        FetchInterrupt interrupt;       ///< Ends the wait, too.
         std::function<void(bool)> tell; ///< Called with true when it begins to wait.
         Duration patience = std::chrono::seconds(20);
     };

@@ -6,7 +6,7 @@
 
 namespace webots_cloud::adapters {
 
-result<std::string> read_world_header(std::filesystem::path const& root, std::string const& world)
+result<std::string> require_world(std::filesystem::path const& root, std::string const& world)
 {
     auto const path = root / "worlds" / world;
     std::error_code failed;

@@ -1,4 +1,4 @@
-// The world of a fetched project: is it there, and what is its first line.
+// The world of a fetched project, which every source has to make sure of.
 #pragma once
 
 #include <webots_cloud/error.hpp>
@@ -8,9 +8,10 @@
 
 namespace webots_cloud::adapters {
 
-/// The first line of `<root>/worlds/<world>`, at most 256 bytes of it. Blocks.
+/// Refuses a project without the world file `<root>/worlds/<world>`; else the first line of that file, at
+/// most 256 bytes of it. Blocks.
 ///
 /// Errors: `not_found`, with the message of the Python server.
-result<std::string> read_world_header(std::filesystem::path const& root, std::string const& world);
+result<std::string> require_world(std::filesystem::path const& root, std::string const& world);
 
 } // namespace webots_cloud::adapters

@@ -168,7 +168,7 @@ private:
     {
         if (auto const written = write_host_file(); !written)
             return written.error();
-        auto header = adapters::read_world_header(order_.directory, project_.world);
+        auto header = adapters::require_world(order_.directory, project_.world);
         if (!header)
             return header.error();
         FetchedProject fetched;

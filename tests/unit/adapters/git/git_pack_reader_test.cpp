@@ -67,7 +67,7 @@ struct Fixture
     ~Fixture() { remove_tree(path); }
 
     result<> read(std::string_view bytes, std::size_t piece = 1 << 20, std::uint64_t budget = 1 << 20,
-                  GitInterrupt interrupt = {})
+                  FetchInterrupt interrupt = {})
     {
         if (staging)
             remove_tree(path + "/objects");

@@ -1,6 +1,6 @@
 // Mail servers that say nothing, and being ended in the middle; what real ones say is in
 // tests/integration/mail_test.py.
-#include "adapters/mail/curl_library.hpp"
+#include "adapters/mail/loaded_curl.hpp"
 #include "unit_test.hpp"
 
 #include <webots_cloud/adapters.hpp>
@@ -105,7 +105,7 @@ BOOST_AUTO_TEST_SUITE(smtp_notifier)
 
 BOOST_AUTO_TEST_CASE(without_libcurl_the_failure_names_the_library_and_its_package)
 {
-    auto const missing = adapters::CurlLibrary::load("libcurl.so.0");
+    auto const missing = adapters::LoadedCurl::load("libcurl.so.0");
     BOOST_TEST((missing.error() == errc::unavailable));
     auto const sentence = missing.error().message();
     BOOST_TEST(sentence.find("package libcurl4") != std::string::npos);
@@ -114,7 +114,7 @@ BOOST_AUTO_TEST_CASE(without_libcurl_the_failure_names_the_library_and_its_packa
 
 BOOST_AUTO_TEST_CASE(a_library_without_the_functions_of_libcurl_is_refused)
 {
-    BOOST_TEST((adapters::CurlLibrary::load("libm.so.6").error() == errc::unavailable));
+    BOOST_TEST((adapters::LoadedCurl::load("libm.so.6").error() == errc::unavailable));
 }
 
 BOOST_AUTO_TEST_CASE(a_mail_server_that_says_nothing_is_given_up)

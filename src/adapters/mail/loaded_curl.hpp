@@ -11,11 +11,11 @@
 namespace webots_cloud::adapters {
 
 /// Named as in curl.h, without `curl_`.   Thread-safety: any thread.
-struct CurlLibrary
+struct LoadedCurl
 {
     /// Never unloaded: its threads may still be inside.   Errors: `unavailable`, with the dynamic linker's
     /// message.
-    static result<CurlLibrary> load(std::string const& name = "libcurl.so.4");
+    static result<LoadedCurl> load(std::string const& name = "libcurl.so.4");
 
     decltype(&::curl_global_init) global_init = nullptr;
     decltype(&::curl_easy_init) easy_init = nullptr;
@@ -36,7 +36,7 @@ struct CurlLibrary
     decltype(&::curl_slist_free_all) slist_free_all = nullptr;
 
 private:
-    CurlLibrary() = default;
+    LoadedCurl() = default;
 };
 
 } // namespace webots_cloud::adapters

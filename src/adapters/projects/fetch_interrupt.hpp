@@ -9,9 +9,9 @@ namespace webots_cloud::adapters {
 
 /// Called repeatedly by work that may take long; a failure ends the work and is its result. Empty: it is
 /// never stopped.
-using GitInterrupt = std::function<result<>()>;
+using FetchInterrupt = std::function<result<>()>;
 
-inline result<> ask(GitInterrupt const& interrupt)
+inline result<> ask(FetchInterrupt const& interrupt)
 {
     return interrupt ? interrupt() : result<>();
 }

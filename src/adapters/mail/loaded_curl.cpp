@@ -1,4 +1,4 @@
-#include "curl_library.hpp"
+#include "loaded_curl.hpp"
 
 #include "core/text.hpp"
 
@@ -16,9 +16,9 @@ bool find(void* library, Function& function, char const* name)
 
 } // namespace
 
-result<CurlLibrary> CurlLibrary::load(std::string const& name)
+result<LoadedCurl> LoadedCurl::load(std::string const& name)
 {
-    CurlLibrary curl;
+    LoadedCurl curl;
     void* const library = ::dlopen(name.c_str(), RTLD_NOW | RTLD_LOCAL);
     bool const complete = library && find(library, curl.global_init, "curl_global_init") &&
                           find(library, curl.easy_init, "curl_easy_init") &&
