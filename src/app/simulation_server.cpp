@@ -3,6 +3,7 @@
 #include "core/docker/docker_project.hpp"
 #include "core/pages/monitor_sample.hpp"
 #include "core/simulation/client_protocol.hpp"
+#include "core/simulation/display_choice.hpp"
 #include "core/simulation/isolation.hpp"
 #include "core/simulation/simulator_choice.hpp"
 #include "core/simulation/simulator_environment.hpp"
@@ -114,8 +115,8 @@ std::vector<fs::path> read_only_folders(SimulationConfig const& config)
 {
     std::vector<fs::path> folders;
     std::error_code failed;
-    auto const caches =
-        cache_folder(config).parent_path(); // another one is used where two servers share a port's
+    // All of them, not this port's alone: a server that finds its own in use takes the next one.
+    auto const caches = cache_folder(config).parent_path();
     for (auto const& folder : {from_here(caches), from_here(config.log_dir / "simulation")}) {
         fs::create_directories(folder, failed); // what is made later is not read-only for who runs then
         if (fs::is_directory(folder, failed))
@@ -198,10 +199,9 @@ WebsiteSourceParams website_params(SimulationConfig const& config, fs::path cons
     return params;
 }
 
-/// The screen that Webots draws on; empty: nobody has named one.
-std::string display_of(SimulationConfig const& config)
+core::DisplayChoice choose_display(SimulationConfig const& config)
 {
-    return config.display.empty() ? environment("DISPLAY") : config.display;
+    return core::choose_display(config.display, environment("DISPLAY"), environment("SSH_CONNECTION"));
 }
 
 SimulationLauncherParams launcher_params(SimulationConfig const& config, fs::path simulator)
@@ -220,7 +220,7 @@ SimulationLauncherParams launcher_params(SimulationConfig const& config, fs::pat
         if (name == "WEBOTS_HOME")
             value = from_here(value);
     params.simulator_environment = config.simulator_environment;
-    if (auto const display = display_of(config); !display.empty())
+    if (auto const display = choose_display(config).name; !display.empty())
         params.display = display;
     return params;
 }
@@ -252,9 +252,9 @@ DockerModeParams docker_params(SimulationConfig const& config, fs::path const& i
     params.simulator_environment = config.simulator_environment;
     if (fs::exists("/dev/dri", failed))
         params.graphics_device = "/dev/dri";
-    if (auto const display = display_of(config); !display.empty()) {
-        params.display = display;
-        if (environment("SSH_CONNECTION").empty()) // a screen of somebody else's is not ours to open
+    if (auto const display = choose_display(config); !display.name.empty()) {
+        params.display = display.name;
+        if (display.may_be_opened)
             params.xhost = find_program("xhost");
     }
     return params;
