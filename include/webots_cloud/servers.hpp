@@ -17,8 +17,7 @@ namespace webots_cloud {
 
 struct HttpServerParams;
 
-/// What a configuration says of the network, for `make_http_server`: for those who assemble a server
-/// themselves.
+/// What `make_http_server` needs of a configuration, for programs that assemble a server themselves.
 HttpServerParams http_server_params(std::uint16_t port, NetworkConfig const& config);
 
 /// Reads a configuration again, on SIGHUP; empty: SIGHUP is left alone.
@@ -27,8 +26,10 @@ using Reload = std::function<result<Configured<Config>>()>;
 
 /// Runs a session server until cancelled.
 ///
-/// SIGHUP applies everything but `port`, the log, TLS, `connectionsPerAddress`, `trustedProxies`,
-/// `operatorSocket`, `scheduling` and `placementTimeout`; browsers stay connected.
+/// SIGHUP applies everything but `port`, `logDir`, `debug`, `logFormat`, `sslCertificate`, `sslKey`,
+/// `connectionsPerAddress`, `pingTimeout`, `trustedProxies`, `operatorSocket`, `scheduling` and
+/// `placementTimeout`; browsers stay connected.
+///
 /// Errors: `operation_aborted` when cancelled; `unavailable` when the port is in use; `invalid_argument`.
 /// Thread-safety: one executor, on one thread.
 boost::asio::awaitable<result<>> serve_sessions(boost::asio::any_io_executor executor, SessionConfig config,
@@ -36,8 +37,9 @@ boost::asio::awaitable<result<>> serve_sessions(boost::asio::any_io_executor exe
 
 /// Runs a simulation server until cancelled; then every simulation is ended first.
 ///
-/// SIGHUP applies new `allowedRepositories`, `blockedRepositories`, `shareIdleTime`, `title`, `description`
-/// and `AccessConfig`, but for `operatorSocket`; registries are told of the first and the third.
+/// SIGHUP applies new `allowedRepositories`, `blockedRepositories`, `shareIdleTime`, `simulationsPerAddress`,
+/// `title`, `description` and `AccessConfig`, but for `operatorSocket`; registries are told of the first and
+/// the third.
 ///
 /// `programs` is the folder of `webots-process-guard` and `webots-demo-simulator`.
 /// Errors: as `serve_sessions`; `not_found` when there is neither Webots nor the demo simulator.

@@ -20,8 +20,8 @@ namespace webots_cloud::app {
 /// Gives `apply` a new configuration at each SIGHUP; one that is unusable is logged, and the old one stays.
 /// Ends when cancelled.
 ///
-/// Keys that differ from those of `running` and that no `apply` takes over are named in the log. Without
-/// `reload` SIGHUP is left alone.
+/// `running` is the configuration of the start: a key that needs a restart and differs from its value there
+/// is named in the log at each SIGHUP. Without `reload` SIGHUP is left alone.
 template<class Config>
 boost::asio::awaitable<result<>> obey_sighup(boost::asio::any_io_executor executor, Reload<Config> reload,
                                              Config const& running,

@@ -1,4 +1,5 @@
-// Which changed keys of a reloaded configuration need a restart.
+// Which changed keys of a reloaded configuration need a restart. All others must be taken over by an `apply`
+// of src/app: tests/hygiene/reloaded_keys.py finds those that are in neither place.
 #pragma once
 
 #include <webots_cloud/config.hpp>
@@ -8,7 +9,7 @@
 
 namespace webots_cloud::core {
 
-/// The keys whose values differ and that take effect at the next start only.
+/// Of the keys whose values differ those that take effect at the next start only.
 std::vector<std::string_view> keys_for_restart(SessionConfig const& running, SessionConfig const& next);
 std::vector<std::string_view> keys_for_restart(SimulationConfig const& running, SimulationConfig const& next);
 
