@@ -184,7 +184,8 @@ std::unique_ptr<ProcessHost> make_process_host(boost::asio::any_io_executor exec
                                                std::filesystem::path guard,
                                                std::vector<std::filesystem::path> read_only = {});
 
-/// What that guard can do here, as its option `--probe` says it in one line; for `core::parse_isolation`.
+/// What that guard can do here, as its option `--probe` prints it: one line, which is no stable format. Not
+/// empty: the guard can be run.
 ///
 /// Errors: `start_failed`, `timed_out` after 15 seconds.
 /// Cancellation: terminal.
@@ -222,8 +223,9 @@ struct GitSourceParams
     std::uint64_t low_speed = 1'000; ///< Bytes per second. A server that stays below is given up; 0: never.
     Duration low_speed_time = std::chrono::seconds(60); ///< For how long it may.
     std::shared_ptr<FetchBudget> budget;                ///< Shared with other sources. Null: one of its own.
-    /// How long a server may take to say what an address means now, when the cache knows what it meant last:
-    /// then that is used.
+    /// How long a server may take to say which commit a branch is at now, if the cache knows which it was at
+    /// last: after that time, that one is used, and `FetchedProject::notice` says so. Where the cache knows
+    /// nothing, `FetchLimits::timeout` alone counts.
     Duration patience = std::chrono::seconds(10);
 };
 

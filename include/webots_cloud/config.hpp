@@ -137,8 +137,9 @@ struct SimulationConfig
     std::vector<std::string> notify{"https://webots.cloud/ajax/server/setup.php"};
     std::uint64_t cache_bytes = std::uint64_t{10}
                                 << 30; ///< `cacheSize`, in gigabytes: fetched projects that are kept.
-    /// `stateDir`: what the server works with, projects of running simulations above all. Empty: see
-    /// `core::state_folders`.
+    /// `stateDir`: what the server works with, projects of running simulations above all. Empty: the folder
+    /// that systemd names (`STATE_DIRECTORY`), else `webots_cloud` in `XDG_STATE_HOME` or `~/.local/state`,
+    /// else one in the folder for temporary files (docs/operations.md, "Files and folders").
     std::filesystem::path state_dir;
     /// `fetchMemory`, in megabytes, and `fetchDisk`, in gigabytes: what all fetches of projects together may
     /// take.

@@ -71,7 +71,7 @@ public:
     /// Errors: as `parse_world_url`.
     result<ProjectRef> parse(std::string_view url) const;
 
-    /// Fetches a project into a fresh directory and makes sure that its world is there.
+    /// Fetches a project into a fresh directory. Its source makes sure that the world is there.
     ///
     /// Cancellation: terminal; completes when nothing of it is left on disk.
     /// Errors: as `ProjectSource::fetch`; `not_found` for the world file.

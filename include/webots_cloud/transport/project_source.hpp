@@ -17,27 +17,34 @@
 
 namespace webots_cloud {
 
-/// How far a fetch is. Written by the source from any thread, read by whoever shows it.
+/// How far a fetch is, for people: nothing is decided by it. Written by the source from any thread, read by
+/// whoever shows it. Sources that copy a folder, and websites', report `bytes_received` and `waiting` alone.
 struct FetchProgress
 {
     FetchProgress() = default;
 
-    std::atomic<std::uint32_t> objects_total{0}; ///< 0 until the peer has said.
-    std::atomic<std::uint32_t> objects_received{0};
+    /// Git objects of the pack that is being received. 0: the server has not said yet, or there is no pack.
+    std::atomic<std::uint32_t> objects_total{0};
+    std::atomic<std::uint32_t> objects_received{0}; ///< Of `objects_total`.
+    /// Git: of packs, as compressed by the server. Folders: copied. Websites: of the template, as
+    /// it is copied; then, from 0, of the zip file.
     std::atomic<std::uint64_t> bytes_received{0};
-    std::atomic<std::uint64_t> large_bytes_total{0}; ///< Of large files (Git LFS); 0 until then.
-    std::atomic<std::uint64_t> large_bytes_received{0};
-    std::atomic<bool> waiting{false}; ///< For room in memory or on the disk, which others have.
+    /// Of the files in Git LFS, which are received after the packs. 0: none is wanted, or not yet.
+    std::atomic<std::uint64_t> large_bytes_total{0};
+    std::atomic<std::uint64_t> large_bytes_received{0}; ///< Of `large_bytes_total`.
+    /// The fetch stands still until other fetches give back memory or disk.
+    std::atomic<bool> waiting{false};
 };
 
-/// What a project may cost.
+/// The largest project that is fetched. Each source enforces this itself, before it allocates or writes.
 struct FetchLimits
 {
     FetchLimits() = default;
 
-    std::uint64_t bytes = std::uint64_t{2} << 30; ///< Received, and again on disk. Default 2 GiB.
-    std::uint32_t files = 50'000;                 ///< On disk.
-    Duration timeout = std::chrono::minutes(10);  ///< For the whole fetch.
+    std::uint64_t bytes = std::uint64_t{2}
+                          << 30;  ///< Of what is received, and, counted apart, of all files on disk. 2 GiB.
+    std::uint32_t files = 50'000; ///< On disk.
+    Duration timeout = std::chrono::minutes(10); ///< For the whole fetch.
 };
 
 /// One project to put into one directory.
@@ -47,8 +54,9 @@ struct FetchOrder
 
     ProjectRef project;                    ///< For the sources of forges.
     std::optional<WebsiteProject> website; ///< For the source of websites' projects, instead.
-    std::filesystem::path
-        directory; ///< Does not exist yet, its parent does; on failure it may hold anything.
+    /// Where the project goes. The caller has made its parent, and the source makes the directory itself.
+    /// After a failure it may be there or not, with anything in it: the caller gives it to `discard`.
+    std::filesystem::path directory;
     FetchLimits limits;
     std::shared_ptr<FetchProgress> progress = std::make_shared<FetchProgress>();
 };
@@ -77,7 +85,9 @@ struct RestoreOrder
     std::string file; ///< Relative to the root: names separated by `/`, none of them `.` or `..`.
 };
 
-/// Fetches projects from somewhere. Never works on the caller's thread, never outside the order's directory.
+/// Fetches projects from somewhere. Never works on the caller's thread, never outside the order's directory
+/// (and a cache of its own). What arrives is a stranger's: HACKING.md ("another kind of forge") lists what a
+/// source must not let through.
 ///
 /// Thread-safety: one executor.
 class ProjectSource
@@ -95,7 +105,8 @@ public:
     /// Puts one file of a fetched project back as it was. Called between `fetch` and `discard` only.
     ///
     /// Cancellation: none.
-    /// Errors: `not_found`: the project has no such file; `unavailable`, by default always.
+    /// Errors: `not_found`: the project has no such file; `unavailable`: this source can't do it, which is
+    /// what a source without an override answers.
     virtual boost::asio::awaitable<result<>> restore(RestoreOrder)
     {
         co_return Failure(errc::unavailable, "Files of this project can't be restored.");

@@ -26,9 +26,9 @@ std::string rounded(double value, int scale)
 
 } // namespace
 
-std::array<std::string_view, MonitorSample::figures> const& MonitorSample::names() noexcept
+std::array<std::string_view, MonitorSample::columns> const& MonitorSample::names() noexcept
 {
-    static constexpr std::array<std::string_view, figures> names = {
+    static constexpr std::array<std::string_view, columns> names = {
         "Webots running", "Webots idle", "CPU load", "CPU memory",   "GPU load compute", "GPU load memory",
         "GPU memory",     "Swap",        "Disk",     "Network sent", "Network received"};
     return names;
@@ -37,7 +37,7 @@ std::array<std::string_view, MonitorSample::figures> const& MonitorSample::names
 std::vector<float> MonitorSample::values() const
 {
     std::vector<float> all;
-    all.reserve(figures);
+    all.reserve(columns);
     for (double const value : {static_cast<double>(running), static_cast<double>(idle), cpu, memory,
                                gpu_compute, gpu_memory_controller, gpu_memory, swap, disk, sent, received})
         all.push_back(static_cast<float>(value));

@@ -13,14 +13,17 @@
 
 namespace webots_cloud::core {
 
-/// The figures of one second, in the order of the columns of monitor.csv that follow the timestamp.
+/// The columns of monitor.csv that follow the timestamp, in their order: that of the Python servers, whose
+/// readers know it. So nothing is added here for the page alone: that is a member of `SimulationBoard` or
+/// `SimulationRow`. Who knows columns by their places: `SimulationBoard::snapshot` and
+/// web/monitor/simulation.js.
 struct MonitorSample
 {
     MonitorSample() = default;
 
-    static constexpr std::size_t figures = 11;
+    static constexpr std::size_t columns = 11;
     /// The names of the columns, without the timestamp's.
-    static std::array<std::string_view, figures> const& names() noexcept;
+    static std::array<std::string_view, columns> const& names() noexcept;
 
     std::vector<float> values() const;
 

@@ -121,12 +121,14 @@ std::string SimulationBoard::snapshot(std::vector<SimulationRow> const& rows, st
     append_number(text, seconds(history_.line(0, max_points).spacing), 3);
     append_key(text, "series");
     text += '[';
-    for (std::size_t i = 0; i < MonitorSample::figures; ++i) {
+    // The columns of MonitorSample: two counts, seven percentages, two rates.
+    auto const decimals = [](std::size_t column) { return column < 2 ? 0 : column < 9 ? 1 : 3; };
+    for (std::size_t i = 0; i < MonitorSample::columns; ++i) {
         text += i == 0 ? "{" : ",{";
         append_key(text, "name");
         append_quoted(text, MonitorSample::names()[i]);
         append_key(text, "history");
-        append_numbers(text, history_.line(i, max_points).values, i < 2 ? 0 : i < 9 ? 1 : 3);
+        append_numbers(text, history_.line(i, max_points).values, decimals(i));
         text += '}';
     }
     return text + "]}";

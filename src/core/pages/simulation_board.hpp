@@ -27,7 +27,7 @@ struct SimulationRow
     std::string log;           ///< Where the operator finds what the simulator printed; empty: nowhere.
     int process = 0;           ///< 0 while there is none.
     std::optional<double> cpu; ///< Percent of one processor, over the last look or, at first, its whole life.
-    bool more = false; ///< Of both, and nobody knows how much: it has more processes than are looked at.
+    bool more = false;         ///< It has more processes than are looked at: `cpu` and `memory` are too low.
     std::optional<double> memory; ///< Megabytes (10^6) that its processes have in memory.
 };
 

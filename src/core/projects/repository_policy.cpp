@@ -104,7 +104,8 @@ Segments segments_of_world(std::string_view url, std::string_view forge)
         segments.push_back(world->world);
         return segments;
     }
-    // It will be refused, but a person should learn first that the repository is.
+    // Not the address of a world: it never runs. But where its repository is blocked, the person is told that
+    // first (protocol section 4.1.2: the policy comes before the grammar).
     auto const rest = without_query(url.substr(std::min(url.size(), forge.size())));
     std::string decoded;
     if (!percent_decode(rest, decoded))
@@ -133,8 +134,8 @@ bool begins_with(Segments const& all, Segments const& beginning, Same same)
            std::equal(beginning.begin(), beginning.end(), all.begin(), same);
 }
 
-/// What is left of a rule's segments after those of the forge; nothing: it is about something else. A rule
-/// that names the forge, or what the forge is on, leaves none.
+/// What a rule's address says after that of the forge: owner, repository and so on. Empty: the rule names the
+/// forge, or a site that the forge is a part of, and so all of its worlds. `nullopt`: it names another place.
 std::optional<Segments> segments_on_forge(Location const& rule, Location const& forge, Same same)
 {
     if (begins_with(forge.path, rule.path, same))
@@ -166,7 +167,7 @@ std::string_view without_www(std::string_view host)
     return host.starts_with(www) ? host.substr(www.size()) : host;
 }
 
-/// The branch that contains it is unknown until the forge has been queried.
+/// `HEAD`, or a commit by its hash: which branches have it only the forge knows, which was not asked yet.
 bool may_be_any_branch(Segments const& ref)
 {
     return !ref.empty() && (ref.front() == "HEAD" || git_object_id(ref.front()).has_value());

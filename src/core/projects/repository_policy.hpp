@@ -23,8 +23,13 @@ struct RepositoryPolicy
 // A rule is a URL prefix, compared by segments, so `https://github.com/cyberbotics` does not cover
 // `https://github.com/cyberbotics-evil`. Rule and world are normalised first: percent-encodings
 // decoded, host in lower case and without its usual port, no empty and dot segments, no `.git` after the
-// repository, no query and fragment; `blob` and `tree` are the same. A world is what `parse_world_url` makes
-// of it, which is what will be fetched. `url` is on `forge`, which says where its owner stands.
+// repository, no query and fragment; `blob` and `tree` are the same. Of a world's `url` the parts are
+// compared that `parse_world_url` finds, since they are what is fetched. `forge` is what `forge_of` found for
+// it: the owner's name follows that address.
+//
+// `blocks` has to know every way to name a ref that a source understands: one that it does not know is a way
+// around "blockedRepositories". A source that accepts more than `refs/heads/x`, `refs/tags/x`, `HEAD` and
+// hashes needs more of it.
 
 /// True when `rule` certainly names the world or something that contains it. Owner and repository are
 /// compared without case only on forges that are known to ignore it.

@@ -6,7 +6,8 @@
   const section = document.getElementById("charts");
   const table = document.getElementById("simulations");
 
-  // The series by what they are measured in, in the order of monitor.csv.
+  // The series by what they are measured in. `first` and `count` are places of columns of monitor.csv, as core/pages/monitor_sample.hpp
+  // orders them.
   const panels = [
     {title: "Load, last 10 minutes (%)", first: 2, count: 7, options: {valueRange: [0, 103]}},
     {title: "Number of simulations", first: 0, count: 2, options: {axis: {pixelsPerLabel: 24, axisLabelFormatter: wholeNumber}}},
