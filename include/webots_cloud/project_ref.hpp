@@ -31,15 +31,18 @@ struct ProjectRef
 
 /// The one of `forges` that the URL of a world is on.
 ///
-/// Errors: `invalid_url`, its detail being the text for the browser (protocol section 4.1.2, step 3).
+/// Errors: `invalid_url`, its detail being the text for the browser (protocol section 4.1.2, step 2).
 result<std::string> forge_of(std::string_view url, std::vector<std::string> const& forges);
 
 /// Takes the URL of a world apart.
 ///
 /// `forges` are base URLs such as `https://github.com`; only those are understood. Percent-encoding is
-/// decoded once; a query or fragment is ignored. Every part is checked against a strict set of characters.
+/// decoded once; a query or fragment is ignored. Owner and repository are of the characters that forges
+/// allow; the other parts are names that a file may have, in UTF-8, without control characters and
+/// backslashes.
+///
 /// Errors: `invalid_url`, its detail being the text that browsers have always been shown (protocol section
-/// 4.1.2, steps 3 and 5).
+/// 4.1.2, steps 2 and 5).
 result<ProjectRef> parse_world_url(std::string_view url, std::vector<std::string> const& forges);
 
 } // namespace webots_cloud

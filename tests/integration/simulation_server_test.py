@@ -59,7 +59,7 @@ class Starts(unittest.IsolatedAsyncioTestCase):
                 self.assertIn(os.path.join(simulation.folder, "wh", "webots"), simulation.log())
                 simulation.wait_until_clean()
 
-    # 4.1.1: malformed messages; 4.1.2 steps 3 to 5 and 8, 4.1.3: the sentences; 4.1.4: the close.
+    # 4.1.1: malformed messages; 4.1.2 steps 2, 3, 5 and 8, 4.1.3: the sentences; 4.1.4: the close.
     async def test_failures_are_told_and_the_socket_is_closed(self):
         cases = {
             '{"start":{"url":"%s"}}' % WORLD.replace("arena", "nowhere"): "loading: Error: nowhere.wbt does not exist.",

@@ -8,7 +8,7 @@
 
 namespace webots_cloud::core {
 
-/// The operator's rules (protocol section 4.1.2, step 4).
+/// The operator's rules (protocol section 4.1.2, step 3).
 struct RepositoryPolicy
 {
     RepositoryPolicy() = default;

@@ -349,7 +349,7 @@ BOOST_AUTO_TEST_CASE(the_webots_of_the_image_decides_what_it_calls_the_scene_mod
     fixture.leave(browser);
 }
 
-// Protocol 4.1.2 step 4: the load of the last second decides and not the mean.
+// Protocol 4.1.2 step 3: the load of the last second decides and not the mean.
 BOOST_AUTO_TEST_CASE(idle_time_is_shared_while_the_last_second_was_idle)
 {
     Fixture fixture;

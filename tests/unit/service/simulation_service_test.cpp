@@ -160,7 +160,7 @@ using Texts = std::vector<std::string>;
 // Protocol sections 4.1, 6, 9.1 and 13.
 BOOST_AUTO_TEST_SUITE(simulation_service)
 
-// Protocol 4.1.2 steps 1, 2, 7 and 10 to 13, 4.1.3, 9.1; quirks Q8 and Q32.
+// Protocol 4.1.2 steps 1, 6, 7 and 10 to 13, 4.1.3, 9.1; quirks Q8 and Q32.
 BOOST_AUTO_TEST_CASE(the_happy_path_is_two_frames_and_then_heartbeats)
 {
     Fixture fixture;
@@ -454,7 +454,7 @@ BOOST_AUTO_TEST_CASE(ports_in_use_are_skipped_and_exhaustion_is_told)
     fixture.leave(first);
 }
 
-// Protocol 4.1.2 step 1, 4.3: a place is taken first.
+// Protocol 4.1.2 step 4, 4.3: a place is taken first.
 BOOST_AUTO_TEST_CASE(a_full_server_says_so_before_it_fetches)
 {
     Fixture fixture;
@@ -555,7 +555,7 @@ BOOST_AUTO_TEST_CASE(either_word_for_the_scene_mode_starts_either_webots_without
         }
 }
 
-// Protocol 4.1.1 malformed, 4.1.2 steps 3 to 5 and 8, 13; quirk Q6.
+// Protocol 4.1.1 malformed, 4.1.2 steps 2, 3, 5, 8 and 13; quirk Q6.
 BOOST_AUTO_TEST_CASE(a_start_that_fails_says_why)
 {
     struct Case
@@ -586,7 +586,7 @@ BOOST_AUTO_TEST_CASE(a_start_that_fails_says_why)
     }
 }
 
-// Protocol 4.1.2, strict order: the forge (step 3), the policy (4), the grammar (5).
+// Protocol 4.1.2, strict order: the forge (step 2), the policy (3), the grammar (5).
 BOOST_AUTO_TEST_CASE(of_several_reasons_to_refuse_a_start_the_first_is_told)
 {
     struct Case

@@ -20,7 +20,7 @@ RepositoryPolicy sharing()
 
 } // namespace
 
-// Protocol section 4.1.2, step 4, and quirk Q17.
+// Protocol section 4.1.2, step 3, and quirk Q17.
 BOOST_AUTO_TEST_SUITE(repository_policy)
 
 BOOST_AUTO_TEST_CASE(an_allowed_prefix_covers_whole_segments_only)
