@@ -82,7 +82,7 @@ def git_pack():
     yield b"\x01" + b"\x01\x05hello\x02\x05hello\x04\x05hello"
 
 
-def git_plan():
+def git_layout():
     """Limit of entries, length and text of a path; then the folders: entries, each a mode, a name with its length, and a target."""
     def entry(mode, name, target):
         return bytes([mode, len(name)]) + name + bytes([target])
@@ -264,6 +264,6 @@ def smtp_reply():
     yield b"\0\r\n\r\n999\r\n"
 
 
-SEEDS = {each.__name__: each for each in (archive, client_message, configuration, docker_listing, docker_project, git_lfs, git_pack, git_plan, git_protocol,
+SEEDS = {each.__name__: each for each in (archive, client_message, configuration, docker_listing, docker_project, git_layout, git_lfs, git_pack, git_protocol,
                                           http_answer, http_request, load_report, mail, mount_table, policy, simulator_output, smtp_reply,
                                           websocket_frames, world_url)}

@@ -85,7 +85,7 @@ std::string_view without_full_stop(std::string_view words) noexcept
     return words.substr(0, words.find_last_not_of('.') + 1);
 }
 
-std::uint64_t memory_of_items(std::vector<core::GitPlanItem> const& plan)
+std::uint64_t memory_of_items(std::vector<core::GitLayoutItem> const& plan)
 {
     constexpr std::uint64_t copies = 4;
     std::uint64_t bytes = 0;
@@ -519,7 +519,7 @@ result<GitSnapshotPtr> GitFetch::download_once(GitCapabilities const& capabiliti
     auto way = way_to_folder(state, target, proof);
     if (!way)
         return way.error();
-    core::GitPlanLimits limits;
+    core::GitLayoutLimits limits;
     limits.items = order_.limits.files;
     auto const interrupt = [this] { return may_go_on(); };
     result<> paid_for_plan;
@@ -535,7 +535,7 @@ result<GitSnapshotPtr> GitFetch::download_once(GitCapabilities const& capabiliti
         proof.add_tree(id, *folder);
         return folder;
     };
-    auto plan = core::plan_git_folder(*way, limits, lookup);
+    auto plan = core::lay_out_git_folder(*way, limits, lookup);
     if (auto const going_on = interrupt(); !going_on)
         return going_on.error();
     if (!paid_for_plan)
@@ -594,7 +594,7 @@ result<> GitFetch::pay_for_entries(std::string const& folder, std::uint64_t& tak
 }
 
 /// Before anything is made of the plan: a file that occurs many times may have to be copied each time.
-result<> GitFetch::pay_for_files(std::vector<core::GitPlanItem> const& plan, GitStaging const& staging,
+result<> GitFetch::pay_for_files(std::vector<core::GitLayoutItem> const& plan, GitStaging const& staging,
                                  GitDonors const& donors)
 {
     std::unordered_set<core::GitObjectId, core::GitObjectIdHash> moved;
@@ -643,7 +643,7 @@ result<core::GitWay> GitFetch::way_to_folder(Download& state, core::GitTarget co
                        concat("has no commit at \"", core::printable(order_.project.ref_and_folder, 100),
                               "\", but something else"));
     proof.add_commit(*commit);
-    auto way = core::find_git_folder(*root, target.folder, core::GitPlanLimits(), lookup);
+    auto way = core::find_git_folder(*root, target.folder, core::GitLayoutLimits(), lookup);
     auto const* const folder = way ? lookup(way->tree) : nullptr;
     if (!paid)
         return paid.error();
@@ -664,7 +664,7 @@ result<core::GitWay> GitFetch::way_to_folder(Download& state, core::GitTarget co
 /// The files that the plan lacks, once it is known that the commit is the repository's own. Those of the
 /// folders above come with the others, and the transfer is cut when they turn out to be too large.
 result<> GitFetch::fetch_rest(Download& state, core::GitObjectId const& commit,
-                              std::vector<core::GitPlanItem> const& plan, GitDonors const& donors)
+                              std::vector<core::GitLayoutItem> const& plan, GitDonors const& donors)
 {
     auto const missing = missing_files(plan, state.staging, donors);
     GitParentFiles parents(plan, state.staging, donors);
@@ -697,7 +697,7 @@ result<> GitFetch::fetch_rest(Download& state, core::GitObjectId const& commit,
 
 /// What the plan lacks now, with or without the files of the folders above; of `wanted` files it lacked some
 /// when this began.
-result<> GitFetch::fetch_plan(Download& state, std::vector<core::GitPlanItem> const& plan,
+result<> GitFetch::fetch_plan(Download& state, std::vector<core::GitLayoutItem> const& plan,
                               GitDonors const& donors, std::size_t wanted, bool parents)
 {
     auto const missing = missing_files(plan, state.staging, donors);
@@ -722,7 +722,7 @@ void GitFetch::note_lack_of_parents()
                        project.repository,
                        " lacks the files of the folders above it, which are too large or ",
                        "too many (more than ", std::to_string(max_parent_bytes >> 20), " MB or ",
-                       std::to_string(core::GitPlanLimits().parent_files), ")."));
+                       std::to_string(core::GitLayoutLimits().parent_files), ")."));
 }
 
 result<> GitFetch::fetch_files(Download& state, Ids const& files)

@@ -84,13 +84,13 @@ private:
     result<GitFetched> fall_back(Failure const& failure);
     result<core::GitWay> way_to_folder(Download& state, core::GitTarget const& target, GitProof& proof);
     result<> fetch_rest(Download& state, core::GitObjectId const& commit,
-                        std::vector<core::GitPlanItem> const& plan, GitDonors const& donors);
-    result<> fetch_plan(Download& state, std::vector<core::GitPlanItem> const& plan, GitDonors const& donors,
-                        std::size_t wanted, bool parents);
+                        std::vector<core::GitLayoutItem> const& plan, GitDonors const& donors);
+    result<> fetch_plan(Download& state, std::vector<core::GitLayoutItem> const& plan,
+                        GitDonors const& donors, std::size_t wanted, bool parents);
     void note_lack_of_parents();
     result<> pay_for_folder(std::string const& folder, std::uint64_t& taken);
     result<> pay_for_entries(std::string const& folder, std::uint64_t& taken);
-    result<> pay_for_files(std::vector<core::GitPlanItem> const& plan, GitStaging const& staging,
+    result<> pay_for_files(std::vector<core::GitLayoutItem> const& plan, GitStaging const& staging,
                            GitDonors const& donors);
     result<> fetch_files(Download& state, Ids const& files);
     result<> fetch_large_files(Download const& state, GitIndex& index, int files);

@@ -7,11 +7,11 @@
 namespace webots_cloud::adapters {
 namespace {
 
-using core::GitPlanItem;
+using core::GitLayoutItem;
 using Kind = core::GitTreeEntry::Kind;
 
 /// The size of a file that is there.
-std::optional<std::uint64_t> size_of(GitPlanItem const& item, GitStaging const& staging,
+std::optional<std::uint64_t> size_of(GitLayoutItem const& item, GitStaging const& staging,
                                      GitDonors const& donors)
 {
     if (item.kind != Kind::link)
@@ -23,7 +23,7 @@ std::optional<std::uint64_t> size_of(GitPlanItem const& item, GitStaging const& 
 }
 
 /// What a pointer of Git LFS will bring besides itself; 0 for any other file.
-std::uint64_t content_of(GitPlanItem const& item, GitStaging const& staging)
+std::uint64_t content_of(GitLayoutItem const& item, GitStaging const& staging)
 {
     if (item.kind == Kind::link || !staging.has_blob(item.id) ||
         staging.blob_size(item.id) > core::max_lfs_pointer_length)
@@ -35,27 +35,27 @@ std::uint64_t content_of(GitPlanItem const& item, GitStaging const& staging)
 
 } // namespace
 
-std::vector<core::GitObjectId> missing_files(std::vector<GitPlanItem> const& plan, GitStaging const& staging,
-                                             GitDonors const& donors, bool parents)
+std::vector<core::GitObjectId> missing_files(std::vector<GitLayoutItem> const& layout,
+                                             GitStaging const& staging, GitDonors const& donors, bool parents)
 {
     std::vector<core::GitObjectId> missing;
     std::unordered_set<core::GitObjectId, core::GitObjectIdHash> seen;
-    for (auto const& item : plan)
+    for (auto const& item : layout)
         if (item.kind != Kind::folder && (parents || !item.of_parent) && !size_of(item, staging, donors) &&
             seen.insert(item.id).second)
             missing.push_back(item.id);
     return missing;
 }
 
-void GitParentFiles::expect(std::vector<GitPlanItem> const& plan, GitStaging const& staging,
+void GitParentFiles::expect(std::vector<GitLayoutItem> const& layout, GitStaging const& staging,
                             GitDonors const& donors)
 {
     expected_.clear();
     stopped_ = false;
-    for (auto const& item : plan)
+    for (auto const& item : layout)
         if (item.of_parent && !size_of(item, staging, donors))
             expected_.insert(item.id);
-    for (auto const& item : plan)
+    for (auto const& item : layout)
         if (!item.of_parent && !expected_.empty())
             expected_.erase(item.id);
 }
@@ -79,12 +79,12 @@ result<> GitParentFiles::stop()
     return Failure(errc::too_large, "The files of the folders above the project are too large.");
 }
 
-bool may_keep_parent_files(std::vector<GitPlanItem> const& plan, GitStaging const& staging,
+bool may_keep_parent_files(std::vector<GitLayoutItem> const& layout, GitStaging const& staging,
                            GitDonors const& donors, std::uint64_t max_bytes)
 {
     std::uint64_t of_parents = 0;
     std::uint64_t all = 0;
-    for (auto const& item : plan) {
+    for (auto const& item : layout) {
         if (item.kind == Kind::folder)
             continue;
         auto const size = size_of(item, staging, donors);
@@ -102,9 +102,9 @@ bool may_keep_parent_files(std::vector<GitPlanItem> const& plan, GitStaging cons
     return of_parents <= max_parent_bytes && all <= max_bytes;
 }
 
-bool leave_out_parent_files(std::vector<GitPlanItem>& plan)
+bool leave_out_parent_files(std::vector<GitLayoutItem>& layout)
 {
-    return std::erase_if(plan, [](GitPlanItem const& item) { return item.of_parent; }) > 0;
+    return std::erase_if(layout, [](GitLayoutItem const& item) { return item.of_parent; }) > 0;
 }
 
 } // namespace webots_cloud::adapters

@@ -4,8 +4,8 @@
 #include "git_staging.hpp"
 #include "git_unpack.hpp"
 
+#include "core/git/git_layout.hpp"
 #include "core/git/git_object_id.hpp"
-#include "core/git/git_plan.hpp"
 
 #include <webots_cloud/error.hpp>
 
@@ -19,8 +19,8 @@ namespace webots_cloud::adapters {
 constexpr std::uint64_t max_parent_bytes = std::uint64_t{8} << 20;
 
 /// What neither came with the folders nor lies in another folder of the cache, each once, in the order of the
-/// plan. `parents`: with the files of the folders above the project, which come first.
-std::vector<core::GitObjectId> missing_files(std::vector<core::GitPlanItem> const& plan,
+/// layout. `parents`: with the files of the folders above the project, which come first.
+std::vector<core::GitObjectId> missing_files(std::vector<core::GitLayoutItem> const& layout,
                                              GitStaging const& staging, GitDonors const& donors,
                                              bool parents = true);
 
@@ -31,14 +31,14 @@ std::vector<core::GitObjectId> missing_files(std::vector<core::GitPlanItem> cons
 class GitParentFiles final : public GitBlobWatch
 {
 public:
-    GitParentFiles(std::vector<core::GitPlanItem> const& plan, GitStaging const& staging,
+    GitParentFiles(std::vector<core::GitLayoutItem> const& layout, GitStaging const& staging,
                    GitDonors const& donors)
     {
-        expect(plan, staging, donors);
+        expect(layout, staging, donors);
     }
 
-    /// From now on it waits for what `plan` lacks and only its items of parents need.
-    void expect(std::vector<core::GitPlanItem> const& plan, GitStaging const& staging,
+    /// From now on it waits for what `layout` lacks and only its items of parents need.
+    void expect(std::vector<core::GitLayoutItem> const& layout, GitStaging const& staging,
                 GitDonors const& donors);
 
     /// From now on it stops no transfer.
@@ -63,10 +63,10 @@ private:
 };
 
 /// Whether all of them are there, small enough, and leave the project below `max_bytes`.
-bool may_keep_parent_files(std::vector<core::GitPlanItem> const& plan, GitStaging const& staging,
+bool may_keep_parent_files(std::vector<core::GitLayoutItem> const& layout, GitStaging const& staging,
                            GitDonors const& donors, std::uint64_t max_bytes);
 
-/// Takes them out of the plan.   False: there were none.
-bool leave_out_parent_files(std::vector<core::GitPlanItem>& plan);
+/// Takes them out of the layout.   False: there were none.
+bool leave_out_parent_files(std::vector<core::GitLayoutItem>& layout);
 
 } // namespace webots_cloud::adapters

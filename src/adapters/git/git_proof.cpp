@@ -2,7 +2,7 @@
 
 #include "git_digest.hpp"
 
-#include "core/git/git_plan.hpp"
+#include "core/git/git_layout.hpp"
 #include "core/git/git_tree.hpp"
 #include "core/text.hpp"
 
@@ -49,12 +49,12 @@ core::GitObjectId id_of(std::string_view kind, std::string_view object)
 }
 
 /// Whether the entries are the items, but for what may be left out.
-bool agree(std::vector<core::GitPlanItem> const& plan, std::vector<GitIndexEntry> const& entries)
+bool agree(std::vector<core::GitLayoutItem> const& layout, std::vector<GitIndexEntry> const& entries)
 {
     auto entry = entries.begin();
     bool has_parent_files = false;
     bool lacks_parent_files = false;
-    for (auto const& item : plan) {
+    for (auto const& item : layout) {
         auto const is_link = item.kind == core::GitTreeEntry::Kind::link;
         if (entry != entries.end() && entry->path == item.path) {
             if (entry->kind != item.kind || entry->id != item.id)
@@ -113,12 +113,12 @@ bool is_proven(std::string_view proof, core::GitObjectId const& commit, GitIndex
         auto const found = trees.find(id);
         return found == trees.end() ? nullptr : &found->second;
     };
-    core::GitPlanLimits limits; // more than the index are those that were left out
+    core::GitLayoutLimits limits; // more than the index are those that were left out
     limits.items = static_cast<std::uint32_t>(2 * index.entries.size() + left_out);
     auto way = core::find_git_folder(*root, folder, limits, lookup);
-    auto const plan = way ? core::plan_git_folder(*way, limits, lookup)
-                          : result<std::vector<core::GitPlanItem>>(way.error());
-    return plan && agree(*plan, index.entries);
+    auto const layout = way ? core::lay_out_git_folder(*way, limits, lookup)
+                            : result<std::vector<core::GitLayoutItem>>(way.error());
+    return layout && agree(*layout, index.entries);
 }
 
 } // namespace webots_cloud::adapters

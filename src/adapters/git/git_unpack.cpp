@@ -13,7 +13,7 @@
 namespace webots_cloud::adapters {
 namespace {
 
-using core::GitPlanItem;
+using core::GitLayoutItem;
 using Kind = core::GitTreeEntry::Kind;
 
 constexpr std::uint64_t max_link_length = 1023;
@@ -26,7 +26,7 @@ public:
     {}
 
     /// Reads the target of a link before a file of the same text can be moved away.
-    result<> read_link(GitPlanItem const& item)
+    result<> read_link(GitLayoutItem const& item)
     {
         if (!staging_.has_blob(item.id))
             return missing();
@@ -39,7 +39,7 @@ public:
         return {};
     }
 
-    result<> make(GitPlanItem const& item)
+    result<> make(GitLayoutItem const& item)
     {
         auto const folder = targets_.parent_of(item.path);
         if (!folder)
@@ -59,7 +59,7 @@ public:
     GitIndex index;
 
 private:
-    void add(GitPlanItem const& item, std::uint64_t size)
+    void add(GitLayoutItem const& item, std::uint64_t size)
     {
         GitIndexEntry entry;
         entry.kind = item.kind;
@@ -70,7 +70,7 @@ private:
         index.entries.push_back(std::move(entry));
     }
 
-    result<> make_link(GitPlanItem const& item, int folder, char const* name)
+    result<> make_link(GitLayoutItem const& item, int folder, char const* name)
     {
         auto const target = links_.find(item.id);
         if (target == links_.end())
@@ -83,7 +83,7 @@ private:
         return {};
     }
 
-    result<> make_file(GitPlanItem const& item, int folder, char const* name)
+    result<> make_file(GitLayoutItem const& item, int folder, char const* name)
     {
         auto const size = place(item, folder, name);
         if (!size)
@@ -95,7 +95,7 @@ private:
     }
 
     /// The size of the file that is now there.
-    result<std::uint64_t> place(GitPlanItem const& item, int folder, char const* name)
+    result<std::uint64_t> place(GitLayoutItem const& item, int folder, char const* name)
     {
         auto const mode = item.kind == Kind::executable ? 0755 : 0644;
         if (auto const before = placed_.find(item.id); before != placed_.end())
@@ -120,7 +120,7 @@ private:
     }
 
     /// A file whose bytes are already somewhere: the same file where mode and content agree, else a copy.
-    result<std::uint64_t> share(GitDonors::File const& file, int root, GitPlanItem const& item, int folder,
+    result<std::uint64_t> share(GitDonors::File const& file, int root, GitLayoutItem const& item, int folder,
                                 char const* name)
     {
         FolderWalk walk(root);
@@ -145,7 +145,7 @@ private:
         return text.size();
     }
 
-    void remember(GitPlanItem const& item, std::uint64_t size)
+    void remember(GitLayoutItem const& item, std::uint64_t size)
     {
         GitDonors::File file;
         file.path = item.path;
@@ -166,15 +166,15 @@ private:
 
 } // namespace
 
-result<GitIndex> unpack_git_folder(std::vector<GitPlanItem> const& plan, GitStaging const& staging,
+result<GitIndex> unpack_git_folder(std::vector<GitLayoutItem> const& layout, GitStaging const& staging,
                                    GitDonors const& donors, int root, FetchInterrupt const& interrupt)
 {
     Unpacker unpacker(staging, donors, root);
-    for (auto const& item : plan)
+    for (auto const& item : layout)
         if (item.kind == Kind::link)
             if (auto const read = unpacker.read_link(item); !read)
                 return read.error();
-    for (auto const& item : plan) {
+    for (auto const& item : layout) {
         if (auto const may_go_on = ask(interrupt); !may_go_on)
             return may_go_on.error();
         if (auto const made = unpacker.make(item); !made)

@@ -5,7 +5,7 @@
 #include "git_index.hpp"
 #include "git_staging.hpp"
 
-#include "core/git/git_plan.hpp"
+#include "core/git/git_layout.hpp"
 
 #include <webots_cloud/error.hpp>
 
@@ -30,11 +30,11 @@ struct GitDonors
     std::unordered_map<core::GitObjectId, File, core::GitObjectIdHash> files;
 };
 
-/// Makes everything in `plan` below the open, empty folder `root`: files are moved there from the staging
+/// Makes everything in `layout` below the open, empty folder `root`: files are moved there from the staging
 /// area or linked from donors. Symbolic links that could lead out of the repository are left out.
 ///
 /// Errors: `protocol_error` (an object is missing), `unavailable` (disk), the interrupt's.
-result<GitIndex> unpack_git_folder(std::vector<core::GitPlanItem> const& plan, GitStaging const& staging,
+result<GitIndex> unpack_git_folder(std::vector<core::GitLayoutItem> const& layout, GitStaging const& staging,
                                    GitDonors const& donors, int root, FetchInterrupt const& interrupt = {});
 
 } // namespace webots_cloud::adapters

@@ -2,7 +2,7 @@
 #include "git_ids.hpp"
 #include "unit_test.hpp"
 
-#include "core/git/git_plan.hpp"
+#include "core/git/git_layout.hpp"
 #include "core/git/git_tree.hpp"
 
 #include <map>
@@ -34,23 +34,23 @@ struct Repository
     }
 
     /// The paths, or what is wrong.
-    std::string plan(int tree, GitPlanLimits const& limits = {}) const
+    std::string layout(int tree, GitLayoutLimits const& limits = {}) const
     {
         GitWay way;
         way.tree = id(tree);
-        return plan(way, limits);
+        return layout(way, limits);
     }
 
     /// The same of a folder below the tree 1.
-    std::string plan(std::string_view folder, GitPlanLimits const& limits = {}) const
+    std::string layout(std::string_view folder, GitLayoutLimits const& limits = {}) const
     {
         auto way = find_git_folder(id(1), folder, limits, lookup());
-        return way ? plan(*way, limits) : way.error().message();
+        return way ? layout(*way, limits) : way.error().message();
     }
 
-    std::string plan(GitWay& way, GitPlanLimits const& limits) const
+    std::string layout(GitWay& way, GitLayoutLimits const& limits) const
     {
-        auto const items = plan_git_folder(way, limits, lookup());
+        auto const items = lay_out_git_folder(way, limits, lookup());
         if (!items)
             return items.error().message();
         std::string text;
@@ -104,7 +104,7 @@ BOOST_AUTO_TEST_CASE(folders_come_before_what_is_in_them)
     Repository repository;
     repository.trees[id(1)] = entry("40000", "worlds", 2) + entry("100644", "x", 9);
     repository.trees[id(2)] = entry("100644", "demo.wbt", 8) + entry("120000", "link", 7);
-    BOOST_TEST(repository.plan(1) == "d:worlds f:worlds/demo.wbt l:worlds/link f:x ");
+    BOOST_TEST(repository.layout(1) == "d:worlds f:worlds/demo.wbt l:worlds/link f:x ");
 }
 
 BOOST_AUTO_TEST_CASE(a_folder_is_found_by_its_path)
@@ -136,7 +136,7 @@ Repository repository_with_a_folder()
 BOOST_AUTO_TEST_CASE(a_folder_comes_with_the_files_of_those_that_it_lies_in)
 {
     auto const repository = repository_with_a_folder();
-    BOOST_TEST(repository.plan("a/b") ==
+    BOOST_TEST(repository.layout("a/b") ==
                "f:read d:a l:a/link x:a/tool d:a/b d:a/b/worlds f:a/b/worlds/demo.wbt f:a/b/x ");
     auto way = find_git_folder(id(1), "a/b", {}, repository.lookup()).value();
     BOOST_TEST(way.path == "a/b");
@@ -150,21 +150,21 @@ BOOST_AUTO_TEST_CASE(too_many_files_beside_the_way_are_left_out_all_together)
 {
     auto repository = repository_with_a_folder();
     auto const without = "d:a d:a/b d:a/b/worlds f:a/b/worlds/demo.wbt f:a/b/x ";
-    GitPlanLimits limits;
+    GitLayoutLimits limits;
     limits.parent_files = 3;
-    BOOST_TEST(repository.plan("a/b", limits) != without);
+    BOOST_TEST(repository.layout("a/b", limits) != without);
     limits.parent_files = 2;
-    BOOST_TEST(repository.plan("a/b", limits) == without);
-    limits = GitPlanLimits();
+    BOOST_TEST(repository.layout("a/b", limits) == without);
+    limits = GitLayoutLimits();
     limits.items = 7; // three of the project, three beside the way, which are five with its folders
-    BOOST_TEST(repository.plan("a/b", limits) == without);
+    BOOST_TEST(repository.layout("a/b", limits) == without);
     limits.items = 8;
-    BOOST_TEST(repository.plan("a/b", limits) != without);
+    BOOST_TEST(repository.layout("a/b", limits) != without);
     limits.items = 2;
-    BOOST_TEST(repository.plan("a/b", limits) == "The project has more than 2 files.");
-    limits = GitPlanLimits();
+    BOOST_TEST(repository.layout("a/b", limits) == "The project has more than 2 files.");
+    limits = GitLayoutLimits();
     limits.parent_bytes = repository.trees[id(2)].size();
-    BOOST_TEST(repository.plan("a/b", limits) == without); // the root's is larger
+    BOOST_TEST(repository.layout("a/b", limits) == without); // the root's is larger
     auto const way = find_git_folder(id(1), "a/b", limits, repository.lookup()).value();
     BOOST_TEST(way.left_out);
 }
@@ -176,7 +176,7 @@ BOOST_AUTO_TEST_CASE(forbidden_names_beside_the_way_are_left_out_and_refuse_nobo
     for (auto const* const name : {"..", ".", ".git", ".GIT.", "git~1", "a/b", "a\\b", "a\nb", "read"})
         repository.trees[id(1)] += entry("100644", name, 9);
     repository.trees[id(1)] += entry("120000", "a", 7); // in the place of the folder
-    BOOST_TEST(repository.plan("a/b") ==
+    BOOST_TEST(repository.layout("a/b") ==
                "f:read d:a l:a/link x:a/tool d:a/b d:a/b/worlds f:a/b/worlds/demo.wbt f:a/b/x ");
 }
 
@@ -195,7 +195,7 @@ BOOST_AUTO_TEST_CASE(submodules_are_left_out)
 {
     Repository repository;
     repository.trees[id(1)] = entry("160000", "module", 5) + entry("100644", "x", 9);
-    BOOST_TEST(repository.plan(1) == "f:x ");
+    BOOST_TEST(repository.layout(1) == "f:x ");
 }
 
 BOOST_AUTO_TEST_CASE(forbidden_names_refuse_the_whole_project)
@@ -204,9 +204,9 @@ BOOST_AUTO_TEST_CASE(forbidden_names_refuse_the_whole_project)
         Repository repository;
         repository.trees[id(1)] = entry("40000", "folder", 2);
         repository.trees[id(2)] = entry("100644", name, 9);
-        BOOST_TEST(repository.plan(1).starts_with(forbidden), name);
+        BOOST_TEST(repository.layout(1).starts_with(forbidden), name);
         repository.trees[id(1)] = entry("160000", name, 2); // even where it would have been left out
-        BOOST_TEST(repository.plan(1).starts_with(forbidden), name);
+        BOOST_TEST(repository.layout(1).starts_with(forbidden), name);
     }
 }
 
@@ -215,21 +215,21 @@ BOOST_AUTO_TEST_CASE(a_name_that_occurs_twice_refuses_the_whole_project)
     Repository repository;
     repository.trees[id(1)] = entry("120000", "a", 3) + entry("40000", "a", 2);
     repository.trees[id(2)] = entry("100644", "x", 9);
-    BOOST_TEST(repository.plan(1) == forbidden + "\"a\".");
+    BOOST_TEST(repository.layout(1) == forbidden + "\"a\".");
 }
 
 BOOST_AUTO_TEST_CASE(names_that_differ_in_case_are_different_files)
 {
     Repository repository;
     repository.trees[id(1)] = entry("100644", "A", 1) + entry("100644", "a", 2);
-    BOOST_TEST(repository.plan(1) == "f:A f:a ");
+    BOOST_TEST(repository.layout(1) == "f:A f:a ");
 }
 
 BOOST_AUTO_TEST_CASE(a_missing_folder_is_an_error)
 {
     Repository repository;
     repository.trees[id(1)] = entry("40000", "a", 2);
-    BOOST_TEST(repository.plan(1) == "the git server left out a folder");
+    BOOST_TEST(repository.layout(1) == "the git server left out a folder");
 }
 
 BOOST_AUTO_TEST_CASE(folders_that_hold_each_other_many_times_end_at_the_limit)
@@ -239,9 +239,9 @@ BOOST_AUTO_TEST_CASE(folders_that_hold_each_other_many_times_end_at_the_limit)
         for (char name = 'a'; name < 'k'; ++name)
             repository.trees[id(level)] += entry("40000", std::string(1, name), level + 1);
     repository.trees[id(31)] = entry("100644", "x", 99);
-    GitPlanLimits limits;
+    GitLayoutLimits limits;
     limits.items = 1000;
-    BOOST_TEST(repository.plan(1, limits) == "The project has more than 1000 files.");
+    BOOST_TEST(repository.layout(1, limits) == "The project has more than 1000 files.");
 }
 
 BOOST_AUTO_TEST_CASE(folders_of_nothing_but_submodules_end_at_the_limit_too)
@@ -251,11 +251,11 @@ BOOST_AUTO_TEST_CASE(folders_of_nothing_but_submodules_end_at_the_limit_too)
         repository.trees[id(1)] += entry("40000", "f" + std::to_string(i), 2);
     for (int i = 0; i < 100; ++i)
         repository.trees[id(2)] += entry("160000", "m" + std::to_string(i), 3);
-    GitPlanLimits limits;
+    GitLayoutLimits limits;
     limits.items = 1000;
-    BOOST_TEST(repository.plan(1, limits) == "The project has more than 1000 files.");
+    BOOST_TEST(repository.layout(1, limits) == "The project has more than 1000 files.");
     limits.items = 900 + 900 * 100;
-    BOOST_TEST(repository.plan(1, limits).starts_with("d:f0 d:f1 "));
+    BOOST_TEST(repository.layout(1, limits).starts_with("d:f0 d:f1 "));
 }
 
 // Entries of all folders on the way are in memory at once.
@@ -265,9 +265,9 @@ BOOST_AUTO_TEST_CASE(a_folder_counts_as_a_whole_before_its_own_folders_are_looke
     repository.trees[id(1)] = entry("40000", "a", 2);
     for (int i = 0; i < 1000; ++i)
         repository.trees[id(1)] += entry("100644", "f" + std::to_string(i), 3);
-    GitPlanLimits limits;
+    GitLayoutLimits limits;
     limits.items = 1000;
-    BOOST_TEST(repository.plan(1, limits) == "The project has more than 1000 files.");
+    BOOST_TEST(repository.layout(1, limits) == "The project has more than 1000 files.");
 }
 
 BOOST_AUTO_TEST_CASE(a_folder_without_end_and_a_name_without_end_are_refused)
@@ -286,9 +286,9 @@ BOOST_AUTO_TEST_CASE(all_paths_together_are_limited)
     Repository repository;
     for (int i = 0; i < 100; ++i)
         repository.trees[id(1)] += entry("100644", std::string(200, 'x') + std::to_string(i), 3);
-    GitPlanLimits limits;
+    GitLayoutLimits limits;
     limits.path_bytes = 20'000;
-    BOOST_TEST(repository.plan(1, limits) == "The project has too many files with long paths.");
+    BOOST_TEST(repository.layout(1, limits) == "The project has too many files with long paths.");
 }
 
 BOOST_AUTO_TEST_CASE(depth_and_length_of_paths_are_limited)
@@ -297,11 +297,11 @@ BOOST_AUTO_TEST_CASE(depth_and_length_of_paths_are_limited)
     for (int level = 1; level <= 100; ++level)
         repository.trees[id(level)] = entry("40000", "abcdefghij", level + 1);
     repository.trees[id(101)] = "";
-    GitPlanLimits limits;
+    GitLayoutLimits limits;
     limits.path_length = 100'000;
-    BOOST_TEST(repository.plan(1, limits) == "The project has folders that are nested too deeply.");
+    BOOST_TEST(repository.layout(1, limits) == "The project has folders that are nested too deeply.");
     limits.path_length = 100;
-    BOOST_TEST(repository.plan(1, limits) == "The project has a file whose path is too long.");
+    BOOST_TEST(repository.layout(1, limits) == "The project has a file whose path is too long.");
 }
 
 BOOST_AUTO_TEST_SUITE_END()

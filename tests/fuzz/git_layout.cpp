@@ -3,7 +3,7 @@
 #include "fuzz.hpp"
 
 #include "adapters/git/git_index.hpp"
-#include "core/git/git_plan.hpp"
+#include "core/git/git_layout.hpp"
 #include "core/safe_names.hpp"
 
 #include <algorithm>
@@ -42,7 +42,7 @@ std::map<core::GitObjectId, std::string> cook(std::string_view recipe)
     return trees;
 }
 
-void check(std::vector<core::GitPlanItem> const& items, core::GitPlanLimits const& limits,
+void check(std::vector<core::GitLayoutItem> const& items, core::GitLayoutLimits const& limits,
            std::size_t folder_depth)
 {
     std::set<std::string> folders{""};
@@ -61,9 +61,9 @@ void check(std::vector<core::GitPlanItem> const& items, core::GitPlanLimits cons
     }
 }
 
-void plan(std::string_view recipe)
+void layout(std::string_view recipe)
 {
-    core::GitPlanLimits limits;
+    core::GitLayoutLimits limits;
     limits.items = fuzz::take_byte(recipe);
     limits.path_length = 40;
     limits.depth = 6;
@@ -82,7 +82,7 @@ void plan(std::string_view recipe)
             continue;
         auto const depth = way->path.empty() ? 0 : 1 + std::count(way->path.begin(), way->path.end(), '/');
         asked = 0;
-        auto const items = core::plan_git_folder(*way, limits, lookup);
+        auto const items = core::lay_out_git_folder(*way, limits, lookup);
         fuzz::require(asked <= limits.items + 1);
         if (items)
             check(*items, limits, static_cast<std::size_t>(depth));
@@ -106,7 +106,7 @@ void read_index(std::string_view text)
 int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
 {
     auto const text = fuzz::text_of(data, size);
-    plan(text);
+    layout(text);
     read_index(text);
     return 0;
 }

@@ -16,7 +16,7 @@
 namespace webots_cloud::core {
 
 /// A folder, file or link to make; a folder comes before what is in it.
-struct GitPlanItem
+struct GitLayoutItem
 {
     GitTreeEntry::Kind kind = GitTreeEntry::Kind::file; ///< Never `submodule`.
     std::string path; ///< Relative to the repository's root; every part is safe.
@@ -27,13 +27,13 @@ struct GitPlanItem
     std::size_t depth() const noexcept;
 };
 
-struct GitPlanLimits
+struct GitLayoutLimits
 {
     std::uint32_t items = 50'000; ///< Submodules count too.
     std::size_t path_length = 1024;
     std::size_t path_bytes = std::size_t{16} << 20;    ///< Of all paths together.
     std::size_t depth = 64;                            ///< Below the project's root.
-    std::uint32_t parent_files = 1'000;                ///< If there are more, none of them is in the plan.
+    std::uint32_t parent_files = 1'000;                ///< If there are more, none of them is in the layout.
     std::size_t parent_bytes = std::size_t{256} << 10; ///< Of a parent's tree object; the same.
 };
 
@@ -42,10 +42,10 @@ struct GitWay
 {
     GitWay() = default;
 
-    GitObjectId tree;               ///< Of the project's folder.
-    std::string path;               ///< To the project's folder; empty: it is the root.
-    std::vector<GitPlanItem> items; ///< The folders of the path, and the files and links beside them.
-    bool left_out = false;          ///< There were too many of these: none is among the items.
+    GitObjectId tree;                 ///< Of the project's folder.
+    std::string path;                 ///< To the project's folder; empty: it is the root.
+    std::vector<GitLayoutItem> items; ///< The folders of the path, and the files and links beside them.
+    bool left_out = false;            ///< There were too many of these: none is among the items.
 
     /// Removes the optional items.
     void leave_out_parent_files();
@@ -59,7 +59,7 @@ using GitTreeLookup = std::function<std::string const*(GitObjectId const&)>;
 /// with forbidden names are left out and do not cause a failure.
 ///
 /// Errors: `not_found`, `protocol_error`, `invalid_url` (a folder that can't be made).
-result<GitWay> find_git_folder(GitObjectId const& root, std::string_view path, GitPlanLimits const& limits,
+result<GitWay> find_git_folder(GitObjectId const& root, std::string_view path, GitLayoutLimits const& limits,
                                GitTreeLookup const& lookup);
 
 /// A project: the items of the path, which are moved into it, and everything in its folder, without
@@ -67,7 +67,7 @@ result<GitWay> find_git_folder(GitObjectId const& root, std::string_view path, G
 ///
 /// Errors: `protocol_error` for names that are not safe or occur twice; `too_large`; the detail is a
 /// sentence.
-result<std::vector<GitPlanItem>> plan_git_folder(GitWay& way, GitPlanLimits const& limits,
-                                                 GitTreeLookup const& lookup);
+result<std::vector<GitLayoutItem>> lay_out_git_folder(GitWay& way, GitLayoutLimits const& limits,
+                                                      GitTreeLookup const& lookup);
 
 } // namespace webots_cloud::core

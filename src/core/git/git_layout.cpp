@@ -1,4 +1,4 @@
-#include "git_plan.hpp"
+#include "git_layout.hpp"
 
 #include "core/safe_names.hpp"
 #include "core/text.hpp"
@@ -27,10 +27,10 @@ std::string inside(std::string const& folder, std::string_view name)
 
 /// The files and links in `entries`, the content of the folder at `path` in which the way goes on with
 /// `next`. That name is the folder's, whatever else has it.
-std::vector<GitPlanItem> files_beside(std::string_view next, std::vector<GitTreeEntry> const& entries,
-                                      std::string const& path, GitPlanLimits const& limits)
+std::vector<GitLayoutItem> files_beside(std::string_view next, std::vector<GitTreeEntry> const& entries,
+                                        std::string const& path, GitLayoutLimits const& limits)
 {
-    std::vector<GitPlanItem> items;
+    std::vector<GitLayoutItem> items;
     std::unordered_set<std::string_view> names{next};
     for (auto const& entry : entries) {
         if (items.size() > limits.parent_files)
@@ -38,7 +38,7 @@ std::vector<GitPlanItem> files_beside(std::string_view next, std::vector<GitTree
         if (entry.kind == Kind::folder || entry.kind == Kind::submodule || !is_safe_file_name(entry.name) ||
             path.size() + 1 + entry.name.size() > limits.path_length || !names.insert(entry.name).second)
             continue;
-        GitPlanItem item;
+        GitLayoutItem item;
         item.kind = entry.kind;
         item.path = inside(path, entry.name);
         item.id = entry.id;
@@ -49,10 +49,11 @@ std::vector<GitPlanItem> files_beside(std::string_view next, std::vector<GitTree
 }
 
 /// Walks down one level per call, so that the depth is bounded by the limits and not by the stack.
-class Planner
+class LayoutMaker
 {
 public:
-    Planner(GitPlanLimits const& limits, GitTreeLookup const& lookup) : limits_(limits), lookup_(lookup) {}
+    LayoutMaker(GitLayoutLimits const& limits, GitTreeLookup const& lookup) : limits_(limits), lookup_(lookup)
+    {}
 
     result<> add_folder(GitObjectId const& tree, std::string const& path, std::size_t depth)
     {
@@ -81,7 +82,7 @@ public:
         return {};
     }
 
-    std::vector<GitPlanItem> items;
+    std::vector<GitLayoutItem> items;
 
     /// Of everything that was looked at.
     std::size_t entries() const noexcept { return entries_; }
@@ -89,7 +90,7 @@ public:
 private:
     result<> add(GitTreeEntry const& entry, std::string const& path, std::size_t depth)
     {
-        GitPlanItem item;
+        GitLayoutItem item;
         item.kind = entry.kind;
         item.path = inside(path, entry.name);
         item.id = entry.id;
@@ -102,7 +103,7 @@ private:
         return entry.kind == Kind::folder ? add_folder(entry.id, item.path, depth + 1) : result<>();
     }
 
-    GitPlanLimits limits_;
+    GitLayoutLimits limits_;
     std::size_t entries_ = 0;
     std::size_t path_bytes_ = 0;
     GitTreeLookup const& lookup_;
@@ -110,17 +111,17 @@ private:
 
 } // namespace
 
-std::size_t GitPlanItem::depth() const noexcept
+std::size_t GitLayoutItem::depth() const noexcept
 {
     return static_cast<std::size_t>(std::count(path.begin(), path.end(), '/'));
 }
 
 void GitWay::leave_out_parent_files()
 {
-    left_out = std::erase_if(items, [](GitPlanItem const& item) { return item.of_parent; }) > 0 || left_out;
+    left_out = std::erase_if(items, [](GitLayoutItem const& item) { return item.of_parent; }) > 0 || left_out;
 }
 
-result<GitWay> find_git_folder(GitObjectId const& root, std::string_view path, GitPlanLimits const& limits,
+result<GitWay> find_git_folder(GitObjectId const& root, std::string_view path, GitLayoutLimits const& limits,
                                GitTreeLookup const& lookup)
 {
     GitWay way;
@@ -150,7 +151,7 @@ result<GitWay> find_git_folder(GitObjectId const& root, std::string_view path, G
         }
         if (way.left_out || files > limits.parent_files)
             way.leave_out_parent_files();
-        GitPlanItem folder;
+        GitLayoutItem folder;
         folder.kind = Kind::folder;
         folder.path = inside(way.path, part);
         folder.id = found->id;
@@ -161,16 +162,16 @@ result<GitWay> find_git_folder(GitObjectId const& root, std::string_view path, G
     return way;
 }
 
-result<std::vector<GitPlanItem>> plan_git_folder(GitWay& way, GitPlanLimits const& limits,
-                                                 GitTreeLookup const& lookup)
+result<std::vector<GitLayoutItem>> lay_out_git_folder(GitWay& way, GitLayoutLimits const& limits,
+                                                      GitTreeLookup const& lookup)
 {
-    Planner planner(limits, lookup);
-    if (auto const added = planner.add_folder(way.tree, way.path, 0); !added)
+    LayoutMaker maker(limits, lookup);
+    if (auto const added = maker.add_folder(way.tree, way.path, 0); !added)
         return added.error();
-    if (planner.entries() + way.items.size() > limits.items)
+    if (maker.entries() + way.items.size() > limits.items)
         way.leave_out_parent_files();
     auto items = std::move(way.items);
-    std::move(planner.items.begin(), planner.items.end(), std::back_inserter(items));
+    std::move(maker.items.begin(), maker.items.end(), std::back_inserter(items));
     return items;
 }
 
