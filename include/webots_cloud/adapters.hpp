@@ -222,16 +222,15 @@ struct GitSourceParams
     std::filesystem::path instances;
     std::uint64_t low_speed = 1'000; ///< Bytes per second. A server that stays below is given up; 0: never.
     Duration low_speed_time = std::chrono::seconds(60); ///< For how long it may.
-    std::shared_ptr<FetchBudget> budget;                ///< Shared with other sources. Null: one of its own.
     /// How long a server may take to say which commit a branch is at now, if the cache knows which it was at
     /// last: after that time, that one is used, and `FetchedProject::notice` says so. Where the cache knows
     /// nothing, `FetchLimits::timeout` alone counts.
     Duration patience = std::chrono::seconds(10);
 };
 
-/// Projects in git repositories over HTTP(S).
+/// Projects in git repositories over HTTP(S). `budget`: shared with other sources; null: one of its own.
 std::unique_ptr<ProjectSource> make_git_source(boost::asio::any_io_executor executor, GitSourceParams params,
-                                               Logger log);
+                                               Logger log, std::shared_ptr<FetchBudget> budget = nullptr);
 
 /// Where the templates of websites and our keys for these are, and how patient we are with them.
 struct WebsiteSourceParams
@@ -242,15 +241,16 @@ struct WebsiteSourceParams
     /// Folder with a file for each website, named as its host, whose first line is our key. Read anew for
     /// each fetch. Other websites are sent nothing.
     std::filesystem::path keys;
-    std::shared_ptr<FetchBudget> budget; ///< Shared with other sources. Null: one of its own.
     std::uint64_t low_speed = 1'000; ///< Bytes per second. A website that stays below is given up; 0: never.
     Duration low_speed_time = std::chrono::seconds(60); ///< For how long it may.
 };
 
 /// The projects that `init` asks for (`FetchOrder::website`): a copy of the template and, for a user of the
-/// website, the zip file that it answers with laid over it. Certificates are verified.
+/// website, the zip file that it answers with laid over it. Certificates are verified. `budget`: as above.
+///
 /// Errors besides those of `ProjectSource`: `refused`.
-std::unique_ptr<ProjectSource> make_website_source(WebsiteSourceParams params, Logger log);
+std::unique_ptr<ProjectSource> make_website_source(WebsiteSourceParams params, Logger log,
+                                                   std::shared_ptr<FetchBudget> budget = nullptr);
 
 /// A mailbox of the operator, and the mail server that takes mails for it.
 struct SmtpParams

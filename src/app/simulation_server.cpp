@@ -175,8 +175,7 @@ struct Sources
                 params.cache = cache_folder(config);
                 params.cache_bytes = config.cache_bytes;
                 params.instances = instances;
-                params.budget = budget;
-                git = make_git_source(executor, params, log);
+                git = make_git_source(executor, params, log, budget);
             }
             forges.emplace_back(forge.url, *git);
         }
@@ -187,11 +186,9 @@ struct Sources
     std::vector<Forge> forges;
 };
 
-WebsiteSourceParams website_params(SimulationConfig const& config, fs::path const& simulator,
-                                   std::shared_ptr<FetchBudget> budget)
+WebsiteSourceParams website_params(SimulationConfig const& config, fs::path const& simulator)
 {
     WebsiteSourceParams params;
-    params.budget = std::move(budget);
     params.keys = config.key_dir;
     params.projects = config.projects_dir;
     if (params.projects.empty())
@@ -337,7 +334,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     fetching.instances = instances;
     std::unique_ptr<ProjectSource> websites; // whose pages know nothing of containers
     if (!config.docker)
-        websites = make_website_source(website_params(config, choice->program, budget), log);
+        websites = make_website_source(website_params(config, choice->program), log, budget);
     ProjectFetcher fetcher(fetching, sources.forges, log, websites.get());
     std::unique_ptr<TextFiles> files;
     std::unique_ptr<DockerMode> docker;

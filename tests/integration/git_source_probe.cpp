@@ -42,6 +42,7 @@ using SteadyClock = std::chrono::steady_clock;
 struct Options
 {
     GitSourceParams source;
+    std::shared_ptr<FetchBudget> budget;
     FetchLimits limits;
     std::vector<std::string> forges;
     std::filesystem::path into;
@@ -102,7 +103,7 @@ Options parse(int argc, char** argv)
     }
     if (fastest)
         options.source.instances = options.into;
-    options.source.budget = make_fetch_budget(memory, disk);
+    options.budget = make_fetch_budget(memory, disk);
     return options;
 }
 
@@ -160,7 +161,7 @@ class Probe
 public:
     Probe(asio::io_context& context, Options options)
         : options_(std::move(options)), pulse_(context),
-          source_(make_git_source(context.get_executor(), options_.source, log()))
+          source_(make_git_source(context.get_executor(), options_.source, log(), options_.budget))
     {}
 
     asio::awaitable<void> one(std::size_t number)

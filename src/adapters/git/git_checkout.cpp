@@ -65,9 +65,9 @@ std::string_view GitCheckout::describe() const noexcept
     return way_ == GitCopyWay::clone ? "reflinks" : "copying";
 }
 
-result<fs::path> GitCheckout::give(GitSnapshot const& snapshot, fs::path const& directory,
-                                   std::string const& repository, BlockingPool& pool,
-                                   std::atomic<bool> const& aborted) const
+result<fs::path> GitCheckout::check_out(GitSnapshot const& snapshot, fs::path const& directory,
+                                        std::string const& repository, BlockingPool& pool,
+                                        std::atomic<bool> const& aborted) const
 {
     auto const target = make_folders(directory, repository);
     if (!target)

@@ -32,9 +32,10 @@ public:
     /// project's root, `<repository>[/<folder>]`.
     ///
     /// Errors: `invalid_url`, `unavailable`, `protocol_error` (the cache is damaged), `operation_aborted`.
-    result<std::filesystem::path> give(GitSnapshot const& snapshot, std::filesystem::path const& directory,
-                                       std::string const& repository, BlockingPool& pool,
-                                       std::atomic<bool> const& aborted) const;
+    result<std::filesystem::path> check_out(GitSnapshot const& snapshot,
+                                            std::filesystem::path const& directory,
+                                            std::string const& repository, BlockingPool& pool,
+                                            std::atomic<bool> const& aborted) const;
 
 private:
     bool overlay_ = false;

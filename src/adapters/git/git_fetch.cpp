@@ -135,9 +135,9 @@ struct GitFetch::Download
 };
 
 GitFetch::GitFetch(CurlHttp& http, GitCache& cache, GitServers& servers, GitSourceParams const& params,
-                   GitFetchOrder order)
-    : http_(http), cache_(cache), servers_(servers), params_(params), order_(std::move(order)),
-      url_(order_.project.clone_url())
+                   std::shared_ptr<FetchBudget> budget, GitFetchOrder order)
+    : http_(http), cache_(cache), servers_(servers), params_(params), budget_(std::move(budget)),
+      order_(std::move(order)), url_(order_.project.clone_url())
 {}
 
 void GitFetch::start_clock()
@@ -151,7 +151,7 @@ void GitFetch::start_clock()
         if (progress)
             progress->report_waiting(waits);
     };
-    share_ = std::make_unique<FetchShare>(params_.budget, std::move(waiting));
+    share_ = std::make_unique<FetchShare>(budget_, std::move(waiting));
 }
 
 result<> GitFetch::take_memory(std::uint64_t bytes)

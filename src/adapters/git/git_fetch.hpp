@@ -48,7 +48,7 @@ class GitFetch
 {
 public:
     GitFetch(CurlHttp& http, GitCache& cache, GitServers& servers, GitSourceParams const& params,
-             GitFetchOrder order);
+             std::shared_ptr<FetchBudget> budget, GitFetchOrder order);
 
     /// Resolves the address, and looks for the commit in the cache. Nothing: it has to be downloaded.
     ///
@@ -112,6 +112,7 @@ private:
     GitCache& cache_;
     GitServers& servers_;
     GitSourceParams const& params_;
+    std::shared_ptr<FetchBudget> budget_;
     GitFetchOrder order_;
     std::string url_;
     TimePoint deadline_;

@@ -46,24 +46,18 @@ bool on_one_disk(fs::path const& one, fs::path const& other)
            of_one.st_dev == of_other.st_dev;
 }
 
-GitSourceParams with_budget(GitSourceParams params)
-{
-    if (!params.budget)
-        params.budget = make_fetch_budget();
-    return params;
-}
-
 class GitSource final : public ProjectSource
 {
 public:
-    GitSource(asio::any_io_executor executor, GitSourceParams params, Logger log)
-        : params_(with_budget(std::move(params))), log_(std::move(log)),
-          cache_(params_.cache, params_.cache_bytes, params_.budget),
-          hand_out_(cache_.folder(), params_.instances), pool_(copies, BlockingPool::Priority::background),
+    GitSource(asio::any_io_executor executor, GitSourceParams params, Logger log,
+              std::shared_ptr<FetchBudget> budget)
+        : params_(std::move(params)), log_(std::move(log)), budget_(std::move(budget)),
+          cache_(params_.cache, params_.cache_bytes, budget_), checkout_(cache_.folder(), params_.instances),
+          pool_(copies, BlockingPool::Priority::background),
           cleaning_(cleaners, BlockingPool::Priority::background), executor_(std::move(executor))
     {
         if (cache_.usable())
-            log_.info(concat("Projects are handed out by ", hand_out_.describe(), "."));
+            log_.info(concat("Projects are handed out by ", checkout_.describe(), "."));
         else
             log_.error(concat("Projects can't be fetched: ", cache_.usable().error().message()));
         log_notices();
@@ -131,7 +125,7 @@ private:
             log_.warning(LogCause("cache"), notice);
     }
 
-    /// What was handed out while the server was being asked: what the address meant last time.
+    /// What was checked out while the server was being asked: what the address meant last time.
     struct HeadStart
     {
         GitSnapshotPtr snapshot; ///< Null: nothing.
@@ -165,7 +159,7 @@ private:
             wanted.limits = limits;
             wanted.aborted = &aborted;
             wanted.progress = &progress;
-            return adapters::GitFetch(http_, cache_, servers_, params_, std::move(wanted));
+            return adapters::GitFetch(http_, cache_, servers_, params_, budget_, std::move(wanted));
         };
     }
 
@@ -186,14 +180,14 @@ private:
     result<FetchedProject> make_project(FetchOrder const& order, adapters::GitSnapshot const& snapshot,
                                         std::atomic<bool> const& aborted)
     {
-        auto const give = [&] {
-            return hand_out_.give(snapshot, order.directory, order.project.repository, pool_, aborted);
+        auto const check_out = [&] {
+            return checkout_.check_out(snapshot, order.directory, order.project.repository, pool_, aborted);
         };
-        auto root = give();
+        auto root = check_out();
         auto const too_little = !root && adapters::is_lack_of_room(root.error());
         if (too_little && on_one_disk(order.directory, cache_.folder()) && cache_.make_room() &&
             adapters::remove_tree(order.directory))
-            root = give();
+            root = check_out();
         if (!root)
             return root.error();
         auto header = adapters::require_world(*root, order.project.world);
@@ -210,10 +204,11 @@ private:
 
     GitSourceParams params_;
     Logger log_;
+    std::shared_ptr<FetchBudget> budget_;
     adapters::CurlHttp http_;
     adapters::GitServers servers_;
     adapters::GitCache cache_;
-    adapters::GitCheckout hand_out_;
+    adapters::GitCheckout checkout_;
     /// By directory: what must not leave the cache, be it mounted or wanted again.
     std::unordered_map<std::string, GitSnapshotPtr> in_use_;
     BlockingPool pool_; // these and the fetches end their threads before anything that they use goes
@@ -225,9 +220,10 @@ private:
 } // namespace
 
 std::unique_ptr<ProjectSource> make_git_source(asio::any_io_executor executor, GitSourceParams params,
-                                               Logger log)
+                                               Logger log, std::shared_ptr<FetchBudget> budget)
 {
-    return std::make_unique<GitSource>(std::move(executor), std::move(params), std::move(log));
+    return std::make_unique<GitSource>(std::move(executor), std::move(params), std::move(log),
+                                       budget ? std::move(budget) : make_fetch_budget());
 }
 
 } // namespace webots_cloud

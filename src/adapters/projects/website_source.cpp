@@ -67,11 +67,12 @@ result<> make_runnable(fs::path const& root)
 class WebsiteFetch
 {
 public:
-    WebsiteFetch(adapters::CurlHttp& http, WebsiteSourceParams const& params, core::WebsitePlan const& plan,
-                 FetchOrder const& order, std::atomic<bool> const& aborted)
+    WebsiteFetch(adapters::CurlHttp& http, WebsiteSourceParams const& params,
+                 std::shared_ptr<FetchBudget> budget, core::WebsitePlan const& plan, FetchOrder const& order,
+                 std::atomic<bool> const& aborted)
         : http_(http), params_(params), plan_(plan), order_(order), project_(*order.website),
           aborted_(aborted), deadline_(std::chrono::steady_clock::now() + order.limits.timeout),
-          share_(params.budget, how_it_waits())
+          share_(std::move(budget), how_it_waits())
     {}
 
     result<FetchedProject> run()
@@ -188,18 +189,11 @@ private:
     adapters::FetchShare share_;
 };
 
-WebsiteSourceParams with_budget(WebsiteSourceParams params)
-{
-    if (!params.budget)
-        params.budget = make_fetch_budget();
-    return params;
-}
-
 class WebsiteSource final : public ProjectSource
 {
 public:
-    WebsiteSource(WebsiteSourceParams params, Logger log)
-        : params_(with_budget(std::move(params))), log_(std::move(log)),
+    WebsiteSource(WebsiteSourceParams params, Logger log, std::shared_ptr<FetchBudget> budget)
+        : params_(std::move(params)), log_(std::move(log)), budget_(std::move(budget)),
           local_(threads, adapters::BlockingPool::Priority::background)
     {}
 
@@ -221,7 +215,7 @@ public:
         auto& pool = plan->download ? pool_of(host) : local_;
         auto work = [this, order = std::move(order),
                      plan = std::move(*plan)](std::atomic<bool> const& aborted) {
-            return WebsiteFetch(http_, params_, plan, order, aborted).run();
+            return WebsiteFetch(http_, params_, budget_, plan, order, aborted).run();
         };
         co_return co_await pool.run_abortable(std::move(work));
     }
@@ -253,6 +247,7 @@ private:
 
     WebsiteSourceParams params_;
     Logger log_;
+    std::shared_ptr<FetchBudget> budget_;
     adapters::CurlHttp http_;
     adapters::BlockingPool local_; // these end their threads before anything that they use goes
     std::unordered_map<std::string, adapters::BlockingPool> downloading_; ///< By host.
@@ -260,9 +255,11 @@ private:
 
 } // namespace
 
-std::unique_ptr<ProjectSource> make_website_source(WebsiteSourceParams params, Logger log)
+std::unique_ptr<ProjectSource> make_website_source(WebsiteSourceParams params, Logger log,
+                                                   std::shared_ptr<FetchBudget> budget)
 {
-    return std::make_unique<WebsiteSource>(std::move(params), std::move(log));
+    return std::make_unique<WebsiteSource>(std::move(params), std::move(log),
+                                           budget ? std::move(budget) : make_fetch_budget());
 }
 
 } // namespace webots_cloud
