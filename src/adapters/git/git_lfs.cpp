@@ -63,11 +63,6 @@ std::string_view without_full_stop(std::string_view words) noexcept
     return words.substr(0, words.find_last_not_of('.') + 1);
 }
 
-bool is_sentence(std::string_view words) noexcept
-{
-    return words.ends_with('.') && words.front() >= 'A' && words.front() <= 'Z';
-}
-
 class LfsFetch
 {
 public:
@@ -128,7 +123,7 @@ Failure LfsFetch::failed(boost::system::error_code code, std::string_view why, s
 Failure LfsFetch::explain(Failure const& failure) const
 {
     auto const words = failure.message();
-    if (failure.code() == boost::asio::error::operation_aborted || is_sentence(words))
+    if (failure.code() == boost::asio::error::operation_aborted)
         return failure;
     if (failure == errc::unreachable || failure == errc::timed_out)
         return failed(failure.code(), without_full_stop(words), "Try again later.");
@@ -388,12 +383,14 @@ result<> LfsFetch::receive(LargeFile const& file, core::LfsDownload const& from)
         return core::base_of(url) == core::base_of(order_.forge) || address == home_ ||
                core::is_public_address(address);
     };
+    bool stopped_by_sink = false;
+    request.stopped_by_sink = &stopped_by_sink;
     auto limits = order_.limits;
     limits.abandoned = &abandoned_;
     limits.bytes = pointer.size + memory_of_download; // the sink is stricter, and has better words
     auto const status = http_.send(request, limits);
     if (!status)
-        return explain(status.error());
+        return stopped_by_sink ? status.error() : explain(status.error());
     if (*status != 200)
         return about_object(file, *status, {});
     return size == pointer.size && digest.finish() == pointer.object ? result<>() : wrong();

@@ -50,6 +50,8 @@ struct Exchange
 
     bool must_stop()
     {
+        if (outcome.has_error())
+            return true;
         if (is_set(limits.aborted) || is_set(limits.abandoned))
             outcome = Failure(boost::asio::error::operation_aborted);
         else if (std::chrono::steady_clock::now() > limits.deadline)
@@ -72,8 +74,11 @@ std::size_t on_body(char* bytes, std::size_t, std::size_t count, void* user)
         exchange.outcome =
             Failure(errc::too_large, concat("the answer of ", exchange.request.peer, " is larger than ",
                                             std::to_string(exchange.limits.bytes >> 20), " MB"));
-    else if (!exchange.must_stop())
+    else if (!exchange.must_stop()) {
         exchange.outcome = exchange.request.sink(std::string_view(bytes, count));
+        if (exchange.outcome.has_error() && exchange.request.stopped_by_sink)
+            *exchange.request.stopped_by_sink = true;
+    }
     return exchange.outcome ? count : 0;
 }
 

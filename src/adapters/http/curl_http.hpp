@@ -45,6 +45,7 @@ struct CurlRequest
     /// Gets the answer's body piece by piece when the status is 200; a failure stops the request and is its
     /// result.
     std::function<result<>(std::string_view)> sink;
+    bool* stopped_by_sink = nullptr; ///< Set to true when the failure is the sink's.
     /// Called before a redirect that leads away from `base`, where `headers` are not sent; a failure is the
     /// result. Empty: never followed.
     std::function<result<>(std::string const& url)> may_redirect;

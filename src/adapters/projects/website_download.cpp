@@ -49,8 +49,7 @@ struct Answer
 /// What went wrong on the way, as a sentence.
 Failure explain(Failure const& failure, std::string const& host)
 {
-    if (failure.code() == boost::asio::error::operation_aborted || failure == errc::unavailable ||
-        is_lack_of_room(failure) || failure.detail().starts_with("The project "))
+    if (failure.code() == boost::asio::error::operation_aborted)
         return failure;
     return {failure.code(), concat("Failed to download project from ", host, ": ", failure.message(), ".")};
 }
@@ -75,9 +74,11 @@ result<std::optional<FileDescriptor>> download_archive(CurlHttp& http, WebsitePr
     question.headers.push_back(concat("Content-Type: ", core::form_type));
     question.body = request.form;
     question.sink = std::ref(answer);
+    bool stopped_by_sink = false; // it has sentences
+    question.stopped_by_sink = &stopped_by_sink;
     auto const status = http.send(question, limits);
     if (!status)
-        return explain(status.error(), project.host());
+        return stopped_by_sink ? status.error() : explain(status.error(), project.host());
     if (*status != 200)
         return Failure(errc::protocol_error, concat("Failed to download project: ", project.host(),
                                                     " answered with status ", std::to_string(*status), "."));
