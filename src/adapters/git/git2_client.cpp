@@ -1,5 +1,6 @@
 #include "git2_client.hpp"
 
+#include "core/git/git_problem.hpp"
 #include "core/text.hpp"
 
 #include <git2.h>
@@ -32,12 +33,10 @@ Failure last_failure()
     auto const* const last = git_error_last();
     std::string_view words = last && last->message ? last->message : "no reason given";
     constexpr std::string_view remote = "remote error: ";
-    auto const said = words.starts_with(remote);
-    if (said)
-        words.remove_prefix(remote.size());
-    return {errc::protocol_error,
-            concat(said ? "the git server says: " : "the git server does not answer as one: ",
-                   core::printable(core::trim(words), 200))};
+    if (words.starts_with(remote))
+        return core::git_server_error(words.substr(remote.size()));
+    return {core::GitProblem::malformed,
+            concat("the git server does not answer as one: ", core::printable(core::trim(words), 200))};
 }
 
 core::GitObjectId object_id(git_oid const& from)
@@ -109,7 +108,7 @@ struct NoDatabase : git_odb_backend
             auto& database = *static_cast<NoDatabase*>(self);
             return database.transport.attempt([&]() -> result<> {
                 if (!database.target.pack)
-                    return Failure(errc::protocol_error, "the git server sends what nobody asked for");
+                    return Failure(core::GitProblem::malformed, "the git server sends what nobody asked for");
                 *out = new PackWriter(database.transport, database.target, self);
                 return {};
             });
@@ -290,7 +289,7 @@ result<> Git2Client::fetch(core::GitObjectId const& commit, bool shallow, GitPac
     auto const ref =
         std::find_if(refs_.begin(), refs_.end(), [&](core::GitRef const& each) { return each.id == commit; });
     if (ref == refs_.end())
-        return Failure(errc::not_found, "has no such commit");
+        return Failure(core::GitProblem::no_such_commit, "has no such commit");
     return session_->download(ref->name, target);
 }
 

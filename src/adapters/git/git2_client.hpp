@@ -35,7 +35,7 @@ public:
 
     /// Fetches a commit that a ref points to into `pack`. One round trip, after `ls_refs`.
     ///
-    /// `shallow`: without its history.   Errors: `not_found` where no ref does; as `GitClient::fetch`.
+    /// `shallow`: without its history.   Errors: `no_such_commit` where no ref does; as `GitClient::fetch`.
     result<> fetch(core::GitObjectId const& commit, bool shallow, GitPackReader& pack,
                    GitClient::Progress const& progress);
 

@@ -3,6 +3,7 @@
 #include "git_pipe.hpp"
 
 #include "core/git/git_pkt_line.hpp"
+#include "core/git/git_problem.hpp"
 #include "core/text.hpp"
 
 #include <git2.h>
@@ -19,7 +20,12 @@ using core::concat;
 
 Failure no_frame()
 {
-    return {errc::protocol_error, "the git server sent a frame without a length"};
+    return {core::GitProblem::malformed, "the git server sent a frame without a length"};
+}
+
+Failure not_carried_out(std::exception const& failed)
+{
+    return {errc::unavailable, concat("This server can't fetch the project: ", failed.what(), ".")};
 }
 
 /// The length of the frame that `bytes` begin with: 0 of a flush, nothing until four digits are there.
@@ -106,7 +112,7 @@ private:
         try {
             outcome = exchange();
         } catch (std::exception const& failed) {
-            outcome = Failure(errc::unavailable, failed.what());
+            outcome = not_carried_out(failed);
         }
         pipe_.end(std::move(outcome));
     }
@@ -154,7 +160,7 @@ private:
     {
         return transport_.attempt([&]() -> result<> {
             if (service != GIT_SERVICE_UPLOADPACK_LS && service != GIT_SERVICE_UPLOADPACK)
-                return Failure(errc::protocol_error, "nothing is ever pushed");
+                return Failure(core::GitProblem::malformed, "nothing is ever pushed");
             out = new Stream(transport_, this, service == GIT_SERVICE_UPLOADPACK_LS);
             return {};
         });
@@ -189,7 +195,7 @@ int Git2Transport::attempt(std::function<result<>()> const& work) noexcept
     try {
         outcome = work();
     } catch (std::exception const& failed) {
-        outcome = Failure(errc::unavailable, failed.what()); // libgit2 is C: nothing may be thrown through it
+        outcome = not_carried_out(failed); // libgit2 is C: nothing may be thrown through it
     }
     if (outcome)
         return 0;
@@ -208,7 +214,7 @@ result<std::string> make_shallow(std::string_view request)
             return concat(request.substr(0, at), core::pkt_line("deepen 1\n"), request.substr(at));
         at += **length;
     }
-    return Failure(errc::protocol_error, "the request has no end of its wants");
+    return Failure(core::GitProblem::malformed, "the request has no end of its wants");
 }
 
 result<std::string> GitAnswerStart::push(std::string_view bytes)

@@ -51,7 +51,7 @@ private:
 
 /// A request of libgit2's for one commit without its history: `deepen 1` after what it wants.
 ///
-/// Errors: `protocol_error` when it is no request.
+/// Errors: `malformed` when it is no request.
 result<std::string> make_shallow(std::string_view request);
 
 /// The start of an answer that arrives in pieces: lines `shallow <commit>`, and the flush after them, are
@@ -59,7 +59,7 @@ result<std::string> make_shallow(std::string_view request);
 class GitAnswerStart
 {
 public:
-    /// What libgit2 gets of the next piece.   Errors: `protocol_error`.
+    /// What libgit2 gets of the next piece.   Errors: as `check_for_git_error`, `malformed`.
     result<std::string> push(std::string_view bytes);
 
 private:

@@ -1,12 +1,17 @@
 #include "git_client.hpp"
 
 #include "core/git/git_pkt_line.hpp"
+#include "core/git/git_problem.hpp"
 #include "core/text.hpp"
+
+#include <optional>
 
 namespace webots_cloud::adapters {
 namespace {
 
 using core::concat;
+using core::GitCapabilities;
+using core::GitProblem;
 using core::pkt_line;
 using core::PktLine;
 using Kind = core::PktLine::Kind;
@@ -15,7 +20,24 @@ constexpr std::size_t max_refs = 20'000;
 
 Failure malformed(std::string_view what)
 {
-    return {errc::protocol_error, concat("the git server does not answer as one: ", what)};
+    return {GitProblem::malformed, concat("the git server does not answer as one: ", what)};
+}
+
+/// What `CurlHttp` says of the way to the server.
+Failure about_transport(Failure const& failure)
+{
+    auto const problem = [&]() -> std::optional<GitProblem> {
+        if (failure == errc::unreachable)
+            return GitProblem::unreachable;
+        if (failure == errc::timed_out)
+            return GitProblem::timed_out;
+        if (failure == errc::too_large)
+            return GitProblem::answer_too_large;
+        if (failure == errc::protocol_error)
+            return GitProblem::malformed;
+        return std::nullopt; // aborted
+    }();
+    return problem ? Failure(*problem, failure.message()) : failure;
 }
 
 std::string request(std::string_view command)
@@ -78,8 +100,7 @@ private:
         case 2:
             return {}; // what the server tells a person at a terminal
         case 3:
-            return Failure(errc::protocol_error, concat("the git server says: ",
-                                                        core::printable(core::git_server_words(bytes), 200)));
+            return core::git_server_error(bytes);
         default:
             return malformed("a frame of an unknown band");
         }
@@ -104,7 +125,7 @@ struct Offer
         else if (text == "# service=git-upload-pack")
             is_smart = true;
         else if (text == "object-format=sha256")
-            return Failure(errc::refused, "has SHA-256 object names, which are not supported");
+            return Failure(GitProblem::unknown_format, "has SHA-256 object names, which are not supported");
         constexpr std::string_view fetch = "fetch=";
         if (text.starts_with(fetch))
             note(text.substr(fetch.size()));
@@ -131,9 +152,7 @@ result<> check_for_git_error(std::string_view line)
 {
     constexpr std::string_view mark = "ERR ";
     if (line.starts_with(mark))
-        return Failure(errc::protocol_error,
-                       concat("the git server says: ",
-                              core::printable(core::git_server_words(line.substr(mark.size())), 200)));
+        return core::git_server_error(line.substr(mark.size()));
     return {};
 }
 
@@ -152,16 +171,18 @@ result<> GitClient::ask(std::string url, std::string body, Sink sink)
     }
     request.body = std::move(body);
     request.sink = std::move(sink);
+    bool stopped_by_sink = false;
+    request.stopped_by_sink = &stopped_by_sink;
     auto const status = http_.send(request, limits_);
     if (!status)
-        return status.error();
+        return stopped_by_sink ? status.error() : about_transport(status.error());
     if (*status == 200)
         return {};
     // Forges answer 401 for what does not exist, so as not to tell what is private.
     if (*status == 404 || *status == 401 || *status == 403 || *status == 410)
-        return Failure(errc::not_found, "does not exist or is private");
+        return Failure(GitProblem::no_such_repository, "does not exist or is private");
     if (*status == 429 || *status >= 500)
-        return Failure(errc::unreachable,
+        return Failure(GitProblem::unreachable,
                        concat("the git server answers with status ", std::to_string(*status)));
     return malformed(concat("status ", std::to_string(*status)));
 }
@@ -191,7 +212,7 @@ result<std::vector<core::GitRef>> GitClient::ls_refs(std::vector<std::string> co
         if (!ref)
             return ref.error();
         if (refs.size() >= max_refs)
-            return Failure(errc::too_large, "has too many branches that begin alike");
+            return Failure(GitProblem::too_many_refs, "has too many branches that begin alike");
         refs.push_back(std::move(*ref));
         return {};
     };
@@ -213,7 +234,7 @@ result<GitCapabilities> GitClient::capabilities()
     Offer offer;
     core::PktLineDecoder decoder;
     auto const asked = advertise(framed(decoder, offer));
-    if (!asked && asked.error() != errc::protocol_error)
+    if (!asked && !core::fails_as(asked.error(), errc::protocol_error))
         return asked.error();
     if (!asked || !offer.is_smart)
         return malformed("it does not speak git's smart protocol");

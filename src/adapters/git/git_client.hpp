@@ -4,6 +4,7 @@
 #include "adapters/http/curl_http.hpp"
 #include "git_pack_reader.hpp"
 
+#include "core/git/git_fetch_plan.hpp"
 #include "core/git/git_object_id.hpp"
 #include "core/git/git_refs.hpp"
 
@@ -27,16 +28,8 @@ struct GitRemote
     bool version_2 = true; ///< Asked for; a server may answer in an older one all the same.
 };
 
-/// Servers report refusals as a line `ERR <text>`.   Errors: `protocol_error` if `line` is one.
+/// Servers report refusals as a line `ERR <text>`.   Errors: as `core::git_server_error` if `line` is one.
 result<> check_for_git_error(std::string_view line);
-
-/// A server's optional capabilities.
-struct GitCapabilities
-{
-    bool version_2 = true; ///< Without it: `Git2Client`.
-    bool shallow = true;   ///< One commit without its history.
-    bool filter = true;    ///< Without files; and objects by name.
-};
 
 /// What to fetch.
 struct GitWants
@@ -63,18 +56,17 @@ public:
 
     /// The refs whose names begin with one of `prefixes`. One round trip.
     ///
-    /// Errors: `not_found` (no such repository), `protocol_error`, as `CurlHttp::send`.
+    /// Errors: each a `core::GitProblem`, unless the sink or somebody else has ended it.
     result<std::vector<core::GitRef>> ls_refs(std::vector<std::string> const& prefixes);
 
-    /// The capabilities that the server announces. One round trip.   Errors: as `ls_refs`, `refused`
-    /// (SHA-256).
-    result<GitCapabilities> capabilities();
+    /// The capabilities that the server announces. One round trip.   Errors: as `ls_refs`.
+    result<core::GitCapabilities> capabilities();
 
     /// Fetches objects into `pack`. One round trip.   Errors: as `ls_refs`, as `GitPackReader`.
     result<> fetch(GitWants const& wants, GitPackReader& pack, Progress const& progress);
 
     /// The two requests of the protocol, for other implementations of it: a GET of the server's offer,
-    /// and a POST to git-upload-pack.   Errors: `not_found`, as `CurlHttp::send`.
+    /// and a POST to git-upload-pack.   Errors: as `ls_refs`, what the sink returned.
     result<> advertise(Sink sink);
     result<> post(std::string body, Sink sink);
 

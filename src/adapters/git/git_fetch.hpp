@@ -1,15 +1,15 @@
-// Fetches a folder of a repository into the cache: which requests are sent to the server, in which order.
+// Fetches a folder of a repository into the cache: carries out what the plan of it says.
 #pragma once
 
 #include "adapters/http/curl_http.hpp"
 #include "adapters/projects/fetch_budget.hpp"
-#include "git2_client.hpp"
 #include "git_cache.hpp"
-#include "git_client.hpp"
+#include "git_download.hpp"
+#include "git_peer.hpp"
 #include "git_progress.hpp"
-#include "git_proof.hpp"
 #include "git_servers.hpp"
-#include "git_unpack.hpp"
+
+#include "core/git/git_fetch_plan.hpp"
 
 #include <webots_cloud/adapters.hpp>
 #include <webots_cloud/error.hpp>
@@ -20,7 +20,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace webots_cloud::adapters {
@@ -41,9 +40,7 @@ struct GitFetched
 
 /// Makes sure that a folder is in the cache. Blocks.   Thread-safety: any thread.
 ///
-/// One round trip when the commit is known, two for a whole repository, three for a folder of one or for a
-/// commit that is requested by its hash. If a server turns out not to speak version 2 of git's protocol,
-/// libgit2 is used for it.
+/// What is requested, and in which order, is decided by `core::GitFetchPlan`.
 class GitFetch
 {
 public:
@@ -61,52 +58,42 @@ public:
     GitFetch(GitFetch const&) = delete; // what it shares asks it whether it may go on
 
 private:
-    struct Download;
-
-    using Refs = std::vector<core::GitRef>;
     using Ids = std::vector<core::GitObjectId>;
 
-    result<core::GitTarget> resolve();
     void start_clock();
+    core::GitAction run(core::GitAction action);
+    result<GitFetched> end(core::GitAction const& action);
+
+    /// Nothing: the action is not for this to carry out.
+    std::optional<core::GitOutcome> carry_out(core::GitAction const& action);
+    core::GitOutcome carry_out(core::git_action::FindCommit const& action);
+    core::GitOutcome carry_out(core::git_action::ListRefs const& action);
+    core::GitOutcome carry_out(core::git_action::AskCapabilities const& action);
+    core::GitOutcome carry_out(core::git_action::RememberCapabilities const& action);
+    core::GitOutcome carry_out(core::git_action::RememberMissing const& action);
+    core::GitOutcome carry_out(core::git_action::ForgetTarget const& action);
+    core::GitOutcome carry_out(core::git_action::FindFolder const& action);
+    core::GitOutcome carry_out(core::git_action::FindLastFolder const& action);
+    core::GitOutcome carry_out(core::git_action::BeginDownload const& action);
+    core::GitOutcome carry_out(core::git_action::FetchHistory const& action);
+    core::GitOutcome carry_out(core::git_action::SearchHistory const& action);
+    core::GitOutcome carry_out(core::git_action::FetchCommit const& action);
+    core::GitOutcome carry_out(core::git_action::LayOut const& action);
+    core::GitOutcome carry_out(core::git_action::FetchFiles const& action);
+    core::GitOutcome carry_out(core::git_action::Unpack const& action);
+    core::GitOutcome carry_out(core::git_action::FetchLargeFiles const& action);
+    core::GitOutcome carry_out(core::git_action::Publish const& action);
+    core::GitOutcome carry_out(core::git_action::MakeRoom const& action);
+
+    core::GitOutcome find(std::optional<core::GitTarget> const& target);
+    core::GitOutcome fetch_in_parts(GitWants wants, Ids const& ids, bool parents_may_stop);
+    core::GitOutcome fetch_pack(GitWants const& wants);
+    void report(GitWants const& wants, GitPackReader const& pack);
+
     result<> take_memory(std::uint64_t bytes);
-    result<core::GitTarget> resolve_commit();
-    result<Refs> list_refs(std::vector<std::string> const& prefixes);
-    result<Refs> list_refs_with_libgit2();
-    result<Refs> ask_again(Failure const& failure);
-    result<> can_check_history(GitCapabilities const& capabilities, core::GitObjectId const& commit) const;
-    result<> check_history(Download& state, core::GitObjectId const& commit, Ids const& files);
-    result<> fetch_history(Download& state, Ids const& files);
-    Failure about_commit(errc code, std::string_view what, core::GitObjectId const& commit) const;
-    result<Download> begin_download(GitCapabilities const& capabilities);
-    result<GitSnapshotPtr> download_target();
-    result<GitSnapshotPtr> download_with(GitCapabilities const& capabilities, core::GitTarget const& target);
-    result<GitSnapshotPtr> download_once(GitCapabilities const& capabilities, core::GitTarget const& target);
-    result<GitFetched> fall_back(Failure const& failure);
-    result<core::GitWay> way_to_folder(Download& state, core::GitTarget const& target, GitProof& proof);
-    result<> fetch_rest(Download& state, core::GitObjectId const& commit,
-                        std::vector<core::GitLayoutItem> const& plan, GitDonors const& donors);
-    result<> fetch_plan(Download& state, std::vector<core::GitLayoutItem> const& plan,
-                        GitDonors const& donors, std::size_t wanted, bool parents);
-    void note_lack_of_parents();
-    result<> pay_for_folder(std::string const& folder, std::uint64_t& taken);
-    result<> pay_for_entries(std::string const& folder, std::uint64_t& taken);
-    result<> pay_for_files(std::vector<core::GitLayoutItem> const& plan, GitStaging const& staging,
-                           GitDonors const& donors);
-    result<> fetch_files(Download& state, Ids const& files);
-    result<> fetch_large_files(Download const& state, GitIndex& index, int files);
-    void give_up(std::uint64_t received, std::uint64_t unpacked);
-    result<> fetch_pack(Download& state, GitWants const& wants);
-    result<> fetch_pack_with_libgit2(Download& state, GitWants const& wants, GitPackReader& pack,
-                                     GitClient::Progress const& progress);
-    void report(Download const& state, GitWants const& wants, GitPackReader const& pack);
     result<> may_go_on() const;
     CurlLimits http_limits(std::uint64_t bytes) const;
-    GitRemote remote() const;
-    GitClient client(std::uint64_t bytes);
-    GitClient client_for_refs();
-    result<Git2Client*> libgit2();
-    std::string not_reached(Failure const& failure) const;
-    Failure explain(Failure const& failure) const;
+    GitPeer::Limits peer_limits(std::uint64_t bytes) const;
 
     CurlHttp& http_;
     GitCache& cache_;
@@ -115,15 +102,19 @@ private:
     std::shared_ptr<FetchBudget> budget_;
     GitFetchOrder order_;
     std::string url_;
+    core::GitFetchPlan plan_;
+    GitPeer peer_;
     TimePoint deadline_;
-    core::GitTarget target_;              ///< Once it was looked up.
-    std::unique_ptr<FetchShare> share_;   ///< Outlives all that it pays for.
-    std::unique_ptr<Git2Client> libgit2_; ///< Once it was needed.
-    std::uint64_t received_ = 0;          ///< Bytes of packs, of all requests.
-    std::uint64_t unpacked_ = 0;          ///< Bytes of objects.
-    std::uint64_t given_up_ = 0;          ///< Bytes received in vain, which a browser has seen.
-    std::optional<Ids> may_be_from_;      ///< The tips that may lead to the commit, while that is not known.
-    bool answered_ = true; ///< The last request for a pack was understood, whatever became of it.
+    std::unique_ptr<FetchShare> share_;     ///< Outlives all that it pays for.
+    std::unique_ptr<GitDownload> download_; ///< While there is one.
+    core::GitCapabilities capabilities_;    ///< That the download makes use of.
+    GitSnapshotPtr snapshot_;               ///< Once it was found or made.
+    std::uint64_t received_ = 0;            ///< Bytes of packs, of all requests.
+    std::uint64_t unpacked_ = 0;            ///< Bytes of objects.
+    std::uint64_t given_up_ = 0;            ///< Bytes received in vain, which a browser has seen.
+    std::uint32_t files_missing_ = 0;       ///< That the layout lacked first.
+    std::uint32_t files_wanted_ = 0;        ///< That were asked for by name.
+    std::uint32_t files_read_ = 0;
 };
 
 } // namespace webots_cloud::adapters

@@ -1,4 +1,5 @@
 // The second half of GitPackReader: deltas, once everything they are based on is there.
+#include "git_pack_entry.hpp"
 #include "git_pack_reader.hpp"
 
 #include "core/git/git_delta.hpp"
@@ -45,8 +46,7 @@ struct GitPackReader::Resolver
             made += children.size();
         }
         if (made != pack.deltas_.size())
-            return Failure(errc::protocol_error,
-                           "the git server sent a malformed pack: a delta without base");
+            return malformed_pack("a delta without base");
         return {};
     }
 
@@ -156,7 +156,7 @@ struct GitPackReader::Resolver
 result<> GitPackReader::finish()
 {
     if (state_ != State::end)
-        return Failure(errc::protocol_error, "the git server sent a malformed pack: it ends too early");
+        return malformed_pack("it ends too early");
     return Resolver(*this).run();
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/git/git_object_id.hpp"
+#include "core/git/git_problem.hpp"
 
 #include <webots_cloud/error.hpp>
 
@@ -16,7 +17,7 @@ namespace webots_cloud::adapters {
 
 inline Failure malformed_pack(char const* what)
 {
-    return {errc::protocol_error, std::string("the git server sent a malformed pack: ") + what};
+    return {core::GitProblem::malformed, std::string("the git server sent a malformed pack: ") + what};
 }
 
 enum GitPackType : unsigned

@@ -29,7 +29,7 @@ public:
     GitPackReader(GitStaging& staging, std::uint64_t budget, FetchInterrupt interrupt = {});
     ~GitPackReader();
 
-    /// The next bytes of the pack.   Errors: `protocol_error`, `too_large`, `unavailable` (disk), the
+    /// The next bytes of the pack.   Errors: `malformed`, `too_large`, `unavailable` (disk), the
     /// interrupt's.
     result<> push(std::string_view bytes);
 

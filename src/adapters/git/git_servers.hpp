@@ -1,13 +1,14 @@
 // Remembers facts about git servers between fetches.
 #pragma once
 
-#include "git_client.hpp"
+#include "core/git/git_fetch_plan.hpp"
 
 #include <webots_cloud/transport/clock.hpp>
 
 #include <chrono>
 #include <cstddef>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <unordered_map>
 
@@ -34,42 +35,33 @@ public:
         missing_[url] = std::chrono::steady_clock::now() + std::chrono::minutes(1);
     }
 
-    /// The capabilities of a forge: all of them, until a request has failed. That is forgotten after an hour.
-    GitCapabilities capabilities(std::string const& forge)
+    /// The capabilities of a forge. They are asked for after a request has failed, and forgotten after an
+    /// hour.
+    std::optional<core::GitCapabilities> capabilities(std::string const& forge)
     {
         std::lock_guard const lock(mutex_);
         auto const found = known_.find(forge);
-        return is_valid(found) ? found->second.capabilities : GitCapabilities();
+        if (found == known_.end() || std::chrono::steady_clock::now() >= found->second.until)
+            return std::nullopt;
+        return found->second.capabilities;
     }
 
-    void set_capabilities(std::string const& forge, GitCapabilities capabilities)
+    void set_capabilities(std::string const& forge, core::GitCapabilities capabilities)
     {
         std::lock_guard const lock(mutex_);
         known_[forge] = {capabilities, std::chrono::steady_clock::now() + std::chrono::hours(1)};
     }
 
-    bool knows(std::string const& forge)
-    {
-        std::lock_guard const lock(mutex_);
-        return is_valid(known_.find(forge));
-    }
-
 private:
     struct Known
     {
-        GitCapabilities capabilities;
+        core::GitCapabilities capabilities;
         TimePoint until;
     };
-    using KnownByForge = std::unordered_map<std::string, Known>;
-
-    bool is_valid(KnownByForge::const_iterator found) const
-    {
-        return found != known_.end() && std::chrono::steady_clock::now() < found->second.until;
-    }
 
     std::mutex mutex_;
     std::unordered_map<std::string, TimePoint> missing_;
-    KnownByForge known_;
+    std::unordered_map<std::string, Known> known_; ///< By forge.
 };
 
 } // namespace webots_cloud::adapters

@@ -4,6 +4,7 @@
 #include "adapters/files/project_files.hpp"
 #include "git_copy.hpp"
 
+#include "core/git/git_problem.hpp"
 #include "core/safe_names.hpp"
 
 #include <fcntl.h>
@@ -154,7 +155,7 @@ private:
         placed_.emplace(item.id, std::move(file));
     }
 
-    static Failure missing() { return {errc::protocol_error, "the git server left out a file"}; }
+    static Failure missing() { return {core::GitProblem::object_missing, "the git server left out a file"}; }
 
     GitStaging const& staging_;
     GitDonors const& donors_;

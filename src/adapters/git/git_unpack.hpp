@@ -33,7 +33,7 @@ struct GitDonors
 /// Makes everything in `layout` below the open, empty folder `root`: files are moved there from the staging
 /// area or linked from donors. Symbolic links that could lead out of the repository are left out.
 ///
-/// Errors: `protocol_error` (an object is missing), `unavailable` (disk), the interrupt's.
+/// Errors: `object_missing`, `unavailable` (disk), the interrupt's.
 result<GitIndex> unpack_git_folder(std::vector<core::GitLayoutItem> const& layout, GitStaging const& staging,
                                    GitDonors const& donors, int root, FetchInterrupt const& interrupt = {});
 

@@ -1,5 +1,7 @@
 #include "git_delta.hpp"
 
+#include "git_problem.hpp"
+
 #include <optional>
 
 namespace webots_cloud::core {
@@ -7,7 +9,7 @@ namespace {
 
 Failure malformed()
 {
-    return {errc::protocol_error, "the git server sent a malformed delta"};
+    return {GitProblem::malformed, "the git server sent a malformed delta"};
 }
 
 /// Takes the bytes of a delta one after the other.

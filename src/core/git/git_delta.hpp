@@ -9,7 +9,7 @@
 
 namespace webots_cloud::core {
 
-/// How large the object is that `delta` makes.   Errors: `protocol_error`.
+/// How large the object is that `delta` makes.   Errors: `malformed`.
 result<std::uint64_t> delta_result_size(std::string_view delta);
 
 /// The object that `delta` makes out of `base`; never larger than `delta_result_size` says.   Errors:

@@ -2,6 +2,7 @@
 
 #include "core/safe_names.hpp"
 #include "core/text.hpp"
+#include "git_problem.hpp"
 
 #include <algorithm>
 #include <iterator>
@@ -16,7 +17,7 @@ using Kind = GitTreeEntry::Kind;
 result<std::vector<GitTreeEntry>> read_tree(std::string const* object)
 {
     if (!object)
-        return Failure(errc::protocol_error, "the git server left out a folder");
+        return Failure(GitProblem::object_missing, "the git server left out a folder");
     return parse_git_tree(*object);
 }
 
@@ -138,7 +139,8 @@ result<GitWay> find_git_folder(GitObjectId const& root, std::string_view path, G
             return entry.kind == Kind::folder && entry.name == part;
         });
         if (found == entries->end())
-            return Failure(errc::not_found, concat("has no folder \"", printable(path, 200), "\""));
+            return Failure(GitProblem::no_such_folder,
+                           concat("has no folder \"", printable(path, 200), "\""));
         if (!is_safe_file_name(part))
             return Failure(errc::invalid_url,
                            concat("The folder \"", printable(part, 60), "\" has a forbidden name."));

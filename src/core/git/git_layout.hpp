@@ -58,7 +58,7 @@ using GitTreeLookup = std::function<std::string const*(GitObjectId const&)>;
 /// sparse checkout of that folder ("cone") has besides: the files of the folders that it lies in. Files
 /// with forbidden names are left out and do not cause a failure.
 ///
-/// Errors: `not_found`, `protocol_error`, `invalid_url` (a folder that can't be made).
+/// Errors: `no_such_folder`, `object_missing`, `malformed`, `invalid_url` (a folder that can't be made).
 result<GitWay> find_git_folder(GitObjectId const& root, std::string_view path, GitLayoutLimits const& limits,
                                GitTreeLookup const& lookup);
 

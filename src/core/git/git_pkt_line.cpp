@@ -1,5 +1,7 @@
 #include "git_pkt_line.hpp"
 
+#include "git_problem.hpp"
+
 #include <algorithm>
 #include <cassert>
 #include <charconv>
@@ -47,7 +49,7 @@ result<std::optional<PktLine>> PktLineDecoder::next()
     std::size_t length = 0;
     auto const [end, failed] = std::from_chars(rest.data(), rest.data() + header_size, length, 16);
     if (failed != std::errc() || end != rest.data() + header_size || length == 3 || length > max_frame_size)
-        return Failure(errc::protocol_error, "the git server sent a frame without a length");
+        return Failure(GitProblem::malformed, "the git server sent a frame without a length");
     PktLine line;
     if (length < header_size) {
         line.kind = static_cast<PktLine::Kind>(length + 1);

@@ -48,7 +48,7 @@ public:
     /// The next whole frame, or nothing until more bytes come. Its payload is valid until the next call of
     /// anything.
     ///
-    /// Errors: `protocol_error` for a length that is none.
+    /// Errors: `malformed` for a length that is none.
     result<std::optional<PktLine>> next();
 
     /// True when the stream may end here: no part of a frame is left.

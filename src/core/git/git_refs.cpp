@@ -1,6 +1,7 @@
 #include "git_refs.hpp"
 
 #include "core/text.hpp"
+#include "git_problem.hpp"
 
 #include <algorithm>
 
@@ -91,7 +92,7 @@ result<GitRef> parse_ref_line(std::string_view line)
     auto const words = split(line, ' ');
     auto const id = git_object_id(words[0]);
     if (words.size() < 2 || !id || words[1].empty())
-        return Failure(errc::protocol_error, "the git server sent a ref that is none");
+        return Failure(GitProblem::malformed, "the git server sent a ref that is none");
     GitRef ref;
     ref.name = words[1];
     ref.id = *id;
@@ -145,8 +146,9 @@ result<GitTarget> resolve_ref(std::string_view ref_and_folder, std::vector<GitRe
         }
     }
     if (!best)
-        return Failure(errc::not_found, concat("has no branch or tag \"",
-                                               printable(unknown_ref(ref_and_folder, refs), 100), "\""));
+        return Failure(
+            GitProblem::no_such_ref,
+            concat("has no branch or tag \"", printable(unknown_ref(ref_and_folder, refs), 100), "\""));
     return target(best->id, ref_and_folder, longest);
 }
 

@@ -19,7 +19,7 @@ struct GitRef
 };
 
 /// One line of an `ls-refs` answer: `<id> <name>[ symref-target:<name>][ peeled:<id>]`.   Errors:
-/// `protocol_error`.
+/// `malformed`.
 result<GitRef> parse_ref_line(std::string_view line);
 
 /// A commit and a folder in it (empty: the whole tree).
@@ -46,7 +46,7 @@ bool names_commit(std::string_view ref_and_folder) noexcept;
 /// Splits `<ref>[/<folder>]`: the longest ref that is listed wins, branches before tags; 40 digits are a
 /// commit.
 ///
-/// Errors: `not_found`.
+/// Errors: `no_such_ref`.
 result<GitTarget> resolve_ref(std::string_view ref_and_folder, std::vector<GitRef> const& refs);
 
 } // namespace webots_cloud::core

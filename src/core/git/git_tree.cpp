@@ -1,5 +1,7 @@
 #include "git_tree.hpp"
 
+#include "git_problem.hpp"
+
 #include <algorithm>
 #include <optional>
 
@@ -8,7 +10,7 @@ namespace {
 
 Failure malformed(char const* what)
 {
-    return {errc::protocol_error, std::string("the git server sent a malformed ") + what};
+    return {GitProblem::malformed, std::string("the git server sent a malformed ") + what};
 }
 
 /// What git calls the mode, in octal; old repositories also have 100664.

@@ -28,10 +28,10 @@ struct GitTreeEntry
     GitObjectId id;
 };
 
-/// The entries of a tree object.   Errors: `protocol_error`.
+/// The entries of a tree object.   Errors: `malformed`.
 result<std::vector<GitTreeEntry>> parse_git_tree(std::string_view object);
 
-/// The tree of a commit object.   Errors: `protocol_error`.
+/// The tree of a commit object.   Errors: `malformed`.
 result<GitObjectId> tree_of_commit(std::string_view object);
 
 /// The parents of a commit object; none of anything else.

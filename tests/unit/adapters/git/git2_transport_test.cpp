@@ -3,6 +3,7 @@
 
 #include "adapters/git/git2_transport.hpp"
 #include "adapters/git/git_pipe.hpp"
+#include "core/git/git_problem.hpp"
 
 #include <boost/asio/error.hpp>
 
@@ -44,7 +45,7 @@ BOOST_AUTO_TEST_CASE(depth_is_asked_for_after_what_is_wanted)
 BOOST_AUTO_TEST_CASE(a_request_that_does_not_end_is_none)
 {
     for (auto const* request : {"", "0032want", "zzzz", "0003", "0005x"})
-        BOOST_CHECK(make_shallow(request).error() == errc::protocol_error);
+        BOOST_CHECK(make_shallow(request).error() == core::GitProblem::malformed);
 }
 
 BOOST_AUTO_TEST_CASE(the_answer_about_depth_is_taken_off_however_it_is_cut)
@@ -65,8 +66,8 @@ BOOST_AUTO_TEST_CASE(the_words_of_a_server_that_refuses_are_kept)
 
 BOOST_AUTO_TEST_CASE(an_answer_without_frames_is_refused)
 {
-    BOOST_CHECK(passed("<html>", 6).error() == errc::protocol_error);
-    BOOST_CHECK(passed("0002", 4).error() == errc::protocol_error);
+    BOOST_CHECK(passed("<html>", 6).error() == core::GitProblem::malformed);
+    BOOST_CHECK(passed("0002", 4).error() == core::GitProblem::malformed);
 }
 
 BOOST_AUTO_TEST_CASE(a_pipe_hands_on_more_than_it_has_room_for)

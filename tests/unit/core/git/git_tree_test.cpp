@@ -3,6 +3,7 @@
 #include "unit_test.hpp"
 
 #include "core/git/git_layout.hpp"
+#include "core/git/git_problem.hpp"
 #include "core/git/git_tree.hpp"
 
 #include <map>
@@ -117,7 +118,7 @@ BOOST_AUTO_TEST_CASE(a_folder_is_found_by_its_path)
     BOOST_TEST((find_git_folder(id(1), "", {}, lookup).value().tree == id(1)));
     BOOST_TEST((find_git_folder(id(1), "a/b", {}, lookup).value().tree == id(3)));
     for (auto const* const path : {"b", "a/c", "f", "a/b/c", "A"})
-        BOOST_TEST((find_git_folder(id(1), path, {}, lookup).error() == errc::not_found), path);
+        BOOST_TEST((find_git_folder(id(1), path, {}, lookup).error() == GitProblem::no_such_folder), path);
 }
 
 /// With a project in `a/b`.
@@ -278,7 +279,7 @@ BOOST_AUTO_TEST_CASE(a_folder_without_end_and_a_name_without_end_are_refused)
     BOOST_TEST(parse_git_tree(tree).value().size() == 100'000u);
     tree += entry("100644", "one more", 3);
     BOOST_TEST(parse_git_tree(tree).error().message() == "The repository has a folder with too many files.");
-    BOOST_TEST((parse_git_tree(entry("100644", std::string(5000, 'x'), 1)).error() == errc::protocol_error));
+    BOOST_TEST((parse_git_tree(entry("100644", std::string(5000, 'x'), 1)).error() == GitProblem::malformed));
 }
 
 BOOST_AUTO_TEST_CASE(all_paths_together_are_limited)

@@ -1,0 +1,369 @@
+#include "git_fetch_plan.hpp"
+
+#include "core/text.hpp"
+#include "git_history.hpp"
+
+#include <boost/system/errc.hpp>
+
+#include <algorithm>
+#include <cassert>
+
+namespace webots_cloud::core {
+namespace {
+
+using namespace git_action;
+using namespace git_outcome;
+
+// Of a commit that was asked for by its hash.
+constexpr std::string_view on_no_branch = "is on no branch and under no tag";
+constexpr std::string_view not_newest =
+    "is not the newest one of any branch or tag, and the git server can't "
+    "tell whether it is an older one";
+constexpr std::string_view not_looked_for = "is not looked for, as the history is too large";
+
+bool is_disk_full(Failure const& failure)
+{
+    return failure.code() == boost::system::errc::no_space_on_device;
+}
+
+/// The server does not answer the question, or not in full: it may answer a smaller one.
+bool is_declined(Failure const& failure)
+{
+    return fails_as(failure, errc::too_large) || fails_as(failure, errc::protocol_error);
+}
+
+bool is_about_filters(Failure const& failure)
+{
+    return failure == GitProblem::filter_not_supported || failure == GitProblem::no_single_files;
+}
+
+/// Some servers send only commits, whatever they announce.
+Failed about_files(Failed const& failed)
+{
+    if (failed.failure != GitProblem::object_not_advertised)
+        return failed;
+    return {Failure(GitProblem::no_single_files, "the git server does not hand out single files"),
+            failed.pack_begun};
+}
+
+} // namespace
+
+GitAction GitFetchPlan::go(Step step, GitAction action)
+{
+    step_ = step;
+    return action;
+}
+
+GitAction GitFetchPlan::fail(Failure const& failure)
+{
+    return go(Step::over, Fail{explain(failure, project_)});
+}
+
+GitAction GitFetchPlan::fail_commit(errc code, std::string_view what)
+{
+    constexpr std::size_t digits = 12;
+    return fail(
+        {code, concat("Commit ", to_hex(target_.commit).substr(0, digits), " of ", project_.owner, "/",
+                      project_.repository, " ", what, ": name a branch or tag, or have one made for it.")});
+}
+
+GitAction GitFetchPlan::next(GitOutcome const& outcome)
+{
+    assert(step_ != Step::over);
+    auto const* const failed = std::get_if<Failed>(&outcome);
+    bool const hit = std::holds_alternative<CacheHit>(outcome);
+    switch (step_) {
+    case Step::find_commit:
+        return hit ? find_folder() : list_refs();
+    case Step::list_refs:
+        return after_refs(outcome);
+    case Step::ask_after_refs:
+        return after_capabilities_for_refs(outcome);
+    case Step::remember_before_refs:
+        return list_refs();
+    case Step::remember_missing:
+        return look_up_failed(failure_);
+    case Step::forget_target:
+        return fail(failure_);
+    case Step::find_folder:
+        return hit ? go(Step::over, Succeed{}) : go(Step::wait_for_turn, WaitForTurn{});
+    case Step::find_last_folder:
+        return hit ? go(Step::over, Succeed{explain_use_of_cache(failure_, project_)}) : fail(failure_);
+    case Step::wait_for_turn:
+        if (auto const* const turn = std::get_if<Turn>(&outcome))
+            known_ = turn->known;
+        capabilities_ = known_.value_or(GitCapabilities());
+        return begin_download();
+    case Step::fetch_history:
+        return after_history(outcome);
+    case Step::fetch_files:
+        return after_files(outcome);
+    case Step::make_room:
+        return failed ? fail(failure_) : begin_download();
+    case Step::ask_after_download:
+        return after_capabilities_for_download(outcome);
+    case Step::remember_before_download:
+        return begin_download();
+    case Step::remember_after_download:
+        return go(Step::over, Succeed{});
+    default:
+        break;
+    }
+    if (failed)
+        return download_failed(*failed);
+    switch (step_) {
+    case Step::begin_download:
+        return after_begin(outcome);
+    case Step::search_history:
+        return after_search(outcome);
+    case Step::fetch_commit:
+        return go(Step::lay_out, LayOut{target_});
+    case Step::lay_out:
+        return after_layout(outcome);
+    case Step::unpack:
+        return go(Step::fetch_large_files, FetchLargeFiles{});
+    case Step::fetch_large_files:
+        return go(Step::publish, Publish{});
+    default:
+        break;
+    }
+    return asked_again_ ? go(Step::remember_after_download, RememberCapabilities{capabilities_})
+                        : go(Step::over, Succeed{});
+}
+
+// ---- what the address means ------------------------------------------------------------------------------
+
+GitAction GitFetchPlan::start(GitServerFacts const& facts)
+{
+    known_ = facts.known;
+    if (facts.is_missing)
+        return fail({GitProblem::no_such_repository, "does not exist or is private"});
+    if (!names_commit(project_.ref_and_folder))
+        return list_refs();
+    auto target = resolve_ref(project_.ref_and_folder, {});
+    if (!target)
+        return fail(target.error());
+    target_ = std::move(*target);
+    return go(Step::find_commit, FindCommit{target_.commit});
+}
+
+GitAction GitFetchPlan::list_refs()
+{
+    ListRefs action;
+    action.version_2 = !known_ || known_->version_2;
+    auto const& wanted = project_.ref_and_folder;
+    action.prefixes = names_commit(wanted) ? all_ref_prefixes() : ref_prefixes(wanted);
+    return go(Step::list_refs, std::move(action));
+}
+
+/// A server sends whatever is in its store, and forges keep forks and pull requests there too. The
+/// repository's own is what its branches and tags lead to; of what is in the cache that is known. To search
+/// a history takes long: that is left to the download.
+GitAction GitFetchPlan::after_refs(GitOutcome const& outcome)
+{
+    if (auto const* const failed = std::get_if<Failed>(&outcome))
+        return after_failed_refs(failed->failure);
+    auto const* const received = std::get_if<RefsReceived>(&outcome);
+    auto const refs = received ? received->refs : std::vector<GitRef>();
+    auto target = resolve_ref(project_.ref_and_folder, refs);
+    if (!target)
+        return look_up_failed(target.error());
+    target_ = std::move(*target);
+    if (names_commit(project_.ref_and_folder)) {
+        tips_ = git_tips(refs);
+        history_unknown_ = std::find(tips_.begin(), tips_.end(), target_.commit) == tips_.end();
+    }
+    return find_folder();
+}
+
+/// A server without version 2 does not understand the request for refs, and for one that only serves files
+/// its address does not exist.
+GitAction GitFetchPlan::after_failed_refs(Failure const& failure)
+{
+    failure_ = failure;
+    bool const is_missing = failure == GitProblem::no_such_repository;
+    bool const asked_by_libgit2 = known_ && !known_->version_2;
+    if (asked_by_libgit2)
+        return is_missing ? go(Step::remember_missing, RememberMissing{}) : look_up_failed(failure);
+    bool const may_be_old = fails_as(failure, errc::protocol_error) && !known_;
+    return may_be_old || is_missing ? go(Step::ask_after_refs, AskCapabilities{}) : look_up_failed(failure);
+}
+
+GitAction GitFetchPlan::after_capabilities_for_refs(GitOutcome const& outcome)
+{
+    auto const* const received = std::get_if<CapabilitiesReceived>(&outcome);
+    auto const* const failed = std::get_if<Failed>(&outcome);
+    if (received && !received->capabilities.version_2) {
+        known_ = received->capabilities;
+        return go(Step::remember_before_refs, RememberCapabilities{*known_});
+    }
+    if (failed && failed->failure == GitProblem::unknown_format)
+        return look_up_failed(failed->failure);
+    if (failure_ != GitProblem::no_such_repository)
+        return look_up_failed(failure_);
+    if (failed && failed->failure != GitProblem::no_such_repository)
+        return look_up_failed(failed->failure);
+    return go(Step::remember_missing, RememberMissing{});
+}
+
+GitAction GitFetchPlan::find_folder()
+{
+    return go(Step::find_folder, FindFolder{target_});
+}
+
+/// When the server can't be asked, what it said last is better than nothing.
+GitAction GitFetchPlan::look_up_failed(Failure const& failure)
+{
+    failure_ = failure;
+    if (fails_as(failure, errc::not_found))
+        return go(Step::forget_target, ForgetTarget{});
+    if (fails_as(failure, errc::unreachable) || fails_as(failure, errc::timed_out) ||
+        fails_as(failure, errc::protocol_error))
+        return go(Step::find_last_folder, FindLastFolder{});
+    return fail(failure);
+}
+
+// ---- the download ----------------------------------------------------------------------------------------
+
+GitAction GitFetchPlan::begin_download()
+{
+    laid_out_ = false;
+    files_ = GitFiles::all;
+    parents_too_large_ = false;
+    return go(Step::begin_download, BeginDownload{capabilities_});
+}
+
+/// Whose the commit is should be known before much of it travels: before its files do, or with them.
+GitAction GitFetchPlan::after_begin(GitOutcome const& outcome)
+{
+    auto const* const begun = std::get_if<Begun>(&outcome);
+    bool const is_part = !target_.folder.empty() || (begun && begun->has_donors);
+    without_files_ = capabilities_.version_2 && capabilities_.filter && is_part;
+    if (!history_unknown_)
+        return fetch_commit();
+    if (!capabilities_.version_2 || !capabilities_.filter)
+        return fail_commit(errc::not_found, not_newest);
+    if (tips_.size() > max_git_wants)
+        return fail_commit(errc::too_large, not_looked_for);
+    history_with_files_ = false;
+    return without_files_ ? fetch_commit() : fetch_history();
+}
+
+GitAction GitFetchPlan::fetch_history()
+{
+    if (tips_.empty() && !history_with_files_)
+        return go(Step::search_history, SearchHistory{tips_});
+    return go(Step::fetch_history, FetchHistory{tips_, history_with_files_});
+}
+
+/// Servers that do not send both together may send one after the other.
+GitAction GitFetchPlan::after_history(GitOutcome const& outcome)
+{
+    auto const* const failed = std::get_if<Failed>(&outcome);
+    auto const* const stopped = std::get_if<ParentFilesStopped>(&outcome);
+    if (stopped) {
+        files_ = GitFiles::of_project;
+        parents_too_large_ = stopped->too_large;
+    }
+    if (!failed && !stopped)
+        return go(Step::search_history, SearchHistory{tips_});
+    if (failed && !is_declined(failed->failure))
+        return download_failed(Failed(failed->failure)); // which capabilities it has is not the question
+    if (history_with_files_) {
+        history_with_files_ = false;
+        return fetch_history();
+    }
+    return stopped || fails_as(failed->failure, errc::too_large)
+               ? fail_commit(errc::too_large, not_looked_for)
+               : fail_commit(errc::not_found, not_newest);
+}
+
+GitAction GitFetchPlan::after_search(GitOutcome const& outcome)
+{
+    if (!std::holds_alternative<InHistory>(outcome))
+        return fail_commit(errc::not_found, on_no_branch);
+    history_unknown_ = false;
+    return laid_out_ ? fetch_files() : fetch_commit();
+}
+
+GitAction GitFetchPlan::fetch_commit()
+{
+    FetchCommit action;
+    action.commit = target_.commit;
+    action.shallow = capabilities_.shallow;
+    action.without_files = without_files_;
+    return go(Step::fetch_commit, action);
+}
+
+GitAction GitFetchPlan::after_layout(GitOutcome const& outcome)
+{
+    laid_out_ = true;
+    auto const* const layout = std::get_if<LaidOut>(&outcome);
+    auto const missing = layout ? layout->files_missing : 0;
+    if (!history_unknown_)
+        return fetch_files();
+    history_with_files_ = missing > 0 && tips_.size() + missing <= max_git_wants;
+    return fetch_history();
+}
+
+GitAction GitFetchPlan::fetch_files()
+{
+    if (!capabilities_.version_2) // all that it has to give is there
+        return go(Step::unpack, Unpack{});
+    return go(Step::fetch_files, FetchFiles{files_});
+}
+
+/// The files of the folders above the project come with the others, and the transfer is cut when they turn
+/// out to be too large, or may be.
+GitAction GitFetchPlan::after_files(GitOutcome const& outcome)
+{
+    if (auto const* const failed = std::get_if<Failed>(&outcome))
+        return download_failed(about_files(*failed));
+    auto const* const stopped = std::get_if<ParentFilesStopped>(&outcome);
+    if (stopped && files_ == GitFiles::all) {
+        files_ = GitFiles::of_project;
+        parents_too_large_ = stopped->too_large;
+        return fetch_files();
+    }
+    if (files_ == GitFiles::of_project && !parents_too_large_) {
+        // A large file had come: it was the project's own, or it comes again.
+        files_ = GitFiles::all_after_project;
+        return fetch_files();
+    }
+    return go(Step::unpack, Unpack{});
+}
+
+GitAction GitFetchPlan::download_failed(Failed const& failed)
+{
+    failure_ = failed.failure;
+    if (is_disk_full(failure_) && !room_made_) {
+        room_made_ = true;
+        return go(Step::make_room, MakeRoom{});
+    }
+    bool const asked_for_pack = step_ == Step::fetch_commit || step_ == Step::fetch_files;
+    bool const is_understood =
+        !asked_for_pack || failed.pack_begun || !fails_as(failure_, errc::protocol_error);
+    if (is_understood || failure_ == GitProblem::object_not_advertised || known_ || asked_again_)
+        return fail(failure_);
+    return go(Step::ask_after_download, AskCapabilities{});
+}
+
+GitAction GitFetchPlan::after_capabilities_for_download(GitOutcome const& outcome)
+{
+    if (auto const* const failed = std::get_if<Failed>(&outcome))
+        return fail(failed->failure);
+    auto const* const received = std::get_if<CapabilitiesReceived>(&outcome);
+    auto offered = received ? received->capabilities : GitCapabilities();
+    if (offered == GitCapabilities()) {
+        if (!is_about_filters(failure_))
+            return fail(failure_); // it can do what was asked: something else is wrong
+        offered.filter = false;    // it promises more than it keeps
+    }
+    capabilities_ = offered;
+    asked_again_ = true;
+    room_made_ = false;
+    return offered.version_2 ? begin_download()
+                             : go(Step::remember_before_download, RememberCapabilities{capabilities_});
+}
+
+} // namespace webots_cloud::core

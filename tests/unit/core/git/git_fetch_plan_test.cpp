@@ -1,0 +1,758 @@
+// How a folder is fetched, as a timetable: what became of an action, and which one follows.
+#include "git_ids.hpp"
+#include "unit_test.hpp"
+
+#include "core/git/git_fetch_plan.hpp"
+
+#include <boost/asio/error.hpp>
+#include <boost/system/errc.hpp>
+
+#include <ostream>
+#include <random>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+using namespace webots_cloud;
+using namespace webots_cloud::core;
+using namespace git_action;
+using namespace git_outcome;
+
+namespace {
+
+// Commits as addresses name them.
+std::string const commit_1 = to_hex(id(1));
+
+ProjectRef project(std::string_view ref_and_folder)
+{
+    ProjectRef made;
+    made.forge = "https://forge.example";
+    made.owner = "ann";
+    made.repository = "robots";
+    made.ref_and_folder = ref_and_folder;
+    return made;
+}
+
+std::string describe(GitCapabilities const& capabilities)
+{
+    return std::string(capabilities.version_2 ? " v2" : " old") + (capabilities.shallow ? "" : " deep") +
+           (capabilities.filter ? "" : " unfiltered");
+}
+
+/// An action in a few words.
+struct Words
+{
+    std::string operator()(FindCommit const&) const { return "find commit"; }
+    std::string operator()(ListRefs const& list) const
+    {
+        return std::string("list refs") + (list.version_2 ? "" : " old") +
+               (list.prefixes == all_ref_prefixes() ? " all" : "");
+    }
+    std::string operator()(AskCapabilities const&) const { return "ask"; }
+    std::string operator()(RememberCapabilities const& remember) const
+    {
+        return "remember" + describe(remember.capabilities);
+    }
+    std::string operator()(RememberMissing const&) const { return "remember missing"; }
+    std::string operator()(ForgetTarget const&) const { return "forget"; }
+    std::string operator()(FindFolder const&) const { return "find"; }
+    std::string operator()(FindLastFolder const&) const { return "find last"; }
+    std::string operator()(WaitForTurn const&) const { return "wait"; }
+    std::string operator()(BeginDownload const& begin) const
+    {
+        return "begin" + describe(begin.capabilities);
+    }
+    std::string operator()(FetchHistory const& fetch) const
+    {
+        return fetch.with_files ? "fetch history and files" : "fetch history";
+    }
+    std::string operator()(SearchHistory const&) const { return "search history"; }
+    std::string operator()(FetchCommit const& fetch) const
+    {
+        return std::string("fetch commit") + (fetch.shallow ? "" : " deep") +
+               (fetch.without_files ? " without files" : "");
+    }
+    std::string operator()(LayOut const&) const { return "lay out"; }
+    std::string operator()(FetchFiles const& fetch) const
+    {
+        switch (fetch.files) {
+        case GitFiles::all:
+            return "fetch files";
+        case GitFiles::of_project:
+            return "fetch files of project";
+        case GitFiles::all_after_project:
+            break;
+        }
+        return "fetch files above";
+    }
+    std::string operator()(Unpack const&) const { return "unpack"; }
+    std::string operator()(FetchLargeFiles const&) const { return "fetch large files"; }
+    std::string operator()(Publish const&) const { return "publish"; }
+    std::string operator()(MakeRoom const&) const { return "make room"; }
+    std::string operator()(Succeed const& end) const
+    {
+        return end.notice.empty() ? "done" : "stale: " + end.notice;
+    }
+    std::string operator()(Fail const& end) const { return "fail: " + end.failure.message(); }
+};
+
+std::string words(GitAction const& action)
+{
+    return std::visit(Words(), action);
+}
+
+bool is_end(GitAction const& action)
+{
+    return std::holds_alternative<Succeed>(action) || std::holds_alternative<Fail>(action);
+}
+
+struct Stop
+{
+    GitOutcome outcome;
+    std::string_view next;
+};
+
+/// One fetch: where it begins, and every stop on its way.
+struct Row
+{
+    std::string_view name;
+    std::string_view address;
+    GitServerFacts facts;
+    std::string_view first;
+    std::vector<Stop> stops;
+};
+
+void check(std::vector<Row> const& rows)
+{
+    for (auto const& row : rows) {
+        GitFetchPlan plan(project(row.address));
+        auto action = plan.start(row.facts);
+        BOOST_TEST(words(action) == row.first, row.name << ": begins with " << words(action));
+        std::size_t number = 0;
+        for (auto const& stop : row.stops) {
+            BOOST_REQUIRE_MESSAGE(!is_end(action), row.name << ": ends early, with " << words(action));
+            action = plan.next(stop.outcome);
+            ++number;
+            BOOST_TEST(words(action) == stop.next,
+                       row.name << ": stop " << number << " is " << words(action));
+        }
+    }
+}
+
+// ---- outcomes ------------------------------------------------------------------------------------------
+
+GitOutcome refs()
+{
+    RefsReceived received;
+    received.refs = {{"refs/heads/main", id(1)}, {"refs/heads/other", id(2)}};
+    return received;
+}
+
+/// None of them points to the commit 1.
+GitOutcome other_refs(int count = 2)
+{
+    RefsReceived received;
+    for (int i = 0; i < count; ++i)
+        received.refs.push_back({"refs/heads/b" + std::to_string(i), id(2 + i)});
+    return received;
+}
+
+GitOutcome problem(GitProblem kind)
+{
+    return Failed(Failure(kind, "words"));
+}
+
+/// Before the pack began.
+GitOutcome not_understood(GitProblem kind = GitProblem::server_error)
+{
+    return Failed(Failure(kind, "words"), false);
+}
+
+GitOutcome sentence(errc code)
+{
+    return Failed(Failure(code, "A sentence."));
+}
+
+GitOutcome aborted()
+{
+    return Failed(Failure(boost::asio::error::operation_aborted, "aborted"));
+}
+
+GitOutcome disk_full()
+{
+    return Failed(Failure(make_error_code(boost::system::errc::no_space_on_device), "The disk is full."));
+}
+
+GitCapabilities offer(bool version_2, bool shallow, bool filter)
+{
+    GitCapabilities made;
+    made.version_2 = version_2;
+    made.shallow = shallow;
+    made.filter = filter;
+    return made;
+}
+
+GitOutcome offered(bool version_2, bool shallow, bool filter)
+{
+    return CapabilitiesReceived{offer(version_2, shallow, filter)};
+}
+
+GitServerFacts known(bool version_2, bool shallow, bool filter)
+{
+    GitServerFacts facts;
+    facts.known = offer(version_2, shallow, filter);
+    return facts;
+}
+
+GitOutcome laid_out(std::size_t missing = 3)
+{
+    return LaidOut{missing};
+}
+
+/// Stops of a look-up that ends with a download, before others.
+std::vector<Stop> after_look_up(std::vector<Stop> stops)
+{
+    std::vector<Stop> all = {{refs(), "find"}, {CacheMiss(), "wait"}};
+    all.insert(all.end(), stops.begin(), stops.end());
+    return all;
+}
+
+/// The same for a commit that no branch points to.
+std::vector<Stop> after_unknown_commit(std::vector<Stop> stops)
+{
+    std::vector<Stop> all = {
+        {CacheMiss(), "list refs all"}, {other_refs(), "find"}, {CacheMiss(), "wait"}, {Turn(), "begin v2"}};
+    all.insert(all.end(), stops.begin(), stops.end());
+    return all;
+}
+
+GitServerFacts const nothing;
+GitServerFacts const missing{true, std::nullopt};
+std::string const commit_in_folder = commit_1 + "/a/b";
+constexpr std::string_view unreachable =
+    "fail: https://forge.example can't be reached: words. Try again later.";
+constexpr std::string_view says_words = "fail: https://forge.example: words.";
+constexpr std::string_view no_repository = "fail: Repository ann/robots words.";
+constexpr std::string_view stale =
+    "stale: https://forge.example can't be reached: words. Starting ann/robots from the cache.";
+constexpr std::string_view not_newest =
+    "fail: Commit 000100000000 of ann/robots is not the newest one of any branch or tag, and the git server "
+    "can't tell whether it is an older one: name a branch or tag, or have one made for it.";
+constexpr std::string_view on_no_branch =
+    "fail: Commit 000100000000 of ann/robots is on no branch and under no tag: name a branch or tag, or have "
+    "one made for it.";
+constexpr std::string_view not_looked_for = "fail: Commit 000100000000 of ann/robots is not looked for, as "
+                                            "the history is too large: name a branch or "
+                                            "tag, or have one made for it.";
+
+} // namespace
+
+BOOST_AUTO_TEST_SUITE(git_fetch_plan)
+
+BOOST_AUTO_TEST_CASE(the_address_is_resolved_and_looked_for_in_the_cache)
+{
+    check({
+        {"hit", "main", nothing, "list refs", {{refs(), "find"}, {CacheHit(), "done"}}},
+        {"miss", "main", nothing, "list refs", {{refs(), "find"}, {CacheMiss(), "wait"}}},
+        {"known to be missing",
+         "main",
+         missing,
+         "fail: Repository ann/robots does not exist or is private.",
+         {}},
+        {"no such ref",
+         "dev",
+         nothing,
+         "list refs",
+         {{refs(), "forget"}, {Done(), "fail: Repository ann/robots has no branch or tag \"dev\"."}}},
+        {"a commit in the cache is the repository's own",
+         commit_1,
+         nothing,
+         "find commit",
+         {{CacheHit(), "find"}, {CacheHit(), "done"}}},
+        {"its folder is not there",
+         commit_in_folder,
+         nothing,
+         "find commit",
+         {{CacheHit(), "find"},
+          {CacheMiss(), "wait"},
+          {Turn(), "begin v2"},
+          {Begun(), "fetch commit without files"}}},
+        {"a commit that a branch points to",
+         commit_1,
+         nothing,
+         "find commit",
+         {{CacheMiss(), "list refs all"},
+          {refs(), "find"},
+          {CacheMiss(), "wait"},
+          {Turn(), "begin v2"},
+          {Begun(), "fetch commit"}}},
+    });
+}
+
+BOOST_AUTO_TEST_CASE(a_server_that_can_not_be_asked_is_replaced_by_the_cache)
+{
+    for (auto const kind : {GitProblem::unreachable, GitProblem::timed_out})
+        check({
+            {"in the cache",
+             "main",
+             nothing,
+             "list refs",
+             {{problem(kind), "find last"}, {CacheHit(), stale}}},
+            {"not there",
+             "main",
+             nothing,
+             "list refs",
+             {{problem(kind), "find last"}, {CacheMiss(), unreachable}}},
+        });
+    check({
+        {"our own deadline",
+         "main",
+         nothing,
+         "list refs",
+         {{sentence(errc::timed_out), "find last"}, {CacheMiss(), "fail: A sentence."}}},
+        {"aborted", "main", nothing, "list refs", {{aborted(), "fail: aborted"}}},
+        {"no memory for the refs",
+         "main",
+         nothing,
+         "list refs",
+         {{sentence(errc::unavailable), "fail: A sentence."}}},
+        {"too many refs",
+         "main",
+         nothing,
+         "list refs",
+         {{problem(GitProblem::too_many_refs), no_repository}}},
+        {"refs without end",
+         "main",
+         nothing,
+         "list refs",
+         {{problem(GitProblem::answer_too_large), says_words}}},
+    });
+}
+
+BOOST_AUTO_TEST_CASE(capabilities_are_asked_for_when_the_refs_are_not_understood)
+{
+    check({
+        {"an old server",
+         "main",
+         nothing,
+         "list refs",
+         {{problem(GitProblem::malformed), "ask"},
+          {offered(false, true, false), "remember old unfiltered"},
+          {Done(), "list refs old"},
+          {refs(), "find"}}},
+        {"an old server behind another address",
+         "main",
+         nothing,
+         "list refs",
+         {{problem(GitProblem::no_such_repository), "ask"},
+          {offered(false, false, false), "remember old deep unfiltered"},
+          {Done(), "list refs old"}}},
+        {"a new one that makes mistakes",
+         "main",
+         nothing,
+         "list refs",
+         {{problem(GitProblem::malformed), "ask"},
+          {offered(true, true, true), "find last"},
+          {CacheMiss(), says_words}}},
+        {"SHA-256",
+         "main",
+         nothing,
+         "list refs",
+         {{problem(GitProblem::malformed), "ask"}, {problem(GitProblem::unknown_format), no_repository}}},
+        {"it has stopped answering",
+         "main",
+         nothing,
+         "list refs",
+         {{problem(GitProblem::malformed), "ask"},
+          {problem(GitProblem::unreachable), "find last"},
+          {CacheMiss(), says_words}}},
+        {"no such repository",
+         "main",
+         nothing,
+         "list refs",
+         {{problem(GitProblem::no_such_repository), "ask"},
+          {problem(GitProblem::no_such_repository), "remember missing"},
+          {Done(), "forget"},
+          {Done(), no_repository}}},
+        {"a new server without it",
+         "main",
+         nothing,
+         "list refs",
+         {{problem(GitProblem::no_such_repository), "ask"},
+          {offered(true, true, true), "remember missing"},
+          {Done(), "forget"}}},
+        {"missing, or is it?",
+         "main",
+         nothing,
+         "list refs",
+         {{problem(GitProblem::no_such_repository), "ask"},
+          {problem(GitProblem::unreachable), "find last"},
+          {CacheMiss(), unreachable}}},
+    });
+}
+
+BOOST_AUTO_TEST_CASE(what_is_known_of_a_server_is_not_asked_again)
+{
+    auto const old = known(false, true, false);
+    auto const current = known(true, true, false);
+    check({
+        {"old", "main", old, "list refs old", {{refs(), "find"}}},
+        {"old, without the repository",
+         "main",
+         old,
+         "list refs old",
+         {{problem(GitProblem::no_such_repository), "remember missing"},
+          {Done(), "forget"},
+          {Done(), no_repository}}},
+        {"old, malformed",
+         "main",
+         old,
+         "list refs old",
+         {{problem(GitProblem::malformed), "find last"}, {CacheHit(), stale}}},
+        {"current, malformed",
+         "main",
+         current,
+         "list refs",
+         {{problem(GitProblem::malformed), "find last"}, {CacheMiss(), says_words}}},
+        {"learned while it waited", "main/a", nothing, "list refs",
+         after_look_up({{Turn{offer(true, true, false)}, "begin v2 unfiltered"}, {Begun(), "fetch commit"}})},
+    });
+}
+
+BOOST_AUTO_TEST_CASE(a_download_fetches_no_more_than_is_needed)
+{
+    check({
+        {"a whole repository", "main", nothing, "list refs",
+         after_look_up({{Turn(), "begin v2"},
+                        {Begun(), "fetch commit"},
+                        {PackReceived(), "lay out"},
+                        {laid_out(0), "fetch files"},
+                        {PackReceived(), "unpack"},
+                        {Done(), "fetch large files"},
+                        {Done(), "publish"},
+                        {Done(), "done"}})},
+        {"a folder", "main/a/b", nothing, "list refs",
+         after_look_up({{Turn(), "begin v2"},
+                        {Begun(), "fetch commit without files"},
+                        {PackReceived(), "lay out"},
+                        {laid_out(), "fetch files"},
+                        {PackReceived(), "unpack"}})},
+        {"another folder is in the cache", "main", nothing, "list refs",
+         after_look_up({{Turn(), "begin v2"}, {Begun{true}, "fetch commit without files"}})},
+        {"without filters", "main/a/b", known(true, true, false), "list refs",
+         after_look_up(
+             {{Turn{offer(true, true, false)}, "begin v2 unfiltered"}, {Begun{true}, "fetch commit"}})},
+        {"with its history", "main", known(true, false, true), "list refs",
+         after_look_up({{Turn{offer(true, false, true)}, "begin v2 deep"}, {Begun(), "fetch commit deep"}})},
+        {"an old server sends all there is", "main/a/b", known(false, true, false), "list refs old",
+         after_look_up({{Turn{offer(false, true, false)}, "begin old unfiltered"},
+                        {Begun{true}, "fetch commit"},
+                        {PackReceived(), "lay out"},
+                        {laid_out(), "unpack"}})},
+    });
+}
+
+BOOST_AUTO_TEST_CASE(whose_a_commit_is_is_known_before_its_files_travel)
+{
+    check({
+        {"a whole repository", commit_1, nothing, "find commit",
+         after_unknown_commit({{Begun(), "fetch history"},
+                               {PackReceived(), "search history"},
+                               {InHistory(), "fetch commit"},
+                               {PackReceived(), "lay out"},
+                               {laid_out(), "fetch files"}})},
+        {"somebody else's", commit_1, nothing, "find commit",
+         after_unknown_commit({{Begun(), "fetch history"},
+                               {PackReceived(), "search history"},
+                               {NotInHistory(), on_no_branch}})},
+        {"a folder, together with its files", commit_in_folder, nothing, "find commit",
+         after_unknown_commit({{Begun(), "fetch commit without files"},
+                               {PackReceived(), "lay out"},
+                               {laid_out(), "fetch history and files"},
+                               {PackReceived(), "search history"},
+                               {InHistory(), "fetch files"},
+                               {PackReceived(), "unpack"}})},
+        {"a folder whose files are all there", commit_in_folder, nothing, "find commit",
+         after_unknown_commit({{Begun(), "fetch commit without files"},
+                               {PackReceived(), "lay out"},
+                               {laid_out(0), "fetch history"}})},
+        {"too many files for one request", commit_in_folder, nothing, "find commit",
+         after_unknown_commit({{Begun(), "fetch commit without files"},
+                               {PackReceived(), "lay out"},
+                               {laid_out(max_git_wants - 1), "fetch history"}})},
+        {"not both at once", commit_in_folder, nothing, "find commit",
+         after_unknown_commit({{Begun(), "fetch commit without files"},
+                               {PackReceived(), "lay out"},
+                               {laid_out(), "fetch history and files"},
+                               {not_understood(GitProblem::object_not_advertised), "fetch history"},
+                               {PackReceived(), "search history"},
+                               {InHistory(), "fetch files"}})},
+        {"the server can't filter folders", commit_1, nothing, "find commit",
+         after_unknown_commit(
+             {{Begun(), "fetch history"}, {not_understood(GitProblem::filter_not_supported), not_newest}})},
+        {"a history without end", commit_1, nothing, "find commit",
+         after_unknown_commit({{Begun(), "fetch history"}, {sentence(errc::too_large), not_looked_for}})},
+        {"the server goes away", commit_1, nothing, "find commit",
+         after_unknown_commit({{Begun(), "fetch history"}, {problem(GitProblem::unreachable), unreachable}})},
+        {"the search takes too long", commit_1, nothing, "find commit",
+         after_unknown_commit({{Begun(), "fetch history"},
+                               {PackReceived(), "search history"},
+                               {sentence(errc::timed_out), "fail: A sentence."}})},
+        {"a server that can't tell",
+         commit_1,
+         known(true, true, false),
+         "find commit",
+         {{CacheMiss(), "list refs all"},
+          {other_refs(), "find"},
+          {CacheMiss(), "wait"},
+          {Turn{offer(true, true, false)}, "begin v2 unfiltered"},
+          {Begun(), not_newest}}},
+        {"too many branches",
+         commit_1,
+         nothing,
+         "find commit",
+         {{CacheMiss(), "list refs all"},
+          {other_refs(static_cast<int>(max_git_wants) + 1), "find"},
+          {CacheMiss(), "wait"},
+          {Turn(), "begin v2"},
+          {Begun(), not_looked_for}}},
+        {"no branches at all",
+         commit_1,
+         nothing,
+         "find commit",
+         {{CacheMiss(), "list refs all"},
+          {other_refs(0), "find"},
+          {CacheMiss(), "wait"},
+          {Turn(), "begin v2"},
+          {Begun(), "search history"},
+          {NotInHistory(), on_no_branch}}},
+    });
+}
+
+BOOST_AUTO_TEST_CASE(files_above_the_project_never_hold_it_up)
+{
+    auto const to_files = [](std::vector<Stop> stops) {
+        auto all = after_look_up({{Turn(), "begin v2"},
+                                  {Begun(), "fetch commit without files"},
+                                  {PackReceived(), "lay out"},
+                                  {laid_out(), "fetch files"}});
+        all.insert(all.end(), stops.begin(), stops.end());
+        return all;
+    };
+    check({
+        {"too large", "main/a", nothing, "list refs",
+         to_files({{ParentFilesStopped{true}, "fetch files of project"}, {PackReceived(), "unpack"}})},
+        {"it was a file of the project", "main/a", nothing, "list refs",
+         to_files({{ParentFilesStopped{false}, "fetch files of project"},
+                   {PackReceived(), "fetch files above"},
+                   {PackReceived(), "unpack"}})},
+        {"it was none", "main/a", nothing, "list refs",
+         to_files({{ParentFilesStopped{false}, "fetch files of project"},
+                   {PackReceived(), "fetch files above"},
+                   {ParentFilesStopped{true}, "unpack"}})},
+        {"the project is too large without them", "main/a", nothing, "list refs",
+         to_files({{ParentFilesStopped{true}, "fetch files of project"},
+                   {sentence(errc::too_large), "fail: A sentence."}})},
+        {"with the history", commit_in_folder, nothing, "find commit",
+         after_unknown_commit({{Begun(), "fetch commit without files"},
+                               {PackReceived(), "lay out"},
+                               {laid_out(), "fetch history and files"},
+                               {ParentFilesStopped{false}, "fetch history"},
+                               {PackReceived(), "search history"},
+                               {InHistory(), "fetch files of project"},
+                               {PackReceived(), "fetch files above"}})},
+    });
+}
+
+BOOST_AUTO_TEST_CASE(capabilities_are_asked_for_when_a_download_is_not_understood)
+{
+    check({
+        {"an old server", "main", nothing, "list refs",
+         after_look_up({{Turn(), "begin v2"},
+                        {Begun(), "fetch commit"},
+                        {not_understood(), "ask"},
+                        {offered(false, true, false), "remember old unfiltered"},
+                        {Done(), "begin old unfiltered"},
+                        {Begun(), "fetch commit"},
+                        {PackReceived(), "lay out"},
+                        {laid_out(0), "unpack"},
+                        {Done(), "fetch large files"},
+                        {Done(), "publish"},
+                        {Done(), "remember old unfiltered"},
+                        {Done(), "done"}})},
+        {"no filter", "main/a", nothing, "list refs",
+         after_look_up({{Turn(), "begin v2"},
+                        {Begun(), "fetch commit without files"},
+                        {not_understood(), "ask"},
+                        {offered(true, true, false), "begin v2 unfiltered"},
+                        {Begun(), "fetch commit"},
+                        {PackReceived(), "lay out"},
+                        {laid_out(), "fetch files"},
+                        {PackReceived(), "unpack"},
+                        {Done(), "fetch large files"},
+                        {Done(), "publish"},
+                        {Done(), "remember v2 unfiltered"},
+                        {Done(), "done"}})},
+        {"it promises filters, and has none", "main/a", nothing, "list refs",
+         after_look_up({{Turn(), "begin v2"},
+                        {Begun(), "fetch commit without files"},
+                        {not_understood(GitProblem::filter_not_supported), "ask"},
+                        {offered(true, true, true), "begin v2 unfiltered"}})},
+        {"it promises files, and sends none", "main/a", nothing, "list refs",
+         after_look_up({{Turn(), "begin v2"},
+                        {Begun(), "fetch commit without files"},
+                        {PackReceived(), "lay out"},
+                        {laid_out(), "fetch files"},
+                        {not_understood(GitProblem::object_not_advertised), "ask"},
+                        {offered(true, true, true), "begin v2 unfiltered"}})},
+        {"it can do what was asked", "main", nothing, "list refs",
+         after_look_up({{Turn(), "begin v2"},
+                        {Begun(), "fetch commit"},
+                        {not_understood(), "ask"},
+                        {offered(true, true, true), says_words}})},
+        {"it does not answer any more", "main", nothing, "list refs",
+         after_look_up({{Turn(), "begin v2"},
+                        {Begun(), "fetch commit"},
+                        {not_understood(), "ask"},
+                        {problem(GitProblem::unreachable), unreachable}})},
+        {"only once", "main/a", nothing, "list refs",
+         after_look_up({{Turn(), "begin v2"},
+                        {Begun(), "fetch commit without files"},
+                        {not_understood(), "ask"},
+                        {offered(true, false, false), "begin v2 deep unfiltered"},
+                        {Begun(), "fetch commit deep"},
+                        {not_understood(), says_words}})},
+        {"not of a server that is known", "main", known(true, true, false), "list refs",
+         after_look_up({{Turn{offer(true, true, false)}, "begin v2 unfiltered"},
+                        {Begun(), "fetch commit"},
+                        {not_understood(), says_words}})},
+        {"not for a commit that is none", "main", nothing, "list refs",
+         after_look_up({{Turn(), "begin v2"},
+                        {Begun(), "fetch commit"},
+                        {not_understood(GitProblem::object_not_advertised),
+                         "fail: Repository ann/robots has no such commit."}})},
+        {"not once the pack has begun", "main", nothing, "list refs",
+         after_look_up({{Turn(), "begin v2"},
+                        {Begun(), "fetch commit"},
+                        {problem(GitProblem::malformed), says_words}})},
+    });
+}
+
+BOOST_AUTO_TEST_CASE(a_failure_ends_a_download_wherever_it_happens)
+{
+    std::vector<Stop> const way = {{Turn(), "begin v2"},        {Begun(), "fetch commit without files"},
+                                   {PackReceived(), "lay out"}, {laid_out(), "fetch files"},
+                                   {PackReceived(), "unpack"},  {Done(), "fetch large files"},
+                                   {Done(), "publish"}};
+    std::pair<GitOutcome, std::string_view> const failures[] = {
+        {aborted(), "fail: aborted"},
+        {sentence(errc::timed_out), "fail: A sentence."},
+        {sentence(errc::too_large), "fail: A sentence."},
+        {sentence(errc::unavailable), "fail: A sentence."},
+        {problem(GitProblem::object_missing), says_words},
+        {problem(GitProblem::no_such_folder), no_repository},
+        {problem(GitProblem::not_a_commit), no_repository},
+        {problem(GitProblem::unreachable), unreachable},
+    };
+    for (std::size_t until = 1; until <= way.size(); ++until)
+        for (auto const& [outcome, end] : failures) {
+            std::vector<Stop> stops(way.begin(), way.begin() + static_cast<std::ptrdiff_t>(until));
+            stops.push_back({outcome, end});
+            check({{"a failure", "main/a", nothing, "list refs", after_look_up(std::move(stops))}});
+        }
+}
+
+BOOST_AUTO_TEST_CASE(a_full_disk_is_given_one_more_chance)
+{
+    check({
+        {"room was made", "main", nothing, "list refs",
+         after_look_up({{Turn(), "begin v2"},
+                        {Begun(), "fetch commit"},
+                        {disk_full(), "make room"},
+                        {Done(), "begin v2"},
+                        {Begun(), "fetch commit"},
+                        {PackReceived(), "lay out"},
+                        {laid_out(0), "fetch files"},
+                        {PackReceived(), "unpack"},
+                        {disk_full(), "fail: The disk is full."}})},
+        {"there was nothing to remove", "main", nothing, "list refs",
+         after_look_up({{Turn(), "begin v2"},
+                        {disk_full(), "make room"},
+                        {sentence(errc::unavailable), "fail: The disk is full."}})},
+        {"a commit is not looked for twice", commit_1, nothing, "find commit",
+         after_unknown_commit({{Begun(), "fetch history"},
+                               {PackReceived(), "search history"},
+                               {InHistory(), "fetch commit"},
+                               {disk_full(), "make room"},
+                               {Done(), "begin v2"},
+                               {Begun(), "fetch commit"}})},
+    });
+}
+
+/// Whatever happens, in whatever order: also what can't.
+BOOST_AUTO_TEST_CASE(a_plan_always_ends)
+{
+    constexpr int max_actions = 40;
+    std::mt19937 random(1); // always the same walks
+    auto const any = [&](std::size_t count) { return static_cast<std::size_t>(random() % count); };
+    auto const any_offer = [&] { return offer(any(2) == 0, any(2) == 0, any(2) == 0); };
+    auto const any_outcome = [&]() -> GitOutcome {
+        switch (any(16)) {
+        case 0:
+            return not_understood(static_cast<GitProblem>(1 + any(16)));
+        case 1:
+            return problem(static_cast<GitProblem>(1 + any(16)));
+        case 2:
+            return disk_full();
+        case 3:
+            return sentence(static_cast<errc>(1 + any(12)));
+        case 4:
+            return CacheHit();
+        case 5:
+        case 6:
+            return CacheMiss();
+        case 7:
+            return refs();
+        case 8:
+            return other_refs(static_cast<int>(any(4)));
+        case 9:
+            return CapabilitiesReceived{any_offer()};
+        case 10:
+            return any(2) == 0 ? Turn() : Turn{any_offer()};
+        case 11:
+            return Begun{any(2) == 0};
+        case 12:
+            return ParentFilesStopped{any(2) == 0};
+        case 13:
+            return any(4) == 0 ? GitOutcome(NotInHistory()) : GitOutcome(InHistory());
+        case 14:
+            return laid_out(any(3));
+        default:
+            return PackReceived();
+        }
+    };
+    std::string const addresses[] = {"main", "main/a/b", "dev", commit_1, commit_in_folder, ""};
+    int longest = 0;
+    int successes = 0;
+    for (int walk = 0; walk < 100'000; ++walk) {
+        GitFetchPlan plan(project(addresses[any(std::size(addresses))]));
+        GitServerFacts facts;
+        facts.is_missing = any(20) == 0;
+        if (any(2) == 0)
+            facts.known = any_offer();
+        auto action = plan.start(facts);
+        int actions = 1;
+        for (; !is_end(action) && actions <= max_actions; ++actions)
+            action = plan.next(any_outcome());
+        BOOST_REQUIRE_LE(actions, max_actions);
+        longest = std::max(longest, actions);
+        successes += std::holds_alternative<Succeed>(action) ? 1 : 0;
+        if (auto const* const failed = std::get_if<Fail>(&action))
+            BOOST_REQUIRE(!git_problem(failed->failure)); // callers know public codes only
+    }
+    BOOST_TEST(longest > 15); // the walks did go far
+    BOOST_TEST(successes > 100);
+}
+
+BOOST_AUTO_TEST_SUITE_END()
