@@ -42,17 +42,17 @@ int main(int argc, char** argv)
         return exit_usage;
     }
     SimulationConfig simulation;
-    simulation.ssl = false;
-    simulation.port_rewrite = false;
-    simulation.port = simulation_port;
+    simulation.address.ssl = false;
+    simulation.address.port_rewrite = false;
+    simulation.address.port = simulation_port;
     simulation.forges = {ForgeConfig("local:")};
     simulation.forges.front().directory = argv[2];
     simulation.allowed_repositories = {"local:/demo_projects"};
 
     SessionConfig session;
-    session.ssl = false;
-    session.port = session_port;
-    session.simulation_servers = {ServerSpec("localhost:" + std::to_string(simulation.port))};
+    session.address.ssl = false;
+    session.address.port = session_port;
+    session.simulation_servers = {ServerSpec("localhost:" + std::to_string(simulation.address.port))};
 
     return run_daemon("embed_both", [&](asio::any_io_executor executor) {
         return serve_both(executor, session, simulation, argv[1]);

@@ -22,7 +22,7 @@ int main(int argc, char** argv)
     if (!config)
         return status;
     if (arguments->command)
-        return ask_running_server(program, *arguments->command, config->port, config->access);
+        return ask_running_server(program, *arguments->command, config->address.port, config->access);
     auto const log =
         open_log(program, config->log_dir / "session" / "output.log", config->debug, config->json_log);
     if (!log)

@@ -57,13 +57,10 @@ struct SessionConfig
 {
     SessionConfig() = default;
 
-    std::uint16_t port = 0; ///< `port`: required.
+    PublicAddress address; ///< `server`, `port` (required), `ssl` and `portRewrite`.
     /// `simulationServers`: required; `"host:port"` or `"host/port"`, or objects with `address`, `weight` and
     /// `drain`.
     std::vector<ServerSpec> simulation_servers;
-    std::string server = "localhost"; ///< `server`
-    bool ssl = true;                  ///< `ssl`
-    bool port_rewrite = true;         ///< `portRewrite`
     NetworkConfig network;
     AccessConfig access;
     /// `administrator`: who gets e-mails. Empty: nobody; also when `mailServer` or `mailSender` is missing.
@@ -119,12 +116,14 @@ struct DockerConfig
 /// `config/simulation/*.json` (protocol section 8.2).
 struct SimulationConfig
 {
-    SimulationConfig() { forges.emplace_back("https://github.com"); }
+    SimulationConfig()
+    {
+        address.port = 2000;
+        forges.emplace_back("https://github.com");
+    }
 
-    std::string server = "localhost"; ///< `server`, or its older name `fullyQualifiedDomainName`.
-    bool ssl = true;                  ///< `ssl`
-    std::uint16_t port = 2000;        ///< `port`
-    bool port_rewrite = true;         ///< `portRewrite`
+    /// `server` (or its older name `fullyQualifiedDomainName`), `port`, `ssl` and `portRewrite`.
+    PublicAddress address;
     NetworkConfig network;
     AccessConfig access;
     bool docker = false; ///< `docker`: simulations run in containers.
@@ -172,10 +171,6 @@ struct SimulationConfig
     bool monitor_log = true; ///< `monitorLogEnabled`: `<logDir>/simulation/monitor.csv`, a line a second.
     bool strict_load = true; ///< `loadFormula`: `strict` or `reference`.
 };
-
-/// Where the world outside reaches the server that a configuration describes.
-PublicAddress public_address(SessionConfig const& config);
-PublicAddress public_address(SimulationConfig const& config);
 
 /// A configuration and what an operator should know about it.
 template<class Config>

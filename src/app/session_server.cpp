@@ -33,7 +33,7 @@ LoadMonitorParams load_monitor_params(SessionConfig const& config)
     params.interval = config.load_refresh;
     params.timeout = config.load_timeout;
     params.threshold = config.load_threshold;
-    params.tls = config.ssl;
+    params.tls = config.address.ssl;
     return params;
 }
 
@@ -65,7 +65,7 @@ SmtpParams smtp_params(SessionConfig const& config)
     params.recipient = config.administrator;
     params.user = config.mail_sender_user;
     params.password = config.mail_sender_password;
-    params.own_name = config.server;
+    params.own_name = config.address.host;
     return params;
 }
 
@@ -73,7 +73,7 @@ OperatorMailParams operator_mail_params(SessionConfig const& config)
 {
     OperatorMailParams params;
     params.administrator = config.administrator;
-    params.address = public_address(config);
+    params.address = config.address;
     return params;
 }
 
@@ -106,9 +106,9 @@ struct AdministratorMail
 SessionServiceParams session_service_params(SessionConfig const& config)
 {
     SessionServiceParams params;
-    params.ssl = config.ssl;
+    params.ssl = config.address.ssl;
     params.threshold = config.load_threshold;
-    params.port = config.port;
+    params.port = config.address.port;
     params.history_step = config.load_refresh;
     params.session_burst = static_cast<std::size_t>(config.session_burst);
     params.session_rate = config.session_rate;
@@ -119,7 +119,7 @@ SessionServiceParams session_service_params(SessionConfig const& config)
 
 result<AccessParams> session_access_params(SessionConfig const& config)
 {
-    auto params = app::access_params(config.server, config.access);
+    auto params = app::access_params(config.address.host, config.access);
     if (params)
         for (auto const& server : config.simulation_servers)
             params->machines.push_back(server.address.substr(0, server.address.find('/')));
@@ -142,7 +142,8 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     AdministratorMail administrator(config, *clock, log);
     if (auto const usable = administrator.obey(config); !usable)
         co_return usable;
-    auto const server = make_http_server(executor, http_server_params(config.port, config.network), log);
+    auto const server =
+        make_http_server(executor, http_server_params(config.address.port, config.network), log);
     SessionServiceHooks hooks;
     hooks.tell_operator = [&administrator](LoadEvent const& event) { return administrator.mail.note(event); };
     hooks.more_metrics = [&server, &administrator] {
@@ -158,8 +159,8 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     AccessControl access(*allowed, service, log);
     if (auto const listening = server->listen(); !listening)
         co_return listening.error();
-    log.info(core::concat("Session server running on port ", std::to_string(config.port)));
-    auto const socket_path = app::operator_socket("session", config.port, config.access);
+    log.info(core::concat("Session server running on port ", std::to_string(config.address.port)));
+    auto const socket_path = app::operator_socket("session", config.address.port, config.access);
     auto const operators = make_operator_socket(executor, socket_path, log);
     if (auto const listening = operators->listen(); !listening)
         log.warning(core::concat("No --decisions: ", listening.error().message()));

@@ -49,7 +49,7 @@ fs::path cache_folder(SimulationConfig const& config)
         base = fs::path(environment("HOME")) / ".cache";
     if (base.empty())
         base = fs::temp_directory_path();
-    return base / "webots_cloud" / std::to_string(config.port);
+    return base / "webots_cloud" / std::to_string(config.address.port);
 }
 
 /// Where a program is, of those that the environment's PATH leads to; empty: nowhere.
@@ -91,7 +91,7 @@ result<InstanceRoot> open_instances(SimulationConfig const& config, Logger const
     context.home = environment("HOME");
     context.temporary = fs::temp_directory_path();
     context.user = ::getuid();
-    auto const name = std::to_string(config.port);
+    auto const name = std::to_string(config.address.port);
     auto const folders = core::state_folders(context);
     auto root = open_instances(folders.front(), name);
     for (std::size_t i = 1; i < folders.size() && !root && !is_in_use(root.error()); ++i) {
@@ -205,11 +205,11 @@ SimulationLauncherParams launcher_params(SimulationConfig const& config, fs::pat
 {
     SimulationLauncherParams params;
     params.webots = std::move(simulator);
-    params.first_port = static_cast<std::uint16_t>(config.port + 1);
+    params.first_port = static_cast<std::uint16_t>(config.address.port + 1);
     params.max_simulations = config.max_connections;
     params.timeout = config.timeout;
     params.start_timeout = config.start_timeout;
-    params.old_webots_tls = !config.network.ssl_certificate.empty() && !config.port_rewrite;
+    params.old_webots_tls = !config.network.ssl_certificate.empty() && !config.address.port_rewrite;
     params.old_webots_multimedia_server = config.multimedia_server;
     params.old_webots_multimedia_stream = config.multimedia_stream;
     params.environment = current_environment();
@@ -243,7 +243,7 @@ DockerModeParams docker_params(SimulationConfig const& config, fs::path const& i
     params.images = config.containers.images;
     params.project_dockerfiles = config.containers.project_dockerfiles;
     params.persistent_images = config.containers.persistent_images;
-    params.identity = core::docker_identity(host_name(), config.port, instances);
+    params.identity = core::docker_identity(host_name(), config.address.port, instances);
     params.run = make_token().substr(0, 8);
     params.environment = current_environment();
     params.simulator_environment = config.simulator_environment;
@@ -260,7 +260,7 @@ DockerModeParams docker_params(SimulationConfig const& config, fs::path const& i
 SimulationServiceParams service_params(SimulationConfig const& config, std::string notice)
 {
     SimulationServiceParams params;
-    params.address = public_address(config);
+    params.address = config.address;
     params.allowed_repositories = config.allowed_repositories;
     params.blocked_repositories = config.blocked_repositories;
     params.share_idle_time = config.share_idle_time;
@@ -280,7 +280,7 @@ RegistrationParams registration_params(SimulationConfig const& config)
 {
     RegistrationParams params;
     params.registries = config.notify;
-    params.url = core::public_http_url(public_address(config));
+    params.url = core::public_http_url(config.address);
     params.share_idle_time = config.share_idle_time;
     params.allowed_repositories = config.allowed_repositories;
     return params;
@@ -357,7 +357,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
         service_settings.monitor_log =
             make_line_file(executor, "Monitor log file", config.log_dir / "simulation" / "monitor.csv",
                            core::monitor_csv_header(), log);
-    auto network = http_server_params(config.port, config.network);
+    auto network = http_server_params(config.address.port, config.network);
     network.spare_descriptors +=
         descriptors_per_simulation * static_cast<std::size_t>(config.max_connections);
     auto const server = make_http_server(executor, std::move(network), log);
@@ -368,14 +368,14 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
         service_settings.simulation_logs = logs;
     SimulationService service(std::move(service_settings), fetcher, launcher, *metrics, *clock, log);
 
-    auto const allowed = app::access_params(config.server, config.access);
+    auto const allowed = app::access_params(config.address.host, config.access);
     if (!allowed)
         co_return allowed.error();
     AccessControl access(*allowed, service, log);
     if (auto const listening = server->listen(); !listening)
         co_return listening.error();
-    log.info(concat("Running simulation server on port ", std::to_string(config.port)));
-    auto const socket_path = app::operator_socket("simulation", config.port, config.access);
+    log.info(concat("Running simulation server on port ", std::to_string(config.address.port)));
+    auto const socket_path = app::operator_socket("simulation", config.address.port, config.access);
     auto const operators = make_operator_socket(executor, socket_path, log);
     if (auto const listening = operators->listen(); !listening)
         log.warning(concat("No --drain, only SIGUSR1: ", listening.error().message()));
@@ -383,7 +383,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     Registration registration(registration_params(config), *http, *clock, log);
     std::function<result<>(SimulationConfig const&)> const apply =
         [&](SimulationConfig const& next) -> result<> {
-        auto const next_access = app::access_params(config.server, next.access);
+        auto const next_access = app::access_params(config.address.host, next.access);
         if (!next_access)
             return next_access.error();
         access.apply(*next_access);

@@ -38,10 +38,10 @@ void check_network(NetworkConfig const& network)
 void check(SessionConfig const& config)
 {
     check_network(config.network);
-    check_plain({config.server, config.administrator, config.mail_server, config.mail_sender,
+    check_plain({config.address.host, config.administrator, config.mail_server, config.mail_sender,
                  config.mail_sender_user, config.mail_sender_password, config.log_dir.string(),
                  config.scheduling, config.viewer_url});
-    fuzz::require(config.port > 0 && config.load_refresh > Duration::zero() &&
+    fuzz::require(config.address.port > 0 && config.load_refresh > Duration::zero() &&
                   config.load_timeout > Duration::zero());
     for (auto const& server : config.simulation_servers) {
         check_plain({server.address});
@@ -55,7 +55,7 @@ void check(SessionConfig const& config)
 void check(SimulationConfig const& config)
 {
     check_network(config.network);
-    check_plain({config.server, config.containers.directory.string(), config.containers.images,
+    check_plain({config.address.host, config.containers.directory.string(), config.containers.images,
                  config.webots_home.string(), config.display, config.projects_dir.string(),
                  config.key_dir.string(), config.multimedia_server, config.multimedia_stream,
                  config.log_dir.string()});
@@ -65,8 +65,8 @@ void check(SimulationConfig const& config)
     for (auto const& forge : config.forges)
         check_plain({forge.url, forge.directory.string()});
     int const editors = config.docker ? 500 : 0;
-    fuzz::require(config.port > 0 && config.max_connections > 0);
-    fuzz::require(config.port + config.max_connections + editors <= 65535);
+    fuzz::require(config.address.port > 0 && config.max_connections > 0);
+    fuzz::require(config.address.port + config.max_connections + editors <= 65535);
     fuzz::require(config.timeout >= std::chrono::seconds(360) &&
                   config.start_timeout >= std::chrono::seconds(1));
     fuzz::require(config.multimedia_stream.find_first_of(" \";") == std::string::npos);

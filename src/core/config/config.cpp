@@ -28,10 +28,10 @@ constexpr double max_seconds = 10'000'000;
 constexpr int max_port = 65535;
 constexpr int editor_distance = 500; ///< From the port of a simulation in a container to that of its editor.
 
-void read_seconds(ConfigReader& reader, std::string_view key, Duration& value, double least)
+void read_seconds(ConfigReader& reader, std::string_view key, Duration& value, double min)
 {
     double seconds = std::chrono::duration<double>(value).count();
-    reader.read_number(key, seconds, least, max_seconds);
+    reader.read_number(key, seconds, min, max_seconds);
     value = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seconds));
 }
 
@@ -54,9 +54,9 @@ void read_networks(ConfigReader& reader, std::string_view key, std::vector<std::
 
 void read_ping_timeout(ConfigReader& reader, Duration& timeout)
 {
-    constexpr Duration least = std::chrono::seconds(2); // connections are looked at once a second
+    constexpr Duration min = std::chrono::seconds(2); // connections are looked at once a second
     read_seconds(reader, "pingTimeout", timeout, 0);
-    if (timeout > Duration::zero() && timeout < least)
+    if (timeout > Duration::zero() && timeout < min)
         reader.refuse("pingTimeout", "0, or a number from 2 to 10000000");
 }
 
@@ -201,10 +201,10 @@ void read_simulation_servers(ConfigReader& reader, std::vector<ServerSpec>& serv
 
 void read_session_budget(ConfigReader& reader, SessionConfig& config)
 {
-    constexpr int most = 100'000;
+    constexpr int max = 100'000;
     constexpr double slowest = 0.01;
-    reader.read_integer("sessionBurst", config.session_burst, 0, most);
-    reader.read_number("sessionRate", config.session_rate, 0, most);
+    reader.read_integer("sessionBurst", config.session_burst, 0, max);
+    reader.read_number("sessionRate", config.session_rate, 0, max);
     if (config.session_rate > 0 && config.session_rate < slowest)
         reader.refuse("sessionRate", "0, or a number from 0.01 to 100000");
 }
@@ -312,13 +312,13 @@ void read_notify(ConfigReader& reader, std::vector<std::string>& registries)
 /// Simulations have the ports after the server's, and in containers editors those 500 above them.
 void limit_connections(SimulationConfig& config, fs::path const& origin, std::vector<std::string>& warnings)
 {
-    int const room = (config.docker ? max_port - editor_distance : max_port) - config.port;
+    int const room = (config.docker ? max_port - editor_distance : max_port) - config.address.port;
     if (config.max_connections <= room)
         return;
     warnings.push_back(concat(origin.string(), ": key \"maxConnections\": only ", std::to_string(room),
                               " simulations at once instead of ", std::to_string(config.max_connections),
-                              ", since there are no more ports above \"port\" (", std::to_string(config.port),
-                              ")"));
+                              ", since there are no more ports above \"port\" (",
+                              std::to_string(config.address.port), ")"));
     config.max_connections = room;
 }
 
@@ -349,10 +349,10 @@ void warn_of_foreign(std::string_view key, std::vector<std::string> const& repos
 void warn_of_plain_simulators(SimulationConfig const& config, fs::path const& origin,
                               std::vector<std::string>& warnings)
 {
-    if (config.network.ssl_certificate.empty() || !config.ssl || config.port_rewrite)
+    if (config.network.ssl_certificate.empty() || !config.address.ssl || config.address.port_rewrite)
         return;
     warnings.push_back(
-        concat(origin.string(), ": browsers are sent to wss://", config.server,
+        concat(origin.string(), ": browsers are sent to wss://", config.address.host,
                ":<port of the simulation>, but simulators speak no TLS, whatever \"sslCertificate\" says: no "
                "simulation can be "
                "shown. Let a proxy end TLS, as in config/nginx, and set \"portRewrite\" to true"));
@@ -381,11 +381,11 @@ void warn_of_assumed_tls(ConfigReader const& reader, SimulationConfig const& con
                          std::vector<std::string>& warnings)
 {
     bool const is_told = !config.network.ssl_certificate.empty(); // by warn_of_plain_simulators
-    if (reader.has("ssl") || config.port_rewrite || is_told)
+    if (reader.has("ssl") || config.address.port_rewrite || is_told)
         return;
     warnings.push_back(concat(origin.string(),
                               ": key \"ssl\" is missing and counts as true: browsers are sent to wss://",
-                              config.server,
+                              config.address.host,
                               ":<port of the simulation>, where simulators speak plain http. Configurations "
                               "of 2018 to 2021 have no such "
                               "key: set it to false, or to true if a proxy ends TLS on those ports"));
@@ -468,13 +468,13 @@ result<Configured<SessionConfig>> parse_session_config(std::string_view text,
         return reader.error();
     Configured<SessionConfig> configured;
     auto& config = configured.config;
-    read_port(*reader, config.port, 65535);
+    read_port(*reader, config.address.port, 65535);
     if (!reader->has("port"))
         reader->require("port", "an integer from 1 to 65535");
     read_simulation_servers(*reader, config.simulation_servers);
-    read_server_name(*reader, "server", config.server);
-    reader->read("ssl", config.ssl);
-    reader->read("portRewrite", config.port_rewrite);
+    read_server_name(*reader, "server", config.address.host);
+    reader->read("ssl", config.address.ssl);
+    reader->read("portRewrite", config.address.port_rewrite);
     read_network(*reader, config.network);
     read_access(*reader, config.access);
     read_log(*reader, config);
@@ -506,13 +506,13 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
         return reader.error();
     Configured<SimulationConfig> configured;
     auto& config = configured.config;
-    read_server_name(*reader, "fullyQualifiedDomainName", config.server);
-    read_server_name(*reader, "server", config.server);
-    reader->read("ssl", config.ssl);
+    read_server_name(*reader, "fullyQualifiedDomainName", config.address.host);
+    read_server_name(*reader, "server", config.address.host);
+    reader->read("ssl", config.address.ssl);
     reader->read("docker", config.docker);
     // Simulations have the ports after it, and their editors those 500 above.
-    read_port(*reader, config.port, max_port - 1 - (config.docker ? editor_distance : 0));
-    reader->read("portRewrite", config.port_rewrite);
+    read_port(*reader, config.address.port, max_port - 1 - (config.docker ? editor_distance : 0));
+    reader->read("portRewrite", config.address.port_rewrite);
     read_network(*reader, config.network);
     read_access(*reader, config.access);
     read_docker(*reader, origin.parent_path(), config.containers);

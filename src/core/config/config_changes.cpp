@@ -18,7 +18,7 @@ public:
     template<class Config>
     void compare_common(Config const& running, Config const& next)
     {
-        compare("port", running.port, next.port);
+        compare("port", running.address.port, next.address.port);
         compare("sslCertificate", running.network.ssl_certificate, next.network.ssl_certificate);
         compare("sslKey", running.network.ssl_key, next.network.ssl_key);
         compare("connectionsPerAddress", running.network.connections_per_address,
@@ -52,9 +52,9 @@ std::vector<std::string_view> keys_for_restart(SimulationConfig const& running, 
 {
     Changes changes;
     changes.compare_common(running, next);
-    changes.compare("server", running.server, next.server);
-    changes.compare("ssl", running.ssl, next.ssl);
-    changes.compare("portRewrite", running.port_rewrite, next.port_rewrite);
+    changes.compare("server", running.address.host, next.address.host);
+    changes.compare("ssl", running.address.ssl, next.address.ssl);
+    changes.compare("portRewrite", running.address.port_rewrite, next.address.port_rewrite);
     changes.compare("docker", running.docker, next.docker);
     auto const& docker = running.containers;
     changes.compare("dockerDir", docker.directory, next.containers.directory);

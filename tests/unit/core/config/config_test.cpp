@@ -31,9 +31,9 @@ BOOST_AUTO_TEST_CASE(the_guides_own_session_configuration_is_read_without_a_warn
 {
     auto const configured = parse_session_config(seed, "session.json").value();
     BOOST_TEST(configured.warnings.empty());
-    BOOST_TEST(configured.config.port == 1999);
-    BOOST_TEST(configured.config.port_rewrite);
-    BOOST_TEST(configured.config.ssl);
+    BOOST_TEST(configured.config.address.port == 1999);
+    BOOST_TEST(configured.config.address.port_rewrite);
+    BOOST_TEST(configured.config.address.ssl);
     BOOST_TEST(configured.config.simulation_servers.front().address == "cyberbotics1.epfl.ch/2000");
 }
 
@@ -158,9 +158,9 @@ BOOST_AUTO_TEST_CASE(session_defaults_are_those_of_the_reference)
         parse_session_config(R"({"port":1999,"simulationServers":["a/2000"]})", "c.json").value();
     auto const& config = configured.config;
     BOOST_TEST(configured.warnings.empty());
-    BOOST_TEST(config.server == "localhost");
-    BOOST_TEST(config.ssl);
-    BOOST_TEST(config.port_rewrite);
+    BOOST_TEST(config.address.host == "localhost");
+    BOOST_TEST(config.address.ssl);
+    BOOST_TEST(config.address.port_rewrite);
     BOOST_TEST(config.administrator.empty());
     BOOST_TEST(config.log_dir == "log");
     BOOST_TEST(!config.debug);
@@ -180,12 +180,12 @@ BOOST_AUTO_TEST_CASE(every_session_key_of_the_reference_is_obeyed)
             .value();
     auto const& config = configured.config;
     BOOST_TEST(configured.warnings.empty());
-    BOOST_TEST(config.server == "h.org");
-    BOOST_TEST(!config.ssl);
+    BOOST_TEST(config.address.host == "h.org");
+    BOOST_TEST(!config.address.ssl);
     BOOST_TEST(config.network.ssl_key == "k");
     BOOST_TEST(config.network.ssl_certificate == "c");
-    BOOST_TEST(config.port == 7);
-    BOOST_TEST(!config.port_rewrite);
+    BOOST_TEST(config.address.port == 7);
+    BOOST_TEST(!config.address.port_rewrite);
     BOOST_TEST(config.simulation_servers.size() == 2u);
     BOOST_TEST(config.administrator == "a@b");
     BOOST_TEST(config.mail_server == "m");
@@ -208,14 +208,14 @@ BOOST_AUTO_TEST_CASE(simulation_defaults_are_those_of_the_reference)
 {
     auto const configured = parse_simulation_config("{}", "c.json").value();
     auto const& config = configured.config;
-    BOOST_TEST(config.server == "localhost");
+    BOOST_TEST(config.address.host == "localhost");
     BOOST_TEST(configured.warnings ==
                    (std::vector<std::string>{"c.json: key \"server\" is missing: browsers are sent to "
                                              "\"localhost\", which is right only on this machine"}),
                boost::test_tools::per_element());
-    BOOST_TEST(config.port == 2000);
-    BOOST_TEST(config.ssl);
-    BOOST_TEST(config.port_rewrite);
+    BOOST_TEST(config.address.port == 2000);
+    BOOST_TEST(config.address.ssl);
+    BOOST_TEST(config.address.port_rewrite);
     BOOST_TEST(config.max_connections == 100);
     BOOST_TEST(config.share_idle_time == 50);
     BOOST_TEST((config.timeout == std::chrono::seconds(7200)));
@@ -223,7 +223,7 @@ BOOST_AUTO_TEST_CASE(simulation_defaults_are_those_of_the_reference)
     BOOST_TEST(config.forges[0].url == "https://github.com");
     BOOST_TEST(config.projects_dir.empty());
     BOOST_TEST(config.key_dir == "key");
-    BOOST_TEST(config.server == "localhost");
+    BOOST_TEST(config.address.host == "localhost");
     BOOST_TEST(!config.docker);
     BOOST_TEST(config.allowed_repositories.empty());
     BOOST_TEST(config.blocked_repositories.empty());
@@ -461,13 +461,13 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
         bool (*arrived)(SimulationConfig const& config);
     };
     Row const rows[] = {
-        {R"("server":"h")", [](auto const& c) { return c.server == "h"; }},
-        {R"("fullyQualifiedDomainName":"h")", [](auto const& c) { return c.server == "h"; }},
-        {R"("ssl":false)", [](auto const& c) { return !c.ssl; }},
+        {R"("server":"h")", [](auto const& c) { return c.address.host == "h"; }},
+        {R"("fullyQualifiedDomainName":"h")", [](auto const& c) { return c.address.host == "h"; }},
+        {R"("ssl":false)", [](auto const& c) { return !c.address.ssl; }},
         {R"("sslKey":"/k","sslCertificate":"/c")",
          [](auto const& c) { return c.network.ssl_key == "/k" && c.network.ssl_certificate == "/c"; }},
-        {R"("port":3000)", [](auto const& c) { return c.port == 3000; }},
-        {R"("ssl":true,"portRewrite":false)", [](auto const& c) { return !c.port_rewrite; }},
+        {R"("port":3000)", [](auto const& c) { return c.address.port == 3000; }},
+        {R"("ssl":true,"portRewrite":false)", [](auto const& c) { return !c.address.port_rewrite; }},
         {R"("docker":true)", [](auto const& c) { return c.docker; }},
         {R"("allowedRepositories":["https://github.com/a","https://"])",
          [](auto const& c) {
@@ -617,10 +617,10 @@ BOOST_AUTO_TEST_CASE(a_short_timeout_counts_as_two_hours_as_it_always_did)
 // Quirk Q31.
 BOOST_AUTO_TEST_CASE(the_older_name_of_server_is_an_alias)
 {
-    BOOST_TEST(parse_simulation_config(R"({"fullyQualifiedDomainName":"h"})", "c.json")->config.server ==
-               "h");
+    BOOST_TEST(
+        parse_simulation_config(R"({"fullyQualifiedDomainName":"h"})", "c.json")->config.address.host == "h");
     BOOST_TEST(parse_simulation_config(R"({"fullyQualifiedDomainName":"h","server":"s"})", "c.json")
-                   ->config.server == "s");
+                   ->config.address.host == "s");
 }
 
 BOOST_AUTO_TEST_CASE(registries_are_a_string_or_a_list)
@@ -856,16 +856,15 @@ BOOST_AUTO_TEST_CASE(the_world_reaches_a_server_where_its_configuration_says)
     address.port = 1234;
     address.ssl = false;
     address.port_rewrite = false;
-    auto const set = [&](auto config) {
-        config.server = "host.org";
-        config.port = 1234;
-        config.ssl = false;
-        config.port_rewrite = false;
-        return config;
-    };
-    BOOST_TEST((public_address(set(SessionConfig())) == address));
-    BOOST_TEST((public_address(set(SimulationConfig())) == address));
-    BOOST_TEST(public_address(SimulationConfig()).host == "localhost");
+    auto const* const keys = R"("server":"host.org","port":1234,"ssl":false,"portRewrite":false)";
+    auto const session =
+        parse_session_config(core::concat("{\"simulationServers\":[\"a:1\"],", keys, "}"), "c.json");
+    BOOST_TEST((session->config.address == address));
+    BOOST_TEST((parse_simulation_config(core::concat("{", keys, "}"), "c.json")->config.address == address));
+    address = PublicAddress();
+    BOOST_TEST((SessionConfig().address == address)); // its port is required
+    address.port = 2000;
+    BOOST_TEST((SimulationConfig().address == address));
 }
 
 BOOST_AUTO_TEST_SUITE_END()
