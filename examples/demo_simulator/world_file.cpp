@@ -18,11 +18,11 @@ constexpr std::array<Colour, 6> palette{Colour{0.16, 0.44, 0.86}, {0.88, 0.26, 0
 
 constexpr std::size_t max_file_size = std::size_t{16} << 20;
 
-double number(vrml::Node const& node, std::string_view field, std::size_t index, double otherwise,
-              double least, double most)
+double number(vrml::Node const& node, std::string_view field, std::size_t index, double otherwise, double min,
+              double max)
 {
     auto const& numbers = node.field(field).numbers;
-    return index < numbers.size() ? std::clamp(numbers[index], least, most) : otherwise;
+    return index < numbers.size() ? std::clamp(numbers[index], min, max) : otherwise;
 }
 
 std::string word(vrml::Node const& node, std::string_view field, std::string otherwise)

@@ -323,7 +323,7 @@ struct SimulationLogsParams
     std::filesystem::path folder; ///< Made when the first log is opened.
     Duration keep =
         std::chrono::hours(24 * 7); ///< Since the last line. Default a week: people complain on Mondays.
-    std::size_t most = 1000;        ///< Logs that are kept at most; the oldest go first.
+    std::size_t max_logs = 1000;    ///< Logs that are kept at most; the oldest go first.
 };
 
 /// Files `<date>_<time>_<simulation>.log` of at most 576 KiB: the first 512 KiB of an output and the last 64

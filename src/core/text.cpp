@@ -236,10 +236,10 @@ std::string_view without_query(std::string_view url) noexcept
 std::string_view nearest(std::string_view word, std::vector<std::string_view> const& candidates)
 {
     std::string_view best;
-    std::size_t least = std::max<std::size_t>(2, word.size() / 3) + 1;
+    std::size_t min = std::max<std::size_t>(2, word.size() / 3) + 1;
     for (auto const candidate : candidates) {
-        if (auto const distance = edit_distance(word, candidate); distance < least) {
-            least = distance;
+        if (auto const distance = edit_distance(word, candidate); distance < min) {
+            min = distance;
             best = candidate;
         }
     }

@@ -54,8 +54,8 @@ public:
     using Sink = LogLimit::Sink;
 
     Logger() = default;
-    explicit Logger(Sink sink, LogLevel least = LogLevel::info, std::shared_ptr<LogLimit> limit = nullptr)
-        : sink_(std::move(sink)), least_(least), limit_(std::move(limit))
+    explicit Logger(Sink sink, LogLevel min_level = LogLevel::info, std::shared_ptr<LogLimit> limit = nullptr)
+        : sink_(std::move(sink)), min_level_(min_level), limit_(std::move(limit))
     {}
 
     void debug(std::string_view line) const { write(LogLevel::debug, line); }
@@ -72,7 +72,7 @@ public:
 
     void write(LogLevel level, std::string_view line) const
     {
-        if (sink_ && level >= least_)
+        if (sink_ && level >= min_level_)
             sink_(level, line);
     }
 
@@ -80,7 +80,7 @@ public:
     {
         if (!limit_)
             write(level, line);
-        else if (sink_ && level >= least_)
+        else if (sink_ && level >= min_level_)
             limit_->write(level, cause, line, sink_);
     }
 
@@ -93,7 +93,7 @@ public:
 
 private:
     Sink sink_;
-    LogLevel least_ = LogLevel::info;
+    LogLevel min_level_ = LogLevel::info;
     std::shared_ptr<LogLimit> limit_;
 };
 

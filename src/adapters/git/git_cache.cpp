@@ -321,7 +321,7 @@ bool GitCache::knows(std::string const& url, core::GitObjectId const& commit) co
 
 std::vector<GitSnapshotPtr> GitCache::relatives(std::string const& url)
 {
-    constexpr std::size_t most = 4;
+    constexpr std::size_t max = 4;
     auto const home = repository(url);
     std::vector<std::pair<fs::file_time_type, std::string>> paths;
     {
@@ -333,7 +333,7 @@ std::vector<GitSnapshotPtr> GitCache::relatives(std::string const& url)
     std::sort(paths.rbegin(), paths.rend());
     std::vector<GitSnapshotPtr> found;
     for (auto const& [used, path] : paths) {
-        if (found.size() == most)
+        if (found.size() == max)
             break;
         if (auto relative = open_stored(url, path, nullptr))
             found.push_back(std::move(relative));

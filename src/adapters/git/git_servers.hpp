@@ -28,9 +28,9 @@ public:
 
     void set_missing(std::string const& url)
     {
-        constexpr std::size_t most = 10'000; // anybody can ask for names that do not exist
+        constexpr std::size_t max = 10'000; // anybody can ask for names that do not exist
         std::lock_guard const lock(mutex_);
-        if (missing_.size() >= most)
+        if (missing_.size() >= max)
             missing_.clear();
         missing_[url] = std::chrono::steady_clock::now() + std::chrono::minutes(1);
     }

@@ -112,15 +112,15 @@ void CgroupLimits::apply(HostSample& sample, int processors, std::uint64_t memor
     for (auto const& group : memory_.folders)
         sample.memory_used =
             std::max(sample.memory_used, memory_percent(group, memory_files[memory_.version - 1], memory));
-    double least = processors;
+    double min = processors;
     for (auto const& group : processors_.folders) {
         auto const limit = processor_limit(group, processors_.version);
         auto const used = processor_use(group, processors_.version);
-        if (!limit || *limit <= 0 || *limit >= least || !used)
+        if (!limit || *limit <= 0 || *limit >= min || !used)
             continue;
-        least = *limit;
+        min = *limit;
         sample.share_busy = *used;
-        sample.share_total = microseconds_of(least);
+        sample.share_total = microseconds_of(min);
     }
 }
 

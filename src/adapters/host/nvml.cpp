@@ -124,14 +124,14 @@ std::string describe(Library const& library, std::vector<Device> const& devices)
 
 GpuSample highest(Library const& library, std::vector<Device> const& devices)
 {
-    GpuSample most;
+    GpuSample max;
     for (auto* const device : devices) {
         auto const one = library.look(device);
-        most.compute = std::max(most.compute, one.compute);
-        most.memory_controller = std::max(most.memory_controller, one.memory_controller);
-        most.memory_used = std::max(most.memory_used, one.memory_used);
+        max.compute = std::max(max.compute, one.compute);
+        max.memory_controller = std::max(max.memory_controller, one.memory_controller);
+        max.memory_used = std::max(max.memory_used, one.memory_used);
     }
-    return most;
+    return max;
 }
 
 } // namespace

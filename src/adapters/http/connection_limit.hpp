@@ -19,17 +19,17 @@ class ConnectionLimit
 public:
     using Ticket = core::ClientLimit::Ticket;
 
-    ConnectionLimit(std::size_t most, HttpServerStatistics& statistics, Logger const& log)
-        : connections_(most), statistics_(statistics), log_(log)
+    ConnectionLimit(std::size_t max, HttpServerStatistics& statistics, Logger const& log)
+        : connections_(max), statistics_(statistics), log_(log)
     {}
 
     /// So many connections are all there can be: one client may not have more than three quarters of them.
     void leave_room(std::size_t all)
     {
         auto const share = std::max<std::size_t>(1, all - all / 4);
-        is_lowered_ = share < connections_.most();
+        is_lowered_ = share < connections_.max();
         if (is_lowered_)
-            connections_.set_most(share);
+            connections_.set_max(share);
     }
 
     /// `ticket` is replaced when the client is admitted.
@@ -41,7 +41,7 @@ public:
         ++statistics_.refused_address;
         if (verdict == core::ClientLimit::Verdict::refused_first)
             log_.warning(LogCause("connections"),
-                         core::concat("More than ", std::to_string(connections_.most()), " connections from ",
+                         core::concat("More than ", std::to_string(connections_.max()), " connections from ",
                                       quota_key, " are refused: see \"connectionsPerAddress\"",
                                       is_lowered_ ? " and the limit of open files" : "",
                                       ", and \"trustedProxies\" if that is a proxy"));

@@ -143,7 +143,7 @@ private:
 };
 
 /// Removes what is too old or too much, and nothing that is not a simulation's log.
-void remove_outdated(fs::path const& folder, Duration keep, std::size_t most)
+void remove_outdated(fs::path const& folder, Duration keep, std::size_t max)
 {
     std::error_code failed;
     std::vector<core::SimulationLogFile> files;
@@ -157,7 +157,7 @@ void remove_outdated(fs::path const& folder, Duration keep, std::size_t most)
             entry->symlink_status(gone).type() == fs::file_type::regular)
             files.emplace_back(name, std::chrono::duration_cast<Duration>(now - written));
     }
-    for (auto const& name : core::outdated_logs(std::move(files), keep, most))
+    for (auto const& name : core::outdated_logs(std::move(files), keep, max))
         fs::remove(folder / name, failed);
 }
 
@@ -194,7 +194,8 @@ public:
 private:
     void post_removal()
     {
-        writer_.thread.post([params = params_] { remove_outdated(params.folder, params.keep, params.most); });
+        writer_.thread.post(
+            [params = params_] { remove_outdated(params.folder, params.keep, params.max_logs); });
     }
 
     SimulationLogsParams params_;

@@ -8,7 +8,7 @@
 namespace webots_cloud::adapters {
 namespace {
 
-void add_children(pid_t parent, std::size_t most, ProcessTree& tree)
+void add_children(pid_t parent, std::size_t max, ProcessTree& tree)
 {
     ProcBuffer buffer;
     auto const id = std::to_string(parent);
@@ -18,7 +18,7 @@ void add_children(pid_t parent, std::size_t most, ProcessTree& tree)
         list = list.substr(0, list.rfind(' '));
     }
     while (auto const child = next_number(list)) {
-        if (tree.processes.size() == most) {
+        if (tree.processes.size() == max) {
             tree.is_whole = false;
             return;
         }
@@ -48,12 +48,12 @@ long long next_number(std::string_view& list)
     return value;
 }
 
-ProcessTree process_tree(pid_t root, std::size_t most)
+ProcessTree process_tree(pid_t root, std::size_t max)
 {
     ProcessTree tree;
     tree.processes.push_back(root);
     for (std::size_t i = 0; i < tree.processes.size(); ++i)
-        add_children(tree.processes[i], most, tree);
+        add_children(tree.processes[i], max, tree);
     return tree;
 }
 

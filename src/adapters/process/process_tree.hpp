@@ -11,14 +11,14 @@
 
 namespace webots_cloud::adapters {
 
-/// A process and its descendants, the nearest first, at most `most` of them.
+/// A process and its descendants, the nearest first, at most `max` of them.
 struct ProcessTree
 {
     std::vector<pid_t> processes; ///< The first is the root.
     bool is_whole = true;         ///< False: there are more.
 };
 
-ProcessTree process_tree(pid_t root, std::size_t most);
+ProcessTree process_tree(pid_t root, std::size_t max);
 
 using ProcBuffer = std::array<char, 4096>;
 

@@ -100,10 +100,10 @@ Failure FetchShare::too_large(FetchBytes const& more) const
 {
     auto const limits = grant_.budget()->limits();
     auto const is_memory = more.memory > 0 && grant_.held().memory + more.memory > limits.memory;
-    auto const most = is_memory ? limits.memory : limits.disk;
+    auto const max = is_memory ? limits.memory : limits.disk;
     return {errc::too_large,
             concat("The project needs more ", is_memory ? "memory" : "room",
-                   " than this server has for all that it fetches (", std::to_string(most >> 20),
+                   " than this server has for all that it fetches (", std::to_string(max >> 20),
                    " MB). Its operator can raise \"", is_memory ? "fetchMemory" : "fetchDisk", "\".")};
 }
 

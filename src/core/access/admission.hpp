@@ -95,10 +95,10 @@ public:
 
     bool is_full() const noexcept { return simulations_ >= max_simulations_; }
     int max_simulations() const noexcept { return max_simulations_; }
-    std::size_t max_simulations_per_client() const noexcept { return clients_.most(); }
+    std::size_t max_simulations_per_client() const noexcept { return clients_.max(); }
 
     /// Who has more keeps it.
-    void set_max_simulations_per_client(std::size_t max) noexcept { clients_.set_most(max); }
+    void set_max_simulations_per_client(std::size_t max) noexcept { clients_.set_max(max); }
 
 private:
     int max_simulations_;

@@ -21,7 +21,7 @@ class ClientLimit
 
 public:
     /// 0: no limit.
-    explicit ClientLimit(std::size_t most = 0) : max_(most) {}
+    explicit ClientLimit(std::size_t max = 0) : max_(max) {}
     ClientLimit(ClientLimit const&) = delete;
     ClientLimit& operator=(ClientLimit const&) = delete;
 
@@ -82,10 +82,10 @@ public:
         return Verdict::admitted;
     }
 
-    std::size_t most() const noexcept { return max_; }
+    std::size_t max() const noexcept { return max_; }
 
     /// Clients that have more already keep it.
-    void set_most(std::size_t most) noexcept { max_ = most; }
+    void set_max(std::size_t max) noexcept { max_ = max; }
 
     /// Clients that have something.
     std::size_t clients() const noexcept { return entries_.size(); }

@@ -24,13 +24,13 @@ IpAddress::Bytes map(boost::urls::ipv4_address const& address)
     return bytes;
 }
 
-/// -1 for anything that is no number from 0 to `most`.
-int read_bits(std::string_view text, int most)
+/// -1 for anything that is no number from 0 to `max`.
+int read_bits(std::string_view text, int max)
 {
     int bits = -1;
     auto const [end, error] = std::from_chars(text.data(), text.data() + text.size(), bits);
     bool const is_number = error == std::errc() && end == text.data() + text.size();
-    return is_number && bits <= most ? bits : -1;
+    return is_number && bits <= max ? bits : -1;
 }
 
 } // namespace

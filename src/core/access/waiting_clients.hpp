@@ -15,7 +15,7 @@ namespace webots_cloud::core {
 class WaitingClients
 {
 public:
-    WaitingClients(std::size_t most, std::size_t max_per_client) : max_(most), max_per_client_(max_per_client)
+    WaitingClients(std::size_t max, std::size_t max_per_client) : max_(max), max_per_client_(max_per_client)
     {}
 
     /// Adds `id`, which must be higher than all before. Returns which one must be closed for it, if any: the

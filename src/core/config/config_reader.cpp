@@ -190,27 +190,27 @@ void ConfigReader::read(std::string_view key, std::vector<std::string>& value)
         value.emplace_back(entry.get_string());
 }
 
-void ConfigReader::read_number(std::string_view key, double& value, double least, double most)
+void ConfigReader::read_number(std::string_view key, double& value, double min, double max)
 {
     auto const* found = find(key);
     if (!found)
         return;
     boost::system::error_code ignored;
     double const number = found->is_number() ? found->to_number<double>(ignored) : std::nan("");
-    if (!(number >= least && number <= most))
-        return refuse(key, concat("a number from ", number_text(least), " to ", number_text(most)));
+    if (!(number >= min && number <= max))
+        return refuse(key, concat("a number from ", number_text(min), " to ", number_text(max)));
     value = number;
 }
 
-void ConfigReader::read_integer(std::string_view key, int& value, int least, int most)
+void ConfigReader::read_integer(std::string_view key, int& value, int min, int max)
 {
     auto const* found = find(key);
     if (!found)
         return;
     boost::system::error_code error;
     auto const number = found->is_number() ? found->to_number<std::int64_t>(error) : 0;
-    if (!found->is_number() || error || number < least || number > most)
-        return refuse(key, concat("an integer from ", std::to_string(least), " to ", std::to_string(most)));
+    if (!found->is_number() || error || number < min || number > max)
+        return refuse(key, concat("an integer from ", std::to_string(min), " to ", std::to_string(max)));
     value = static_cast<int>(number);
 }
 

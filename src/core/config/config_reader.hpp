@@ -32,8 +32,8 @@ public:
     void read_text(std::string_view key, std::string& value);
     /// A secret string, which no message quotes.
     void read_secret(std::string_view key, std::string& value);
-    void read_number(std::string_view key, double& value, double least, double most);
-    void read_integer(std::string_view key, int& value, int least, int most);
+    void read_number(std::string_view key, double& value, double min, double max);
+    void read_integer(std::string_view key, int& value, int min, int max);
     /// One of `choices`.
     void read_choice(std::string_view key, std::string& value, std::vector<std::string_view> const& choices);
 

@@ -15,7 +15,7 @@ public:
     bool take(TimePoint now)
     {
         auto const passed = std::chrono::duration<double>(now - last_).count();
-        left_ = std::min(most, left_ + std::max(0.0, passed) * a_second);
+        left_ = std::min(max, left_ + std::max(0.0, passed) * a_second);
         last_ = now;
         if (left_ < 1)
             return false;
@@ -24,10 +24,10 @@ public:
     }
 
 private:
-    static constexpr double most = 200;
+    static constexpr double max = 200;
     static constexpr double a_second = 50;
 
-    double left_ = most;
+    double left_ = max;
     TimePoint last_;
 };
 

@@ -54,10 +54,10 @@ float LoadHistory::at(Series const& series, std::size_t age) const noexcept
     return series.ring[(next_ + capacity_ - 1 - age) % capacity_];
 }
 
-LoadHistory::Line LoadHistory::line(std::size_t series, std::size_t most) const
+LoadHistory::Line LoadHistory::line(std::size_t series, std::size_t max) const
 {
     Line line;
-    std::size_t const merged = most == 0 ? 0 : std::max<std::size_t>(1, (count_ + most - 1) / most);
+    std::size_t const merged = max == 0 ? 0 : std::max<std::size_t>(1, (count_ + max - 1) / max);
     line.spacing = step_ * static_cast<Duration::rep>(std::max<std::size_t>(1, merged));
     if (merged == 0)
         return line;

@@ -39,8 +39,8 @@ public:
         std::vector<float> values; ///< Oldest first.
     };
 
-    /// At most `most` points of a series, each the mean of as many neighbours as it takes.
-    Line line(std::size_t series, std::size_t most) const;
+    /// At most `max` points of a series, each the mean of as many neighbours as it takes.
+    Line line(std::size_t series, std::size_t max) const;
 
 private:
     struct Series

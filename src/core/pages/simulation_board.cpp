@@ -61,8 +61,8 @@ double process_cpu_percent(Duration used_before, Duration used_after, Duration b
 
 std::string short_world(std::string_view url)
 {
-    constexpr std::size_t most = 1024;
-    auto text = printable(url.size() > most ? url.substr(url.size() - most) : url, 4 * most);
+    constexpr std::size_t max = 1024;
+    auto text = printable(url.size() > max ? url.substr(url.size() - max) : url, 4 * max);
     if (text.size() > world_bytes) {
         auto from = text.size() - world_bytes + 3;
         while (from < text.size() && (static_cast<unsigned char>(text[from]) & 0xc0) == 0x80)

@@ -151,7 +151,7 @@ void ShowRate::record(AgeCounts const& came, std::uint32_t never_came) noexcept
     for (std::size_t age = age_count; age-- != 0;) {
         came_[age] *= fade;
         later += came_[age];
-        rate_[age] = std::max(later / (later + never_came_), age < unreported ? least_ : 0);
+        rate_[age] = std::max(later / (later + never_came_), age < unreported ? min_ : 0);
     }
 }
 

@@ -121,12 +121,12 @@ private:
 /// that is 1, and a reservation counts in full until it is confirmed or expires; where three of ten browsers
 /// never come, a reservation counts 0.7 at first, and almost nothing once the others should have arrived.
 ///
-/// However many never came, a reservation that no report can have shown yet counts `least`: otherwise
+/// However many never came, a reservation that no report can have shown yet counts `min`: otherwise
 /// unclaimed requests would send the next class to one machine.
 class ShowRate
 {
 public:
-    explicit ShowRate(double least) noexcept : least_(least) {}
+    explicit ShowRate(double min) noexcept : min_(min) {}
 
     void record(AgeCounts const& came, std::uint32_t never_came) noexcept;
     /// How many of these reservations will still turn into sessions.
@@ -135,7 +135,7 @@ public:
 private:
     std::array<double, age_count> came_{};
     double never_came_ = 0;
-    double least_;
+    double min_;
     std::array<double, age_count> rate_ = filled_with_one();
 
     static std::array<double, age_count> filled_with_one() noexcept

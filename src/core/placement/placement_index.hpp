@@ -63,11 +63,11 @@ public:
         return node - width_;
     }
 
-    /// Fills `leaves` with those of the smallest keys in order; returns how many there are. At most `most`.
+    /// Fills `leaves` with those of the smallest keys in order; returns how many there are. At most `max`.
     ///
     /// Looks only into the subtree that holds the leaf `near`, of those that are left when the tree is cut in
     /// at least `parts`.
-    static constexpr std::size_t most = 16;
+    static constexpr std::size_t max = 16;
     std::size_t lowest(std::span<std::size_t> leaves, std::size_t parts, std::size_t near) const noexcept
     {
         std::size_t root = width_ + near;
@@ -75,7 +75,7 @@ public:
             root /= 2;
         Frontier frontier;
         frontier.push(nodes_[root], root);
-        std::size_t const wanted = std::min(leaves.size(), most);
+        std::size_t const wanted = std::min(leaves.size(), max);
         std::size_t found = 0;
         while (found < wanted && !frontier.empty()) {
             std::size_t node = frontier.pop();
@@ -117,7 +117,7 @@ private:
         };
         static bool later(Entry const& left, Entry const& right) noexcept { return left.key > right.key; }
         // One entry per level and leaf found; 2^31 leaves are more than slots can be numbered.
-        std::array<Entry, most * 31 + 1> entries_;
+        std::array<Entry, max * 31 + 1> entries_;
         std::size_t size_ = 0;
     };
 

@@ -42,11 +42,11 @@ public:
     std::optional<std::string> take_notice(TimePoint now);
 
 private:
-    /// Fills up steadily, as far as `most`.
+    /// Fills up steadily, as far as `max`.
     class Allowance
     {
     public:
-        Allowance(double most, double a_second) : max_(most), a_second_(a_second), left_(most) {}
+        Allowance(double max, double a_second) : max_(max), a_second_(a_second), left_(max) {}
 
         bool take(double amount, TimePoint now);
         /// May go below zero.

@@ -10,11 +10,11 @@
 
 namespace webots_cloud::core {
 
-/// What browsers and operators are told when all of `most` places for simulations are taken (protocol
+/// What browsers and operators are told when all of `max` places for simulations are taken (protocol
 /// section 4.3).
-inline Failure too_many_simulations(int most)
+inline Failure too_many_simulations(int max)
 {
-    return {errc::unavailable, "Too many open connections (>" + std::to_string(most) +
+    return {errc::unavailable, "Too many open connections (>" + std::to_string(max) +
                                    "): this simulation server is full. Please try again later."};
 }
 

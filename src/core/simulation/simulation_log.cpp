@@ -62,13 +62,13 @@ std::string KeptOutput::finish()
     return text;
 }
 
-std::vector<std::string> outdated_logs(std::vector<SimulationLogFile> files, Duration keep, std::size_t most)
+std::vector<std::string> outdated_logs(std::vector<SimulationLogFile> files, Duration keep, std::size_t max)
 {
     std::stable_sort(files.begin(), files.end(),
                      [](auto const& left, auto const& right) { return left.age < right.age; });
     std::vector<std::string> outdated;
     for (std::size_t i = 0; i < files.size(); ++i)
-        if (i >= most || files[i].age > keep)
+        if (i >= max || files[i].age > keep)
             outdated.push_back(std::move(files[i].name));
     return outdated;
 }

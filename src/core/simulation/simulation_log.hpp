@@ -52,7 +52,7 @@ struct SimulationLogFile
 };
 
 /// The names of the logs that have to go: those older than `keep`, and of the others all but the youngest
-/// `most`.
-std::vector<std::string> outdated_logs(std::vector<SimulationLogFile> files, Duration keep, std::size_t most);
+/// `max`.
+std::vector<std::string> outdated_logs(std::vector<SimulationLogFile> files, Duration keep, std::size_t max);
 
 } // namespace webots_cloud::core

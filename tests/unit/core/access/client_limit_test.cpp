@@ -67,7 +67,7 @@ BOOST_AUTO_TEST_CASE(nobody_and_a_limit_of_0_are_not_counted_against_anybody)
     std::vector<ClientLimit::Ticket> tickets(5);
     for (auto& ticket : tickets)
         BOOST_TEST(limit.admit("", ticket) == Verdict::admitted);
-    limit.set_most(0);
+    limit.set_max(0);
     for (auto& ticket : tickets)
         BOOST_TEST(limit.admit("a", ticket) == Verdict::admitted);
 }
@@ -78,7 +78,7 @@ BOOST_AUTO_TEST_CASE(a_lower_limit_takes_nothing_away)
     std::vector<ClientLimit::Ticket> tickets(3);
     for (auto& ticket : tickets)
         (void)limit.admit("a", ticket);
-    limit.set_most(2);
+    limit.set_max(2);
     ClientLimit::Ticket more;
     BOOST_TEST(limit.admit("a", more) == Verdict::refused_first);
     tickets.pop_back();

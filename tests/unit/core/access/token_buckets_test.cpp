@@ -79,13 +79,13 @@ BOOST_AUTO_TEST_CASE(extreme_budgets_are_kept)
 BOOST_AUTO_TEST_CASE(a_million_addresses_find_a_small_table_and_are_not_locked_out)
 {
     TokenBuckets buckets(200, 10, 10'000);
-    std::size_t most = 0;
+    std::size_t max = 0;
     int refused = 0;
     for (int i = 0; i < 1'000'000; ++i) {
         refused += buckets.take(stranger(i), start) == Verdict::taken ? 0 : 1;
-        most = std::max(most, buckets.size());
+        max = std::max(max, buckets.size());
     }
-    BOOST_TEST(most == 10'000u);
+    BOOST_TEST(max == 10'000u);
     BOOST_TEST(refused == 0);
     BOOST_TEST(taken(buckets, "newcomer", start, 300) == 200);
 }

@@ -14,9 +14,9 @@ namespace {
 constexpr TimePoint start(1h);
 constexpr float unknown = std::numeric_limits<float>::quiet_NaN();
 
-std::vector<float> values(LoadHistory const& history, std::size_t series, std::size_t most = 1000)
+std::vector<float> values(LoadHistory const& history, std::size_t series, std::size_t max = 1000)
 {
-    return history.line(series, most).values;
+    return history.line(series, max).values;
 }
 
 } // namespace
