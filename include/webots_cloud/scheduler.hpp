@@ -181,7 +181,8 @@ struct SchedulerParams
     /// reports; then its place is given back. Longer than the slowest start, as peers that report a bare
     /// number show a session only when it runs. Of peers that count `arrivals`, three eighths of it.
     Duration placement_timeout = std::chrono::seconds(60);
-    /// Default 15 s, three polls: how long a report is trusted. 0: for ever, for callers that call lost().
+    /// Default 15 s, three polls: how long a report is trusted. 0: for ever, for callers that
+    /// call mark_unreachable().
     Duration report_lifetime = std::chrono::seconds(15);
     /// Default 30 s; 0: none. For so long a machine that came (back) up is filled cautiously: its caches are
     /// cold, and being empty it would get every session of the next seconds.
@@ -340,17 +341,18 @@ public:
     /// counts as 1.
     void set_servers(std::vector<ServerSpec> const& servers);
 
-    /// Takes `threshold` and `report_lifetime` of other parameters; the others and what is known about the
-    /// machines stay.
+    /// Takes other parameters, a policy of your own included, but for `placement_timeout` and `seed`, which
+    /// stay. `session_cost` and `session_memory` are assumed of machines that are listed from now on. What is
+    /// known about machines stays, and so do the explanations of past decisions.
     ///
     /// Errors: as validate(), and the old ones stay.
-    result<> apply(SchedulerParams const& params);
+    result<> apply(SchedulerParams params);
 
     /// A machine answered a poll. Reports of servers that are not in the list are ignored.
     void report(std::string_view server, LoadReport const& report, TimePoint now);
 
     /// A poll of a machine failed: it is not offered until its next report.
-    void lost(std::string_view server, TimePoint now);
+    void mark_unreachable(std::string_view server, TimePoint now);
 
     /// Chooses a machine and commits one session to it. Allocates nothing when it succeeds.
     ///
@@ -365,7 +367,8 @@ public:
     /// What is known about every machine, in the operator's order. For monitor pages.
     /// Lifetime: addresses are valid until set_servers() leaves the server out.
     std::vector<Candidate> machines(TimePoint now) const;
-    /// How many sessions were placed there since the server was listed; 0 for one that is not.
+    /// How many sessions were placed there in all. Counts of servers that left the list are kept for when
+    /// they come back: those of the last 100, or of as many as were listed.
     std::uint64_t placed(std::string_view server) const;
 
     /// The last 100 decisions, oldest first.
@@ -374,10 +377,10 @@ public:
     /// One of them; empty when it is older than those, or never was.
     std::optional<Decision> explain(std::uint64_t decision) const;
 
-    /// Lets the policy decide again from what the decision recorded: the address it chooses,
+    /// Lets the decision's policy decide again from what the decision recorded: the address it chooses,
     /// `decision.chosen` as long as the policy is a pure function.
     /// Errors: `errc::unavailable` when no machine was offered; `errc::not_found` when the record is not
-    /// complete.
+    /// complete, or when the policy was replaced and none of the last 100 decisions is its.
     result<std::string> replay(Decision const& decision) const;
 
 private:

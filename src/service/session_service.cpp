@@ -198,7 +198,7 @@ void SessionService::Impl::take(LoadEvent const& event)
     if (event.server.state == ServerState::up)
         scheduler.report(event.server.address, event.server.report, clock.now());
     else
-        scheduler.lost(event.server.address, clock.now());
+        scheduler.mark_unreachable(event.server.address, clock.now());
     board.note(event.server);
     if (event.transition == LoadTransition::none)
         return;

@@ -133,10 +133,13 @@ class Sessions(unittest.IsolatedAsyncioTestCase):
             self.assertEqual(session.get("/"), "0")
             async with websockets.connect(f"ws://localhost:{session.port}/") as browser:
                 self.assertEqual(await browser.recv(), "0")
-                session.reread(loadThreshold=70, mailServerPort=second.port, logDir="elsewhere", scheduling="random")
+                session.reread(loadThreshold=70, mailServerPort=second.port, logDir="elsewhere", scheduling="random", placementTimeout=30,
+                               decisionsForAll=True)
                 self.assertEqual(await asyncio.wait_for(browser.recv(), 30), "1")
-            keys = "These keys have changed, and take effect at the next start: logDir, scheduling\n"
+            keys = "These keys have changed, and take effect at the next start: logDir, placementTimeout\n"
             wait_until(lambda: "The configuration was read again" in session.log() and keys in session.log(), "the log lines")
+            self.assertEqual(session.get("/session"), f"ws://{machine.address}")
+            self.assertEqual(json.loads(session.get("/api/decisions"))["decisions"][0]["policy"], "random")
             machine.load = "99"
             wait_until(lambda: second.mails, "a mail through the other server")
             self.assertEqual(len(first.mails), 1)

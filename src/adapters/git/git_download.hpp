@@ -3,7 +3,7 @@
 
 #include "adapters/files/file_descriptor.hpp"
 #include "adapters/projects/fetch_budget.hpp"
-#include "adapters/projects/git_interrupt.hpp"
+#include "adapters/projects/fetch_interrupt.hpp"
 #include "git_cache.hpp"
 #include "git_index.hpp"
 #include "git_parent_files.hpp"
@@ -30,7 +30,7 @@ struct GitDownloadOrder
 {
     ProjectRef project;
     FetchLimits limits;
-    GitInterrupt interrupt;
+    FetchInterrupt interrupt;
 };
 
 /// Everything is paid for before it is made, and given back when this is destroyed.

@@ -43,7 +43,6 @@ std::vector<std::string_view> keys_for_restart(SessionConfig const& running, Ses
 {
     Changes changes;
     changes.compare_common(running, next);
-    changes.compare("scheduling", running.scheduling, next.scheduling);
     changes.compare("placementTimeout", running.placement_timeout, next.placement_timeout);
     return changes.take();
 }

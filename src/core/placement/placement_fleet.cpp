@@ -8,6 +8,8 @@ namespace {
 
 /// Turns of machines that were never given a session: random, and before all others.
 constexpr std::uint32_t served = 0x80000000u;
+/// The list may be shorter when a machine comes back.
+constexpr std::size_t min_departed = 100;
 
 } // namespace
 
@@ -26,14 +28,33 @@ void Fleet::set_servers(std::vector<ServerSpec> const& specs, std::vector<std::s
         if (known == slots_.end()) {
             machines.emplace_back(specs[entry], names[entry], params_);
             machines.back().set_turn(static_cast<std::uint32_t>(first_turns_.below(served)));
+            if (auto const before = departed_.extract(std::string(names[entry])))
+                machines.back().set_placed(before.mapped().placed);
         } else {
             machines.push_back(machines_[known->second]);
             machines.back().configure(specs[entry], names[entry]);
         }
     }
+    for (Machine const& machine : machines_)
+        if (machine.placed() != 0 && !slots.contains(machine.address()))
+            departed_[std::string(machine.address())] = {machine.placed(), ++departures_};
+    forget_departed(std::max(min_departed, machines_.size()));
     machines_ = std::move(machines);
     slots_ = std::move(slots);
     rebuild();
+}
+
+/// Keeps those that left last.
+void Fleet::forget_departed(std::size_t max)
+{
+    if (departed_.size() <= max)
+        return;
+    std::vector<std::uint64_t> order;
+    for (auto const& [name, departed] : departed_)
+        order.push_back(departed.order);
+    auto const oldest_kept = order.end() - static_cast<std::ptrdiff_t>(max);
+    std::nth_element(order.begin(), oldest_kept, order.end());
+    std::erase_if(departed_, [&](auto const& entry) { return entry.second.order < *oldest_kept; });
 }
 
 void Fleet::rebuild()
@@ -70,7 +91,7 @@ void Fleet::report(std::string_view server, LoadReport const& report, TimePoint 
         first_report_ = now;
     // A machine that answers in our own first moments was up before us; one that first answers later has just
     // started.
-    bool const established = now - *first_report_ < params_.slow_start && !machines_[slot].was_lost();
+    bool const established = now - *first_report_ < params_.slow_start && !machines_[slot].was_unreachable();
     Arrivals const arrivals = machines_[slot].report(report, now, established);
     if (arrivals.counted && !arrivals.exact)
         lessons_.show_rate.record(arrivals.confirmed, arrivals.expired);
@@ -85,12 +106,12 @@ void Fleet::report(std::string_view server, LoadReport const& report, TimePoint 
     assess(slot, now);
 }
 
-void Fleet::lost(std::string_view server, TimePoint now)
+void Fleet::mark_unreachable(std::string_view server, TimePoint now)
 {
     auto const found = slots_.find(server);
     if (found == slots_.end())
         return;
-    machines_[found->second].lost();
+    machines_[found->second].mark_unreachable();
     assess(found->second, now);
 }
 
@@ -103,8 +124,10 @@ void Fleet::place(std::size_t slot, TimePoint now) noexcept
 
 std::uint64_t Fleet::placed(std::string_view server) const
 {
-    auto const found = slots_.find(server);
-    return found == slots_.end() ? 0 : machines_[found->second].placed();
+    if (auto const found = slots_.find(server); found != slots_.end())
+        return machines_[found->second].placed();
+    auto const before = departed_.find(std::string(server));
+    return before == departed_.end() ? 0 : before->second.placed;
 }
 
 void Fleet::expire(TimePoint now) noexcept

@@ -27,9 +27,9 @@ public:
     void reassess() { rebuild(); }
 
     void report(std::string_view server, LoadReport const& report, TimePoint now);
-    void lost(std::string_view server, TimePoint now);
+    void mark_unreachable(std::string_view server, TimePoint now);
     void place(std::size_t slot, TimePoint now) noexcept;
-    /// How many sessions were given to a server since it was listed.
+    /// How many sessions were given to a server in all, also of servers that left the list; 0 once forgotten.
     std::uint64_t placed(std::string_view server) const;
     /// Withdraws machines whose reports have become too old. Amortised O(1).
     void expire(TimePoint now) noexcept;
@@ -69,7 +69,15 @@ private:
         }
     };
 
+    /// A server that left the list, and may come back.
+    struct Departed
+    {
+        std::uint64_t placed = 0;
+        std::uint64_t order = 0; ///< The last one to leave has the highest.
+    };
+
     void rebuild();
+    void forget_departed(std::size_t max);
     void assess(std::size_t slot, TimePoint now) noexcept;
     void offer(std::uint32_t slot, bool roomy) noexcept;
     void withdraw(std::uint32_t slot) noexcept;
@@ -81,6 +89,8 @@ private:
     std::vector<Machine> machines_;
     std::vector<Place> places_;
     std::unordered_map<std::string_view, std::uint32_t, NameHash, std::equal_to<>> slots_;
+    std::unordered_map<std::string, Departed> departed_;
+    std::uint64_t departures_ = 0;
 
     std::vector<std::uint32_t> usable_; ///< Not refused: first those with room, then the overcommitted.
     std::size_t roomy_ = 0;

@@ -10,9 +10,11 @@ constexpr std::size_t no_position = std::numeric_limits<std::size_t>::max();
 
 } // namespace
 
-void Record::begin(std::uint64_t decision, std::uint64_t seed, TimePoint now, Fleet const& fleet) noexcept
+void Record::begin(std::uint64_t decision, Policy const& decides, std::uint64_t seed, TimePoint now,
+                   Fleet const& fleet) noexcept
 {
     id = decision;
+    policy = &decides;
     at = now;
     random = seed;
     unseen_arrivals = fleet.unseen_arrivals();
@@ -49,12 +51,12 @@ void Record::note(std::size_t position, Candidate const& machine) noexcept
     ++entry_count;
 }
 
-Decision Record::decision(std::string const& policy) const
+Decision Record::decision() const
 {
     Decision copy;
     copy.id = id;
     copy.at = at;
-    copy.policy = policy;
+    copy.policy = policy->name;
     copy.chosen = chosen;
     copy.random = random;
     copy.unseen_arrivals = unseen_arrivals;

@@ -10,10 +10,18 @@ namespace webots_cloud::placement {
 inline constexpr std::size_t logged_decisions = 100;
 inline constexpr std::size_t logged_machines = 64;
 
+/// A policy and its name in explanations.
+struct Policy
+{
+    std::string name;
+    SchedulingPolicy choose;
+};
+
 /// A decision being made or kept: fixed in size, so that writing it allocates nothing.
 struct Record
 {
     std::uint64_t id = 0; ///< 0: none yet.
+    Policy const* policy = nullptr;
     TimePoint at{};
     std::uint64_t random = 0;
     double unseen_arrivals = 0;
@@ -36,9 +44,10 @@ struct Record
     std::optional<std::size_t> least_committed;
     std::optional<std::size_t> least_reported;
 
-    void begin(std::uint64_t decision, std::uint64_t seed, TimePoint now, Fleet const& fleet) noexcept;
+    void begin(std::uint64_t decision, Policy const& decides, std::uint64_t seed, TimePoint now,
+               Fleet const& fleet) noexcept;
     void note(std::size_t position, Candidate const& machine) noexcept;
-    Decision decision(std::string const& policy) const;
+    Decision decision() const;
 };
 
 /// The fleet as a policy sees it; writes down in `record` what the policy looks at.

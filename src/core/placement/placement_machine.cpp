@@ -254,10 +254,10 @@ Evidence Machine::learn_by_placements(double load, TimePoint now) noexcept
     return cost_.learn(load, placed_.visible() - doubt.unclaimed, now - reported_at_, true, doubt);
 }
 
-void Machine::lost() noexcept
+void Machine::mark_unreachable() noexcept
 {
     if (contact_ == Contact::reporting)
-        contact_ = Contact::lost;
+        contact_ = Contact::unreachable;
 }
 
 void Machine::place(TimePoint now) noexcept
@@ -283,7 +283,7 @@ Refusal Machine::refusal(bool is_taught, SchedulerParams const& params) const no
 {
     if (contact_ == Contact::unknown)
         return Refusal::unknown;
-    if (contact_ == Contact::lost)
+    if (contact_ == Contact::unreachable)
         return Refusal::lost;
     if (stale_)
         return Refusal::stale;

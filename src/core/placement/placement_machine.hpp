@@ -14,7 +14,7 @@ struct Arrivals
     AgeCounts confirmed{};     ///< Ours, by the age of their reservations.
     std::uint32_t expired = 0; ///< Expired reservations.
     std::uint32_t foreign = 0; ///< Sessions that other session servers placed.
-    Seconds since_last{0};     ///< 0: the first report, or the first since the machine was lost.
+    Seconds since_last{0};     ///< 0: the first report, or the first since the machine was unreachable.
     Evidence cost;             ///< Evidence about the cost of sessions.
     std::optional<double>
         surprise;         ///< How far sessions that became visible differed from that cost: a square.
@@ -33,7 +33,7 @@ struct Lessons
     ForeignTraffic foreign;
 };
 
-/// The state machine of one server: `unknown`, then reporting or `lost`.
+/// The state machine of one server: `unknown`, then `reporting` or `unreachable`.
 class Machine
 {
 public:
@@ -44,7 +44,7 @@ public:
 
     /// `established`: it may have been up long before this first report, so there is no slow start.
     Arrivals report(LoadReport const& report, TimePoint now, bool established);
-    void lost() noexcept;
+    void mark_unreachable() noexcept;
     void stale() noexcept { stale_ = true; }
     void place(TimePoint now) noexcept;
 
@@ -55,7 +55,7 @@ public:
     bool counts_sessions() const noexcept { return last_.sessions.has_value(); }
     bool counts_arrivals() const noexcept { return last_.sessions && last_.arrivals; }
     bool reporting() const noexcept { return contact_ == Contact::reporting; }
-    bool was_lost() const noexcept { return contact_ == Contact::lost; }
+    bool was_unreachable() const noexcept { return contact_ == Contact::unreachable; }
     Evidence cost_evidence() const noexcept { return cost_.evidence(); }
     TimePoint last_report() const noexcept { return reported_at_; }
     /// Of machines with equal scores the smallest turn comes first: the one that got a session longest ago.
@@ -63,13 +63,14 @@ public:
     void set_turn(std::uint32_t turn) noexcept { turn_ = turn; }
     /// How many sessions were placed in all.
     std::uint64_t placed() const noexcept { return placed_in_all_; }
+    void set_placed(std::uint64_t count) noexcept { placed_in_all_ = count; }
 
 private:
     enum class Contact : std::uint8_t
     {
         unknown,
         reporting,
-        lost
+        unreachable
     };
 
     int visible(LoadReport const& report) const noexcept;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <list>
 #include <set>
 
 namespace webots_cloud {
@@ -48,10 +49,34 @@ result<> validate(SchedulerParams const& params)
 struct Scheduler::Impl
 {
     explicit Impl(SchedulerParams given)
-        : params(std::move(given)),
-          policy(params.custom ? params.custom : scheduling_policy(params.policy).value()), fleet(params),
-          log(placement::logged_decisions)
-    {}
+        : params(std::move(given)), fleet(params), log(placement::logged_decisions)
+    {
+        use_policy();
+    }
+
+    /// Of `params`, from the next decision on.
+    void use_policy()
+    {
+        std::erase_if(policies, [this](placement::Policy const& policy) {
+            return std::ranges::find(log, &policy, &placement::Record::policy) == log.end();
+        });
+        auto chosen = params.custom ? params.custom : scheduling_policy(params.policy).value();
+        policies.push_back({params.policy, std::move(chosen)});
+    }
+
+    result<> apply(SchedulerParams next)
+    {
+        if (auto const usable = validate(next); !usable)
+            return usable;
+        next.placement_timeout = params.placement_timeout; // reservations are counted in parts of it
+        next.seed = params.seed;
+        bool const keeps_policy = !next.custom && !params.custom && next.policy == params.policy;
+        params = std::move(next);
+        if (!keeps_policy)
+            use_policy();
+        fleet.reassess();
+        return {};
+    }
 
     void set_servers(std::vector<ServerSpec> const& servers)
     {
@@ -60,6 +85,21 @@ struct Scheduler::Impl
             addresses.push_back(*names.insert(server.address).first);
         fleet.set_servers(servers, addresses);
         forget_names(addresses);
+    }
+
+    /// That of the logged decision, or else the last one of its name.
+    result<SchedulingPolicy> find_policy(Decision const& decision) const
+    {
+        placement::Record const& record = log[decision.id % log.size()];
+        if (record.id == decision.id && record.policy && record.policy->name == decision.policy)
+            return record.policy->choose;
+        auto const found =
+            std::find_if(policies.rbegin(), policies.rend(),
+                         [&](placement::Policy const& policy) { return policy.name == decision.policy; });
+        if (found == policies.rend())
+            return Failure(errc::not_found, "the policy of decision " + std::to_string(decision.id) +
+                                                " was replaced: " + decision.policy);
+        return found->choose;
     }
 
     /// Drops the addresses that neither the list nor the log mentions.
@@ -79,7 +119,7 @@ struct Scheduler::Impl
         std::uint64_t const id = ++last_decision;
         placement::Record& record = log[id % log.size()];
         // Neighbouring states give unrelated numbers: SplitMix64's own seed sequence.
-        record.begin(id, RandomSource(params.seed ^ (id << 32 | id >> 32))(), now, fleet);
+        record.begin(id, policies.back(), RandomSource(params.seed ^ (id << 32 | id >> 32))(), now, fleet);
         return record;
     }
 
@@ -91,7 +131,7 @@ struct Scheduler::Impl
             return Failure(errc::unavailable, "no simulation server available at the moment.");
         RandomSource random(record.random);
         placement::LiveSnapshot const snapshot(fleet, record);
-        std::size_t const position = policy(snapshot, random);
+        std::size_t const position = record.policy->choose(snapshot, random);
         if (position >= fleet.offered())
             return unusable("scheduling policy: chose machine " + std::to_string(position) + " of " +
                             std::to_string(fleet.offered()));
@@ -106,7 +146,8 @@ struct Scheduler::Impl
     }
 
     SchedulerParams params;
-    SchedulingPolicy policy;
+    /// Those of logged decisions; the last one decides.
+    std::list<placement::Policy> policies;
     std::set<std::string, std::less<>> names;
     placement::Fleet fleet;
     std::vector<placement::Record> log;
@@ -128,14 +169,9 @@ Scheduler::~Scheduler() = default;
 Scheduler::Scheduler(Scheduler&&) noexcept = default;
 Scheduler& Scheduler::operator=(Scheduler&&) noexcept = default;
 
-result<> Scheduler::apply(SchedulerParams const& params)
+result<> Scheduler::apply(SchedulerParams params)
 {
-    if (auto const usable = validate(params); !usable)
-        return usable;
-    impl_->params.threshold = params.threshold;
-    impl_->params.report_lifetime = params.report_lifetime;
-    impl_->fleet.reassess();
-    return {};
+    return impl_->apply(std::move(params));
 }
 
 void Scheduler::set_servers(std::vector<ServerSpec> const& servers)
@@ -148,9 +184,9 @@ void Scheduler::report(std::string_view server, LoadReport const& report, TimePo
     impl_->fleet.report(server, report, now);
 }
 
-void Scheduler::lost(std::string_view server, TimePoint now)
+void Scheduler::mark_unreachable(std::string_view server, TimePoint now)
 {
-    impl_->fleet.lost(server, now);
+    impl_->fleet.mark_unreachable(server, now);
 }
 
 result<Placement> Scheduler::place(TimePoint now)
@@ -185,7 +221,7 @@ std::vector<Decision> Scheduler::decisions() const
     std::uint64_t const last = impl_->last_decision;
     std::uint64_t const count = std::min<std::uint64_t>(last, impl_->log.size());
     for (std::uint64_t id = last - count + 1; id <= last; ++id)
-        decisions.push_back(impl_->log[id % impl_->log.size()].decision(impl_->params.policy));
+        decisions.push_back(impl_->log[id % impl_->log.size()].decision());
     return decisions;
 }
 
@@ -194,7 +230,7 @@ std::optional<Decision> Scheduler::explain(std::uint64_t decision) const
     placement::Record const& record = impl_->log[decision % impl_->log.size()];
     if (decision == 0 || record.id != decision)
         return std::nullopt;
-    return record.decision(impl_->params.policy);
+    return record.decision();
 }
 
 result<std::string> Scheduler::replay(Decision const& decision) const
@@ -203,7 +239,10 @@ result<std::string> Scheduler::replay(Decision const& decision) const
         return Failure(errc::unavailable, "no simulation server available at the moment.");
     placement::RecordedSnapshot const snapshot(decision);
     RandomSource random(decision.random);
-    std::size_t const position = impl_->policy(snapshot, random);
+    auto const policy = impl_->find_policy(decision);
+    if (!policy)
+        return policy.error();
+    std::size_t const position = (*policy)(snapshot, random);
     placement::RecordedSnapshot const& recorded = snapshot;
     Decision::Entry const* const chosen = recorded.find(position);
     if (recorded.missed() || chosen == nullptr)

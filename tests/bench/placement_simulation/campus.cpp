@@ -134,7 +134,7 @@ private:
                 if (machine.alive)
                     scheduler.report(std::to_string(number), look_at(machine, now), at(now));
                 else
-                    scheduler.lost(std::to_string(number), at(now));
+                    scheduler.mark_unreachable(std::to_string(number), at(now));
             }
         }
     }

@@ -153,7 +153,7 @@ BOOST_AUTO_TEST_CASE(a_decision_tells_the_numbers_of_every_machine_and_why_it_wa
     scheduler.report("idle", LoadReport(10), start);
     scheduler.report("busy", LoadReport(97), start);
     scheduler.report("lost", LoadReport(0), start);
-    scheduler.lost("lost", start);
+    scheduler.mark_unreachable("lost", start);
     scheduler.place(start).value();
     Decision const decision = scheduler.explain(scheduler.place(start).value().decision).value();
 
@@ -187,7 +187,7 @@ BOOST_AUTO_TEST_CASE(decisions_are_json_for_operators_newest_first)
     BOOST_TEST(decisions_json(scheduler, start) == R"({"decisions":[]})");
     scheduler.report("a", LoadReport(12.345), start);
     (void)scheduler.place(start);
-    scheduler.lost("a", start);
+    scheduler.mark_unreachable("a", start);
     (void)scheduler.place(start + seconds(2));
 
     auto const json = boost::json::parse(decisions_json(scheduler, start + seconds(3)));

@@ -193,7 +193,7 @@ BOOST_FIXTURE_TEST_CASE(what_a_machine_taught_survives_its_silence, OneMachine)
         return report;
     };
     TimePoint const now = teach(scheduler, "a", seated);
-    scheduler.lost("a", now);
+    scheduler.mark_unreachable("a", now);
     scheduler.report("a", seated(1, 0), now + seconds(20));
     BOOST_TEST(machine("a", now + seconds(20)).cost == 24, tolerance(0.1));
 }
@@ -207,7 +207,7 @@ BOOST_FIXTURE_TEST_CASE(what_happened_while_a_machine_was_silent_teaches_nothing
     };
     report(1, 10, 0);
     report(1, 10, 5);
-    scheduler.lost("a", start + seconds(10));
+    scheduler.mark_unreachable("a", start + seconds(10));
     report(4, 80, 15); // three sessions that cost no load and much memory, as if
     for (int time = 20; time <= 60; time += 5)
         report(4, 80, time);
@@ -294,7 +294,7 @@ BOOST_AUTO_TEST_CASE(no_shows_of_machines_that_report_a_bare_number_say_nothing_
     TimePoint now = start;
     for (int round = 0; round != 30; ++round) {
         scheduler.report("bare", LoadReport(0), now);
-        scheduler.lost("counts", now);
+        scheduler.mark_unreachable("counts", now);
         scheduler.place(now).value();
         now += seconds(70);
         scheduler.report("bare", LoadReport(0), now); // nobody came
@@ -303,7 +303,7 @@ BOOST_AUTO_TEST_CASE(no_shows_of_machines_that_report_a_bare_number_say_nothing_
     Candidate const bare = scheduler.machines(now).front();
     BOOST_TEST(bare.committed == bare.cost, tolerance(1e-9));
     scheduler.report("counts", counted(0, 0), now);
-    scheduler.lost("bare", now);
+    scheduler.mark_unreachable("bare", now);
     scheduler.place(now).value();
     Candidate const counts = scheduler.machines(now).back();
     BOOST_TEST(counts.committed == counts.cost, tolerance(1e-9));

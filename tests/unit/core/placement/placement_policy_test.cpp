@@ -119,7 +119,7 @@ BOOST_AUTO_TEST_CASE(least_reported_skips_machines_that_are_not_offered)
     scheduler.set_servers({ServerSpec("a"), ServerSpec("b")});
     scheduler.report("a", LoadReport(10), start);
     scheduler.report("b", LoadReport(50), start);
-    scheduler.lost("a", start);
+    scheduler.mark_unreachable("a", start);
     BOOST_TEST(scheduler.place(start).value().address == "b");
 }
 

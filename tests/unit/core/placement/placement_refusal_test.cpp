@@ -79,7 +79,7 @@ BOOST_FIXTURE_TEST_CASE(a_machine_that_placements_would_fill_is_passed_over_whil
     BOOST_TEST(!decision.machines[0].position.has_value());
     BOOST_TEST(scheduler.replay(decision).value() == "b");
     BOOST_TEST(decisions_json(scheduler, start).find(R"("overcommitted":true)") != std::string::npos);
-    scheduler.lost("b", start);
+    scheduler.mark_unreachable("b", start);
     BOOST_TEST(place(1).at("a") == 1, "nobody else is left");
 }
 
@@ -181,7 +181,7 @@ BOOST_AUTO_TEST_CASE(the_operator_drains_a_machine_and_undoes_it_without_a_repor
 
 BOOST_FIXTURE_TEST_CASE(a_lost_machine_is_not_offered_until_its_next_report, OneMachine)
 {
-    scheduler.lost("a", start + seconds(5));
+    scheduler.mark_unreachable("a", start + seconds(5));
     BOOST_TEST(!scheduler.available(start + seconds(5)));
     BOOST_TEST((machine("a", start + seconds(5)).refusal == Refusal::lost));
     scheduler.report("a", counted(0, 0), start + seconds(10));
@@ -191,7 +191,7 @@ BOOST_FIXTURE_TEST_CASE(a_lost_machine_is_not_offered_until_its_next_report, One
 BOOST_FIXTURE_TEST_CASE(a_machine_that_never_answered_is_unknown_and_not_lost, Fixture)
 {
     scheduler.set_servers(named({"a", "b", "c", "d"}));
-    scheduler.lost("d", start);
+    scheduler.mark_unreachable("d", start);
     BOOST_TEST((machine("d").refusal == Refusal::unknown));
     // It may have been up all the time, so it is not spared when it answers.
     for (char const* const name : {"a", "b", "c"})
@@ -237,7 +237,7 @@ BOOST_FIXTURE_TEST_CASE(a_new_list_does_not_make_old_reports_younger, Fixture)
 
 BOOST_FIXTURE_TEST_CASE(a_lost_machine_is_lost_however_long_it_is_silent, OneMachine)
 {
-    scheduler.lost("a", start + seconds(5));
+    scheduler.mark_unreachable("a", start + seconds(5));
     BOOST_TEST((machine("a", start + seconds(100)).refusal == Refusal::lost));
     scheduler.report("a", counted(0, 0), start + seconds(100));
     BOOST_TEST(scheduler.available(start + seconds(100)));
@@ -245,7 +245,7 @@ BOOST_FIXTURE_TEST_CASE(a_lost_machine_is_lost_however_long_it_is_silent, OneMac
 
 BOOST_FIXTURE_TEST_CASE(a_machine_that_came_back_empty_is_filled_cautiously, Fixture)
 {
-    scheduler.lost("a", start);
+    scheduler.mark_unreachable("a", start);
     TimePoint const back = start + seconds(100);
     for (char const* const name : {"b", "c"})
         scheduler.report(name, counted(36, 3), back);
@@ -263,7 +263,7 @@ BOOST_FIXTURE_TEST_CASE(a_machine_that_came_back_empty_is_filled_cautiously, Fix
 
 BOOST_FIXTURE_TEST_CASE(a_machine_that_was_away_for_a_moment_is_filled_cautiously_too, Fixture)
 {
-    scheduler.lost("a", start + seconds(5));
+    scheduler.mark_unreachable("a", start + seconds(5));
     TimePoint const back = start + seconds(10);
     for (char const* const name : {"b", "c"})
         scheduler.report(name, counted(36, 0), back);
@@ -290,7 +290,7 @@ BOOST_FIXTURE_TEST_CASE(a_machine_that_answers_first_when_we_have_run_for_long_h
 
 BOOST_FIXTURE_TEST_CASE(slow_start_makes_nobody_wait_where_there_is_no_other_machine, OneMachine)
 {
-    scheduler.lost("a", start);
+    scheduler.mark_unreachable("a", start);
     scheduler.report("a", counted(0, 0), start + seconds(100));
     place(7, start + seconds(100));
     BOOST_TEST(machine("a", start + seconds(100)).committed == 84, boost::test_tools::tolerance(1e-9));
@@ -300,7 +300,7 @@ BOOST_FIXTURE_TEST_CASE(slow_start_makes_nobody_wait_where_there_is_no_other_mac
 BOOST_FIXTURE_TEST_CASE(a_machine_whose_sessions_survived_was_not_down, Fixture)
 {
     scheduler.report("a", counted(12, 1), start);
-    scheduler.lost("a", start);
+    scheduler.mark_unreachable("a", start);
     TimePoint const back = start + seconds(10);
     for (char const* const name : {"b", "c"})
         scheduler.report(name, counted(48, 4), back);

@@ -118,7 +118,7 @@ BOOST_AUTO_TEST_CASE(a_machine_that_was_out_of_reach_tells_by_its_counter_who_ca
     OneMachine fixture;
     fixture.scheduler.report("a", exact(0, 5, 0, 5), start);
     fixture.place(2);
-    fixture.scheduler.lost("a", start + seconds(5));
+    fixture.scheduler.mark_unreachable("a", start + seconds(5));
     fixture.scheduler.report("a", exact(0, 7, 0, 6), start + seconds(10));
     BOOST_TEST(fixture.machine("a", start + seconds(10)).pending == 0);
 }

@@ -1,6 +1,7 @@
 // Whom the scheduler chooses.
 #include "placement_fixture.hpp"
 
+#include <cmath>
 #include <set>
 #include <type_traits>
 
@@ -40,7 +41,7 @@ BOOST_AUTO_TEST_CASE(reports_of_servers_that_are_not_in_the_list_are_ignored)
 {
     Scheduler scheduler;
     scheduler.report("stranger", LoadReport(0), start);
-    scheduler.lost("stranger", start);
+    scheduler.mark_unreachable("stranger", start);
     BOOST_TEST(!scheduler.available(start));
 }
 
@@ -58,6 +59,56 @@ BOOST_FIXTURE_TEST_CASE(it_counts_the_sessions_that_it_placed_on_each_listed_ser
     scheduler.report("a", counted(50, 6), start);
     BOOST_TEST(scheduler.placed("a") == 6u);
     BOOST_TEST(scheduler.placed("stranger") == 0u);
+}
+
+BOOST_FIXTURE_TEST_CASE(it_still_counts_them_when_a_server_has_left_the_list_and_comes_back, Fixture)
+{
+    place(18);
+    scheduler.set_servers(named({"b"}));
+    BOOST_TEST(scheduler.placed("a") == 6u);
+    BOOST_TEST(scheduler.placed("b") == 6u);
+    scheduler.set_servers(named({"a"}));
+    BOOST_TEST(scheduler.placed("a") == 6u);
+    BOOST_TEST(scheduler.machines(start).front().pending == 0, "what is known of it was forgotten");
+    scheduler.report("a", counted(50, 0), start);
+    place(2);
+    BOOST_TEST(scheduler.placed("a") == 8u);
+    scheduler.set_servers({});
+    BOOST_TEST(scheduler.placed("a") == 8u);
+}
+
+BOOST_AUTO_TEST_CASE(it_forgets_the_counts_of_servers_that_left_long_ago)
+{
+    Scheduler scheduler;
+    for (int i = 0; i < 110; ++i) {
+        auto const name = std::to_string(i);
+        scheduler.set_servers({ServerSpec(name)});
+        scheduler.report(name, counted(0, 0), start);
+        BOOST_TEST(scheduler.place(start).has_value());
+    }
+    BOOST_TEST(scheduler.placed("109") == 1u);
+    BOOST_TEST(scheduler.placed("108") == 1u);
+    BOOST_TEST(scheduler.placed("9") == 1u);
+    BOOST_TEST(scheduler.placed("8") == 0u);
+    BOOST_TEST(scheduler.placed("0") == 0u);
+}
+
+BOOST_AUTO_TEST_CASE(it_remembers_a_large_fleet_that_leaves_at_once)
+{
+    Scheduler scheduler;
+    std::vector<ServerSpec> machines;
+    for (int i = 0; i < 300; ++i)
+        machines.emplace_back(std::to_string(i));
+    scheduler.set_servers(machines);
+    for (auto const& machine : machines)
+        scheduler.report(machine.address, counted(0, 0), start);
+    for (int i = 0; i < 300; ++i)
+        (void)scheduler.place(start);
+    scheduler.set_servers({});
+    std::uint64_t placed = 0;
+    for (auto const& machine : machines)
+        placed += scheduler.placed(machine.address);
+    BOOST_TEST(placed == 300u);
 }
 
 BOOST_FIXTURE_TEST_CASE(placements_count_before_any_report_shows_them, Fixture)
@@ -233,7 +284,7 @@ BOOST_AUTO_TEST_CASE(available_says_whether_a_placement_would_succeed)
         now += std::chrono::milliseconds(random.below(3000));
         std::string const name(1, static_cast<char>('a' + random.below(3)));
         if (random.uniform() < 0.1) {
-            fixture.scheduler.lost(name, now);
+            fixture.scheduler.mark_unreachable(name, now);
         } else {
             LoadReport report = counted(random.uniform() * 110, static_cast<int>(random.below(9)));
             report.capacity = 8;
@@ -269,6 +320,73 @@ BOOST_AUTO_TEST_CASE(new_limits_hold_at_once_and_what_is_known_stays)
     params.report_lifetime = std::chrono::seconds(15);
     BOOST_TEST((scheduler.apply(params).error() == errc::invalid_argument));
     BOOST_TEST(scheduler.available(now + std::chrono::minutes(30)));
+    LoadReport report(50);
+    report.memory = 70;
+    scheduler.report("a:1", report, now + std::chrono::minutes(31));
+    params = SchedulerParams();
+    params.memory_threshold = 60;
+    BOOST_TEST(scheduler.apply(params).has_value());
+    BOOST_TEST((scheduler.machines(now + std::chrono::minutes(31)).front().refusal == Refusal::memory));
+}
+
+BOOST_AUTO_TEST_CASE(a_new_policy_decides_at_once_and_old_decisions_keep_theirs)
+{
+    Scheduler scheduler;
+    scheduler.set_servers(named({"a", "b"}));
+    scheduler.report("a", counted(10, 0), start);
+    scheduler.report("b", counted(20, 0), start);
+    auto const before = scheduler.explain(scheduler.place(start).value().decision).value();
+    BOOST_TEST(before.policy == "least_committed");
+    BOOST_TEST(before.chosen == "a");
+
+    SchedulerParams params;
+    params.policy = "highest_load";
+    params.custom = [](PlacementSnapshot const& machines, RandomSource&) {
+        std::size_t highest = 0;
+        for (std::size_t i = 1; i < machines.size(); ++i)
+            highest = machines[i].load > machines[highest].load ? i : highest;
+        return highest;
+    };
+    BOOST_TEST(scheduler.apply(params).has_value());
+    auto const after = scheduler.explain(scheduler.place(start).value().decision).value();
+    BOOST_TEST(after.policy == "highest_load");
+    BOOST_TEST(after.chosen == "b");
+    BOOST_TEST(scheduler.explain(before.id).value().policy == "least_committed");
+    BOOST_TEST(scheduler.replay(before).value() == "a");
+    BOOST_TEST(scheduler.replay(after).value() == "b");
+
+    params.policy = "best";
+    params.custom = nullptr;
+    BOOST_TEST((scheduler.apply(params).error() == errc::invalid_argument));
+    BOOST_TEST(scheduler.explain(scheduler.place(start).value().decision).value().policy == "highest_load");
+
+    BOOST_TEST(scheduler.apply(SchedulerParams()).has_value());
+    for (int i = 0; i < 100; ++i) // until the log has forgotten the others
+        (void)scheduler.place(start);
+    BOOST_TEST(scheduler.replay(before).value() == "a");
+    BOOST_TEST(scheduler.replay(after).value() == "b", "a policy goes with the next change");
+    params.policy = "least_reported";
+    BOOST_TEST(scheduler.apply(params).has_value());
+    BOOST_TEST((scheduler.replay(after).error() == errc::not_found));
+}
+
+BOOST_AUTO_TEST_CASE(the_first_costs_that_are_assumed_and_a_slow_start_can_be_changed)
+{
+    Scheduler scheduler;
+    scheduler.set_servers(named({"a"}));
+    SchedulerParams params;
+    params.session_cost = 30;
+    params.placement_timeout = seconds(1); // stays
+    BOOST_TEST(scheduler.apply(params).has_value());
+    scheduler.set_servers(named({"a", "b"}));
+    scheduler.report("a", counted(10, 0), start);
+    scheduler.report("b", counted(10, 0), start);
+    auto const machines = scheduler.machines(start);
+    BOOST_TEST(std::lround(machines[0].cost) == 12);
+    BOOST_TEST(std::lround(machines[1].cost) == 30);
+    (void)scheduler.place(start);
+    scheduler.report("a", counted(10, 0), start + seconds(10));
+    BOOST_TEST(scheduler.machines(start + seconds(10))[0].pending == 1);
 }
 
 BOOST_AUTO_TEST_SUITE_END()
