@@ -47,7 +47,12 @@ int main()
 
     LoadMonitorParams params;
     params.interval = std::chrono::milliseconds(50);
-    LoadMonitor monitor(params, *http, *clock);
+    auto made = LoadMonitor::make(params, *http, *clock);
+    if (!made) { // an interval that is not positive, for example
+        std::cerr << made.error().message() << '\n';
+        return 1;
+    }
+    auto& monitor = *made;
     monitor.set_servers({"127.0.0.1:" + std::to_string(server->port())});
 
     asio::cancellation_signal stop_monitor;

@@ -63,7 +63,7 @@ int main()
     TableClient http(
         {{"http://sim1:2000/load", "40"}, {"http://sim2:2000/load", R"({"load":10,"sessions":1})"}});
     TimerClock clock(context.get_executor());
-    LoadMonitor monitor(LoadMonitorParams(), http, clock);
+    LoadMonitor monitor(http, clock);
     monitor.set_servers({"sim1:2000", "sim2:2000", "sim3:2000"});
 
     asio::cancellation_signal stop;
@@ -80,7 +80,7 @@ int main()
     asio::co_spawn(context, monitor.next_events(), on_events);
     context.run();
 
-    for (ServerLoad const& server : monitor.snapshot())
+    for (ServerLoad const& server : monitor.servers())
         std::cout << server.address << ": "
                   << (server.state == ServerState::up ? std::to_string(server.report.load) + " %"
                                                       : server.problem)

@@ -33,7 +33,7 @@ asio::awaitable<result<>> serve(asio::any_io_executor executor, std::uint16_t po
     auto const clock = make_steady_clock(executor);
     auto const http = make_http_client(executor);
 
-    LoadMonitor monitor(LoadMonitorParams(), *http, *clock);
+    LoadMonitor monitor(*http, *clock);
     Scheduler scheduler;
     SessionServiceParams service_params;
     service_params.ssl = false; // browsers are sent to ws://

@@ -1,5 +1,5 @@
-// Keeps a fresh picture of the load of every simulation server. For session servers, and for dashboards of
-// your own. Runs on one executor; does not decide who gets what: that is the Scheduler.
+// Polls the load of simulation servers and keeps what they answered. For session servers, and for dashboards
+// of your own. Which machine a browser gets is decided by the Scheduler.
 #pragma once
 
 #include <webots_cloud/error.hpp>
@@ -10,7 +10,9 @@
 #include <boost/asio/awaitable.hpp>
 
 #include <memory>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace webots_cloud {
@@ -29,47 +31,56 @@ struct LoadMonitorParams
     bool tls = false;
 };
 
-/// Polls `GET /load` of every server, each on its own schedule: one slow machine delays nobody.
+/// Polls `GET /load` of every server, each on its own schedule: a slow server does not delay the polls of
+/// others.
 ///
-/// First polls start at once; later ones keep their distance, so that polls of many servers stay spread over
-/// the interval. Inert until `run()` is awaited; `run()` ends when cancelled or when the parameters are
-/// unusable.
+/// First polls start at once; later ones are spread over the interval. Nothing is polled until `run()` is
+/// awaited. What is known of the servers is kept here alone: others look at `servers()` and `totals()`.
 /// Lifetime: `http`, `clock` must outlive the monitor.
 /// Thread-safety: one executor.
 class LoadMonitor
 {
 public:
-    LoadMonitor(LoadMonitorParams params, HttpClient& http, Clock& clock);
-    ~LoadMonitor();
+    /// With the default parameters.
+    LoadMonitor(HttpClient& http, Clock& clock);
 
-    /// Takes other parameters: each server's next poll obeys them.
+    /// Errors: `invalid_argument`: an interval or a timeout that is not positive.
+    static result<LoadMonitor> make(LoadMonitorParams params, HttpClient& http, Clock& clock);
+
+    ~LoadMonitor();
+    LoadMonitor(LoadMonitor&&) noexcept;
+
+    /// Takes other parameters, from each server's next poll on.
     ///
-    /// Errors: `invalid_argument`, and the old ones stay: an interval or a timeout that is not positive.
+    /// Errors: as make(), and the old ones stay.
     result<> apply(LoadMonitorParams params);
 
-    /// The servers to watch from now on: added ones are polled at once, removed ones are forgotten, others
-    /// stay as they are.
+    /// The servers to poll from now on: added ones are polled at once, removed ones are forgotten, what is
+    /// known of the others stays. Of equal addresses the first counts.
     void set_servers(std::vector<std::string> const& addresses);
 
     /// Cancellation: terminal; polls in flight are abandoned.
-    /// Errors: `invalid_argument`; `operation_aborted`.
+    /// Errors: `operation_aborted`.
     boost::asio::awaitable<result<>> run();
 
-    /// Waits for polls to end and returns their outcomes, oldest first; never empty. For one caller at a
-    /// time.
+    /// Waits for a poll to end and returns the outcomes since the last call, oldest first; never empty. For
+    /// one caller at a time.
     ///
-    /// Outcomes that nobody asks for are dropped, oldest first, beyond 100 000.
+    /// Of outcomes that nobody has taken, the last 100 000 are kept.
     /// Errors: `operation_aborted`.
     boost::asio::awaitable<result<std::vector<LoadEvent>>> next_events();
 
-    /// How many servers are up, and their load. Never waits, copies nothing.
+    /// How many servers are up, and their load.
     LoadTotals totals() const noexcept;
 
-    /// What is known of every server, in the order given to `set_servers`. Never waits.
-    std::vector<ServerLoad> snapshot() const;
+    /// What is known of every server, in the order given to `set_servers`.
+    /// Lifetime: until the next `set_servers`; each poll changes its server.
+    std::span<ServerLoad const> servers() const noexcept;
 
 private:
     struct Impl;
+    explicit LoadMonitor(std::unique_ptr<Impl> impl);
+
     std::unique_ptr<Impl> impl_;
 };
 

@@ -62,6 +62,7 @@ struct LoadEvent
 
     ServerLoad server; ///< As it is known after the poll.
     LoadTransition transition = LoadTransition::none;
+    bool is_repeated = false; ///< It failed like the poll before: nothing that is known has changed.
 };
 
 } // namespace webots_cloud

@@ -67,8 +67,8 @@ public:
     /// stay.
     void apply(SessionServiceParams params);
 
-    /// The simulation servers from now on, for the monitor and the scheduler alike. Browsers that are
-    /// connected stay.
+    /// The simulation servers from now on, for the monitor and the scheduler too, which get their lists from
+    /// here alone. Browsers that are connected stay.
     void set_servers(std::vector<ServerSpec> const& servers);
 
     /// Cancellation: terminal.

@@ -134,11 +134,14 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     using namespace asio::experimental::awaitable_operators;
     auto const clock = make_steady_clock(executor);
     auto const http = make_http_client(executor);
-    LoadMonitor monitor(load_monitor_params(config), *http, *clock);
-    auto made = Scheduler::make(scheduler_params(config));
-    if (!made)
-        co_return made.error();
-    auto& scheduler = *made;
+    auto made_monitor = LoadMonitor::make(load_monitor_params(config), *http, *clock);
+    if (!made_monitor)
+        co_return made_monitor.error();
+    auto& monitor = *made_monitor;
+    auto made_scheduler = Scheduler::make(scheduler_params(config));
+    if (!made_scheduler)
+        co_return made_scheduler.error();
+    auto& scheduler = *made_scheduler;
     AdministratorMail administrator(config, *clock, log);
     if (auto const usable = administrator.obey(config); !usable)
         co_return usable;

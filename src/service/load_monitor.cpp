@@ -24,13 +24,13 @@ constexpr std::size_t max_events = 100'000;
 // of its twenty, and who polls ten servers does not notice.
 constexpr Duration moment = std::chrono::milliseconds(20);
 
-/// One server being watched. Shared with its task, which may still run for a moment after the server was
+/// The polls of one server. Shared with their task, which may still run for a moment after the server was
 /// removed.
 struct Watch
 {
-    explicit Watch(std::string address) : load(std::move(address)) {}
+    explicit Watch(std::string address) : address(std::move(address)) {}
 
-    ServerLoad load;
+    std::string address;
     double phase = 0; ///< Where in the interval its polls lie, from 0 to 1.
     bool removed = false;
     std::optional<async::TaskGroup::Task> task;
@@ -78,13 +78,16 @@ struct LoadMonitor::Impl
         watch->task = tasks->spawn(keep_polling(watch));
     }
 
+    asio::awaitable<result<>> run();
+    asio::awaitable<result<std::vector<LoadEvent>>> next_events();
     asio::awaitable<void> keep_polling(std::shared_ptr<Watch> watch);
-    void record(Watch& watch, result<LoadReport> const& outcome);
+    void record(Watch const& watch, result<LoadReport> const& outcome);
 
     LoadMonitorParams params;
     HttpClient& http;
     Clock& clock;
-    std::vector<std::shared_ptr<Watch>> watches;
+    core::LoadTable table;
+    std::vector<std::shared_ptr<Watch>> watches; ///< One for each server of the table, in its order.
     std::deque<LoadEvent> events;
     std::optional<async::TaskGroup> tasks; // while run() is awaited
     std::optional<async::Wakeup> happened;
@@ -98,7 +101,7 @@ asio::awaitable<void> LoadMonitor::Impl::keep_polling(std::shared_ptr<Watch> wat
     auto due = began + std::chrono::duration_cast<Duration>(params.interval * watch->phase);
     due -= due.time_since_epoch() % moment;
     while (!watch->removed) {
-        HttpRequest request(server_url(watch->load.address, params.tls, "/load"));
+        HttpRequest request(server_url(watch->address, params.tls, "/load"));
         request.headers.emplace_back("Accept", "application/json, text/plain;q=0.5");
         request.timeout = params.timeout;
         auto const response = co_await http.send(std::move(request));
@@ -116,24 +119,30 @@ asio::awaitable<void> LoadMonitor::Impl::keep_polling(std::shared_ptr<Watch> wat
     watch->task.reset();
 }
 
-void LoadMonitor::Impl::record(Watch& watch, result<LoadReport> const& outcome)
+void LoadMonitor::Impl::record(Watch const& watch, result<LoadReport> const& outcome)
 {
-    LoadEvent event;
-    event.transition = core::classify(watch.load, outcome, params.threshold);
-    core::apply(watch.load, outcome, clock.now());
-    event.server = watch.load;
-    events.push_back(std::move(event));
+    events.push_back(table.record(watch.address, outcome, params.threshold, clock.now()));
     if (events.size() > max_events)
         events.pop_front();
     if (happened)
         happened->notify();
 }
 
-LoadMonitor::LoadMonitor(LoadMonitorParams params, HttpClient& http, Clock& clock)
-    : impl_(std::make_unique<Impl>(params, http, clock))
+LoadMonitor::LoadMonitor(HttpClient& http, Clock& clock)
+    : LoadMonitor(std::make_unique<Impl>(LoadMonitorParams(), http, clock))
 {}
 
+LoadMonitor::LoadMonitor(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+result<LoadMonitor> LoadMonitor::make(LoadMonitorParams params, HttpClient& http, Clock& clock)
+{
+    if (auto const usable = validate(params); !usable)
+        return usable.error();
+    return LoadMonitor(std::make_unique<Impl>(params, http, clock));
+}
+
 LoadMonitor::~LoadMonitor() = default;
+LoadMonitor::LoadMonitor(LoadMonitor&&) noexcept = default;
 
 result<> LoadMonitor::apply(LoadMonitorParams params)
 {
@@ -147,15 +156,16 @@ void LoadMonitor::set_servers(std::vector<std::string> const& addresses)
 {
     std::map<std::string_view, std::shared_ptr<Watch>> known;
     for (auto const& watch : impl_->watches)
-        known.emplace(watch->load.address, watch);
+        known.emplace(watch->address, watch);
+    impl_->table.set_servers(addresses);
     std::vector<std::shared_ptr<Watch>> next;
-    for (auto const& address : addresses) {
-        auto const found = known.find(address);
+    for (auto const& server : impl_->table.servers()) {
+        auto const found = known.find(server.address);
         if (found == known.end()) {
-            next.push_back(std::make_shared<Watch>(address));
+            next.push_back(std::make_shared<Watch>(server.address));
             if (impl_->tasks)
                 impl_->start(next.back());
-        } else if (found->second) {
+        } else {
             next.push_back(std::move(found->second)); // what stays in `known` is no longer wanted
         }
     }
@@ -171,56 +181,57 @@ void LoadMonitor::set_servers(std::vector<std::string> const& addresses)
 
 asio::awaitable<result<>> LoadMonitor::run()
 {
-    co_await asio::this_coro::throw_if_cancelled(false);
-    if (auto const usable = validate(impl_->params); !usable)
-        co_return usable;
-    auto const executor = co_await asio::this_coro::executor;
-    impl_->tasks.emplace(executor);
-    if (!impl_->happened)
-        impl_->happened.emplace(executor);
-    for (auto const& watch : impl_->watches)
-        impl_->start(watch);
-
-    async::Wakeup forever(executor);
-    (void)co_await forever.wait();
-
-    impl_->tasks->cancel_all();
-    co_await asio::this_coro::reset_cancellation_state(asio::disable_cancellation());
-    co_await impl_->tasks->join();
-    impl_->tasks.reset();
-    co_return Failure(asio::error::operation_aborted);
+    return impl_->run();
 }
 
 asio::awaitable<result<std::vector<LoadEvent>>> LoadMonitor::next_events()
 {
-    if (!impl_->happened)
-        impl_->happened.emplace(co_await asio::this_coro::executor);
-    while (impl_->events.empty()) {
-        auto const woken = co_await impl_->happened->wait();
+    return impl_->next_events();
+}
+
+asio::awaitable<result<>> LoadMonitor::Impl::run()
+{
+    co_await asio::this_coro::throw_if_cancelled(false);
+    auto const executor = co_await asio::this_coro::executor;
+    tasks.emplace(executor);
+    if (!happened)
+        happened.emplace(executor);
+    for (auto const& watch : watches)
+        start(watch);
+
+    async::Wakeup forever(executor);
+    (void)co_await forever.wait();
+
+    tasks->cancel_all();
+    co_await asio::this_coro::reset_cancellation_state(asio::disable_cancellation());
+    co_await tasks->join();
+    tasks.reset();
+    co_return Failure(asio::error::operation_aborted);
+}
+
+asio::awaitable<result<std::vector<LoadEvent>>> LoadMonitor::Impl::next_events()
+{
+    if (!happened)
+        happened.emplace(co_await asio::this_coro::executor);
+    while (events.empty()) {
+        auto const woken = co_await happened->wait();
         if (!woken)
             co_return woken.error();
     }
-    std::vector<LoadEvent> events(std::make_move_iterator(impl_->events.begin()),
-                                  std::make_move_iterator(impl_->events.end()));
-    impl_->events.clear();
-    co_return events;
+    std::vector<LoadEvent> taken(std::make_move_iterator(events.begin()),
+                                 std::make_move_iterator(events.end()));
+    events.clear();
+    co_return taken;
 }
 
 LoadTotals LoadMonitor::totals() const noexcept
 {
-    LoadTotals totals;
-    for (auto const& watch : impl_->watches)
-        core::add(totals, watch->load);
-    return totals;
+    return impl_->table.totals();
 }
 
-std::vector<ServerLoad> LoadMonitor::snapshot() const
+std::span<ServerLoad const> LoadMonitor::servers() const noexcept
 {
-    std::vector<ServerLoad> loads;
-    loads.reserve(impl_->watches.size());
-    for (auto const& watch : impl_->watches)
-        loads.push_back(watch->load);
-    return loads;
+    return impl_->table.servers();
 }
 
 } // namespace webots_cloud

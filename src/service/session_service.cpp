@@ -88,8 +88,7 @@ struct SessionService::Impl
     Answer session(IncomingRequest const& request);
     Answer availability(IncomingRequest const& request) const;
     void update_monitor();
-    std::uint64_t placed_on(std::string_view address) const;
-    std::vector<core::SessionRow> monitor_rows() const;
+    void count_placed();
     std::string monitor_snapshot();
     HttpResponse monitor_page(IncomingRequest const& request);
     std::string monitor_text() const;
@@ -107,9 +106,7 @@ struct SessionService::Impl
     bool available = false;
     std::unordered_set<Channel*> browsers; // those that watch availability
     core::SessionBoard board;
-    std::map<std::string, std::uint64_t, std::less<>>
-        placed_before; // on servers that left the list and may come back
-    MonitorFeed feed;  // to those that watch the monitor page
+    MonitorFeed feed; // to those that watch the monitor page
     core::TimedPage monitor_html;
     core::TimedPage monitor_json;
     std::string greeting; // of who comes to watch before the next update; empty: nobody has come yet
@@ -149,13 +146,9 @@ void SessionService::set_servers(std::vector<ServerSpec> const& servers)
     std::vector<std::string> addresses;
     for (auto const& server : servers)
         addresses.push_back(server.address);
-    auto const before = impl_->monitor_rows();
     impl_->scheduler.set_servers(servers);
-    for (auto const& row : before)
-        if (auto const forgotten = row.placed - impl_->scheduler.placed(row.address); forgotten > 0)
-            impl_->placed_before[row.address] = forgotten;
     impl_->monitor.set_servers(addresses);
-    impl_->board.list(impl_->monitor_rows());
+    impl_->board.list(impl_->monitor.servers());
     impl_->monitor_html.expire();
     impl_->monitor_json.expire();
     impl_->update_availability(impl_->clock.now());
@@ -199,7 +192,8 @@ void SessionService::Impl::take(LoadEvent const& event)
         scheduler.report(event.server.address, event.server.report, clock.now());
     else
         scheduler.mark_unreachable(event.server.address, clock.now());
-    board.note(event.server);
+    if (!event.is_repeated)
+        board.change(event.server.address);
     if (event.transition == LoadTransition::none)
         return;
     if (!hooks.tell_operator || !hooks.tell_operator(event))
@@ -283,35 +277,26 @@ Answer SessionService::Impl::availability(IncomingRequest const& request) const
     return core::page(available ? "1" : "0");
 }
 
-std::uint64_t SessionService::Impl::placed_on(std::string_view address) const
+void SessionService::Impl::count_placed()
 {
-    auto const before = placed_before.find(address);
-    return scheduler.placed(address) + (before == placed_before.end() ? 0 : before->second);
-}
-
-std::vector<core::SessionRow> SessionService::Impl::monitor_rows() const
-{
-    std::vector<core::SessionRow> rows;
-    for (auto const& server : monitor.snapshot())
-        rows.push_back(core::session_row(server, placed_on(server.address)));
-    return rows;
+    board.count_placed(std::bind_front(&Scheduler::placed, &scheduler));
 }
 
 std::string SessionService::Impl::monitor_snapshot()
 {
-    board.count_placed(std::bind_front(&Impl::placed_on, this));
-    return board.snapshot();
+    count_placed();
+    return board.snapshot(monitor.servers());
 }
 
 void SessionService::Impl::update_monitor()
 {
     greeting = {};
     if (!feed.empty())
-        board.count_placed(std::bind_front(&Impl::placed_on, this));
-    board.take(clock.now(), clock.wall());
+        count_placed();
+    board.take(monitor.servers(), clock.now(), clock.wall());
     if (feed.empty())
         return;
-    if (auto const update = board.update(); !update.empty())
+    if (auto const update = board.update(monitor.servers()); !update.empty())
         feed.publish(update);
 }
 
@@ -334,7 +319,8 @@ std::string SessionService::Impl::monitor_text() const
     view.now = clock.now();
     view.ssl = params.ssl;
     view.threshold = params.threshold;
-    view.servers = monitor_rows();
+    for (auto const& server : monitor.servers())
+        view.servers.push_back(core::session_row(server, scheduler.placed(server.address)));
     view.assets = monitor_assets("session.js", params.port);
     return core::session_monitor_page(view);
 }

@@ -1,5 +1,7 @@
 #include "load_table.hpp"
 
+#include <utility>
+
 namespace webots_cloud::core {
 
 LoadTransition classify(ServerLoad const& before, result<LoadReport> const& outcome,
@@ -23,33 +25,53 @@ LoadTransition classify(ServerLoad const& before, result<LoadReport> const& outc
     return LoadTransition::none;
 }
 
-void add(LoadTotals& totals, ServerLoad const& server) noexcept
+void LoadTable::set_servers(std::vector<std::string> const& addresses)
 {
-    switch (server.state) {
-    case ServerState::up:
-        ++totals.up;
-        totals.load += server.report.load;
-        break;
-    case ServerState::down:
-        ++totals.down;
-        break;
-    case ServerState::unknown:
-        ++totals.unknown;
-        break;
+    std::vector<ServerLoad> servers;
+    servers.reserve(addresses.size());
+    std::unordered_map<std::string, std::size_t> positions;
+    for (auto const& address : addresses) {
+        if (!positions.emplace(address, servers.size()).second)
+            continue;
+        auto const known = positions_.find(address);
+        servers.push_back(known == positions_.end() ? ServerLoad(address)
+                                                    : std::move(servers_[known->second]));
     }
+    servers_ = std::move(servers);
+    positions_ = std::move(positions);
 }
 
-void apply(ServerLoad& known, result<LoadReport> const& outcome, TimePoint now)
+LoadEvent LoadTable::record(std::string const& address, result<LoadReport> const& outcome, double threshold,
+                            TimePoint now)
 {
+    auto& known = servers_[positions_.at(address)];
+    LoadEvent event;
+    event.transition = classify(known, outcome, threshold);
     if (outcome) {
         known.state = ServerState::up;
         known.report = *outcome;
         known.reported = now;
         known.problem.clear();
     } else {
+        auto problem = outcome.error().message();
+        event.is_repeated = known.state == ServerState::down && known.problem == problem;
         known.state = ServerState::down;
-        known.problem = outcome.error().message();
+        known.problem = std::move(problem);
     }
+    event.server = known;
+    return event;
+}
+
+LoadTotals LoadTable::totals() const noexcept
+{
+    LoadTotals totals;
+    for (auto const& server : servers_) {
+        totals.up += server.state == ServerState::up ? 1 : 0;
+        totals.down += server.state == ServerState::down ? 1 : 0;
+        totals.unknown += server.state == ServerState::unknown ? 1 : 0;
+        totals.load += server.state == ServerState::up ? server.report.load : 0;
+    }
+    return totals;
 }
 
 } // namespace webots_cloud::core

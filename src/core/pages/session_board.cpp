@@ -3,6 +3,7 @@
 #include "core/json_text.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <limits>
 #include <utility>
 
@@ -19,23 +20,18 @@ double seconds(Duration duration)
     return std::chrono::duration<double>(duration).count();
 }
 
-void show(SessionRow& row, ServerLoad const& server)
-{
-    bool const is_up = server.state == ServerState::up;
-    row.load = is_up ? std::optional(server.report.load) : std::nullopt;
-    row.sessions = is_up ? server.report.sessions : std::nullopt;
-    row.reported = is_up ? server.reported : TimePoint();
-    row.problem = is_up ? std::string() : server.problem;
-}
-
 } // namespace
 
 SessionRow session_row(ServerLoad const& server, std::uint64_t placed)
 {
+    bool const is_up = server.state == ServerState::up;
     SessionRow row;
     row.address = server.address;
+    row.load = is_up ? std::optional(server.report.load) : std::nullopt;
+    row.sessions = is_up ? server.report.sessions : std::nullopt;
+    row.reported = is_up ? server.reported : TimePoint();
+    row.problem = is_up ? std::string() : server.problem;
     row.placed = placed;
-    show(row, server);
     return row;
 }
 
@@ -45,79 +41,71 @@ void SessionBoard::set_threshold(double threshold)
     threshold_ = threshold;
 }
 
-void SessionBoard::list(std::vector<SessionRow> rows)
+void SessionBoard::list(std::span<ServerLoad const> servers)
 {
-    auto const is_same = [](SessionRow const& left, Row const& right) {
-        return left.address == right.shown.address;
+    auto const is_same = [](ServerLoad const& left, Row const& right) {
+        return left.address == right.address;
     };
     must_restate_ =
-        must_restate_ || !std::equal(rows.begin(), rows.end(), rows_.begin(), rows_.end(), is_same);
-    places_.clear();
+        must_restate_ || !std::equal(servers.begin(), servers.end(), rows_.begin(), rows_.end(), is_same);
+    positions_.clear();
     rows_.clear();
     changed_.clear();
     told_.clear();
     std::vector<std::string> names;
-    for (auto& row : rows) {
-        names.push_back(row.address);
-        rows_.push_back({std::move(row), false});
+    for (auto const& server : servers) {
+        names.push_back(server.address);
+        rows_.push_back({server.address, 0, false});
     }
     for (std::size_t i = 0; i < rows_.size(); ++i) {
-        places_.emplace(rows_[i].shown.address, i);
-        change(i);
+        positions_.emplace(rows_[i].address, i);
+        change_row(i);
     }
     history_.set_series(names);
 }
 
-void SessionBoard::note(ServerLoad const& server)
+void SessionBoard::change(std::string_view address)
 {
-    auto const place = places_.find(server.address);
-    if (place == places_.end())
-        return;
-    auto& shown = rows_[place->second].shown;
-    bool const is_still_down =
-        server.state != ServerState::up && !shown.load && shown.problem == server.problem;
-    if (is_still_down)
-        return;
-    show(shown, server);
-    change(place->second);
+    if (auto const position = positions_.find(address); position != positions_.end())
+        change_row(position->second);
 }
 
 void SessionBoard::count_placed(std::function<std::uint64_t(std::string_view address)> const& placed)
 {
     for (std::size_t i = 0; i < rows_.size(); ++i) {
-        auto& shown = rows_[i].shown;
-        auto const count = placed(shown.address);
-        if (std::exchange(shown.placed, count) != count)
-            change(i);
+        auto const count = placed(rows_[i].address);
+        if (std::exchange(rows_[i].placed, count) != count)
+            change_row(i);
     }
 }
 
-void SessionBoard::change(std::size_t row)
+void SessionBoard::change_row(std::size_t row)
 {
     if (!std::exchange(rows_[row].is_changed, true))
         changed_.push_back(row);
 }
 
-void SessionBoard::take(TimePoint now, WallTime wall)
+void SessionBoard::take(std::span<ServerLoad const> servers, TimePoint now, WallTime wall)
 {
+    assert(servers.size() == rows_.size());
     now_ = now;
     wall_ = wall;
     restates_ = std::exchange(must_restate_, false);
     told_ = std::exchange(changed_, {});
     for (auto const row : told_)
         rows_[row].is_changed = false;
-    has_new_point_ = add_point();
+    has_new_point_ = add_point(servers);
 }
 
-bool SessionBoard::add_point()
+bool SessionBoard::add_point(std::span<ServerLoad const> servers)
 {
     if (!history_.is_due(now_))
         return false;
     std::vector<float> loads;
-    loads.reserve(rows_.size());
-    for (auto const& row : rows_)
-        loads.push_back(
-            static_cast<float>(row.shown.load.value_or(std::numeric_limits<double>::quiet_NaN())));
+    loads.reserve(servers.size());
+    for (auto const& server : servers)
+        loads.push_back(server.state == ServerState::up ? static_cast<float>(server.report.load)
+                                                        : std::numeric_limits<float>::quiet_NaN());
     history_.add(loads, now_);
     return true;
 }
@@ -142,7 +130,7 @@ void SessionBoard::append_row(std::string& text, SessionRow const& row) const
     }
 }
 
-std::string SessionBoard::snapshot() const
+std::string SessionBoard::snapshot(std::span<ServerLoad const> servers) const
 {
     std::size_t const each = rows_.empty() ? 0 : max_points / rows_.size();
     int const decimals = rows_.size() > max_precise_servers ? 0 : 1;
@@ -160,8 +148,8 @@ std::string SessionBoard::snapshot() const
     for (std::size_t i = 0; i < rows_.size(); ++i) {
         text += i == 0 ? "{" : ",{";
         append_key(text, "address");
-        append_quoted(text, rows_[i].shown.address);
-        append_row(text, rows_[i].shown);
+        append_quoted(text, rows_[i].address);
+        append_row(text, session_row(servers[i], rows_[i].placed));
         append_key(text, "history");
         append_numbers(text, history_.line(i, each).values, decimals);
         text += '}';
@@ -169,10 +157,10 @@ std::string SessionBoard::snapshot() const
     return text + "]}";
 }
 
-std::string SessionBoard::update() const
+std::string SessionBoard::update(std::span<ServerLoad const> servers) const
 {
     if (restates_)
-        return snapshot();
+        return snapshot(servers);
     if (told_.empty() && !has_new_point_)
         return {};
     std::string text = "{";
@@ -188,7 +176,7 @@ std::string SessionBoard::update() const
         text += i == 0 ? "{" : ",{";
         append_key(text, "row");
         append_number(text, static_cast<double>(told_[i]), 0);
-        append_row(text, rows_[told_[i]].shown);
+        append_row(text, session_row(servers[told_[i]], rows_[told_[i]].placed));
         text += '}';
     }
     return text + "]}";

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -32,11 +33,13 @@ struct SessionRow
 /// What a page shows of a server.
 SessionRow session_row(ServerLoad const& server, std::uint64_t placed);
 
-/// Keeps what watchers have been told, and ten minutes of loads.
+/// Keeps which rows of the page have changed since watchers were last told, and ten minutes of loads.
 ///
-/// Its texts are JSON and of bounded size: of many servers the history has fewer points. An update names the
-/// rows that changed since the last one, so that a calm minute costs next to nothing. Each poll changes its
-/// own row, so that no moment has the work of thousands.
+/// What is known of the servers belongs to the LoadMonitor and the Scheduler: the board looks at it whenever
+/// it writes a text. `servers` are always those of the last `list`, in that order.
+///
+/// Its texts are JSON and of bounded size: of many servers the history has fewer points. An update has only
+/// the rows that changed since the last one, and each poll marks its own row, so that the work is spread.
 class SessionBoard
 {
 public:
@@ -47,44 +50,45 @@ public:
     void set_threshold(double threshold);
 
     /// The servers from now on, each with an address of its own.
-    void list(std::vector<SessionRow> rows);
+    void list(std::span<ServerLoad const> servers);
 
-    /// What is known of a server after a poll. Servers that are not listed are left out.
-    void note(ServerLoad const& server);
+    /// Something else is known of a server than before. Servers that are not listed are ignored.
+    void change(std::string_view address);
 
-    /// Asks how many sessions were placed on each server. Takes longer the more there are: for who watches,
-    /// or asks for a snapshot.
+    /// Asks how many sessions were placed on each server. O(n): to be called when somebody watches, or asks
+    /// for a snapshot.
     void count_placed(std::function<std::uint64_t(std::string_view address)> const& placed);
 
-    /// What was noted since the last `take` is the next update. To be called about once a second.
-    void take(TimePoint now, WallTime wall);
+    /// The next update has what changed since the last `take`. To be called about once a second.
+    void take(std::span<ServerLoad const> servers, TimePoint now, WallTime wall);
 
-    /// Everything, for who has just come; times are those of the last `take`.
-    std::string snapshot() const;
+    /// Everything, for a browser that has just connected; times are those of the last `take`.
+    std::string snapshot(std::span<ServerLoad const> servers) const;
 
-    /// What the last `take` changed; a snapshot when other servers are listed than before; empty when nothing
-    /// did.
-    std::string update() const;
+    /// The rows that the last `take` found changed; a snapshot when other servers are listed than before;
+    /// empty when nothing changed.
+    std::string update(std::span<ServerLoad const> servers) const;
 
 private:
     struct Row
     {
-        SessionRow shown;
-        bool is_changed = false; ///< Since the last `take`.
+        std::string address;
+        std::uint64_t placed = 0; ///< As watchers are told.
+        bool is_changed = false;  ///< Since the last `take`.
     };
 
-    void change(std::size_t row);
-    bool add_point();
+    void change_row(std::size_t row);
+    bool add_point(std::span<ServerLoad const> servers);
     void append_row(std::string& text, SessionRow const& row) const;
 
     LoadHistory history_;
     double threshold_;
     std::vector<Row> rows_;
-    std::unordered_map<std::string_view, std::size_t> places_; ///< In `rows_`, which owns the addresses.
-    std::vector<std::size_t> changed_;                         ///< Rows, since the last `take`.
-    std::vector<std::size_t> told_;                            ///< Rows that the last `take` found changed.
-    bool must_restate_ = false;                                ///< The next update is a snapshot.
-    bool restates_ = false;                                    ///< This one is.
+    std::unordered_map<std::string_view, std::size_t> positions_; ///< In `rows_`, which owns the addresses.
+    std::vector<std::size_t> changed_;                            ///< Rows, since the last `take`.
+    std::vector<std::size_t> told_; ///< Rows that the last `take` found changed.
+    bool must_restate_ = false;     ///< The next update is a snapshot.
+    bool restates_ = false;         ///< This one is.
     bool has_new_point_ = false;
     TimePoint now_{};
     WallTime wall_{};

@@ -121,7 +121,7 @@ void session(int times)
 {
     testing::World world;
     testing::ScriptedHttp http(world.clock);
-    LoadMonitor monitor(LoadMonitorParams(), http, world.clock);
+    LoadMonitor monitor(http, world.clock);
     auto scheduler = fleet(10);
     SessionServiceParams params;
     params.session_burst = 100'000;

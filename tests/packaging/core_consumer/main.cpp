@@ -38,7 +38,7 @@ int main()
     http.expect("GET http://busy:2000/load").always().reply(200, "40");
     http.expect("GET http://idle:2000/load").always().reply(200, "10.5");
 
-    LoadMonitor monitor({}, http, world.clock);
+    LoadMonitor monitor(http, world.clock);
     monitor.set_servers({"busy:2000", "idle:2000"});
     Scheduler scheduler;
     scheduler.set_servers({ServerSpec("busy:2000"), ServerSpec("idle:2000")});

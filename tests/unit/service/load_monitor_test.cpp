@@ -17,7 +17,8 @@ namespace {
 struct Fixture
 {
     explicit Fixture(std::vector<std::string> const& servers, LoadMonitorParams params = LoadMonitorParams())
-        : http(world.clock), monitor(params, http, world.clock), tasks(world.executor())
+        : http(world.clock), monitor(LoadMonitor::make(params, http, world.clock).value()),
+          tasks(world.executor())
     {
         monitor.set_servers(servers);
     }
@@ -69,7 +70,7 @@ BOOST_AUTO_TEST_CASE(every_server_is_polled_at_once_and_then_every_interval)
     fixture.world.advance(50s);
     BOOST_TEST(fixture.polls_of("http://a:2000/load") == 12u);
     BOOST_TEST(fixture.polls_of("http://b:2000/load") == 12u);
-    BOOST_TEST(fixture.monitor.snapshot()[1].report.load == 2.5);
+    BOOST_TEST(fixture.monitor.servers()[1].report.load == 2.5);
 }
 
 BOOST_AUTO_TEST_CASE(polls_of_many_servers_are_spread_over_the_interval)
@@ -97,7 +98,7 @@ BOOST_AUTO_TEST_CASE(one_black_hole_delays_nobody)
     BOOST_TEST(fixture.events().front().server.address == "good:2000");
     fixture.world.advance(20s);
     BOOST_TEST(fixture.polls_of("http://good:2000/load") == 5u);
-    auto const hole = fixture.monitor.snapshot()[0];
+    auto const hole = fixture.monitor.servers()[0];
     BOOST_TEST((hole.state == ServerState::down));
 }
 
@@ -106,7 +107,7 @@ BOOST_AUTO_TEST_CASE(unknown_is_not_idle)
     Fixture fixture({"hole:2000"});
     fixture.http.expect("GET http://hole:2000/load").hang().always();
     fixture.start();
-    BOOST_TEST((fixture.monitor.snapshot()[0].state == ServerState::unknown));
+    BOOST_TEST((fixture.monitor.servers()[0].state == ServerState::unknown));
     fixture.world.advance(5s);
     auto const events = fixture.events();
     BOOST_TEST_REQUIRE(events.size() == 1u);
@@ -135,7 +136,7 @@ BOOST_AUTO_TEST_CASE(anything_but_a_good_answer_is_a_failed_poll)
                                                not_responding, working_again,  not_responding,
                                                working_again,  not_responding, none};
     BOOST_TEST((seen == expected));
-    BOOST_TEST(fixture.monitor.snapshot()[0].report.load == 97);
+    BOOST_TEST(fixture.monitor.servers()[0].report.load == 97);
 }
 
 BOOST_AUTO_TEST_CASE(servers_come_and_go_while_it_runs)
@@ -153,7 +154,7 @@ BOOST_AUTO_TEST_CASE(servers_come_and_go_while_it_runs)
     fixture.world.advance(10s);
     BOOST_TEST(fixture.polls_of("http://b:2000/load") == polls_of_b);
     BOOST_TEST(fixture.polls_of("http://a:2000/load") == polls_of_a + 2);
-    BOOST_TEST(fixture.monitor.snapshot()[0].address == "c:2000");
+    BOOST_TEST(fixture.monitor.servers()[0].address == "c:2000");
 }
 
 BOOST_AUTO_TEST_CASE(a_poll_asks_for_the_json_of_our_own_servers_and_takes_the_bare_number_of_others)
@@ -166,7 +167,7 @@ BOOST_AUTO_TEST_CASE(a_poll_asks_for_the_json_of_our_own_servers_and_takes_the_b
     auto const& headers = fixture.http.requests().front().headers;
     BOOST_TEST((headers.front() ==
                 std::pair<std::string, std::string>("Accept", "application/json, text/plain;q=0.5")));
-    BOOST_TEST(fixture.monitor.snapshot()[0].report.sessions.value() == 2);
+    BOOST_TEST(fixture.monitor.servers()[0].report.sessions.value() == 2);
 }
 
 BOOST_AUTO_TEST_CASE(the_totals_follow_every_poll_and_every_change_of_the_list)
@@ -209,14 +210,31 @@ BOOST_AUTO_TEST_CASE(new_parameters_hold_from_each_servers_next_poll_on)
     BOOST_TEST((fixture.monitor.apply(next).error() == errc::invalid_argument));
 }
 
-BOOST_AUTO_TEST_CASE(useless_parameters_end_it_with_a_reason)
+BOOST_AUTO_TEST_CASE(it_is_not_made_with_unusable_parameters)
 {
     testing::World world;
     testing::ScriptedHttp http(world.clock);
     LoadMonitorParams params;
     params.interval = Duration::zero();
-    LoadMonitor monitor(params, http, world.clock);
-    BOOST_TEST((world.run(monitor.run()).error() == errc::invalid_argument));
+    BOOST_TEST((LoadMonitor::make(params, http, world.clock).error() == errc::invalid_argument));
+    params = LoadMonitorParams();
+    params.timeout = -1s;
+    BOOST_TEST((LoadMonitor::make(params, http, world.clock).error() == errc::invalid_argument));
+    BOOST_TEST(http.requests().empty());
+}
+
+BOOST_AUTO_TEST_CASE(a_server_that_is_listed_twice_is_polled_once)
+{
+    Fixture fixture({"a:2000", "a:2000"});
+    fixture.http.expect("GET http://a:2000/load").reply(200, "1").always();
+    fixture.start();
+    BOOST_TEST(fixture.polls_of("http://a:2000/load") == 1u);
+    BOOST_TEST(fixture.monitor.servers().size() == 1u);
+    fixture.monitor.set_servers({"b:2000", "a:2000", "b:2000"});
+    fixture.http.expect("GET http://b:2000/load").reply(200, "2").always();
+    fixture.world.settle();
+    BOOST_TEST(fixture.polls_of("http://b:2000/load") == 1u);
+    BOOST_TEST(fixture.monitor.servers()[1].report.load == 1);
 }
 
 BOOST_AUTO_TEST_SUITE_END()

@@ -21,7 +21,7 @@ struct Fixture
 {
     explicit Fixture(SessionServiceParams params = SessionServiceParams(),
                      SessionServiceHooks hooks = SessionServiceHooks())
-        : http(world.clock), monitor(LoadMonitorParams(), http, world.clock),
+        : http(world.clock), monitor(http, world.clock),
           service(std::move(params), monitor, scheduler, world.clock, log.logger(), std::move(hooks)),
           tasks(world.executor())
     {}

@@ -63,15 +63,56 @@ BOOST_AUTO_TEST_CASE(a_new_server_counts_as_idle_before_its_first_answer)
 
 BOOST_AUTO_TEST_CASE(a_failed_poll_keeps_the_last_report_and_says_why)
 {
-    auto server = known(ServerState::up, 12);
-    core::apply(server, Failure(errc::unreachable, "connection refused"), TimePoint());
+    core::LoadTable table;
+    table.set_servers({"a:2000"});
+    auto const& server = table.servers().front();
+    table.record("a:2000", LoadReport(12), threshold, TimePoint());
+    auto const event = table.record("a:2000", Failure(errc::unreachable, "connection refused"), threshold,
+                                    TimePoint(std::chrono::seconds(5)));
+    BOOST_TEST((event.transition == LoadTransition::not_responding));
+    BOOST_TEST(event.server.problem == "connection refused");
     BOOST_TEST((server.state == ServerState::down));
     BOOST_TEST(server.report.load == 12);
+    BOOST_TEST((server.reported == TimePoint()));
     BOOST_TEST(server.problem == "connection refused");
-    core::apply(server, LoadReport(3), TimePoint(std::chrono::seconds(9)));
+    table.record("a:2000", LoadReport(3), threshold, TimePoint(std::chrono::seconds(9)));
     BOOST_TEST((server.state == ServerState::up));
     BOOST_TEST(server.problem.empty());
     BOOST_TEST((server.reported == TimePoint(std::chrono::seconds(9))));
+}
+
+BOOST_AUTO_TEST_CASE(a_failure_is_repeated_only_when_it_is_for_the_same_reason)
+{
+    core::LoadTable table;
+    table.set_servers({"a:2000"});
+    auto const is_repeated = [&](result<LoadReport> const& outcome) {
+        return table.record("a:2000", outcome, threshold, TimePoint()).is_repeated;
+    };
+    result<LoadReport> const refused = Failure(errc::unreachable, "connection refused");
+    result<LoadReport> const slow = Failure(errc::timed_out);
+    BOOST_TEST(!is_repeated(refused));
+    BOOST_TEST(is_repeated(refused));
+    BOOST_TEST(!is_repeated(slow));
+    BOOST_TEST(!is_repeated(LoadReport(3)));
+    BOOST_TEST(!is_repeated(LoadReport(3)));
+    BOOST_TEST(!is_repeated(slow));
+}
+
+BOOST_AUTO_TEST_CASE(what_is_known_of_servers_that_stay_is_kept_in_the_new_order)
+{
+    core::LoadTable table;
+    table.set_servers({"a:2000", "b:2000", "a:2000"});
+    BOOST_TEST(table.servers().size() == 2u);
+    table.record("b:2000", LoadReport(7), threshold, TimePoint());
+    table.set_servers({"c:2000", "b:2000"});
+    BOOST_TEST(table.servers()[0].address == "c:2000");
+    BOOST_TEST((table.servers()[0].state == ServerState::unknown));
+    BOOST_TEST(table.servers()[1].report.load == 7);
+    table.set_servers({"a:2000"});
+    BOOST_TEST((table.servers()[0].state == ServerState::unknown), "what was removed is forgotten");
+    LoadTotals expected;
+    expected.unknown = 1;
+    BOOST_TEST((table.totals() == expected));
 }
 
 BOOST_AUTO_TEST_SUITE_END()

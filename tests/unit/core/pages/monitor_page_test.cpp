@@ -10,20 +10,18 @@ using namespace webots_cloud::core;
 
 namespace {
 
-ServerLoad server(std::string address, ServerState state, double load)
+/// Of servers that answer with these loads, one that does not, and one that was not asked yet.
+LoadTotals totals(std::vector<std::string> const& up)
 {
-    ServerLoad known(std::move(address));
-    known.state = state;
-    known.report.load = load;
-    return known;
-}
-
-LoadTotals totals(std::vector<ServerLoad> const& servers)
-{
-    LoadTotals totals;
-    for (auto const& server : servers)
-        add(totals, server);
-    return totals;
+    LoadTable table;
+    std::vector<std::string> servers{"down", "unknown"};
+    servers.insert(servers.end(), up.begin(), up.end());
+    table.set_servers(servers);
+    table.record("down", LoadReport(90), 95, TimePoint());
+    table.record("down", Failure(errc::unreachable), 95, TimePoint());
+    for (auto const& load : up)
+        table.record(load, parse_load_report(load), 95, TimePoint());
+    return table.totals();
 }
 
 SessionRow row(std::string address, std::optional<double> load)
@@ -46,12 +44,9 @@ BOOST_AUTO_TEST_SUITE(monitor_page)
 
 BOOST_AUTO_TEST_CASE(the_mean_load_is_over_servers_that_are_up)
 {
-    auto const down = server("b:1", ServerState::down, 90);
-    BOOST_TEST(
-        mean_load(totals({server("a:1", ServerState::up, 10), down, server("c:1", ServerState::up, 5.75),
-                          server("d:1", ServerState::unknown, 0)})) == "7.875");
-    BOOST_TEST(mean_load(totals({down})) == "-1");
-    BOOST_TEST(mean_load(totals({server("a:1", ServerState::up, 0)})) == "0.0");
+    BOOST_TEST(mean_load(totals({"10", "5.75"})) == "7.875");
+    BOOST_TEST(mean_load(totals({})) == "-1");
+    BOOST_TEST(mean_load(totals({"0"})) == "0.0");
 }
 
 BOOST_AUTO_TEST_CASE(the_table_has_links_loads_and_an_average_with_one_percent_sign)

@@ -15,15 +15,6 @@ namespace {
 constexpr TimePoint start(1h);
 constexpr WallTime wall(1'700'000'000s);
 
-SessionRow row(std::string address, std::optional<double> load, TimePoint reported = start)
-{
-    SessionRow row;
-    row.address = std::move(address);
-    row.load = load;
-    row.reported = reported;
-    return row;
-}
-
 /// One that is up where it has a load.
 ServerLoad server(std::string address, std::optional<double> load, std::string problem = {},
                   TimePoint reported = start)
@@ -35,6 +26,32 @@ ServerLoad server(std::string address, std::optional<double> load, std::string p
     server.problem = std::move(problem);
     return server;
 }
+
+/// A board and what it looks at.
+struct Fixture
+{
+    explicit Fixture(std::vector<ServerLoad> listed, Duration step = 5s) : board(step, 95)
+    {
+        list(std::move(listed));
+    }
+
+    void list(std::vector<ServerLoad> listed)
+    {
+        servers = std::move(listed);
+        board.list(servers);
+    }
+    void know(std::size_t row, ServerLoad server)
+    {
+        servers[row] = std::move(server);
+        board.change(servers[row].address);
+    }
+    void take(TimePoint now = start, WallTime at = wall) { board.take(servers, now, at); }
+    std::string snapshot() const { return board.snapshot(servers); }
+    std::string update() const { return board.update(servers); }
+
+    std::vector<ServerLoad> servers;
+    SessionBoard board;
+};
 
 } // namespace
 
@@ -61,109 +78,92 @@ BOOST_AUTO_TEST_CASE(rows_say_what_is_known_and_nothing_more)
 
 BOOST_AUTO_TEST_CASE(who_comes_gets_everything)
 {
-    SessionBoard board(5s, 95);
-    auto hostile = row("b\"</script>:1", {});
-    hostile.problem = "bad\n";
-    hostile.placed = 2;
-    board.list({row("a:1", 7.875, start - 2s), hostile});
-    board.take(start, wall);
-    BOOST_TEST(board.snapshot() ==
+    Fixture fixture({server("a:1", 7.875, {}, start - 2s), server("b\"</script>:1", {}, "bad\n")});
+    fixture.take();
+    fixture.board.count_placed([](std::string_view address) { return address == "a:1" ? 0u : 2u; });
+    BOOST_TEST(fixture.snapshot() ==
                R"({"now":1700000000,"threshold":95,"last":0,"spacing":5,"servers":[)"
                R"({"address":"a:1","load":7.88,"placed":0,"age":2,"history":[7.9]},)"
                R"({"address":"b\"</script>:1","load":null,"placed":2,"problem":"bad\n","history":[null]}]})");
-    BOOST_TEST(board.update() == board.snapshot()); // servers are listed that were not
+    BOOST_TEST(fixture.update() == fixture.snapshot()); // servers are listed that were not
 }
 
 BOOST_AUTO_TEST_CASE(an_update_names_only_the_rows_that_changed)
 {
-    SessionBoard board(5s, 95);
-    board.list({row("a:1", 1), row("b:1", 2)});
-    board.take(start, wall);
-    board.take(start + 1s, wall + 1s);
-    BOOST_TEST(board.update().empty());
-    board.note(server("b:1", 2.5, {}, start + 1s)); // two polls, one row
-    board.note(server("b:1", 3, {}, start + 2s));
-    board.take(start + 2s, wall + 2s);
-    BOOST_TEST(board.update() == R"({"now":1700000002,"rows":[{"row":1,"load":3,"placed":0,"age":0}]})");
-    board.take(start + 5s, wall + 5s);
-    BOOST_TEST(board.update() == R"({"now":1700000005,"point":true,"rows":[]})");
+    Fixture fixture({server("a:1", 1), server("b:1", 2)});
+    fixture.take();
+    fixture.take(start + 1s, wall + 1s);
+    BOOST_TEST(fixture.update().empty());
+    fixture.know(1, server("b:1", 2.5, {}, start + 1s)); // two polls, one row
+    fixture.know(1, server("b:1", 3, {}, start + 2s));
+    fixture.take(start + 2s, wall + 2s);
+    BOOST_TEST(fixture.update() == R"({"now":1700000002,"rows":[{"row":1,"load":3,"placed":0,"age":0}]})");
+    fixture.take(start + 5s, wall + 5s);
+    BOOST_TEST(fixture.update() == R"({"now":1700000005,"point":true,"rows":[]})");
 }
 
-BOOST_AUTO_TEST_CASE(a_server_that_stays_down_for_the_same_reason_is_told_once)
+BOOST_AUTO_TEST_CASE(a_server_that_is_down_has_no_load_but_a_reason)
 {
-    SessionBoard board(5s, 95);
-    board.list({row("a:1", 1)});
-    board.take(start, wall);
-    board.note(server("a:1", {}, "refused"));
-    board.take(start + 1s, wall + 1s);
-    BOOST_TEST(board.update() ==
+    Fixture fixture({server("a:1", 1)});
+    fixture.take();
+    fixture.know(0, server("a:1", {}, "refused"));
+    fixture.take(start + 1s, wall + 1s);
+    BOOST_TEST(fixture.update() ==
                R"({"now":1700000001,"rows":[{"row":0,"load":null,"placed":0,"problem":"refused"}]})");
-    board.note(server("a:1", {}, "refused"));
-    board.take(start + 2s, wall + 2s);
-    BOOST_TEST(board.update().empty());
-    board.note(server("a:1", {}, "no answer"));
-    board.take(start + 3s, wall + 3s);
-    BOOST_TEST(board.update().find("no answer") != std::string::npos);
 }
 
 BOOST_AUTO_TEST_CASE(sessions_placed_are_told_when_they_are_counted)
 {
-    SessionBoard board(5s, 95);
-    board.list({row("a:1", 1, start), row("b:1", 2, start)});
-    board.take(start, wall);
-    board.count_placed([](std::string_view address) { return address == "b:1" ? 4u : 0u; });
-    board.take(start + 1s, wall + 1s);
-    BOOST_TEST(board.update() == R"({"now":1700000001,"rows":[{"row":1,"load":2,"placed":4,"age":1}]})");
+    Fixture fixture({server("a:1", 1), server("b:1", 2)});
+    fixture.take();
+    fixture.board.count_placed([](std::string_view address) { return address == "b:1" ? 4u : 0u; });
+    fixture.take(start + 1s, wall + 1s);
+    BOOST_TEST(fixture.update() == R"({"now":1700000001,"rows":[{"row":1,"load":2,"placed":4,"age":1}]})");
 }
 
 BOOST_AUTO_TEST_CASE(what_is_heard_after_the_last_take_is_not_older_than_it)
 {
-    SessionBoard board(5s, 95);
-    board.list({row("a:1", 1)});
-    board.take(start, wall);
-    board.note(server("a:1", 2, {}, start + 500ms));
-    BOOST_TEST(board.snapshot().find(R"("load":2,"placed":0,"age":0)") != std::string::npos);
+    Fixture fixture({server("a:1", 1)});
+    fixture.take();
+    fixture.know(0, server("a:1", 2, {}, start + 500ms));
+    BOOST_TEST(fixture.snapshot().find(R"("load":2,"placed":0,"age":0)") != std::string::npos);
 }
 
 BOOST_AUTO_TEST_CASE(a_server_that_is_not_listed_is_left_out)
 {
-    SessionBoard board(5s, 95);
-    board.list({row("a:1", 1)});
-    board.take(start, wall);
-    board.note(server("b:1", 3));
-    board.take(start + 1s, wall + 1s);
-    BOOST_TEST(board.update().empty());
+    Fixture fixture({server("a:1", 1)});
+    fixture.take();
+    fixture.board.change("b:1");
+    fixture.take(start + 1s, wall + 1s);
+    BOOST_TEST(fixture.update().empty());
 }
 
 BOOST_AUTO_TEST_CASE(other_servers_are_told_with_everything)
 {
-    SessionBoard board(5s, 95);
-    board.list({row("a:1", 1)});
-    board.take(start, wall);
-    board.list({row("b:1", 1)});
-    board.take(start + 1s, wall);
-    BOOST_TEST(board.update() == board.snapshot());
-    BOOST_TEST(board.snapshot().find("a:1") == std::string::npos);
-    board.note(server("b:1", 2, {}, start + 1s));
-    board.list({row("b:1", 2, start + 1s)}); // the same ones
-    board.take(start + 2s, wall + 2s);
-    BOOST_TEST(board.update() == R"({"now":1700000002,"rows":[{"row":0,"load":2,"placed":0,"age":1}]})");
+    Fixture fixture({server("a:1", 1)});
+    fixture.take();
+    fixture.list({server("b:1", 1)});
+    fixture.take(start + 1s);
+    BOOST_TEST(fixture.update() == fixture.snapshot());
+    BOOST_TEST(fixture.snapshot().find("a:1") == std::string::npos);
+    fixture.list({server("b:1", 2, {}, start + 1s)}); // the same ones
+    fixture.take(start + 2s, wall + 2s);
+    BOOST_TEST(fixture.update() == R"({"now":1700000002,"rows":[{"row":0,"load":2,"placed":0,"age":1}]})");
 }
 
 BOOST_AUTO_TEST_CASE(a_thousand_servers_fit_into_a_browsers_queue_with_room_to_spare)
 {
-    SessionBoard board(1s, 95);
-    std::vector<SessionRow> rows;
+    std::vector<ServerLoad> servers;
     for (int i = 0; i < 1000; ++i)
-        rows.push_back(row("simulation-server-" + std::to_string(i) + ".example.org:2000", 33.3333));
-    board.list(rows);
+        servers.push_back(server("simulation-server-" + std::to_string(i) + ".example.org:2000", 33.3333));
+    Fixture fixture(servers, 1s);
     for (int i = 0; i < 700; ++i)
-        board.take(start + i * 1s, wall);
-    BOOST_TEST(board.snapshot().size() < 200'000u);
-    for (auto const& each : rows)
-        board.note(server(each.address, 99.9999, {}, start));
-    board.take(start + 700s, wall);
-    BOOST_TEST(board.update().size() < 60'000u);
+        fixture.take(start + i * 1s);
+    BOOST_TEST(fixture.snapshot().size() < 200'000u);
+    for (std::size_t i = 0; i < servers.size(); ++i)
+        fixture.know(i, server(servers[i].address, 99.9999));
+    fixture.take(start + 700s);
+    BOOST_TEST(fixture.update().size() < 60'000u);
 }
 
 BOOST_AUTO_TEST_CASE(numbers_are_short_and_never_break_the_text)
@@ -179,17 +179,15 @@ BOOST_AUTO_TEST_CASE(numbers_are_short_and_never_break_the_text)
 
 BOOST_AUTO_TEST_CASE(watchers_learn_a_new_threshold_with_the_next_state)
 {
-    core::SessionBoard board(std::chrono::seconds(5), 95);
-    TimePoint const now{std::chrono::hours(1)};
-    board.list({});
-    board.take(now, WallTime());
-    board.set_threshold(80);
-    board.take(now, WallTime());
-    BOOST_TEST(board.update() == board.snapshot());
-    BOOST_TEST(board.update().find("\"threshold\":80") != std::string::npos);
-    board.set_threshold(80);
-    board.take(now, WallTime());
-    BOOST_TEST(board.update() == "");
+    Fixture fixture({});
+    fixture.take();
+    fixture.board.set_threshold(80);
+    fixture.take();
+    BOOST_TEST(fixture.update() == fixture.snapshot());
+    BOOST_TEST(fixture.update().find("\"threshold\":80") != std::string::npos);
+    fixture.board.set_threshold(80);
+    fixture.take();
+    BOOST_TEST(fixture.update() == "");
 }
 
 BOOST_AUTO_TEST_SUITE_END()
