@@ -535,7 +535,13 @@ BOOST_AUTO_TEST_CASE(figures_of_others_follow_its_own)
 
 BOOST_AUTO_TEST_CASE(new_parameters_hold_at_once_and_browsers_stay)
 {
-    Fixture fixture;
+    std::vector<LoadTransition> told;
+    SessionServiceHooks hooks;
+    hooks.tell_operator = [&told](LoadEvent const& event) {
+        told.push_back(event.transition);
+        return true;
+    };
+    Fixture fixture(SessionServiceParams(), std::move(hooks));
     fixture.http.expect("GET http://a:2000/load").reply(200, "10");
     fixture.http.expect("GET http://a:2000/load").fail(errc::unreachable).always();
     fixture.start({"a:2000"});
@@ -553,9 +559,41 @@ BOOST_AUTO_TEST_CASE(new_parameters_hold_at_once_and_browsers_stay)
     BOOST_TEST(fixture.get("/monitor").text().find("class=\"full\"") != std::string::npos,
                fixture.get("/monitor").text());
     fixture.world.advance(10s);
+    BOOST_TEST((told == std::vector{LoadTransition::not_responding}));
     BOOST_TEST(browser.sent == (std::vector<std::string>{"1", "0"}), boost::test_tools::per_element());
     browser.browser_leaves();
     fixture.world.settle();
+}
+
+// The hooks of a service are fixed: an operator who is named later is told by what stands behind them.
+BOOST_AUTO_TEST_CASE(an_operator_who_is_named_while_it_runs_hears_of_the_next_change)
+{
+    testing::World world;
+    testing::RecordingLog log;
+    testing::RecordingNotifier notifier(world.clock);
+    OperatorMail mail(OperatorMailParams(), notifier, world.clock, log.logger());
+    async::TaskGroup tasks(world.executor());
+    tasks.spawn(run(mail));
+    {
+        SessionServiceHooks hooks;
+        hooks.tell_operator = [&](LoadEvent const& event) { return mail.note(event); };
+        Fixture fixture(SessionServiceParams(), std::move(hooks));
+        fixture.http.expect("GET http://a:2000/load").fail(errc::unreachable);
+        fixture.http.expect("GET http://a:2000/load").reply(200, "10").always();
+        fixture.start({"a:2000"});
+        world.advance(1h);
+        BOOST_TEST(notifier.delivered.empty());
+        BOOST_TEST(fixture.log.contains("a:2000 simulation server is not responding"));
+        OperatorMailParams params;
+        params.administrator = "admin@b.org";
+        mail.apply(params);
+        fixture.world.advance(10s);
+        world.advance(1h);
+        BOOST_TEST_REQUIRE(!notifier.delivered.empty());
+        BOOST_TEST(!fixture.log.contains("a:2000 simulation server is up and running again"));
+    }
+    tasks.cancel_all();
+    world.run(tasks.join());
 }
 
 BOOST_AUTO_TEST_CASE(decisions_are_shown_to_the_operator_only)
