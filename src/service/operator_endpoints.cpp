@@ -150,7 +150,7 @@ std::string OperatorEndpoints::monitor_snapshot()
     return board_.snapshot(rows(), capacity());
 }
 
-HttpResponse OperatorEndpoints::monitor_page(IncomingRequest const& request)
+Answer OperatorEndpoints::monitor_page(IncomingRequest const& request)
 {
     auto const now = context_.clock.now();
     auto const known = request.header("If-None-Match");
@@ -193,7 +193,7 @@ boost::asio::awaitable<void> OperatorEndpoints::watch(Channel& channel)
     return feed_.serve(greeting_, channel);
 }
 
-HttpResponse OperatorEndpoints::figures() const
+Answer OperatorEndpoints::figures(IncomingRequest const&)
 {
     core::MetricsText text;
     text.family("build_info", "gauge", "Always 1; the version is the label.")
@@ -222,14 +222,11 @@ HttpResponse OperatorEndpoints::figures() const
 }
 
 /// `POST /api/drain`, with `?exit` to end with the last simulation, or `?off` to go on as before.
-HttpResponse OperatorEndpoints::drain_answer(IncomingRequest const& request)
+Answer OperatorEndpoints::drain_answer(IncomingRequest const& request)
 {
-    if (!request.is_operator)
-        return core::not_found_page();
-    if (request.method != "POST")
-        return core::method_not_allowed_page("POST");
     if (request.query != "" && request.query != "exit" && request.query != "off")
-        return {400, std::string(core::html_type), "Expected /api/drain, /api/drain?exit or /api/drain?off."};
+        return HttpResponse(400, std::string(core::html_type),
+                            "Expected /api/drain, /api/drain?exit or /api/drain?off.");
     if (request.query != "off") {
         drain(request.query == "exit");
         return core::page("draining");
@@ -246,42 +243,53 @@ void OperatorEndpoints::drain(bool exit_when_empty)
     context_.log.warning("Draining: no new simulation is taken");
 }
 
-HttpResponse OperatorEndpoints::readiness() const
+Answer OperatorEndpoints::liveness(IncomingRequest const&)
+{
+    return core::page("alive");
+}
+
+Answer OperatorEndpoints::readiness(IncomingRequest const&)
 {
     if (context_.draining || context_.admission.is_full())
-        return {503, std::string(core::html_type), context_.draining ? "draining" : "full"};
+        return HttpResponse(503, std::string(core::html_type), context_.draining ? "draining" : "full");
     if (!params_.isolation_warning.empty())
         return core::page(core::concat("ready, but: ", core::escape_html(params_.isolation_warning)));
     return core::page("ready");
 }
 
-Answer OperatorEndpoints::load_answer(IncomingRequest const& request) const
+Answer OperatorEndpoints::load_answer(IncomingRequest const& request)
 {
     bool const wants_json = request.header("Accept").find("application/json") != std::string_view::npos;
     return wants_json ? core::json_page(to_json(report(), version()))
                       : core::page(core::python_float(average_.value()));
 }
 
+std::span<Route<OperatorEndpoints> const> OperatorEndpoints::routes()
+{
+    using core::Methods;
+    using Self = OperatorEndpoints;
+    using enum Upgrade;
+    static constexpr auto table = std::to_array<Route<OperatorEndpoints>>({
+        // clang-format off
+        {"/load",      Methods::read, everybody,           ignored,  &Self::load_answer},
+        {"/monitor",   Methods::read, everybody,           accepted, &Self::monitor_page},
+        {"/metrics",   Methods::read, everybody,           ignored,  &Self::figures},
+        {"/livez",     Methods::read, everybody,           ignored,  &Self::liveness},
+        {"/readyz",    Methods::read, everybody,           ignored,  &Self::readiness},
+        {"/api/drain", Methods::post, &Self::is_operators, ignored,  &Self::drain_answer},
+        // clang-format on
+    });
+    return table;
+}
+
 bool OperatorEndpoints::serves(std::string_view path) noexcept
 {
-    constexpr auto paths =
-        std::to_array<std::string_view>({"/load", "/monitor", "/metrics", "/livez", "/readyz", "/api/drain"});
-    return std::find(paths.begin(), paths.end(), path) != paths.end();
+    return route_table::find(routes(), path) != nullptr;
 }
 
 Answer OperatorEndpoints::answer(IncomingRequest const& request)
 {
-    if (request.path == "/api/drain")
-        return drain_answer(request);
-    if (!core::is_read(request.method))
-        return core::method_not_allowed_page("GET, HEAD");
-    if (request.path == "/monitor")
-        return request.upgrade ? Answer(AcceptWebSocket()) : monitor_page(request);
-    if (request.path == "/load")
-        return load_answer(request);
-    if (request.path == "/metrics")
-        return figures();
-    return request.path == "/livez" ? core::page("alive") : readiness();
+    return route_table::respond(routes(), *this, request);
 }
 
 } // namespace webots_cloud

@@ -7,6 +7,7 @@
 #include "core/pages/shared_page.hpp"
 #include "core/pages/simulation_board.hpp"
 #include "monitor_feed.hpp"
+#include "route_table.hpp"
 #include "simulation_session.hpp"
 
 #include <webots_cloud/load_report.hpp>
@@ -18,6 +19,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -66,13 +68,17 @@ private:
     std::vector<core::SimulationRow> rows() const;
     std::size_t capacity() const;
     LoadReport report() const;
-    Answer load_answer(IncomingRequest const& request) const;
-    HttpResponse figures() const;
-    HttpResponse drain_answer(IncomingRequest const& request);
-    HttpResponse readiness() const;
     std::string monitor_snapshot();
-    HttpResponse monitor_page(IncomingRequest const& request);
     std::string monitor_text() const;
+
+    static std::span<Route<OperatorEndpoints> const> routes();
+    bool is_operators(IncomingRequest const& request) const { return request.is_operator; }
+    Answer load_answer(IncomingRequest const& request);
+    Answer monitor_page(IncomingRequest const& request);
+    Answer figures(IncomingRequest const& request);
+    Answer liveness(IncomingRequest const& request);
+    Answer readiness(IncomingRequest const& request);
+    Answer drain_answer(IncomingRequest const& request);
 
     SimulationServiceParams const& params_;
     SessionContext& context_;

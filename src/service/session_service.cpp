@@ -8,13 +8,16 @@
 #include "core/pages/shared_page.hpp"
 #include "core/text.hpp"
 #include "monitor_feed.hpp"
+#include "route_table.hpp"
 #include "web/assets.hpp"
 
 #include <webots_cloud/version.hpp>
 
 #include <boost/asio/experimental/awaitable_operators.hpp>
 
+#include <array>
 #include <map>
+#include <span>
 #include <unordered_set>
 
 namespace webots_cloud {
@@ -85,16 +88,23 @@ struct SessionService::Impl
     bool may_ask(std::string_view quota_key, TimePoint now);
     std::string place(TimePoint now);
     HttpResponse too_many_asked() const;
+
+    static std::span<Route<Impl> const> routes();
+    bool may_read_decisions(IncomingRequest const& request) const;
     Answer session(IncomingRequest const& request);
-    Answer availability(IncomingRequest const& request) const;
+    Answer availability(IncomingRequest const& request);
+    Answer mean_load(IncomingRequest const& request);
+    Answer monitor_page(IncomingRequest const& request);
+    Answer viewer(IncomingRequest const& request);
+    Answer decisions(IncomingRequest const& request);
+    Answer metrics(IncomingRequest const& request);
+    Answer liveness(IncomingRequest const& request);
+    Answer readiness(IncomingRequest const& request);
+
     void update_monitor();
     void count_placed();
     std::string monitor_snapshot();
-    HttpResponse monitor_page(IncomingRequest const& request);
     std::string monitor_text() const;
-    HttpResponse viewer(IncomingRequest const& request);
-    HttpResponse decisions(IncomingRequest const& request) const;
-    HttpResponse metrics() const;
 
     SessionServiceParams params;
     LoadMonitor& monitor;
@@ -247,10 +257,29 @@ HttpResponse SessionService::Impl::too_many_asked() const
     return response;
 }
 
+/// All that the session server answers; the busiest path is the first one.
+std::span<Route<SessionService::Impl> const> SessionService::Impl::routes()
+{
+    using core::Methods;
+    using enum Upgrade;
+    static constexpr auto table = std::to_array<Route<Impl>>({
+        // clang-format off
+        {"/session",       Methods::read_and_options, everybody,                 accepted, &Impl::session, any_origin},
+        {"/",              Methods::read,             everybody,                 accepted, &Impl::availability},
+        {"/load",          Methods::read,             everybody,                 ignored,  &Impl::mean_load},
+        {"/monitor",       Methods::read,             everybody,                 accepted, &Impl::monitor_page},
+        {"/metrics",       Methods::read,             everybody,                 ignored,  &Impl::metrics},
+        {"/livez",         Methods::read,             everybody,                 ignored,  &Impl::liveness},
+        {"/readyz",        Methods::read,             everybody,                 ignored,  &Impl::readiness},
+        {"/api/decisions", Methods::read,             &Impl::may_read_decisions, ignored,  &Impl::decisions},
+        {"/viewer*",       Methods::read,             everybody,                 ignored,  &Impl::viewer},
+        // clang-format on
+    });
+    return table;
+}
+
 Answer SessionService::Impl::session(IncomingRequest const& request)
 {
-    if (request.upgrade)
-        return AcceptWebSocket();
     if (request.method == "GET") {
         auto const now = clock.now();
         if (!may_ask(request.quota_key, now))
@@ -259,22 +288,32 @@ Answer SessionService::Impl::session(IncomingRequest const& request)
         response.fixed_headers = html_for_any_origin;
         return response;
     }
-    if (request.method == "HEAD") { // asks whether we are there, and not for a place
-        HttpResponse response(200, {}, {});
-        response.fixed_headers = html_for_any_origin;
-        return response;
-    }
-    auto response = request.method == "OPTIONS" ? HttpResponse(204, {}, {})
-                                                : core::method_not_allowed_page("GET, HEAD, OPTIONS");
-    response.fixed_headers = any_origin;
+    bool const is_head = request.method == "HEAD"; // asks whether we are there, and not for a place
+    HttpResponse response(is_head ? 200 : 204, {}, {});
+    response.fixed_headers = is_head ? html_for_any_origin : any_origin;
     return response;
 }
 
-Answer SessionService::Impl::availability(IncomingRequest const& request) const
+Answer SessionService::Impl::availability(IncomingRequest const&)
 {
-    if (request.upgrade)
-        return AcceptWebSocket();
     return core::page(available ? "1" : "0");
+}
+
+Answer SessionService::Impl::mean_load(IncomingRequest const&)
+{
+    return core::page(core::mean_load(monitor.totals()));
+}
+
+Answer SessionService::Impl::liveness(IncomingRequest const&)
+{
+    return core::page("alive");
+}
+
+Answer SessionService::Impl::readiness(IncomingRequest const&)
+{
+    if (available)
+        return core::page("ready");
+    return HttpResponse(503, std::string(core::html_type), "no simulation server");
 }
 
 void SessionService::Impl::count_placed()
@@ -300,7 +339,7 @@ void SessionService::Impl::update_monitor()
         feed.publish(update);
 }
 
-HttpResponse SessionService::Impl::monitor_page(IncomingRequest const& request)
+Answer SessionService::Impl::monitor_page(IncomingRequest const& request)
 {
     auto const known = request.header("If-None-Match");
     if (request.header("Accept").starts_with(
@@ -325,7 +364,7 @@ std::string SessionService::Impl::monitor_text() const
     return core::session_monitor_page(view);
 }
 
-HttpResponse SessionService::Impl::viewer(IncomingRequest const& request)
+Answer SessionService::Impl::viewer(IncomingRequest const& request)
 {
     auto const path = request.path;
     if (path == "/viewer") {
@@ -345,15 +384,18 @@ HttpResponse SessionService::Impl::viewer(IncomingRequest const& request)
     return page.answer(asset->content_type, request.header("If-None-Match"));
 }
 
-/// Why browsers were sent where they were sent: the operator's business.
-HttpResponse SessionService::Impl::decisions(IncomingRequest const& request) const
+bool SessionService::Impl::may_read_decisions(IncomingRequest const& request) const
 {
-    if (!params.decisions_for_all && !request.is_operator)
-        return core::not_found_page();
+    return params.decisions_for_all || request.is_operator;
+}
+
+/// Why browsers were sent where they were sent.
+Answer SessionService::Impl::decisions(IncomingRequest const&)
+{
     return core::json_page(decisions_json(scheduler, clock.now()));
 }
 
-HttpResponse SessionService::Impl::metrics() const
+Answer SessionService::Impl::metrics(IncomingRequest const&)
 {
     auto const servers = monitor.totals();
     core::MetricsText text;
@@ -379,32 +421,7 @@ HttpResponse SessionService::Impl::metrics() const
 
 Answer SessionService::respond(IncomingRequest const& request)
 {
-    auto const& path = request.path;
-    if (path == "/session")
-        return impl_->session(request);
-    bool const known = path == "/" || path == "/load" || path == "/monitor" || path == "/livez" ||
-                       path == "/readyz" || path == "/metrics" || path == "/api/decisions" ||
-                       path.starts_with("/viewer");
-    if (!known)
-        return core::not_found_page();
-    if (!core::is_read(request.method))
-        return core::method_not_allowed_page("GET, HEAD");
-    if (path == "/livez")
-        return core::page("alive");
-    if (path == "/readyz")
-        return impl_->available ? core::page("ready")
-                                : HttpResponse(503, std::string(core::html_type), "no simulation server");
-    if (path == "/metrics")
-        return impl_->metrics();
-    if (path == "/api/decisions")
-        return impl_->decisions(request);
-    if (request.path == "/")
-        return impl_->availability(request);
-    if (request.path == "/load")
-        return core::page(core::mean_load(impl_->monitor.totals()));
-    if (request.path == "/monitor")
-        return request.upgrade ? Answer(AcceptWebSocket()) : impl_->monitor_page(request);
-    return impl_->viewer(request);
+    return route_table::respond(Impl::routes(), *impl_, request);
 }
 
 /// No coroutine itself: its frame would lie below that of every browser that waits.

@@ -6,12 +6,15 @@
 #include "core/simulation/client_protocol.hpp"
 #include "core/text.hpp"
 #include "operator_endpoints.hpp"
+#include "route_table.hpp"
 #include "simulation_session.hpp"
 
 #include <boost/asio/experimental/awaitable_operators.hpp>
 #include <boost/asio/this_coro.hpp>
 
 #include <algorithm>
+#include <array>
+#include <span>
 #include <unordered_map>
 #include <variant>
 
@@ -53,6 +56,8 @@ struct SimulationService::Impl
         context.address = params.address;
     }
 
+    static std::span<Route<Impl> const> routes();
+    Answer client_without_upgrade(IncomingRequest const& request);
     void set_policy();
     void stop();
     void let_wait(std::uint64_t id, std::string const& quota_key, Channel& channel);
@@ -147,12 +152,20 @@ Answer SimulationService::respond(IncomingRequest const& request)
 {
     if (OperatorEndpoints::serves(request.path))
         return impl_->operators.answer(request);
-    if (request.path != "/client")
-        return core::not_found_page();
-    if (request.method != "GET")
-        return core::method_not_allowed_page("GET");
-    if (request.upgrade)
-        return AcceptWebSocket();
+    return route_table::respond(Impl::routes(), *impl_, request);
+}
+
+/// All that is not of the OperatorEndpoints.
+std::span<Route<SimulationService::Impl> const> SimulationService::Impl::routes()
+{
+    static constexpr auto table = std::to_array<Route<Impl>>({
+        {"/client", core::Methods::get, everybody, Upgrade::accepted, &Impl::client_without_upgrade},
+    });
+    return table;
+}
+
+Answer SimulationService::Impl::client_without_upgrade(IncomingRequest const&)
+{
     return HttpResponse(400, std::string(core::html_type), "Can \"Upgrade\" only to \"WebSocket\".");
 }
 

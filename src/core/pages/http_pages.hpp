@@ -12,12 +12,6 @@ namespace webots_cloud::core {
 /// The content type of every text that the servers answer, plain text included.
 inline constexpr std::string_view html_type = "text/html; charset=UTF-8";
 
-/// GET, or HEAD, which is answered alike; the sender of the answer omits its body.
-inline bool is_read(std::string_view method) noexcept
-{
-    return method == "GET" || method == "HEAD";
-}
-
 /// 200 with a body.
 HttpResponse page(std::string body);
 
