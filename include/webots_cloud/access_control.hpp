@@ -1,4 +1,5 @@
-// Who may ask a server what: an Endpoint in front of another one that checks where a request comes from.
+// Which requests a server accepts: an Endpoint in front of another one that checks where a request comes
+// from.
 #pragma once
 
 #include <webots_cloud/transport/endpoint.hpp>
@@ -17,23 +18,23 @@ struct AccessParams
 {
     AccessParams() = default;
 
-    /// The public name of the server, as in the addresses that browsers get. Requests to one whose name leads
-    /// to this machine only (`localhost`) must name a known host.
+    /// The public name of the server, as in the addresses that browsers get. If the name is one of this
+    /// machine only (`localhost`), requests must name a known host.
     std::string server = "localhost";
-    /// Other machines that are part of the site, with or without ports: it reaches as far as the farthest of
-    /// them.
+    /// Other machines that belong to the site, with or without ports. If `server` is a name of this machine
+    /// only, the reach of the site (this machine, a network, everybody) is the widest of theirs.
     std::vector<std::string> machines;
-    /// What this machine is called besides `server` and `localhost`.
+    /// Other names of this machine, besides `server` and `localhost`.
     std::vector<std::string> host_names;
-    /// Pages that may open WebSockets, as in `core::is_origin_pattern`. Default, nothing: everybody's on a
-    /// public site; otherwise our own pages, those of this machine and of https://webots.cloud.
+    /// Pages that may open WebSockets, as in `core::is_origin_pattern`. Default, nothing: on a public site
+    /// all pages; otherwise our own, those of this machine and of https://webots.cloud.
     std::optional<std::vector<std::string>> allowed_origins;
     /// Pages that may show ours in a frame. Default, nothing: as `allowed_origins`.
     std::optional<std::vector<std::string>> frame_ancestors;
     /// Not empty: `/monitor` and `/metrics` ask for it, with `operator` as the name of the user.
     std::string monitor_password;
-    /// Not empty: from these addresses and networks `/monitor` and `/metrics` need no password; from
-    /// elsewhere they are answered 403 where there is none.
+    /// Not empty: these addresses and networks need no password for `/monitor` and `/metrics`; others are
+    /// answered 403 if no password is set.
     std::vector<std::string> monitor_addresses;
     /// Whether a word is the operator's secret. Empty: nobody is an operator over the network.
     std::function<bool(std::string_view token)> is_operator_token;
@@ -55,7 +56,7 @@ public:
     AccessControl(AccessParams params, Endpoint& endpoint, Logger log);
     ~AccessControl() override;
 
-    /// Takes other parameters, from the next request on; what is connected stays.
+    /// Takes other parameters, from the next request on. Open connections stay.
     void apply(AccessParams params);
 
     Answer respond(IncomingRequest const& request) override;

@@ -1,4 +1,4 @@
-// What a simulation server says of itself when asked for its load.
+// What a simulation server reports when it is asked for its load.
 #pragma once
 
 #include <webots_cloud/error.hpp>
@@ -10,8 +10,7 @@
 
 namespace webots_cloud {
 
-/// One answer to `GET /load`. Servers of the previous generation say only the load; ours say the rest as
-/// well.
+/// One answer to `GET /load`. The Python servers report only the load; ours report the rest as well.
 struct LoadReport
 {
     LoadReport() = default;
@@ -21,7 +20,7 @@ struct LoadReport
     double load = 0;
     /// Simulations that run or are being started.
     std::optional<int> sessions;
-    /// Those of `sessions` that are not ready yet, whose load can't be seen in `load`.
+    /// Those of `sessions` that are not ready yet, whose load `load` does not show.
     std::optional<int> starting;
     /// The most simulations that the server will run at once.
     std::optional<int> capacity;
@@ -29,11 +28,10 @@ struct LoadReport
     std::optional<double> memory;
     /// The server takes no new simulations.
     bool draining = false;
-    /// Counters since the server came up: they rise, and fall only when it comes up again. Browsers that
-    /// asked for a simulation, whatever became of that.
+    /// Browsers that asked for a simulation, whatever became of that. This and the other counters begin with
+    /// 0 when the server starts, and never decrease while it runs.
     std::optional<std::int64_t> arrivals;
-    /// Only with `arrivals`: those of them whose simulation ended, failed or was given up before it was
-    /// ready.
+    /// Only with `arrivals`: those of them whose simulation failed or was cancelled before it was ready.
     std::optional<std::int64_t> failed;
     /// Those of `arrivals` that are not among `sessions` any more.
     std::optional<std::int64_t> departures;

@@ -1,4 +1,4 @@
-// Tells the administrator what happens to simulation servers, through any Notifier. For session servers.
+// Tells the administrator of changes of simulation servers, through any Notifier. For session servers.
 #pragma once
 
 #include <webots_cloud/error.hpp>
@@ -21,30 +21,29 @@ struct OperatorMailParams
 {
     OperatorMailParams() = default;
 
-    /// Who gets the mails: named in the log. Empty: nobody, and changes are not taken note of.
+    /// Who gets the mails: named in the log. Empty: nobody, and changes are ignored.
     std::string administrator;
     PublicAddress address; ///< Of the session server, for the link in each mail.
 };
 
-/// What became of mails. All but the first are counts since the start.
+/// Numbers of mails. All but `waiting` are counts since the start.
 struct OperatorMailStatistics
 {
     OperatorMailStatistics() = default;
 
-    std::size_t waiting = 0; ///< Mails that are not delivered yet; what a digest collects is none.
+    std::size_t waiting = 0; ///< Not delivered yet; a digest counts once it is complete.
     std::uint64_t sent = 0;
-    std::uint64_t failed = 0;   ///< Attempts; a mail may cost several.
+    std::uint64_t failed = 0;   ///< Failed attempts; one mail may have several.
     std::uint64_t given_up = 0; ///< Mails that were never sent; the log has them.
 };
 
-/// Turns changes of simulation servers into notices and delivers them, one at a time, again and again if need
-/// be.
+/// Turns changes of simulation servers into notices and delivers them one at a time, with retries.
 ///
-/// A change is told at once. A server that changes on and on is told of in digests, one in ten minutes for
-/// all of them, and a mail server that is down is tried less and less often (every 15 s at first, every 15
-/// min in the end) and costs one line of the log, `Error: unable to send email to <administrator>: <reason>`,
-/// until the kind of the failure changes. What can't be delivered in the end is written to the log. Inert
-/// until `run()` is awaited; changes may be noted before.
+/// A change is mailed at once. Servers that keep changing are collected in one digest every ten minutes.
+/// Retries back off from 15 s to 15 min; a failing mail server is logged once, as `Error: unable to send
+/// email to <administrator>: <reason>`, until it fails for another reason. What can't be delivered in the end
+/// is written to the log. Nothing is sent until `run()` is awaited; changes may be noted before.
+///
 /// Lifetime: `notifier` and `clock` must outlive it.
 /// Thread-safety: one executor.
 class OperatorMail
@@ -53,15 +52,16 @@ public:
     OperatorMail(OperatorMailParams params, Notifier& notifier, Clock& clock, Logger log);
     ~OperatorMail();
 
-    /// Takes other parameters, and tries at once to deliver what waits: to be called also when `notifier`
-    /// delivers elsewhere from now on. Without an administrator what waits is written to the log.
+    /// Takes other parameters, and tries at once to deliver what is waiting. To be called also when
+    /// `notifier` starts to deliver by another mail server. Without an administrator, what is waiting is
+    /// written to the log.
     void apply(OperatorMailParams params);
 
-    /// Takes note of a change. False: nobody gets mails, or it is none to be mailed (merely too slow); then
-    /// it is left alone. Never waits.
+    /// Takes note of a change. False: it will not be mailed, because there is no administrator or because the
+    /// server was only too slow. Never waits.
     bool note(LoadEvent const& event);
 
-    /// Delivers until cancelled; what is not delivered then is written to the log.
+    /// Delivers until cancelled; then writes what is not delivered to the log.
     ///
     /// Cancellation: terminal.
     /// Errors: `operation_aborted`.

@@ -1,8 +1,8 @@
-// Which simulation server takes the next session: all of placement, for session servers and for embedders.
+// Decides which simulation server takes the next session, for session servers and for embedders.
 //
-// Values in, values out: no clock, no network, no thread, no global random numbers. Every function that
-// depends on time takes `now`. What is here decides; it does not poll machines (LoadMonitor does) and talks
-// to no browser (SessionService does). To read what it does and why, begin at class Scheduler, at the end.
+// No clock, network, threads or global random numbers: every function that depends on time takes `now`.
+// Machines are polled by LoadMonitor, and browsers served by SessionService. Begin reading at class
+// Scheduler, at the end.
 #pragma once
 
 #include <webots_cloud/error.hpp>
@@ -30,13 +30,13 @@ struct ServerSpec
     ServerSpec() = default;
     explicit ServerSpec(std::string entry) : address(std::move(entry)) {}
 
-    /// Its entry of "simulationServers", verbatim: a name for us, an address for browsers. Unique.
+    /// Its entry of "simulationServers", verbatim: its unique name here, and an address for browsers.
     std::string address;
-    /// How high it may be loaded relative to others: a machine of weight 2 is filled to twice the percentage.
+    /// How much it is loaded relative to others: a machine of weight 2 is filled to twice the percentage.
     /// Default 1, positive. Load is a percentage of the machine already, so a bigger machine needs no bigger
-    /// weight; it is for preferences that the load can't know (a machine with another duty, a spare).
+    /// weight; it is for preferences that the load does not show (a spare machine, or one with other tasks).
     double weight = 1;
-    /// Nothing new goes there; what runs there stays.
+    /// It gets no new sessions; those that it has stay.
     bool drain = false;
 
     bool operator==(ServerSpec const&) const = default;
@@ -67,15 +67,15 @@ struct Candidate
 
     std::string_view address; ///< Valid as long as the snapshot that it came from; empty in a `Decision`.
     double load = 0;          ///< Percent: the last report, untouched.
-    double committed = 0;     ///< Percent: what the load will be when all that was placed has become visible.
+    double committed = 0;     ///< Percent: what the load will be when all placed sessions show in it.
     double score = 0;  ///< What `least_committed` minimises: `committed` with one session more, weighted.
     double cost = 0;   ///< Percent: how much one session moves the load, as learned.
     double weight = 1; ///< The operator's `ServerSpec::weight`.
     int sessions = 0;  ///< As reported; 0 where the machine reports a bare number.
-    int pending = 0;   ///< Placed by us, neither confirmed by a report nor timed out.
+    int pending = 0;   ///< Placed here, neither confirmed by a report nor timed out.
     Refusal refusal = Refusal::none; ///< Always `none` in a snapshot; a `Decision` lists refused ones too.
-    /// With what was placed and nobody has claimed yet it would be refused as `full`, for its `memory` or as
-    /// `committed`. That alone sends nobody away, but it is offered only while every machine is like that.
+    /// Counting placements that no browser has claimed yet, it would be refused as `full`, `memory` or
+    /// `committed`. It is offered only while every machine is like that.
     bool overcommitted = false;
 
     bool operator==(Candidate const&) const = default;

@@ -1,4 +1,4 @@
-// What is known about one simulation server, and what a poll of it changed.
+// What is known of a simulation server by its polls, and what one poll changed.
 #pragma once
 
 #include <webots_cloud/load_report.hpp>
@@ -13,7 +13,7 @@ namespace webots_cloud {
 /// What is known of a server: unknown is not idle.
 enum class ServerState
 {
-    unknown, ///< Not answered yet since it was added.
+    unknown, ///< No poll of it has ended since it was added.
     up,      ///< The last poll succeeded.
     down     ///< The last poll failed.
 };
@@ -26,8 +26,8 @@ struct ServerLoad
 
     std::string address; ///< `host:port` or `host/port`, as configured.
     ServerState state = ServerState::unknown;
-    LoadReport report;   ///< The last good one.
-    TimePoint reported;  ///< When `report` came.
+    LoadReport report;   ///< That of the last successful poll.
+    TimePoint reported;  ///< When `report` was received.
     std::string problem; ///< Why the last poll failed; empty while up.
 };
 

@@ -1,4 +1,4 @@
-// Tells the service manager that we are ready, alive and stopping.
+// Tells the service manager (systemd) that the server is ready, alive and stopping.
 #pragma once
 
 #include <webots_cloud/error.hpp>
@@ -9,8 +9,8 @@
 
 namespace webots_cloud {
 
-/// Call it when everything is ready. The signs of life come from the caller's executor, so that they stop
-/// when that stands still.
+/// To be called when the server is ready. Watchdog messages are sent from the caller's executor, so that they
+/// stop when the event loop hangs.
 ///
 /// Ends when cancelled.
 /// Errors: `operation_aborted`.

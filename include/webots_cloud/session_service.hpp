@@ -29,31 +29,32 @@ struct SessionServiceParams
     /// Between two points of the monitor page's charts. Default 5 s, as the polls: more would draw the same
     /// load twice.
     Duration history_step = std::chrono::seconds(5);
-    /// Requests for `/session`, from a client that `IncomingRequest::quota_key` names: at once, and a second
-    /// in the long run. Either 0: any number.
+    /// Limits requests for `/session` of each client (`IncomingRequest::quota_key`): so many at once, and so
+    /// many a second in the long run. Either 0: no limit.
     std::size_t session_burst = 0;
     double session_rate = 0;
     /// `GET /api/decisions` answers everybody, not the operator alone.
     bool decisions_for_all = false;
-    /// What the viewer page proposes (JSON: url, mode, notice); empty: nothing.
+    /// What the viewer page suggests (JSON: url, mode, notice); empty: nothing.
     std::string viewer_defaults;
 };
 
-/// Whom a SessionService tells and asks besides those that it can't do without. None of them may wait.
+/// Optional callbacks of a SessionService. None of them may block.
 struct SessionServiceHooks
 {
     SessionServiceHooks() = default;
 
-    /// Told of every change of a server. True: the operator hears of it, so that it is not logged.
+    /// Called for every change of a server. True: the operator will be told, so it is not logged.
     std::function<bool(LoadEvent const&)> tell_operator;
-    /// What `GET /metrics` shows below the service's own figures: families in the text format of Prometheus.
+    /// More families for `GET /metrics`, in the text format of Prometheus, appended to the service's own.
     std::function<std::string()> more_metrics;
 };
 
-/// Tells browsers whether there is room and sends each to its machine.
+/// Tells browsers whether a simulation could be started, and sends each to a machine.
 ///
-/// Inert until served by an adapter and `run()` is awaited, which carries reports from the monitor to the
-/// scheduler and availability to the browsers.
+/// It has to be served by an adapter. While `run()` is awaited, reports are passed from the monitor to the
+/// scheduler, and changes of availability to the browsers.
+///
 /// Lifetime: everything passed by reference must outlive the service.
 /// Thread-safety: one executor.
 class SessionService final : public Endpoint
@@ -63,12 +64,11 @@ public:
                    Logger log, SessionServiceHooks hooks = SessionServiceHooks());
     ~SessionService() override;
 
-    /// Takes other parameters, but for `port` and `history_step`, which stay. Browsers that are connected
-    /// stay.
+    /// Takes other parameters, but for `port` and `history_step`, which stay. Browsers stay connected.
     void apply(SessionServiceParams params);
 
     /// The simulation servers from now on, for the monitor and the scheduler too, which get their lists from
-    /// here alone. Browsers that are connected stay.
+    /// here alone. Browsers stay connected.
     void set_servers(std::vector<ServerSpec> const& servers);
 
     /// Cancellation: terminal.

@@ -44,7 +44,7 @@ bool is_monitoring(std::string_view path) noexcept
     return path == "/monitor" || path == "/metrics";
 }
 
-/// Takes the same time wherever they differ, so that nobody finds a password letter by letter.
+/// In constant time: how long it takes does not tell where they differ.
 bool equal_in_constant_time(std::string_view left, std::string_view right) noexcept
 {
     unsigned difference = left.size() == right.size() ? 0 : 1;
@@ -97,9 +97,9 @@ struct AccessControl::Impl
     Endpoint& endpoint;
     Logger log;
     core::SiteAccess site;
-    std::string headers_of_pages;      ///< With their line ends. Answers refer to it.
-    std::string monitor_authorization; ///< Empty: nothing is asked for.
-    core::IpNetworks monitors;         ///< Who needs none.
+    std::string headers_of_pages;      ///< With line ends. Answers refer to it.
+    std::string monitor_authorization; ///< Empty: no password is asked for.
+    core::IpNetworks monitors;         ///< Addresses that need no password.
 };
 
 AccessControl::AccessControl(AccessParams params, Endpoint& endpoint, Logger log)

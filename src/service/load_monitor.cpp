@@ -20,8 +20,8 @@ namespace {
 
 constexpr std::size_t max_events = 100'000;
 
-// Polls that are due within the same moment go out together: of 5,000 servers one wakes the process for all
-// of its twenty, and who polls ten servers does not notice.
+// Polls that are due within the same 20 ms are sent together: with 5,000 servers a timer then expires for
+// twenty polls at once.
 constexpr Duration moment = std::chrono::milliseconds(20);
 
 /// The polls of one server. Shared with their task, which may still run for a moment after the server was
@@ -74,7 +74,7 @@ struct LoadMonitor::Impl
     void start(std::shared_ptr<Watch> const& watch)
     {
         watch->phase = std::fmod(static_cast<double>(++started) * 0.6180339887,
-                                 1.0); // golden ratio: evenly spread, always
+                                 1.0); // golden ratio: evenly spread, however many there are
         watch->task = tasks->spawn(keep_polling(watch));
     }
 
@@ -166,7 +166,7 @@ void LoadMonitor::set_servers(std::vector<std::string> const& addresses)
             if (impl_->tasks)
                 impl_->start(next.back());
         } else {
-            next.push_back(std::move(found->second)); // what stays in `known` is no longer wanted
+            next.push_back(std::move(found->second)); // what stays in `known` was removed
         }
     }
     for (auto const& [address, watch] : known) {

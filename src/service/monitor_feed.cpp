@@ -23,7 +23,7 @@ boost::asio::awaitable<void> MonitorFeed::serve(std::string greeting, Channel& c
 {
     watchers_.insert(&channel);
     (void)channel.send(std::move(greeting));
-    for (;;) { // what a browser says is of no interest, but that it leaves is
+    for (;;) { // ignores what the browser sends, and waits until it leaves
         auto const said = co_await channel.receive();
         if (!said)
             break;

@@ -12,8 +12,8 @@
 
 namespace webots_cloud {
 
-/// Passes each text to all who watch. A browser that does not read is dropped by its channel and slows
-/// nobody.
+/// Sends each text to all browsers that watch. A browser that does not read is dropped by its channel, and
+/// delays no other.
 class MonitorFeed
 {
 public:
@@ -21,15 +21,16 @@ public:
 
     void publish(std::string const& text);
 
-    /// Greets a browser and keeps it informed until it leaves.   Lifetime: the feed must outlive the
-    /// conversation.
+    /// Sends a browser `greeting`, and then each published text until it leaves.
+    /// Lifetime: the feed must outlive that.
     boost::asio::awaitable<void> serve(std::string greeting, Channel& channel);
 
 private:
     std::unordered_set<Channel*> watchers_;
 };
 
-/// The styles and scripts of a monitor page; `script` is its own one, of `src/web/monitor`.
+/// The styles and scripts of a monitor page; `script` is the file in `src/web/monitor` that belongs to the
+/// page.
 core::PageAssets monitor_assets(std::string_view script, std::uint16_t port);
 
 } // namespace webots_cloud

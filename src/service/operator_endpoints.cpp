@@ -19,9 +19,9 @@ namespace webots_cloud {
 namespace {
 
 constexpr auto usage_interval = std::chrono::seconds(1);
-/// The first look comes on the whole second after the start: in less than this a processor was busy with us.
+/// A measurement over less than this shows mostly the load of our own start.
 constexpr auto shortest_look = std::chrono::milliseconds(500);
-constexpr std::size_t usages_at_once = 25; // some milliseconds of a thread, a second
+constexpr std::size_t usages_at_once = 25; // takes a thread some milliseconds each second
 
 } // namespace
 
@@ -84,8 +84,7 @@ boost::asio::awaitable<result<>> OperatorEndpoints::look_at_processes()
             co_return Failure(boost::asio::error::operation_aborted);
         bool const update_due = std::exchange(update_due_, false);
         auto const now = context_.clock.now();
-        if (update_due ||
-            now - looked_at_processes_ >= usage_interval) { // unless two have asked at the same moment
+        if (update_due || now - looked_at_processes_ >= usage_interval) { // several may have asked at once
             looked_at_processes_ = now;
             co_await look_at_some();
         }
@@ -94,7 +93,7 @@ boost::asio::awaitable<result<>> OperatorEndpoints::look_at_processes()
     }
 }
 
-/// Takes a look at what some simulators consume: those whose turn it is.
+/// Measures what some of the simulators consume: they take turns.
 boost::asio::awaitable<void> OperatorEndpoints::look_at_some()
 {
     for (std::size_t i = std::min(usages_at_once, sessions_.size()); i > 0; --i) {
@@ -155,7 +154,7 @@ Answer OperatorEndpoints::monitor_page(IncomingRequest const& request)
     auto const now = context_.clock.now();
     auto const known = request.header("If-None-Match");
     if (request.header("Accept").starts_with(
-            "application/json")) { // for pages whose proxy lets no WebSocket through
+            "application/json")) { // a page behind a proxy that blocks WebSockets
         auto const make = [this] { return monitor_snapshot(); };
         return monitor_json_.get(now, make).answer("application/json", known);
     }
@@ -187,7 +186,7 @@ std::string OperatorEndpoints::monitor_text() const
 boost::asio::awaitable<void> OperatorEndpoints::watch(Channel& channel)
 {
     want_look();
-    // Whoever comes costs us no text of their own; the next update is at most a second away.
+    // All who connect before the next update, at most a second away, get the same text.
     if (greeting_.empty())
         greeting_ = monitor_snapshot();
     return feed_.serve(greeting_, channel);
@@ -221,7 +220,8 @@ Answer OperatorEndpoints::figures(IncomingRequest const&)
     return core::metrics_page(text.take(), params_.more_metrics);
 }
 
-/// `POST /api/drain`, with `?exit` to end with the last simulation, or `?off` to go on as before.
+/// `POST /api/drain`; with `?exit` the server ends with the last simulation, with `?off` it accepts
+/// simulations again.
 Answer OperatorEndpoints::drain_answer(IncomingRequest const& request)
 {
     if (request.query != "" && request.query != "exit" && request.query != "off")

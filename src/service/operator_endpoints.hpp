@@ -1,5 +1,5 @@
-// What operators, their tools and session servers ask a simulation server, and the measuring behind the
-// answers.
+// The pages and figures of a simulation server, for operators, their tools and session servers, and the
+// measurements that they show.
 #pragma once
 
 #include "async/wakeup.hpp"
@@ -25,33 +25,36 @@
 
 namespace webots_cloud {
 
-/// The sessions of a server, by their number. Shared with the conversations that have them or want them.
+/// The sessions of a server by their number, shared with the coroutines that run them.
 using SimulationSessions = std::map<std::uint64_t, std::shared_ptr<SimulationSession>>;
 
 /// `/load`, `/monitor`, `/metrics`, `/livez`, `/readyz` and `/api/drain`.
 ///
-/// Lifetime: everything passed by reference must outlive it.   Thread-safety: one executor.
+/// Lifetime: everything passed by reference must outlive it.
+/// Thread-safety: one executor.
 class OperatorEndpoints
 {
 public:
     OperatorEndpoints(SimulationServiceParams const& params, SessionContext& context,
                       SimulationSessions const& sessions, HostMetrics& metrics);
 
-    /// Looks at the machine; `due` is when that was to happen, `clients` the browsers on /client.
+    /// Measures the load of the machine. `due`: when that was scheduled; `clients`: the number of browsers on
+    /// /client.
     void measure(TimePoint due, std::size_t clients);
 
-    /// Looks at what simulators consume while somebody wants to know it, and tells who watches.   Ends only
-    /// when cancelled: `operation_aborted`.
+    /// Measures what simulators consume while somebody watches, and sends updates to those who do.
+    ///
+    /// Errors: `operation_aborted`; it ends only when cancelled.
     boost::asio::awaitable<result<>> look_at_processes();
 
-    /// What the configuration says has changed: pages are made anew.
+    /// To be called when parameters have changed: pages are rendered again.
     void refresh_pages();
 
-    /// True when the path of a request is one of ours.
+    /// Whether `answer` knows the path.
     static bool serves(std::string_view path) noexcept;
     Answer answer(IncomingRequest const& request);
 
-    /// Keeps a browser that watches /monitor informed until it leaves.
+    /// Sends updates to a browser that watches /monitor until it leaves.
     boost::asio::awaitable<void> watch(Channel& channel);
 
     void drain(bool exit_when_empty);
@@ -90,19 +93,20 @@ private:
     TimePoint measured_;
     core::MovingAverage average_;
     Duration event_loop_lag_{}; ///< How late the last measurement was.
-    /// The same of the last minute, a second each, so that a scrape misses no pause.
+    /// Those of the last 60 measurements, so that a scrape once a minute misses none.
     std::array<Duration, 60> event_loop_lags_{};
     std::size_t measurements_ = 0;
 
     core::SimulationBoard board_;
-    MonitorFeed feed_; ///< To those that watch the monitor page.
+    MonitorFeed feed_; ///< To the browsers that watch the monitor page.
     core::TimedPage monitor_html_;
     core::TimedPage monitor_json_;
-    std::string greeting_; ///< Of who comes to watch before the next measurement; empty: nobody has come yet.
-    std::optional<async::Wakeup> look_wanted_; ///< There while `look_at_processes` is.
-    bool update_due_ = false;                  ///< To who watches, after that look.
+    std::string greeting_; ///< The first text for browsers that connect before the next measurement; empty:
+                           ///< not made yet.
+    std::optional<async::Wakeup> look_wanted_; ///< Set while `look_at_processes` runs.
+    bool update_due_ = false;                  ///< To be sent after the next measurement of simulators.
     TimePoint looked_at_processes_;
-    std::uint64_t last_looked_at_ = 0; ///< The session whose processes were looked at last: they take turns.
+    std::uint64_t last_looked_at_ = 0; ///< The session whose processes were measured last: they take turns.
     bool exit_when_empty_ = false;
 };
 

@@ -46,7 +46,7 @@ struct OperatorMail::Impl
     std::optional<async::Wakeup> changed; // while run() is awaited
     std::optional<Failure> problem;       // why the last attempt failed; none after a good one
     std::uint64_t notices = 0;
-    OperatorMailStatistics counts; // without those that wait
+    OperatorMailStatistics counts; // but for `waiting`, which is counted when asked for
 };
 
 OperatorMail::OperatorMail(OperatorMailParams params, Notifier& notifier, Clock& clock, Logger log)
@@ -102,7 +102,7 @@ asio::awaitable<result<>> OperatorMail::run()
             auto const attempt = impl_->queue.attempt();
             auto const outcome = co_await impl_->notifier.deliver(attempt.notice);
             bool const ended = co_await async::is_cancelled();
-            if (outcome || !ended) // an attempt that we abandoned has not failed
+            if (outcome || !ended) // an attempt that was cancelled is not a failed one
                 impl_->settle(attempt, outcome);
         } else {
             co_await impl_->wait();
@@ -122,7 +122,7 @@ std::optional<TimePoint> OperatorMail::Impl::next_due() const
     return delivery ? delivery : collected;
 }
 
-/// Waits until something is due, or changes.
+/// Waits until a notice is due, or something has changed.
 asio::awaitable<void> OperatorMail::Impl::wait()
 {
     using namespace asio::experimental::awaitable_operators;
@@ -157,7 +157,8 @@ void OperatorMail::Impl::settle(core::NoticeQueue::Attempt const& attempt, resul
         return;
     }
     auto const failure = outcome.error();
-    // Codes are compared, not sentences: those tell of milliseconds, and would fill the log.
+    // Compares codes, not messages: messages contain durations, so each would count as a new problem and be
+    // logged.
     if (!problem || !(*problem == failure))
         log.error(concat("Error: unable to send email to ", params.administrator, ": ",
                          core::printable(failure.message())));
@@ -166,7 +167,7 @@ void OperatorMail::Impl::settle(core::NoticeQueue::Attempt const& attempt, resul
         give_up(*refused, "it was refused again and again");
 }
 
-/// The log keeps what the administrator could not be told.
+/// Writes to the log what could not be delivered to the administrator.
 void OperatorMail::Impl::give_up(Notice const& notice, std::string_view why)
 {
     ++counts.given_up;
@@ -181,8 +182,8 @@ void OperatorMail::Impl::give_up_everything(std::string_view why)
         give_up(notice, why);
 }
 
-/// The microsecond and a count; the port tells session servers of one host apart that write at the same
-/// moment.
+/// Unique on this host: the time in microseconds, a count, and the port, since several session servers may
+/// send at the same moment.
 std::string OperatorMail::Impl::new_id()
 {
     auto const moment =

@@ -27,7 +27,8 @@ using core::concat;
 
 namespace {
 
-// Placements expire and reports age without any event: availability is looked at anew this often.
+// Placements time out and reports become stale without an event, so availability is computed again this
+// often.
 constexpr auto availability_check = std::chrono::seconds(1);
 
 std::string transition_line(LoadEvent const& event)
@@ -53,8 +54,8 @@ std::string transition_line(LoadEvent const& event)
     return {};
 }
 
-// With the type of what GET answers: this is the busiest answer, and a string of its own would be allocated
-// for each.
+// Includes the content type: GET /session is the busiest request, and a content type of its own would cost it
+// an allocation.
 constexpr std::string_view html_for_any_origin = "Content-Type: text/html; charset=UTF-8\r\n"
                                                  "X-Content-Type-Options: nosniff\r\n"
                                                  "Access-Control-Allow-Origin: *\r\n"
@@ -119,12 +120,13 @@ struct SessionService::Impl
     MonitorFeed feed; // to those that watch the monitor page
     core::TimedPage monitor_html;
     core::TimedPage monitor_json;
-    std::string greeting; // of who comes to watch before the next update; empty: nobody has come yet
-    std::map<char const*, core::SharedPage> files; // of the viewer, by where their contents are embedded
+    /// The first text for browsers that connect before the next update; empty: not made yet.
+    std::string greeting;
+    std::map<char const*, core::SharedPage> files; // of the viewer, by the address of their embedded contents
     std::uint64_t placed = 0;
     std::uint64_t refused = 0;
     std::uint64_t limited = 0;
-    core::TokenBuckets asked; // how often each client asked for a place
+    core::TokenBuckets asked; // requests of each client for a place
     std::uint64_t good_polls = 0;
     std::uint64_t failed_polls = 0;
 };
@@ -216,7 +218,7 @@ void SessionService::Impl::update_availability(TimePoint now)
     if (now_available == available)
         return;
     available = now_available;
-    // A channel whose queue is full reports it and closes itself; its own coroutine takes it out of the set.
+    // A channel whose queue is full closes itself; its own coroutine then removes it from the set.
     for (auto* const browser : browsers)
         (void)browser->send(available ? "1" : "0");
 }
@@ -246,8 +248,8 @@ std::string SessionService::Impl::place(TimePoint now)
     return concat(params.ssl ? "wss://" : "ws://", placement->address);
 }
 
-/// With status 200, as every answer of /session: browsers of before 2021 are silent about any other, and
-/// those since then look at the text alone.
+/// With status 200, as every answer of /session: pages of before 2021 show nothing for any other status, and
+/// later ones only look at the text.
 HttpResponse SessionService::Impl::too_many_asked() const
 {
     HttpResponse response(200, {}, std::string(too_many_sessions));
@@ -288,7 +290,7 @@ Answer SessionService::Impl::session(IncomingRequest const& request)
         response.fixed_headers = html_for_any_origin;
         return response;
     }
-    bool const is_head = request.method == "HEAD"; // asks whether we are there, and not for a place
+    bool const is_head = request.method == "HEAD"; // only asks whether the server is there: takes no place
     HttpResponse response(is_head ? 200 : 204, {}, {});
     response.fixed_headers = is_head ? html_for_any_origin : any_origin;
     return response;
@@ -343,7 +345,7 @@ Answer SessionService::Impl::monitor_page(IncomingRequest const& request)
 {
     auto const known = request.header("If-None-Match");
     if (request.header("Accept").starts_with(
-            "application/json")) { // for pages whose proxy lets no WebSocket through
+            "application/json")) { // a page behind a proxy that blocks WebSockets
         auto const make = [this] { return monitor_snapshot(); };
         return monitor_json.get(clock.now(), make).answer("application/json", known);
     }
@@ -369,7 +371,7 @@ Answer SessionService::Impl::viewer(IncomingRequest const& request)
     auto const path = request.path;
     if (path == "/viewer") {
         HttpResponse response(301, {}, {});
-        response.headers.emplace_back("Location", "viewer/"); // relative: also right behind a rewriting proxy
+        response.headers.emplace_back("Location", "viewer/"); // relative, for proxies that rewrite paths
         return response;
     }
     if (path == "/viewer/defaults.json" && !params.viewer_defaults.empty())
@@ -424,12 +426,11 @@ Answer SessionService::respond(IncomingRequest const& request)
     return route_table::respond(Impl::routes(), *impl_, request);
 }
 
-/// No coroutine itself: its frame would lie below that of every browser that waits.
+/// Not a coroutine itself, as its frame would cost memory for every browser that waits.
 asio::awaitable<void> SessionService::serve_websocket(ChannelInfo info, Channel& channel)
 {
     if (info.path == "/monitor") {
-        // Whoever comes costs us no text of their own. What has changed since it was made is in the next
-        // update.
+        // All who connect before the next update get the same text; what has changed since is in that update.
         if (impl_->greeting.empty())
             impl_->greeting = impl_->monitor_snapshot();
         return impl_->feed.serve(impl_->greeting, channel);

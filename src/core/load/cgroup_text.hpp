@@ -1,4 +1,4 @@
-// The files of control groups: texts of the kernel to values.
+// Parses the kernel's files about control groups.
 #pragma once
 
 #include <cstdint>

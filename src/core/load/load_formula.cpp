@@ -10,7 +10,7 @@ namespace {
 double growth_percent(std::uint64_t busy_before, std::uint64_t busy_after, std::uint64_t total_before,
                       std::uint64_t total_after) noexcept
 {
-    // Counters of a virtual machine may step back a little when it is moved: then nothing is known.
+    // The counters of a virtual machine may decrease when it is migrated: then the load is unknown.
     if (total_after <= total_before || busy_after < busy_before)
         return 0;
     auto const busy = static_cast<double>(busy_after - busy_before);
@@ -22,7 +22,7 @@ double growth_percent(std::uint64_t busy_before, std::uint64_t busy_after, std::
 double cpu_percent(HostSample const& before, HostSample const& after) noexcept
 {
     auto const machine = growth_percent(before.cpu_busy, after.cpu_busy, before.cpu_total, after.cpu_total);
-    if (before.share_total == 0) // no limit, or one that has just come
+    if (before.share_total == 0) // no limit, or one that was set just now
         return machine;
     return std::max(
         machine, growth_percent(before.share_busy, after.share_busy, before.share_total, after.share_total));

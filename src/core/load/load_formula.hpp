@@ -1,4 +1,4 @@
-// From looks at the machine to the one number that `/load` answers (protocol section 4.2).
+// How measurements of the machine become the number that `/load` answers (protocol section 4.2).
 #pragma once
 
 #include <webots_cloud/transport/host_metrics.hpp>
@@ -8,7 +8,7 @@
 
 namespace webots_cloud::core {
 
-/// How the figures of a machine become one load.
+/// How the load is computed from the measurements.
 enum class LoadFormula
 {
     /// max(CPU, (swap + RAM + GPU memory controller) / 3, GPU compute), as the newest Python server has it: a
@@ -18,11 +18,11 @@ enum class LoadFormula
     strict
 };
 
-/// Percent of the processors' time that was not idle between two looks, or of the share that a control group
-/// leaves us: the higher one; 0 when no time passed.
+/// Percent of the processors' time that was used between two samples, or of what the control group may use,
+/// whichever is higher; 0 when no time passed.
 double cpu_percent(HostSample const& before, HostSample const& after) noexcept;
 
-/// The load of one look, in percent.
+/// The load of one sample, in percent.
 double load_of(LoadFormula formula, double cpu, HostSample const& sample) noexcept;
 
 /// The mean of the last five values.

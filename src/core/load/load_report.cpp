@@ -37,7 +37,7 @@ bool is_load(double value)
     return std::isfinite(value) && value >= 0;
 }
 
-/// Reads `key` if it is there; false when it is something else than a count.
+/// Reads `key` if it is there; false when its value is not a count.
 bool read_count(json::object const& object, std::string_view key, std::optional<int>& count)
 {
     auto const* value = object.if_contains(key);
@@ -50,7 +50,7 @@ bool read_count(json::object const& object, std::string_view key, std::optional<
     return true;
 }
 
-/// The same of a counter, which may be as large as it likes.
+/// The same for a counter, which has no upper bound.
 bool read_counter(json::object const& object, std::string_view key, std::optional<std::int64_t>& counter)
 {
     auto const* value = object.if_contains(key);
@@ -63,7 +63,8 @@ bool read_counter(json::object const& object, std::string_view key, std::optiona
     return true;
 }
 
-/// The counters of arrivals and of what became of them: all are looked for where the first one is.
+/// The counters of arrivals and of what became of them: `failed` and `departures` are read only beside
+/// `arrivals`.
 bool read_counters(json::object const& object, LoadReport& report)
 {
     if (!read_counter(object, "arrivals", report.arrivals))
