@@ -16,7 +16,8 @@ constexpr double min_strength = 10;
 constexpr double max_strength = 300;
 constexpr double variety = 30; // sessions² s: what one session more or less is worth, as sessions differ
 constexpr double enough_to_disagree = 120;
-constexpr double max_at_once = 5 * 64 * 64; // 64 sessions that come at once: no report teaches the fleet more
+constexpr double max_at_once =
+    5 * 64 * 64; // that of 64 sessions that come at once: no report has more weight
 
 constexpr int few = 4;
 constexpr double other_load = 5;      // percent
@@ -29,7 +30,7 @@ constexpr double trace = 1.0 / 4;
 constexpr double noise = 1.5;
 constexpr double min_expected = 0.5;
 
-constexpr double max_surprise = 16;   // one session in a thousand must not teach more than all others
+constexpr double max_surprise = 16;   // a single odd session must not outweigh all others
 constexpr double variety_memory = 50; // sessions
 
 constexpr double traffic_memory = 30; // s
@@ -113,7 +114,7 @@ void SessionCost::weigh(double load, int sessions) noexcept
 {
     whole_ = {};
     if (sessions <= few)
-        return; // their changes say it better
+        return; // changes of the load are better evidence
     // Other load is some 5 percent, so load / n errs by 5 / n: weight n², less where a session costs less
     // than that.
     double const each = load / sessions;

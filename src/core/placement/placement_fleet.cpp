@@ -6,7 +6,7 @@ namespace webots_cloud::placement {
 
 namespace {
 
-/// Turns of machines that were never given a session: random, and before all others.
+/// Machines that were never given a session have random turns below this, before all others.
 constexpr std::uint32_t served = 0x80000000u;
 /// The list may be shorter when a machine comes back.
 constexpr std::size_t min_departed = 100;
@@ -89,8 +89,8 @@ void Fleet::report(std::string_view server, LoadReport const& report, TimePoint 
     std::uint32_t const slot = found->second;
     if (!first_report_)
         first_report_ = now;
-    // A machine that answers in our own first moments was up before us; one that first answers later has just
-    // started.
+    // A machine that answers soon after our own start was running before; one that first answers later has
+    // just started.
     bool const established = now - *first_report_ < params_.slow_start && !machines_[slot].was_unreachable();
     Arrivals const arrivals = machines_[slot].report(report, now, established);
     if (arrivals.counted && !arrivals.exact)

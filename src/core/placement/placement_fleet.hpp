@@ -23,7 +23,7 @@ public:
     /// `names` own the addresses and outlive their use here: one per entry of `specs`.
     void set_servers(std::vector<ServerSpec> const& specs, std::vector<std::string_view> const& names);
 
-    /// Applies parameters that have changed to what is known.
+    /// To be called when parameters have changed.
     void reassess() { rebuild(); }
 
     void report(std::string_view server, LoadReport const& report, TimePoint now);

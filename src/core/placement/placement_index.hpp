@@ -28,7 +28,8 @@ class TournamentTree
 {
 public:
     static constexpr std::uint64_t absent = std::numeric_limits<std::uint64_t>::max();
-    /// Set in a key that is to come after all others. The sign of a score, so that no key of its own has it.
+    /// A bit that puts a key after all keys without it: the sign bit of the score, which is never set
+    /// otherwise.
     static constexpr std::uint64_t last = std::uint64_t(1) << 63;
 
     /// All keys become `absent`.

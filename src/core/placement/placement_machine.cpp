@@ -9,22 +9,22 @@ namespace {
 
 using std::chrono::seconds;
 
-/// A report is the mean of five samples, one a second: so long it may show the newest sessions in part.
+/// A report is the mean of five samples, one a second: for this long it shows new sessions only in part.
 constexpr Duration averaging = seconds(6);
 /// The part of an unexplained difference that one report moves the level by.
 constexpr double gain = 0.3;
 /// How much evidence outweighs the assumed need of memory, in sessions² s.
 constexpr double memory_strength = 60;
-/// A departure explains a falling load for two of the high-pass filters' times.
+/// For so long, twice the time constant of the high-pass filters, a departure explains a falling load.
 constexpr Duration departure_memory = seconds(240);
-/// In eighths of the placement timeout: a browser asks for its start a second or two after it was sent.
+/// In eighths of the placement timeout. Browsers ask for their start a second or two after they were sent.
 constexpr std::size_t counted_lifetime = 3;
 constexpr std::int64_t max_arrivals = 1'000'000;
 constexpr std::uint32_t max_foreign = 100;
 constexpr int max_steps = 1'000'000;
 /// The part of its room that a machine in its slow start has at first.
 constexpr double min_readiness = 0.1;
-/// The reference's rule knows no commitments, neither for choosing nor for refusing.
+/// The rule of the Python servers: only reports count, for choosing and for refusing.
 constexpr std::string_view reports_only = "least_reported";
 
 } // namespace
@@ -68,7 +68,7 @@ std::uint32_t rise_of(Counter const& before, Counter const& now, bool anew) noex
 
 } // namespace
 
-/// A machine whose counters fell came up anew since its last report.
+/// Counters that fell: the machine was restarted after its last report.
 bool Machine::restarted(LoadReport const& report) const noexcept
 {
     return fell(last_.arrivals, report.arrivals) || fell(last_.failed, report.failed) ||
@@ -92,8 +92,7 @@ Arrivals Machine::report(LoadReport const& report, TimePoint now, bool establish
         arrivals.surprise = surprise(report.load, more_visible, now);
         follow(report.load, more_visible, now);
     } else {
-        // A machine that has sessions did not restart, unless its counters say so: only the way to it was
-        // broken.
+        // A machine that has sessions was not restarted, unless its counters say so: it was only unreachable.
         bool const came_up = restart || (!established && report.sessions.value_or(0) == 0);
         up_since_ = came_up ? now : TimePoint::min();
         cost_.interrupt();
@@ -109,8 +108,8 @@ Arrivals Machine::report(LoadReport const& report, TimePoint now, bool establish
     return arrivals;
 }
 
-/// Gives back the reservations of those who did not come in time: where arrivals are counted, that is known
-/// soon.
+/// Gives back the reservations of browsers that did not come in time. Where arrivals are counted, that is
+/// known soon.
 void Machine::expire(TimePoint now, Arrivals& arrivals) noexcept
 {
     if (ages_.forgets_at_once()) {
@@ -137,7 +136,7 @@ void Machine::expire(TimePoint now, Arrivals& arrivals) noexcept
     placed_.forget(arrivals.expired);
 }
 
-/// How many sessions more a bare number would show if all who were placed had come.
+/// How many more sessions a bare number would show if every placed browser had come.
 double Machine::unclaimed_visible(TimePoint now) const noexcept
 {
     if (reservations_.count() == 0)
@@ -156,8 +155,8 @@ void Machine::confirm(int rise, bool restart, LoadReport const& report, Arrivals
     auto const seen = static_cast<std::uint32_t>(rise);
     std::uint32_t const counted = rise_of(last_.arrivals, report.arrivals, restart);
     std::uint32_t const ours = reservations_.confirm(std::max(seen, counted), true, arrivals.confirmed);
-    // Of the strangers only what sessions show, and no more than one machine can have: it says something
-    // about the others.
+    // Arrivals from other session servers count only as far as the number of sessions shows them, and up to
+    // what one machine can have: the estimate is used for all machines.
     arrivals.foreign = std::min(seen, max_foreign) - std::min(ours, std::min(seen, max_foreign));
 }
 

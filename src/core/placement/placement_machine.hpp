@@ -11,15 +11,14 @@ namespace webots_cloud::placement {
 /// What one report reveals about arrived sessions.
 struct Arrivals
 {
-    AgeCounts confirmed{};     ///< Ours, by the age of their reservations.
-    std::uint32_t expired = 0; ///< Expired reservations.
-    std::uint32_t foreign = 0; ///< Sessions that other session servers placed.
-    Seconds since_last{0};     ///< 0: the first report, or the first since the machine was unreachable.
-    Evidence cost;             ///< Evidence about the cost of sessions.
-    std::optional<double>
-        surprise;         ///< How far sessions that became visible differed from that cost: a square.
-    bool counted = false; ///< The machine reports its number of sessions,
-    bool exact = false;   ///< and of arrivals.
+    AgeCounts confirmed{};          ///< Ours, by the age of their reservations.
+    std::uint32_t expired = 0;      ///< Expired reservations.
+    std::uint32_t foreign = 0;      ///< Sessions that other session servers placed.
+    Seconds since_last{0};          ///< 0: the first report, or the first since the machine was unreachable.
+    Evidence cost;                  ///< Evidence about the cost of sessions.
+    std::optional<double> surprise; ///< The square of how far newly visible sessions differ from that cost.
+    bool counted = false;           ///< The machine reports its number of sessions,
+    bool exact = false;             ///< and of arrivals.
 };
 
 /// The estimates from all machines of a fleet.

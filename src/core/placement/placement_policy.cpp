@@ -11,7 +11,7 @@ namespace {
 
 /// Below this many unseen sessions of others, spreading costs more balance than it saves.
 constexpr double negligible = 0.02;
-/// As many unseen sessions as the sixteen lowest machines show the water level for.
+/// Up to so many unseen sessions, the sixteen lowest machines determine the water level.
 constexpr double much = 8;
 constexpr double max_parts = 1 << 20;
 
@@ -24,7 +24,7 @@ std::size_t least_committed(PlacementSnapshot const& machines, RandomSource& ran
     double unseen = machines.unseen_arrivals();
     if (unseen < negligible)
         return machines.least_committed();
-    // In a fleet where much goes on, a random part of it where less goes on gives the same answer for less.
+    // In a busy fleet a random part of the machines gives the same answer at less cost.
     auto const parts = std::bit_ceil(static_cast<std::size_t>(std::min(1 + unseen / much, max_parts)));
     unseen /= static_cast<double>(parts);
     std::array<std::size_t, PlacementSnapshot::max_lowest> lowest;
@@ -57,7 +57,7 @@ std::size_t least_committed(PlacementSnapshot const& machines, RandomSource& ran
     return lowest[0]; // rounding
 }
 
-/// The rule of the reference, kept for comparison: it herds.
+/// The rule of the Python servers, kept for comparison: it herds.
 std::size_t least_reported(PlacementSnapshot const& machines, RandomSource&)
 {
     return machines.least_reported();
