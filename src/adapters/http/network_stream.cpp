@@ -141,7 +141,9 @@ Error NetworkStream::failure(int outcome, Direction& needs)
     }
 }
 
-std::size_t NetworkStream::try_read(asio::mutable_buffer buffer, Error& error)
+template<class TlsCall, class PlainCall>
+std::size_t NetworkStream::transfer(TlsCall const& tls_call, PlainCall const& plain_call, Direction& needs,
+                                    Error& error)
 {
     error = {};
     if (!socket_.is_open()) {
@@ -150,37 +152,32 @@ std::size_t NetworkStream::try_read(asio::mutable_buffer buffer, Error& error)
     }
     if (tls_) {
         ERR_clear_error();
-        int const size = SSL_read(tls_.get(), buffer.data(), clamped(buffer.size()));
+        int const size = tls_call(tls_.get());
         if (size <= 0)
-            error = failure(size, read_needs_);
+            error = failure(size, needs);
         return size > 0 ? static_cast<std::size_t>(size) : 0;
     }
-    auto const size = ::recv(socket_.native_handle(), buffer.data(), buffer.size(), 0);
+    auto const size = plain_call(socket_.native_handle());
     if (size < 0)
         error = last_error();
-    else if (size == 0)
-        error = asio::error::eof;
     return size > 0 ? static_cast<std::size_t>(size) : 0;
+}
+
+std::size_t NetworkStream::try_read(asio::mutable_buffer buffer, Error& error)
+{
+    auto const size = transfer([&](SSL* tls) { return SSL_read(tls, buffer.data(), clamped(buffer.size())); },
+                               [&](int socket) { return ::recv(socket, buffer.data(), buffer.size(), 0); },
+                               read_needs_, error);
+    if (size == 0 && !error)
+        error = asio::error::eof;
+    return size;
 }
 
 std::size_t NetworkStream::try_write(std::string_view bytes, Error& error)
 {
-    error = {};
-    if (!socket_.is_open()) {
-        error = asio::error::operation_aborted;
-        return 0;
-    }
-    if (tls_) {
-        ERR_clear_error();
-        int const size = SSL_write(tls_.get(), bytes.data(), clamped(bytes.size()));
-        if (size <= 0)
-            error = failure(size, write_needs_);
-        return size > 0 ? static_cast<std::size_t>(size) : 0;
-    }
-    auto const size = ::send(socket_.native_handle(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
-    if (size < 0)
-        error = last_error();
-    return size > 0 ? static_cast<std::size_t>(size) : 0;
+    return transfer([&](SSL* tls) { return SSL_write(tls, bytes.data(), clamped(bytes.size())); },
+                    [&](int socket) { return ::send(socket, bytes.data(), bytes.size(), MSG_NOSIGNAL); },
+                    write_needs_, error);
 }
 
 void NetworkStream::shut_down() noexcept

@@ -82,6 +82,9 @@ private:
     };
 
     boost::asio::awaitable<std::pair<Error, std::size_t>> read_tls(boost::asio::mutable_buffer buffer);
+    template<class TlsCall, class PlainCall>
+    std::size_t transfer(TlsCall const& tls_call, PlainCall const& plain_call, Direction& needs,
+                         Error& error);
     Error failure(int outcome, Direction& needs);
 
     boost::asio::ip::tcp::socket socket_;
