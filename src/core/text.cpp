@@ -8,12 +8,19 @@
 #include <numeric>
 
 namespace webots_cloud {
+namespace {
+
+char lower(char c) noexcept
+{
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c + ('a' - 'A')) : c;
+}
+
+} // namespace
 
 bool equal_ignoring_case(std::string_view left, std::string_view right) noexcept
 {
-    auto const lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + ('a' - 'A')) : c; };
     return std::equal(left.begin(), left.end(), right.begin(), right.end(),
-                      [&](char a, char b) { return lower(a) == lower(b); });
+                      [](char a, char b) { return lower(a) == lower(b); });
 }
 
 } // namespace webots_cloud
@@ -103,6 +110,13 @@ std::string_view trim(std::string_view text) noexcept
     if (first == std::string_view::npos)
         return {};
     return text.substr(first, text.find_last_not_of(blank) - first + 1);
+}
+
+std::string lower_case(std::string_view text)
+{
+    std::string result(text);
+    std::transform(result.begin(), result.end(), result.begin(), lower);
+    return result;
 }
 
 std::string escape_html(std::string_view text)

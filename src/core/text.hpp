@@ -27,6 +27,9 @@ std::string join(std::vector<std::string_view> const& pieces, std::string_view s
 /// Without spaces, tabs, carriage returns and newlines at both ends.
 std::string_view trim(std::string_view text) noexcept;
 
+/// With the capital letters of ASCII made small.
+std::string lower_case(std::string_view text);
+
 /// `text` made safe for HTML content and quoted attributes.
 std::string escape_html(std::string_view text);
 

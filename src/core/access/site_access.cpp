@@ -63,14 +63,6 @@ Reach reach_of_name(std::string_view name)
     return Reach::everybody;
 }
 
-std::string in_small_letters(std::string_view text)
-{
-    std::string lower(text);
-    std::transform(lower.begin(), lower.end(), lower.begin(),
-                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-    return lower;
-}
-
 std::optional<Host> parse_host(std::string_view text)
 {
     auto const authority = urls::parse_authority(text);
@@ -88,7 +80,7 @@ std::optional<Host> parse_host(std::string_view text)
         host.reach = reach_of_address(authority->host_ipv6_address());
         break;
     case urls::host_type::name:
-        host.name = in_small_letters(authority->host_name());
+        host.name = lower_case(authority->host_name());
         if (host.name.ends_with('.'))
             host.name.pop_back();
         host.reach = reach_of_name(host.name);
@@ -114,7 +106,7 @@ std::optional<Host> host_of_origin(std::string_view origin)
 /// Scheme, host and port as origins are compared: small letters, no default port.
 std::string comparable(std::string_view origin)
 {
-    auto text = in_small_letters(origin);
+    auto text = lower_case(origin);
     for (auto const& [scheme, port] : {std::pair("https://", ":443"), std::pair("http://", ":80")})
         if (text.starts_with(scheme) && text.ends_with(port))
             text.erase(text.size() - std::string_view(port).size());

@@ -20,26 +20,18 @@ struct Origin
     std::string host; ///< In small letters, IPv6 in brackets.
 };
 
-std::string in_small_letters(std::string_view text)
-{
-    std::string lower(text);
-    std::transform(lower.begin(), lower.end(), lower.begin(),
-                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-    return lower;
-}
-
 std::optional<Origin> read_origin(std::string_view url)
 {
     auto const parsed = urls::parse_uri(url);
     if (!parsed || parsed->has_userinfo() || parsed->encoded_host().empty())
         return std::nullopt;
-    auto const scheme = in_small_letters(parsed->scheme());
+    auto const scheme = lower_case(parsed->scheme());
     std::string_view const host = parsed->encoded_host();
     if ((scheme != "https" && scheme != "http") || host.find('%') != std::string_view::npos)
         return std::nullopt;
     Origin origin;
     origin.tls = scheme == "https";
-    origin.host = in_small_letters(host);
+    origin.host = lower_case(host);
     return origin;
 }
 

@@ -27,15 +27,6 @@ struct Location
     Segments path;
 };
 
-std::string lower_case(std::string_view text)
-{
-    std::string lower(text);
-    for (auto& c : lower)
-        if (c >= 'A' && c <= 'Z')
-            c = static_cast<char>(c - 'A' + 'a');
-    return lower;
-}
-
 Segments normal_segments(std::string_view path)
 {
     Segments segments;

@@ -16,11 +16,6 @@ constexpr std::size_t max_elements = 9;
 constexpr std::size_t max_origin_length = 300;
 constexpr std::size_t max_path_length = 1024;
 
-char lower(char c) noexcept
-{
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-}
-
 bool is_digit(char c) noexcept
 {
     return c >= '0' && c <= '9';
@@ -109,7 +104,7 @@ result<WebsiteProject> parse_init(std::vector<std::string> const& elements)
         &project.user2_id, &project.user2_name, &project.custom_data};
     for (std::size_t i = 0; i < elements.size(); ++i)
         *members[i] = elements[i];
-    std::transform(project.origin.begin(), project.origin.end(), project.origin.begin(), lower);
+    project.origin = core::lower_case(project.origin);
     if (!is_origin(project.origin))
         return wrong("address of a website, such as https://example.org", elements[0]);
     if (!is_folder(project.project))

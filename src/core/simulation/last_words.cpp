@@ -18,9 +18,7 @@ constexpr std::string_view signs[] = {"error",    "fatal",     "cannot",        
 
 bool speaks_of_an_error(std::string_view line)
 {
-    std::string lower(line);
-    std::transform(lower.begin(), lower.end(), lower.begin(),
-                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + ('a' - 'A')) : c; });
+    auto const lower = lower_case(line);
     return std::any_of(std::begin(signs), std::end(signs),
                        [&](std::string_view sign) { return lower.find(sign) != std::string::npos; });
 }

@@ -50,6 +50,11 @@ BOOST_AUTO_TEST_CASE(utf8_is_checked_strictly)
     BOOST_TEST(!is_utf8("\xe2\x82"));         // cut off
 }
 
+BOOST_AUTO_TEST_CASE(only_letters_of_ascii_have_small_ones)
+{
+    BOOST_TEST(lower_case("AZaz@[`{09 \xC3\x89") == "azaz@[`{09 \xC3\x89");
+}
+
 BOOST_AUTO_TEST_CASE(html_is_escaped_for_content_and_attributes)
 {
     BOOST_TEST(escape_html("<a href=\"x\" b='y'>&") == "&lt;a href=&quot;x&quot; b=&#39;y&#39;&gt;&amp;");
