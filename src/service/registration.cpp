@@ -4,6 +4,7 @@
 #include "async/task_group.hpp"
 #include "core/notices/registration_form.hpp"
 #include "core/text.hpp"
+#include "core/time_text.hpp"
 #include "core/web_form.hpp"
 
 #include <boost/asio/this_coro.hpp>
@@ -99,8 +100,7 @@ asio::awaitable<void> Registration::Impl::register_at(std::string registry)
         }
         auto const why = answer ? concat("HTTP ", std::to_string(answer->status)) : answer.error().message();
         log.warning(concat("Could not register at ", registry, ": ", why, "; trying again in ",
-                           std::to_string(std::chrono::duration_cast<std::chrono::seconds>(pause).count()),
-                           " s"));
+                           core::seconds_text(pause), " s"));
         auto const waited = co_await clock.wait_until(clock.now() + pause);
         bool const cancelled_meanwhile = co_await async::is_cancelled();
         if (!waited || cancelled_meanwhile)

@@ -3,6 +3,7 @@
 #include <ostream> // what follows forgets it
 
 #include "core/text.hpp"
+#include "core/time_text.hpp"
 
 #include <boost/beast/http/status.hpp>
 
@@ -16,19 +17,16 @@ namespace webots_cloud::adapters {
 namespace {
 
 /// The value of a Date header, made anew once a second.
-std::string_view http_date()
+std::string_view current_date()
 {
     thread_local std::time_t made = 0;
-    thread_local char text[40];
-    thread_local std::size_t length = 0;
+    thread_local std::string text;
     auto const now = std::time(nullptr); // to the second, for a fifth of what a clock with fractions costs
     if (now != made) {
         made = now;
-        std::tm parts{};
-        gmtime_r(&now, &parts);
-        length = std::strftime(text, sizeof text, "%a, %d %b %Y %H:%M:%S GMT", &parts);
+        text = core::http_date(std::chrono::system_clock::from_time_t(now));
     }
-    return {text, length};
+    return text;
 }
 
 void append_number(std::string& out, std::size_t number)
@@ -87,7 +85,7 @@ void append_head(std::string& out, HttpResponse const& response, bool keep_alive
     out.append("HTTP/1.1 ");
     append_number(out, static_cast<std::size_t>(response.status));
     out.append(" ").append(reason.data(), reason.size());
-    out.append("\r\nServer: webots_cloud\r\nDate: ").append(http_date());
+    out.append("\r\nServer: webots_cloud\r\nDate: ").append(current_date());
     if (!response.content_type.empty())
         out.append("\r\nContent-Type: ").append(response.content_type);
     for (auto const& [name, value] : response.headers)

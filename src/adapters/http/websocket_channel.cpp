@@ -1,6 +1,7 @@
 #include "websocket_channel.hpp"
 
 #include "core/text.hpp"
+#include "core/time_text.hpp"
 
 #include <boost/asio/bind_allocator.hpp>
 #include <boost/asio/deferred.hpp>
@@ -246,8 +247,8 @@ std::string WebSocketChannel::why_lost() const
 {
     if (!silent_)
         return "the connection broke without a close frame";
-    auto const patience = std::chrono::ceil<std::chrono::seconds>(params_.ping_after + params_.pong_timeout);
-    return core::concat("the browser answered no ping for ", std::to_string(patience.count()),
+    auto const patience = params_.ping_after + params_.pong_timeout;
+    return core::concat("the browser answered no ping for ", core::seconds_rounded_up(patience),
                         " s: it may be asleep, or its network gone (\"pingTimeout\")");
 }
 

@@ -2,6 +2,7 @@
 #include "adapters/threads/worker_threads.hpp"
 #include "core/simulation/simulation_log.hpp"
 #include "core/text.hpp"
+#include "core/time_text.hpp"
 
 #include <webots_cloud/adapters.hpp>
 
@@ -11,7 +12,6 @@
 
 #include <atomic>
 #include <cerrno>
-#include <ctime>
 #include <system_error>
 
 namespace webots_cloud {
@@ -26,17 +26,6 @@ constexpr std::size_t last_bytes = 64 * 1024;   // these, which wait in memory u
 constexpr std::size_t max_line_length = 4096;
 constexpr int max_waiting = 2048; // lines: a disk that stalls costs lines, never memory
 constexpr auto removal_interval = std::chrono::hours(24);
-
-/// `2026-01-31 13:59:59`, as the main log has it.
-std::string local_time(Clock const& clock)
-{
-    auto const seconds = std::chrono::system_clock::to_time_t(
-        std::chrono::time_point_cast<std::chrono::system_clock::duration>(clock.wall()));
-    std::tm parts{};
-    ::localtime_r(&seconds, &parts);
-    char text[32];
-    return std::string(text, std::strftime(text, sizeof text, "%Y-%m-%d %H:%M:%S", &parts));
-}
 
 /// The thread that writes, and what is shared with it.
 struct Writer
@@ -119,7 +108,8 @@ public:
 
     void write(std::string_view line) override
     {
-        auto text = kept_.take(concat(local_time(clock_), "  ", core::printable(line, max_line_length)));
+        auto text =
+            kept_.take(concat(core::local_time(clock_.wall()), "  ", core::printable(line, max_line_length)));
         if (text.empty())
             return;
         if (writer_.waiting >= max_waiting) {
@@ -175,7 +165,7 @@ public:
 
     std::unique_ptr<SimulationLog> open(std::uint64_t simulation) override
     {
-        auto const name = core::simulation_log_name(local_time(clock_), simulation);
+        auto const name = core::simulation_log_name(core::local_time(clock_.wall()), simulation);
         auto log = std::make_unique<FileSimulationLog>(writer_, clock_, params_.folder / name);
         post_removal();
         return log;

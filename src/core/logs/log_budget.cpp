@@ -1,6 +1,7 @@
 #include "log_budget.hpp"
 
 #include "core/text.hpp"
+#include "core/time_text.hpp"
 
 #include <algorithm>
 
@@ -31,12 +32,11 @@ void LogBudget::Omitted::add(Omitted const& others)
 
 LogBudget::Line LogBudget::Omitted::tell(TimePoint now) const
 {
-    auto const seconds = std::chrono::ceil<std::chrono::seconds>(now - since).count();
     auto const more = count - 1;
     auto line = printable(example, 2 * max_example_length); // a character may have been cut
     if (more > 0)
         line += concat(" (", std::to_string(more), " more like this in the last ",
-                       std::to_string(std::max<std::int64_t>(1, seconds)), " s)");
+                       seconds_rounded_up(std::max<Duration>(now - since, std::chrono::seconds(1))), " s)");
     return {level, std::move(line)};
 }
 

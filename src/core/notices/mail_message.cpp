@@ -1,11 +1,9 @@
 #include "mail_message.hpp"
 
 #include "core/text.hpp"
+#include "core/time_text.hpp"
 
 #include <algorithm>
-#include <array>
-#include <chrono>
-#include <cstdio>
 
 namespace webots_cloud::core {
 namespace {
@@ -63,25 +61,6 @@ std::string mail_message(Notice const& notice, std::string_view sender, std::str
     message += header("Content-Transfer-Encoding", is_ascii(notice.text) ? "7bit" : "8bit");
     message += header("Auto-Submitted", "auto-generated"); // RFC 3834: no automatic replies
     return message += concat("\r\n", with_crlf(notice.text));
-}
-
-std::string mail_date(WallTime when)
-{
-    using namespace std::chrono;
-    // The words of RFC 5322, whatever the locale.
-    constexpr std::array<char const*, 7> days_of_week = {"Sun", "Mon", "Tue", "Wed", "Thu", "Fri", "Sat"};
-    constexpr std::array<char const*, 12> months_of_year = {"Jan", "Feb", "Mar", "Apr", "May", "Jun",
-                                                            "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"};
-    auto const day = floor<days>(when);
-    year_month_day const date(day);
-    hh_mm_ss const time(floor<seconds>(when - day));
-    char text[96];
-    std::snprintf(text, sizeof text, "%s, %02u %s %04d %02d:%02d:%02d +0000",
-                  days_of_week[weekday(day).c_encoding()], static_cast<unsigned>(date.day()),
-                  months_of_year[static_cast<unsigned>(date.month()) - 1], static_cast<int>(date.year()),
-                  static_cast<int>(time.hours().count()), static_cast<int>(time.minutes().count()),
-                  static_cast<int>(time.seconds().count()));
-    return text;
 }
 
 bool is_mail_address(std::string_view text) noexcept

@@ -12,9 +12,6 @@ namespace webots_cloud::core {
 /// those of MIME, an empty line, and the text. No value can add a header or end the headers.
 std::string mail_message(Notice const& notice, std::string_view sender, std::string_view recipient);
 
-/// `Thu, 01 Jan 2026 13:00:00 +0000`
-std::string mail_date(WallTime when);
-
 /// True for a plain address, `name@host` or a local `name`: printable ASCII without spaces, quotes, brackets
 /// and lists.
 bool is_mail_address(std::string_view text) noexcept;

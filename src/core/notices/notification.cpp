@@ -1,9 +1,7 @@
 #include "notification.hpp"
 
 #include "core/text.hpp"
-
-#include <chrono>
-#include <cstdio>
+#include "core/time_text.hpp"
 
 namespace webots_cloud::core {
 namespace {
@@ -68,7 +66,7 @@ std::string monitor_url(PublicAddress const& address)
 Notice news_notice(News const& news, std::string_view monitor)
 {
     Notice notice(news.subject, letter(concat(news.sentence, "\n"), monitor));
-    notice.summary = concat(utc_text(news.when), " ", news.sentence);
+    notice.summary = concat(utc_time(news.when), " ", news.sentence);
     notice.written = news.when;
     return notice;
 }
@@ -83,28 +81,14 @@ Notice digest_notice(std::vector<News> const& news, std::size_t left_out, std::s
         content += concat("(the first ", std::to_string(left_out), " are not listed)\n");
     std::string summary;
     for (auto const& each : news) {
-        content += concat(utc_text(each.when), "  ", each.sentence, "\n");
-        summary += concat(summary.empty() ? "" : " ", utc_text(each.when), " ", each.sentence);
+        content += concat(utc_time(each.when), "  ", each.sentence, "\n");
+        summary += concat(summary.empty() ? "" : " ", utc_time(each.when), " ", each.sentence);
     }
     content += '\n';
     Notice notice(concat("Simulation servers: ", count, " changes"), letter(content, monitor));
     notice.summary = printable(summary, max_summary_length);
     notice.written = news.back().when;
     return notice;
-}
-
-std::string utc_text(WallTime when)
-{
-    using namespace std::chrono;
-    auto const day = floor<days>(when);
-    year_month_day const date(day);
-    hh_mm_ss const time(floor<seconds>(when - day));
-    char text[64];
-    std::snprintf(text, sizeof text, "%04d-%02u-%02u %02d:%02d:%02d UTC", static_cast<int>(date.year()),
-                  static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()),
-                  static_cast<int>(time.hours().count()), static_cast<int>(time.minutes().count()),
-                  static_cast<int>(time.seconds().count()));
-    return text;
 }
 
 } // namespace webots_cloud::core

@@ -40,7 +40,4 @@ Notice news_notice(News const& news, std::string_view monitor);
 /// single one is told as ever.   Precondition: `news` is not empty.
 Notice digest_notice(std::vector<News> const& news, std::size_t left_out, std::string_view monitor);
 
-/// `2026-01-31 23:59:58 UTC`
-std::string utc_text(WallTime when);
-
 } // namespace webots_cloud::core

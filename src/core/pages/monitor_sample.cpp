@@ -2,6 +2,7 @@
 
 #include "core/load/load_formula.hpp"
 #include "core/text.hpp"
+#include "core/time_text.hpp"
 
 #include <cmath>
 
@@ -72,8 +73,7 @@ std::string monitor_csv_header()
 std::string monitor_csv_line(WallTime time, MonitorSample const& sample)
 {
     // A look that comes a moment too early belongs to the second that it was meant for.
-    auto line =
-        std::to_string(std::chrono::floor<std::chrono::seconds>(time + too_near).time_since_epoch().count());
+    auto line = unix_seconds(time + too_near);
     for (int const count : {sample.running, sample.idle})
         line.append(", ").append(std::to_string(count));
     for (double const percent : {sample.cpu, sample.memory, sample.gpu_compute, sample.gpu_memory_controller,

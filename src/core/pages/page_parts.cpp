@@ -4,7 +4,6 @@
 #include "core/text.hpp"
 
 #include <cmath>
-#include <ctime>
 
 namespace webots_cloud::core {
 namespace {
@@ -55,28 +54,9 @@ std::string page_end(PageAssets const& assets)
     return html + "</body>\n</html>\n";
 }
 
-std::string format_time(WallTime time, char const* format)
-{
-    std::time_t const seconds = std::chrono::system_clock::to_time_t(time);
-    std::tm parts{};
-    localtime_r(&seconds, &parts);
-    char text[64];
-    return {text, std::strftime(text, sizeof text, format, &parts)};
-}
-
 std::string rounded(double value)
 {
     return python_float(std::round(value * 100) / 100);
-}
-
-std::string age_text(Duration since)
-{
-    auto const seconds = std::chrono::duration_cast<std::chrono::seconds>(since).count();
-    if (seconds < 120)
-        return std::to_string(seconds) + " s";
-    if (seconds < 7200)
-        return std::to_string(seconds / 60) + " min";
-    return std::to_string(seconds / 3600) + " h";
 }
 
 } // namespace webots_cloud::core

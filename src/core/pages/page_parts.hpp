@@ -1,8 +1,6 @@
 // What the pages at /monitor of both servers share: their frame, and figures as people read them.
 #pragma once
 
-#include <webots_cloud/time.hpp>
-
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -32,13 +30,7 @@ std::string page_begin(std::string_view server, std::string_view heading, PageAs
 
 std::string page_end(PageAssets const& assets);
 
-/// A local time in the format of `strftime`.
-std::string format_time(WallTime time, char const* format);
-
 /// To at most two decimals, as the servers have always shown loads: `7.88`, `0.0`.
 std::string rounded(double value);
-
-/// `12 s`, `5 min`, `3 h`.
-std::string age_text(Duration since);
 
 } // namespace webots_cloud::core

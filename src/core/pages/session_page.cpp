@@ -1,6 +1,7 @@
 #include "monitor_page.hpp"
 
 #include "core/text.hpp"
+#include "core/time_text.hpp"
 
 namespace webots_cloud::core {
 namespace {
@@ -54,7 +55,7 @@ std::string session_monitor_page(SessionMonitorView const& view)
     auto html = page_begin("session", "Webots session server", view.assets,
                            concat("data-scheme=\"", view.ssl ? "https" : "http", "\""));
     html += concat(
-        "<p>Started on ", format_time(view.started, "%A, %B %d, %Y at %H:%M:%S"),
+        "<p>Started on ", long_local_time(view.started),
         "</p>\n<section id=\"charts\" hidden></section>\n<section>\n<p id=\"managing\">Managing ",
         std::to_string(count), count > 1 ? " simulation servers:" : " simulation server:",
         "</p>\n<div class=\"scroll\"><table class=\"bordered\" id=\"servers\">\n<thead><tr><th>#</th>"

@@ -1,6 +1,7 @@
 #include "monitor_page.hpp"
 
 #include "core/text.hpp"
+#include "core/time_text.hpp"
 
 #include <algorithm>
 #include <cmath>
