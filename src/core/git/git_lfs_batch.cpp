@@ -4,6 +4,7 @@
 
 #include <boost/json/object.hpp>
 #include <boost/json/parse.hpp>
+#include <boost/json/serialize.hpp>
 #include <boost/json/value.hpp>
 
 #include <algorithm>
@@ -56,10 +57,7 @@ bool is_ours(std::string_view name)
         "host",  "connection", "content-length",   "transfer-encoding", "upgrade",
         "te",    "trailer",    "expect",           "keep-alive",        "accept-encoding",
         "range", "cookie",     "proxy-connection", "if-range"};
-    std::string lower(name);
-    std::transform(lower.begin(), lower.end(), lower.begin(),
-                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-    return std::find(ours.begin(), ours.end(), lower) != ours.end();
+    return std::find(ours.begin(), ours.end(), lower_case(name)) != ours.end();
 }
 
 result<std::vector<std::string>> read_headers(json::object const& headers)
@@ -127,12 +125,14 @@ bool agrees(json::object const& object, LfsPointer const& pointer)
 
 std::string lfs_batch_request(std::vector<LfsPointer> const& objects)
 {
-    std::string text = R"({"operation":"download","transfers":["basic"],"objects":[)";
-    for (auto const& pointer : objects) {
-        text += text.ends_with('[') ? "" : ",";
-        text += concat(R"({"oid":")", pointer.object, R"(","size":)", std::to_string(pointer.size), "}");
-    }
-    return text += R"(],"hash_algo":"sha256"})";
+    json::array wanted;
+    wanted.reserve(objects.size());
+    for (auto const& pointer : objects)
+        wanted.push_back(json::object{{"oid", pointer.object}, {"size", pointer.size}});
+    return json::serialize(json::object{{"operation", "download"},
+                                        {"transfers", json::array{"basic"}},
+                                        {"objects", std::move(wanted)},
+                                        {"hash_algo", "sha256"}});
 }
 
 result<Downloads> parse_lfs_batch(std::string_view answer, std::vector<LfsPointer> const& objects)

@@ -1,5 +1,9 @@
-// JSON written straight into a string: for messages of many numbers, where a tree of values would cost more
-// than the text.
+// JSON of many numbers, for the monitor pages.
+//
+// Everything else leaves JSON to Boost.JSON, which also quotes the strings here. But it gives each number an
+// exponent (`7.9E0`) and needs a tree of values: a snapshot of the simulation server's board takes 31 kB and
+// 340 us as text, 45 kB and 366 us through Boost.JSON; an update of 1,000 rows 63 kB and 384 us, or 67 kB
+// and 470 us. A snapshot must fit into a browser's queue, and is sent to each browser that comes.
 #pragma once
 
 #include <string>

@@ -1,6 +1,6 @@
 #include "session_board.hpp"
 
-#include "core/json_text.hpp"
+#include "json_text.hpp"
 
 #include <algorithm>
 #include <cassert>

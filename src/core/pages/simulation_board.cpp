@@ -1,7 +1,7 @@
 #include "simulation_board.hpp"
 
-#include "core/json_text.hpp"
 #include "core/text.hpp"
+#include "json_text.hpp"
 
 #include <algorithm>
 

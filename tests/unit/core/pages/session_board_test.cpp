@@ -1,6 +1,6 @@
 #include "unit_test.hpp"
 
-#include "core/json_text.hpp"
+#include "core/pages/json_text.hpp"
 #include "core/pages/session_board.hpp"
 
 #include <cmath>
