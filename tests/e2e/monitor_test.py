@@ -74,6 +74,27 @@ def overflow(browser):
     return browser.execute_script("return document.documentElement.scrollWidth - document.documentElement.clientWidth")
 
 
+# The rows of a table without their texts: of the page that is given, as the server made it, and of the one that is open.
+ROWS = """
+    const page = new DOMParser().parseFromString(arguments[0], "text/html");
+    const bare = row => {
+        const copy = row.cloneNode(true);
+        const nodes = document.createTreeWalker(copy, NodeFilter.SHOW_TEXT);
+        while (nodes.nextNode())
+            nodes.currentNode.data = "";
+        for (const element of [copy, ...copy.querySelectorAll("*")]) {
+            for (const name of ["style", "d", "hidden"]) // the chart's
+                element.removeAttribute(name);
+            if (element.getAttribute("class") === "")
+                element.removeAttribute("class");
+        }
+        return copy.outerHTML;
+    };
+    const rows = from => Array.from(from.querySelectorAll(`#${arguments[1]} tbody tr`), bare);
+    return [rows(page), rows(document)];
+"""
+
+
 class SessionMonitor(unittest.TestCase):
     def cell(self, browser, row, label):
         return browser.execute_script(
@@ -188,6 +209,15 @@ class SessionMonitor(unittest.TestCase):
             self.assertIn("42.0%", text)
             self.assertFalse(browser.find_element("id", "charts").is_displayed())
 
+    def test_rows_are_the_same_with_and_without_scripts(self):
+        with FakeSimulationServer({"load": 96, "sessions": 1}) as full, FakeSimulationServer(None) as down, \
+                SessionServer([full.address, down.address], loadThreshold=95) as session, open_browser(800, 600) as browser:
+            self.open(browser, session)
+            wait_until(lambda: self.cell(browser, 1, "load") == "96.0%" and "500" in self.cell(browser, 2, "last report"), "no loads")
+            served, live = browser.execute_script(ROWS, session.get("/monitor"), "servers")
+            self.assertEqual(len(served), 2)
+            self.assertEqual(served, live)
+
     def test_nothing_is_fetched_from_elsewhere(self):
         with FakeSimulationServer(1) as fake, SessionServer([fake.address]) as session, open_browser(800, 600) as browser:
             self.open(browser, session)
@@ -235,6 +265,10 @@ class SimulationMonitor(unittest.TestCase):
                 self.assertGreater(float(row[5].removesuffix(" MB")), 0.5)
                 self.assertGreater(int(row[6]), 1)
             wait_until(lambda: browser.find_element("id", "count").text == "2", "they are not counted")
+            wait_until(lambda: "corridor.wbt" in simulation.get("/monitor"), "the page, which is made once a second, does not show them")
+            served, live = browser.execute_script(ROWS, simulation.get("/monitor"), "simulations")
+            self.assertEqual(len(served), 2)
+            self.assertEqual(served, live)
 
             names = browser.execute_script("return monitor.charts.flatMap(chart => chart.getLabels().slice(1))")
             self.assertEqual(sorted(names), sorted([

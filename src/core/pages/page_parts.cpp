@@ -29,8 +29,7 @@ std::string policy(PageAssets const& assets)
 
 } // namespace
 
-std::string page_begin(std::string_view server, std::string_view heading, PageAssets const& assets,
-                       std::string_view attributes)
+std::string page_begin(std::string_view server, std::string_view heading, PageAssets const& assets)
 {
     std::string html = "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
                        "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
@@ -40,8 +39,8 @@ std::string page_begin(std::string_view server, std::string_view heading, PageAs
     html += concat("<title>Webots ", server, " server</title>\n");
     for (auto const style : assets.styles)
         html.append("<style>\n").append(style).append("</style>\n");
-    html.append(concat("</head>\n<body data-port=\"", std::to_string(assets.port), "\" ", attributes,
-                       ">\n<header>\n<h1>", escape_html(heading),
+    html.append(concat("</head>\n<body data-port=\"", std::to_string(assets.port), "\">\n<header>\n<h1>",
+                       escape_html(heading),
                        "</h1>\n<p id=\"connection\" role=\"status\" hidden></p>\n</header>\n<main>\n"));
     return html;
 }

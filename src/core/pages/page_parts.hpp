@@ -23,10 +23,8 @@ struct PageAssets
         0; ///< Our own: behind a proxy that rewrites ports the live channel is at `/<port>/monitor`.
 };
 
-/// Up to the heading. `server`: `session` or `simulation`, for the title. `attributes` are those of the body,
-/// escaped already.
-std::string page_begin(std::string_view server, std::string_view heading, PageAssets const& assets,
-                       std::string_view attributes = {});
+/// Up to the heading. `server`: `session` or `simulation`, for the title.
+std::string page_begin(std::string_view server, std::string_view heading, PageAssets const& assets);
 
 std::string page_end(PageAssets const& assets);
 

@@ -6,29 +6,37 @@
 namespace webots_cloud::core {
 namespace {
 
-std::string load_text(double load, double threshold)
-{
-    auto const text = concat(rounded(load), "%");
-    return load >= threshold ? concat("<span class=\"full\">", text, "</span>") : text;
-}
-
+/// A row of the table. The page's script shows the column `line` and the keys of the chart, which mean
+/// nothing without it.
 std::string server_row(std::size_t number, SessionRow const& server, SessionMonitorView const& view)
 {
     auto const address = escape_html(server.address);
-    auto const link =
-        concat("<a href=\"", view.ssl ? "https://" : "http://", address, "/monitor\">", address, "</a>");
+    bool const is_full = server.load && *server.load >= view.threshold;
     std::string report = "waiting";
     if (server.load)
         report = age_text(view.now - server.reported);
     else if (!server.problem.empty())
         report = escape_html(server.problem);
-    return concat("<tr><td class=\"number\">", std::to_string(number), "</td><td>", link,
-                  "</td><td class=\"number\" data-label=\"load\">",
-                  server.load ? load_text(*server.load, view.threshold) : "N/A",
-                  "</td><td class=\"number\" data-label=\"sessions\">",
-                  server.sessions ? std::to_string(*server.sessions) : std::string(),
-                  "</td><td class=\"number\" data-label=\"placed\">", std::to_string(server.placed),
-                  "</td><td data-label=\"last report\">", report, "</td></tr>\n");
+    return concat(
+        "<tr", server.load ? "" : " class=\"down\"", "><td class=\"number\">", std::to_string(number),
+        "</td><td class=\"name\"><span class=\"key\" hidden></span><a href=\"",
+        view.ssl ? "https://" : "http://", address, "/monitor\">", address, "</a></td><td class=\"number",
+        is_full ? " full" : "", "\" data-label=\"load\">",
+        server.load ? concat(rounded(*server.load), "%") : "N/A",
+        "</td><td class=\"line\"><svg viewBox=\"0 0 600 100\" preserveAspectRatio=\"none\"><path/></svg>"
+        "</td><td class=\"number\" data-label=\"sessions\">",
+        server.sessions ? std::to_string(*server.sessions) : std::string(),
+        "</td><td class=\"number\" data-label=\"placed\">", std::to_string(server.placed),
+        "</td><td data-label=\"last report\">", report, "</td></tr>\n");
+}
+
+/// The row that the page's script copies for each server and fills in, so that rows look the same with and
+/// without it.
+std::string row_template(SessionMonitorView const& view)
+{
+    SessionRow row;
+    row.address = "{address}"; // wherever the address belongs
+    return concat("<template id=\"row\">", server_row(0, row, view), "</template>\n");
 }
 
 std::string average(std::vector<SessionRow> const& servers)
@@ -52,23 +60,22 @@ std::string mean_load(LoadTotals const& totals)
 std::string session_monitor_page(SessionMonitorView const& view)
 {
     auto const count = view.servers.size();
-    auto html = page_begin("session", "Webots session server", view.assets,
-                           concat("data-scheme=\"", view.ssl ? "https" : "http", "\""));
-    html += concat(
-        "<p>Started on ", long_local_time(view.started),
-        "</p>\n<section id=\"charts\" hidden></section>\n<section>\n<p id=\"managing\">Managing ",
-        std::to_string(count), count > 1 ? " simulation servers:" : " simulation server:",
-        "</p>\n<div class=\"scroll\"><table class=\"bordered\" id=\"servers\">\n<thead><tr><th>#</th>"
-        "<th>simulation server</th><th>load</th><th>sessions</th><th>placed here</th><th>last report</th>"
-        "</tr></thead>\n<tbody>\n");
+    auto html = page_begin("session", "Webots session server", view.assets);
+    html +=
+        concat("<p>Started on ", long_local_time(view.started),
+               "</p>\n<section id=\"charts\" hidden></section>\n<section>\n<p id=\"managing\">Managing ",
+               std::to_string(count), count > 1 ? " simulation servers:" : " simulation server:",
+               "</p>\n<div class=\"scroll\"><table class=\"bordered\" id=\"servers\">\n<thead><tr><th>#</th>"
+               "<th>simulation server</th><th>load</th><th class=\"line\">last 10 minutes</th>"
+               "<th>sessions</th><th>placed here</th><th>last report</th></tr></thead>\n<tbody>\n");
     std::size_t number = 0;
     for (auto const& server : view.servers)
         html += server_row(++number, server, view);
     html += concat(
         "</tbody>\n<tfoot><tr><td></td><td><b>average:</b></td><td class=\"number\"><b id=\"average\">",
         average(view.servers),
-        "</b></td><td></td><td></td><td></td></tr></tfoot>\n</table></div>\n</section>\n"
-        "<p><a href=\"viewer/\">Start a simulation</a></p>\n");
+        "</b></td><td class=\"line\"></td><td></td><td></td><td></td></tr></tfoot>\n</table></div>\n",
+        row_template(view), "</section>\n<p><a href=\"viewer/\">Start a simulation</a></p>\n");
     return html + page_end(view.assets);
 }
 

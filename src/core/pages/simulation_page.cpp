@@ -9,11 +9,11 @@
 namespace webots_cloud::core {
 namespace {
 
-/// A percentage on a scale from green to red.
+/// A percentage, which the style colours from green to red.
 std::string percentage(std::string_view id, double value)
 {
-    auto const hue = std::to_string(static_cast<int>(120 - 1.2 * std::clamp(value, 0.0, 100.0)));
-    return concat("<b class=\"percent\" id=\"", id, "\" style=\"--hue:", hue, "\">", rounded(value), "%</b>");
+    auto const text = rounded(value);
+    return concat("<b class=\"percent\" id=\"", id, "\" style=\"--value:", text, "\">", text, "%</b>");
 }
 
 /// A line of the table; `html` is escaped already.
@@ -89,10 +89,12 @@ std::string figure(std::optional<double> value, std::string_view unit, bool more
                  : std::string();
 }
 
+/// A row of the table. The page's script copies an empty one for each simulation that begins.
 std::string simulation_row(SimulationRow const& row)
 {
-    return concat("<tr><td class=\"number\">", std::to_string(row.id), "</td><td class=\"world\">",
-                  escape_html(row.world), "</td><td data-label=\"state\">", escape_html(row.state),
+    auto const world = escape_html(row.world);
+    return concat("<tr><td class=\"number\">", std::to_string(row.id), "</td><td class=\"world\" title=\"",
+                  world, "\">", world, "</td><td data-label=\"state\">", escape_html(row.state),
                   "</td><td class=\"number\" data-label=\"age\">", age_text(row.age),
                   "</td><td class=\"number\" data-label=\"CPU\">", figure(row.cpu, "%", row.more),
                   "</td><td class=\"number\" data-label=\"memory\">", figure(row.memory, " MB", row.more),
@@ -112,7 +114,8 @@ std::string simulations(SimulationMonitorView const& view)
                "<th>process</th><th>log</th></tr></thead>\n<tbody>\n");
     for (auto const& row : view.simulations)
         html += simulation_row(row);
-    return html + "</tbody>\n</table></div>\n</section>\n";
+    return html + concat("</tbody>\n</table></div>\n<template id=\"row\">", simulation_row(SimulationRow()),
+                         "</template>\n</section>\n");
 }
 
 } // namespace

@@ -150,6 +150,11 @@ const monitor = (() => {
     return text.includes(".") ? text : `${text}.0`;
   }
 
+  // A new row of the page's table, as the server makes them.
+  function newRow() {
+    return document.getElementById("row").content.firstElementChild.cloneNode(true);
+  }
+
   // An element with text or elements in it; text stays text.
   function make(tag, attributes, ...content) {
     const element = document.createElement(tag);
@@ -165,5 +170,5 @@ const monitor = (() => {
       element.textContent = text;
   }
 
-  return {span, width, watch, chart, charts, rows, color, dash, clock, age, rounded, make, write};
+  return {span, width, watch, chart, charts, rows, color, dash, clock, age, rounded, newRow, make, write};
 })();

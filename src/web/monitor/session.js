@@ -61,32 +61,18 @@
   }
 
   function buildTable() {
-    const head = table.tHead.rows[0];
-    if (!head.querySelector(".line"))
-      head.insertBefore(make("th", {class: "line"}, "last 10 minutes"), head.cells[3]);
-    const foot = table.tFoot.rows[0];
-    if (foot.cells.length < head.cells.length)
-      foot.insertCell(3).className = "line";
-    const svg = "http://www.w3.org/2000/svg";
+    document.body.classList.add("live");
     body.replaceChildren(...servers.map((server, index) => {
-      const link = make("a", {href: `${document.body.dataset.scheme}://${server.address}/monitor`}, server.address);
-      const picture = document.createElementNS(svg, "svg");
-      picture.setAttribute("viewBox", `0 0 ${span} 100`);
-      picture.setAttribute("preserveAspectRatio", "none");
-      const path = picture.appendChild(document.createElementNS(svg, "path"));
-      const key = make("span", {class: "key"});
-      const cells = {
-        load: make("td", {class: "number", "data-label": "load"}), path, key,
-        sessions: make("td", {class: "number", "data-label": "sessions"}),
-        placed: make("td", {class: "number", "data-label": "placed"}),
-        report: make("td", {"data-label": "last report"}),
-      };
-      server.cells = cells;
-      const row = make("tr", {}, make("td", {class: "number"}, String(index + 1)), make("td", {class: "name"}, key, link), cells.load,
-                       make("td", {class: "line"}, picture), cells.sessions, cells.placed, cells.report);
+      const row = monitor.newRow();
+      const cell = label => row.querySelector(`[data-label="${label}"]`);
+      const link = row.querySelector("a");
+      link.setAttribute("href", link.getAttribute("href").replace("{address}", server.address));
+      link.textContent = server.address;
+      row.cells[0].textContent = String(index + 1);
+      server.cells = {row, key: row.querySelector(".key"), path: row.querySelector("path"), load: cell("load"),
+                      sessions: cell("sessions"), placed: cell("placed"), report: cell("last report")};
       row.onpointerenter = () => chart && !isCrowd() && chart.setSelection(chart.numRows() - 1, label(index));
       row.onpointerleave = () => chart && chart.clearSelection();
-      cells.row = row;
       return row;
     }));
     paintKeys();
@@ -104,13 +90,8 @@
 
   function showRow(server) {
     const {cells} = server;
-    if (known(server)) {
-      const text = `${monitor.rounded(server.load)}%`;
-      if (cells.load.textContent !== text || !cells.load.firstElementChild !== server.load < threshold)
-        cells.load.replaceChildren(server.load >= threshold ? make("span", {class: "full"}, text) : text);
-    } else {
-      write(cells.load, "N/A");
-    }
+    write(cells.load, known(server) ? `${monitor.rounded(server.load)}%` : "N/A");
+    cells.load.classList.toggle("full", known(server) && server.load >= threshold);
     cells.row.classList.toggle("down", !known(server));
     write(cells.sessions, server.sessions === undefined ? "" : String(server.sessions));
     write(cells.placed, String(server.placed));
@@ -205,12 +186,13 @@
 
   function drawLine(server) {
     const last = times.at(-1) ?? 0;
-    const scale = span / monitor.width(times);
+    const right = server.cells.path.ownerSVGElement.viewBox.baseVal.width;
+    const scale = right / monitor.width(times);
     let path = "";
     let isOpen = false;
     server.history.forEach((load, index) => {
       if (load !== null) {
-        const x = Math.round(span - (last - times[index]) * scale);
+        const x = Math.round(right - (last - times[index]) * scale);
         path += `${isOpen ? "L" : "M"}${x} ${Math.round(100 - Math.min(load, 100))}`;
         if (!isOpen)
           path += "h1"; // a point that stands alone is seen too

@@ -115,7 +115,7 @@
       if (!element)
         continue;
       write(element, `${monitor.rounded(value)}%`);
-      element.style.setProperty("--hue", String(Math.round(120 - 1.2 * Math.min(value, 100))));
+      element.style.setProperty("--value", String(value));
     }
   }
 
@@ -131,9 +131,7 @@
       left.delete(simulation.id);
       let row = known.get(simulation.id);
       if (!row) {
-        row = make("tr", {}, make("td", {class: "number"}), make("td", {class: "world"}), make("td", {"data-label": "state"}),
-                   ...["age", "CPU", "memory", "process"].map(name => make("td", {class: "number", "data-label": name})),
-                   make("td", {"data-label": "log"}));
+        row = monitor.newRow();
         known.set(simulation.id, row);
         table.tBodies[0].append(row);
       }

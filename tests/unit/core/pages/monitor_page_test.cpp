@@ -76,8 +76,18 @@ BOOST_AUTO_TEST_CASE(a_full_server_is_marked)
 {
     SessionMonitorView view;
     view.servers = {row("a:2000", 95), row("b:2000", 94.9)};
-    BOOST_TEST(contains(session_monitor_page(view), "<span class=\"full\">95.0%</span>"));
+    BOOST_TEST(
+        contains(session_monitor_page(view), "<td class=\"number full\" data-label=\"load\">95.0%</td>"));
     BOOST_TEST(contains(session_monitor_page(view), ">94.9%</td>"));
+}
+
+BOOST_AUTO_TEST_CASE(each_page_has_a_row_for_its_script_to_copy)
+{
+    auto const session = session_monitor_page(SessionMonitorView());
+    BOOST_TEST(contains(session, "<template id=\"row\"><tr class=\"down\"><td class=\"number\">0</td>"));
+    BOOST_TEST(contains(session, "<a href=\"https://{address}/monitor\">{address}</a>"));
+    auto const simulation = simulation_monitor_page(SimulationMonitorView());
+    BOOST_TEST(contains(simulation, "<template id=\"row\"><tr><td class=\"number\">0</td>"));
 }
 
 BOOST_AUTO_TEST_CASE(every_value_is_escaped)
@@ -147,13 +157,13 @@ BOOST_AUTO_TEST_CASE(graphics_processors_are_shown_with_their_load_and_memory)
     BOOST_TEST(!contains(page, "Not recognized"));
 }
 
-BOOST_AUTO_TEST_CASE(percentages_go_from_green_to_red)
+BOOST_AUTO_TEST_CASE(percentages_say_what_they_are_coloured_by)
 {
     SimulationMonitorView view;
     view.sample.cpu = 100;
     auto const page = simulation_monitor_page(view);
-    BOOST_TEST(contains(page, "id=\"cpu\" style=\"--hue:0\">100.0%"));
-    BOOST_TEST(contains(page, "id=\"load\" style=\"--hue:120\">0.0%"));
+    BOOST_TEST(contains(page, "id=\"cpu\" style=\"--value:100.0\">100.0%"));
+    BOOST_TEST(contains(page, "id=\"load\" style=\"--value:0.0\">0.0%"));
 }
 
 BOOST_AUTO_TEST_CASE(styles_and_scripts_stand_in_the_page_itself)
