@@ -6,9 +6,9 @@
 namespace webots_cloud {
 namespace {
 
-web::Asset find(std::string_view name)
+web::Asset find(std::string_view path)
 {
-    return web::find_asset(core::concat("monitor/", name)).value_or(web::Asset());
+    return web::find_asset(path).value_or(web::Asset());
 }
 
 } // namespace
@@ -35,9 +35,10 @@ core::PageAssets monitor_assets(std::string_view script, std::uint16_t port)
 {
     core::PageAssets assets;
     assets.port = port;
-    assets.styles = {find("dygraph.min.css").content, find("monitor.css").content};
+    for (auto const* style : {"monitor/dygraph.min.css", "viewer/palette.css", "monitor/monitor.css"})
+        assets.styles.push_back(find(style).content);
     for (auto const name : {std::string_view("dygraph.min.js"), std::string_view("live.js"), script}) {
-        auto const asset = find(name);
+        auto const asset = find(core::concat("monitor/", name));
         assets.scripts.push_back(asset.content);
         assets.script_hashes.push_back(asset.inline_hash);
     }
