@@ -37,31 +37,48 @@ Failure system_refusal(fs::path const& folder)
     return {error, concat(folder.string(), purpose, error.message())};
 }
 
+/// Whether all users may rename and remove what is in a folder, whoever owns that.
+bool everybody_may_rename(struct stat const& status) noexcept
+{
+    return (status.st_mode & S_IWOTH) != 0 && (status.st_mode & S_ISVTX) == 0;
+}
+
+Failure refusal_to_share(fs::path const& folder)
+{
+    return refusal(
+        folder, concat("everybody may rename what is in it. Give it the sticky bit (chmod +t),", elsewhere));
+}
+
+/// Makes the folder where it is missing and opens it; `status` is what it is then.
+result<FileDescriptor> make_and_open(fs::path const& folder, struct stat& status)
+{
+    std::error_code failed; // opening it says why
+    fs::create_directories(folder, failed);
+    FileDescriptor opened(::open(folder.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC));
+    if (!opened || ::fstat(opened.get(), &status) != 0)
+        return system_refusal(folder);
+    return opened;
+}
+
 /// The folder that ours are in: the operator's choice, and perhaps everybody's.
 result<FileDescriptor> open_shared(fs::path const& folder)
 {
-    std::error_code failed;
-    fs::create_directories(folder, failed);
-    FileDescriptor opened(::open(folder.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC));
     struct stat status;
-    if (!opened || ::fstat(opened.get(), &status) != 0)
-        return system_refusal(folder);
-    if ((status.st_mode & S_IWOTH) != 0 && (status.st_mode & S_ISVTX) == 0)
-        return refusal(
-            folder,
-            concat("everybody may rename what is in it. Give it the sticky bit (chmod +t),", elsewhere));
+    auto opened = make_and_open(folder, status);
+    if (!opened)
+        return opened.error();
+    if (everybody_may_rename(status))
+        return refusal_to_share(folder);
     return opened;
 }
 
 /// A folder that was chosen by somebody who may have put a link there.
 result<FileDescriptor> open_chosen(fs::path const& folder, std::vector<std::string>& notices)
 {
-    std::error_code failed;
-    fs::create_directories(folder, failed);
-    FileDescriptor found(::open(folder.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC));
     struct stat status;
-    if (!found || ::fstat(found.get(), &status) != 0)
-        return system_refusal(folder);
+    auto found = make_and_open(folder, status);
+    if (!found)
+        return found.error();
     auto const is_ours = status.st_uid == ::geteuid();
     if (!is_ours && status.st_uid != 0)
         return refusal(
@@ -70,15 +87,13 @@ result<FileDescriptor> open_chosen(fs::path const& folder, std::vector<std::stri
     bool const others_write = (status.st_mode & (S_IWGRP | S_IWOTH)) != 0;
     bool const we_can = (status.st_mode & S_IRWXU) == S_IRWXU;
     if (is_ours && (others_write || !we_can)) {
-        auto const link = concat("/proc/self/fd/", std::to_string(found.get()));
+        auto const link = concat("/proc/self/fd/", std::to_string(found->get()));
         if (::chmod(link.c_str(), ((status.st_mode | S_IRWXU) & 07777) & ~mode_t(S_IWGRP | S_IWOTH)) != 0)
             return system_refusal(folder);
         notices.push_back(concat(folder.string(), " had the mode of a folder that ",
                                  we_can ? "others may write to" : "we can't use", ": that is mended."));
-    } else if ((status.st_mode & S_IWOTH) != 0 && (status.st_mode & S_ISVTX) == 0) {
-        return refusal(
-            folder,
-            concat("everybody may rename what is in it. Give it the sticky bit (chmod +t),", elsewhere));
+    } else if (everybody_may_rename(status)) {
+        return refusal_to_share(folder);
     }
     return found;
 }
