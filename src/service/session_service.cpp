@@ -7,6 +7,7 @@
 #include "core/pages/session_board.hpp"
 #include "core/pages/shared_page.hpp"
 #include "core/text.hpp"
+#include "core/time_text.hpp"
 #include "monitor_feed.hpp"
 #include "route_table.hpp"
 #include "web/assets.hpp"
@@ -254,8 +255,7 @@ HttpResponse SessionService::Impl::too_many_asked() const
 {
     HttpResponse response(200, {}, std::string(too_many_sessions));
     response.fixed_headers = html_for_any_origin;
-    auto const seconds = std::chrono::ceil<std::chrono::seconds>(asked.interval()).count();
-    response.headers.emplace_back("Retry-After", std::to_string(seconds));
+    response.headers.emplace_back("Retry-After", core::seconds_rounded_up(asked.interval()));
     return response;
 }
 

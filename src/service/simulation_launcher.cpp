@@ -10,6 +10,7 @@
 #include "core/simulation/port_pool.hpp"
 #include "core/simulation/webots_output.hpp"
 #include "core/text.hpp"
+#include "core/time_text.hpp"
 #include "run_program.hpp"
 #include "simulator_runtime.hpp"
 
@@ -33,11 +34,6 @@ constexpr auto listening_check = std::chrono::milliseconds(200);
 constexpr int ports_tried_by_webots = 10;
 
 constexpr auto restart_limit = std::chrono::seconds(30);
-
-std::string seconds_of(Duration duration)
-{
-    return std::to_string(std::chrono::duration_cast<std::chrono::seconds>(duration).count());
-}
 
 std::string describe(ExitStatus const& status)
 {
@@ -213,13 +209,14 @@ void RunningSimulation::on_deadline()
     if (now >= budget_.notice_due())
         note_lines_left_out();
     if (now >= end_of_life_)
-        stop(concat("The simulation reached its time limit of ", seconds_of(timeout_), " s."));
+        stop(concat("The simulation reached its time limit of ", core::seconds_text(timeout_), " s."));
     else if (ready_ || now < ready_by_)
         return;
     else if (loaded_)
-        stop(concat("Webots loaded the world but opened no port within ", seconds_of(start_timeout_), " s."));
+        stop(concat("Webots loaded the world but opened no port within ", core::seconds_text(start_timeout_),
+                    " s."));
     else
-        stop(concat("Webots did not load the world within ", seconds_of(start_timeout_), " s."));
+        stop(concat("Webots did not load the world within ", core::seconds_text(start_timeout_), " s."));
 }
 
 void RunningSimulation::on_output(std::string_view bytes)
