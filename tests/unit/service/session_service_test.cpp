@@ -556,7 +556,7 @@ BOOST_AUTO_TEST_CASE(new_parameters_hold_at_once_and_browsers_stay)
     BOOST_TEST(fixture.get("/session").body == "ws://a:2000");
     BOOST_TEST(fixture.get("/api/decisions").status == 200);
     BOOST_TEST(fixture.get("/viewer/defaults.json").body == "{}");
-    BOOST_TEST(fixture.get("/monitor").text().find("class=\"full\"") != std::string::npos,
+    BOOST_TEST(fixture.get("/monitor").text().find("class=\"number full\"") != std::string::npos,
                fixture.get("/monitor").text());
     fixture.world.advance(10s);
     BOOST_TEST((told == std::vector{LoadTransition::not_responding}));
