@@ -9,7 +9,7 @@ ROOT = Path(__file__).resolve().parents[2]
 DOCUMENT = 'docs/protocol.md'
 FOLDERS = ('apps', 'cmake', 'config', 'docs', 'examples', 'include', 'src', 'tests')
 KINDS = {'.cpp', '.hpp', '.py', '.js', '.md', '.sh', '.conf', '.cmake', '.txt', '.css', '.html', '.yml', '.service', '.json'}
-FEWEST = 300  # citations; with fewer, something here does not read any more what people write
+MIN_CITATIONS = 300  # citations; with fewer, something here can no longer read what people write
 
 NUMBER = r'\d{1,2}(?:\.\d{1,2}){0,2}'
 DOTTED = r'\d{1,2}(?:\.\d{1,2}){1,2}'
@@ -238,7 +238,7 @@ def main():
         if path != Path(__file__).resolve():
             faults += check(name, path.read_text(errors='replace'), document, cited)
     print('\n'.join(faults) or f'{len(cited)} citations of {DOCUMENT} lead somewhere')
-    assert len(cited) >= FEWEST, f'only {len(cited)} citations were found: are they written in a new way?'
+    assert len(cited) >= MIN_CITATIONS, f'only {len(cited)} citations were found: are they written in a new way?'
     return 1 if faults else 0
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 DOCUMENT = 'docs/protocol.md'
 SPEAKERS = ('src', 'include', 'examples/demo_simulator', 'tests/support')  # the last plays the websites
-FEWEST = 80  # texts; with fewer, something here does not read any more what people write
+MIN_TEXTS = 80  # texts; with fewer, something here can no longer read what people write
 
 # Said by others than our programs, or to a person who reads the page.
 FOREIGN = {'docker system prune --volumes'}
@@ -51,7 +51,7 @@ def main():
     texts = list(quoted((ROOT / DOCUMENT).read_text()))
     faults = [f'{DOCUMENT}:{line}: nobody says "{words}"' for line, words in texts if words not in said]
     print('\n'.join(faults) or f'{len(texts)} texts of {DOCUMENT} are said somewhere')
-    assert len(texts) >= FEWEST, f'only {len(texts)} texts were found: are they written in a new way?'
+    assert len(texts) >= MIN_TEXTS, f'only {len(texts)} texts were found: are they written in a new way?'
     return 1 if faults else 0
 
 
