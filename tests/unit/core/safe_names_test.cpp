@@ -1,4 +1,4 @@
-// Names and links that a stranger's repository may bring here.
+// Names and links in hostile repositories.
 #include "unit_test.hpp"
 
 #include "core/safe_names.hpp"

@@ -35,7 +35,7 @@ BOOST_AUTO_TEST_CASE(the_machine_is_full_before_a_client_is)
     BOOST_TEST(admission.admit("a", *place++) == Verdict::admitted);
     BOOST_TEST(admission.admit("a", *place) == Verdict::client_full_first);
     BOOST_TEST(admission.admit("a", *place) == Verdict::client_full);
-    BOOST_TEST(!admission.is_full()); // who was refused has no place
+    BOOST_TEST(!admission.is_full()); // a refused client takes no place
     BOOST_TEST(admission.admit("b", *place++) == Verdict::admitted);
     BOOST_TEST(admission.is_full());
     BOOST_TEST(admission.admit("a", *place) == Verdict::full);

@@ -54,7 +54,7 @@ BOOST_AUTO_TEST_CASE(several_fields_are_one_list_in_their_order)
                "203.0.113.7");
     BOOST_TEST(client({{"x-forwarded-for", "203.0.113.7"}, {"X-FORWARDED-FOR", "10.0.0.1"}}) ==
                "203.0.113.7");
-    // An empty one of the client's, and that of HAProxy's `option forwardfor`.
+    // An empty header of the client, and the one that HAProxy's `option forwardfor` adds.
     BOOST_TEST(client({{"X-Forwarded-For", ""}, {"Host", "h"}, {"X-Forwarded-For", "203.0.113.7"}}) ==
                "203.0.113.7");
     BOOST_TEST(client({{"X-Forwarded-For", "203.0.113.7"}, {"X-Forwarded-For", ""}}) == "203.0.113.7");
@@ -125,7 +125,7 @@ BOOST_AUTO_TEST_CASE(forwarded_is_read_as_rfc_7239_writes_it)
         BOOST_TEST(client_of_forwarded(garbage) == "-", garbage);
 }
 
-// A proxy that writes X-Forwarded-For passes its client's Forwarded on.
+// A proxy that sets X-Forwarded-For passes on whatever Forwarded its client sent.
 BOOST_AUTO_TEST_CASE(x_forwarded_for_decides_where_there_are_both)
 {
     BOOST_TEST(client({{"X-Forwarded-For", "203.0.113.7"}, {"Forwarded", "for=192.0.2.1"}}) == "203.0.113.7");

@@ -22,7 +22,7 @@ BOOST_AUTO_TEST_CASE(each_client_has_a_limit_of_its_own_and_room_again_when_some
     BOOST_TEST(limit.admit("a", tickets[2]) == Verdict::refused);
     BOOST_TEST(limit.admit("b", tickets[2]) == Verdict::admitted);
     tickets[0].release();
-    tickets[0].release(); // once is enough
+    tickets[0].release(); // the second release is ignored
     BOOST_TEST(limit.admit("a", tickets[3]) == Verdict::admitted);
     BOOST_TEST(limit.admit("a", tickets[0]) == Verdict::refused);
     tickets.clear();
@@ -52,7 +52,8 @@ BOOST_AUTO_TEST_CASE(tickets_are_moved_and_replaced_without_losing_count)
     ClientLimit::Ticket second(std::move(first));
     first = ClientLimit::Ticket();
     BOOST_TEST(limit.clients() == 1u);
-    BOOST_TEST(limit.admit("b", second) == Verdict::admitted); // gives that of a back
+    BOOST_TEST(limit.admit("b", second) ==
+               Verdict::admitted); // makes room for it by giving up the oldest of a
     BOOST_TEST(limit.clients() == 1u);
     BOOST_TEST(limit.admit("a", first) == Verdict::admitted);
     first = std::move(second);

@@ -11,7 +11,7 @@ namespace {
 
 constexpr TimePoint start(1h);
 
-/// How many of `times` requests of a client are taken.
+/// How many of `times` requests of a client are admitted.
 int taken(TokenBuckets& buckets, std::string_view client, TimePoint now, int times)
 {
     int count = 0;

@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::uint64_t nobody = 0;
 
-/// Who goes when `id` enters; `nobody` when all may stay.
+/// Who is closed when `id` enters; `nobody` when all may stay.
 std::uint64_t enter(WaitingClients& waiting, std::uint64_t id, std::string const& client)
 {
     return waiting.enter(id, client).value_or(nobody);

@@ -334,7 +334,7 @@ BOOST_AUTO_TEST_CASE(who_has_no_ssl_key_is_told_that_machines_are_asked_by_https
                    "(https://b:2000/load) and browsers sent to wss://. Configurations of 2018 to 2021 have "
                    "no such key, and "
                    "their machines speak plain http: then set it to false; else to true"});
-    BOOST_TEST(warnings(R"("a/1","b/2")").empty()); // behind a proxy, as those of all years
+    BOOST_TEST(warnings(R"("a/1","b/2")").empty()); // behind a proxy, as in configurations of all versions
     BOOST_TEST(warnings("").empty());
     BOOST_TEST(warnings(R"("a:1")", R"(,"ssl":true)").empty());
     BOOST_TEST(warnings(R"("a:1")", R"(,"ssl":false)").empty());

@@ -83,7 +83,7 @@ BOOST_AUTO_TEST_CASE(an_image_that_does_not_exist_is_told_from_other_things_that
         "manifest for cyberbotics/webots.cloud:R2099a-ubuntu22.04 not found: manifest unknown", image));
     BOOST_TEST(
         says_image_is_missing("docker.io/cyberbotics/webots.cloud:R2099a-ubuntu22.04: not found", image));
-    BOOST_TEST(says_image_is_missing("manifest unknown", image)); // of registries that say no more
+    BOOST_TEST(says_image_is_missing("manifest unknown", image)); // as some registries say, and no more
     BOOST_TEST(!says_image_is_missing("make: g++: command not found", image));
 }
 

@@ -102,8 +102,8 @@ BOOST_AUTO_TEST_CASE(images_go_that_are_ours_and_older_than_48_hours_and_not_kep
                boost::test_tools::per_element());
 }
 
-// Whoever makes a container, a network or a volume writes its labels; docker passes line ends and tabs on as
-// they are.
+// Labels of containers, networks and volumes are chosen by whoever makes them, and docker prints line ends
+// and tabs in them as they are.
 BOOST_AUTO_TEST_CASE(a_label_with_line_ends_names_nothing_of_others)
 {
     constexpr auto listing = "aaa\t\"x\\nbbb\\twebots-2000-1f3a9c4d-run1-1\\t\\tUp\"\t\"\"\tUp 3 seconds\n"
@@ -112,7 +112,7 @@ BOOST_AUTO_TEST_CASE(a_label_with_line_ends_names_nothing_of_others)
     BOOST_TEST(leftovers(listing, scope("webots-2000-1f3a9c4d-run1-1")).empty());
     BOOST_TEST(unstarted_builds(listing, identity).empty());
     constexpr auto forged =
-        "bbb\twebots-2000-1f3a9c4d-run1-1\t\tUp\n" // as of a label that was written as it is
+        "bbb\twebots-2000-1f3a9c4d-run1-1\t\tUp\n" // as from a label with a line end in it
         "ddd\t\twebots-2000-1f3a9c4d\tCreated\n";
     BOOST_TEST(leftovers(forged, scope()).empty());
     BOOST_TEST(unstarted_builds(forged, identity).empty());

@@ -1,4 +1,4 @@
-// Which commits are a repository's own.
+// Which commits belong to a repository: those that its branches and tags lead to.
 #include "git_ids.hpp"
 #include "unit_test.hpp"
 

@@ -146,7 +146,7 @@ BOOST_AUTO_TEST_CASE(what_is_not_to_be_had_says_why_without_control_characters)
     BOOST_TEST((*answers)[0].address == "");
     BOOST_TEST((*answers)[0].error == 404);
     BOOST_TEST((*answers)[0].words == "not\\x1b here");
-    BOOST_TEST((*answers)[1].address == ""); // not a word about it
+    BOOST_TEST((*answers)[1].address == ""); // the answer does not mention it
     BOOST_TEST((*answers)[1].error == 0);
 }
 

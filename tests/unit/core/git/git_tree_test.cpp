@@ -42,7 +42,7 @@ struct Repository
         return layout(way, limits);
     }
 
-    /// The same of a folder below the tree 1.
+    /// The same for a folder below the tree 1.
     std::string layout(std::string_view folder, GitLayoutLimits const& limits = {}) const
     {
         auto way = find_git_folder(id(1), folder, limits, lookup());
@@ -170,7 +170,7 @@ BOOST_AUTO_TEST_CASE(too_many_files_beside_the_way_are_left_out_all_together)
     BOOST_TEST(way.left_out);
 }
 
-// They would not have been looked at without the files beside.
+// Without the files beside the project, these would not have been read.
 BOOST_AUTO_TEST_CASE(forbidden_names_beside_the_way_are_left_out_and_refuse_nobody)
 {
     auto repository = repository_with_a_folder();

@@ -68,7 +68,7 @@ BOOST_AUTO_TEST_CASE(few_points_are_the_means_of_neighbours_that_are_known)
     auto const line = history.line(0, 4);
     BOOST_TEST((line.spacing == 2s));
     BOOST_TEST(line.values.size() == 4u);
-    BOOST_TEST(line.values[0] == 9); // of a pair that is only half there
+    BOOST_TEST(line.values[0] == 9); // the mean of a pair of which one value is unknown
     BOOST_TEST(line.values[1] == 2);
     BOOST_TEST(line.values[2] == 7);
     BOOST_TEST(std::isnan(line.values[3]));

@@ -55,7 +55,7 @@ BOOST_AUTO_TEST_CASE(figures_are_the_difference_of_two_looks)
     after.swap_used = 5;
     after.disk_used = 60;
     after.bytes_sent = 6'000'000;
-    after.bytes_received = 8'000'000; // an interface went away
+    after.bytes_received = 8'000'000; // less than before: an interface was removed
     auto const figures = machine_figures(before, after, 2s);
     BOOST_TEST(figures.cpu == 25);
     BOOST_TEST(figures.memory == 40);
@@ -75,7 +75,7 @@ BOOST_AUTO_TEST_CASE(looks_are_on_whole_seconds_and_no_second_has_two)
     BOOST_TEST((until_next_second(wall) == 1s));
     BOOST_TEST((until_next_second(wall + 250ms) == 750ms));
     BOOST_TEST((until_next_second(wall - 1ms) == 1001ms));
-    // A look that comes a little early belongs to the second that it was meant for.
+    // A sample taken a little early belongs to the second that it was meant for.
     BOOST_TEST(monitor_csv_line(wall - 1ms, sample()).starts_with("1700000000,"));
     BOOST_TEST(monitor_csv_line(wall + 800ms, sample()).starts_with("1700000000,"));
 }
@@ -123,7 +123,8 @@ BOOST_AUTO_TEST_CASE(what_a_process_tree_uses_is_a_share_of_one_processor)
 {
     BOOST_TEST(process_cpu_percent(1s, 2s, 4s) == 25);
     BOOST_TEST(process_cpu_percent(1s, 9s, 4s) == 200);
-    BOOST_TEST(process_cpu_percent(2s, 1s, 4s) == 0); // a process went and took its time along
+    BOOST_TEST(process_cpu_percent(2s, 1s, 4s) ==
+               0); // a process has ended, and its time is no longer counted
     BOOST_TEST(process_cpu_percent(1s, 2s, 0s) == 0);
 }
 

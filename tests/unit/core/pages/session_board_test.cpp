@@ -15,7 +15,7 @@ namespace {
 constexpr TimePoint start(1h);
 constexpr WallTime wall(1'700'000'000s);
 
-/// One that is up where it has a load.
+/// A server; it is up if it has a load.
 ServerLoad server(std::string address, std::optional<double> load, std::string problem = {},
                   TimePoint reported = start)
 {
@@ -61,7 +61,7 @@ BOOST_AUTO_TEST_SUITE(session_board)
 BOOST_AUTO_TEST_CASE(rows_say_what_is_known_and_nothing_more)
 {
     auto down = server("b:1", {}, "refused");
-    down.report.load = 40; // from better days
+    down.report.load = 40; // from before it went down
     auto up = server("a:1", 12.5);
     up.report.sessions = 3;
     auto const shown = session_row(up, 0);

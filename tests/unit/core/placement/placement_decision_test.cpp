@@ -19,7 +19,7 @@ std::vector<std::string> names(std::size_t count)
     return all;
 }
 
-/// A fleet on which others place sessions too, so that every branch of the policies is taken.
+/// A fleet on which other session servers place sessions too, so that every branch of the policies is taken.
 Scheduler busy_fleet(std::string policy, std::size_t size, SchedulingPolicy custom = {})
 {
     SchedulerParams params;

@@ -11,8 +11,8 @@ namespace {
 
 TimePoint const start = TimePoint(std::chrono::hours(1));
 
-/// Half an hour of reports every 5 s; three sessions worth `cost` each come and go; `disturb` adds to the
-/// load.
+/// Half an hour of reports, one every 5 s, while three sessions that cost `cost` each come and go; `disturb`
+/// is added to the load.
 template<class Disturbance>
 double learned(double assumed, double cost, Disturbance disturb)
 {
@@ -84,8 +84,7 @@ BOOST_AUTO_TEST_CASE(all_browsers_are_expected_until_some_never_came)
     AgeCounts came{};
     came[0] = 90;
     rate.record(came, 100);
-    // 90 and the ten that are assumed came, 100 did not; who came did so at once, so later little is to be
-    // hoped.
+    // With ten that are assumed, 100 of 200 came, all of them at once: few that are late will come.
     BOOST_TEST(rate.expected(unseen) == 2, boost::test_tools::tolerance(1e-9));
     AgeCounts late{};
     late[3] = 4;
@@ -113,7 +112,7 @@ BOOST_AUTO_TEST_CASE(placements_of_which_the_load_shows_no_trace_teach_nothing)
         BOOST_TEST(estimate.learn(10, 0, Seconds(5), true, doubt).xx == 0);
     }
     BOOST_TEST(!estimate.has_shown_unclaimed());
-    estimate.forget(1); // nobody came: as if it had never been
+    estimate.forget(1); // nobody came: as if it had never been placed
     BOOST_TEST(estimate.learn(10, 0, Seconds(5), true).xx == 0);
 }
 
@@ -216,7 +215,7 @@ BOOST_AUTO_TEST_CASE(one_wild_sample_counts_as_three_sessions_at_most)
     for (int quiet = 0; quiet != 100; ++quiet)
         estimate.learn(0, 0, Seconds(5), true);
     Evidence const wild = estimate.learn(500, 1, Seconds(5), true);
-    BOOST_TEST(wild.xy / wild.xx < 3.2); // the filter lets 0.96 of the session pass
+    BOOST_TEST(wild.xy / wild.xx < 3.2); // the filter passes 0.96 of the session
 }
 
 BOOST_AUTO_TEST_CASE(what_a_machine_taught_fades_within_hours)
@@ -233,7 +232,7 @@ BOOST_AUTO_TEST_CASE(what_a_machine_taught_fades_within_hours)
 BOOST_AUTO_TEST_CASE(a_few_light_sessions_say_little_by_the_load_itself)
 {
     SessionCost estimate(12);
-    estimate.weigh(5 + 10 * 0.1, 10); // the five percent that the machine carries besides are most of it
+    estimate.weigh(5 + 10 * 0.1, 10); // most of it is the five percent of load from other programs
     estimate.combine(1, 60);
     BOOST_TEST(estimate.value() > 10);
 }
@@ -272,7 +271,7 @@ BOOST_AUTO_TEST_CASE(who_came_long_ago_says_little_about_who_comes_now)
         rate.record({}, 100);
     AgeCounts unseen{};
     unseen[0] = 1;
-    BOOST_TEST(rate.expected(unseen) < 0.1); // of all who were ever counted more than 4 of 5 came
+    BOOST_TEST(rate.expected(unseen) < 0.1); // more than 4 of 5 of all that were counted came
 }
 
 BOOST_AUTO_TEST_SUITE_END()

@@ -1,4 +1,5 @@
-// What reports teach: the cost of sessions, how they differ, who comes, and who else places here.
+// What the scheduler learns from reports: the cost of sessions and how much it varies, which browsers arrive,
+// and what other session servers place.
 #include "placement_fixture.hpp"
 
 #include <cmath>
@@ -27,7 +28,7 @@ LoadReport each(double cost, int sessions)
     return counted(5 + cost * sessions, sessions);
 }
 
-/// The standard deviation of sessions' costs, relative to their mean, that the score is careful about.
+/// The standard deviation of the cost of sessions, relative to their mean, that the score reckons with.
 double variety(Candidate const& machine)
 {
     return (machine.score - machine.committed) / machine.cost - 1;
@@ -160,9 +161,9 @@ BOOST_AUTO_TEST_CASE(a_fall_that_no_departure_explains_teaches_no_cost)
         };
         report(0, 0, 5);
         report(48, 4, 40);
-        report(97, 4, 6); // somebody compiles
+        report(97, 4, 6); // another program uses the processor
         double const before = fixture.machine("a", now).cost;
-        report(10, 4, 20); // and ends, and so does what else the machine did
+        report(10, 4, 20); // it ends, and so does other load
         BOOST_TEST(fixture.machine("a", now).cost <= before * 1.01);
     }
 }
@@ -180,7 +181,7 @@ BOOST_FIXTURE_TEST_CASE(an_unknown_session_keeps_off_small_machines, Fixture)
     }
     Candidate const small = machine("small", now);
     Candidate const big = machine("big", now);
-    // On average the small one has more room, but a session may cost half as much again.
+    // On average the small one has more room, but a session may cost 50 % more.
     BOOST_TEST(small.committed + small.cost < big.committed + big.cost);
     BOOST_TEST(scheduler.place(now).value().address == "big");
 }
@@ -285,8 +286,7 @@ BOOST_AUTO_TEST_CASE(bare_numbers_tell_how_sessions_differ_too)
     BOOST_TEST(variety(scheduler.machines(start + seconds(15)).front()) == learned, tolerance(0.1));
 }
 
-// A bare number does not tell who came: those who left between two reports, and those whose world costs
-// little.
+// A bare number does not show sessions that came and left between two reports, nor those that cost little.
 BOOST_AUTO_TEST_CASE(no_shows_of_machines_that_report_a_bare_number_say_nothing_about_anybody)
 {
     Scheduler scheduler;

@@ -1,4 +1,4 @@
-// What load a machine is taken to have, between what it reports and what is known to come.
+// The load that the scheduler assumes of a machine: what it reported, and what was placed there since.
 #include "placement_fixture.hpp"
 
 using namespace webots_cloud;
@@ -8,8 +8,7 @@ using std::chrono::seconds;
 
 namespace {
 
-/// One machine that has not reported yet; `after` tells what the scheduler takes its load to be after a
-/// report.
+/// One machine that has not reported yet; `after` is the load that the scheduler assumes after a report.
 struct Level : Fixture
 {
     Level() : Fixture({}, {}) { scheduler.set_servers(named({"a"})); }
@@ -21,7 +20,7 @@ struct Level : Fixture
     }
 };
 
-/// The same of a machine that reports a bare number.
+/// The same for a machine that reports a bare number.
 struct BareLevel : Level
 {
     double after(double load, int time) { return Level::after(LoadReport(load), time); }
@@ -49,7 +48,7 @@ BOOST_FIXTURE_TEST_CASE(reports_that_show_a_new_session_in_part_do_not_lower_its
     after(counted(20, 0), 0);
     BOOST_TEST(after(counted(23, 1), 5) == 32, tolerance(1e-9));
     BOOST_TEST(after(counted(27, 1), 10) == 32, tolerance(1e-9));
-    // From now on the mean of five samples shows it in full: this difference counts.
+    // From now on the mean of five samples shows the session fully, so this difference is learned from.
     BOOST_TEST(after(counted(27, 1), 15) == 30.5, tolerance(1e-9));
 }
 
@@ -92,7 +91,7 @@ BOOST_FIXTURE_TEST_CASE(a_rise_of_a_bare_number_is_explained_by_what_was_placed,
     place(1);
     BOOST_TEST(after(12, 20) == 17, tolerance(1e-9));
     BOOST_TEST(machine("a", start + seconds(20)).pending == 0);
-    // The session may still show in part.
+    // The mean may still show only a part of the session.
     BOOST_TEST(after(14, 25) == 17, tolerance(1e-9));
 }
 

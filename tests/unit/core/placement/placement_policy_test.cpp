@@ -240,7 +240,7 @@ BOOST_AUTO_TEST_CASE(sessions_that_somebody_else_placed_are_noticed)
     report("b", 5, 5);
     std::uint64_t const after = scheduler.place(start + seconds(5)).value().decision;
     BOOST_TEST(scheduler.explain(before)->unseen_arrivals == 0);
-    // Nine of ten were not ours: 9 / 30 s, unseen for half of 5 s and a second.
+    // Others placed nine of ten: 9 in 30 s, not yet reported for half of 5 s and a second on average.
     BOOST_TEST(scheduler.explain(after)->unseen_arrivals == 9.0 / 30 * 3.5,
                boost::test_tools::tolerance(0.01));
 }

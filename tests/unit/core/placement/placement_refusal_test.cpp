@@ -1,4 +1,4 @@
-// Who is not offered, or offered with care.
+// Which machines are not offered, or only with caution.
 #include "placement_fixture.hpp"
 
 using namespace webots_cloud;
@@ -137,7 +137,7 @@ BOOST_AUTO_TEST_CASE(a_machine_that_is_idle_again_is_offered_at_its_next_report_
                 TimePoint const now = start + seconds(second);
                 bool const busy = second >= busy_from && second < busy_until;
                 if (second % 5 == 0) {
-                    // Four sessions that came before the requests, and then somebody else's work.
+                    // Four sessions that came before the requests, and then load from other programs.
                     int const sessions = second < 30 ? 0 : 4;
                     double const load = (busy ? 97 : second < 30 ? 8 : 20) + random.uniform() - 0.5;
                     LoadReport report = says == Says::number ? LoadReport(load) : counted(load, sessions);
@@ -193,7 +193,7 @@ BOOST_FIXTURE_TEST_CASE(a_machine_that_never_answered_is_unknown_and_not_lost, F
     scheduler.set_servers(named({"a", "b", "c", "d"}));
     scheduler.mark_unreachable("d", start);
     BOOST_TEST((machine("d").refusal == Refusal::unknown));
-    // It may have been up all the time, so it is not spared when it answers.
+    // It may have been up all the time, so it is not treated as restarted when it answers.
     for (char const* const name : {"a", "b", "c"})
         scheduler.report(name, counted(36, 0), start + seconds(5));
     scheduler.report("d", counted(0, 0), start + seconds(5));

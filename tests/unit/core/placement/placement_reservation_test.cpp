@@ -1,4 +1,4 @@
-// How long a placement counts.
+// How long a placement counts as load.
 #include "placement_fixture.hpp"
 
 using namespace webots_cloud;
@@ -7,7 +7,7 @@ using std::chrono::seconds;
 
 namespace {
 
-/// A machine that counts what came since it is up; nobody is starting.
+/// A machine that counts arrivals since it is up; none is starting.
 LoadReport exact(double load, int arrivals, int failed, int departures)
 {
     LoadReport report = counted(load, arrivals - departures);
@@ -26,7 +26,7 @@ BOOST_FIXTURE_TEST_CASE(a_report_that_counts_the_session_confirms_its_placement,
     place(3);
     scheduler.report("a", counted(0, 2, 2), start + seconds(5));
     BOOST_TEST(machine("a").pending == 1);
-    // Two are starting and one is on its way: all three are still committed.
+    // Two are starting and one has not arrived yet: all three still count as committed.
     BOOST_TEST(machine("a").committed == 36, boost::test_tools::tolerance(1e-9));
 }
 
@@ -108,7 +108,7 @@ BOOST_FIXTURE_TEST_CASE(a_machine_whose_counters_fall_has_come_up_anew_and_count
     scheduler.report("a", exact(0, 1, 0, 0), start + seconds(5));
     BOOST_TEST(machine("a", start + seconds(5)).pending == 1, "one of two asked it again");
     BOOST_TEST(machine("a", start + seconds(5)).committed == 12, boost::test_tools::tolerance(1e-9));
-    // Filled cautiously at first, as after a silence; 38 % with it, 60 % and more on the others.
+    // Filled cautiously at first, as after missing reports: 38 % with it, 60 % and more on the others.
     BOOST_TEST(machine("a", start + seconds(5)).score > machine("b", start + seconds(5)).score);
     BOOST_TEST(scheduler.available(start + seconds(5)));
 }

@@ -1,4 +1,4 @@
-// Whom the scheduler chooses.
+// Which machine the scheduler chooses.
 #include "placement_fixture.hpp"
 
 #include <cmath>
@@ -9,7 +9,7 @@ using namespace webots_cloud;
 using namespace webots_cloud::placement_test;
 using std::chrono::seconds;
 
-// g++ 12 destroys temporaries of aggregates twice in expressions that await.
+// A class with a constructor: g++ 12 destroys temporaries of aggregates twice in expressions with co_await.
 static_assert(!std::is_aggregate_v<ServerSpec> && !std::is_aggregate_v<SchedulerParams>);
 static_assert(!std::is_aggregate_v<Placement> && !std::is_aggregate_v<Candidate>);
 static_assert(!std::is_aggregate_v<Decision> && !std::is_aggregate_v<Decision::Entry>);
@@ -176,7 +176,7 @@ BOOST_AUTO_TEST_CASE(of_equal_servers_those_that_were_never_served_come_first)
         params.seed = seed;
         Fixture fixture(params);
         std::string const served(fixture.scheduler.place(start).value().address);
-        for (char const* const name : {"a", "b", "c"}) // all with one visible session
+        for (char const* const name : {"a", "b", "c"}) // each with one session in its report
             fixture.scheduler.report(name, counted(12, 1), start);
         BOOST_TEST(!fixture.place(2).contains(served), "seed " << seed);
     }
@@ -236,7 +236,7 @@ BOOST_FIXTURE_TEST_CASE(sessions_that_start_make_a_server_unavailable_before_the
 BOOST_FIXTURE_TEST_CASE(what_was_placed_and_nobody_claimed_makes_no_server_unavailable, OneMachine)
 {
     TimePoint const now = teach_cost();
-    place(4, now); // with the four that are there: 8 * 12 % reach 95 %
+    place(4, now); // with the four that are running: 8 * 12 % reach 95 %
     BOOST_TEST(machine("a", now).overcommitted);
     BOOST_TEST((machine("a", now).refusal == Refusal::none));
     BOOST_TEST(scheduler.available(now));

@@ -55,7 +55,7 @@ BOOST_AUTO_TEST_CASE(blob_and_tree_are_the_same)
     }
 }
 
-// It is refused as malformed later on, with a sentence that says so.
+// Later it is refused as malformed, with a sentence that says so.
 BOOST_AUTO_TEST_CASE(a_malformed_rest_is_no_reason_to_take_it_for_another_repository)
 {
     for (auto const covers : {allows, blocks}) {

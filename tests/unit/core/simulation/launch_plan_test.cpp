@@ -33,7 +33,8 @@ BOOST_AUTO_TEST_CASE(video_runs_unminimised)
                "/w/webots|--batch|--mode=pause|--port=2002|--heartbeat=5000|--stream=mjpeg|/p/worlds/a.wbt");
 }
 
-// Each Webots knows one of the two words, and refuses the other: the bare option is the same mode to all.
+// Each release of Webots knows one of the two values and refuses the other; the option without a value means
+// the same mode to all.
 BOOST_AUTO_TEST_CASE(where_the_browser_draws_webots_does_not_and_calls_the_mode_as_it_likes)
 {
     auto const without_a_mode = webots_command("/w/webots", "", 2001, "/p/worlds/a.wbt");

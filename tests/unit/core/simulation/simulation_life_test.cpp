@@ -29,7 +29,7 @@ TimePoint at(Duration since_start)
     return TimePoint() + since_start;
 }
 
-/// What happens, one word each.
+/// The actions taken, a word each.
 void tell(SimulationLife& life, std::string_view event)
 {
     if (event == "fetched")
@@ -56,7 +56,7 @@ void tell(SimulationLife& life, std::string_view event)
         BOOST_FAIL("no such event: " << event);
 }
 
-/// What a conversation's end leads to after some events.
+/// What the end of a connection leads to after some events.
 struct Row
 {
     Duration grace;
@@ -101,19 +101,19 @@ BOOST_AUTO_TEST_CASE(the_end_of_each_conversation_leads_to_one_thing)
     using enum SimulationLife::Action;
     using enum SimulationLife::Loss;
     std::vector<Row> const table{
-        // Before the world is loaded nobody is waited for.
+        // Until the world is loaded, a lost browser is not waited for.
         {no_grace, {"left"}, clean_up, none, true, false, State::ending},
         {no_grace, {"lost"}, clean_up, not_awaited, true, false, State::ending},
         {30s, {"lost"}, clean_up, not_ready, true, false, State::ending},
         {30s, {"fetched", "lost"}, clean_up, not_ready, true, false, State::ending},
         {30s, {"fetched", "launched", "lost"}, clean_up, not_ready, true, false, State::ending},
         {30s, {"fetched", "launched", "lost", "stop"}, clean_up, none, true, false, State::ending},
-        // A start that failed was not abandoned.
+        // A start that failed does not count as abandoned.
         {30s, {"failed"}, clean_up, none, false, false, State::ending},
         {30s, {"fetched", "failed"}, clean_up, none, false, false, State::ending},
         {30s, {"fetched", "launched", "exited", "failed"}, clean_up, none, false, true, State::ending},
         {30s, {"failed", "fetched", "launched"}, clean_up, none, false, false, State::ending},
-        // Afterwards a browser that was lost is waited for, and one that left is not.
+        // From then on a lost browser is waited for; one that closed the connection is not.
         {no_grace, {"fetched", "launched", "ready", "left"}, clean_up, none, false, false, State::ending},
         {no_grace,
          {"fetched", "launched", "ready", "lost"},
@@ -127,7 +127,7 @@ BOOST_AUTO_TEST_CASE(the_end_of_each_conversation_leads_to_one_thing)
         {30s, {"fetched", "launched", "ready", "lost", "stop"}, clean_up, none, false, false, State::ending},
         {30s, {"fetched", "launched", "ready", "exited"}, clean_up, none, false, true, State::ending},
         {30s, {"fetched", "launched", "ready", "lost", "exited"}, clean_up, none, false, true, State::ending},
-        // The wait is a conversation too.
+        // The wait for a browser ends as a connection does.
         {30s,
          {"fetched", "launched", "ready", "lost", "parted"},
          clean_up,
@@ -156,7 +156,7 @@ BOOST_AUTO_TEST_CASE(the_end_of_each_conversation_leads_to_one_thing)
          false,
          false,
          State::serving},
-        // A browser may return before anybody has noticed that it was lost; one returns at a time.
+        // A browser may reconnect before its old connection is found broken; one reconnects at a time.
         {30s, {"fetched", "launched", "ready", "taken"}, hand_over, none, false, false, State::serving},
         {30s,
          {"fetched", "launched", "ready", "taken", "refused", "lost"},
@@ -179,7 +179,7 @@ BOOST_AUTO_TEST_CASE(the_end_of_each_conversation_leads_to_one_thing)
          false,
          false,
          State::ending},
-        // What befell the browser before says nothing about the one that returned.
+        // How the old connection ended says nothing about the new one.
         {30s,
          {"fetched", "launched", "ready", "taken", "lost", "parted"},
          clean_up,
@@ -240,7 +240,7 @@ BOOST_AUTO_TEST_CASE(a_stop_ends_starts_and_waits_and_leaves_simulations_to_thei
     SimulationLife starting(30s, at(0s));
     BOOST_TEST(starting.server_stops());
     BOOST_TEST(starting.failed());
-    BOOST_TEST(!starting.server_stops()); // it was told
+    BOOST_TEST(!starting.server_stops()); // the browser knows of its failure already
     BOOST_TEST(!starting.must_let_go());
 
     SimulationLife serving(30s, at(0s));

@@ -19,7 +19,7 @@ std::optional<std::string> value_in(Environment const& environment, std::string_
     return found == environment.end() ? std::nullopt : std::optional(found->second);
 }
 
-/// What a simulator finds in place of `value`, which the server has.
+/// What the simulator gets for a variable that is `value` in the server's environment.
 std::optional<std::string> passed(std::string const& name, std::string const& value,
                                   Entries const& entries = {})
 {
@@ -75,7 +75,7 @@ BOOST_AUTO_TEST_CASE(what_webots_drivers_languages_and_networks_need_is_passed_o
                              "QT_QPA_PLATFORM",
                              "XAUTHORITY"})
         BOOST_TEST((passed(name, "v") == "v"), name);
-    BOOST_TEST((passed("DISPLAY", ":9") == ":0")); // the server has looked for the screen already
+    BOOST_TEST((passed("DISPLAY", ":9") == ":0")); // the server has chosen the screen already
 }
 
 BOOST_AUTO_TEST_CASE(secrets_and_what_systemd_says_to_the_server_are_not)
@@ -128,7 +128,7 @@ BOOST_AUTO_TEST_CASE(entries_name_a_variable_its_beginning_or_a_value)
     BOOST_TEST((passed("PYTHONPATH", "/x", {"PYTHONPATH="}) == ""));
     BOOST_TEST((passed("A", "1", {"A=2", "A=3"}) == "3"));
     BOOST_TEST((passed("A", "1", {"A=2", "A"}) == "1"));
-    BOOST_TEST((passed("A", "1", {"A=*", "*"}) == "*")); // a pattern replaces no name
+    BOOST_TEST((passed("A", "1", {"A=*", "*"}) == "*")); // a pattern can't set a value
     BOOST_TEST((passed("A", "1", {"B"}) == std::nullopt));
 }
 
