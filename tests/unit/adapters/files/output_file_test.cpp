@@ -1,4 +1,4 @@
-// Files that are written where a simulation may have put something else.
+// Writing files where a simulation may have put something else.
 #include "unit_test.hpp"
 
 #include "adapters/files/output_file.hpp"
@@ -38,7 +38,7 @@ struct Fixture
         return text.str();
     }
 
-    /// Opens the file, writes a line, and returns what was said about it.
+    /// Opens the file, writes a line, and returns the notices.
     std::string write(OutputMode mode)
     {
         auto const output = adapters::open_output(file, mode, 0666);

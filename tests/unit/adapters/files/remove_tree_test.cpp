@@ -18,7 +18,7 @@ namespace {
 
 constexpr uid_t nobody = 65534;
 
-/// An empty folder of a user for whom permissions count, as whom the test runs until its end.
+/// An empty folder of an unprivileged user, as whom the test runs until its end.
 struct Fixture
 {
     Fixture()

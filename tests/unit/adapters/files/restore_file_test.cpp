@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A fetched project, what a simulation made of it, and something outside.
+/// A fetched project, changes by a simulation, and a file outside of it.
 struct Fixture
 {
     Fixture()
@@ -73,7 +73,7 @@ BOOST_AUTO_TEST_CASE(a_file_that_the_project_never_had_is_not_found)
 {
     write("to/controllers/walk/new.py", "new");
     BOOST_TEST((restore("controllers/walk/new.py").error() == errc::not_found));
-    BOOST_TEST((restore("controllers/walk").error() == errc::not_found)); // a folder is no file
+    BOOST_TEST((restore("controllers/walk").error() == errc::not_found)); // a folder, not a file
     BOOST_TEST(read("to/controllers/walk/new.py") == "new");
 }
 

@@ -1,4 +1,4 @@
-// What goes between libgit2 and the server, changed on its way; and the pipe that it goes through.
+// The transport between libgit2 and the server, which rewrites what passes, and its pipe.
 #include "unit_test.hpp"
 
 #include "adapters/git/git2_transport.hpp"
@@ -18,7 +18,7 @@ using namespace webots_cloud::adapters;
 std::string const commit(40, 'a');
 std::string const shallow = "0035shallow " + commit + "\n";
 
-/// The same answer in pieces of `size` bytes.
+/// The same answer, in pieces of `size` bytes.
 result<std::string> passed(std::string const& answer, std::size_t size)
 {
     GitAnswerStart start;

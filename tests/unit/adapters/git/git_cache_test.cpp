@@ -1,4 +1,4 @@
-// What tests/integration/git_source_test.py can't do from outside: damage at a certain moment.
+// Damage at chosen moments, which tests/integration/git_source_test.py can't do from outside.
 #include "unit_test.hpp"
 
 #include "adapters/files/project_files.hpp"
@@ -79,7 +79,7 @@ struct Fixture
         return *published;
     }
 
-    /// As a server that starts again.
+    /// As a server does that is restarted.
     void reopen()
     {
         cache.reset();
@@ -123,7 +123,7 @@ BOOST_AUTO_TEST_CASE(a_cache_that_somebody_removes_is_made_anew_and_locked)
     BOOST_TEST(other.folder() == folder / "cache-1");
 }
 
-// A simulation runs as the same user, and may put anything into the cache.
+// A simulation runs as the same user, and may write anything into the cache.
 BOOST_AUTO_TEST_CASE(content_of_the_same_size_is_noticed_and_said)
 {
     for (bool const again : {false, true}) {
@@ -182,7 +182,7 @@ BOOST_AUTO_TEST_CASE(what_is_as_it_was_is_used_by_the_next_server)
     BOOST_TEST(cache->take_notices().empty());
 }
 
-// Everybody shares one object of a folder, also with those who look for donors.
+// All users of a folder share one object, including those that search for donors.
 BOOST_AUTO_TEST_CASE(a_folder_says_what_it_is_whoever_opened_it_first)
 {
     publish();
@@ -197,7 +197,7 @@ BOOST_AUTO_TEST_CASE(a_folder_says_what_it_is_whoever_opened_it_first)
     }
 }
 
-// Those that may be left out are left out all together: one that is missing was taken away.
+// Optional files are left out all together, so if only one is missing, it was removed.
 BOOST_AUTO_TEST_CASE(some_files_of_the_folders_above_are_no_proven_folder)
 {
     auto const entry = [](std::string const& mode, std::string const& name, core::GitObjectId const& id) {
@@ -226,7 +226,7 @@ BOOST_AUTO_TEST_CASE(some_files_of_the_folders_above_are_no_proven_folder)
         return adapters::is_proven(proof.text(), id_of("commit", commit), index);
     };
     BOOST_TEST(proven({"a", "b", "link", "p", "p/a.wbt"}));
-    BOOST_TEST(proven({"a", "b", "p", "p/a.wbt"})); // the link leads elsewhere
+    BOOST_TEST(proven({"a", "b", "p", "p/a.wbt"})); // the link leads out of the folder
     BOOST_TEST(proven({"p", "p/a.wbt"}));
     BOOST_TEST(!proven({"a", "p", "p/a.wbt"}));
     BOOST_TEST(!proven({"b", "link", "p", "p/a.wbt"}));

@@ -97,7 +97,7 @@ BOOST_AUTO_TEST_CASE(a_pointer_has_to_be_what_the_identifier_names)
     }
 }
 
-// Their folders may have pointers in the place of large files.
+// Such folders may hold pointers in place of large files.
 BOOST_AUTO_TEST_CASE(an_index_of_an_older_server_is_none)
 {
     auto text = write_index(example());

@@ -1,4 +1,4 @@
-// Packs: whatever arrives, in whatever pieces.
+// Reading packs, valid and damaged, in pieces of any size.
 #include "unit_test.hpp"
 
 #include "adapters/files/project_files.hpp"
@@ -157,7 +157,7 @@ BOOST_AUTO_TEST_CASE(every_changed_byte_is_an_error)
 
 BOOST_AUTO_TEST_CASE(noise_with_a_right_checksum_never_does_harm)
 {
-    std::mt19937 random(1); // always the same noise
+    std::mt19937 random(1); // the same noise in each run
     auto const good = pack({object(3, base), object(6, copy_and_add, "\x14"),
                             object(7, copy_and_add, digest("blob 10\0"s + base))});
     for (int i = 0; i < 3000; ++i) {
@@ -190,7 +190,7 @@ BOOST_AUTO_TEST_CASE(it_stops_at_any_object_and_any_delta_when_it_is_told_to)
     };
     BOOST_TEST(read(bytes, 1 << 20, 1 << 20, interrupt).has_value());
     auto const questions = asked;
-    BOOST_TEST(questions >= 5); // three objects arrive, two of them are made
+    BOOST_TEST(questions >= 5); // three objects arrive, two are made from deltas
     for (most = 0; most < questions; ++most) {
         asked = 0;
         BOOST_CHECK(read(bytes, 1 << 20, 1 << 20, interrupt).error() == errc::timed_out);

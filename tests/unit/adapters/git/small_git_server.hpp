@@ -1,4 +1,5 @@
-// A git server for unit tests: one repository, one commit, version 2 of the protocol, everything at once.
+// A git server for unit tests: one repository with one commit, version 2 of the protocol; it sends everything
+// at once.
 #pragma once
 
 #include "adapters/git/git_digest.hpp"

@@ -1,4 +1,4 @@
-// A library of NVIDIA's name and functions with two graphics processors, one of which does not tell its load.
+// A fake of NVIDIA's library with two graphics processors, one of which does not report its load.
 #include <cstdio>
 
 extern "C" {

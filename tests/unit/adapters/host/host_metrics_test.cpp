@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Control groups in a folder: ours is /a/b.
+/// Control groups in a folder; that of the test is /a/b.
 struct Fixture
 {
     Fixture()
@@ -58,11 +58,11 @@ BOOST_AUTO_TEST_CASE(without_limits_the_machine_is_what_counts)
 
 BOOST_AUTO_TEST_CASE(the_memory_of_a_group_counts_without_what_the_kernel_would_give_back)
 {
-    write("groups/a/memory.max", "1000000\n"); // of the group above ours
+    write("groups/a/memory.max", "1000000\n"); // in the parent group
     write("groups/a/memory.current", "1000000\n");
     write("groups/a/memory.stat", "anon 5\ninactive_file 7000\nactive_file 3000\n");
     BOOST_TEST(sample().memory_used == 99);
-    write("groups/a/memory.current", "9000000\n"); // while it is being lowered
+    write("groups/a/memory.current", "9000000\n"); // above the limit, as while that is being lowered
     BOOST_TEST(sample().memory_used == 100);
 }
 
@@ -72,7 +72,7 @@ BOOST_AUTO_TEST_CASE(the_files_of_a_build_that_has_ended_do_not_fill_a_group)
     write("groups/a/memory.current", "3990000000\n");
     write("groups/a/memory.stat",
           "anon 40000000\nfile 3950000000\ninactive_file 2000000000\nactive_file 1950000000\n");
-    BOOST_TEST(sample().memory_used < 99); // what is left is the machine
+    BOOST_TEST(sample().memory_used < 99); // the page cache does not count
 }
 
 BOOST_AUTO_TEST_CASE(a_limit_above_the_machine_is_none)
@@ -89,7 +89,7 @@ BOOST_AUTO_TEST_CASE(a_share_of_the_processors_is_full_before_they_are)
 {
     write("groups/a/cpu.max", "50000 100000\n");
     write("groups/a/cpu.stat", "usage_usec 5000000\nuser_usec 1\n");
-    write("groups/a/b/cpu.max", "60000 100000\n"); // more than what is above allows
+    write("groups/a/b/cpu.max", "60000 100000\n"); // more than the parent group allows
     write("groups/a/b/cpu.stat", "usage_usec 7\n");
     auto const before = sample();
     BOOST_TEST(before.share_busy == 5'000'000u);
@@ -115,14 +115,14 @@ BOOST_AUTO_TEST_CASE(groups_of_version_1_limit_in_the_same_way)
     write("groups/cpu/a/cpu.cfs_period_us", "100000\n");
     auto const uncounted = sample();
     BOOST_TEST(uncounted.memory_used == 99);
-    BOOST_TEST(uncounted.share_total == 0u); // nobody says what of it is used
+    BOOST_TEST(uncounted.share_total == 0u); // the usage is not reported
     write("groups/cpu/a/cpuacct.usage", "5000000000\n");
     auto const looked = sample();
     BOOST_TEST(looked.share_busy == 5'000'000u);
     BOOST_TEST(looked.share_total > 0u);
 }
 
-// Section 9.2: as the reference's library has it, which is as df has it, but for the rounding.
+// Section 9.2: as the library of the Python servers computes it, which is as df does but for the rounding.
 BOOST_AUTO_TEST_CASE(the_disk_is_as_full_as_df_says)
 {
     auto const metrics = make_host_metrics(params);

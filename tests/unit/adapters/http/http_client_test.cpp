@@ -25,7 +25,7 @@ namespace {
 
 constexpr std::string_view good = "HTTP/1.1 200 OK\r\nContent-Length: 2\r\n\r\n42";
 
-/// Another server: `answer` says what to send for each request of each connection; nothing: then it closes.
+/// A server: `answer` returns what to send for each request of each connection; if nothing, it closes.
 class Peer
 {
 public:
@@ -48,7 +48,7 @@ public:
     }
 
     std::atomic<int> connections = 0;
-    std::atomic<std::size_t> written = 0; ///< Bytes that found room on the way.
+    std::atomic<std::size_t> written = 0; ///< Bytes sent, including those buffered by the kernel.
 
 private:
     void serve()
@@ -85,7 +85,7 @@ private:
     std::thread thread_;
 };
 
-/// A client and what runs it.
+/// A client and its io_context.
 struct Client
 {
     result<HttpResponse> get(std::string url, Duration timeout = 30s)
@@ -102,7 +102,7 @@ struct Client
     std::unique_ptr<HttpClient> http = make_http_client(context.get_executor());
 };
 
-/// The kind of failure when the peer answers so and then waits for the client to leave.
+/// The error when the peer sends this answer and then waits for the client to close.
 Failure failure_of(std::string const& bytes, Duration timeout = 30s)
 {
     Peer peer([&](int, int) { return bytes; });
@@ -113,8 +113,8 @@ Failure failure_of(std::string const& bytes, Duration timeout = 30s)
 
 } // namespace
 
-// The rows of the table in protocol section 3, as a real peer brings them about: which are down, and which
-// are merely slow.
+// The rows of the table in protocol section 3, with a real peer: which failures mean down, and which merely
+// slow.
 BOOST_AUTO_TEST_SUITE(http_client)
 
 BOOST_AUTO_TEST_CASE(whatever_the_status_an_answer_is_an_answer)
@@ -151,7 +151,7 @@ BOOST_AUTO_TEST_CASE(a_peer_that_lets_nobody_in_is_unreachable)
     asio::io_context context;
     tcp::acceptor full(context, tcp::v4());
     full.bind({asio::ip::address_v4::loopback(), 0});
-    full.listen(0); // has room for one or two, who are never accepted
+    full.listen(0); // queues one or two connections, which are never accepted
     std::vector<tcp::socket> crowd;
     for (int i = 0; i < 8; ++i) {
         crowd.emplace_back(context);
@@ -189,7 +189,7 @@ BOOST_AUTO_TEST_CASE(answers_without_end_are_read_no_further)
     BOOST_TEST((failure_of("HTTP/1.1 200 OK\r\nX: " + std::string(100'000, 'x')) == errc::too_large));
 }
 
-// Seen: 2.8 GB of memory and an event loop that stood still for 4.9 s.
+// Once it took 2.8 GB of memory and blocked the event loop for 4.9 s.
 BOOST_AUTO_TEST_CASE(what_surrounds_the_chunks_of_an_answer_does_not_grow_without_end)
 {
     constexpr std::size_t more = 64 << 20;

@@ -23,7 +23,7 @@ void feed(HttpRequestReader& reader, std::string_view bytes)
     }
 }
 
-/// 0 when a whole request is understood, -1 when more is needed, otherwise the status of the refusal.
+/// 0 for a complete, valid request; -1 when more input is needed; otherwise the status of the refusal.
 int verdict(std::string_view bytes)
 {
     HttpRequestReader reader;
@@ -206,7 +206,7 @@ BOOST_AUTO_TEST_CASE(garbage_is_refused_at_once)
     BOOST_TEST(verdict("GET / HTTP/1.1\nHost: h\n\n") == 400);
     BOOST_TEST(verdict("GET / HTTP/2.0\r\nHost: h\r\n\r\n") == 505);
     BOOST_TEST(verdict("PRI * HTTP/2.0\r\n\r\n") == 505);
-    BOOST_TEST(verdict("GET / HTTP/1.7\r\nHost: h\r\n\r\n") == 505); // there is none
+    BOOST_TEST(verdict("GET / HTTP/1.7\r\nHost: h\r\n\r\n") == 505); // no such version
 }
 
 BOOST_AUTO_TEST_CASE(fields_that_proxies_may_read_differently_are_refused)

@@ -94,7 +94,7 @@ BOOST_AUTO_TEST_CASE(head_is_answered_without_the_body_that_it_counts)
     BOOST_TEST(answers.ends_with("\r\n\r\n/x"));
 }
 
-// RFC 9110, 8.6: a length that is told is that of the answer to GET.
+// RFC 9110, 8.6: if there is a Content-Length, it is that of the answer to GET.
 BOOST_AUTO_TEST_CASE(head_of_what_nobody_has_made_tells_no_length)
 {
     RunningServer server;
@@ -142,7 +142,7 @@ BOOST_AUTO_TEST_CASE(an_address_has_a_limit_of_connections_and_room_again_when_s
     Client refused(server);
     BOOST_TEST(refused.read_all().starts_with("HTTP/1.1 503 "));
     BOOST_TEST(server.statistics().refused_address == 1u);
-    clients[0]->upgrade("/echo"); // a WebSocket counts as much as what it was
+    clients[0]->upgrade("/echo"); // a WebSocket counts as one connection still
     BOOST_TEST_REQUIRE(server.eventually_counts(&HttpServerStatistics::websockets, 1));
     Client refused_too(server);
     BOOST_TEST(refused_too.read_all().starts_with("HTTP/1.1 503 "));
@@ -209,7 +209,7 @@ BOOST_AUTO_TEST_CASE(websockets_behind_a_proxy_are_counted_by_client)
     clients[0].reset();
     BOOST_TEST_REQUIRE(server.eventually_counts(&HttpServerStatistics::websockets, 4));
     clients[5]->upgrade("/echo", from("203.0.113.7"));
-    std::vector<std::optional<Client>> own(5); // of the proxy itself
+    std::vector<std::optional<Client>> own(5); // connections of the proxy itself
     for (auto& client : own)
         client.emplace(server).upgrade("/echo");
 }
@@ -303,7 +303,7 @@ BOOST_AUTO_TEST_CASE(who_does_not_take_a_shared_body_holds_no_copy_and_is_cut_in
     HttpServerParams params;
     params.write_timeout = std::chrono::seconds(1);
     RunningServer server(params);
-    // Far more than the kernel takes for a connection.
+    // Far more than the kernel buffers for a connection.
     server.endpoint.shared = std::make_shared<SharedBody const>(std::string(64'000'000, 'x'));
     auto const readers = [&] { return server.endpoint.shared.use_count() - 1; };
     Client slow(server);
@@ -466,7 +466,7 @@ BOOST_AUTO_TEST_CASE(stopping_closes_websockets_with_1001_and_waits_for_nobody)
     Client half(server);
     half.say("GET /");
     BOOST_TEST_REQUIRE(server.eventually_counts(&HttpServerStatistics::connections, 3));
-    BOOST_TEST(server.stop()); // none of them answers
+    BOOST_TEST(server.stop()); // none of the clients answers
     auto const farewell = websocket.read_all();
     BOOST_TEST(farewell.starts_with(std::string("\x88\x18\x03\xe9", 4)), "got " << farewell);
     BOOST_TEST(silent.read_all() == "");

@@ -23,8 +23,7 @@ namespace asio = boost::asio;
 
 namespace {
 
-/// Knows every name but those that begin with "hole": these are answered when `release` is called, like all
-/// others.
+/// Resolves every name at once, except those that begin with "hole": these when `release` is called.
 class Names
 {
 public:
@@ -74,7 +73,7 @@ struct Fixture
 
     using Outcome = std::shared_ptr<std::optional<result<Addresses>>>;
 
-    /// Asks; the outcome comes while the context runs.
+    /// Starts to resolve a name; the result arrives while the context runs.
     Outcome ask(std::string name, Duration patience = 1h, asio::cancellation_slot slot = {})
     {
         auto const outcome = std::make_shared<std::optional<result<Addresses>>>();
@@ -90,9 +89,8 @@ struct Fixture
 
     void run_until(Outcome const& outcome)
     {
-        auto const end =
-            std::chrono::steady_clock::now() + 30s; // only how long a broken resolver is waited for
-        context.restart();                          // it stops whenever there is nothing left to do
+        auto const end = std::chrono::steady_clock::now() + 30s; // a deadline for a broken resolver only
+        context.restart();                                       // it stops whenever it is out of work
         while (!*outcome && std::chrono::steady_clock::now() < end)
             context.run_one_for(1s);
         BOOST_TEST_REQUIRE(outcome->has_value());
@@ -186,7 +184,7 @@ BOOST_AUTO_TEST_CASE(a_name_that_hung_is_left_alone_for_a_while_and_its_last_add
     auto const dead = fixture.ask("hole of nobody");
     fixture.context.poll();
     fixture.run_until(
-        fixture.ask("hole", 0s)); // whose deadline comes after the moment from which they are slow
+        fixture.ask("hole", 0s)); // its deadline is later than the moment from which names count as slow
     fixture.names.release();
     fixture.run_until(slow);
     fixture.run_until(dead);
@@ -226,7 +224,7 @@ BOOST_AUTO_TEST_CASE(the_computers_own_lookup_knows_localhost_and_names_what_it_
     auto const known = adapters::look_up("localhost");
     BOOST_TEST_REQUIRE(known.has_value());
     BOOST_TEST(known->front().is_loopback());
-    auto const unknown = adapters::look_up(std::string(300, 'x')); // too long for any server to be asked
+    auto const unknown = adapters::look_up(std::string(300, 'x')); // too long for a name: no server is asked
     BOOST_TEST((unknown.error() == errc::unreachable));
     BOOST_TEST(unknown.error().message().starts_with("the name xxx"));
 }

@@ -1,5 +1,4 @@
-// A server on a free port of the loopback, with an endpoint made for tests, and clients with blocking
-// sockets.
+// A server with a test endpoint on a free port of the loopback interface, and clients with blocking sockets.
 #pragma once
 
 #include "unit_test.hpp"
@@ -28,12 +27,11 @@
 
 namespace webots_cloud {
 
-inline constexpr auto patience = std::chrono::seconds(30); // only how long a broken server is waited for
+inline constexpr auto patience = std::chrono::seconds(30); // a deadline for a broken server only
 
-/// Answers every request with its path, `/nothing` with nothing, `/shared` with `shared`, `/who` with who
-/// asks and by what that is counted. WebSockets:
-/// `/echo` answers, `/who` tells the same first, `/flood` sends until the
-/// channel refuses, `/turns` counts.
+/// Answers every request with its path, except `/nothing` (an empty body), `/shared` (`shared`) and `/who`
+/// (the client's address and quota key). WebSockets: `/echo` sends messages back, `/who` first sends the same
+/// as above, `/flood` sends until the channel refuses, `/turns` counts messages.
 class TestEndpoint final : public Endpoint
 {
 public:
@@ -73,10 +71,10 @@ public:
     }
 
     std::atomic<bool> flood_refused = false;
-    std::atomic<int> ended = 0;                 ///< Conversations.
-    Failure last_failure;                       ///< Of the one that ended last.
+    std::atomic<int> ended = 0;                 ///< WebSocket conversations that are over.
+    Failure last_failure;                       ///< Why the latest of them ended.
     std::atomic<int> messages = 0;              ///< On `/turns`.
-    std::atomic<int> max_messages_per_turn = 0; ///< Of these, before others had their turn.
+    std::atomic<int> max_messages_per_turn = 0; ///< Of these, the most in one turn of the event loop.
     std::shared_ptr<SharedBody const> shared;
 
 private:
@@ -85,7 +83,7 @@ private:
         return "I am " + std::string(client) + ", counted by [" + std::string(quota_key) + "]\n";
     }
 
-    /// Counts the messages that come before work that is waiting is done.
+    /// Counts the messages that are received before the event loop runs other work.
     boost::asio::awaitable<void> count_turns(Channel& channel)
     {
         auto const executor = co_await boost::asio::this_coro::executor;
@@ -105,7 +103,7 @@ private:
 
     void flood(Channel& channel)
     {
-        // Far more than the kernel takes for a connection.
+        // Far more than the kernel buffers for a connection.
         for (int i = 0; i < 10'000 && !flood_refused; ++i)
             flood_refused = channel.send(std::string(60'000, 'x')) == Failure(errc::too_large);
     }
@@ -142,7 +140,7 @@ public:
             stop();
     }
 
-    /// Cancels it and waits for its end; false when that does not come.
+    /// Cancels it and waits for its end; false when it does not end in time.
     bool stop()
     {
         boost::asio::post(context_, [this] { cancel_.emit(boost::asio::cancellation_type::terminal); });
@@ -181,7 +179,7 @@ private:
 class Client
 {
 public:
-    /// With a `receive_buffer` the kernel takes but so much for a client that does not read.
+    /// `receive_buffer` limits what the kernel buffers for a client that does not read.
     explicit Client(RunningServer const& server, int receive_buffer = 0) : socket_(context_)
     {
         socket_.open(boost::asio::ip::tcp::v4());
@@ -194,7 +192,7 @@ public:
 
     void say(std::string_view bytes)
     {
-        boost::system::error_code ignored; // a server may close while we speak
+        boost::system::error_code ignored; // the server may close while we send
         boost::asio::write(socket_, boost::asio::buffer(bytes), ignored);
     }
 
@@ -212,7 +210,7 @@ public:
         BOOST_TEST_REQUIRE(read_to("\r\n\r\n").starts_with("HTTP/1.1 101 "));
     }
 
-    /// What comes up to `end` and with it; less when the connection ends before.
+    /// Reads up to and including `end`; less when the connection closes before.
     std::string read_to(std::string_view end)
     {
         std::string text;
@@ -230,7 +228,7 @@ public:
         return text;
     }
 
-    /// Everything until the server ends the connection.
+    /// Reads everything until the server closes the connection.
     std::string read_all()
     {
         std::string text;

@@ -50,7 +50,7 @@ std::vector<WebSocketEvent> events(WebSocketFrameReader& reader, std::string_vie
     return found;
 }
 
-/// The code of the only event, which is a fault; 0 for anything else.
+/// The close code of the only event, a protocol error; 0 for anything else.
 unsigned fault(std::string const& bytes)
 {
     WebSocketFrameReader reader(limit);

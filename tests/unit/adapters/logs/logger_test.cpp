@@ -56,7 +56,7 @@ BOOST_AUTO_TEST_CASE(a_file_is_full_at_500_000_bytes_and_ten_old_ones_are_kept)
 {
     {
         auto const log = make_logger(params).value();
-        for (int i = 0; i < 14 * 1024; ++i) // some may be lost: the queue is bounded
+        for (int i = 0; i < 14 * 1024; ++i) // some lines may be dropped: the queue is bounded
             log.info(std::string(450, 'x'));
     }
     BOOST_TEST(fs::file_size(params.file) <= 500'000u);

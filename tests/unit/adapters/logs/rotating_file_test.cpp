@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A folder that goes with the test.
+/// A folder that is removed at the end of the test.
 struct Folder
 {
     Folder()
@@ -67,7 +67,7 @@ BOOST_AUTO_TEST_CASE(a_full_file_gets_a_number_and_only_so_many_are_kept)
 {
     Folder folder;
     auto const file = open(folder);
-    for (auto const* line : {"1111", "2222", "3333", "4444", "5555", "6666", "7777"}) // two fill a file
+    for (auto const* line : {"1111", "2222", "3333", "4444", "5555", "6666", "7777"}) // two lines fill a file
         write(*file, line);
     BOOST_TEST((folder.names() == std::set<std::string>{"output.log", "output.log.1", "output.log.2"}));
     BOOST_TEST(folder.read("output.log") == "7777\n");
@@ -96,7 +96,7 @@ BOOST_AUTO_TEST_CASE(a_line_longer_than_a_file_has_one_of_its_own)
     BOOST_TEST(folder.read("output.log") == "1\n");
 }
 
-// A simulation may put anything where the logs are, at any time.
+// A simulation may put anything in the place of the logs, at any time.
 BOOST_AUTO_TEST_CASE(what_is_in_the_way_is_set_aside_and_the_log_says_so)
 {
     Folder folder;

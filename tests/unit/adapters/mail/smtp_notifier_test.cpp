@@ -37,7 +37,7 @@ asio::awaitable<result<>> deliver(Notifier& notifier, std::string text = "Text\n
     co_return co_await notifier.deliver(std::move(notice));
 }
 
-/// Delivers when cancelled.
+/// Delivers after having been cancelled.
 asio::awaitable<result<>> deliver_late(Notifier& notifier)
 {
     co_await asio::this_coro::throw_if_cancelled(false);
@@ -47,7 +47,7 @@ asio::awaitable<result<>> deliver_late(Notifier& notifier)
     co_return co_await deliver(notifier);
 }
 
-/// A port that takes connections, because the kernel does, and a notifier that mails to it.
+/// A listening port whose connections only the kernel accepts, and a notifier that mails to it.
 struct Fixture
 {
     explicit Fixture(Duration timeout = 1min)
@@ -69,7 +69,7 @@ struct Fixture
         context.poll();
     }
 
-    /// Whatever the notifier still says until it closes the connection, which it does.
+    /// What the notifier still sends until it closes the connection.
     static std::string rest_of(tcp::socket& peer)
     {
         std::string said;
@@ -78,7 +78,7 @@ struct Fixture
         return said;
     }
 
-    /// The peer of a mail server that says yes to everything up to the text of the mail.
+    /// A mail server that accepts everything up to the text of the mail; returns its connection.
     tcp::socket accept_up_to_the_text()
     {
         auto peer = acceptor.accept();
@@ -141,7 +141,7 @@ BOOST_AUTO_TEST_CASE(cancelled_while_it_waits_it_closes_the_connection_and_ends)
 BOOST_AUTO_TEST_CASE(cancelled_in_the_middle_of_the_text_half_a_mail_never_counts_as_one)
 {
     Fixture fixture;
-    fixture.begin(std::string(std::size_t{64} << 20, 'x')); // more than sockets hold
+    fixture.begin(std::string(std::size_t{64} << 20, 'x')); // more than sockets buffer
     auto peer = fixture.accept_up_to_the_text();
     std::array<char, 1000> some{};
     asio::read(peer, asio::buffer(some));

@@ -1,4 +1,4 @@
-// Programs under the guard, and ports that are kept for them. Protocol sections 4.3 (quirk Q9), 6.1, 6.4
+// Programs run by the guard, and ports reserved for them. Protocol sections 4.3 (quirk Q9), 6.1, 6.4
 // and 6.5 (Q15); what becomes of their children is in tests/integration/guard_test.py.
 #include "unit_test.hpp"
 
@@ -37,7 +37,7 @@ struct Outcome
     ExitStatus status;
 };
 
-/// Until the program ends, or has printed `text`.
+/// Reads until the program ends, or has printed `text`.
 asio::awaitable<Outcome> watch(Process& process, std::string text)
 {
     Outcome outcome;
@@ -102,7 +102,7 @@ struct Fixture
 
 BOOST_FIXTURE_TEST_SUITE(process_host, Fixture)
 
-// 6.1: standard error comes with the output, as it was written.
+// 6.1: standard error is merged with the output, in the order of writing.
 BOOST_AUTO_TEST_CASE(output_and_errors_come_in_the_order_of_their_writing)
 {
     auto const outcome = watch_shell("printf a; printf 'b\\377\\n' >&2; printf c");
@@ -135,14 +135,14 @@ BOOST_AUTO_TEST_CASE(relative_paths_of_programs_start_at_our_directory_not_at_th
 
 BOOST_AUTO_TEST_CASE(a_program_has_no_descriptor_of_ours)
 {
-    auto const hold = host->hold_port(0); // which does not close by itself
+    auto const hold = host->hold_port(0); // a descriptor without close-on-exec
     BOOST_TEST_REQUIRE(hold.has_value());
     auto const look = "for n in 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19; do "
                       "if [ -e /proc/self/fd/$n ]; then echo $n; fi; done; echo none";
     BOOST_TEST(watch_shell(look).output == "none\n");
 }
 
-// 6.5: somebody's SIGSTOP keeps nothing alive, not even after the program was asked to end.
+// 6.5: a SIGSTOP keeps nothing alive, not even when it comes after the program was asked to end.
 BOOST_AUTO_TEST_CASE(a_guard_that_is_stopped_after_it_was_asked_ends_its_program_all_the_same)
 {
     spec.grace = std::chrono::milliseconds(100);
@@ -159,9 +159,9 @@ BOOST_AUTO_TEST_CASE(a_guard_that_is_stopped_after_it_was_let_go_ends_all_the_sa
     run(watch(*process, "ready\n"));
     auto const guard = process->id();
     process.reset();
-    (void)::kill(guard, SIGSTOP); // maybe in time
+    (void)::kill(guard, SIGSTOP); // it may come before or after the guard has ended
     context.restart();
-    context.run(); // until its end was seen
+    context.run(); // until the exit was reported
     BOOST_TEST(::kill(guard, 0) != 0);
 }
 
@@ -231,7 +231,7 @@ BOOST_AUTO_TEST_CASE(a_program_that_nobody_holds_any_more_is_killed_at_once_with
     BOOST_TEST(!fs::exists(folder / "bye"));
 }
 
-// What a simulation consumes, and where it listens, is looked at with a bound, whatever it has done.
+// Sampling the usage and the ports of a simulation takes bounded time, however many processes it has.
 BOOST_AUTO_TEST_CASE(of_many_processes_some_are_looked_at_and_it_is_said)
 {
     auto const process =
@@ -280,7 +280,7 @@ boost::system::error_code listen(tcp::acceptor& socket, std::uint16_t port, bool
 
 struct Ports : Fixture
 {
-    /// Holds some port that nobody has.
+    /// Holds a free port.
     std::uint16_t hold_some()
     {
         for (int attempt = 0; attempt < 100; ++attempt) {
@@ -288,7 +288,7 @@ struct Ports : Fixture
             BOOST_REQUIRE(!listen(probe, 0, false));
             auto const port = probe.local_endpoint().port();
             probe.close();
-            if (auto held = host->hold_port(port)) { // unless somebody was quicker
+            if (auto held = host->hold_port(port)) { // another program may have taken it meanwhile
                 hold = std::move(*held);
                 return port;
             }
@@ -338,7 +338,7 @@ BOOST_AUTO_TEST_CASE(a_port_is_free_as_soon_as_it_is_given_up)
         hold.reset();
         return !try_to_listen(port, false);
     };
-    // Several, because another program may be quicker.
+    // Several attempts, because another program may take the port first.
     BOOST_TEST((is_free_afterwards() || is_free_afterwards() || is_free_afterwards()));
 }
 
@@ -362,7 +362,7 @@ BOOST_AUTO_TEST_CASE(
     BOOST_TEST(adapters::listening_port(::getpid(), static_cast<std::uint16_t>(port - 1), next) == port);
     auto const process = start_shell("echo ready; /bin/sleep 600");
     run(watch(*process, "ready\n"));
-    BOOST_TEST(run(process->listening_port(port, port)) == 0); // somebody listens there, but not this process
+    BOOST_TEST(run(process->listening_port(port, port)) == 0); // another process listens there
     ours.close();
     BOOST_TEST(adapters::listening_port(::getpid(), port, port) == 0);
 }
@@ -375,7 +375,7 @@ BOOST_AUTO_TEST_CASE(a_port_where_connections_have_just_ended_can_be_held)
     tcp::socket browser(context);
     browser.connect(tcp::endpoint(asio::ip::address_v4::loopback(), port));
     auto connection = server.accept();
-    connection.close(); // who closes first keeps the port in TIME_WAIT
+    connection.close(); // the side that closes first keeps the port in TIME_WAIT
     char byte = 0;
     boost::system::error_code end;
     browser.read_some(asio::buffer(&byte, 1), end);

@@ -151,7 +151,7 @@ BOOST_AUTO_TEST_CASE(who_waits_for_nobody_gives_up)
 {
     FetchShare alone(budget, patient());
     BOOST_TEST(alone.take(bytes(50)).has_value());
-    budget->take_anyway(bytes(50)); // which no fetch will give back
+    budget->take_anyway(bytes(50)); // never released
     BOOST_TEST((alone.take(bytes(1)).error() == errc::unavailable));
     budget->give_back(bytes(50));
 }
@@ -166,7 +166,8 @@ BOOST_AUTO_TEST_CASE(when_all_wait_for_each_other_one_gives_up_and_the_other_goe
     std::thread other;
     {
         auto waiting = patient();
-        waiting.interrupt = [&]() -> result<> { // when both wait, the third, which still works, gives back
+        waiting.interrupt =
+            [&]() -> result<> { // when both wait, the third fetch, still running, releases its share
             if (budget->waiting == 2)
                 third.reset();
             return {};

@@ -1,4 +1,4 @@
-// Whose directories are cleared at the start: ours alone, ever. Protocol section 6.5, quirk Q11.
+// Only directories of this server are cleared at its start. Protocol section 6.5, quirk Q11.
 #include "unit_test.hpp"
 
 #include <webots_cloud/instance_root.hpp>
@@ -75,7 +75,7 @@ BOOST_AUTO_TEST_CASE(missing_folders_are_made_for_us_alone)
         BOOST_TEST(mode_of(folder) == 0700u);
 }
 
-// As the overlay of a project that a dead server had handed out.
+// As an overlay that a server left mounted when it was killed.
 BOOST_AUTO_TEST_CASE(what_is_mounted_in_left_overs_is_unmounted_and_not_emptied)
 {
     put(shared / "cache" / "file");
@@ -131,7 +131,7 @@ BOOST_AUTO_TEST_CASE(what_can_not_be_removed_is_set_aside_and_no_reason_not_to_s
     BOOST_TEST(!fs::exists(instances / "1"));
 }
 
-// As a simulation may have done, which runs as the same user.
+// A simulation, which runs as the same user, may do this.
 BOOST_AUTO_TEST_CASE(what_is_in_the_place_of_a_folder_is_set_aside_and_not_followed)
 {
     for (auto const& folder : {user, port, instances})

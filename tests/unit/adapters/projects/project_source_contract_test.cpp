@@ -1,5 +1,5 @@
-// What every source of projects promises (transport/project_source.hpp). The git source asks a small server
-// here; real ones are in tests/integration/git_source_test.py.
+// The contract of ProjectSource, for each source. The git source fetches from a small server of the test;
+// tests/integration/git_source_test.py uses real ones.
 #include "unit_test.hpp"
 
 #include "adapters/git/small_git_server.hpp"
@@ -151,7 +151,7 @@ struct Fixture
 
     result<FetchedProject> fetch(FetchOrder order) { return run(source->fetch(std::move(order))); }
 
-    /// Fetches when the cancellation has come already.
+    /// Fetches after having been cancelled.
     asio::awaitable<result<FetchedProject>> fetch_cancelled(FetchOrder order)
     {
         co_await asio::this_coro::throw_if_cancelled(false);
@@ -246,7 +246,7 @@ BOOST_AUTO_TEST_CASE_TEMPLATE(a_file_is_put_back_as_it_was, Kind, Kinds)
     restore.project = order.project;
     restore.website = order.website;
     if (restore.website)
-        restore.website->user1_id = "42"; // who has changed it
+        restore.website->user1_id = "42"; // a user, with changes of their own
     restore.directory = order.directory;
     restore.root = fetched->root;
     restore.file = "controllers/c/c.py";

@@ -1,5 +1,5 @@
-// Websites whose answers do not end. Everything else is in tests/integration/website_test.py, with a website
-// that is one: there the limits are those of a server, which nobody wants to wait for.
+// Websites whose answers do not end, with limits that are shorter than a server's. Everything else is tested
+// in tests/integration/website_test.py, with a real website.
 #include "adapters/http/network_fixture.hpp"
 
 #include <boost/asio/read_until.hpp>
@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Takes one request and sends the beginning of an archive; then more of it, as long as somebody listens, or
+/// Accepts one request and sends the beginning of an archive; then more of it until the client leaves, or
 /// nothing.
 class EndlessWebsite
 {
@@ -26,7 +26,7 @@ public:
 
     ~EndlessWebsite()
     {
-        boost::system::error_code ignored; // where nobody has asked, this ends the wait
+        boost::system::error_code ignored; // ends the wait if there was no request
         asio::ip::tcp::socket(context_).connect(acceptor_.local_endpoint(), ignored);
         thread_.join();
     }

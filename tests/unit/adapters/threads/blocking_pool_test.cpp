@@ -18,7 +18,7 @@ namespace asio = boost::asio;
 
 namespace {
 
-/// Work that waits until so many threads are at it.
+/// Work that waits until this many threads have begun it.
 class Meeting
 {
 public:
@@ -60,7 +60,7 @@ int meet(std::size_t threads, std::size_t helpers, int expected)
     return meeting.present();
 }
 
-/// 0 for the priority that programs have by themselves, more for a lower one.
+/// The nice value: 0 is the default priority, more is a lower one.
 int niceness()
 {
     return ::getpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()));

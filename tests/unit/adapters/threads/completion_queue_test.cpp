@@ -66,7 +66,7 @@ BOOST_AUTO_TEST_CASE(completions_come_in_the_order_of_their_delivery)
     expect(3);
     for (int const number : {1, 2, 3})
         deliver(number);
-    BOOST_TEST(completed.empty()); // by nobody but the event loop
+    BOOST_TEST(completed.empty()); // only the event loop completes them
     context.run();
     BOOST_TEST(completed == std::vector({1, 2, 3}), boost::test_tools::per_element());
 }

@@ -16,8 +16,8 @@ using namespace webots_cloud;
 
 namespace {
 
-/// Nanoseconds that the kernel says are the length of the calling thread's turns: the sixth field of what
-/// sched_getattr(2) tells. 0 where the kernel knows only one length for all.
+/// The calling thread's time slice in nanoseconds: the sixth field of sched_getattr(2). 0 where the kernel
+/// has one slice for all threads.
 std::uint64_t length_of_turns()
 {
     std::array<unsigned char, 48> attributes{};
@@ -36,7 +36,7 @@ struct Observed
     int nice = -1;
 };
 
-/// On a thread of its own: the test's stays as it is.
+/// Runs on a thread of its own, so that the test's own keeps its settings.
 Observed observe(int nice)
 {
     Observed observed;
@@ -56,7 +56,7 @@ Observed observe(int nice)
 
 } // namespace
 
-BOOST_AUTO_TEST_SUITE(answer_promptly_)
+BOOST_AUTO_TEST_SUITE(low_latency_scheduling)
 
 BOOST_AUTO_TEST_CASE(turns_become_shorter_where_the_kernel_can_and_threads_it_starts_are_as_before)
 {

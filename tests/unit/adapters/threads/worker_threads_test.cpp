@@ -50,7 +50,7 @@ BOOST_AUTO_TEST_CASE(threads_start_when_there_is_work_for_them)
     auto const before = threads_of_this_process();
     WorkerThreads threads(8);
     BOOST_TEST(threads_of_this_process() == before + 1);
-    std::barrier all_at_once(8); // nobody passes before the last has come
+    std::barrier all_at_once(8); // no job goes on before all have started
     for (int i = 0; i < 8; ++i)
         threads.post([&all_at_once] { all_at_once.arrive_and_wait(); });
     threads.join();
