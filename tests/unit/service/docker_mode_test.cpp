@@ -148,7 +148,7 @@ struct Fixture
         BOOST_TEST(ended.error().code() == asio::error::operation_aborted);
     }
 
-    /// What was run since docker mode was opened.
+    /// Commands run since docker mode was opened.
     Texts run() const
     {
         Texts lines;
@@ -242,7 +242,7 @@ BOOST_AUTO_TEST_CASE(what_is_missing_is_said_to_the_operator)
         Fixture fixture;
         fixture.expect_commands(1);
         fixture.expect_commands(1,
-                                "Docker  has \nWARNING: No swap limit support\n"); // and calls that a success
+                                "Docker  has \nWARNING: No swap limit support\n"); // with exit status 0
         BOOST_TEST(said_by_open(fixture) ==
                    "docker: the daemon does not answer: Is it running, and may this user use it?");
     }
@@ -298,7 +298,8 @@ BOOST_AUTO_TEST_CASE(a_simulation_is_told_in_the_order_that_browsers_rely_on)
     fixture.open();
     fixture.files.texts[std::string(root) + "/webots.yml"] =
         "type: demo\ndockerCompose:theia:webots-project/controllers/\n";
-    fixture.files.texts[std::string(root) + "/webots.yaml"] = "type: other\n"; // of both the first counts
+    fixture.files.texts[std::string(root) + "/webots.yaml"] =
+        "type: other\n"; // where there are both, the first counts
     fixture.files.texts[std::string(root) + "/Makefile"] = "all:\n";
     fixture.processes.expect()
         .prints("Creating network \"x_default\"\r\n\r\nStep 1/9 : ARG A\nPulling theia\n./configure\n")
@@ -418,7 +419,7 @@ BOOST_AUTO_TEST_CASE(a_step_of_a_build_that_was_given_up_is_removed_when_it_is_n
     running.spawn(fixture.run_docker());
     fixture.world.advance(60s);
     auto const lines = fixture.run();
-    BOOST_TEST_REQUIRE(lines.size() == 5u); // and nothing more while no simulation ends
+    BOOST_TEST_REQUIRE(lines.size() == 5u); // nothing more until a simulation ends
     BOOST_TEST(lines[2] == "/bin/docker rm --force --volumes b1");
     running.cancel_all();
     fixture.world.run(running.join());
@@ -665,7 +666,7 @@ BOOST_AUTO_TEST_CASE(old_images_go_only_where_the_operator_has_named_those_that_
     BOOST_TEST(run.at(7) == "/bin/docker rmi webots-2000-1f3a9c4d-aa-0_webots:latest");
 }
 
-/// A competition, a reset and a departure: in each run one more call of one seam succeeds before one fails.
+/// A competition, a reset and an end: in the n-th run the n-th call of one seam fails.
 int run_until_nothing_blows(testing::Fuse& (*fuse_of)(Fixture&))
 {
     for (int call = 1;; ++call) {
@@ -695,7 +696,7 @@ BOOST_AUTO_TEST_CASE(whatever_fails_exactly_one_error_is_told_and_nothing_is_lef
     auto const processes = [](Fixture& fixture) -> testing::Fuse& { return fixture.processes.fuse; };
     BOOST_TEST(run_until_nothing_blows(files) ==
                6); // project, compose file, competition, launcher, Dockerfile; all written
-    BOOST_TEST(run_until_nothing_blows(processes) == 6); // a port, compose, a restart, three looks
+    BOOST_TEST(run_until_nothing_blows(processes) == 6); // a port, compose, a restart, three listings
 }
 
 BOOST_AUTO_TEST_SUITE_END()

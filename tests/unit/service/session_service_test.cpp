@@ -73,7 +73,7 @@ struct Fixture
         world.settle();
     }
 
-    std::string client; ///< Who asks from now on.
+    std::string client; ///< Of the requests from now on.
     testing::World world;
     testing::RecordingLog log;
     testing::ScriptedHttp http;
@@ -187,7 +187,7 @@ BOOST_AUTO_TEST_CASE(head_is_answered_as_get_but_takes_no_place)
     BOOST_TEST(session.status == 200);
     BOOST_TEST(content_type(session) == "text/html; charset=UTF-8");
     BOOST_TEST(header(session, "Access-Control-Allow-Origin") == "*");
-    BOOST_TEST(session.body == ""); // which place it would be is known only when it is taken
+    BOOST_TEST(session.body == ""); // HEAD places nobody, so there is no address
     BOOST_TEST(fixture.get("/metrics").body.find("webots_placements_total{result=\"placed\"} 0\n") !=
                std::string::npos);
     BOOST_TEST(fixture.get("/session").body == "wss://a:2000");
@@ -283,7 +283,7 @@ BOOST_AUTO_TEST_CASE(who_watches_the_monitor_gets_everything_once_and_then_what_
     BOOST_TEST(watcher.sent.size() == before);
 }
 
-// The event loop belongs to nobody else.
+// One client must not keep the event loop from the others.
 BOOST_AUTO_TEST_CASE(all_who_come_to_watch_between_two_updates_get_one_text_and_miss_nothing)
 {
     Fixture fixture;
@@ -292,7 +292,7 @@ BOOST_AUTO_TEST_CASE(all_who_come_to_watch_between_two_updates_get_one_text_and_
     fixture.world.advance(1s);
     testing::LoopbackChannel first(fixture.world.executor());
     fixture.connect(first, "/monitor");
-    BOOST_TEST(fixture.get("/session").body == "wss://a:2000"); // which a text of one's own would count
+    BOOST_TEST(fixture.get("/session").body == "wss://a:2000"); // a snapshot made anew would count it
     testing::LoopbackChannel second(fixture.world.executor());
     fixture.connect(second, "/monitor");
     BOOST_TEST_REQUIRE(second.sent.size() == 1u);
@@ -308,7 +308,7 @@ BOOST_AUTO_TEST_CASE(all_who_come_to_watch_between_two_updates_get_one_text_and_
     fixture.world.settle();
 }
 
-// The event loop belongs to nobody else.
+// One client must not keep the event loop from the others.
 BOOST_AUTO_TEST_CASE(the_monitor_page_is_made_once_a_second_for_all_who_ask)
 {
     Fixture fixture;

@@ -46,7 +46,7 @@ LaunchSpec launch_spec(std::string mode = "x3d")
     return spec;
 }
 
-/// Says which ports were held when a program was started, and takes its time to start it.
+/// Records which ports were held when a program was started; starting one takes time.
 class SlowHost final : public ProcessHost
 {
 public:
@@ -293,7 +293,7 @@ BOOST_AUTO_TEST_CASE(a_port_that_somebody_else_has_is_skipped_said_and_not_lent)
     BOOST_TEST(fixture.launcher.running() == 0u);
 }
 
-// Whoever binds the port between our look and the simulator's would have the browser.
+// Otherwise another program could bind the port in between, and browsers would connect to it.
 BOOST_AUTO_TEST_CASE(a_port_is_ours_until_the_program_starts_and_free_for_it_then)
 {
     Fixture fixture;
@@ -306,7 +306,7 @@ BOOST_AUTO_TEST_CASE(a_port_is_ours_until_the_program_starts_and_free_for_it_the
 
 BOOST_AUTO_TEST_CASE(a_program_that_does_not_start_gives_its_port_back_and_says_why)
 {
-    Fixture fixture; // nothing is in the script
+    Fixture fixture; // with an empty script, starting fails
     auto const failed = fixture.launch();
     BOOST_TEST_REQUIRE(!failed.has_value());
     BOOST_TEST(failed.error() == errc::start_failed);
@@ -322,7 +322,7 @@ BOOST_AUTO_TEST_CASE(whatever_fails_in_a_launch_nothing_is_left_of_it)
         fixture.processes.fuse = testing::Fuse(calls);
         fixture.processes.expect();
         auto const simulation = fixture.launch();
-        // A port that can't be had is not the end: there is another.
+        // When a port is in use, the next one is taken.
         BOOST_TEST(simulation.has_value() == (calls != 2), calls);
         BOOST_TEST(fixture.launcher.running() == (simulation ? 1u : 0u));
         if (!fixture.processes.fuse.blown())
@@ -396,9 +396,9 @@ BOOST_AUTO_TEST_CASE(to_ask_for_the_end_again_changes_neither_the_moment_nor_the
     auto const ended = fixture.next<SimulationEnded>(*simulation);
     BOOST_TEST((fixture.elapsed() == 7s));
     BOOST_TEST((ended.status == ExitStatus(SIGKILL, true)));
-    BOOST_TEST(ended.reason == ""); // whoever asked for it knows why
+    BOOST_TEST(ended.reason == ""); // whoever ended it knows the reason
     BOOST_TEST(ended.was_ready);
-    simulation->terminate(); // safe when there is nobody to ask
+    simulation->terminate(); // harmless once the process is gone
 }
 
 BOOST_AUTO_TEST_CASE(who_asks_for_the_end_of_one_that_is_being_ended_hides_no_reason)
@@ -441,7 +441,7 @@ BOOST_AUTO_TEST_CASE(a_start_that_takes_too_long_is_ended_to_the_second_and_what
     }
 }
 
-// Its life begins when it is started, whoever listens to what becomes of it.
+// The time limit counts from the start, whether or not anybody has asked for events.
 BOOST_AUTO_TEST_CASE(a_simulation_that_nobody_has_asked_about_is_ended_at_its_limit_when_somebody_does)
 {
     Fixture fixture;
@@ -510,7 +510,7 @@ BOOST_AUTO_TEST_SUITE_END()
 
 namespace {
 
-/// The same with docker, which is open.
+/// The same with docker mode, opened.
 struct ContainerFixture : Fixture
 {
     ContainerFixture()
@@ -544,7 +544,7 @@ struct ContainerFixture : Fixture
             processes.expect().after(each).prints(output).exits(0);
     }
 
-    static constexpr int looks = 3; ///< For containers, networks and volumes that are left.
+    static constexpr int looks = 3; ///< Commands that list containers, networks and volumes left behind.
 
     testing::MemoryTextFiles files;
     DockerMode docker;
@@ -571,7 +571,7 @@ BOOST_AUTO_TEST_CASE(a_project_that_can_not_be_prepared_costs_no_port_and_starts
 
 BOOST_AUTO_TEST_CASE(a_compose_that_does_not_start_gives_its_port_back_and_says_why)
 {
-    ContainerFixture fixture; // nothing more is in the script
+    ContainerFixture fixture; // with nothing more in the script, the next command fails
     auto const failed = fixture.world.run(fixture.containers.launch(launch_spec()));
     BOOST_TEST_REQUIRE(!failed.has_value());
     BOOST_TEST(failed.error() == errc::start_failed);

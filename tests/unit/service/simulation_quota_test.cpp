@@ -1,4 +1,4 @@
-// What one client may have of a simulation server.
+// How much of a simulation server one client may use.
 #include "run.hpp"
 #include "unit_test.hpp"
 
@@ -147,7 +147,7 @@ struct Fixture
 
 using Texts = std::vector<std::string>;
 
-/// Ways for a start of the client "a" to come to its end.
+/// Ways in which a start of the client "a" can end.
 std::pair<std::string, void (*)(Fixture&)> const ends[] = {
     {"the repository is refused",
      [](Fixture& f) {
@@ -375,9 +375,9 @@ BOOST_AUTO_TEST_CASE(sockets_that_start_nothing_make_room_for_those_that_come)
     BOOST_TEST(first.close_code.has_value());
     BOOST_TEST(fixture.log.contains(
         "More than 3 connections, or 3 of one address, start nothing: the oldest, [1], is closed"));
-    auto& fourth = fixture.connect("e"); // who runs does not wait
+    auto& fourth = fixture.connect("e"); // a running simulation does not count as waiting
     BOOST_TEST(!second.close_code.has_value());
-    third.browser_says(start_message); // a start that comes late is as good
+    third.browser_says(start_message); // a late start is accepted too
     fixture.processes.expect().prints(".\n");
     fixture.world.settle();
     BOOST_TEST(third.was_told("webots:"));
@@ -397,7 +397,7 @@ BOOST_AUTO_TEST_CASE(a_client_with_too_many_idle_sockets_takes_no_room_from_othe
     BOOST_TEST(!other.close_code.has_value());
     BOOST_TEST(std::count_if(idle.begin(), idle.end(),
                              [](auto const* b) { return !b->close_code.has_value(); }) == 2);
-    fixture.world.advance(31s); // and these go in time
+    fixture.world.advance(31s); // these are closed at their deadline
     BOOST_TEST(fixture.browsings.size() == 0u);
 }
 

@@ -199,7 +199,7 @@ BOOST_AUTO_TEST_CASE(what_a_simulator_prints_is_kept_in_a_log_of_its_own_but_for
     BOOST_TEST(browser.close_code.has_value());
 }
 
-// The event loop belongs to nobody else.
+// One client must not keep the event loop from the others.
 BOOST_AUTO_TEST_CASE(
     of_a_simulator_that_prints_without_end_a_part_is_passed_on_and_its_state_is_known_all_the_same)
 {
@@ -350,7 +350,7 @@ BOOST_AUTO_TEST_CASE(the_browser_may_leave_at_any_moment_and_nothing_stays)
         auto& browser = fixture.start();
         fixture.world.advance(std::chrono::seconds(seconds));
         fixture.leave(browser);
-        fixture.world.advance(2s); // the grace of the stubborn
+        fixture.world.advance(2s); // the grace of a program that ignores SIGTERM
     }
 }
 
@@ -726,7 +726,7 @@ BOOST_AUTO_TEST_CASE(load_is_a_bare_float_and_json_for_those_who_ask)
     fixture.leave(browser);
 }
 
-// A session server gives back the places of those who came and whose start failed.
+// The session server releases the reservations of browsers whose start failed.
 BOOST_AUTO_TEST_CASE(load_counts_who_came_whose_start_failed_and_who_left_since_the_server_is_up)
 {
     Fixture fixture;
@@ -819,7 +819,7 @@ BOOST_AUTO_TEST_CASE(load_is_the_mean_of_the_last_five_seconds)
     BOOST_TEST(fixture.service.load() == 0);
 }
 
-// What starts a server also keeps a small machine busy for a moment: that refuses nobody.
+// Starting the server itself makes a small machine busy for a moment, which must not refuse anybody.
 BOOST_AUTO_TEST_CASE(the_moment_of_the_start_is_no_load)
 {
     testing::World world;
@@ -837,7 +837,7 @@ BOOST_AUTO_TEST_CASE(the_moment_of_the_start_is_no_load)
     BOOST_TEST(service.load() == 0);
     metrics.cpu = 40;
     world.advance(1s);
-    BOOST_TEST(service.load() == 40); // of all the time since the start
+    BOOST_TEST(service.load() == 40); // averaged since the start
     tasks.cancel_all();
     world.run(tasks.join());
 }
@@ -854,7 +854,7 @@ BOOST_AUTO_TEST_CASE(the_monitor_lists_what_runs)
     auto const first = std::get<HttpResponse>(fixture.service.respond(request));
     BOOST_TEST((std::get<HttpResponse>(fixture.service.respond(request)).shared ==
                 first.shared)); // made once a second
-    fixture.world.advance(1s);  // now it is looked at what it consumes
+    fixture.world.advance(1s);  // now its usage is sampled
     auto const page = std::get<HttpResponse>(fixture.service.respond(request)).text();
     BOOST_TEST(page.find("data-label=\"CPU\">50.0%</td>") != std::string::npos);
     BOOST_TEST(page.find("data-label=\"memory\">12.3 MB</td>") != std::string::npos);
@@ -926,12 +926,12 @@ BOOST_AUTO_TEST_CASE(who_watches_the_monitor_gets_everything_once_and_then_a_poi
             "\"state\":\"idle\",\"age\":2,\"log\":\"1.log\",\"process\":1001,\"cpu\":150,\"memory\":1}") !=
             std::string::npos,
         watcher.sent[2]);
-    BOOST_TEST(fixture.service.sessions() == 1u); // a watcher is none
+    BOOST_TEST(fixture.service.sessions() == 1u); // a monitor page is none
     fixture.leave(browser);
     fixture.leave(watcher);
 }
 
-// The event loop belongs to nobody else.
+// One client must not keep the event loop from the others.
 BOOST_AUTO_TEST_CASE(all_who_come_to_watch_within_a_second_get_one_text_and_miss_nothing)
 {
     Fixture fixture;
@@ -948,7 +948,7 @@ BOOST_AUTO_TEST_CASE(all_who_come_to_watch_within_a_second_get_one_text_and_miss
     watch(first);
     fixture.processes.expect().prints(".\n");
     auto& browser = fixture.start();
-    watch(second); // a text of its own would list the simulation
+    watch(second); // a snapshot made anew would list the simulation
     BOOST_TEST(second.sent.at(0) == first.sent.at(0));
     fixture.world.advance(1s);
     BOOST_TEST(second.sent.back().find("\"process\":1001") != std::string::npos, second.sent.back());
@@ -1095,7 +1095,7 @@ BOOST_AUTO_TEST_CASE(a_lost_browser_returns_within_the_grace_and_finds_its_simul
     BOOST_TEST(fixture.browsings.size() == 1u); // the old conversation is over
     fixture.world.advance(60s);
     BOOST_TEST(back.sent.back() == ".");
-    fixture.lose(back); // and again
+    fixture.lose(back); // a second time
     fixture.world.advance(29s);
     auto& again = fixture.reconnect("token1");
     BOOST_TEST(again.was_told("webots:"));
@@ -1214,8 +1214,7 @@ BOOST_AUTO_TEST_CASE(the_browser_may_be_lost_and_return_at_any_moment_and_nothin
     }
 }
 
-// A start, two resets of a controller and a return: in each run one more call of one seam succeeds before one
-// fails.
+// A start, two resets of a controller and a reconnection: in the n-th run the n-th call of one seam fails.
 int run_until_nothing_blows(testing::Fuse& (*fuse_of)(Fixture&), Duration grace)
 {
     for (int call = 1;; ++call) {
@@ -1240,7 +1239,7 @@ int run_until_nothing_blows(testing::Fuse& (*fuse_of)(Fixture&), Duration grace)
                 return text.starts_with("loading: Error: ");
             });
         bool const blown = fuse_of(fixture).blown();
-        bool const harmless = fixture.log.contains("Port 2001 is already in use."); // the next port did
+        bool const harmless = fixture.log.contains("Port 2001 is already in use."); // the next port was taken
         BOOST_TEST(errors == (blown && !harmless ? 1 : 0), "call " << call);
         if (!browser->close_code)
             fixture.leave(*browser);
@@ -1249,7 +1248,7 @@ int run_until_nothing_blows(testing::Fuse& (*fuse_of)(Fixture&), Duration grace)
     }
 }
 
-// Every call of every seam that can fail does so in turn; the fixture checks that nothing is left.
+// Each fallible call of each seam fails in turn; the fixture checks that nothing is left behind.
 BOOST_AUTO_TEST_CASE(whatever_fails_exactly_one_error_is_told_and_nothing_is_left)
 {
     for (Duration const grace : {Duration::zero(), Duration(60s)}) {
