@@ -44,7 +44,8 @@ core::AdmissionLimits admission_limits(int max_simulations)
     return limits;
 }
 
-/// The endpoints of a server whose sessions the test makes, and that is measured when the test says so.
+/// Operator endpoints over sessions that the test makes; the machine is sampled when the test calls
+/// `measure`.
 struct Fixture
 {
     explicit Fixture(SimulationServiceParams parameters = {}, int max_simulations = 4)
@@ -102,7 +103,7 @@ struct Fixture
         return ("\n" + get("/metrics").text()).find("\n" + line + "\n") != std::string::npos;
     }
 
-    /// Lets a second pass, in which the processor was busy for `cpu` percent, and looks at the machine.
+    /// Lets a second pass, in which the processor was busy for `cpu` percent, and samples the machine.
     void measure(std::uint64_t cpu = 0, Duration lag = {})
     {
         metrics.cpu = cpu;
@@ -231,7 +232,7 @@ BOOST_AUTO_TEST_CASE(what_keeps_simulations_apart_and_is_missing_makes_nobody_un
     BOOST_TEST(fixture.shows("webots_simulations_isolated 0"));
 }
 
-// Who is no operator does not even learn that there is such a path.
+// Others than the operator must not even learn that the path exists.
 BOOST_AUTO_TEST_CASE(only_the_operator_drains_and_only_by_a_request_that_is_meant)
 {
     Fixture fixture;
@@ -263,7 +264,7 @@ BOOST_AUTO_TEST_CASE(a_drained_server_has_finished_when_it_was_asked_to_and_nobo
     BOOST_TEST(!fixture.endpoints->has_finished());
     fixture.sessions.clear();
     BOOST_TEST(fixture.endpoints->has_finished());
-    // Whoever drains it without a word about its end wants it to stay.
+    // A drain that does not ask for an exit leaves the server running.
     BOOST_TEST(fixture.ask("POST", "/api/drain", "", true).text() == "draining");
     BOOST_TEST(fixture.context.draining);
     BOOST_TEST(!fixture.endpoints->has_finished());
@@ -424,13 +425,13 @@ BOOST_AUTO_TEST_CASE(each_look_is_a_line_of_the_monitor_log)
     fixture.measure();
     fixture.measure();
     BOOST_TEST(lines.size() == 2u);
-    fixture.endpoints->measure(fixture.world.clock.now(), 0); // no look
+    fixture.endpoints->measure(fixture.world.clock.now(), 0); // without a sample
     BOOST_TEST(lines.size() == 2u);
 }
 
 BOOST_AUTO_TEST_CASE(who_watches_gets_everything_and_then_what_is_new_after_each_look)
 {
-    Ended ended; // declared first, because the fixture ends the look when it goes
+    Ended ended; // declared first: the destructor of the fixture ends the measurement, which writes here
     Fixture fixture;
     auto const looking = fixture.tasks.spawn(look_at_processes(*fixture.endpoints, ended));
     fixture.measure();
@@ -456,7 +457,7 @@ BOOST_AUTO_TEST_CASE(who_watches_gets_everything_and_then_what_is_new_after_each
 
 BOOST_AUTO_TEST_CASE(nobody_looks_at_simulators_for_nobody)
 {
-    Ended ended; // declared first, because the fixture ends the look when it goes
+    Ended ended; // declared first: the destructor of the fixture ends the measurement, which writes here
     Fixture fixture;
     fixture.tasks.spawn(look_at_processes(*fixture.endpoints, ended));
     fixture.processes.expect().prints(".\n").consumes(150, 2'000'000);
@@ -465,12 +466,13 @@ BOOST_AUTO_TEST_CASE(nobody_looks_at_simulators_for_nobody)
     fixture.measure();
     fixture.measure();
     BOOST_TEST(!session.row().cpu.has_value());
-    (void)fixture.get("/monitor"); // now somebody does
+    (void)fixture.get("/monitor"); // now somebody looks at the page
     fixture.world.settle();
     BOOST_TEST(session.row().cpu.value() == 150);
 }
 
-// A look costs a moment of a thread: all of many would cost a second of it.
+// Sampling a process tree occupies a thread for a moment: sampling all of many trees would occupy it for a
+// second.
 BOOST_AUTO_TEST_CASE(of_many_simulators_25_are_looked_at_in_a_second_and_then_the_next)
 {
     Ended ended;

@@ -17,7 +17,7 @@ namespace asio = boost::asio;
 
 namespace {
 
-/// Keeps what it is asked for, and removes slowly, or not at all.
+/// Records its requests, and removes directories slowly, or fails to.
 class Source final : public ProjectSource
 {
 public:
@@ -48,8 +48,8 @@ public:
     testing::MemoryProjectSource projects;
     std::vector<FetchOrder> orders;
     std::vector<RestoreOrder> restores;
-    Duration removal{};   ///< How long one takes.
-    std::string obstacle; ///< Why none succeeds.
+    Duration removal{};   ///< How long removing a directory takes.
+    std::string obstacle; ///< Why removing one fails; empty: it succeeds.
 
 private:
     Clock& clock_;
@@ -245,7 +245,7 @@ BOOST_AUTO_TEST_CASE(a_fetch_that_fails_leaves_no_directory_and_the_reason_is_th
     BOOST_TEST((missing.error() == errc::not_found));
     BOOST_TEST(missing.error().detail() == "none.wbt does not exist.");
     BOOST_TEST(fixture.github.projects.directories().empty());
-    BOOST_TEST(fixture.log.lines.empty()); // who asked is told
+    BOOST_TEST(fixture.log.lines.empty()); // the caller gets the error instead
 }
 
 BOOST_AUTO_TEST_CASE(a_fetch_that_is_cancelled_completes_when_its_directory_is_gone)
@@ -261,7 +261,7 @@ BOOST_AUTO_TEST_CASE(a_fetch_that_is_cancelled_completes_when_its_directory_is_g
     fixture.world.advance(1s);
     BOOST_TEST(!fetched.has_value()); // it is still being removed
     BOOST_TEST(fixture.github.projects.directories().size() == 1u);
-    async::TaskGroup::cancel(task); // whoever is impatient
+    async::TaskGroup::cancel(task); // a second time
     fixture.world.settle();
     BOOST_TEST(!fetched.has_value());
     fixture.world.advance(2s);

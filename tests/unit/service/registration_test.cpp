@@ -116,14 +116,15 @@ BOOST_AUTO_TEST_CASE(registries_are_told_again_when_what_they_know_has_changed_a
     world.advance(1s);
     params.registries.clear();
     params.url = "http://elsewhere";
-    registration.apply(params); // takes over neither
+    registration.apply(params); // registries and address are not taken over
     world.advance(1s);
     BOOST_TEST(http.requests().size() == 2u);
     params.share_idle_time = 12.5;
     params.allowed_repositories = {"a"};
     registration.apply(params);
     world.advance(1h);
-    BOOST_TEST_REQUIRE(http.requests().size() == 4u); // and the pause of the one that was down is over
+    BOOST_TEST_REQUIRE(http.requests().size() ==
+                       4u); // once more each: the retry of the one that was down is not waited for
     for (std::size_t i = 2; i < 4; ++i)
         BOOST_TEST(http.requests()[i].body == "url=&shareIdleTime=12.5&allowedRepositories=a");
     tasks.cancel_all();

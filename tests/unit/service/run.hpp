@@ -5,7 +5,7 @@
 
 namespace webots_cloud {
 
-/// How a service ends is told by its log and its effects.   Lifetime: the service outlives the task.
+/// Tests see from its log and its effects how a service ended.   Lifetime: the service outlives the task.
 template<class Service>
 boost::asio::awaitable<void> run(Service& service)
 {
