@@ -20,7 +20,7 @@ result<> check_network(NetworkConfig const& network)
                                            : check_certificate(network.ssl_certificate, network.ssl_key);
 }
 
-/// What every simulation in a container is made of.
+/// The files that every simulation in a container needs.
 result<> check_templates(SimulationConfig const& config, fs::path const& origin)
 {
     if (!config.docker)
@@ -39,7 +39,7 @@ result<> check_templates(SimulationConfig const& config, fs::path const& origin)
     return {};
 }
 
-/// Containers bring their own Webots.
+/// Containers have their own Webots.
 result<> check_webots(SimulationConfig const& config, fs::path const& origin)
 {
     if (config.docker)

@@ -1,4 +1,4 @@
-// The notifier of the day: the mail server may change while the session server runs.
+// A notifier that can be replaced, because the mail server may change while the session server runs.
 #pragma once
 
 #include <webots_cloud/transport/notifier.hpp>
@@ -8,7 +8,7 @@
 
 namespace webots_cloud::app {
 
-/// Delivers through another notifier, from its next attempt on through the one that was given last.
+/// Delivers through another notifier. A new one takes effect with the next attempt.
 class CurrentNotifier final : public Notifier
 {
 public:
@@ -16,7 +16,7 @@ public:
 
     boost::asio::awaitable<result<>> deliver(Notice notice) override
     {
-        auto const notifier = current_; // until this attempt has ended, whatever is used meanwhile
+        auto const notifier = current_; // keeps it alive for this attempt, even when it is replaced meanwhile
         if (!notifier)
             co_return Failure(errc::unavailable, "no mail server is configured");
         co_return co_await notifier->deliver(std::move(notice));

@@ -33,7 +33,7 @@ asio::awaitable<result<>> until_signal(asio::signal_set& signals, asio::awaitabl
     co_return std::get<0>(ended);
 }
 
-/// Each browser, machine and simulation needs descriptors: take as many as we may.
+/// Each browser, machine and simulation needs file descriptors: raises the limit as far as allowed.
 void raise_descriptor_limit()
 {
     rlimit limit{};
@@ -48,14 +48,14 @@ void raise_descriptor_limit()
 int run_daemon(std::string const& name, std::function<asio::awaitable<result<>>(asio::any_io_executor)> body)
 {
     ::prctl(PR_SET_DUMPABLE,
-            0); // simulations run as our user: none may trace us, or look into our memory and descriptors
+            0); // simulations run as our user: they must not trace us, or read our memory and descriptors
     use_low_latency_scheduling();
     raise_descriptor_limit();
     std::signal(SIGPIPE, SIG_IGN);
     std::signal(SIGHUP,
-                SIG_IGN); // until the body asks for them: neither may end a server that is just starting
+                SIG_IGN); // until the body handles them: neither may end a server that is starting
     std::signal(SIGUSR1, SIG_IGN);
-    // One thread runs it and alone touches its sockets, which then need no locks; others may still post.
+    // Only one thread runs it and uses its sockets, so those need no locks; other threads may still post.
     asio::io_context context(BOOST_ASIO_CONCURRENCY_HINT_UNSAFE_IO);
     asio::signal_set signals(context, SIGINT,
                              SIGTERM); // before the body starts, so that no early one is missed
@@ -69,10 +69,10 @@ int run_daemon(std::string const& name, std::function<asio::awaitable<result<>>(
         }
         auto const why = outcome.error();
         std::cerr << name << ": " << terminal_text(why.message()) << std::endl;
-        // A port in use, a certificate that can't be read: the configuration asks for what is not to be had.
-        bool const asked_in_vain =
+        // For instance a port in use, or a certificate that can't be read.
+        bool const is_bad_configuration =
             why == errc::unavailable || why == errc::invalid_config || why == errc::invalid_argument;
-        status = asked_in_vain ? exit_usage : exit_failed;
+        status = is_bad_configuration ? exit_usage : exit_failed;
     };
     asio::co_spawn(context, until_signal(signals, body(context.get_executor())), report);
     context.run();

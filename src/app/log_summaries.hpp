@@ -1,4 +1,4 @@
-// Has the log say what it has left out.
+// Reports periodically how many lines the log's limit has left out.
 #pragma once
 
 #include <webots_cloud/transport/clock.hpp>
@@ -8,7 +8,7 @@
 
 namespace webots_cloud::app {
 
-/// Every few seconds, until it is cancelled.
+/// Runs until it is cancelled.
 inline boost::asio::awaitable<result<>> sum_up_log(Logger log, Clock& clock)
 {
     constexpr auto interval = std::chrono::seconds(10);

@@ -1,4 +1,4 @@
-// What adapters and mails have counted, as figures for `GET /metrics`.
+// The counters of adapters and mails, for `GET /metrics`.
 #pragma once
 
 #include <webots_cloud/adapters.hpp>

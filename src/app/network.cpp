@@ -1,4 +1,4 @@
-// The network as both configurations describe it.
+// The network parameters of both configurations.
 #include <webots_cloud/adapters.hpp>
 #include <webots_cloud/config.hpp>
 #include <webots_cloud/servers.hpp>
@@ -18,7 +18,7 @@ HttpServerParams http_server_params(std::uint16_t port, NetworkConfig const& con
     if (config.ping_timeout > Duration::zero()) {
         params.ping_after = std::min(params.ping_after, config.ping_timeout / 2);
         params.pong_timeout = config.ping_timeout - params.ping_after;
-    } else { // nobody is given up, but proxies still see that the connection is used
+    } else { // no browser is given up, but pings still keep proxies from closing the connection
         params.pong_timeout = Duration::zero();
     }
     return params;

@@ -25,7 +25,7 @@ fs::path environment(char const* name)
     return value ? value : "";
 }
 
-/// The names of this machine by which browsers may call it.
+/// The names by which browsers may address this machine.
 std::vector<std::string> own_names()
 {
     char name[256] = "";
@@ -85,7 +85,7 @@ result<AccessParams> access_params(std::string const& server, AccessConfig const
 int ask_running_server(Program const& program, OperatorCommand const& command, std::uint16_t port,
                        AccessConfig const& access)
 {
-    // A service's own folder is known to the service only: look there too.
+    // Only the service itself has RUNTIME_DIRECTORY set, so look there too.
     auto path = app::operator_socket(program.kind, port, access);
     auto const of_service = fs::path(service_folder) / program.kind / path.filename();
     if (access.operator_socket.empty() && has_socket(of_service))

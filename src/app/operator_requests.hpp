@@ -1,4 +1,4 @@
-// How the operator reaches a server on this machine, and who else may ask what: the same for both servers.
+// The operator's socket and the access rules, which are the same for both servers.
 #pragma once
 
 #include <webots_cloud/access_control.hpp>
@@ -17,7 +17,7 @@ namespace webots_cloud::app {
 /// the folder for temporary files.
 std::filesystem::path operator_socket(std::string_view kind, std::uint16_t port, AccessConfig const& access);
 
-/// What the configuration says of access, for a server called `server`.   Errors: as
+/// The configured access rules, for a server called `server`.   Errors: as
 /// `make_operator_token_check`.
 result<AccessParams> access_params(std::string const& server, AccessConfig const& access);
 

@@ -77,7 +77,7 @@ OperatorMailParams operator_mail_params(SessionConfig const& config)
     return params;
 }
 
-/// Mails to the administrator, if there is one at the moment.
+/// Mails to the operator, if an address is configured at the moment.
 struct AdministratorMail
 {
     AdministratorMail(SessionConfig const& config, Clock& clock, Logger const& log)

@@ -1,4 +1,4 @@
-// What signals ask of a running server: SIGHUP, to read its configuration again; SIGUSR1, to drain.
+// Signal handlers of a running server: SIGHUP reloads the configuration, SIGUSR1 drains.
 #pragma once
 
 #include "core/config/config_changes.hpp"
@@ -17,8 +17,8 @@
 
 namespace webots_cloud::app {
 
-/// Gives `apply` a new configuration at each SIGHUP; one that is unusable is logged, and the old one stays.
-/// Ends when cancelled.
+/// At each SIGHUP, reads the configuration again and passes it to `apply`. If it is invalid, that is logged
+/// and the old one stays in use. Ends when cancelled.
 ///
 /// `running` is the configuration of the start: a key that needs a restart and differs from its value there
 /// is named in the log at each SIGHUP. Without `reload` SIGHUP is left alone.

@@ -52,7 +52,7 @@ fs::path cache_folder(SimulationConfig const& config)
     return base / "webots_cloud" / std::to_string(config.address.port);
 }
 
-/// Where a program is, of those that the environment's PATH leads to; empty: nowhere.
+/// The path of a program that is found by PATH; empty when there is none.
 fs::path find_program(std::string_view name)
 {
     auto const path = environment("PATH");
@@ -110,7 +110,7 @@ result<InstanceRoot> open_instances(SimulationConfig const& config, Logger const
     return root;
 }
 
-/// What simulations must not change: what the next ones are made of, and what was said about them.
+/// Folders that simulations must not change: the cache, which later simulations are made of, and their logs.
 std::vector<fs::path> read_only_folders(SimulationConfig const& config)
 {
     std::vector<fs::path> folders;
@@ -118,15 +118,16 @@ std::vector<fs::path> read_only_folders(SimulationConfig const& config)
     // All of them, not this port's alone: a server that finds its own in use takes the next one.
     auto const caches = cache_folder(config).parent_path();
     for (auto const& folder : {from_here(caches), from_here(config.log_dir / "simulation")}) {
-        fs::create_directories(folder, failed); // what is made later is not read-only for who runs then
+        fs::create_directories(
+            folder, failed); // a folder that is made later would be writable for simulations that run already
         if (fs::is_directory(folder, failed))
             folders.push_back(folder);
     }
     return folders;
 }
 
-/// Asks the guard what it can do here, and tells the operator what it can't. Containers are kept apart by
-/// Docker.
+/// Asks the guard which isolation it can provide here, and tells the operator what is missing. Containers are
+/// isolated by Docker.
 asio::awaitable<std::string> check_isolation(SimulationConfig const& config, fs::path guard,
                                              std::vector<fs::path> read_only, Clock& clock, Logger log)
 {
@@ -147,7 +148,7 @@ asio::awaitable<std::string> check_isolation(SimulationConfig const& config, fs:
     co_return warning;
 }
 
-/// Containers bring their own Webots.
+/// Containers have their own Webots.
 result<core::SimulatorChoice> choose_simulator(SimulationConfig const& config, fs::path const& programs)
 {
     if (!config.docker)
@@ -158,7 +159,7 @@ result<core::SimulatorChoice> choose_simulator(SimulationConfig const& config, f
     return choice;
 }
 
-/// The sources of all forges. Git servers share one, and with it its cache.
+/// The sources of all forges. All git servers share one source and its cache.
 struct Sources
 {
     Sources(asio::any_io_executor const& executor, SimulationConfig const& config, fs::path const& instances,
@@ -222,8 +223,8 @@ SimulationLauncherParams launcher_params(SimulationConfig const& config, fs::pat
     return params;
 }
 
-/// Tells the operator what simulators do not get of this server's environment. Those in containers get that
-/// of their image.
+/// Tells the operator which variables of this server's environment simulators do not get. Simulators in
+/// containers get the environment of their image.
 void tell_environment(SimulationLauncherParams const& params, Logger const& log)
 {
     auto const remarks = core::environment_remarks(params.environment, params.simulator_environment);
@@ -332,7 +333,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     auto const processes = make_process_host(executor, guard, read_only);
     ProjectFetcherParams fetching;
     fetching.instances = instances;
-    std::unique_ptr<ProjectSource> websites; // whose pages know nothing of containers
+    std::unique_ptr<ProjectSource> websites; // the pages of websites know nothing of containers
     if (!config.docker)
         websites = make_website_source(website_params(config, choice->program), log, budget);
     ProjectFetcher fetcher(fetching, sources.forges, log, websites.get());

@@ -1,4 +1,4 @@
-// What the environment of the process and the working folder say of programs and paths.
+// Environment variables, programs, and paths relative to the working directory.
 #pragma once
 
 #include <unistd.h>
@@ -9,7 +9,7 @@
 
 namespace webots_cloud::app {
 
-/// Empty where there is no such variable.
+/// The value of a variable; empty when it is not set.
 inline std::string environment(char const* name)
 {
     char const* const value = std::getenv(name);
@@ -22,7 +22,7 @@ inline bool is_program(std::filesystem::path const& path)
     return ::access(path.c_str(), X_OK) == 0 && !std::filesystem::is_directory(path, failed);
 }
 
-/// What starts at the folder that we run in; simulators run in others.
+/// An absolute path: simulators run in other working directories.
 inline std::filesystem::path from_here(std::filesystem::path const& path)
 {
     std::error_code failed;
