@@ -1,4 +1,4 @@
-// Whether the running coroutine was asked to end.
+// Whether the running coroutine has been cancelled.
 #pragma once
 
 #include <boost/asio/awaitable.hpp>
@@ -8,8 +8,8 @@ namespace webots_cloud::async {
 
 /// True once the coroutine was cancelled.
 ///
-/// A cancellation that comes while an operation has completed already but its coroutine has not run yet stops
-/// nothing. So every loop whose coroutine does not throw on cancellation asks before it waits again.
+/// A cancellation that arrives after an operation has completed, but before its coroutine has resumed, is
+/// lost. So every loop in a coroutine that does not throw on cancellation checks this before it waits again.
 inline boost::asio::awaitable<bool> is_cancelled()
 {
     auto const state = co_await boost::asio::this_coro::cancellation_state;

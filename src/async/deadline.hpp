@@ -12,8 +12,8 @@
 
 namespace webots_cloud::async {
 
-/// The result of `operation`, or `timed_out` when it has not completed at `when`: it is then cancelled and
-/// waited for.
+/// The result of `operation`, or `timed_out` if it has not completed by `when`: then it is cancelled and
+/// awaited.
 ///
 /// Cancellation: terminal; `operation_aborted`, also when the caller was cancelled before.
 template<class T>

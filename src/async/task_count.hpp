@@ -1,4 +1,4 @@
-// Coroutines that run beside each other and end by themselves.
+// Concurrent coroutines that end by themselves.
 #pragma once
 
 #include "wakeup.hpp"
@@ -11,8 +11,8 @@
 
 namespace webots_cloud::async {
 
-/// Starts tasks and waits for the last one. As TaskGroup, but none can be cancelled: a connection of a server
-/// is ended by closing it, and 10,000 of them are 3 MB smaller without.
+/// Starts tasks and waits for the last one. Like TaskGroup, but tasks can't be cancelled: closing a
+/// connection ends its task, and 10,000 connections take 3 MB less without cancellation.
 ///
 /// Lifetime: must outlive its tasks, so its owner awaits `join()` before it goes.   Thread-safety: one
 /// executor.
@@ -23,7 +23,7 @@ public:
         : executor_(std::move(executor)), ended_(executor_)
     {}
 
-    /// Starts a task. An exception that leaves it ends the program: it is a bug.
+    /// Starts a task. An exception that escapes from it is a bug, and ends the program.
     void spawn(boost::asio::awaitable<void> body)
     {
         ++running_;

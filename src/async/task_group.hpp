@@ -1,4 +1,4 @@
-// Coroutines that run beside each other and end with their owner.
+// Concurrent coroutines that end with their owner.
 #pragma once
 
 #include "wakeup.hpp"
@@ -26,8 +26,8 @@ public:
         : executor_(std::move(executor)), ended_(executor_)
     {}
 
-    /// Starts a task, from the executor's next turn on. An exception that leaves it ends the program: it is a
-    /// bug.
+    /// Starts a task at the executor's next turn. An exception that escapes from it is a bug, and ends the
+    /// program.
     Task spawn(boost::asio::awaitable<void> body)
     {
         auto const task = signals_.emplace(signals_.end());

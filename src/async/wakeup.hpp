@@ -1,4 +1,4 @@
-// The smallest way to wait for something that happens on the same executor.
+// An event that a coroutine waits for and another one on the same executor signals.
 #pragma once
 
 #include <webots_cloud/error.hpp>
@@ -11,8 +11,8 @@
 
 namespace webots_cloud::async {
 
-/// `notify()` lets one `wait()` go: the one that waits, or the next one. Notifications that nobody took merge
-/// into one.
+/// `notify()` completes one `wait()`: the one that is waiting, or else the next. Several notifications before
+/// a `wait()` count as one.
 class Wakeup
 {
 public:

@@ -149,7 +149,7 @@ private:
         return {};
     }
 
-    /// Until `when`, or until somebody asks for the end.
+    /// Waits until `when`, or until the process is asked to end.
     asio::awaitable<result<>> wait(TimePoint when)
     {
         using namespace asio::experimental::awaitable_operators;
