@@ -11,8 +11,8 @@ struct Asset
 {
     std::string_view content;
     std::string_view content_type;
-    /// SHA-256 of a newline and the content, in hexadecimal: what a script that stands in a page is known by
-    /// in its Content-Security-Policy.
+    /// SHA-256 of a newline and the content, in hexadecimal: it allows the script, embedded in a page, in the
+    /// page's Content-Security-Policy.
     std::string_view inline_hash;
 };
 

@@ -3,10 +3,10 @@
 // What the pages of both servers share: the connection that keeps them current, and the look of their charts.
 const monitor = (() => {
   const span = 600; // seconds that are drawn
-  const shortest = 60; // of a server that has just started
+  const minSpan = 60; // of a server that has just started
   const silence = 90_000; // ms without a message after which a connection counts as dead
   const pollInterval = 5_000;
-  const mostPause = 15_000;
+  const maxPause = 15_000;
 
   // The server is at the page's own address; behind a proxy that passes WebSockets on for `/<port>/...` only, it is there.
   function addresses() {
@@ -54,7 +54,7 @@ const monitor = (() => {
       };
     }
 
-    // Where no WebSocket gets through, the page asks.
+    // Where no WebSocket gets through, the page polls.
     async function poll() {
       try {
         const answer = await fetch(location.pathname, {headers: {Accept: "application/json"}, cache: "no-store"});
@@ -65,7 +65,7 @@ const monitor = (() => {
         pause = pollInterval;
       } catch {
         showConnection("lost", "connection lost, trying again");
-        pause = Math.min(2 * pause, mostPause);
+        pause = Math.min(2 * pause, maxPause);
       }
       setTimeout(connect, pause);
     }
@@ -79,7 +79,7 @@ const monitor = (() => {
   ];
   const darkness = matchMedia("(prefers-color-scheme: dark)");
   const color = index => colors[darkness.matches ? 1 : 0][index % colors[0].length];
-  // The same colour comes back dashed.
+  // Colours that are used a second time are dashed.
   const dash = index => [null, [6, 3], [2, 3]][Math.floor(index / colors[0].length) % 3];
 
   const charts = [];
@@ -126,12 +126,12 @@ const monitor = (() => {
     return [[new Date(), ...Array(count).fill(null)]];
   }
 
-  // How many seconds a chart of these moments shows.
+  // How many seconds a chart of these times shows.
   function width(times) {
-    return Math.min(span, Math.max(shortest, times.length ? times.at(-1) - times[0] : 0));
+    return Math.min(span, Math.max(minSpan, times.length ? times.at(-1) - times[0] : 0));
   }
 
-  // Rows of a chart; where there are but a few, one without values in front keeps them to the right.
+  // Rows of a chart; a first one without values keeps few points at the right.
   function rows(times, columns) {
     const start = (times.at(-1) ?? Date.now() / 1000) - width(times);
     const points = times.map((time, row) => [new Date(time * 1000), ...columns.map(column => column[row])]);
@@ -164,7 +164,7 @@ const monitor = (() => {
     return element;
   }
 
-  // Writes only what is new, so that a selection of text survives.
+  // Writes only text that differs, so that a selection survives.
   function write(element, text) {
     if (element.textContent !== text)
       element.textContent = text;

@@ -3,7 +3,7 @@
 // The session server's page: its simulation servers and ten minutes of their loads.
 {
   const {span, make, write} = monitor;
-  const mostLines = 20; // beyond, one chart can't be read: average and extremes stand for all, and each row has its own line
+  const maxLines = 20; // more lines can't be told apart: then the chart shows average and extremes, and each row its own line
   const section = document.getElementById("charts");
   const table = document.getElementById("servers");
   const body = table.tBodies[0];
@@ -14,7 +14,7 @@
   let chart = null;
 
   const known = server => server.load !== null && server.load !== undefined;
-  const isCrowd = () => servers.length > mostLines;
+  const isCrowd = () => servers.length > maxLines;
 
   function take(message) {
     if (message.servers)
@@ -195,7 +195,7 @@
         const x = Math.round(right - (last - times[index]) * scale);
         path += `${isOpen ? "L" : "M"}${x} ${Math.round(100 - Math.min(load, 100))}`;
         if (!isOpen)
-          path += "h1"; // a point that stands alone is seen too
+          path += "h1"; // makes a single point visible
       }
       isOpen = load !== null;
     });

@@ -54,7 +54,7 @@
     section.hidden = false;
     for (const panel of panels) {
       const shown = series.slice(panel.first, panel.first + panel.count);
-      // Of a machine without a graphics processor these are always 0: not hidden for ever, but not in the way.
+      // Without a graphics processor these are always 0: hidden at first, but the buttons can show them.
       panel.visible = shown.map(each => hasGpu || !each.name.startsWith("GPU"));
       panel.buttons = shown.map((each, index) => {
         const key = make("span", {class: "key", style: `background:${monitor.color(index)}`});
@@ -119,13 +119,13 @@
     }
   }
 
-  const known = new Map(); // row by the simulation's number
+  const known = new Map(); // rows by the simulation's number
 
   function showSimulations(message) {
     write(document.getElementById("count"), String(message.count));
     table.hidden = message.count === 0;
     if (known.size === 0)
-      table.tBodies[0].replaceChildren(); // what the server wrote
+      table.tBodies[0].replaceChildren(); // the rows of the first paint
     const left = new Set(known.keys());
     for (const simulation of message.simulations) {
       left.delete(simulation.id);
@@ -149,7 +149,7 @@
     showRest(message.count - message.simulations.length);
   }
 
-  // Of very many simulations the first are listed.
+  // If there are very many simulations, only the first are listed.
   function showRest(more) {
     let line = document.getElementById("more");
     if (!line) {

@@ -1,4 +1,4 @@
-// What may stand in the "Connect to" field, and what it means. No DOM, no network.
+// Parses the "Connect to" field. No DOM, no network.
 
 const EXPECTED =
   'Expected the address of a world (https://github.com/<owner>/<repository>/blob/<branch>/worlds/<file>.wbt), ' +

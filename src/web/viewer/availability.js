@@ -54,7 +54,7 @@ export class Availability {
     this.#socket = null;
   }
 
-  // Random in its upper half, so that the pages of many visitors do not return to a restarted server all at once.
+  // A random part of up to a half, so that the pages of many visitors do not all reconnect to a restarted server at once.
   #nextDelay() {
     const delay = Math.min(LONGEST_DELAY_MS, FIRST_DELAY_MS * 2 ** this.#failures++);
     return delay * (0.5 + Math.random() / 2);

@@ -1,12 +1,12 @@
-// The socket to /client of a simulation server: the simulation lives as long as it is open. When the connection breaks and
-// the server gave a token, the lease finds its way back to the simulation that goes on meanwhile. No DOM.
+// The WebSocket to /client of a simulation server: the simulation runs as long as it is open. If the connection breaks and
+// the server gave a token, the lease reconnects to the simulation, which goes on meanwhile. No DOM.
 //
 // Events (CustomEvents):
-//   message {text}          what the server says
-//   broken                  the connection broke; it is being restored, and `webots:` will be said again
+//   message {text}          a message of the server
+//   broken                  the connection broke and is being restored; then the server sends `webots:` again
 //   closed {opened, code}   the last event; `opened` when the server was ever reached
 
-const RETURN_MS = 300000; // for how long to try; the server knows for how long it waits, and says so when it is over
+const RETURN_MS = 300000; // how long to try to reconnect; the server has its own limit, and says when that is over
 const RETRY_MS = 2000;
 const BROKEN = 1006;
 
@@ -25,7 +25,7 @@ export class Lease extends EventTarget {
     this.#connect(start);
   }
 
-  // Whether a connection that breaks does not end the simulation.
+  // Whether the simulation outlives a broken connection.
   get lasting() { return this.#token !== ''; }
 
   get connected() { return this.#socket.readyState === WebSocket.OPEN; }

@@ -14,7 +14,7 @@ const SESSION_ANSWER_MS = 30000;
 const LAST_WORD_MS = 1000;
 const SHUTDOWN_WARNING_S = 300;
 const LOSSES = 60;
-const NO_MACHINE = /no simulation server available/i; // the session server's words
+const NO_MACHINE = /no simulation server available/i; // part of the session server's message
 const RETURNING = 'The connection was lost. Returning to the simulation';
 const RELAYED = ['picture', 'ready', 'mode', 'time', 'progress', 'world', 'output'];
 
@@ -28,7 +28,7 @@ export class Session extends EventTarget {
   #lease = null;
   #simulator = null;
   #lastWord = '';
-  #losses = 0; // of the simulator, since it was last ready
+  #losses = 0; // of the connection to the simulator, since it was last ready
   #timers = [];
 
   // `target` comes from parseAddress(), `size` is {width, height} of the picture in pixels.
@@ -63,7 +63,7 @@ export class Session extends EventTarget {
     }
   }
 
-  // Leaves at the user's wish: no "ended" event follows.
+  // Ends the session for the user: no "ended" event follows.
   stop() {
     this.#over = true;
     this.#abort.abort();
@@ -148,7 +148,7 @@ export class Session extends EventTarget {
   }
 
   #connect(url) {
-    if (this.#simulator !== null) { // the lease came back, and the simulator had never been lost
+    if (this.#simulator !== null) { // the lease is restored; the connection to the simulator had not broken
       if (this.#ready)
         this.#tell('ready');
       return;
@@ -166,7 +166,7 @@ export class Session extends EventTarget {
   }
 
   #becomeReady() {
-    // A machine that was started for this page runs at once; somebody else's simulator is left as it is.
+    // A simulation that was started for this page runs at once; somebody else's is left as it is.
     if (!this.#ready && this.owned)
       this.#simulator.play();
     this.#ready = true;
@@ -174,8 +174,8 @@ export class Session extends EventTarget {
     this.#losses = 0;
   }
 
-  // The simulation server knows better why the simulator went: it gets a moment to say so. When it says nothing and the
-  // simulation outlives lost connections, only ours was lost.
+  // The simulation server knows why the simulator ended, and gets a moment to say so. If it says nothing and the simulation
+  // outlives lost connections, only our connection to the simulator was lost.
   #loseSimulator(url) {
     this.#lastWord = this.#ready ? 'The simulator has closed the connection.' : `The simulator at ${url} cannot be reached.`;
     if (this.#lease === null)
@@ -205,7 +205,7 @@ function leaseLoss(opened, ready, code, machine) {
 const shutdownWarning = (seconds) =>
   `The server will stop this simulation in ${seconds >= 120 ? `${Math.round(seconds / 60)} minutes` : `${seconds} seconds`}.`;
 
-// With a capital letter, unless it begins with a name that is written as it is: a file, an address.
+// With a capital letter, unless the first word is a file name or an address.
 export const sentence = (text) => text.trim().replace(/^[a-z]+(?= |$)/, (word) => word[0].toUpperCase() + word.slice(1));
 
 // A percentage written in the line, or an estimate from what docker compose prints; null when there is none.

@@ -11,7 +11,7 @@ import { Session } from './session.js';
 
 const LIGHT = { available: 'A machine is available', full: 'No machine is free', unknown: 'Availability unknown' };
 const MODE = { paused: 'The simulation is paused.', running: 'The simulation is running.', fast: 'The simulation is running as fast as it can.' };
-const SETTLING_MS = 3000; // the server looks once a second
+const SETTLING_MS = 3000; // the server updates its availability once a second
 const COMMANDS = ['play', 'pause', 'step', 'fast', 'reset', 'reload'];
 
 const page = document.body;
@@ -21,7 +21,7 @@ const element = (id) => document.getElementById(id);
 let session = null;
 let ready = false;
 let lastMode = 'paused';
-let refused = false; // the last start found no machine, and nothing was started since
+let refused = false; // the last start found no free machine
 const output = new Console(element('console'));
 const picture = new Picture(element('picture'), element('screen'), (size) => session?.resize(size));
 const availability = new Availability((value) => {
@@ -31,7 +31,7 @@ const availability = new Availability((value) => {
     takeBackRefusal();
 });
 
-// Leaves equal text alone: a screen reader would read it out again.
+// Writes only text that differs: a screen reader would read equal text out again.
 function setText(id, text) {
   if (element(id).textContent !== text)
     element(id).textContent = text;
@@ -42,7 +42,7 @@ function setStatus(text, problem = false) {
   element('status').classList.toggle('problem', problem);
 }
 
-// The red sentence is no longer true.
+// Hides the error message, which is no longer true.
 function takeBackRefusal() {
   if (!refused)
     return;
@@ -51,7 +51,7 @@ function takeBackRefusal() {
   setStatus('A machine is available now: press Start simulation.');
 }
 
-// A machine may be back before the light has shown that there was none: then no change will come.
+// A machine may be available again before the indicator has shown that none was: then there will be no change to react to.
 function awaitMachine() {
   refused = true;
   setTimeout(() => page.dataset.availability === 'available' && takeBackRefusal(), SETTLING_MS);
@@ -91,7 +91,7 @@ function setState(state) {
     element(id).setAttribute('aria-pressed', String(state === pressed));
 }
 
-// The light belongs to the session server that the address names, else to the one that serves this page.
+// The indicator shows the session server of the address, or else the one that serves this page.
 function followAvailability() {
   let server = ownServer;
   try {
@@ -196,7 +196,7 @@ async function loadDefaults() {
   followAvailability();
 }
 
-// Enter in the address. The button is none of "submit", which Enter would press: only a press of its own ends a simulation.
+// Enter in the address field. The button is not of type "submit", which Enter would press, so that only a click ends a simulation.
 element('connection').addEventListener('submit', (event) => {
   event.preventDefault();
   if (session === null)
@@ -204,7 +204,7 @@ element('connection').addEventListener('submit', (event) => {
 });
 element('start').addEventListener('click', ({ detail: clicks }) => {
   if (clicks > 1)
-    return; // an impatient second one, which would take back what the first did
+    return; // a second click, which would undo the first
   if (session === null)
     start();
   else
