@@ -27,7 +27,7 @@ EDITOR = "benjamindeleze/theia-test:test3"
 CREATING = ("loading: Creating", "loading: Network ")  # compose 1, compose 2
 NOTHING = {"containers": [], "networks": [], "volumes": []}
 
-# A stranger's things, which nobody may touch.
+# Containers and the like of somebody else, which must not be touched.
 STRANGER = ["run", "--detach", "--network", "none", "--name", "stranger", "--label", "com.docker.compose.project=blog"]
 
 
@@ -301,7 +301,7 @@ class Docker(unittest.IsolatedAsyncioTestCase):
             docker.run("rm", "--force", "stranger", "forger")
 
     def kill_server_and_guards(self, simulation):
-        """The server last: its guards must not see that it is gone."""
+        """Kills the server last: its guards must not notice that it is gone."""
         os.kill(simulation.process.pid, signal.SIGSTOP)
         for pid in descendants(simulation.process.pid):
             with contextlib.suppress(ProcessLookupError):

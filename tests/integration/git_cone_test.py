@@ -43,7 +43,7 @@ LACKS = "lacks the files of the folders above it, which are too large or too man
 
 
 def with_modes(root):
-    """As `tree`, with the right to run a file."""
+    """Like `tree`, with the permission to execute files."""
     return {path: (content, os.access(os.path.join(root, path), os.X_OK)) if isinstance(content, bytes) else content
             for path, content in tree(root).items() if path != ".git" and not path.startswith(".git/")}
 
@@ -88,7 +88,7 @@ class ConeTest(GitCase):
 
 
 class OldServerConeTest(ConeTest):
-    """The same of a server that hands out whole commits only."""
+    """The same with a server that sends whole commits only."""
 
     version2 = False
 
@@ -144,7 +144,7 @@ class ParentFilesTest(GitCase):
         self.assertEqual(len(self.requests()), 3)
 
     def test_a_large_one_keeps_nobody_waiting(self):
-        """It is asked for with the others, and cut; then once more alone: a project's own file might have been the large one."""
+        """Requested with the others and cut off, then once more alone: a file of the project might have been the large one."""
         noise = os.urandom(len(LARGE))
         self.repository({"video.mp4": noise})
         answer = self.fetch()
@@ -262,7 +262,7 @@ class HostileParentsTest(GitCase):
         return self.server.write_object(self.path, "blob", content)
 
     def fetch(self, beside, project=()):
-        """The tree that is given out for the folder p/arm of a repository with these entries beside it, and in it."""
+        """The tree that is checked out for the folder p/arm of a repository with these entries beside it, and in it."""
         worlds = ("40000", "worlds", [("100644", "a.wbt", self.blob(WORLD.encode()))])
         arm = ("40000", "arm", [*project, worlds])
         self.server.commit_tree(self.path, [*beside, ("40000", "p", [*beside, arm])])
@@ -287,7 +287,7 @@ class HostileParentsTest(GitCase):
         out, evil = self.blob(b"../.."), self.blob(b"evil")
         beside = [("120000", "p", out), ("120000", "arm", out), ("120000", "x", out), ("100644", "x", evil)]
         found = self.fetch(beside)
-        # What leads to the folder is a folder; of two with one name the first counts, and these lead out of the repository.
+        # The path to the project must be a folder; of two entries with one name the first counts. These links lead out of the repository.
         self.assertEqual({path: content for path, content in found.items() if path not in self.OWN}, {})
         self.assertIsNone(found["p"])
         self.assertIsNone(found["p/arm"])

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""Large files (Git LFS): their content arrives in the place of pointers, from a server that is good, and from one that is not.
+"""Large files (Git LFS): their content arrives in place of the pointers, from good servers and from hostile ones.
 
-Where git-lfs is installed, the twin is what it makes of the same repository: so the Python servers delivered it, which used git."""
+Where git-lfs is installed, the result is compared with its checkout of the same repository, which is what the Python servers delivered."""
 
 import glob
 import json
@@ -230,7 +230,7 @@ class LfsTest(LfsCase):
 
 
 class HostileLfsTest(LfsCase):
-    """The server of an author who means harm, or one that is broken: the answer is always a sentence, and nothing is kept."""
+    """A hostile or broken LFS server: the failure is always a sentence, and nothing is kept."""
 
     @classmethod
     def setUpClass(cls):
@@ -297,7 +297,7 @@ class HostileLfsTest(LfsCase):
             self.assertIn(words, self.error(), status)
 
     def test_no_address_of_this_machine_or_its_networks_is_contacted(self):
-        """The forge is at 127.0.0.1: every other address but a public one is no business of its LFS server's."""
+        """The forge is at 127.0.0.1: its LFS server may redirect to public addresses, but to no other private one."""
         with socket.create_server(("127.0.0.2", 0)) as elsewhere:
             port = elsewhere.getsockname()[1]
             for host in (f"127.0.0.2:{port}", f"2130706434:{port}", f"[::ffff:127.0.0.2]:{port}", "[::1]:1", "169.254.169.254",
@@ -311,7 +311,7 @@ class HostileLfsTest(LfsCase):
                 elsewhere.accept()
 
     def test_nor_over_a_connection_that_is_open_already(self):
-        """Of a fetch from another forge, which is at that address."""
+        """The same for a fetch from a forge at that address."""
         with LfsServer("127.0.0.2") as elsewhere:
             action = {"download": {"href": f"{elsewhere.url}/objects/{digest(MESH)}"}}
             self.lfs.actions[digest(MESH)] = {"actions": action}
@@ -357,7 +357,7 @@ class HostileLfsTest(LfsCase):
 
 
 class GitLfsClientTest(LfsCase):
-    """Files stored with the program git-lfs arrive as git-lfs itself delivers them."""
+    """Files that were stored by git-lfs arrive as git-lfs itself checks them out."""
 
     def run_git(self, *arguments, folder=None):
         environment = dict(os.environ, HOME=self.home, GIT_CONFIG_NOSYSTEM="1", GIT_TERMINAL_PROMPT="0", GIT_LFS_SKIP_SMUDGE="0")
@@ -399,7 +399,7 @@ class GitLfsClientTest(LfsCase):
 
 
 class BrowserTest(unittest.IsolatedAsyncioTestCase):
-    """The messages to a browser that starts such a project."""
+    """The messages to a browser that starts a project with large files."""
 
     def setUp(self):
         try:

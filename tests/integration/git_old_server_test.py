@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""The git source against servers that do not speak version 2 of git's protocol: libgit2 speaks with them, and everything
-else is as ever."""
+"""The git source against servers that do not speak version 2 of git's protocol: libgit2 fetches from them, and everything
+else works as with other servers."""
 
 import http.server
 import os
@@ -30,7 +30,7 @@ ONLY_TIPS = ("Commit {} of owner/robots is not the newest one of any branch or t
 
 
 class OldServerCase(GitCase):
-    """A server that answers in version 0."""
+    """A server that only speaks version 0."""
 
     def setUp(self):
         self.serve(version2=False)
@@ -190,7 +190,7 @@ class OldServerTest(OldServerCase):
 
 
 class OldServerThatHandsOutAnyCommitTest(OldServerTest):
-    """The same of one that can be asked for objects by name."""
+    """The same with a server that sends objects by their hashes."""
 
     partial = True
 

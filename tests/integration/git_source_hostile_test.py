@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""The git source against repositories and servers that mean harm: nothing is written outside of the project, nothing is run,
-nothing grows without bound, and everything ends with words."""
+"""The git source against hostile repositories and servers: nothing is written outside of the project, nothing is executed,
+nothing grows without bound, and every failure is a sentence."""
 
 import hashlib
 import http.server
@@ -89,7 +89,7 @@ class HostileRepositoryTest(GitCase):
         self.assertEqual(links, {"deep/deeper/up": "-> ../../worlds/a.wbt"})
 
     def test_links_that_leave_the_folder_of_the_project_stay_in_the_repository(self):
-        """As git checks them out, with the file that one leads to; see git_cone_test."""
+        """Links are checked out as git does, with the files that they point to; see git_cone_test."""
         name, _ = self.repository({"p/worlds/a.wbt": WORLD, "p/up": ("120000", "../secret"), "p/out": ("120000", "../../secret"),
                                    "p/worlds/out": ("120000", "../../../r/x"), "secret": "x"})
         answer = self.probe.fetch(f"evil/{name}/blob/main/p/{WORLDS}")
@@ -233,7 +233,7 @@ class HostileServerTest(GitCase):
         self.http.script = {"refs": REFS, **script}
         answer = self.probe.fetch("evil/r/blob/main/worlds/a.wbt", *options)
         self.assertIn("error", answer)
-        # A browser shows it: it must say of whom or what it speaks.
+        # A browser shows the message, so it must name what it is about.
         self.assertRegex(answer["error"], rf"^({self.probe.forge}(:| can't be reached:) |Repository evil/r |The (project|repository) ).*[^.]\.$")
         return answer["error"]
 
@@ -366,7 +366,7 @@ class HostileServerTest(GitCase):
             self.assertIn("left out the commit", answer["error"])
 
     def cut(self, body):
-        """The answer of a connection that breaks in the middle."""
+        """The message after a connection that breaks in the middle."""
         return 200, {"Content-Length": "100000", "Connection": "close"}, body
 
     def test_a_cut_is_no_reason_to_ask_for_more(self):

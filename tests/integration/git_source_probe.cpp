@@ -1,16 +1,16 @@
-// Fetches worlds with the git source and prints what came of it, a line of JSON per world: what the tests of
-// the git source and its benchmark drive.
+// Fetches worlds with the git source and prints the results, a line of JSON per world, for the tests of the
+// git source and its benchmark.
 //
 //     git_source_probe --cache FOLDER --forge URL --into FOLDER [options] WORLD_URL...
 //
 //     --fastest             in the fastest way that the folder allows; else by copying
 //     --bytes N, --files N, --timeout MS, --cache-bytes N, --low-speed BYTES MS, --patience MS
-//     --memory N, --disk N  what all of it may take together, in bytes
+//     --memory N, --disk N  limits for all fetches together, in bytes
 //     --together            all worlds at once instead of one after the other
 //     --discard             remove each project again
 //     --cancel-after MS     cancel everything then
 //     --cancel-at BYTES     cancel everything when a fetch has received so much
-//     --idle MS             do nothing for so long: what the machine alone does to an event loop
+//     --idle MS             do nothing for so long: measures the delays that the machine alone causes
 #include <webots_cloud/adapters.hpp>
 #include <webots_cloud/daemon.hpp>
 #include <webots_cloud/project_ref.hpp>
@@ -153,7 +153,7 @@ struct Shown
 
     std::shared_ptr<FetchProgress const> progress;
     int percent = -1;
-    int fell_back = 0; ///< How often there was less of it than before.
+    int fell_back = 0; ///< How often the progress went back.
 };
 
 class Probe
@@ -199,7 +199,7 @@ public:
         co_await timer.async_wait(asio::use_awaitable);
     }
 
-    /// Measures how long the event loop does not come back, and how much of that it worked.
+    /// Measures how long the event loop is blocked, and how much of that time it uses the processor.
     void beat(SteadyClock::time_point expected)
     {
         max_pause_length_ = std::max(max_pause_length_, SteadyClock::now() - expected);

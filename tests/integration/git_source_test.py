@@ -200,7 +200,7 @@ class GitSourceTest(GitCase):
 
 
 class GitSourceWithoutFiltersTest(GitSourceTest):
-    """The same of a server that can't leave anything out."""
+    """The same with a server that does not support filters."""
 
     partial = False
     NO_SUCH_COMMIT = ONLY_TIPS.format("012345678901")
@@ -218,7 +218,7 @@ class FilterTest(GitCase):
 
 
 class CommitTest(GitCase):
-    """Commits by their hashes: the server hands out all that lies in its store, the source only what a branch or tag leads to."""
+    """Commits by their hashes: the server sends any object it has, the source accepts only those that a branch or tag leads to."""
 
     FILES = {"worlds/a.wbt": WORLD, "p/worlds/b.wbt": WORLD}
 
@@ -244,7 +244,7 @@ class CommitTest(GitCase):
         self.assertEqual(os.listdir(os.path.join(self.probe.cache, "repositories")), [])
 
     def strangers(self):
-        """Commits that lie in the store: of a pull request, and of nothing at all any more."""
+        """Two commits that the server has: one of a pull request, and one that nothing leads to any more."""
         self.server._git("-C", self.path, "update-ref", "refs/pull/1/head", self.newest)
         offered = self.server.commit(self.path, dict(self.FILES, evil="1"), "refs/pull/1/head")
         self.server._git("-C", self.path, "update-ref", "refs/heads/gone", self.first)
@@ -315,7 +315,7 @@ class CommitTest(GitCase):
 
 
 class CacheTest(GitCase):
-    """Which entries stay in the cache and which are removed; in each repository a file of 300 kB, and room for two."""
+    """Which cache entries are kept and which are removed: each repository has a file of 300 kB, and the cache has room for two."""
 
     ROOM = ("--cache-bytes", "700000")
 
@@ -398,7 +398,7 @@ class CacheTest(GitCase):
 
 
 class UnderMaintenance(http.server.BaseHTTPRequestHandler):
-    """A website that answers every question with the same page."""
+    """A website that answers every request with the same page."""
 
     def do_POST(self):
         self.send_response(200)
@@ -435,7 +435,7 @@ class GitSourceUpdatesTest(GitCase):
         self.assertLess(answer["bytes"], 5_000)
 
     def test_what_a_push_has_removed_is_not_handed_out_again(self):
-        """While the address is being resolved, a start already checks out the commit that it meant last time."""
+        """While the ref is being resolved, a start already checks out the commit that it referred to last time."""
         for self.probe.may_mount in (True, False):
             self.server.commit(self.path, dict(self.files, **{"old.txt": "old"}))
             self.assertIn("old.txt", tree(self.probe.fetch(self.world)["root"]))
@@ -482,7 +482,7 @@ class GitSourceUpdatesTest(GitCase):
         self.assertIn("root", answer)
         self.assertIn("from the cache", self.probe.log)
 
-    # An hour is how long a slow server may take here.
+    # Here a slow server may take an hour.
     def test_a_forge_that_says_nothing_is_not_waited_for_when_the_cache_knows_the_address(self):
         first = self.probe.fetch(self.world)
         self.server.stop()
@@ -534,7 +534,7 @@ class GitSourceUpdatesTest(GitCase):
 
 
 class RoundTripsTest(GitCase):
-    """How often a start waits for a server that is far away, counted between the two."""
+    """How many round trips a start makes to a distant server, counted by a proxy."""
 
     def setUp(self):
         self.path = self.serve().add_repository("owner", "robots", FILES)
@@ -543,7 +543,7 @@ class RoundTripsTest(GitCase):
         self.proxy = proxy
 
     def turns(self, *worlds):
-        """Of starts in one process, one after the other; and the connections that these took."""
+        """Round trips of consecutive starts in one process, and how many connections these opened."""
         turns, connections = self.proxy.turns, self.proxy.connections
         for answer in self.probe.fetch_all(worlds):
             self.assertEqual(answer.get("header"), HEADER, answer)
@@ -577,7 +577,7 @@ class RoundTripsTest(GitCase):
 
 
 class HandOutTest(GitCase):
-    """The ways that this machine allows."""
+    """The ways of copying that this machine supports."""
 
     WORLD = "owner/robots/blob/main/projects/arm/worlds/arm.wbt"
 
