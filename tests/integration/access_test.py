@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Who is the operator, and which pages may use a server: attacks with a real browser and real proxies."""
+"""Who counts as the operator, and which web pages may use a server: attacks with a real browser and real proxies."""
 
 import asyncio
 import contextlib
@@ -53,7 +53,7 @@ const read = url => fetch(url).then(answer => answer.status, () => 'unreadable')
 
 @contextlib.contextmanager
 def web_site(page):
-    """The port of a web site of somebody else's that shows one page, whatever it is asked for."""
+    """The port of a foreign web site that serves one page for every path."""
     class Handler(http.server.BaseHTTPRequestHandler):
         def do_GET(self):
             self.send_response(200)

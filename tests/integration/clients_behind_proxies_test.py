@@ -41,7 +41,7 @@ CLAIMS = [  # what a client may say of itself
 
 
 class Site:
-    """Both servers, and where a proxy shows them."""
+    """Both servers, and their addresses behind a proxy."""
 
     def __init__(self):
         self.simulation = SimulationServer(trustedProxies=TRUSTED, simulationsPerAddress=1, **LOCAL)
@@ -89,7 +89,7 @@ async def hear(browser):
 
 
 class Clients:
-    """What holds behind every proxy; `site` starts one."""
+    """Tests for every proxy; `site` starts one."""
 
     def setUp(self):
         self.folder = tempfile.mkdtemp(prefix="webots_cloud_clients_test_")

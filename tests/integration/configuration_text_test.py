@@ -16,7 +16,7 @@ EVIL = "\x1b]0;title\x07\x1b[2J\u009b31m"
 
 class Terminal(unittest.TestCase):
     def say(self, server, config, *arguments, name="c.json"):
-        """All that a program prints, and its exit status."""
+        """The whole output of a program, and its exit status."""
         with tempfile.TemporaryDirectory() as folder:
             with open(os.path.join(folder, name), "w") as file:
                 file.write(config if isinstance(config, str) else json.dumps(config))

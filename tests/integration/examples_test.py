@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Runs the examples, which are the documentation's code, and compares what they say with what their readers are promised."""
+"""Runs the examples, whose code the documentation shows, and compares their output with what it promises."""
 
 import contextlib
 import http.client
@@ -25,7 +25,7 @@ def run(example, *arguments, cwd=None):
 
 
 class Machine(http.server.BaseHTTPRequestHandler):
-    """A simulation server as far as its load goes."""
+    """A simulation server that only answers GET /load."""
 
     def do_GET(self):
         self.send_response(200 if self.path == "/load" else 404)
@@ -51,7 +51,7 @@ def machine():
 
 @contextlib.contextmanager
 def serving(test, example, *machines):
-    """Runs an example that says where it listens, and ends it with SIGTERM, which it obeys."""
+    """Runs an example that prints where it listens, and ends it with SIGTERM, which it must obey."""
     with subprocess.Popen([program(example), "0", *machines], stdout=subprocess.PIPE, text=True) as process:
         try:
             lines = iter(process.stdout.readline, "")

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""One address takes what it can get of a server, and others go on. Issue 16, item 3.
+"""One address takes as much of a server as it can get, and others are still served. Issue 16, item 3.
 
-Nobody is trusted here, so that 127.0.0.2 and others of the loopback are clients like any."""
+No proxy is trusted here, so that 127.0.0.2 and other addresses of the loopback interface are ordinary clients."""
 
 import asyncio
 import contextlib
@@ -24,7 +24,7 @@ CLOSE_FRAME = b"\x88\x00"
 
 class GreedyClient(unittest.IsolatedAsyncioTestCase):
     def websocket(self, server, path, source):
-        """A WebSocket from that address, and the head of what it was answered; b"" when it was ended without a word."""
+        """A WebSocket from that address, and the head of the answer; b"" when the connection was closed without one."""
         connection = socket.create_connection(("127.0.0.1", server.port), timeout=PATIENCE, source_address=(source, 0))
         self.addCleanup(connection.close)
         with contextlib.suppress(ConnectionResetError, BrokenPipeError):

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""webots-process-guard alone: a program ends as it would without, and nothing that it started outlives it, the guard or the owner.
+"""webots-process-guard alone: a program ends as it would without it, and nothing that it started outlives the program, the guard or the owner.
 
-Every case runs as whoever runs the tests, as somebody without privileges, and where no PID namespace may be made.
+Every case runs as the user of the tests, as an unprivileged user, and where PID namespaces are not allowed.
 Protocol section 6.5, quirk Q10.
 """
 
@@ -20,7 +20,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.servers import is_alive, main, program, wait_until  # noqa: E402
 
 NOBODY = 65534
-# Children of every kind, whose numbers are learned from a mark in their command lines; the shell then waits.
+# Children of every kind, which are found by a mark in their command lines; the shell then waits.
 FAMILY = "trap '' TERM; setsid sleep 600.{mark} & (setsid sleep 600.{mark} &) ; sleep 600.{mark} & echo ready; wait"
 
 
@@ -64,7 +64,7 @@ class Guard(unittest.TestCase):
         started.wait(30)
 
     def start_family(self, options=()):
-        """A program with children that flee; returns it and the mark of its processes."""
+        """A program whose children try to escape; returns it and the mark of its processes."""
         type(self).count += 1
         mark = f"{os.getpid()}{type(self).count}{abs(hash(type(self).__name__)) % 10000}"
         started = self.start(FAMILY.format(mark=mark), options=options)
@@ -193,7 +193,7 @@ class Guard(unittest.TestCase):
         self.assertEqual(int(lines[0].split()[1], 16) & beyond, 0, lines)
 
     def test_programs_that_run_as_somebody_else_do_so_where_that_is_asked_for(self):
-        """firejail is one, which Webots R2021b and older shut controllers in."""
+        """For instance firejail, in which Webots R2021b and older run controllers."""
         if os.geteuid() != 0:
             self.skipTest("only root can make a program that runs as root")
         who = shutil.copy(shutil.which("id"), self.folder)
@@ -213,7 +213,7 @@ class Guard(unittest.TestCase):
 
 
 def has_clone3():
-    """Asks for a process without saying anything about it: the kernel complains, one that filters the call does so differently."""
+    """Calls clone3 with invalid arguments: the kernel refuses them with one error, a filter for system calls with another."""
     ctypes.set_errno(0)
     ctypes.CDLL(None, use_errno=True).syscall(435, None, 0)
     return ctypes.get_errno() == errno.EINVAL
@@ -232,9 +232,9 @@ class WithoutPrivileges(Guard):
 
 
 class WithoutNamespaces(Guard):
-    """As in containers and kernels that allow none: the guard alone, as sub-reaper."""
+    """As in containers and kernels that allow no namespaces: the guard alone, as child subreaper."""
 
-    # Within a user namespace of its own the test may forbid itself all others.
+    # In a user namespace of its own the test may forbid itself to make others.
     arguments = ["unshare", "--user", "--map-root-user", "sh", "-c",
                  'echo 0 > /proc/sys/user/max_pid_namespaces && exec "$@"', "sh"]
 

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""Whatever a simulation leaves in the places of its server's files and folders: the next start goes on, says what it did, and harms nothing
-else. Simulations run as the same user, so that they may."""
+"""Whatever a simulation leaves in place of its server's files and folders: the server starts again, says what it did, and damages nothing
+else. Simulations run as the same user, so they can do this."""
 
 import os
 import shutil
@@ -41,7 +41,7 @@ class HostileState(unittest.IsolatedAsyncioTestCase):
         return os.path.join(self.folder, *parts)
 
     def damages(self, path, target):
-        """Ways to put something else there, by name."""
+        """Ways to put something else in the place of a file, by name."""
         return {"link": lambda: os.symlink(target, path), "pipe": lambda: os.mkfifo(path), "folder": lambda: os.makedirs(path + "/in/ner"),
                 "file": lambda: self.write(path), "hard link": lambda: os.link(self.precious[0], path)}
 
@@ -58,7 +58,7 @@ class HostileState(unittest.IsolatedAsyncioTestCase):
         return text
 
     def start_again(self, what, words):
-        """The server starts, says `words`, and has harmed nothing."""
+        """Checks that the server starts, says `words`, and has damaged nothing."""
         with self.subTest(what):
             before = self.said()
             self.server.start()

@@ -13,8 +13,8 @@ from support.browser_client import Browser  # noqa: E402
 from support.other_user import NOBODY, WITHOUT_NAMESPACES, WITH_HIDDEN_PROCESSES, OwnedServer, may_make_namespaces, works  # noqa: E402
 from support.servers import is_alive, main, wait_until  # noqa: E402
 
-# Opens and keeps whatever it can of its guard's and its server's, tries to read and to kill them and to write where it should not, says
-# what came of it, and stays.
+# Opens what it can of its guard and its server, tries to read their memory, to kill them and to write where it should not, prints what
+# succeeded, and keeps running.
 ATTACKER = r'''#!/usr/bin/python3
 import ctypes, json, os, signal
 folder = os.environ["WEBOTS_ATTACK"]

@@ -39,7 +39,7 @@ class Floods(unittest.TestCase):
             return file.read()
 
     def check_end(self, server, kind, first_line, example):
-        """Ends the server; its log begins as it did, and says how many lines are missing."""
+        """Ends the server; the beginning of its log must be unchanged, and say how many lines were left out."""
         self.assertEqual(server.stop(), 0)
         text = self.log(server, kind)
         self.assertIn(first_line, text.splitlines()[0])
@@ -85,7 +85,7 @@ class Floods(unittest.TestCase):
 
 
 class RunningSimulation(unittest.TestCase):
-    """The case that was seen: a controller that is not there, reset again and again."""
+    """As once happened: a controller that does not exist, reset again and again."""
 
     def test_refusals_of_one_simulation(self):
         refusals = 20_000  # of some 400 bytes each: more than all files of the log hold

@@ -29,7 +29,7 @@ FAILED = f"Error: unable to send email to {ADMINISTRATOR}: "
 
 
 def session_server(machines, mail_port, trusted=None, **config):
-    """A session server that mails to localhost; `trusted` is the file of its authorities."""
+    """A session server that mails to localhost; `trusted` is the file of the certificate authorities that it trusts."""
     mail = {"administrator": ADMINISTRATOR, "mailServer": "localhost", "mailServerPort": mail_port, "mailSender": SENDER}
     session = SessionServer([machine.address for machine in machines], loadThreshold=95, loadRefresh=0.2, **{**mail, **config})
     session.environment = {"SSL_CERT_FILE": trusted} if trusted else {}
@@ -37,7 +37,7 @@ def session_server(machines, mail_port, trusted=None, **config):
 
 
 def message(subject, sentence, session):
-    """The mail as sent; {} in place of what differs between mails."""
+    """The mail as sent, with {} in place of what differs between mails."""
     return (f"Date: {{}}\r\nFrom: Simulation Server <{SENDER}>\r\nTo: Administrator <{ADMINISTRATOR}>\r\n"
             f"Subject: {subject}\r\nMessage-ID: <{{}}>\r\nMIME-Version: 1.0\r\nContent-Type: text/plain; charset=utf-8\r\n"
             "Content-Transfer-Encoding: 7bit\r\nAuto-Submitted: auto-generated\r\n\r\n"
@@ -136,7 +136,7 @@ class Logins(unittest.TestCase):
         cls.users = {SENDER: "s3cret pässword", "robot": "other"}
 
     def refused(self, mailbox, reason, trusted=True, password="s3cret pässword"):
-        """A mail that is never sent, and why."""
+        """Checks that a mail is never sent, and the reason in the log."""
         with Machine("99") as machine, mailbox, \
                 session_server([machine], mailbox.port, self.tls.authority if trusted else None,
                                mailSenderPassword=password) as session:
@@ -185,7 +185,7 @@ class Logins(unittest.TestCase):
 
 
 class Trouble(unittest.TestCase):
-    """A mail server that is down, slow or refuses costs a line, never availability (quirk Q3)."""
+    """A mail server that is down, slow or refuses costs a line of the log, never availability (quirk Q3)."""
 
     def check_availability(self, session, machine):
         """The machine fails and recovers, and browsers are notified."""

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""How much memory a server takes, whatever all its peers do at once: docs/operations.md says it, this measures it, under limits that the
-kernel enforces: a server that wants more does not get it, and would end or fail to serve those who come afterwards."""
+"""How much memory a server takes at most, whatever all its peers do at once. docs/operations.md gives the figures; the kernel enforces them
+here: a server that needed more would be ended, or fail to serve later clients."""
 
 import asyncio
 import itertools
@@ -35,7 +35,7 @@ SESSION_SPACE = 384
 
 
 def highest(server):
-    """The most memory that a server has taken, in megabytes."""
+    """The peak memory of a server, in megabytes."""
     with open(f"/proc/{server.process.pid}/status") as status:
         memory = next((int(line.split()[1]) for line in status if line.startswith("VmHWM:")), None)
     if memory is None:  # it has ended, and is still our child
@@ -44,7 +44,7 @@ def highest(server):
 
 
 class Highest:
-    """Prints the most memory that a server has taken, however the block ends, and keeps it."""
+    """Prints and records the peak memory of a server, however the block ends."""
 
     def __init__(self, server):
         self.server = server
@@ -68,7 +68,7 @@ class Sentences(Browser):
 
 
 class Limited:
-    """A server that gets no more memory than that from the kernel."""
+    """A server to which the kernel gives no more memory than that."""
 
     space = None  # megabytes of addresses
     group = None  # a MemoryGroup
@@ -141,7 +141,7 @@ class SimulationServerTest(unittest.IsolatedAsyncioTestCase):
                 self.skipTest("sanitizers keep what was freed: the memory is theirs")
             self.assertLess(memory.most, memory.before + FETCH_MEMORY + BESIDE_FETCHES, "megabytes; see docs/operations.md")
 
-    # Without end, and ended by a limit of bytes; what only deadlines end (a chunk extension, which libcurl passes over) is left out.
+    # Endless answers that a limit of bytes ends; those that only a deadline ends (chunk extensions, which libcurl skips) are left out.
     forge_attacks = ["headers", "interim", "trailers"]
     website_attacks = ["headers", "trailers"]
 

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""A configuration of 2018 to 2021, which knows no `ssl`, and machines of plain http.
+"""A configuration of 2018 to 2021, which has no key `ssl`, and machines that speak plain http.
 
 The twin: the Python servers since 2021 take `ssl` for true, ask such machines by https and say only that they do not respond (protocol
 sections 3 and 8.1). Ours ask the same, and say what is wrong and which key to set.

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Browsers that fall asleep: a program that the kernel stops (SIGSTOP) answers no ping, as a laptop whose lid is closed.
+"""Browsers that fall asleep: a program that is stopped (SIGSTOP) answers no ping, like a laptop whose lid is closed.
 
 The Python servers send no pings (protocol section 4.1), so that a simulation of a sleeping laptop lives until TCP gives up, and one of a
 laptop that is gone too. Ours says in the log why a simulation has ended, and `pingTimeout` how long it waits.
@@ -75,7 +75,7 @@ class PingTimeout(unittest.TestCase):
                 self.assertIn("[2] " + self.WHY + "it is ended at once, since there is no \"reconnectGrace\"", simulation.log())
                 laptop.wake()
                 laptop.hear("closed")
-            # Who was as silent, but answered every ping, has lost nothing.
+            # A browser that was as silent, but answered pings, is still connected.
             self.assertNotIn("[1] The simulation has lost", simulation.log())
 
     def test_with_a_grace_it_may_return(self):

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Where the session server sends browsers: the process, with machines of the test's own that report what machines report.
+"""Where the session server sends browsers: the real process, with fake machines that report as real ones do.
 
 The same in virtual time, over many seeds and with every kind of trouble: tests/bench/placement_simulation, docs/scheduling.md.
 """
@@ -28,7 +28,7 @@ POLL = 0.2  # seconds
 
 
 class Seated(Machine):
-    """A machine that counts who comes, as our simulation server does. Nobody's load shows while a test lasts: all of them start."""
+    """A machine that counts arrivals, as our simulation server does. During a test no session adds to its load: all are still starting."""
 
     def __init__(self, base, capacity=None, bare=False):
         super().__init__()
@@ -55,7 +55,7 @@ def wait_for_polls(machine, count):
 
 
 def serve(stack, machines, **config):
-    """A session server that has heard of all machines."""
+    """A session server that has a report of each machine."""
     for machine in machines:
         stack.enter_context(machine)
     session = stack.enter_context(SessionServer([machine.address for machine in machines], loadRefresh=POLL, loadThreshold=95, **config))
@@ -68,7 +68,7 @@ class Placement(unittest.IsolatedAsyncioTestCase):
     def setUp(self):
         self.random = random.Random(int(os.environ.get("PLACEMENT_SEED", "1")))
 
-    # Of a capacity of 100, today's default of "maxConnections", 7 to 10 sat on the worst machine: it is a ceiling and no estimate.
+    # With a capacity of 100, the default of "maxConnections", 7 to 10 once ended up on one machine: the capacity is a limit, not an estimate.
     def test_a_class_of_sixty_sits_six_on_each_of_ten_machines_whatever_capacity_they_report(self):
         def seat_class(capacity, bases, waits):
             with contextlib.ExitStack() as stack:
@@ -98,7 +98,7 @@ class Placement(unittest.IsolatedAsyncioTestCase):
             self.assertLessEqual(abs(answers.count(f"ws://{ours.address}") - answers.count(f"ws://{python.address}")), 4)
             self.assertEqual(set(answers), {f"ws://{ours.address}", f"ws://{python.address}"})
 
-    # 44 of these closed the site of one machine for a minute.
+    # 44 of these once made a site of one machine unavailable for a minute.
     async def test_requests_that_nobody_claims_refuse_nobody(self):
         for kind in ({"capacity": 20}, {"capacity": 100}, {"bare": True}):
             with self.subTest(kind), contextlib.ExitStack() as stack:
@@ -119,7 +119,7 @@ class Placement(unittest.IsolatedAsyncioTestCase):
                     session.process.terminate()
                     self.assertEqual([message async for message in browser], ["0", "1"], "requests alone flip nothing")
 
-    # What a machine counts gives places back at once; nothing that it claims to count does more.
+    # Arrivals that a machine counts release reservations at once; absurd counts do nothing more.
     def test_starts_that_failed_give_their_places_back_and_absurd_counters_harm_nobody(self):
         with contextlib.ExitStack() as stack:
             good, other = Seated(10.0), Seated(10.0)
@@ -128,7 +128,7 @@ class Placement(unittest.IsolatedAsyncioTestCase):
                 session.get("/session")
             good.load = json.dumps({"load": 10.0, "sessions": 0, "starting": 0, "arrivals": 5, "failed": 5, "departures": 5})
             wait_for_polls(good, 3)
-            # Five are still expected on the other one.
+            # The other one still expects five.
             self.assertEqual([session.get("/session") for _ in range(4)], [f"ws://{good.address}"] * 4)
             for counters in ({"arrivals": 2 ** 63 - 1}, {"arrivals": 0, "failed": 2 ** 62}, {"arrivals": -1}, {"arrivals": 0, "departures": 1e300},
                              {"arrivals": 0, "failed": []}):

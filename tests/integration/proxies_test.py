@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""The servers behind a real Apache or nginx that ends TLS and rewrites ports: config/apache and config/nginx, and the rules that
-operators have had for years. Protocol sections 2, 4.1 and 8.4."""
+"""The servers behind a real Apache or nginx that terminates TLS and rewrites ports: config/apache and config/nginx, and the rules of
+existing installations. Protocol sections 2, 4.1 and 8.4."""
 
 import asyncio
 import contextlib
@@ -27,7 +27,7 @@ except ImportError as error:
 
 PATIENCE = 30
 
-# As the guide of Webots has them. For /monitor there is no WebSocket: the page finds its own way.
+# From the guide of Webots. They pass on no WebSocket for /monitor, so the page uses another address.
 RULES_OF_THE_GUIDE = r"""
     RewriteEngine on
     RewriteCond %{{HTTP:Upgrade}} websocket [NC]
@@ -41,7 +41,7 @@ RULES_OF_THE_GUIDE = r"""
 
 
 class Site:
-    """A session server that knows one simulation server, each through a proxy only."""
+    """A session server and its one simulation server, each reachable only through a proxy."""
 
     def __init__(self, folder, proxy):
         self.certificate = Certificate(folder)

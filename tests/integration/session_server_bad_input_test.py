@@ -27,7 +27,7 @@ except ImportError as error:
     raise SystemExit(print(f"skipped: {error} (package python3-websockets)") or 77)
 
 def exchange(server, request):
-    """All that comes back for some bytes, until the server closes."""
+    """Everything that the server answers to some bytes, until it closes the connection."""
     with connect(server) as connection:
         try:
             connection.sendall(request)
@@ -236,7 +236,7 @@ class Tls(unittest.IsolatedAsyncioTestCase):
                         "-out", self.path(certificate), "-keyout", self.path(key)], check=True, capture_output=True)
 
     def renew(self):
-        """Another certificate in the place of the first."""
+        """Replaces the certificate by another one."""
         self.certify("new_certificate.pem", "new_key.pem")
         os.replace(self.path("new_key.pem"), self.key)
         os.replace(self.path("new_certificate.pem"), self.certificate)
@@ -251,7 +251,7 @@ class Tls(unittest.IsolatedAsyncioTestCase):
         return context
 
     def shown(self, server):
-        """The certificate that new connections see."""
+        """The certificate that new connections get."""
         return ssl.get_server_certificate(("localhost", server.port))
 
     async def test_http_and_websocket_over_tls_1_2_and_1_3(self):

@@ -171,7 +171,7 @@ class Sessions(unittest.IsolatedAsyncioTestCase):
                 moment = r"^\d{4}-\d\d-\d\d \d\d:\d\d:\d\d,\d{3} "
                 for pattern in (r"\[INFO   \]  Session server running on port \d+$", r"\[WARNING\]  404 GET /nope \(127\.0\.0\.1\)$",
                                 r"\[WARNING\]  404 GET /no%0Ape \(127\.0\.0\.1\)$"):
-                    # Lines are written beside what they tell about: an answer may come before its line.
+                    # The log is written by another thread: an answer may come before its line.
                     wait_until(lambda: any(re.match(moment + pattern, line) for line in lines()), lambda: f"{pattern} in {lines()}")
 
     def test_a_log_file_that_can_not_be_written_is_one_sentence_and_status_2(self):
@@ -214,7 +214,7 @@ class Sessions(unittest.IsolatedAsyncioTestCase):
         os.makedirs(folder)
         os.mkfifo(os.path.join(folder, "output.log"))
         server.start()
-        # The first line is written beside the start, and may come after the first answer.
+        # The log is written by another thread: the first line may come after the first answer.
         wait_until(lambda: "is now output.log.set-aside-" in read(os.path.join(folder, "output.log")), "the log says so")
         self.assertTrue(any("set-aside" in name for name in os.listdir(folder)), os.listdir(folder))
 
@@ -239,7 +239,7 @@ class Sessions(unittest.IsolatedAsyncioTestCase):
         with SessionServer([], debug=False, logDir="logs", logFormat="json") as session:
             folder = os.path.join(session.folder, "logs", "session")
             path = os.path.join(folder, "output.log.1")
-            # Lines of the operator's own: those of strangers have a limit, see log_flood_test.py.
+            # Lines without a limit: those that clients cause have one, see log_flood_test.py.
             session.configure(**{"x" * 50 + str(i): 0 for i in range(1000)})
 
             def fill():

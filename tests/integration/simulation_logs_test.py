@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""One log per simulation, in files: what it holds, how large it gets, when it goes. Protocol section 9.1."""
+"""One log file per simulation: what it holds, how large it gets, when it is removed. Protocol section 9.1."""
 
 import contextlib
 import os
@@ -79,7 +79,7 @@ class SimulationLogs(unittest.IsolatedAsyncioTestCase):
             async with Browser(simulation) as browser:
                 await browser.start()
                 await browser.hear("webots:")
-                # Far more than is passed on, and so much that the server has taken most of it.
+                # Far more than is passed on, of which the server has read most.
                 wait_until(lambda: printed(simulation) > 2_000_000, "there is no flood")
             simulation.wait_until_clean()
             wait_until(lambda: b" left out: more than 500 a second were printed]" in text_of(simulation, logs(simulation)[0]), "no end was written")

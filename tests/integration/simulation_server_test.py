@@ -187,7 +187,7 @@ class Faults(unittest.IsolatedAsyncioTestCase):
 
 
 class Programs(unittest.IsolatedAsyncioTestCase):
-    """Which simulator is run, and with what around it. Sections 6.1 and 8.2 (`webotsHome`, `DISPLAY`), quirk Q15."""
+    """Which simulator is run, and with which environment. Sections 6.1 and 8.2 (`webotsHome`, `DISPLAY`), quirk Q15."""
 
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
@@ -197,13 +197,13 @@ class Programs(unittest.IsolatedAsyncioTestCase):
         self.install(f"#!/bin/sh\nenv >{self.home}/environment\nexec {shlex.quote(program('webots-demo-simulator'))} \"$@\"\n")
 
     def install(self, content):
-        """Makes the program of this Webots."""
+        """Makes an executable for a fake Webots."""
         with open(self.webots, "w") as file:
             file.write(content)
         os.chmod(self.webots, 0o755)
 
     async def environment_of_a_start(self, **settings):
-        """That of the simulator, as a dictionary; it is this Webots."""
+        """The environment of the simulator, as a dictionary; the simulator must be this Webots."""
         with server(**settings) as simulation:
             async with Browser(simulation) as browser:
                 await browser.start()
@@ -221,7 +221,7 @@ class Programs(unittest.IsolatedAsyncioTestCase):
         around = await self.environment_of_a_start(environment={"WEBOTS_HOME": self.home, "DISPLAY": ":7"})
         self.assertEqual(around.get("DISPLAY"), ":7")
 
-    # Each Webots knows one of "x3d" and "w3d", and ends when it is told the other; quirk Q22.
+    # Each release of Webots knows either "x3d" or "w3d", and exits when given the other; quirk Q22.
     async def test_no_webots_is_told_a_word_that_it_does_not_know_and_none_draws_what_the_browser_draws(self):
         stand_in = (f'#!/bin/sh\nfor option; do case $option in --stream=x3d|--stream=w3d) echo "webots: invalid value" >&2; exit 1;; esac; done\n'
                     f'echo "$@" >>{self.home}/arguments\nexec {shlex.quote(program("webots-demo-simulator"))} "$@"\n')
@@ -343,7 +343,7 @@ class Operations(unittest.IsolatedAsyncioTestCase):
     """The operator's requests to a running server. Section 8.2 at SIGHUP, section 13 `/api/drain` and `/readyz`."""
 
     async def start(self, simulation):
-        """The last words of a start: an address, or why there is none."""
+        """The last message of a start: an address, or why there is none."""
         async with Browser(simulation) as browser:
             await browser.start()
             return await browser.hear(("webots:", "loading: Error: "))

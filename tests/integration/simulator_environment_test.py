@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The environment of simulators, printed by a script in place of Webots. Protocol section 6.1.
+"""The environment of simulators, printed by a script that stands in for Webots. Protocol section 6.1.
 
 The twin: the Python server passes on all that it has. Ours gives simulators the same of what Webots, drivers, languages, ROS and the
 network need, and nothing that is the server's or a secret.
@@ -16,7 +16,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser_client import Browser, server  # noqa: E402
 from support.servers import SimulationServer, main, program, wait_until  # noqa: E402
 
-# What a lab's machine has: ROS 2 with a middleware of its own, NVIDIA and VirtualGL, a campus proxy with its authority, sound over the
+# The environment of a machine in a lab: ROS 2 with a middleware of its own, NVIDIA and VirtualGL, a campus proxy with its authority, sound over the
 # network, Python and MATLAB beside the system's.
 LAB = {
     "PYTHONPATH": "/opt/lab/python", "CLASSPATH": "/opt/lab/java", "MATLAB_HOME": "/opt/matlab", "MLM_LICENSE_FILE": "27000@licences",

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The units of config/systemd: does systemd accept them, how exposed does it find them, and do the servers report to it."""
+"""The units of config/systemd: systemd accepts them and rates their exposure, and the servers report to it."""
 
 import os
 import shutil
@@ -14,7 +14,8 @@ from support.browser_client import server  # noqa: E402
 from support.servers import SessionServer, main, program  # noqa: E402
 
 UNITS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "config", "systemd")
-# How exposed systemd may find them, in tenths: a server that decides and one that runs strangers' programs on a display.
+# The highest exposure that systemd may find, in tenths: for the session server, and for the simulation server, which runs programs of
+# others on a display.
 EXPOSURE = {"webots-session-server": 15, "webots-simulation-server": 30}
 
 
@@ -26,7 +27,7 @@ class Units(unittest.TestCase):
         self.addCleanup(shutil.rmtree, self.folder)
 
     def unit(self, name):
-        """The unit as it is installed, but for the place of the program and the user, which are not here."""
+        """The unit as it is installed, except for the path of the program and the user, which do not exist here."""
         with open(os.path.join(UNITS, f"{name}.service")) as file:
             text = file.read()
         self.assertIn(f"ExecStart=/usr/local/bin/{name} ", text)

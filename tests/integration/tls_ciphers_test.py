@@ -38,7 +38,7 @@ class Ciphers(unittest.TestCase):
         cls.addClassCleanup(cls.server.close)
 
     def handshake(self, *arguments, said="Q\n"):
-        """The cipher that was agreed on, or None; and the whole output of openssl."""
+        """The negotiated cipher, or None; and the whole output of openssl."""
         finished = subprocess.run(["openssl", "s_client", "-connect", f"127.0.0.1:{self.server.port}", *arguments], input=said, text=True,
                                   capture_output=True, timeout=PATIENCE, env={**os.environ, "OPENSSL_CONF": os.devnull})
         text = finished.stdout + finished.stderr
@@ -75,7 +75,7 @@ class Ciphers(unittest.TestCase):
 
 
 class OldPeers(unittest.TestCase):
-    """Our own requests: to a machine that only speaks TLS 1.1, on a system whose OpenSSL would allow that."""
+    """Requests of our own servers to a machine that only speaks TLS 1.1, on a system whose OpenSSL allows that."""
 
     CONFIGURATION = ("openssl_conf = all\n[all]\nssl_conf = tls\n[tls]\nsystem_default = old\n"
                      "[old]\nMinProtocol = TLSv1\nCipherString = ALL:@SECLEVEL=0\n")

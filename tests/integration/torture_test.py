@@ -63,7 +63,7 @@ def is_guard(pid):
 
 
 def kill_somehow(pid, dice):
-    """What may happen to a simulator. It can't kill its guard; the operator can, where a namespace backs the guard."""
+    """Faults of a simulator. It can't kill its guard; the operator can, where a namespace ends the simulator with its guard."""
     if not is_guard(pid):
         os.kill(pid, dice.choice((signal.SIGKILL, signal.SIGTERM, signal.SIGSTOP, signal.SIGSEGV)))
     elif NAMESPACES:
@@ -124,7 +124,7 @@ class EachFaultAtEachMoment(unittest.IsolatedAsyncioTestCase):
 
 
 class Storm(unittest.IsolatedAsyncioTestCase):
-    """Random sequences, many at once."""
+    """Random sequences of actions, many at once."""
 
     async def one(self, simulation, dice):
         with contextlib.suppress(websockets.ConnectionClosed, OSError, asyncio.TimeoutError):
@@ -200,7 +200,7 @@ class KilledServer(unittest.IsolatedAsyncioTestCase):
 
 
 class StoppedGuard(unittest.IsolatedAsyncioTestCase):
-    """Somebody has sent SIGSTOP to the guards of a running simulation."""
+    """The guards of a running simulation have received SIGSTOP."""
 
     async def stop_guards(self, simulation, browser):
         await browser.start()
@@ -228,7 +228,7 @@ class LoadMeanwhile(unittest.IsolatedAsyncioTestCase):
     """/load is answered while others fetch and start: the event loop never blocks. Protocol section 4.2, quirk Q4."""
 
     def ask(self, simulation, times):
-        """Asks so often; returns the reports, and prints how long the answers took, for those who want to know."""
+        """Asks for the load this many times; returns the reports, and prints how long the answers took."""
         reports, took = [], []
         for _ in range(times):
             began = time.perf_counter()

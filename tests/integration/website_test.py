@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""Simulations that the pages of websites start with `init`: the whole way, with a website in PHP, and what archives that mean
-harm can do (nothing). Protocol sections 5, 6.2 and 6.4."""
+"""Simulations that the pages of websites start with `init`: from end to end, with a website in PHP, and that hostile
+archives can do no harm. Protocol sections 5, 6.2 and 6.4."""
 
 import asyncio
 import io
@@ -76,7 +76,7 @@ class WebsiteTest(unittest.IsolatedAsyncioTestCase):
         self.website.set_behaviour("")
 
     def instance(self):
-        """The files of the one simulation that runs, by path."""
+        """The files of the only running simulation, by path."""
         folder = self.simulation.instances_folder()
         (name,) = os.listdir(folder)
         return os.path.join(folder, name)
@@ -166,7 +166,7 @@ class Starts(WebsiteTest):
             self.assertNotIn(".download", os.listdir(self.instance()))
 
     async def test_a_user_gets_a_controller_of_the_template_back(self):
-        """What the user had changed there is what a reset undoes."""
+        """A reset undoes what the user had changed."""
         controller = "controllers/avoid_walls/avoid_walls.py"
         self.website.set_archive({controller: "print('mine')\n"})
         async with Page(self.simulation) as browser:
@@ -215,7 +215,7 @@ class Starts(WebsiteTest):
 
 
 class CommandLines(unittest.IsolatedAsyncioTestCase):
-    """What the configuration adds to the old command line, and the default folder of projects. Sections 6.2 and 8.2."""
+    """Configuration keys that change the command line, and the default folder of projects. Sections 6.2 and 8.2."""
 
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
@@ -247,7 +247,7 @@ class CommandLines(unittest.IsolatedAsyncioTestCase):
 
 
 class StartsBehindAProxy(WebsiteTest):
-    """As most websites are: nginx in front of PHP, and only nginx has an address that anybody knows."""
+    """As with most websites: nginx in front of PHP, and only the address of nginx is known."""
 
     @classmethod
     def setUpClass(cls):
