@@ -10,7 +10,7 @@ import subprocess
 import tempfile
 import unittest
 
-from .processes import Startable, listens
+from .processes import Startable, listens, required_program
 from .servers import end, wait_until
 
 MODULES = "/usr/lib/apache2/modules"
@@ -20,10 +20,9 @@ SAMPLE = os.path.join(os.path.dirname(__file__), "..", "..", "config", "apache",
 
 def program():
     """The path of Apache; SkipTest where it is not installed."""
-    found = shutil.which("apache2", path=os.environ.get("PATH", "") + ":/usr/sbin")
-    if not found or not os.path.isdir(MODULES):
+    if not os.path.isdir(MODULES):
         raise unittest.SkipTest("apache2 is missing (package apache2-bin)")
-    return found
+    return required_program("apache2", "apache2-bin")
 
 
 def sample(session_port, simulation_ports):
@@ -50,7 +49,7 @@ class Apache(Startable):
         self.process = None
         loads = "\n".join(f"LoadModule {name}_module {MODULES}/mod_{name}.so" for name in WANTED)
         with open(self.path("apache.conf"), "w") as file:
-            # As root it would become somebody else, who may not exist: the user nobody does everywhere.
+            # Started as root it switches to a user, by default one that may not exist; nobody exists everywhere.
             user = "User nobody\nGroup nogroup\n" if os.geteuid() == 0 else ""
             file.write(f"{loads}\n{user}ServerRoot {self.folder}\nServerName localhost\nPidFile {self.path('apache.pid')}\n"
                        f"DefaultRuntimeDir {self.folder}\nErrorLog {self.path('error.log')}\nMutex posixsem\n"

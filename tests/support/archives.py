@@ -15,7 +15,7 @@ def zip_of(files):
 
 
 def zip64_of(files):
-    """The same as some programs make it however small it is: with the numbers of archives above 4 GB."""
+    """The same in the format for archives above 4 GB (zip64), as some programs write it whatever the size."""
     content = io.BytesIO()
     with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, data in files.items():

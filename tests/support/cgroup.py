@@ -27,7 +27,7 @@ class MemoryGroup:
             self.folder = tempfile.mkdtemp(prefix="webots_cloud_test_", dir=parent)
         except OSError as error:
             raise unittest.SkipTest(f"no control group can be made here: {error}")
-        # A folder that has no such file: this is no control group, or nobody has handed memory on to us.
+        # Without such a file, the folder is no control group, or its memory controller is not delegated to us.
         if not os.access(os.path.join(self.folder, self.limits), os.W_OK):
             self.__exit__()
             raise unittest.SkipTest(f"control groups below {parent} limit no memory")

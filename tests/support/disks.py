@@ -1,4 +1,4 @@
-"""Disks that are full, or have something special."""
+"""File systems that are full, or have special features."""
 
 import os
 import subprocess

@@ -53,7 +53,7 @@ class DockerDaemon(Startable):
         self.process = None
 
     def start(self):
-        """Without the default network, and without a look at the machine's firewall: ports are published by a proxy."""
+        """Without the default network, and without changes to the firewall: a proxy publishes ports."""
         command = ["dockerd", "--host", self.host, "--data-root", f"{self.folder}/data", "--exec-root", f"{self.folder}/exec",
                    "--pidfile", f"{self.folder}/pid", "--bridge=none", "--iptables=false", "--ip6tables=false"]
         with open(f"{self.folder}/log", "wb") as log:
@@ -73,7 +73,7 @@ class DockerDaemon(Startable):
         return subprocess.run(["docker", *arguments], env=self.environment, capture_output=True, text=True)
 
     def run(self, *arguments):
-        """What docker answers."""
+        """The output of a docker command."""
         done = self.attempt(*arguments)
         if done.returncode != 0:
             raise AssertionError(f"docker {' '.join(arguments)}: {done.stderr}")
@@ -81,7 +81,7 @@ class DockerDaemon(Startable):
 
     def import_image(self, name, files, programs):
         """An image with these files (inside: outside), and with these programs at their own paths; and all libraries.
-        It sleeps unless it is told something else."""
+        Its default command sleeps."""
         archive = os.path.join(self.folder, "image.tar")
         with tarfile.open(archive, "w", dereference=True) as tar:
             wanted = {**files, **{program: program for program in programs}}

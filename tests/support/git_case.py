@@ -1,4 +1,4 @@
-"""What the tests of the git source have in common: a git server, a probe with a cache of its own, disks that are full or special."""
+"""What the tests of the git source share: a git server, a probe with a cache of its own, and special file systems."""
 
 import os
 import sys
@@ -15,7 +15,7 @@ class GitCase(unittest.TestCase):
     """`self.server` and `self.probe`, once a case has made them with `serve` and `fetch_from`; both end with the case."""
 
     def serve(self, **options):
-        """Starts a server (options: as GitServer's) and lets the probe ask it."""
+        """Starts a server (options: as GitServer's) and has the probe fetch from it."""
         self.server = GitServer(**options)
         self.addCleanup(self.server.close)
         self.server.start()
@@ -23,14 +23,14 @@ class GitCase(unittest.TestCase):
         return self.server
 
     def fetch_from(self, url):
-        """The probe asks there from now on; its cache stays."""
+        """Has the probe fetch from another address from now on, with the same cache."""
         if not hasattr(self, "probe"):
             self.probe = Probe(url)
             self.addCleanup(self.probe.close)
         self.probe.forge = url
 
     def requests(self, since=0):
-        """(method, address, status) of what the server was asked."""
+        """The requests to the server: (method, address, status)."""
         return [request[:3] for request in self.server.requests()[since:]]
 
     def sent_in_transfer(self, received):
@@ -40,7 +40,7 @@ class GitCase(unittest.TestCase):
         return max(wait_until(transfers, lambda: f"no transfer of {received} bytes in {self.server.requests()}"))
 
     def left_in_cache(self):
-        """What is there of fetches that are over."""
+        """Files that finished fetches have left behind."""
         return os.listdir(os.path.join(self.probe.cache, "incoming"))
 
     def snapshots(self):
@@ -68,7 +68,7 @@ class GitCase(unittest.TestCase):
 
 
 def require_git_and_probe():
-    """Ends the program as skipped where git servers or the probe are missing."""
+    """Ends the program as skipped if git servers or the probe can't run here."""
     try:
         require_git_server()
         program("git_source_probe")

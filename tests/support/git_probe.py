@@ -14,7 +14,7 @@ HEADER = "#VRML_SIM R2023b utf8"
 
 
 def _lose_the_right_to_mount():
-    """In the child, for what it executes: what remains is what anybody may do."""
+    """In the child: drops root's privileges for the program that it executes."""
     PR_CAPBSET_DROP, CAP_SYS_ADMIN = 24, 21
     ctypes.CDLL(None).prctl(PR_CAPBSET_DROP, CAP_SYS_ADMIN)
 
@@ -72,7 +72,7 @@ class Probe:
         return self.fetch_all([world], *options)[0]
 
     def way(self):
-        """How the last run handed projects out."""
+        """How the last run put projects into their folders."""
         return self.log.partition("handed out by ")[2].partition(".")[0]
 
 

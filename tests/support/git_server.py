@@ -16,7 +16,7 @@ import tempfile
 import unittest
 
 from .ports import free_port
-from .processes import Startable, end_with_parent, find_program, listens
+from .processes import Startable, end_with_parent, find_program, listens, required_program
 from .waiting import wait_until
 
 GIT_BACKEND = "/usr/lib/git-core/git-http-backend"
@@ -53,7 +53,7 @@ LFS = """
 
 SMART = """
         location ~ ^(?<repository>/[^/]+/[^/]+)/ {{
-            # Not git's answer: fcgiwrap says 502 when the program that it starts ends before it was given the question.
+            # Not from git: fcgiwrap answers 502 when the program that it starts ends before it has read the request.
             if (!-d {repositories}$repository) {{ return 404; }}
             include /etc/nginx/fastcgi_params;
             fastcgi_param SCRIPT_FILENAME {backend};
@@ -64,7 +64,7 @@ SMART = """
             fastcgi_param REMOTE_USER "";
             fastcgi_param HOME {folder};
             {pace}
-            # A worker of fcgiwrap dies when nobody reads its answer, and takes the next request with it.
+            # A worker of fcgiwrap dies when its client closes the connection, and the next request fails with it.
             fastcgi_ignore_client_abort on;
             fastcgi_pass unix:{folder}/fcgi.socket;
         }}
@@ -76,14 +76,13 @@ DUMB = "        location / {{ root {repositories}; }}"
 def require_git_server():
     """Raises SkipTest when a program that a server needs is missing."""
     for program, package in PROGRAMS.items():
-        if not find_program(program):
-            raise unittest.SkipTest(f"{program} is missing (package {package})")
+        required_program(program, package)
     if not os.access(GIT_BACKEND, os.X_OK):
         raise unittest.SkipTest(f"{GIT_BACKEND} is missing (package git)")
 
 
 class GitServer(Startable):
-    """Serves the repositories that `add_repository` and `link_repository` put there."""
+    """Serves the repositories of `add_repository` and `link_repository`."""
 
     def __init__(self, smart=True, port=0, bytes_per_second=0, version2=True, lfs=0):
         """smart=False: plain files, the "dumb" protocol. bytes_per_second: how fast it answers (0: as it can).
@@ -109,7 +108,7 @@ class GitServer(Startable):
             config.write("[safe]\n\tdirectory = *\n")
         values = {"folder": self.folder, "repositories": self.repositories, "backend": GIT_BACKEND, "port": self.port,
                   "protocol": "$http_git_protocol" if self._version2 else '""',
-                  # nginx limits the rate of what it has in its buffers only.
+                  # nginx limits the rate of buffered data only.
                   "pace": f"limit_rate {self._rate};" if self._rate else "fastcgi_buffering off;",
                   "user": "user root;" if os.geteuid() == 0 else ""}
         lfs = LFS.format(lfs=self._lfs) if self._lfs else ""
@@ -189,7 +188,7 @@ class GitServer(Startable):
         return self._git("-C", path, "rev-parse", ref + "^{commit}").decode().strip()
 
     def refuse_to_pack(self, pattern):
-        """From now on git fails where its command to make a pack, and the objects that it is asked for, match a shell's pattern."""
+        """From now on git fails where its pack command with the requested objects matches a shell pattern."""
         self._hook(f'''#!/bin/sh
 wanted=$(cat)
 case "$* $wanted" in {pattern}) exit 1 ;; esac
@@ -197,7 +196,7 @@ printf '%s\\n' "$wanted" | "$@"
 ''')
 
     def pack_backwards(self):
-        """From now on files come in the opposite order of that in which they are asked for."""
+        """From now on files are sent in the reverse order of the request."""
         self._hook('''#!/bin/sh
 wanted=$(cat)
 case "$wanted" in
@@ -207,7 +206,7 @@ esac
 ''')
 
     def _hook(self, text):
-        """Has git run this shell script instead of its command to make a pack, which are the script's arguments."""
+        """Has git run this shell script in place of its pack command, which becomes the script's arguments."""
         hook = os.path.join(self.folder, "pack-objects-hook")
         with open(hook, "w") as script:
             script.write(text)
@@ -263,7 +262,7 @@ esac
                 os.unlink(address)
             listener.bind(address)
             listener.listen(128)
-            # As FastCGI has it: the listening socket is the standard input. Single processes, because fcgiwrap leaves its
+            # FastCGI passes the listening socket as standard input. Single processes, because fcgiwrap leaves its
             # workers behind when it is told to end.
             for _ in range(WORKERS):
                 self._spawn([find_program("fcgiwrap")], stdin=listener)

@@ -4,9 +4,8 @@ import contextlib
 import os
 import subprocess
 import tempfile
-import unittest
 
-from .processes import find_program, listens
+from .processes import listens, required_program
 from .servers import end, wait_until
 
 CONFIGURATION = """
@@ -30,10 +29,7 @@ backend server_{target}
 
 def program():
     """The path of HAProxy; SkipTest where it is not installed."""
-    found = find_program("haproxy")
-    if not found:
-        raise unittest.SkipTest("haproxy is missing (package haproxy)")
-    return found
+    return required_program("haproxy", "haproxy")
 
 
 @contextlib.contextmanager

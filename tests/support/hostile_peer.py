@@ -1,5 +1,5 @@
-"""Web and git servers that answer without end, or with little that becomes much. They serve on the loopback for as long as somebody
-listens, and count nothing: what their victims take is measured there."""
+"""Hostile web and git servers, whose answers are endless, or small but large when unpacked. They serve on the loopback interface
+until the client closes; the memory of their victims is measured elsewhere."""
 
 import hashlib
 import itertools
@@ -39,7 +39,7 @@ def entry(kind, size, compressed, extra=b""):
 
 
 def zeros(size):
-    """So many of them, compressed."""
+    """This many bytes, compressed."""
     packer = zlib.compressobj(9)
     block = b"\0" * (1 << 20)
     parts = [packer.compress(block[:min(len(block), size - at)]) for at in range(0, size, len(block))]
@@ -47,7 +47,7 @@ def zeros(size):
 
 
 def distance(number):
-    """From a delta back to its base, as packs write it."""
+    """The distance from a delta back to its base, as packs encode it."""
     out = bytes([number & 0x7F])
     number >>= 7
     while number:
@@ -66,7 +66,7 @@ def packed(entries):
 
 
 def pack_of_deltas(size=512 << 20):
-    """Less than half a megabyte that becomes a file of `size` bytes, and then another, made from it in memory."""
+    """Less than half a megabyte that unpacks to a file of `size` bytes and, by a delta in memory, to another one."""
     base = entry(3, 65536, zeros(65536))
     first = varint(65536) + varint(size) + b"\x80" * (size // 65536)  # a byte copies 64 KiB
     first_entry = entry(6, len(first), zlib.compress(first, 9), distance(len(base)))
@@ -107,7 +107,7 @@ def endless(beginning, piece):
     return itertools.chain([beginning], itertools.repeat(piece))
 
 
-# What never ends; `{body}` is what a good answer has.
+# Endless answers; `{body}` is the body of a valid one.
 ENDLESS = {
     "headers": lambda body: endless(b"HTTP/1.1 200 OK\r\n", b"X-Header: y\r\n" * 5000),
     "interim": lambda body: endless(b"", b"HTTP/1.1 100 Continue\r\nX: y\r\n\r\n" * 2000),
@@ -176,7 +176,7 @@ class HostilePeer:
 
 
 class HostileGitServer(HostilePeer):
-    """`/evil/<attack>.git`: of ENDLESS, when it is asked for refs; `pack-<attack>`: when it is asked for files; or a name of `packs`."""
+    """`/evil/<attack>.git` answers a request for refs with that attack of ENDLESS, `pack-<attack>` a request for files; or a name of `packs`."""
 
     def __init__(self, packs):
         self.packs = {name: whole(body) for name, body in packs.items()}

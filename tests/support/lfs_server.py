@@ -20,7 +20,7 @@ def digest(content):
 
 
 def pointer_to(oid, size):
-    """The text that git has in the place of a large file."""
+    """The pointer that git stores in place of a large file."""
     return f"version https://git-lfs.github.com/spec/v1\noid sha256:{oid}\nsize {size}\n"
 
 
@@ -64,7 +64,7 @@ class _Handler(http.server.BaseHTTPRequestHandler):
         self.answer(200, b"")
 
     def answer(self, status, body, headers=None, length=None):
-        """length: what the server says that it is, if that is not so."""
+        """length: the length that the server claims, if not the real one."""
         self.send_response(status)
         for name, value in (headers or {}).items():
             self.send_header(name, value)
@@ -82,7 +82,7 @@ class _Handler(http.server.BaseHTTPRequestHandler):
             self.wfile.write(b"x" * 65536)
 
     def say_nothing(self):
-        """Until the server is closed."""
+        """Waits until the server is closed."""
         self.server.owner.silent.set()
         self.server.owner.closing.wait(60)
         self.close_connection = True
@@ -125,13 +125,13 @@ class LfsServer:
         self.close()
 
     def pointer(self, content):
-        """Stores an object. Returns what the repository has in its place."""
+        """Stores an object. Returns the pointer for the repository."""
         content = content.encode() if isinstance(content, str) else content
         self.objects[digest(content)] = content
         return pointer_to(digest(content), len(content))
 
     def reset(self):
-        """It behaves again, and has heard nothing."""
+        """Answers normally again, and forgets all requests."""
         self.answers.clear()
         self.headers.clear()
         self.actions.clear()
@@ -144,7 +144,7 @@ class LfsServer:
             self.requests.append((method, handler.path, dict(handler.headers)))
 
     def batch(self, question):
-        """A good answer, but for what `actions` says."""
+        """A valid answer, except for `actions`."""
         return {"transfer": "basic", "objects": [self._answer(question["operation"], each) for each in question["objects"]]}
 
     def _answer(self, operation, asked):

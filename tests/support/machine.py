@@ -1,4 +1,4 @@
-"""A simulation server as far as a session server sees it: something that answers /load."""
+"""A simulation server as a session server sees it: it answers /load."""
 
 import http.server
 import threading

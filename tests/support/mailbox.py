@@ -1,4 +1,4 @@
-"""A mail server for tests: takes mails, keeps them, and remembers how they came."""
+"""A mail server for tests, which keeps mails and how they were sent."""
 
 import os
 import ssl
@@ -11,7 +11,7 @@ from .ports import free_port
 
 
 class Mail:
-    """One mail, and the conversation that brought it."""
+    """One mail, and the SMTP dialogue that delivered it."""
 
     def __init__(self, session, envelope, login):
         self.sender = envelope.mail_from

@@ -4,10 +4,9 @@ import contextlib
 import os
 import subprocess
 import tempfile
-import unittest
 
 from .ports import free_port
-from .processes import find_program, listens
+from .processes import listens, required_program
 from .servers import end, wait_until
 
 CONFIGURATION = """
@@ -45,10 +44,7 @@ SAMPLE = os.path.join(os.path.dirname(__file__), "..", "..", "config", "nginx", 
 
 def program():
     """The path of nginx; SkipTest where it is not installed."""
-    found = find_program("nginx")
-    if not found:
-        raise unittest.SkipTest("nginx is missing (package nginx)")
-    return found
+    return required_program("nginx", "nginx")
 
 
 @contextlib.contextmanager

@@ -9,12 +9,12 @@ from .servers import SimulationServer, program
 
 NOBODY = 65534
 PROGRAMS = ("webots-simulation-server", "webots-process-guard", "webots-demo-simulator")
-# Within a user namespace of its own a test may forbid itself all others; outside nothing changes.
+# In a user namespace of its own a test may forbid itself to make others, without effect outside.
 WITHOUT_NAMESPACES = ("unshare", "--user", "--map-root-user", "sh", "-c",
                       'echo 0 > /proc/sys/user/max_user_namespaces && echo 0 > /proc/sys/user/max_pid_namespaces && exec "$@"', "sh")
 
 
-# As machines that hide the processes of others; becomes somebody else.
+# Like a machine that hides the processes of other users; switches to another user.
 WITH_HIDDEN_PROCESSES = ("unshare", "--mount", "sh", "-c", 'mount -t proc -o hidepid=2 proc /proc && '
                          f'exec setpriv --reuid {NOBODY} --regid {NOBODY} --clear-groups "$@"', "sh")
 
@@ -24,7 +24,7 @@ def works(wrapper):
 
 
 def may_make_namespaces(user=None):
-    """Whether the kernel lets a user, or us, make a PID namespace: ours may be one of root's, others need a user namespace."""
+    """Whether the kernel lets another user, or us, make a PID namespace: root can, other users need a user namespace."""
     commands = [["unshare", "--user", "--map-root-user", "--pid", "--fork", "true"]]
     if user is None and os.geteuid() == 0:
         commands.append(["unshare", "--pid", "--fork", "true"])
@@ -33,7 +33,7 @@ def may_make_namespaces(user=None):
 
 
 class OwnedServer(SimulationServer):
-    """All that it uses belongs to the user who runs it: programs too, which may lie where that user can't reach them."""
+    """All its files belong to the user who runs it, also copies of the programs, which that user might not be able to reach."""
 
     def __init__(self, user=None, wrapper=(), wrapper_drops_privileges=False, **config):
         super().__init__(**{**LOCAL, **config})

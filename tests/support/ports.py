@@ -11,7 +11,7 @@ import socket
 
 FIRST, BLOCK = 10000, 16
 
-# Where this process goes on: leases side by side leave room for long rows, which leases all over the range would not.
+# The next port to try: neighbouring leases leave room for long rows, which scattered ones would not.
 _next_block = None
 _leases = contextlib.ExitStack()
 atexit.register(_leases.close)

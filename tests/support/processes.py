@@ -1,10 +1,11 @@
-"""What the servers that tests start have in common."""
+"""What all servers that tests start share."""
 
 import ctypes
 import os
 import shutil
 import signal
 import socket
+import unittest
 
 PR_SET_PDEATHSIG = 1
 
@@ -25,16 +26,24 @@ class Startable:
 
 
 def find_program(name):
-    """Its path, also where only root has it in the PATH; None: it is not installed."""
+    """The path of a program, also when it is only in root's PATH; None when it is not installed."""
     return shutil.which(name, path=os.environ.get("PATH", "") + ":/usr/sbin:/sbin")
 
 
+def required_program(name, package):
+    """The path of a program; SkipTest when it is not installed."""
+    found = find_program(name)
+    if not found:
+        raise unittest.SkipTest(f"{name} is missing (package {package})")
+    return found
+
+
 def end_with_parent():
-    """In the child: ends when the test does, even if that is killed."""
+    """In the child: has it end with the test, even if the test is killed."""
     ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
 
 
 def listens(port):
-    """Whether somebody takes connections on this port of the loopback."""
+    """Whether a server accepts connections on this port of the loopback interface."""
     with socket.socket() as probe:
         return probe.connect_ex(("127.0.0.1", port)) == 0

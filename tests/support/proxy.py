@@ -1,4 +1,4 @@
-"""A proxy for TCP connections that counts how often the two sides take turns, and may be far away."""
+"""A proxy for TCP connections that counts round trips, and may add latency."""
 
 import contextlib
 import queue
