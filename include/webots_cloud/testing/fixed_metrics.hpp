@@ -1,4 +1,4 @@
-// A machine whose state the test sets.
+// HostMetrics of a machine whose state the test sets.
 #pragma once
 
 #include <webots_cloud/transport/host_metrics.hpp>
@@ -16,8 +16,8 @@ public:
     }
     HostDescription description() override { return host; }
 
-    HostSample next;       ///< What the next look sees; the counters of the processor go on by themselves.
-    std::uint64_t cpu = 0; ///< Percent busy between looks.
+    HostSample next;       ///< The next sample; the processor's counters advance by themselves.
+    std::uint64_t cpu = 0; ///< Percent busy between samples.
     HostDescription host;
 };
 

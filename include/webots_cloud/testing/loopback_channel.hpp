@@ -13,7 +13,7 @@
 
 namespace webots_cloud::testing {
 
-/// What the service says is in `sent`; what the browser does is said with the functions below.
+/// Messages of the service are in `sent`; the functions below are the actions of the browser.
 class LoopbackChannel final : public Channel
 {
 public:

@@ -11,7 +11,7 @@
 
 namespace webots_cloud::testing {
 
-/// Pretends to put projects into directories, and remembers which were not given back. Touches no disk.
+/// Pretends to put projects into directories, and records which were not discarded. Does no I/O.
 ///
 /// Lifetime: `clock` must outlive it.
 class MemoryProjectSource final : public ProjectSource
@@ -31,15 +31,15 @@ public:
     boost::asio::awaitable<result<>> restore(RestoreOrder order) override;
     boost::asio::awaitable<result<>> discard(std::filesystem::path directory) override;
 
-    /// Directories that were fetched into and not discarded; empty at the end of a good test.
+    /// Directories that were fetched into and not discarded; should be empty at the end of a test.
     std::set<std::filesystem::path> const& directories() const noexcept { return directories_; }
 
     Duration delay{}; ///< How long a fetch takes.
     bool finishes =
-        false; ///< A fetch that was begun succeeds, cancelled or not, as one that waits for a thread does.
-    std::string notice;          ///< That what is fetched comes with.
-    bool large_files = false;    ///< Fetches have come to large files (Git LFS).
-    bool waits = false;          ///< Fetches say that they wait for others.
+        false; ///< Fetches that have begun succeed even when cancelled, like one whose thread has finished.
+    std::string notice;          ///< The notice of what is fetched.
+    bool large_files = false;    ///< The progress of fetches shows large files (Git LFS).
+    bool waits = false;          ///< The progress of fetches shows that they wait for others.
     int fetching = 0;            ///< Fetches under way.
     std::set<std::string> files; ///< What can be restored, relative to the root of a project.
     std::vector<std::string> restored;

@@ -9,7 +9,7 @@
 
 namespace webots_cloud::testing {
 
-/// Keeps texts by their whole path. Touches no disk.
+/// Keeps texts by their whole path. Does no I/O.
 class MemoryTextFiles final : public TextFiles
 {
 public:

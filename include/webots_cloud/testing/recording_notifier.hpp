@@ -1,4 +1,4 @@
-// A notifier that keeps what it delivers, and fails on demand.
+// A notifier that records what it delivers, and fails on demand.
 #pragma once
 
 #include <webots_cloud/testing/fuse.hpp>

@@ -27,7 +27,7 @@ public:
     }
 
     std::map<std::uint64_t, std::vector<std::string>> lines; ///< By simulation.
-    int open_logs = 0;                                       ///< 0 at the end of a good test.
+    int open_logs = 0;                                       ///< Should be 0 at the end of a test.
 
 private:
     class Recording final : public SimulationLog

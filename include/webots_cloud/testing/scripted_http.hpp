@@ -13,8 +13,8 @@ namespace webots_cloud::testing {
 
 /// Reads like a timetable: `http.expect("GET http://a:2000/load").after(2s).reply(200, "42");`
 ///
-/// Answers to the same request are given in the order of the script; the last one of `always()` goes on for
-/// ever. A request that is not in the script fails with a sentence that quotes the script.
+/// Answers to the same request are given in the order of the script; one with `always()` is repeated for
+/// ever. A request that is not in the script fails with a message that quotes the script.
 /// Lifetime: `clock` must outlive it.
 class ScriptedHttp final : public HttpClient
 {
@@ -49,7 +49,7 @@ public:
     /// All requests so far, in order.
     std::vector<HttpRequest> const& requests() const noexcept { return requests_; }
 
-    /// What was expected but not asked for, a line each; empty at the end of a good test.
+    /// Expected requests that were not made, a line each; should be empty at the end of a test.
     std::string unused() const;
 
     Fuse fuse;

@@ -15,8 +15,8 @@ namespace webots_cloud::testing {
 /// `processes.expect().prints(".\n").after(5s).prints(".\n").exits(0);`
 ///
 /// A program that was asked to end does so at once, unless it is `stubborn()`: then the grace must pass. Each
-/// program "listens" on the port that its arguments name, in either language of Webots, unless the script
-/// says otherwise.
+/// program "listens" on the port that its arguments name, in the syntax of old or new releases of Webots,
+/// unless the script says otherwise.
 /// Lifetime: `clock` must outlive it, and it the processes it started.
 class ScriptedProcesses final : public ProcessHost
 {
@@ -67,11 +67,11 @@ public:
     /// What was started, in order.
     std::vector<ProcessSpec> const& started() const noexcept { return started_; }
 
-    /// Programs whose end nobody has seen, and ports that are held: both 0 at the end of a good test.
+    /// Programs whose end was not read, and ports that are held: both should be 0 at the end of a test.
     int alive() const noexcept { return alive_; }
     std::size_t held() const noexcept { return held_.size(); }
 
-    std::set<std::uint16_t> taken; ///< Ports that somebody else has.
+    std::set<std::uint16_t> taken; ///< Ports that other programs use.
     Fuse fuse;
 
 private:

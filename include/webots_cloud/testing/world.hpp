@@ -72,7 +72,7 @@ public:
 
     void run(boost::asio::awaitable<void> body) { run(with_value(std::move(body))); }
 
-    /// Starts a coroutine beside the test.
+    /// Starts a coroutine that runs concurrently with the test.
     template<class T>
     void spawn(boost::asio::awaitable<T> body)
     {

@@ -1,5 +1,5 @@
-// What a network server adapter serves: an Endpoint answers requests and converses on WebSockets, without
-// knowing sockets.
+// What a network server adapter serves: an Endpoint answers requests and talks on WebSockets, without knowing
+// about sockets.
 #pragma once
 
 #include <webots_cloud/error.hpp>
@@ -36,16 +36,16 @@ struct IncomingRequest
     std::string_view path;  ///< Starts with `/`; as sent, not percent-decoded.
     std::string_view query; ///< What follows the first `?`, without it.
     std::span<std::pair<std::string_view, std::string_view> const> headers;
-    std::string_view peer; ///< Numeric address of the other end of the connection, without port.
-    std::string_view
-        client; ///< Numeric address of who asks: the peer, or whose request a trusted proxy passes on.
-    /// By what the client's share of the server is counted: its address, with IPv6 its /64 network. Empty:
-    /// not at all, as for a trusted proxy itself.
+    std::string_view peer;   ///< Numeric address of the other end of the connection, without port.
+    std::string_view client; ///< Numeric address of the client: the peer, or the one whose request a trusted
+                             ///< proxy forwards.
+    /// The key by which limits for each client are counted: its address, or its /64 network with IPv6. Empty:
+    /// it has no limits, as a trusted proxy itself.
     std::string_view quota_key;
     bool upgrade = false; ///< A well-formed WebSocket handshake (its path is not checked).
-    /// The operator's: it came over the operator's socket, or with the operator's token. Where it came from
-    /// proves nothing: web pages and simulations on this machine send requests too, and proxies for
-    /// everybody.
+    /// Whether it is the operator's: it came over the operator's socket, or with the operator's token. Its
+    /// address proves nothing: web pages and simulations on this machine send requests too, and proxies
+    /// forward those of everybody.
     bool is_operator = false;
 };
 
@@ -67,10 +67,11 @@ public:
     /// The next message of the browser, text or binary.
     /// Cancellation: terminal, nothing is lost.
     ///
-    /// Errors: `closed`, by either side and in order; `unreachable`: the connection was lost without a word.
+    /// Errors: `closed` properly by either side; `unreachable`: the connection was lost without a close
+    /// frame.
     virtual boost::asio::awaitable<result<std::string>> receive() = 0;
 
-    /// Starts to close: what was queued is sent first. `code` 0 sends an empty close frame. A second call
+    /// Starts to close: queued messages are sent first. `code` 0 sends an empty close frame. A second call
     /// does nothing.
     virtual void close(std::uint16_t code = 0, std::string reason = {}) = 0;
 };
@@ -110,14 +111,14 @@ public:
     /// `request.upgrade`.
     virtual Answer respond(IncomingRequest const& request) = 0;
 
-    /// Talks with a browser until either side has had enough; the adapter closes the channel when this
+    /// Serves a browser until either side ends the conversation; the adapter closes the channel when this
     /// returns.
     ///
-    /// Cancellation: none, also when the server stops: `channel.receive()` then reports `closed`, and what
-    /// was begun is cleaned up.
+    /// Cancellation: none. When the server stops, `channel.receive()` reports `closed`, and this cleans up
+    /// and returns.
     virtual boost::asio::awaitable<void> serve_websocket(ChannelInfo info, Channel& channel) = 0;
 
-    /// The adapter is about to close all channels: the time for last words.
+    /// The adapter is about to close all channels: last messages can be sent now.
     virtual void stopping() {}
 };
 

@@ -9,7 +9,7 @@
 
 namespace webots_cloud {
 
-/// Graphics processors; of several, the highest of each figure. All in percent.
+/// Graphics processors; if there are several, the highest of each figure. All in percent.
 struct GpuSample
 {
     GpuSample() = default;
@@ -21,18 +21,18 @@ struct GpuSample
     bool operator==(GpuSample const&) const = default;
 };
 
-/// One look at the machine. Counters only grow; a load is the difference of two looks.
+/// One sample of the machine. Counters only grow; a load is the difference of two samples.
 struct HostSample
 {
     HostSample() = default;
 
     std::uint64_t cpu_busy = 0;  ///< Ticks of all processors that were not idle, since boot.
     std::uint64_t cpu_total = 0; ///< Ticks of all processors, since boot.
-    /// The same of the share that a control group leaves us, in microseconds; both 0 when it leaves us all
+    /// The same for the share that a control group allows us, in microseconds; both 0 when it allows all
     /// processors.
     std::uint64_t share_busy = 0;
     std::uint64_t share_total = 0;
-    double memory_used = 0; ///< Percent, of the machine or of what control groups leave us: the higher one.
+    double memory_used = 0; ///< Percent of the machine's or of the control groups' limit: the higher one.
     double swap_used = 0;   ///< Percent; 0 without swap.
     double disk_used = 0;   ///< Percent of the root file system.
     std::uint64_t bytes_sent = 0; ///< Over all interfaces but loopback, since boot.
@@ -42,7 +42,7 @@ struct HostSample
     bool operator==(HostSample const&) const = default;
 };
 
-/// What the machine is; does not change.
+/// A description of the machine; does not change.
 struct HostDescription
 {
     HostDescription() = default;
@@ -56,7 +56,7 @@ struct HostDescription
     std::string gpu; ///< Models, each with its memory, such as "2x NVIDIA T4 (15.8GB)"; or empty.
 };
 
-/// Looks at the machine. Neither call blocks for longer than reading some small files of the kernel.
+/// Samples the machine. Neither call blocks for longer than reading some small files of the kernel takes.
 class HostMetrics
 {
 public:

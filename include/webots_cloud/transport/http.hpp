@@ -1,4 +1,4 @@
-// The parts of HTTP that the client seam and the server seam share.
+// What the HTTP client seam and the server seam share.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,7 @@ namespace webots_cloud {
 /// Header fields in order; names compare without case.
 using HttpHeaders = std::vector<std::pair<std::string, std::string>>;
 
-/// A body that many answers share: it is made once, and sent to each from the same memory.
+/// A body that many answers share: it is made once, and sent from the same memory to all.
 /// Thread-safety: one executor.
 struct SharedBody
 {
@@ -23,7 +23,7 @@ struct SharedBody
         gzip; ///< The same compressed, made by the adapter for the first client that takes it.
 };
 
-/// What one side answers. `Content-Length`, `Date`, `Server` and `Connection` are the adapter's business.
+/// A response. The adapter adds `Content-Length`, `Date`, `Server` and `Connection`.
 struct HttpResponse
 {
     HttpResponse() = default;
@@ -34,8 +34,8 @@ struct HttpResponse
     int status = 200;
     std::string content_type; ///< Empty: no such header.
     HttpHeaders headers;      ///< The other headers.
-    /// More headers, as lines with their line ends (CR LF), so that busy answers need not build them. What
-    /// they lie in must outlive the call of `Endpoint::respond` that gives this answer, until the next one.
+    /// More headers, as lines that end in CR LF, so that frequent answers need not build them. The text must
+    /// stay valid until the next call of `Endpoint::respond`.
     std::string_view fixed_headers;
     std::string body;
     std::shared_ptr<SharedBody const> shared; ///< Instead of `body`, unless null.

@@ -28,8 +28,7 @@ struct HttpRequest
     std::size_t body_limit = 64 * 1024;
 };
 
-/// Sends a request and returns the answer, whatever its status. Redirects are answers like any other: not
-/// followed.
+/// Sends a request and returns the answer, whatever its status. Redirects are not followed.
 ///
 /// Contract: many requests may be in flight at once; two to the same server at the same time need not share a
 /// connection. A connection may be kept for the next request to the same server.

@@ -16,18 +16,18 @@ enum class LogLevel
     error
 };
 
-/// Why a stranger can make us write a line, and who did.
+/// The cause of a line that clients can trigger: its topic, and the client.
 struct LogCause
 {
     LogCause() = default;
     LogCause(std::string_view topic, std::string_view client = {}) : topic(topic), client(client) {}
 
-    std::string_view topic; ///< A word of ours: lines of a topic count together, whatever strangers say.
-    /// An address, or the number of a conversation. Empty: each line is about somebody else.
+    std::string_view topic; ///< A constant of ours: lines of a topic count together, whatever they quote.
+    /// An address, or the number of a conversation. Empty: each line is about another client.
     std::string_view client;
 };
 
-/// Limits the lines that strangers cause.
+/// Limits the lines that clients cause.
 class LogLimit
 {
 public:
@@ -38,14 +38,14 @@ public:
     /// Passes the line to `sink`, or counts it.
     virtual void write(LogLevel level, LogCause const& cause, std::string_view line, Sink const& sink) = 0;
 
-    /// Says what was counted, where it is time to: to be called every few seconds.
+    /// Writes the counts that are due: to be called every few seconds.
     virtual void sum_up(Sink const& sink) = 0;
 };
 
 /// Passes lines of at least its level to a sink; copies share the sink. Without a sink it is silent.
 ///
-/// Lines with a cause are those that whoever reaches the server could make us write again and again; a limit,
-/// if there is one, keeps them from filling the log. Lines without are ours, and none is ever left out.
+/// Lines with a cause are those that any client could make us write again and again; a limit, if there is
+/// one, keeps them from filling the log. Lines without a cause are never left out.
 ///
 /// The sink gets whole lines without a final newline and may be called from the executor's thread only.
 class Logger
@@ -84,7 +84,7 @@ public:
             limit_->write(level, cause, line, sink_);
     }
 
-    /// Has the limit say what it has counted.
+    /// Has the limit write its counts.
     void sum_up() const
     {
         if (sink_ && limit_)

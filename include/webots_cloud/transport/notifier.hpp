@@ -8,10 +8,10 @@
 
 namespace webots_cloud {
 
-/// Delivers notices, one at a time, each with one attempt: whoever calls tries again.
+/// Delivers notices, one at a time, with one attempt each: the caller retries.
 ///
 /// Contract: an attempt ends after a bounded time by itself.
-/// Cancellation: terminal; the attempt is abandoned, nothing of it stays, and `operation_aborted` is
+/// Cancellation: terminal; the attempt is abandoned without leaving anything, and `operation_aborted` is
 /// reported.
 /// Errors: `unreachable` (name, connection, TLS); `timed_out`; `unavailable` when the other side can't take
 /// it now; `refused` when it will not take it; `protocol_error`. The detail names the reason.

@@ -26,15 +26,16 @@ struct ProcessSpec
     /// The whole environment of the process; nothing else is inherited.
     std::vector<std::pair<std::string, std::string>> environment;
     std::filesystem::path directory; ///< Working directory; empty: the host's own.
-    /// From the polite request to end (SIGTERM) until the whole tree is killed. Default 1.5 s: nobody watches
-    /// any more.
+    /// From the request to end (SIGTERM) until the whole tree is killed. Default 1.5 s: no browser is
+    /// watching any more.
     Duration grace = std::chrono::milliseconds(1500);
-    /// A program that is run when nothing of the tree is left, however that came, even when we have died: it
-    /// clears away what the tree has left elsewhere. The process has ended when that has, too, or was killed
-    /// after a minute. Default: none.
+    /// A cleanup command that is run when no process of the tree is left, for whatever reason, even when we
+    /// have died: it removes what the tree has left elsewhere. Only when it has ended too, or was killed
+    /// after a minute, has the process ended. Default: none.
     std::vector<std::string> cleanup_command;
-    /// Programs that run as somebody else (set-user-ID, `sudo`, `firejail`) have to work in it. They do not
-    /// where an unprivileged user shuts the tree in; then it is watched over less strictly. Default: no.
+    /// Whether programs that run as another user (set-user-ID, `sudo`, `firejail`) must work in the tree.
+    /// They do not work where an unprivileged user isolates it; with this, the tree is isolated less.
+    /// Default: no.
     bool set_user_id = false;
 };
 
@@ -50,7 +51,7 @@ struct ExitStatus
     bool operator==(ExitStatus const&) const = default;
 };
 
-/// Some bytes of the program's standard output and error, as they came: any length, any encoding.
+/// A piece of the program's standard output and error: any length, any encoding.
 struct ProcessOutput
 {
     ProcessOutput() = default;
@@ -69,7 +70,7 @@ struct ProcessUsage
 
     Duration processor{};           ///< Time of all processors, of processes that have ended too.
     std::uint64_t memory_bytes = 0; ///< In memory now; pages that processes share count once for each.
-    bool complete = true;           ///< False: there are more processes than were looked at.
+    bool complete = true;           ///< False: there are more processes than were sampled.
 
     bool operator==(ProcessUsage const&) const = default;
 };
@@ -88,14 +89,14 @@ public:
     /// The number of the process, for logs.
     virtual int id() const noexcept = 0;
 
-    /// The next output, or at last how the program ended: then no process of its tree is alive. Further calls
-    /// repeat that.
+    /// The next output, or finally how the program ended: then no process of its tree is alive. Further calls
+    /// return the same.
     ///
     /// Cancellation: terminal; an output that arrives at that very moment may be lost, the end never is.
     virtual boost::asio::awaitable<result<ProcessEvent>> next_event() = 0;
 
     /// Asks the tree to end: SIGTERM now, SIGKILL after the grace. Returns at once; the exit is an event as
-    /// always.
+    /// usual.
     virtual void terminate() noexcept = 0;
 
     /// The lowest TCP port from `first` to `last` that some process of the tree listens on; 0: none. Only the
@@ -106,7 +107,7 @@ public:
     virtual boost::asio::awaitable<ProcessUsage> usage() = 0;
 };
 
-/// Keeps a TCP port for us until destroyed: nobody else can bind it meanwhile, and who connects is refused.
+/// Reserves a TCP port until destroyed: no other program can bind it meanwhile, and connections are refused.
 class PortHold
 {
 public:
@@ -124,7 +125,7 @@ public:
     virtual boost::asio::awaitable<result<std::unique_ptr<Process>>> start(ProcessSpec spec) = 0;
 
     /// Takes a free port.
-    /// Errors: `unavailable` when somebody has it.
+    /// Errors: `unavailable` when another program uses it.
     virtual result<std::unique_ptr<PortHold>> hold_port(std::uint16_t port) = 0;
 };
 

@@ -61,16 +61,16 @@ struct FetchOrder
     std::shared_ptr<FetchProgress> progress = std::make_shared<FetchProgress>();
 };
 
-/// What arrived.
+/// A fetched project.
 struct FetchedProject
 {
     FetchedProject() = default;
 
     std::filesystem::path root; ///< The folder that holds `worlds/`; inside the order's directory.
-    std::string revision;       ///< What exactly it is: a commit, for instance.
+    std::string revision;       ///< Which version it is: a commit, for instance.
     std::string world_header;   ///< The first line of the world file, at most 256 bytes of it.
     std::string
-        notice; ///< A sentence for the person who asked, such as that it may be out of date; or empty.
+        notice; ///< A sentence for the user, for instance that the project may be out of date; or empty.
 };
 
 /// One file to put back as it was fetched.

@@ -1,4 +1,4 @@
-// The program that started us and watches over us (systemd, for instance), as a seam.
+// The service manager that started us (systemd, for instance), as a seam.
 #pragma once
 
 #include <webots_cloud/time.hpp>
@@ -14,11 +14,10 @@ class ServiceManager
 public:
     virtual ~ServiceManager() = default;
 
-    /// Tells it a state in the words of sd_notify(3), such as `READY=1`. Never blocks; one that can't be told
-    /// is ignored.
+    /// Reports a state in the format of sd_notify(3), such as `READY=1`. Never blocks; failures are ignored.
     virtual void tell(std::string_view state) noexcept = 0;
 
-    /// Within what time it wants a sign of life, again and again; nothing when it wants none.
+    /// The interval of its watchdog, within which it expects a keep-alive message; nothing when it has none.
     virtual std::optional<Duration> watchdog() const noexcept = 0;
 };
 

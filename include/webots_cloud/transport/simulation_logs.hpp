@@ -19,7 +19,7 @@ class SimulationLog
 public:
     virtual ~SimulationLog() = default;
 
-    /// How the operator finds it: the name of a file, for instance.
+    /// The name by which the operator finds it, for instance that of a file.
     virtual std::string const& name() const noexcept = 0;
 
     /// Adds a line; any bytes. Never blocks, never fails: what can't be kept is dropped.

@@ -23,11 +23,11 @@ struct TextFile
     std::string text; ///< Any bytes.
 };
 
-/// What files are read as: their text, or nothing where there is none. As many as were asked for.
+/// The text of each file that was asked for, in their order, or nothing where there is no such file.
 using TextsRead = std::vector<std::optional<std::string>>;
 
-/// Reads and writes whole files. Never works on the caller's thread, and never follows a symbolic link below
-/// the folder, so that a project can't lead it out.
+/// Reads and writes whole files. Never works on the caller's thread, and never follows symbolic links below
+/// the folder, so that a project can't make it access other files.
 ///
 /// Thread-safety: one executor.
 class TextFiles
