@@ -1,37 +1,39 @@
-// webots-process-guard: runs one program and makes sure that nothing it started outlives it, or the one who
-// asked for it.
+// webots-process-guard: runs one program and makes sure that no process it started outlives it, or outlives
+// the server that asked for it.
 //
-//     webots-process-guard [--afterwards COUNT WORD...] [--set-user-id] [--read-only FOLDER]... GRACE_MS
-//     PROGRAM [ARGUMENT...] webots-process-guard --probe [--read-only FOLDER]...
+//     webots-process-guard [--cleanup COUNT WORD...] [--set-user-id] [--read-only FOLDER]... GRACE_MS
+//     PROGRAM [ARGUMENT...]
+//     webots-process-guard --probe [--read-only FOLDER]...
 //
-// Standard input is the leash: a byte on it asks the program to end (SIGTERM, and SIGKILL for the whole tree
-// after GRACE_MS milliseconds); its end of file, which also comes when the owner dies in whatever way, kills
-// the tree at once. The owner gives a socket, which nobody can open again by its name in /proc and so hold
-// open; and should somebody get hold of it all the same, the death of our parent, who is the owner, counts as
-// its end. Processes that leave their parents (fork twice, setsid) fall to the guard, which is their
-// sub-reaper, so none is missed and no name is ever looked up. The guard ends only when no process of the
-// tree is left, in the same way as the program did.
+// Standard input is the control socket. A byte asks the program to end: it gets SIGTERM, and the whole tree
+// SIGKILL after GRACE_MS milliseconds. End-of-file, which also arrives when the server dies for whatever
+// reason, kills the tree at once. The server passes a socket because a pipe could be opened again by its name
+// in /proc, and so be kept open by somebody else. In case somebody gets hold of the socket all the same, the
+// guard also watches its parent, the server, and treats its death as end-of-file. The guard is the child
+// subreaper of the tree: processes that leave their parents (fork twice, setsid) become its children, so that
+// it finds all of them without looking up any names. It exits only when no process of the tree is left, with
+// the status of the program.
 //
-// COUNT words after --afterwards are the command line of a program that clears away what the tree leaves
-// elsewhere (containers, for instance, whose processes are not of the tree). It runs when the tree is gone,
-// and for a minute at most.
+// The COUNT words after --cleanup are the command line of a program that removes what the tree leaves behind
+// elsewhere (containers, for instance, whose processes are not part of the tree). It is run when no process
+// of the tree is left, for a minute at most.
 //
-// Where the kernel allows it the tree lives in a PID namespace of its own. Then it dies even when somebody
-// kills the guard, and no process of it can signal the guard, the server or another simulation. Who is not
-// root needs a user namespace for that, in which set-user-ID programs are programs like any other; with
-// --set-user-id the tree goes without. A mount namespace comes with it where that is allowed too: /proc shows
-// the tree alone, and the folders after --read-only can't be changed. Root's programs lose the capabilities
-// that would lead out of there, but not with --set-user-id. Where there is no PID namespace, Landlock forbids
-// signals to others, if the kernel has it (Linux 6.12).
+// Where the kernel allows it, the tree runs in a PID namespace of its own. Then it dies even when somebody
+// kills the guard, and no process of it can signal the guard, the server or another simulation. Users other
+// than root need a user namespace for that, in which set-user-ID programs gain no privileges; with
+// --set-user-id the tree runs without one. A mount namespace is added where that is allowed too: /proc shows
+// only the tree, and the folders after --read-only can't be changed. Programs of root lose the capabilities
+// with which they could leave the namespaces, unless --set-user-id is given. Where there is no PID namespace,
+// Landlock forbids signals to other processes, if the kernel supports that (Linux 6.12).
 //
-// --probe says in one line which of this works here: "namespace", "signals" (Landlock) or "none", followed by
-// "proc" and "read-only" where they do, or by ": " and the reason why there is no namespace.
+// --probe prints in one line which of this works here: "namespace", "signals" (Landlock) or "none", followed
+// by "proc" and "read-only" where they work, or by ": " and the reason why there is no namespace.
 //
-// Nobody may trace us or look into our memory and descriptors (PR_SET_DUMPABLE), but root; see
+// Only root may trace the guard, or look into its memory and descriptors (PR_SET_DUMPABLE); see
 // `forbid_tracing`.
 //
-// Plain system calls and nothing of the library: it runs once per simulation, and its few pages are all that
-// each one costs.
+// It uses plain system calls and nothing of the library: one guard runs for each simulation, and should cost
+// only a few pages of memory.
 
 #include "pid_namespace.hpp"
 #include "privileges.hpp"
@@ -58,7 +60,7 @@ namespace {
 using webots_cloud::guard::Program;
 using webots_cloud::guard::Started;
 
-constexpr int exec_failed = 127; // as shells and coreutils have it
+constexpr int exec_failed = 127; // as in shells and coreutils
 constexpr long max_cleanup_ms = 60'000;
 
 long now_ms()
@@ -68,10 +70,10 @@ long now_ms()
     return time.tv_sec * 1000 + time.tv_nsec / 1'000'000;
 }
 
-/// In the child: becomes the program.
-[[noreturn]] void become(Program const& program)
+/// In the child: executes the program.
+[[noreturn]] void execute(Program const& program)
 {
-    prctl(PR_SET_PDEATHSIG, SIGKILL); // should somebody kill the guard itself
+    prctl(PR_SET_PDEATHSIG, SIGKILL); // in case somebody kills the guard itself
     setpgid(0, 0);
     sigprocmask(SIG_SETMASK, &program.signals, nullptr);
     int const nothing = open("/dev/null", O_RDONLY | O_CLOEXEC);
@@ -82,29 +84,29 @@ long now_ms()
     _exit(exec_failed);
 }
 
-/// The same, for what strangers have made.
-[[noreturn]] void become_confined(Program const& program)
+/// The same, for programs that we do not trust.
+[[noreturn]] void execute_confined(Program const& program)
 {
     if (!program.set_user_id)
         webots_cloud::guard::drop_capabilities();
-    become(program);
+    execute(program);
 }
 
 /// The same where there is no PID namespace.
-[[noreturn]] void become_confined_here(Program const& program)
+[[noreturn]] void execute_confined_without_namespace(Program const& program)
 {
     if (!program.set_user_id)
         webots_cloud::guard::confine_signals();
-    become_confined(program);
+    execute_confined(program);
 }
 
-/// For a probe.
-[[noreturn]] void become_nothing(Program const&)
+/// For a probe: executes nothing.
+[[noreturn]] void exit_at_once(Program const&)
 {
     _exit(0);
 }
 
-/// Sends SIGKILL to every child. Their children become ours as they die, and are met in the next round.
+/// Sends SIGKILL to every child. As they die, their children become ours, and get it in the next round.
 void kill_children()
 {
     char path[64];
@@ -120,19 +122,19 @@ void kill_children()
 class Guard
 {
 public:
-    /// `owner`: a pidfd, or -1.
+    /// `owner`: a pidfd of the server, or -1.
     Guard(Started started, long grace_ms, int owner)
         : program_(started.process), report_(started.report), grace_ms_(grace_ms), owner_(owner)
     {}
 
-    /// Of a program that nobody asks to end, and that has so much time.
-    static Guard of_unasked(pid_t program, long time_ms)
+    /// For a program without a control socket, which is killed after `time_ms`.
+    static Guard with_time_limit(pid_t program, long time_ms)
     {
         Started started;
         started.process = program;
         Guard guard(started, 0, -1);
         guard.kill_at_ = now_ms() + time_ms;
-        guard.leash_open_ = false;
+        guard.control_open_ = false;
         return guard;
     }
 
@@ -140,7 +142,7 @@ public:
     int watch(int signals);
 
 private:
-    void read_leash();
+    void read_control();
     void reap();
     void terminate();
     int wait_time() const;
@@ -148,12 +150,12 @@ private:
     pid_t program_;
     int report_;
     long grace_ms_;
-    int owner_;         ///< -1: is not watched, or has died.
-    long kill_at_ = -1; ///< When patience ends; -1: nobody has asked for an end.
+    int owner_;         ///< -1: it is not watched, or has died.
+    long kill_at_ = -1; ///< When the grace period ends; -1: nobody has asked the program to end.
     int status_ = 0;
     bool killing_ = false;
-    bool leash_open_ = true;
-    bool alone_ = false;
+    bool control_open_ = true;
+    bool tree_is_gone_ = false;
 };
 
 void Guard::terminate()
@@ -165,14 +167,14 @@ void Guard::terminate()
         kill(program_, SIGTERM);
 }
 
-void Guard::read_leash()
+void Guard::read_control()
 {
     char bytes[16];
     ssize_t const size = read(STDIN_FILENO, bytes, sizeof bytes);
     if (size > 0)
         terminate();
     else if (size == 0 || (errno != EINTR && errno != EAGAIN)) {
-        leash_open_ = false;
+        control_open_ = false;
         killing_ = true;
     }
 }
@@ -189,15 +191,15 @@ void Guard::reap()
                                                     static_cast<ssize_t>(sizeof reported);
         status_ = has_report ? reported : status;
         program_ = -1;
-        killing_ = true; // what the program leaves behind has nobody to serve any more
+        killing_ = true; // the rest of the tree is of no use without the program
     }
-    alone_ = ended < 0 && errno == ECHILD;
+    tree_is_gone_ = ended < 0 && errno == ECHILD;
 }
 
 int Guard::wait_time() const
 {
     if (killing_)
-        return 10; // children of the killed fall to us one by one
+        return 10; // children of killed processes become ours one by one
     if (kill_at_ < 0)
         return -1;
     long const left = kill_at_ - now_ms();
@@ -208,18 +210,18 @@ int Guard::watch(int signals)
 {
     for (;;) {
         reap();
-        if (alone_)
+        if (tree_is_gone_)
             return status_;
         if (kill_at_ >= 0 && now_ms() >= kill_at_)
             killing_ = true;
         if (killing_)
             kill_children();
         pollfd watched[] = {
-            {signals, POLLIN, 0}, {leash_open_ ? STDIN_FILENO : -1, POLLIN, 0}, {owner_, POLLIN, 0}};
+            {signals, POLLIN, 0}, {control_open_ ? STDIN_FILENO : -1, POLLIN, 0}, {owner_, POLLIN, 0}};
         if (poll(watched, 3, wait_time()) <= 0)
             continue;
         if (watched[1].revents != 0)
-            read_leash();
+            read_control();
         if (watched[2].revents != 0) {
             owner_ = -1;
             killing_ = true;
@@ -232,8 +234,8 @@ int Guard::watch(int signals)
     }
 }
 
-/// Ends like the program did, so that our parent sees what it would have seen.
-[[noreturn]] void end_like(int status)
+/// Exits with the wait status of the program, so that our parent sees what it would have seen without us.
+[[noreturn]] void exit_with(int status)
 {
     if (WIFSIGNALED(status)) {
         rlimit const no_core{0, 0};
@@ -249,31 +251,31 @@ int Guard::watch(int signals)
     _exit(WEXITSTATUS(status));
 }
 
-/// Clears away what the tree has left. In silence: who would read it may be dead, and a closed pipe ends
-/// those who write.
-void run_afterwards(char** argv, sigset_t const& original, int signals)
+/// Removes what the tree has left behind. The output is discarded: its reader, the server, may be dead, and
+/// writing to a closed pipe would end the command.
+void run_cleanup_command(char** argv, sigset_t const& original, int signals)
 {
     Program command;
     command.argv = argv;
     command.signals = original;
     pid_t const program = fork();
     if (program == 0) {
-        int const nobody = open("/dev/null", O_WRONLY);
-        dup2(nobody, STDOUT_FILENO);
-        dup2(nobody, STDERR_FILENO);
-        become(command);
+        int const sink = open("/dev/null", O_WRONLY);
+        dup2(sink, STDOUT_FILENO);
+        dup2(sink, STDERR_FILENO);
+        execute(command);
     }
     if (program > 0)
-        Guard::of_unasked(program, max_cleanup_ms).watch(signals);
+        Guard::with_time_limit(program, max_cleanup_ms).watch(signals);
 }
 
-/// Takes the command line after `--afterwards` out of ours: `argv` then begins with GRACE_MS. Null: there is
-/// none.
-char** take_afterwards(int& argc, char**& argv)
+/// Takes `--cleanup` and its command line out of ours, so that `argv` begins with the next argument. Null:
+/// there is none.
+char** take_cleanup_command(int& argc, char**& argv)
 {
     --argc;
     ++argv;
-    if (argc < 2 || std::strcmp(argv[0], "--afterwards") != 0)
+    if (argc < 2 || std::strcmp(argv[0], "--cleanup") != 0)
         return nullptr;
     int const count = std::atoi(argv[1]);
     if (count < 1 || count > argc - 2)
@@ -287,22 +289,22 @@ char** take_afterwards(int& argc, char**& argv)
     return cleanup_command;
 }
 
-/// Takes a word out of our command line; whether it was there.
-bool take_word(int& argc, char**& argv, char const* word)
+/// Takes an option out of our command line.   Returns: whether it was there.
+bool take_option(int& argc, char**& argv, char const* option)
 {
-    bool const given = argc > 0 && std::strcmp(argv[0], word) == 0;
+    bool const given = argc > 0 && std::strcmp(argv[0], option) == 0;
     argc -= given ? 1 : 0;
     argv += given ? 1 : 0;
     return given;
 }
 
-/// Takes the folders that must not be changed. Returns how many they are; they lie where the first
-/// `--read-only` was.
+/// Takes the folders that must not be changed out of our command line.   Returns: their number; they lie
+/// where the first `--read-only` was.
 int take_read_only(int& argc, char**& argv)
 {
     char** const folders = argv;
     int count = 0;
-    while (argc > 1 && take_word(argc, argv, "--read-only")) {
+    while (argc > 1 && take_option(argc, argv, "--read-only")) {
         folders[count++] = argv[0];
         --argc;
         ++argv;
@@ -310,7 +312,7 @@ int take_read_only(int& argc, char**& argv)
     return count;
 }
 
-/// The process that has started us, as a descriptor that becomes readable when it ends.
+/// A pidfd of the process that has started us, which becomes readable when that ends.
 int watch_owner()
 {
     auto const owner = getppid(); // 0: in another PID namespace
@@ -320,17 +322,17 @@ int watch_owner()
 int usage(char const* name)
 {
     std::fprintf(stderr,
-                 "usage: %s [--afterwards COUNT WORD...] [--set-user-id] [--read-only FOLDER]... GRACE_MS "
+                 "usage: %s [--cleanup COUNT WORD...] [--set-user-id] [--read-only FOLDER]... GRACE_MS "
                  "PROGRAM [ARGUMENT...]\n"
                  "       %s --probe [--read-only FOLDER]...\n",
                  name, name);
     return 2;
 }
 
-/// Says what a program would get.
+/// Prints what works here.
 int probe(Program const& program)
 {
-    auto const started = webots_cloud::guard::start_in_namespace(program, become_nothing);
+    auto const started = webots_cloud::guard::start_in_namespace(program, exit_at_once);
     if (started.process > 0) {
         waitpid(started.process, nullptr, 0);
         std::printf("namespace%s%s\n", started.own_proc ? " proc" : "",
@@ -348,18 +350,18 @@ int main(int argc, char** argv)
 {
     webots_cloud::guard::forbid_tracing();
     char const* const name = argv[0];
-    char** const cleanup_command = take_afterwards(argc, argv);
-    bool const is_probe = take_word(argc, argv, "--probe");
+    char** const cleanup_command = take_cleanup_command(argc, argv);
+    bool const is_probe = take_option(argc, argv, "--probe");
     Program program;
-    program.set_user_id = take_word(argc, argv, "--set-user-id");
+    program.set_user_id = take_option(argc, argv, "--set-user-id");
     program.read_only = argv;
     program.read_only_count = take_read_only(argc, argv);
     program.argv = argv + 1;
     if (argc < 2 && !(is_probe && argc == 0))
         return usage(name);
-    setsid(); // the terminal's Ctrl-C is for the server, which then ends its simulations in order
+    setsid(); // Ctrl-C in the terminal is for the server, which then ends its simulations in order
     prctl(PR_SET_CHILD_SUBREAPER, 1);
-    prctl(PR_SET_PDEATHSIG, SIGCONT); // should we be stopped when the owner dies: there is a leash to look at
+    prctl(PR_SET_PDEATHSIG, SIGCONT); // wakes us when the server dies while we are stopped
     int const owner = watch_owner();
     sigset_t handled;
     sigemptyset(&handled);
@@ -369,17 +371,17 @@ int main(int argc, char** argv)
     if (is_probe)
         return probe(program);
     int const signals = signalfd(-1, &handled, SFD_CLOEXEC | SFD_NONBLOCK);
-    auto started = webots_cloud::guard::start_in_namespace(program, become_confined);
+    auto started = webots_cloud::guard::start_in_namespace(program, execute_confined);
     if (started.process < 0)
         started.process = fork();
     if (started.process == 0)
-        become_confined_here(program);
+        execute_confined_without_namespace(program);
     if (started.process < 0 || signals < 0) {
         std::printf("can't start %s: %s\n", program.argv[0], std::strerror(errno));
         return exec_failed;
     }
     int const status = Guard(started, std::strtol(argv[0], nullptr, 10), owner).watch(signals);
     if (cleanup_command)
-        run_afterwards(cleanup_command, program.signals, signals);
-    end_like(status);
+        run_cleanup_command(cleanup_command, program.signals, signals);
+    exit_with(status);
 }

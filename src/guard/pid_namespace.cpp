@@ -20,7 +20,7 @@
 namespace webots_cloud::guard {
 namespace {
 
-// What the first process of a namespace says when the program runs: the sum of these.
+// What the first process of a namespace reports once the program runs: the sum of these flags.
 constexpr char is_running = 1;
 constexpr char has_own_proc = 2;
 constexpr char has_read_only = 4;
@@ -36,11 +36,11 @@ bool write_file(char const* path, char const* text)
     return written;
 }
 
-/// In a new user namespace: makes us known there under the numbers that we have outside.
-bool map_ourselves(uid_t user, gid_t group)
+/// In a new user namespace: maps our user and group to the same numbers as outside.
+bool map_user_and_group(uid_t user, gid_t group)
 {
     int const dumpable = prctl(PR_GET_DUMPABLE);
-    prctl(PR_SET_DUMPABLE, 1); // these files belong to root else
+    prctl(PR_SET_DUMPABLE, 1); // otherwise these files belong to root
     char users[64];
     char groups[64];
     std::snprintf(users, sizeof users, "%u %u 1", user, user);
@@ -52,7 +52,7 @@ bool map_ourselves(uid_t user, gid_t group)
     return mapped;
 }
 
-/// The options of a mount that a user namespace may not take away from it.
+/// The options of a mount that must be kept when a user namespace mounts it again.
 unsigned long options_of(char const* folder)
 {
     struct statvfs status
@@ -76,10 +76,10 @@ bool make_read_only(char const* folder)
                0;
 }
 
-/// In a new mount namespace: what of it works.
-char arrange_mounts(Program const& program)
+/// In a new mount namespace.   Returns: the flags of what has worked.
+char set_up_mounts(Program const& program)
 {
-    if (mount(nullptr, "/", nullptr, MS_REC | MS_SLAVE, nullptr) != 0) // what we mount is for us alone
+    if (mount(nullptr, "/", nullptr, MS_REC | MS_SLAVE, nullptr) != 0) // what we mount is visible to us only
         return 0;
     bool read_only = true;
     for (int i = 0; i < program.read_only_count; ++i)
@@ -88,8 +88,8 @@ char arrange_mounts(Program const& program)
     return static_cast<char>((read_only ? has_read_only : 0) | (proc ? has_own_proc : 0));
 }
 
-/// Forks; the child gets the number `wanted` if possible.
-pid_t fork_as(pid_t wanted)
+/// Forks; the child gets the process number `wanted` if possible.
+pid_t fork_with_number(pid_t wanted)
 {
     clone_args arguments{};
     arguments.exit_signal = SIGCHLD;
@@ -99,7 +99,7 @@ pid_t fork_as(pid_t wanted)
     return child >= 0 ? child : fork();
 }
 
-/// Waits for the program, and for whatever falls to us, until the program has ended.
+/// Reaps the program and the orphans that become our children, until the program has ended.
 int reap_until_end(pid_t program, sigset_t const& watched)
 {
     for (;;) {
@@ -114,13 +114,14 @@ int reap_until_end(pid_t program, sigset_t const& watched)
     }
 }
 
-/// The first process of the namespace. `report` is how the guard hears from us; its other end closes when the
+/// Runs as the first process of the namespace. `report` is a pipe to the guard; its other end closes when the
 /// guard dies.
-[[noreturn]] void be_first(Program const& argument, Become become, int report, pid_t number, char mounts)
+[[noreturn]] void run_as_first_process(Program const& argument, Execute execute, int report, pid_t number,
+                                       char mounts)
 {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     pollfd guard{report, 0, 0};
-    if (poll(&guard, 1, 0) != 0) // it died before the line above
+    if (poll(&guard, 1, 0) != 0) // it died before the call above
         _exit(1);
     sigset_t watched;
     sigemptyset(&watched);
@@ -128,18 +129,18 @@ int reap_until_end(pid_t program, sigset_t const& watched)
     sigaddset(&watched, SIGTERM);
     sigprocmask(SIG_SETMASK, &watched, nullptr);
     int const nothing = open("/dev/null", O_RDONLY | O_CLOEXEC);
-    dup2(nothing, STDIN_FILENO); // the leash is the guard's
-    pid_t const program = fork_as(number);
+    dup2(nothing, STDIN_FILENO); // the control socket is for the guard only
+    pid_t const program = fork_with_number(number);
     if (program == 0)
-        become(argument);
-    char const news = static_cast<char>(is_running | mounts);
-    bool const told = program > 0 && write(report, &news, 1) == 1;
-    int const status = told ? reap_until_end(program, watched) : 0;
-    _exit(told && write(report, &status, sizeof status) == static_cast<ssize_t>(sizeof status) ? 0 : 1);
+        execute(argument);
+    char const working = static_cast<char>(is_running | mounts);
+    bool const reported = program > 0 && write(report, &working, 1) == 1;
+    int const status = reported ? reap_until_end(program, watched) : 0;
+    _exit(reported && write(report, &status, sizeof status) == static_cast<ssize_t>(sizeof status) ? 0 : 1);
 }
 
-/// One of several ways; `flags` says which.
-Started try_to_start(Program const& program, Become become, unsigned long flags)
+/// Tries one combination of namespaces, `flags`.
+Started try_to_start(Program const& program, Execute execute, unsigned long flags)
 {
     Started started;
     int ends[2];
@@ -155,21 +156,21 @@ Started try_to_start(Program const& program, Become become, unsigned long flags)
     started.error = child < 0 ? errno : EPERM;
     if (child == 0) {
         close(ends[0]);
-        if ((flags & CLONE_NEWUSER) == 0 || map_ourselves(user, group))
-            be_first(program, become, ends[1], number,
-                     (flags & CLONE_NEWNS) != 0 ? arrange_mounts(program) : '\0');
+        if ((flags & CLONE_NEWUSER) == 0 || map_user_and_group(user, group))
+            run_as_first_process(program, execute, ends[1], number,
+                                 (flags & CLONE_NEWNS) != 0 ? set_up_mounts(program) : '\0');
         _exit(1);
     }
     close(ends[1]);
-    char news = 0;
+    char working = 0;
     ssize_t size = -1;
-    while (child > 0 && (size = read(ends[0], &news, 1)) < 0 && errno == EINTR)
+    while (child > 0 && (size = read(ends[0], &working, 1)) < 0 && errno == EINTR)
         continue;
     if (child > 0 && size == 1) {
         started.process = child;
         started.report = ends[0];
-        started.own_proc = (news & has_own_proc) != 0;
-        started.read_only = (news & has_read_only) != 0;
+        started.own_proc = (working & has_own_proc) != 0;
+        started.read_only = (working & has_read_only) != 0;
         started.error = 0;
         return started;
     }
@@ -183,7 +184,7 @@ Started try_to_start(Program const& program, Become become, unsigned long flags)
 
 } // namespace
 
-Started start_in_namespace(Program const& program, Become become)
+Started start_in_namespace(Program const& program, Execute execute)
 {
     constexpr unsigned long plain = CLONE_NEWPID;
     constexpr unsigned long with_mounts = CLONE_NEWPID | CLONE_NEWNS;
@@ -191,12 +192,12 @@ Started start_in_namespace(Program const& program, Become become)
     Started started;
     if (geteuid() == 0)
         for (auto const flags : {with_mounts, plain})
-            if ((started = try_to_start(program, become, flags)).process > 0)
+            if ((started = try_to_start(program, execute, flags)).process > 0)
                 return started;
-    if (program.set_user_id) // which nothing can do in a user namespace
+    if (program.set_user_id) // has no effect in a user namespace
         return started;
     for (auto const flags : {user | with_mounts, user | plain})
-        if ((started = try_to_start(program, become, flags)).process > 0)
+        if ((started = try_to_start(program, execute, flags)).process > 0)
             return started;
     return started;
 }

@@ -1,4 +1,4 @@
-// A PID namespace for one program: when its first process goes, for whatever reason, the kernel kills all
+// A PID namespace for one program: when its first process ends, for whatever reason, the kernel kills all
 // others in it.
 #pragma once
 
@@ -8,38 +8,40 @@
 
 namespace webots_cloud::guard {
 
-/// The program to start, and what it gets.
+/// The program to start.
 struct Program
 {
     char** argv = nullptr;
     sigset_t signals{}; ///< Its signal mask.
-    /// Folders that it must not change; where there is no mount namespace it can.
+    /// Folders that it must not change; this needs a mount namespace.
     char const* const* read_only = nullptr;
     int read_only_count = 0;
-    bool set_user_id = false; ///< Programs that run as somebody else have to work in it.
+    bool set_user_id = false; ///< Set-user-ID programs must work in it.
 };
 
-/// A started program, seen from the guard.
+/// A started program, as seen by the guard.
 struct Started
 {
     /// Our child: the program, or the first process of its namespace, which passes SIGTERM on to it.
     pid_t process = -1;
-    int report = -1; ///< Not -1: where that process leaves the program's wait status (an int) before it ends.
-    bool own_proc = false;  ///< It has a `/proc` of its own, which shows nobody else's processes.
-    bool read_only = false; ///< It can't change any of the folders that were to be read-only.
+    /// Not -1: a pipe to which that process writes the program's wait status (an int) before it ends.
+    int report = -1;
+    bool own_proc = false;  ///< It has a `/proc` of its own, which shows only processes of the namespace.
+    bool read_only = false; ///< It can change none of the folders that must be read-only.
     int error = 0;          ///< `errno`, where there is no namespace.
 };
 
-/// What becomes the program in the new process; does not return.
-using Become = void (*)(Program const& program);
+/// Executes the program in the new process; does not return.
+using Execute = void (*)(Program const& program);
 
-/// Starts a program in a PID namespace of its own, where that is allowed: to root, and elsewhere within a
-/// user namespace that maps nobody but ourselves. Otherwise `process` is -1 and nothing has happened.
+/// Starts a program in a PID namespace of its own, where that is allowed: as root, or within a user namespace
+/// that maps only our own user. Otherwise `process` is -1 and nothing has been started.
 ///
-/// Where a mount namespace is allowed as well, the read-only folders are so, and `/proc` is its own.
+/// Where a mount namespace is allowed as well, the read-only folders are mounted read-only, and `/proc` shows
+/// the namespace only.
 ///
-/// Inside, the program has the number that we have outside: programs name their files after it, and it stays
-/// unique.
-Started start_in_namespace(Program const& program, Become become);
+/// Inside, the program has the process number that the guard has outside: programs name files after it, and
+/// so it stays unique.
+Started start_in_namespace(Program const& program, Execute execute);
 
 } // namespace webots_cloud::guard

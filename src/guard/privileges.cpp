@@ -15,7 +15,7 @@
 namespace webots_cloud::guard {
 namespace {
 
-// <linux/landlock.h> of Debian 12 knows nothing of scopes.
+// <linux/landlock.h> of Debian 12 does not have scopes yet.
 struct LandlockRuleset
 {
     std::uint64_t handled_access_fs = 0;
@@ -28,8 +28,8 @@ constexpr long first_version_with_scopes = 6;
 constexpr long landlock_create_ruleset = 444; // the same on every architecture
 constexpr long landlock_restrict_self = 446;
 
-// What a program of root's needs for files, for users of its own and for the network. Docker leaves
-// containers the same, but for device files.
+// What programs of root need for files, for changing users and for the network. Docker leaves containers the
+// same, except for device files.
 constexpr std::initializer_list<int> kept = {
     CAP_CHOWN,   CAP_DAC_OVERRIDE, CAP_FOWNER,     CAP_FSETID,  CAP_KILL,
     CAP_SETGID,  CAP_SETUID,       CAP_SETPCAP,    CAP_SETFCAP, CAP_NET_BIND_SERVICE,

@@ -50,8 +50,8 @@ class Guard(unittest.TestCase):
         cls.guard = shutil.copy(program("webots-process-guard"), cls.folder)  # where everybody may reach it
         cls.count = 0
 
-    def start(self, script, grace=200, afterwards=(), options=(), name="sh"):
-        last = ["--afterwards", str(len(afterwards)), *afterwards] if afterwards else []
+    def start(self, script, grace=200, cleanup=(), options=(), name="sh"):
+        last = ["--cleanup", str(len(cleanup)), *cleanup] if cleanup else []
         last += options
         started = subprocess.Popen([*self.arguments, self.guard, *last, str(grace), "/bin/sh", "-c", script, name], stdin=subprocess.PIPE,
                                    stdout=subprocess.PIPE, text=True, user=self.user, group=self.user, extra_groups=self.user and [])
@@ -82,7 +82,7 @@ class Guard(unittest.TestCase):
         if not self.is_in_namespace():
             self.skipTest("no PID namespace may be made here")
 
-    def test_what_is_to_be_done_afterwards_is_done_when_nothing_is_left_and_changes_no_status(self):
+    def test_the_cleanup_command_runs_when_nothing_is_left_and_changes_no_status(self):
         seen = os.path.join(self.folder, f"seen_{type(self).__name__}")
         with open(seen, "w"):
             os.chmod(seen, 0o666)
@@ -90,7 +90,7 @@ class Guard(unittest.TestCase):
         script = f"echo noise; cat /proc/[0-9]*/cmdline | tr '\\0' '\\n' | grep -cx {mark.replace('1', '[1]', 1)} > {seen}; exit 7"
         for asked, status in ((True, -signal.SIGTERM), (False, -signal.SIGKILL)):
             with self.subTest(asked=asked):
-                started = self.start(f"(setsid sleep {mark} &) ; echo ready; exec sleep {mark}", afterwards=["/bin/sh", "-c", script])
+                started = self.start(f"(setsid sleep {mark} &) ; echo ready; exec sleep {mark}", cleanup=["/bin/sh", "-c", script])
                 self.assertEqual(started.stdout.readline(), "ready\n")
                 if asked:
                     started.stdin.write("T")
@@ -108,7 +108,7 @@ class Guard(unittest.TestCase):
             with self.subTest(script):
                 self.assertEqual(self.start(script).wait(30), status)
 
-    def test_a_byte_on_the_leash_asks_the_program_to_end(self):
+    def test_a_byte_on_the_control_socket_asks_the_program_to_end(self):
         started = self.start("trap 'exit 7' TERM; echo ready; while :; do sleep 0.05; done", grace=30_000)
         self.assertEqual(started.stdout.readline(), "ready\n")
         started.stdin.write("T")
@@ -122,7 +122,7 @@ class Guard(unittest.TestCase):
         self.assertEqual(started.wait(30), -signal.SIGKILL)
         self.assertEqual(find(mark), [])
 
-    def test_the_end_of_the_leash_kills_the_whole_family(self):
+    def test_the_end_of_the_control_socket_kills_the_whole_family(self):
         started, mark = self.start_family()
         started.stdin.close()
         self.assertEqual(started.wait(30), -signal.SIGKILL)
@@ -155,7 +155,7 @@ class Guard(unittest.TestCase):
             self.assertIsNone(stranger.poll())
             stranger.kill()
 
-    def test_the_owners_death_is_the_end_even_when_somebody_else_holds_the_leash(self):
+    def test_the_owners_death_is_the_end_even_when_somebody_else_holds_the_control_socket(self):
         mark = f"602.{os.getpid()}"
         holder, end = socket.socketpair()
         owner = "import subprocess, sys; subprocess.Popen(sys.argv[1:], stdin=0).wait()"

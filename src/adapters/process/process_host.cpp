@@ -46,12 +46,12 @@ constexpr auto wake_interval = std::chrono::milliseconds(250);
 
 /// Repeatedly wakes (SIGCONT) a guard that was told to end: while somebody has it stopped (SIGSTOP), it would
 /// never read its standard input. A running guard is not affected.
-class Alarm : public std::enable_shared_from_this<Alarm>
+class WakeCalls : public std::enable_shared_from_this<WakeCalls>
 {
 public:
-    Alarm(asio::any_io_executor const& executor, pid_t guard) : timer_(executor), guard_(guard) {}
+    WakeCalls(asio::any_io_executor const& executor, pid_t guard) : timer_(executor), guard_(guard) {}
 
-    void ring()
+    void start()
     {
         if (over_)
             return;
@@ -59,7 +59,7 @@ public:
         timer_.expires_after(wake_interval);
         timer_.async_wait([self = shared_from_this()](boost::system::error_code const& error) {
             if (!error)
-                self->ring();
+                self->start();
         });
     }
 
@@ -77,14 +77,14 @@ private:
 };
 
 /// Waits for a guard whose owner has been destroyed, so that it leaves no zombie.
-asio::awaitable<void> await_end(process::process guard, std::shared_ptr<Alarm> alarm)
+asio::awaitable<void> await_end(process::process guard, std::shared_ptr<WakeCalls> wake_calls)
 {
     (void)co_await guard.async_wait(asio::as_tuple(asio::use_awaitable));
-    alarm->stop();
+    wake_calls->stop();
 }
 
-/// Looks at processes, on threads: what is there to be seen is up to the processes.
-struct Looks
+/// Threads that inspect processes in /proc: how long that takes depends on what the processes do.
+struct InspectionThreads
 {
     adapters::BlockingPool ports{1};
     adapters::BlockingPool usage{1, adapters::BlockingPool::Priority::background};
@@ -106,16 +106,16 @@ struct TakeUsage
     pid_t root;
 };
 
-// The process that asked may be gone before these have their answer.
+// The `Process` that asked may be destroyed before these have their result.
 
-asio::awaitable<std::uint16_t> find_port(std::shared_ptr<Looks> looks, FindPort work)
+asio::awaitable<std::uint16_t> find_port(std::shared_ptr<InspectionThreads> inspection, FindPort work)
 {
-    co_return co_await looks->ports.run(work);
+    co_return co_await inspection->ports.run(work);
 }
 
-asio::awaitable<ProcessUsage> take_usage(std::shared_ptr<Looks> looks, TakeUsage work)
+asio::awaitable<ProcessUsage> take_usage(std::shared_ptr<InspectionThreads> inspection, TakeUsage work)
 {
-    co_return co_await looks->usage.run(work);
+    co_return co_await inspection->usage.run(work);
 }
 
 asio::awaitable<ProcessUsage> no_usage()
@@ -126,19 +126,20 @@ asio::awaitable<ProcessUsage> no_usage()
 class GuardedProcess final : public Process
 {
 public:
-    GuardedProcess(process::process guard, adapters::FileDescriptor leash, asio::readable_pipe output,
-                   std::shared_ptr<Looks> looks)
-        : guard_(std::move(guard)), leash_(std::move(leash)), output_(std::move(output)),
-          looks_(std::move(looks)), alarm_(std::make_shared<Alarm>(output_.get_executor(), guard_.id()))
+    GuardedProcess(process::process guard, adapters::FileDescriptor control, asio::readable_pipe output,
+                   std::shared_ptr<InspectionThreads> inspection)
+        : guard_(std::move(guard)), control_(std::move(control)), output_(std::move(output)),
+          inspection_(std::move(inspection)),
+          wake_calls_(std::make_shared<WakeCalls>(output_.get_executor(), guard_.id()))
     {}
 
     ~GuardedProcess() override
     {
         if (!status_) {
             auto const executor = output_.get_executor();
-            leash_ = adapters::FileDescriptor(); // the guard now kills the tree at once
-            alarm_->ring();
-            asio::co_spawn(executor, await_end(std::move(guard_), alarm_), asio::detached);
+            control_ = adapters::FileDescriptor(); // end-of-file: the guard kills the tree at once
+            wake_calls_->start();
+            asio::co_spawn(executor, await_end(std::move(guard_), wake_calls_), asio::detached);
         }
     }
 
@@ -147,19 +148,19 @@ public:
     void terminate() noexcept override;
     asio::awaitable<std::uint16_t> listening_port(std::uint16_t first, std::uint16_t last) override
     {
-        return find_port(looks_, FindPort{guard_.id(), first, last});
+        return find_port(inspection_, FindPort{guard_.id(), first, last});
     }
     asio::awaitable<ProcessUsage> usage() override
     {
-        return status_ ? no_usage() : take_usage(looks_, TakeUsage{guard_.id()});
+        return status_ ? no_usage() : take_usage(inspection_, TakeUsage{guard_.id()});
     }
 
 private:
     process::process guard_;
-    adapters::FileDescriptor leash_;
+    adapters::FileDescriptor control_;
     asio::readable_pipe output_;
-    std::shared_ptr<Looks> looks_;
-    std::shared_ptr<Alarm> alarm_;
+    std::shared_ptr<InspectionThreads> inspection_;
+    std::shared_ptr<WakeCalls> wake_calls_;
     std::array<char, read_size> buffer_;
     std::optional<ExitStatus> status_;
 };
@@ -183,7 +184,7 @@ asio::awaitable<result<ProcessEvent>> GuardedProcess::next_event()
     auto const [error, native] = co_await guard_.async_wait(asio::as_tuple(asio::use_awaitable));
     if (error == asio::error::operation_aborted)
         co_return Failure(error);
-    alarm_->stop();
+    wake_calls_->stop();
     int const status = guard_.native_exit_code();
     status_ =
         WIFSIGNALED(status) ? ExitStatus(WTERMSIG(status), true) : ExitStatus(WEXITSTATUS(status), false);
@@ -194,9 +195,9 @@ void GuardedProcess::terminate() noexcept
 {
     if (status_)
         return;
-    ::send(leash_.get(), "T", 1,
-           MSG_NOSIGNAL | MSG_DONTWAIT); // where it does not fit, others are there already
-    alarm_->ring();
+    ::send(control_.get(), "T", 1,
+           MSG_NOSIGNAL | MSG_DONTWAIT); // a full socket already has such bytes in it
+    wake_calls_->start();
 }
 
 /// A bound port that refuses connections.
@@ -225,7 +226,7 @@ private:
     std::filesystem::path guard_;
     std::vector<std::filesystem::path> read_only_;
     adapters::BlockingPool pool_{1};
-    std::shared_ptr<Looks> looks_ = std::make_shared<Looks>();
+    std::shared_ptr<InspectionThreads> inspection_ = std::make_shared<InspectionThreads>();
 };
 
 asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(ProcessSpec spec)
@@ -241,7 +242,7 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
     spec.argv.front() = (here / spec.argv.front()).string();
     std::vector<std::string> arguments;
     if (!spec.cleanup_command.empty()) {
-        arguments.emplace_back("--afterwards");
+        arguments.emplace_back("--cleanup");
         arguments.push_back(std::to_string(spec.cleanup_command.size()));
         arguments.insert(arguments.end(), spec.cleanup_command.begin(), spec.cleanup_command.end());
     }
@@ -260,16 +261,16 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
 
     asio::readable_pipe output(executor_);
     asio::writable_pipe output_end(executor_);
-    // A socket, since the end of a pipe can be opened again through /proc, by the simulation too, and then
-    // our death is not the end of the other.
+    // A socket, since the end of a pipe can be opened again through /proc, also by the simulation, and then
+    // our death would not be the end-of-file for the guard.
     int ends[2] = {-1, -1};
     asio::connect_pipe(output, output_end, error);
     if (!error && ::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
         error.assign(errno, boost::system::system_category());
     if (error)
         co_return Failure(errc::start_failed, concat("no pipe: ", error.message()));
-    adapters::FileDescriptor leash(ends[0]);
-    adapters::FileDescriptor const leash_end(ends[1]);
+    adapters::FileDescriptor control(ends[0]);
+    adapters::FileDescriptor const control_end(ends[1]);
 
     auto const directory = spec.directory.empty() ? here : spec.directory;
     adapters::Spawn spawn;
@@ -277,7 +278,7 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
     spawn.arguments = std::move(arguments);
     spawn.environment = std::move(environment);
     spawn.directory = directory.string();
-    spawn.input = leash_end.get();
+    spawn.input = control_end.get();
     spawn.output = output_end.native_handle();
     auto const [failure, id] = co_await pool_.run(std::move(spawn));
     if (failure != 0)
@@ -285,7 +286,8 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
                           concat(spec.argv.front(), " can't be started: ",
                                  std::error_code(failure, std::generic_category()).message()));
     process::process guard(executor_, id);
-    co_return std::make_unique<GuardedProcess>(std::move(guard), std::move(leash), std::move(output), looks_);
+    co_return std::make_unique<GuardedProcess>(std::move(guard), std::move(control), std::move(output),
+                                               inspection_);
 }
 
 result<std::unique_ptr<PortHold>> LocalProcessHost::hold_port(std::uint16_t port)
@@ -298,9 +300,9 @@ result<std::unique_ptr<PortHold>> LocalProcessHost::hold_port(std::uint16_t port
         socket.set_option(tcp::acceptor::reuse_address(true), error);
     if (!error)
         socket.bind({asio::ip::address_v4::any(), port}, error);
-    // Others with reusable addresses, as all servers are, could still bind it: only a listener keeps them
-    // out, or a socket whose address is not reusable. So it is the one until it is the other, and takes no
-    // connection meanwhile that would never be answered.
+    // Other sockets with SO_REUSEADDR, which all servers set, could still bind the port, unless this one
+    // listens or has a port that is not reusable. So it listens until the option is off again; then it is
+    // shut down, so that it accepts no connection that nobody would answer.
     if (!error)
         socket.listen(1, error);
     if (!error)
