@@ -1,4 +1,4 @@
-// Starts a program without forking ourselves.
+// Starts programs without copying our own process.
 #pragma once
 
 #include <string>
@@ -9,12 +9,10 @@
 
 namespace webots_cloud::adapters {
 
-/// A program to be started on a thread that may block until the new program runs, which may take a while when
-/// every core is busy.
+/// A program to start, by `posix_spawn`, which blocks until the new program runs: call it on a thread that
+/// may wait, since that takes a while when every core is busy.
 ///
-/// Not by the launcher of Boost.Process, which forks: that copies our page tables, tells the io_context,
-/// which must not run meanwhile, and (in 1.81) leaks our descriptors to the new program, among them the other
-/// end of its standard input.
+/// Not by the launchers of Boost.Process: see docs/decisions/009-boost-process.md.
 struct Spawn
 {
     std::string program;
@@ -26,7 +24,7 @@ struct Spawn
 
     Spawn() = default;
 
-    /// The errno of a failure or 0, and the number of the new process.
+    /// Returns: 0 or the errno of the failure, and the number of the new process.
     std::pair<int, pid_t> operator()() const;
 };
 
