@@ -1,5 +1,4 @@
-// Simulations in containers (protocol section 6.3): what is put beside a project, how it is run, what is
-// cleared away.
+// Simulations in containers (protocol section 6.3): prepares projects for compose, and cleans up after them.
 #pragma once
 
 #include <webots_cloud/error.hpp>
@@ -26,47 +25,48 @@ struct DockerModeParams
 {
     DockerModeParams() = default;
 
-    /// Where the programs are, absolute; empty: not on this machine.
+    /// Absolute paths of the programs; empty: not installed.
     std::filesystem::path docker;
     std::filesystem::path docker_compose;
-    /// Lets containers onto this machine's screen; empty: they are not.
+    /// The program that lets containers use this machine's screen; empty: they can't.
     std::filesystem::path xhost;
-    /// The operator's `docker-compose-default.yml` and its like, and `Dockerfile.default`.
+    /// The folder with the operator's `docker-compose-*.yml` and `Dockerfile.default`.
     std::filesystem::path templates;
-    /// Of the default images, without a tag.
+    /// The repository of the default images, without a tag.
     std::string images = "cyberbotics/webots.cloud";
-    /// By which this server knows its containers again, see `core::docker_identity`; and a word of this run
-    /// of it.
+    /// Names this server among all that run containers on this machine, and stays the same from run to run:
+    /// `webots-2000-1f3a9c4d`. Compose's project names begin with it, so that left-overs are recognised.
     std::string identity;
+    /// Tells the project names of this run from those of earlier ones.
     std::string run;
-    /// The `Dockerfile` of a project is built in place of ours. Its compose file never is.
+    /// Use the `Dockerfile` of a project instead of ours. Its compose file is never used.
     bool project_dockerfiles = false;
-    /// Present: images that are older than two days and in no use are removed, but these (`repository:tag`).
+    /// Present: unused images older than two days are removed, except these (`repository:tag`).
     std::optional<std::vector<std::string>> persistent_images;
     std::string display = ":0";
-    /// What the containers get of the graphics processor: a device, or `/dev/null`.
+    /// The graphics device for the containers, or `/dev/null`.
     std::string graphics_device = "/dev/null";
-    /// Our own environment, of which docker gets what it needs.
+    /// Our own environment, of which docker gets only what it needs.
     std::vector<std::pair<std::string, std::string>> environment;
-    /// What docker gets besides, so that compose files can refer to it: `NAME` and `PREFIX_*` of our
+    /// Further variables for docker, to which compose files can refer: `NAME` and `PREFIX_*` of our
     /// environment, and `NAME=value`.
     std::vector<std::string> simulator_environment;
 };
 
-/// A project that is ready to be run.
+/// How to run a project that has been prepared.
 struct ContainerPlan
 {
     ContainerPlan() = default;
 
-    ProcessSpec process;                    ///< Compose, in the foreground; the guard clears away after it.
+    ProcessSpec process;                    ///< Compose in the foreground, with its cleanup command.
     ProcessSpec restart_controller;         ///< For competitions; otherwise without arguments.
-    std::string project;                    ///< Compose's name for all of it.
-    std::string image;                      ///< The default image; empty: the project's own Dockerfile says.
-    std::vector<std::string> announcements; ///< Whole messages for the browser, before all others.
-    std::vector<std::string> notes;         ///< Sentences for it, shown while it waits.
+    std::string project;                    ///< Compose's project name.
+    std::string image;                      ///< The default image; empty: the project has its own Dockerfile.
+    std::vector<std::string> announcements; ///< Whole messages for the browser, sent before all others.
+    std::vector<std::string> notes;         ///< Sentences for the browser, shown while it waits.
 };
 
-/// Docker on this machine. A live object: `run()` is to be awaited as long as it is used.
+/// Docker on this machine. A live object: await `run()` as long as it is used.
 ///
 /// Lifetime: everything passed by reference must outlive it.
 /// Thread-safety: one executor.
@@ -76,27 +76,30 @@ public:
     DockerMode(DockerModeParams params, ProcessHost& processes, TextFiles& files, Clock& clock, Logger log);
     ~DockerMode();
 
-    /// Finds out which compose there is, and removes what a dead predecessor left.
-    /// Errors: `not_found`: no compose; `unavailable`: docker does not answer; the detail is a sentence for
-    /// the operator.
+    /// Finds docker and compose, and removes what an earlier run of this server left behind.
+    ///
+    /// Errors: `not_found`: no docker, or no compose; `unavailable`: docker does not answer. The detail is a
+    /// sentence for the operator.
     boost::asio::awaitable<result<>> open();
 
-    /// After `open` and after each `clear`, watches for 20 seconds whether docker makes a container for a
-    /// build that nobody waits for any more, and removes it.
+    /// After `open` and after each `clear`, watches for 20 seconds or more whether docker creates containers
+    /// for builds that were given up, and removes them.
+    ///
     /// Precondition: `open` succeeded.
     /// Errors: `operation_aborted`.
     boost::asio::awaitable<result<>> run();
 
-    /// Puts beside the project what docker needs.
+    /// Writes the files that docker and compose need beside the project.
+    ///
     /// Precondition: `open` succeeded.
-    /// Errors: `not_found` (a template), `invalid_argument`, `unavailable`; the detail is a sentence for the
-    /// browser.
+    /// Errors: `not_found` (a template, or a file of a competition), `invalid_argument`, `unavailable`; the
+    /// detail is a sentence for the browser.
     boost::asio::awaitable<result<ContainerPlan>> prepare(LaunchSpec const& spec, std::uint16_t port);
 
-    /// Of a project that was prepared and could not be run.
+    /// Forgets a project that was prepared and could not be started.
     void forget(std::string const& project) noexcept;
 
-    /// Makes sure that nothing is left of a project that was prepared and has ended, and lets old images go.
+    /// Removes whatever is left of a project that was prepared and has ended, and old images.
     boost::asio::awaitable<void> clear(std::string project);
 
 private:

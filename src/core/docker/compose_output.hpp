@@ -21,12 +21,12 @@ struct ComposeLine
     ComposeLine(Source source, std::string_view text) : source(source), text(text) {}
 
     Source source = Source::compose;
-    std::string_view text; ///< A part of the line: of a container's, what it printed.
+    std::string_view text; ///< Without the name of the container that printed it.
     bool operator==(ComposeLine const&) const = default;
 };
 
-/// Parses a line. The names of containers begin with the project's or not, and have hyphens or
-/// underscores, depending on the version of compose.
+/// Parses a line. Depending on the version of compose, the names of containers begin with the project's name
+/// or not, and contain hyphens or underscores.
 ComposeLine parse_compose_line(std::string_view line, std::string_view project);
 
 /// Whether the browser is shown the line while it waits: not the editor's output, and no empty lines.

@@ -5,12 +5,16 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdio>
+#include <iterator>
 #include <optional>
 
 namespace webots_cloud::core {
 namespace {
 
 constexpr auto image_age = std::chrono::hours(48);
+
+constexpr int max_looks = 12;
+constexpr int empty_looks_at_end = 2; // by then no step of a build that was given up will come any more
 
 /// FNV-1a: the same on every machine and in every version, which std::hash is not.
 std::uint32_t digest(std::string_view text)
@@ -27,8 +31,8 @@ bool is_of(std::string_view project, std::string_view identity)
     return project.starts_with(identity) && project.substr(identity.size()).starts_with('-');
 }
 
-/// A label, out of its quotes. What JSON has to escape in it stays escaped: our own labels have nothing of
-/// the kind. Empty: there is none, or it is no label.
+/// A label without its quotes. JSON escapes in it stay escaped: our own labels have none. Nothing: it is not
+/// a JSON string.
 std::optional<std::string_view> label_of(std::string_view json)
 {
     if (json.size() < 2 || !json.starts_with('"') || !json.ends_with('"'))
@@ -48,7 +52,7 @@ bool is_failed_build(std::vector<std::string_view> const& fields, std::string_vi
            !fields[3].starts_with("Exited (0)");
 }
 
-/// The lines of a listing, as fields, the first of which is a name that docker takes for no option.
+/// The lines of a listing as fields. Lines whose first field docker would take for an option are left out.
 std::vector<std::vector<std::string_view>> rows_of(std::string_view listing)
 {
     std::vector<std::vector<std::string_view>> rows;
@@ -96,6 +100,35 @@ std::string docker_identity(std::string_view machine, std::uint16_t port,
     char hash[9];
     std::snprintf(hash, sizeof hash, "%08x", digest(concat(machine, ":", instances.string())));
     return concat("webots-", std::to_string(port), "-", hash);
+}
+
+std::vector<LeftoverKind> leftover_kinds()
+{
+    using Words = std::vector<std::string>;
+    std::string const containers(container_format);
+    std::string const networks(network_format);
+    std::string const volumes(volume_format);
+    return {LeftoverKind(Words{"ps", "--all", "--format", containers}, Words{"rm", "--force", "--volumes"}),
+            LeftoverKind(Words{"network", "ls", "--format", networks}, Words{"network", "rm"}),
+            LeftoverKind(Words{"volume", "ls", "--format", volumes}, Words{"volume", "rm", "--force"})};
+}
+
+bool BuildWatch::goes_on() const noexcept
+{
+    return looks_ < max_looks && empty_in_a_row_ < empty_looks_at_end;
+}
+
+std::vector<std::string> BuildWatch::look(std::vector<std::string> unstarted)
+{
+    std::vector<std::string> given_up;
+    std::copy_if(unstarted.begin(), unstarted.end(), std::back_inserter(given_up),
+                 [this](std::string const& id) {
+                     return std::find(before_.begin(), before_.end(), id) != before_.end();
+                 });
+    ++looks_;
+    empty_in_a_row_ = unstarted.empty() ? empty_in_a_row_ + 1 : 0;
+    before_ = std::move(unstarted);
+    return given_up;
 }
 
 std::vector<std::string> leftovers(std::string_view listing, DockerScope const& scope)

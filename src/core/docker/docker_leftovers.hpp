@@ -1,4 +1,4 @@
-// What simulations leave behind in docker, and which of it may be removed (protocol section 6.5).
+// What simulations leave behind in Docker, and which of it may be removed (protocol section 6.5).
 #pragma once
 
 #include <webots_cloud/time.hpp>
@@ -8,6 +8,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace webots_cloud::core {
@@ -19,14 +20,29 @@ namespace webots_cloud::core {
 std::string docker_identity(std::string_view machine, std::uint16_t port,
                             std::filesystem::path const& instances);
 
-/// Whose things are removed.
+/// Whose containers, networks and volumes are meant.
 struct DockerScope
 {
     DockerScope() = default;
 
     std::string identity; ///< The server's.
-    std::string project;  ///< One simulation's; empty: all of the server's, which has just been started.
+    std::string project;  ///< One simulation's; empty: those of all simulations of the server.
 };
+
+/// A kind of object that simulations leave behind: the arguments of docker that list and that remove it.
+struct LeftoverKind
+{
+    LeftoverKind() = default;
+    LeftoverKind(std::vector<std::string> list, std::vector<std::string> remove)
+        : list(std::move(list)), remove(std::move(remove))
+    {}
+
+    std::vector<std::string> list;
+    std::vector<std::string> remove; ///< The names of the objects follow.
+};
+
+/// In the order of their removal: networks and volumes can't be removed while a container uses them.
+std::vector<LeftoverKind> leftover_kinds();
 
 /// The format for `docker <kind> ls --format`. Labels are requested as JSON:
 /// anybody can put a line end into one, and what follows it would look like a line of another container.
@@ -44,8 +60,29 @@ inline constexpr std::string_view image_format = "{{.Repository}}:{{.Tag}}\t{{.C
 std::vector<std::string> leftovers(std::string_view listing, DockerScope const& scope);
 
 /// The containers of a listing that are steps of this server's builds and not started. Docker starts them at
-/// once, unless its client disconnects in that moment: then they stay.
+/// once, unless its client disconnects at that moment: then they stay.
 std::vector<std::string> unstarted_builds(std::string_view listing, std::string_view identity);
+
+/// Finds out which unstarted builds nobody waits for any more. When compose is killed in the middle of a
+/// build, docker may still create the container of the next step; that of a build that goes on has been
+/// started by the next look.
+class BuildWatch
+{
+public:
+    /// Docker creates the next step of a build within this time, however busy the machine is.
+    static constexpr auto interval = std::chrono::seconds(10);
+
+    /// Whether to look once more: until nothing was found twice in a row, and not for ever.
+    bool goes_on() const noexcept;
+
+    /// `unstarted` was found.   Returns: what was there at the look before too, and is to be removed.
+    std::vector<std::string> look(std::vector<std::string> unstarted);
+
+private:
+    std::vector<std::string> before_;
+    int looks_ = 0;
+    int empty_in_a_row_ = 0;
+};
 
 /// Which images may be removed.
 struct ImagePolicy
@@ -55,7 +92,7 @@ struct ImagePolicy
     std::string identity;                ///< Images that were built for this server's simulations.
     std::string repository;              ///< Of the default images.
     std::vector<std::string> persistent; ///< `repository:tag` that stay.
-    std::set<std::string> projects;      ///< Simulations whose images stay, because they live.
+    std::set<std::string> projects;      ///< Running simulations, whose images stay.
 };
 
 /// The images of a listing that are ours and older than 48 hours; a container may still use them.

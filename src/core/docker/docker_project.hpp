@@ -1,5 +1,5 @@
-// How a project becomes containers (protocol section 6.3): its image, its compose file, and the values for
-// it.
+// How a project is run in containers (protocol section 6.3): its image, its compose file, and the values in
+// `.env`.
 #pragma once
 
 #include <webots_cloud/error.hpp>
@@ -13,7 +13,7 @@
 
 namespace webots_cloud::core {
 
-/// Where things are inside the containers.
+/// Paths inside the containers.
 inline constexpr std::string_view webots_in_container = "/usr/local/webots/webots";
 inline constexpr std::string_view project_in_container = "/usr/local/webots-project";
 
@@ -57,8 +57,8 @@ result<WebotsYml> parse_webots_yml(std::string_view text);
 /// The world of a competition, whose participant is a controller outside of Webots.
 std::string with_extern_participant(std::string_view world);
 
-/// A Dockerfile of a project, each of whose images has the server as its label: a container in which a build
-/// has failed has it too, and is found.
+/// A Dockerfile of a project with the server as a label of each of its stages: so a container in which a
+/// build has failed has the label too, and is found.
 std::string with_server_label(std::string_view dockerfile, std::string_view server);
 
 /// The values that compose puts into its file.
@@ -69,8 +69,8 @@ struct DockerEnvironment
     std::string image;
     bool make = false; ///< The project has a `Makefile`.
     std::uint16_t port = 0;
-    std::string project;     ///< Compose's name for all that belongs to this simulation.
-    std::string server;      ///< Ours, as a label.
+    std::string project;     ///< Compose's project name.
+    std::string server;      ///< The identity of this server, as a label.
     std::string world;       ///< The name of the world file.
     std::string stream_mode; ///< What the browser requested.
     std::string display;
@@ -82,12 +82,12 @@ struct DockerEnvironment
 /// The text of the file `.env`.   Errors: `invalid_argument`: a value has characters that could end it early.
 result<std::string> env_file(DockerEnvironment const& environment);
 
-/// Whether a variable is one that we set for compose: in the file `.env`, which those of its environment
-/// would replace, or in that.
+/// Whether we set this variable for compose: in the file `.env`, whose values the environment would override,
+/// or in the environment.
 bool is_set_for_compose(std::string_view name);
 
-/// What compose and docker need of our environment, what `entries` of `simulatorEnvironment` give, and that
-/// they show the steps of a build.
+/// The environment of compose and docker: what they need of ours, the `entries` of `simulatorEnvironment`,
+/// and variables that make them print the steps of a build.
 std::vector<std::pair<std::string, std::string>>
 docker_environment(std::vector<std::pair<std::string, std::string>> const& ours,
                    std::vector<std::string> const& entries = {});

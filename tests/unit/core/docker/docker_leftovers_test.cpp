@@ -139,4 +139,48 @@ BOOST_AUTO_TEST_CASE(images_of_years_that_no_clock_can_say_stay)
     BOOST_TEST(old_images(images, policy(), now).empty());
 }
 
+BOOST_AUTO_TEST_CASE(containers_are_removed_before_the_networks_and_volumes_that_they_use)
+{
+    std::vector<std::string> order;
+    for (auto const& kind : leftover_kinds())
+        order.push_back(kind.list.at(0) + " " + kind.remove.at(0) + " " + kind.remove.at(1));
+    BOOST_TEST(order == (Names{"ps rm --force", "network network rm", "volume volume rm"}),
+               boost::test_tools::per_element());
+}
+
+BOOST_AUTO_TEST_CASE(a_build_that_stays_unstarted_from_one_look_to_the_next_is_given_up)
+{
+    struct Look
+    {
+        Names found;
+        Names removed;
+        bool goes_on;
+    };
+    Look const timetable[] = {
+        {{"a"}, {}, true},         // it may be about to start
+        {{"a", "b"}, {"a"}, true}, // it was not
+        {{"c"}, {}, true},         // b has started
+        {{}, {}, true},            // once
+        {{"c"}, {}, true},         // was not there at the last look
+        {{"c"}, {"c"}, true},      //
+        {{}, {}, true},            //
+        {{}, {}, false},           // twice in a row
+    };
+    BuildWatch watch;
+    BOOST_TEST(watch.goes_on());
+    for (auto const& look : timetable) {
+        BOOST_TEST(watch.look(look.found) == look.removed, boost::test_tools::per_element());
+        BOOST_TEST(watch.goes_on() == look.goes_on);
+    }
+}
+
+BOOST_AUTO_TEST_CASE(builds_are_not_watched_for_ever_whatever_is_found)
+{
+    BuildWatch watch;
+    int looks = 0;
+    for (; watch.goes_on() && looks < 100; ++looks)
+        watch.look({"a"});
+    BOOST_TEST(looks == 12);
+}
+
 BOOST_AUTO_TEST_SUITE_END()

@@ -1,0 +1,53 @@
+// Removes what simulations and builds leave behind in Docker.
+#pragma once
+
+#include "core/docker/docker_leftovers.hpp"
+#include "docker_commands.hpp"
+
+#include <webots_cloud/error.hpp>
+#include <webots_cloud/transport/logger.hpp>
+
+#include <boost/asio/awaitable.hpp>
+
+#include <set>
+#include <string>
+#include <vector>
+
+namespace webots_cloud {
+
+/// Lifetime: everything passed by reference must outlive it.
+/// Thread-safety: one executor.
+class DockerCleanup
+{
+public:
+    DockerCleanup(DockerModeParams const& params, DockerCommands const& commands, Clock& clock, Logger log)
+        : params_(params), commands_(commands), clock_(clock), log_(std::move(log))
+    {}
+
+    /// Removes containers, networks and volumes of a simulation, until nothing is found any more; an empty
+    /// name: of all simulations of this server.
+    ///
+    /// Errors: `unavailable`, and as `run_program`.
+    boost::asio::awaitable<result<>> remove_leftovers(std::string project);
+
+    /// Removes containers that docker creates for builds that were given up, until no more are expected.
+    ///
+    /// Errors: `operation_aborted`.
+    boost::asio::awaitable<result<>> watch_builds();
+
+    /// Removes old images that no container uses; not those of `running` simulations. Failures are logged.
+    boost::asio::awaitable<void> remove_old_images(std::set<std::string> const& running);
+
+private:
+    boost::asio::awaitable<result<std::size_t>> remove_once(core::DockerScope const& scope);
+    boost::asio::awaitable<result<std::size_t>> remove_kind(core::LeftoverKind kind,
+                                                            core::DockerScope const& scope);
+    boost::asio::awaitable<void> remove_builds(std::vector<std::string> containers);
+
+    DockerModeParams const& params_;
+    DockerCommands const& commands_;
+    Clock& clock_;
+    Logger log_;
+};
+
+} // namespace webots_cloud

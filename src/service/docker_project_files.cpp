@@ -1,0 +1,124 @@
+#include "docker_project_files.hpp"
+
+#include "core/text.hpp"
+
+#include <webots_cloud/simulation_launcher.hpp>
+
+namespace webots_cloud {
+namespace asio = boost::asio;
+
+using core::concat;
+
+namespace {
+
+using Names = std::vector<std::string>;
+
+} // namespace
+
+asio::awaitable<result<ContainerProject>>
+DockerProjectFiles::write(LaunchSpec const& spec, std::uint16_t port, std::string const& runtime)
+{
+    auto const read = co_await files_.read(spec.root, core::ProjectTexts::names());
+    if (!read)
+        co_return read.error();
+    core::ProjectTexts const texts(*read);
+    auto values = environment(spec, port, runtime);
+    if (!values)
+        co_return values.error();
+    auto const yml = core::parse_webots_yml(texts.yml);
+    if (!yml)
+        co_return yml.error();
+    values->yml = *yml;
+    values->make = texts.has_makefile;
+    auto const env_file = core::env_file(*values);
+    if (!env_file)
+        co_return env_file.error();
+    auto const compose_file = co_await read_template(core::compose_template_file(yml->kind));
+    if (!compose_file)
+        co_return compose_file.error();
+
+    std::vector<core::ContainerFile> added;
+    if (yml->kind == core::ComposeTemplate::competition) {
+        auto competition = co_await competition_files(spec);
+        if (!competition)
+            co_return competition.error();
+        added = std::move(*competition);
+    }
+    bool const own = texts.dockerfile && params_.project_dockerfiles;
+    auto const dockerfile = co_await choose_dockerfile(texts, own);
+    if (!dockerfile)
+        co_return dockerfile.error();
+    for (auto& file : core::container_files(texts, *dockerfile, *env_file, *compose_file))
+        added.push_back(std::move(file));
+    std::vector<TextFile> files;
+    for (auto& [name, text] : added)
+        files.emplace_back(std::move(name), std::move(text));
+    auto const written = co_await files_.write(spec.root, std::move(files));
+    if (!written)
+        co_return written.error();
+
+    ContainerProject project;
+    project.environment = std::move(*values);
+    project.uses_project_dockerfile = own;
+    project.notes = core::unused_file_notes(texts, own);
+    co_return project;
+}
+
+result<core::DockerEnvironment> DockerProjectFiles::environment(LaunchSpec const& spec, std::uint16_t port,
+                                                                std::string const& runtime) const
+{
+    auto image = core::default_docker_image(params_.images, spec.world_header);
+    if (!image)
+        return image.error();
+    core::DockerEnvironment environment;
+    environment.image = std::move(*image);
+    environment.port = port;
+    environment.project = concat(params_.identity, "-", params_.run, "-", spec.label);
+    environment.server = params_.identity;
+    environment.world = spec.world.filename().string();
+    environment.stream_mode = spec.mode;
+    environment.display = params_.display;
+    environment.runtime = runtime;
+    environment.graphics_device = params_.graphics_device;
+    return environment;
+}
+
+asio::awaitable<result<std::string>> DockerProjectFiles::choose_dockerfile(core::ProjectTexts const& texts,
+                                                                           bool own)
+{
+    if (own)
+        co_return core::with_server_label(*texts.dockerfile, params_.identity);
+    co_return co_await read_template(core::dockerfile_template);
+}
+
+asio::awaitable<result<std::string>> DockerProjectFiles::read_template(std::string name)
+{
+    Names names{name};
+    auto texts = co_await files_.read(params_.templates, std::move(names));
+    if (!texts)
+        co_return texts.error();
+    if (!texts->front())
+        co_return Failure(errc::not_found, concat("Missing ", name, " in ", params_.templates.string()));
+    co_return std::move(*texts->front());
+}
+
+asio::awaitable<result<std::vector<core::ContainerFile>>>
+DockerProjectFiles::competition_files(LaunchSpec const& spec)
+{
+    auto const world = spec.world.filename().string();
+    Names names{concat("worlds/", world), core::controller_dockerfile};
+    auto const project = co_await files_.read(spec.root, std::move(names));
+    if (!project)
+        co_return project.error();
+    core::CompetitionTexts texts;
+    texts.world = project->at(0);
+    texts.controller_dockerfile = project->at(1);
+    Names launcher{core::controller_launcher};
+    auto const ours = co_await files_.read(params_.templates, std::move(launcher));
+    if (!ours)
+        co_return ours.error();
+    texts.launcher = ours->front();
+    co_return core::competition_files(texts, world, params_.identity);
+}
+
+} // namespace webots_cloud

@@ -1,0 +1,53 @@
+// Writes the files beside a project with which compose runs it.
+#pragma once
+
+#include "core/docker/container_files.hpp"
+
+#include <webots_cloud/docker_mode.hpp>
+#include <webots_cloud/error.hpp>
+#include <webots_cloud/transport/text_files.hpp>
+
+#include <boost/asio/awaitable.hpp>
+
+#include <string>
+#include <vector>
+
+namespace webots_cloud {
+
+/// A project whose files have been written.
+struct ContainerProject
+{
+    ContainerProject() = default;
+
+    core::DockerEnvironment environment;
+    bool uses_project_dockerfile = false; ///< Otherwise it is built with ours.
+    std::vector<std::string> notes;       ///< Sentences for the browser.
+};
+
+/// Lifetime: everything passed by reference must outlive it.
+/// Thread-safety: one executor.
+class DockerProjectFiles
+{
+public:
+    DockerProjectFiles(DockerModeParams const& params, TextFiles& files) : params_(params), files_(files) {}
+
+    /// Reads the project and our templates, and writes what compose needs. `runtime` is what runs the
+    /// containers.
+    ///
+    /// Errors: as `DockerMode::prepare`.
+    boost::asio::awaitable<result<ContainerProject>> write(LaunchSpec const& spec, std::uint16_t port,
+                                                           std::string const& runtime);
+
+private:
+    result<core::DockerEnvironment> environment(LaunchSpec const& spec, std::uint16_t port,
+                                                std::string const& runtime) const;
+    boost::asio::awaitable<result<std::string>> read_template(std::string name);
+    boost::asio::awaitable<result<std::vector<core::ContainerFile>>>
+    competition_files(LaunchSpec const& spec);
+    boost::asio::awaitable<result<std::string>> choose_dockerfile(core::ProjectTexts const& texts, bool own);
+
+    DockerModeParams const& params_;
+    TextFiles& files_;
+};
+
+} // namespace webots_cloud

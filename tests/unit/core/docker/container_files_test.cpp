@@ -1,0 +1,105 @@
+#include "unit_test.hpp"
+
+#include "core/docker/container_files.hpp"
+
+using namespace webots_cloud;
+using namespace webots_cloud::core;
+
+namespace {
+
+using Texts = std::vector<std::optional<std::string>>;
+
+std::vector<std::string> names_of(std::vector<ContainerFile> const& files)
+{
+    std::vector<std::string> names;
+    for (auto const& [name, text] : files)
+        names.push_back(name);
+    return names;
+}
+
+CompetitionTexts competition()
+{
+    CompetitionTexts texts;
+    texts.world = "Robot {\n  name \"participant\"\n  controller \"x\"\n}\n";
+    texts.controller_dockerfile = "FROM a\n";
+    return texts;
+}
+
+} // namespace
+
+// Protocol section 6.3.
+BOOST_AUTO_TEST_SUITE(files_for_containers)
+
+BOOST_AUTO_TEST_CASE(of_two_spellings_of_webots_yml_the_first_counts)
+{
+    BOOST_TEST(ProjectTexts(Texts(6)).yml == "");
+    Texts texts{"one", "two", std::nullopt, std::nullopt, std::nullopt, std::nullopt};
+    BOOST_TEST(ProjectTexts(texts).yml == "one");
+    texts[0].reset();
+    BOOST_TEST(ProjectTexts(texts).yml == "two");
+    texts[0] = ""; // it is there
+    BOOST_TEST(ProjectTexts(texts).yml == "");
+}
+
+BOOST_AUTO_TEST_CASE(each_name_is_read_into_its_own_member)
+{
+    BOOST_TEST(ProjectTexts::names() ==
+                   (std::vector<std::string>{"webots.yml", "webots.yaml", "Makefile", "Dockerfile",
+                                             "docker-compose.yml", ".dockerignore"}),
+               boost::test_tools::per_element());
+    ProjectTexts const none((Texts(6)));
+    BOOST_TEST(!none.has_makefile);
+    BOOST_TEST(!none.has_compose_file);
+    BOOST_TEST(!none.dockerfile.has_value());
+    ProjectTexts const all(Texts{"", "", "", "FROM a", "", "build"});
+    BOOST_TEST(all.has_makefile);
+    BOOST_TEST(all.has_compose_file);
+    BOOST_TEST(all.dockerfile.value() == "FROM a");
+    BOOST_TEST(all.dockerignore == "build");
+}
+
+BOOST_AUTO_TEST_CASE(docker_caches_a_project_whatever_its_simulation_is_called)
+{
+    Texts texts(6);
+    texts[5] = "build";
+    auto const files = container_files(ProjectTexts(texts), "FROM x", "PORT=1", "services:");
+    BOOST_TEST((files == std::vector<ContainerFile>{
+                             {"Dockerfile", "FROM x"},
+                             {".env", "PORT=1"},
+                             {"docker-compose.yml", "services:"},
+                             {".dockerignore", "build\n.env\ndocker-compose.yml\n.dockerignore\n"}}));
+}
+
+BOOST_AUTO_TEST_CASE(the_browser_is_told_of_files_that_are_not_used)
+{
+    Texts texts(6);
+    BOOST_TEST(unused_file_notes(ProjectTexts(texts), false).empty());
+    texts[3] = "FROM a";
+    BOOST_TEST(unused_file_notes(ProjectTexts(texts), true).empty());
+    BOOST_TEST(unused_file_notes(ProjectTexts(texts), false).size() == 1u);
+    texts[4] = "services:";
+    BOOST_TEST(unused_file_notes(ProjectTexts(texts), false).size() == 2u);
+    BOOST_TEST(unused_file_notes(ProjectTexts(texts), true).size() == 1u);
+}
+
+BOOST_AUTO_TEST_CASE(a_competition_needs_a_world_and_a_dockerfile_and_may_have_a_launcher)
+{
+    auto texts = competition();
+    auto const files = competition_files(texts, "a.wbt", "server");
+    BOOST_TEST_REQUIRE(files.has_value());
+    BOOST_TEST(names_of(*files) == (std::vector<std::string>{"worlds/a.wbt", "controllers/Dockerfile"}),
+               boost::test_tools::per_element());
+    BOOST_TEST(files->at(0).second == with_extern_participant(*texts.world));
+    BOOST_TEST(files->at(1).second == with_server_label("FROM a\n", "server"));
+    texts.launcher = "import os";
+    BOOST_TEST(names_of(competition_files(texts, "a.wbt", "server").value()).back() ==
+               "remote_controller_launcher.py");
+    texts.controller_dockerfile.reset();
+    BOOST_TEST(competition_files(texts, "a.wbt", "server").error().message() ==
+               "A competition needs a Dockerfile in its folder controllers, and the project has none.");
+    texts = competition();
+    texts.world.reset();
+    BOOST_TEST(!competition_files(texts, "a.wbt", "server").has_value());
+}
+
+BOOST_AUTO_TEST_SUITE_END()
