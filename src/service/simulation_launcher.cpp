@@ -8,9 +8,9 @@
 #include "core/simulation/launch_plan.hpp"
 #include "core/simulation/output_budget.hpp"
 #include "core/simulation/port_pool.hpp"
+#include "core/simulation/simulator_state.hpp"
 #include "core/simulation/webots_output.hpp"
 #include "core/text.hpp"
-#include "core/time_text.hpp"
 #include "run_program.hpp"
 #include "simulator_runtime.hpp"
 
@@ -26,11 +26,9 @@ namespace asio = boost::asio;
 namespace {
 
 using core::concat;
+using State = core::SimulatorState::State;
 
-// How often a simulator that has loaded its world but does not listen yet is looked at.
-constexpr auto listening_check = std::chrono::milliseconds(200);
-
-// Webots tries so many ports above a busy one, without a word.
+// Webots tries so many ports above a busy one, without reporting that.
 constexpr int ports_tried_by_webots = 10;
 
 constexpr auto restart_limit = std::chrono::seconds(30);
@@ -81,7 +79,7 @@ private:
     std::uint16_t port_;
 };
 
-/// Turns the events of a process into the events of a simulation.
+/// Turns the events of a process into the events of a simulation: `core::SimulatorState` decides.
 class RunningSimulation final : public Simulation
 {
 public:
@@ -90,9 +88,7 @@ public:
                       LaunchSpec spec, SimulatorRuntime& runtime, ContainerPlan plan)
         : lease_(std::move(lease)), process_(std::move(process)), processes_(processes), clock_(clock),
           log_(std::move(log)), label_(std::move(spec.label)), output_(std::move(spec.output)),
-          runtime_(runtime), plan_(std::move(plan)), timeout_(params.timeout),
-          start_timeout_(params.start_timeout), end_of_life_(clock.now() + params.timeout),
-          ready_by_(std::min(clock.now() + params.start_timeout, end_of_life_))
+          runtime_(runtime), plan_(std::move(plan)), state_(clock.now(), params.start_timeout, params.timeout)
     {
         for (auto& note : plan_.notes)
             events_.emplace_back(SimulationProgress(std::move(note)));
@@ -101,25 +97,25 @@ public:
     asio::awaitable<result<SimulationEvent>> next_event() override;
     void terminate() noexcept override { stop({}); }
     int process_id() const noexcept override { return process_->id(); }
-    TimePoint ends_at() const noexcept override { return end_of_life_; }
+    TimePoint ends_at() const noexcept override { return state_.ends_at(); }
     std::vector<std::string> const& announcements() const noexcept override { return plan_.announcements; }
     asio::awaitable<ProcessUsage> usage() override { return process_->usage(); }
 
 private:
     TimePoint next_deadline() const;
-    void on_deadline();
+    core::SimulatorState::Due on_deadline();
     void on_output(std::string_view bytes);
     void on_line(std::string_view line);
     void on_webots_line(std::string_view line);
     void on_container_end(std::string_view line);
     void on_exit(ExitStatus status);
     void show_progress(std::string_view text);
+    void on_heartbeat();
     void note_activity(bool running);
     void note_lines_left_out();
     void announce(std::uint16_t port);
     asio::awaitable<void> announce_if_listening();
     asio::awaitable<void> restart_controller();
-    std::string reason_of_end(std::string_view how, bool expected) const;
     void stop(std::string reason) noexcept;
 
     PortLease lease_;
@@ -131,43 +127,32 @@ private:
     std::function<void(std::string_view)> output_;
     SimulatorRuntime& runtime_;
     ContainerPlan plan_;
-    Duration timeout_;
-    Duration start_timeout_;
-    TimePoint end_of_life_;
-    TimePoint ready_by_;
+    core::SimulatorState state_;
 
     core::LineSplitter lines_;
     core::OutputBudget budget_;
     TimePoint read_at_;          ///< When more output may be read.
-    TimePoint output_came_;      ///< The last of it.
-    core::LastWords last_words_; ///< Why it ends before it is ready.
-    std::string stop_reason_;
+    TimePoint output_came_;      ///< When the last of it came.
+    core::LastWords last_words_; ///< What it printed last before it was ready.
     std::deque<SimulationEvent> events_;
-    core::LineBudget shown_;
-    bool loaded_ = false;
-    TimePoint next_look_ = TimePoint::max(); ///< For the port, once the world is loaded.
-    std::optional<bool> activity_;           ///< What was said of it before it was ready.
-    bool ready_ = false;
-    bool stopping_ = false;
-    bool restart_wanted_ = false; ///< Of the controller: the simulation was reset.
-    std::optional<SimulationEnded> ended_;
+    core::LineBudget progress_budget_;
+    SimulationEnded ended_; ///< Once it has ended.
 };
 
 asio::awaitable<result<SimulationEvent>> RunningSimulation::next_event()
 {
     while (events_.empty()) {
-        if (ended_)
-            co_return SimulationEvent(*ended_);
-        if (restart_wanted_ && !stopping_) {
+        if (state_.state() == State::ended)
+            co_return SimulationEvent(ended_);
+        if (state_.take_restart()) {
             co_await restart_controller();
             continue;
         }
-        // While it is stopping the process host keeps the time: its grace is short, and then it kills.
-        auto const deadline = stopping_ ? TimePoint::max() : next_deadline();
+        auto const deadline = next_deadline();
         auto const now = clock_.now();
-        if (now >= deadline) { // also for one that prints without a pause
-            on_deadline();
-            if (now >= next_look_ && !ready_ && !stopping_)
+        if (now >= deadline) { // also for a simulator that prints without a pause
+            auto const due = on_deadline();
+            if (due == core::SimulatorState::Due::look_for_port)
                 co_await announce_if_listening();
             continue;
         }
@@ -185,7 +170,7 @@ asio::awaitable<result<SimulationEvent>> RunningSimulation::next_event()
         if (auto const* output = std::get_if<ProcessOutput>(&*event)) {
             on_output(output->bytes);
         } else {
-            if (runtime_.leaves_something()) { // not to be interrupted: the end is told when nothing is left
+            if (runtime_.leaves_something()) { // not cancellable: the end is reported when nothing is left
                 co_await asio::this_coro::reset_cancellation_state(asio::disable_cancellation());
                 co_await runtime_.clear(plan_);
             }
@@ -199,24 +184,22 @@ asio::awaitable<result<SimulationEvent>> RunningSimulation::next_event()
 
 TimePoint RunningSimulation::next_deadline() const
 {
-    auto const end = ready_ ? end_of_life_ : std::min(ready_by_, next_look_);
-    return std::min(end, budget_.notice_due());
+    // While it stops, the process host keeps the time: it kills after a short grace.
+    if (state_.state() == State::stopping)
+        return TimePoint::max();
+    return std::min(state_.deadline(), budget_.notice_due());
 }
 
-void RunningSimulation::on_deadline()
+core::SimulatorState::Due RunningSimulation::on_deadline()
 {
+    using Due = core::SimulatorState::Due;
     auto const now = clock_.now();
     if (now >= budget_.notice_due())
         note_lines_left_out();
-    if (now >= end_of_life_)
-        stop(concat("The simulation reached its time limit of ", core::seconds_text(timeout_), " s."));
-    else if (ready_ || now < ready_by_)
-        return;
-    else if (loaded_)
-        stop(concat("Webots loaded the world but opened no port within ", core::seconds_text(start_timeout_),
-                    " s."));
-    else
-        stop(concat("Webots did not load the world within ", core::seconds_text(start_timeout_), " s."));
+    auto const due = state_.due(now);
+    if (due != Due::nothing && due != Due::look_for_port)
+        stop(state_.stop_reason(due));
+    return due;
 }
 
 void RunningSimulation::on_output(std::string_view bytes)
@@ -227,7 +210,7 @@ void RunningSimulation::on_output(std::string_view bytes)
     lines_.feed(bytes, each);
 }
 
-/// Tells the operator, and a browser that still waits, how much of the output nobody will see.
+/// Tells the operator, and a browser that still waits, how many lines were left out.
 void RunningSimulation::note_lines_left_out()
 {
     auto const notice = budget_.take_notice(clock_.now());
@@ -236,7 +219,7 @@ void RunningSimulation::note_lines_left_out()
     if (output_)
         output_(concat("[", *notice, "]"));
     log_.warning(LogCause("output", label_), concat("[", label_, "] Of what the simulator prints ", *notice));
-    if (!ready_ && !stopping_)
+    if (state_.is_starting())
         events_.emplace_back(SimulationProgress(concat("Of what the simulator prints ", *notice)));
 }
 
@@ -256,10 +239,10 @@ void RunningSimulation::on_line(std::string_view line)
     }
     if (source == webots_end)
         on_container_end(line);
-    if (source != compose || ready_)
+    if (source != compose || state_.was_ready())
         return;
     last_words_.hear(line);
-    ready_by_ = std::min(clock_.now() + start_timeout_, end_of_life_);
+    state_.start_goes_on(clock_.now());
     if (!plan_.image.empty() && core::says_image_is_missing(line, plan_.image))
         stop(core::missing_image_text(plan_.image));
 }
@@ -268,21 +251,20 @@ void RunningSimulation::on_line(std::string_view line)
 void RunningSimulation::on_container_end(std::string_view line)
 {
     auto const how = concat("it", core::printable(line.substr(line.rfind(" exited with code ")), 60));
-    stop(reason_of_end(how, how == "it exited with code 0"));
+    stop(state_.end_reason(how, how == "it exited with code 0", last_words_.text()));
 }
 
 /// Shows the browser a line while it waits.
 void RunningSimulation::show_progress(std::string_view text)
 {
-    if (ready_ || stopping_ || core::trim(text).empty() || text.starts_with('.') ||
-        !shown_.take(clock_.now()))
+    if (!state_.is_starting() || core::trim(text).empty() || text.starts_with('.') ||
+        !progress_budget_.take(clock_.now()))
         return;
     events_.emplace_back(SimulationProgress(core::printable(core::trim(text))));
 }
 
 asio::awaitable<void> RunningSimulation::restart_controller()
 {
-    restart_wanted_ = false;
     auto spec = plan_.restart_controller;
     auto const restarted = co_await run_program(processes_, clock_, std::move(spec), restart_limit);
     if (!restarted && restarted.error().code() != asio::error::operation_aborted)
@@ -299,15 +281,7 @@ void RunningSimulation::on_webots_line(std::string_view line)
     switch (kind) {
     case core::OutputLine::heartbeat:
     case core::OutputLine::open:
-        if (ready_ && budget_.take_heartbeat(output_came_))
-            events_.emplace_back(SimulationHeartbeat());
-        if (!loaded_ && !stopping_) {
-            loaded_ = true;
-            if (runtime_.keeps_its_port())
-                announce(lease_.port());
-            else
-                next_look_ = output_came_;
-        }
+        on_heartbeat();
         break;
     case core::OutputLine::paused:
         note_activity(false);
@@ -316,23 +290,32 @@ void RunningSimulation::on_webots_line(std::string_view line)
         note_activity(true);
         break;
     case core::OutputLine::reset:
-        restart_wanted_ = !plan_.restart_controller.argv.empty();
+        if (!plan_.restart_controller.argv.empty())
+            state_.reset();
         break;
     case core::OutputLine::other:
-        if (!ready_)
+        if (!state_.was_ready())
             last_words_.hear(line);
         if (passed_on)
             log_.debug(concat("[", label_, "] webots: ", core::printable(line)));
     }
 }
 
-/// Whoever says it again and again is heard once.
+void RunningSimulation::on_heartbeat()
+{
+    using Heartbeat = core::SimulatorState::Heartbeat;
+    auto const heartbeat = state_.heartbeat(output_came_);
+    if (heartbeat == Heartbeat::pass_on && budget_.take_heartbeat(output_came_))
+        events_.emplace_back(SimulationHeartbeat());
+    if (heartbeat == Heartbeat::world_is_loaded && runtime_.keeps_its_port() && state_.port_opened())
+        announce(lease_.port());
+}
+
+/// Of several changes in a row only the last is reported.
 void RunningSimulation::note_activity(bool running)
 {
-    if (!ready_) {
-        activity_ = running;
+    if (!state_.activity(running))
         return;
-    }
     if (!events_.empty() && std::holds_alternative<SimulationActivity>(events_.back()))
         events_.pop_back();
     events_.emplace_back(SimulationActivity(running));
@@ -340,10 +323,9 @@ void RunningSimulation::note_activity(bool running)
 
 void RunningSimulation::announce(std::uint16_t port)
 {
-    ready_ = true;
     events_.emplace_back(SimulationReady(port));
-    if (activity_)
-        note_activity(*activity_);
+    if (auto const activity = state_.early_activity())
+        note_activity(*activity);
 }
 
 asio::awaitable<void> RunningSimulation::announce_if_listening()
@@ -351,8 +333,8 @@ asio::awaitable<void> RunningSimulation::announce_if_listening()
     auto const assigned = lease_.port();
     auto const highest = static_cast<std::uint16_t>(std::min(assigned + ports_tried_by_webots, 65535));
     auto const port = co_await process_->listening_port(assigned, highest);
-    next_look_ = clock_.now() + listening_check;
-    if (port == 0 || stopping_)
+    state_.looked_for_port(clock_.now());
+    if (port == 0 || !state_.port_opened())
         co_return;
     if (port != assigned)
         log_.warning(LogCause("port"), concat("[", label_, "] Webots listens on port ", std::to_string(port),
@@ -364,28 +346,16 @@ void RunningSimulation::on_exit(ExitStatus status)
 {
     lines_.finish([this](std::string_view line) { on_line(line); });
     note_lines_left_out();
-    SimulationEnded ended;
-    ended.status = status;
-    ended.was_ready = ready_;
-    ended.reason = stopping_ ? stop_reason_ : reason_of_end(describe(status), status == ExitStatus(0, false));
-    ended_ = std::move(ended);
-}
-
-std::string RunningSimulation::reason_of_end(std::string_view how, bool expected) const
-{
-    if (!ready_)
-        return concat("Unable to start Webots: ", how, " before the world was loaded",
-                      last_words_.text().empty() ? "." : ": " + core::printable(last_words_.text(), 200));
-    return expected ? "Webots has quit." : concat("Webots has quit unexpectedly: ", how, ".");
+    ended_.status = status;
+    ended_.was_ready = state_.was_ready();
+    ended_.reason = state_.end_reason(describe(status), status == ExitStatus(0, false), last_words_.text());
+    state_.exited();
 }
 
 void RunningSimulation::stop(std::string reason) noexcept
 {
-    if (stopping_ || ended_)
-        return;
-    stopping_ = true;
-    stop_reason_ = std::move(reason);
-    process_->terminate();
+    if (state_.stop(std::move(reason)))
+        process_->terminate();
 }
 
 } // namespace
@@ -426,7 +396,7 @@ asio::awaitable<result<std::unique_ptr<Simulation>>> SimulationLauncher::launch(
     for (auto const& argument : plan->process.argv)
         command.append(command.empty() ? "" : " ").append(argument);
 
-    hold.reset(); // as late as possible: from now on the port is the simulator's to take
+    hold.reset(); // as late as possible: from now on the simulator can take the port
     auto process = plan->process;
     auto started = co_await impl_->processes.start(std::move(process));
     if (!started) {

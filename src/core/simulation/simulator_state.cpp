@@ -1,0 +1,105 @@
+#include "simulator_state.hpp"
+
+#include "core/text.hpp"
+#include "core/time_text.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace webots_cloud::core {
+namespace {} // namespace
+
+void SimulatorState::start_goes_on(TimePoint now)
+{
+    ready_by_ = std::min(now + start_timeout_, ends_at_);
+}
+
+SimulatorState::Heartbeat SimulatorState::heartbeat(TimePoint now)
+{
+    if (state_ == State::loading) {
+        state_ = State::opening;
+        next_look_ = now;
+        return Heartbeat::world_is_loaded;
+    }
+    return was_ready_ ? Heartbeat::pass_on : Heartbeat::ignore;
+}
+
+bool SimulatorState::port_opened()
+{
+    if (state_ != State::opening)
+        return false;
+    state_ = State::ready;
+    was_ready_ = true;
+    return true;
+}
+
+bool SimulatorState::activity(bool running)
+{
+    if (!was_ready_)
+        early_activity_ = running;
+    return was_ready_;
+}
+
+bool SimulatorState::take_restart()
+{
+    bool const stops = state_ == State::stopping || state_ == State::ended;
+    return !stops && std::exchange(restart_wanted_, false);
+}
+
+bool SimulatorState::stop(std::string reason) noexcept
+{
+    if (state_ == State::stopping || state_ == State::ended)
+        return false;
+    state_ = State::stopping;
+    stop_reason_ = std::move(reason);
+    return true;
+}
+
+std::string SimulatorState::end_reason(std::string_view how, bool expected, std::string_view last_words) const
+{
+    if (state_ == State::stopping)
+        return stop_reason_;
+    if (!was_ready_)
+        return concat("Unable to start Webots: ", how, " before the world was loaded",
+                      last_words.empty() ? "." : ": " + printable(last_words, 200));
+    return expected ? "Webots has quit." : concat("Webots has quit unexpectedly: ", how, ".");
+}
+
+TimePoint SimulatorState::deadline() const noexcept
+{
+    switch (state_) {
+    case State::loading:
+        return ready_by_;
+    case State::opening:
+        return std::min(ready_by_, next_look_);
+    case State::ready:
+        return ends_at_;
+    default:
+        return TimePoint::max();
+    }
+}
+
+SimulatorState::Due SimulatorState::due(TimePoint now) const noexcept
+{
+    if (state_ == State::stopping || state_ == State::ended)
+        return Due::nothing;
+    if (now >= ends_at_)
+        return Due::stop_at_time_limit;
+    if (state_ == State::ready)
+        return Due::nothing;
+    if (now >= ready_by_)
+        return state_ == State::opening ? Due::stop_without_port : Due::stop_unloaded;
+    return state_ == State::opening && now >= next_look_ ? Due::look_for_port : Due::nothing;
+}
+
+std::string SimulatorState::stop_reason(Due due) const
+{
+    if (due == Due::stop_at_time_limit)
+        return concat("The simulation reached its time limit of ", seconds_text(timeout_), " s.");
+    if (due == Due::stop_without_port)
+        return concat("Webots loaded the world but opened no port within ", seconds_text(start_timeout_),
+                      " s.");
+    return concat("Webots did not load the world within ", seconds_text(start_timeout_), " s.");
+}
+
+} // namespace webots_cloud::core

@@ -1,0 +1,118 @@
+// What a started simulator has reached, and when it must be ended.
+#pragma once
+
+#include <webots_cloud/time.hpp>
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace webots_cloud::core {
+
+/// A state machine without a clock: its owner reports what the simulator does, and when, and ends it when
+/// told to.
+///
+/// A simulator loads its world, then opens its port, and then it is ready. It can be stopped at any time, and
+/// can end at any time.
+class SimulatorState
+{
+public:
+    enum class State
+    {
+        loading, ///< Until its first sign of life.
+        opening, ///< The world is loaded; it does not listen yet.
+        ready,   ///< A browser can connect.
+        stopping,
+        ended
+    };
+
+    /// What to do with a sign of life.
+    enum class Heartbeat
+    {
+        ignore,
+        pass_on,        ///< The browser is to know it.
+        world_is_loaded ///< The first one: look whether it listens.
+    };
+
+    /// What to do at a deadline.
+    enum class Due
+    {
+        nothing,
+        look_for_port,
+        stop_at_time_limit,
+        stop_without_port, ///< It has not opened its port in time.
+        stop_unloaded      ///< It has not loaded the world in time.
+    };
+
+    /// How long to wait between looks for the port.
+    static constexpr auto port_check_interval = std::chrono::milliseconds(200);
+
+    /// `start_timeout` begins now, and again with each `start_goes_on`; `timeout` is the longest life.
+    SimulatorState(TimePoint now, Duration start_timeout, Duration timeout)
+        : start_timeout_(start_timeout), timeout_(timeout), ends_at_(now + timeout)
+    {
+        start_goes_on(now);
+    }
+
+    /// The start takes longer for a good reason: containers are being built.
+    void start_goes_on(TimePoint now);
+
+    Heartbeat heartbeat(TimePoint now);
+
+    /// The owner has looked for the port in vain.
+    void looked_for_port(TimePoint now) { next_look_ = now + port_check_interval; }
+
+    /// The port is open.   Returns: whether the simulator is ready now; not when it is being stopped.
+    bool port_opened();
+
+    /// The simulation runs, or is paused.   Returns: whether to tell the browser now; otherwise it is kept
+    /// until the simulator is ready.
+    bool activity(bool running);
+
+    /// What was reported before the simulator was ready.
+    std::optional<bool> early_activity() const noexcept { return early_activity_; }
+
+    /// The simulation was reset: its controller is to be restarted.
+    void reset() { restart_wanted_ = true; }
+
+    /// Whether to restart the controller now; true once for each `reset`, or several.
+    bool take_restart();
+
+    /// `reason` is a sentence for the browser.   Returns: false when the simulator is being stopped already,
+    /// or has ended; then the first reason stays.
+    bool stop(std::string reason) noexcept;
+
+    /// Why a simulator has ended: the reason why it was stopped, or else a sentence about `how` it ended,
+    /// which was `expected` or not. `last_words` is what it printed last.
+    std::string end_reason(std::string_view how, bool expected, std::string_view last_words) const;
+
+    void exited() { state_ = State::ended; }
+
+    /// When to ask what is due; `max()`: never.
+    TimePoint deadline() const noexcept;
+    Due due(TimePoint now) const noexcept;
+
+    /// The sentence for the browser about one of the three reasons to stop.
+    std::string stop_reason(Due due) const;
+
+    State state() const noexcept { return state_; }
+    bool was_ready() const noexcept { return was_ready_; } ///< Also when it is being stopped, or has ended.
+    TimePoint ends_at() const noexcept { return ends_at_; }
+
+    /// The start goes on: neither ready nor being stopped.
+    bool is_starting() const noexcept { return state_ == State::loading || state_ == State::opening; }
+
+private:
+    Duration start_timeout_;
+    Duration timeout_;
+    TimePoint ends_at_;
+    TimePoint ready_by_;
+    TimePoint next_look_ = TimePoint::max();
+    State state_ = State::loading;
+    bool was_ready_ = false;
+    bool restart_wanted_ = false;
+    std::optional<bool> early_activity_;
+    std::string stop_reason_;
+};
+
+} // namespace webots_cloud::core

@@ -1,0 +1,200 @@
+#include "unit_test.hpp"
+
+#include "core/simulation/simulator_state.hpp"
+
+#include <ostream>
+#include <string_view>
+#include <vector>
+
+using namespace webots_cloud;
+using core::SimulatorState;
+using namespace std::chrono_literals;
+
+using Due = SimulatorState::Due;
+using Heartbeat = SimulatorState::Heartbeat;
+using State = SimulatorState::State;
+
+BOOST_TEST_DONT_PRINT_LOG_VALUE(Due)
+BOOST_TEST_DONT_PRINT_LOG_VALUE(Heartbeat)
+BOOST_TEST_DONT_PRINT_LOG_VALUE(State)
+
+namespace {
+
+constexpr auto start_timeout = 300s;
+constexpr auto timeout = 600s;
+
+TimePoint at(Duration since_start)
+{
+    return TimePoint() + since_start;
+}
+
+constexpr auto never = TimePoint::max();
+
+SimulatorState started()
+{
+    return {at(0s), start_timeout, timeout};
+}
+
+/// What happens ten seconds after the start, one word each.
+void tell(SimulatorState& simulator, std::string_view event)
+{
+    if (event == "heartbeat")
+        (void)simulator.heartbeat(at(10s));
+    else if (event == "no port")
+        simulator.looked_for_port(at(10s));
+    else if (event == "port")
+        (void)simulator.port_opened();
+    else if (event == "goes on")
+        simulator.start_goes_on(at(10s));
+    else if (event == "stop")
+        (void)simulator.stop("asked");
+    else if (event == "exit")
+        simulator.exited();
+    else
+        BOOST_FAIL("no such event: " << event);
+}
+
+/// The state after some events, when something is due next, what that is, and what a heartbeat means.
+struct Row
+{
+    std::vector<std::string_view> events;
+    State state;
+    bool was_ready;
+    TimePoint deadline;
+    Due due; ///< At the deadline; `nothing` where there is none.
+    Heartbeat heartbeat;
+};
+
+std::ostream& operator<<(std::ostream& out, Row const& row)
+{
+    for (auto const event : row.events)
+        out << event << ", ";
+    return out;
+}
+
+SimulatorState after(std::vector<std::string_view> const& events)
+{
+    auto simulator = started();
+    for (auto const event : events)
+        tell(simulator, event);
+    return simulator;
+}
+
+} // namespace
+
+BOOST_AUTO_TEST_SUITE(simulator_state)
+
+BOOST_AUTO_TEST_CASE(each_event_leads_to_one_state_and_one_deadline)
+{
+    using enum SimulatorState::State;
+    using Pulse = Heartbeat;
+    Row const timetable[] = {
+        {{}, loading, false, at(300s), Due::stop_unloaded, Pulse::world_is_loaded},
+        {{"goes on"}, loading, false, at(310s), Due::stop_unloaded, Pulse::world_is_loaded},
+        {{"port"}, loading, false, at(300s), Due::stop_unloaded, Pulse::world_is_loaded},
+        {{"heartbeat"}, opening, false, at(10s), Due::look_for_port, Pulse::ignore},
+        {{"heartbeat", "heartbeat"}, opening, false, at(10s), Due::look_for_port, Pulse::ignore},
+        {{"heartbeat", "no port"}, opening, false, at(10s + 200ms), Due::look_for_port, Pulse::ignore},
+        {{"heartbeat", "port"}, ready, true, at(600s), Due::stop_at_time_limit, Pulse::pass_on},
+        {{"heartbeat", "port", "port"}, ready, true, at(600s), Due::stop_at_time_limit, Pulse::pass_on},
+        {{"heartbeat", "port", "goes on"}, ready, true, at(600s), Due::stop_at_time_limit, Pulse::pass_on},
+        // Nothing is due while it is being stopped, and it can't become ready any more.
+        {{"stop"}, stopping, false, never, Due::nothing, Pulse::ignore},
+        {{"stop", "heartbeat"}, stopping, false, never, Due::nothing, Pulse::ignore},
+        {{"heartbeat", "stop", "port"}, stopping, false, never, Due::nothing, Pulse::ignore},
+        {{"heartbeat", "no port", "stop"}, stopping, false, never, Due::nothing, Pulse::ignore},
+        {{"heartbeat", "port", "stop"}, stopping, true, never, Due::nothing, Pulse::pass_on},
+        {{"stop", "stop"}, stopping, false, never, Due::nothing, Pulse::ignore},
+        {{"exit"}, ended, false, never, Due::nothing, Pulse::ignore},
+        {{"exit", "stop"}, ended, false, never, Due::nothing, Pulse::ignore},
+        {{"stop", "exit"}, ended, false, never, Due::nothing, Pulse::ignore},
+        {{"heartbeat", "port", "exit"}, ended, true, never, Due::nothing, Pulse::pass_on},
+        {{"heartbeat", "port", "stop", "exit", "stop"}, ended, true, never, Due::nothing, Pulse::pass_on},
+    };
+    for (auto const& row : timetable) {
+        BOOST_TEST_CONTEXT(row)
+        {
+            auto simulator = after(row.events);
+            BOOST_TEST((simulator.state() == row.state));
+            BOOST_TEST(simulator.was_ready() == row.was_ready);
+            BOOST_TEST(simulator.is_starting() == (row.state == loading || row.state == opening));
+            BOOST_TEST((simulator.deadline() == row.deadline));
+            BOOST_TEST((simulator.due(row.deadline) == row.due));
+            BOOST_TEST((simulator.due(row.deadline - 1ms) == Due::nothing));
+            BOOST_TEST((simulator.ends_at() == at(600s)));
+            BOOST_TEST((simulator.heartbeat(at(10s)) == row.heartbeat));
+        }
+    }
+}
+
+BOOST_AUTO_TEST_CASE(the_time_limit_comes_before_all_other_reasons)
+{
+    SimulatorState loading(at(0s), 300s, 200s);
+    BOOST_TEST((loading.deadline() == at(200s)));
+    BOOST_TEST((loading.due(at(200s)) == Due::stop_at_time_limit));
+    loading.start_goes_on(at(190s)); // and is not postponed by a start
+    BOOST_TEST((loading.deadline() == at(200s)));
+    auto const opening = after({"heartbeat"});
+    BOOST_TEST((opening.due(at(600s)) == Due::stop_at_time_limit));
+    BOOST_TEST((opening.due(at(300s)) == Due::stop_without_port));
+}
+
+BOOST_AUTO_TEST_CASE(each_reason_to_stop_is_a_sentence)
+{
+    auto const simulator = started();
+    BOOST_TEST(simulator.stop_reason(Due::stop_at_time_limit) ==
+               "The simulation reached its time limit of 600 s.");
+    BOOST_TEST(simulator.stop_reason(Due::stop_without_port) ==
+               "Webots loaded the world but opened no port within 300 s.");
+    BOOST_TEST(simulator.stop_reason(Due::stop_unloaded) == "Webots did not load the world within 300 s.");
+}
+
+BOOST_AUTO_TEST_CASE(the_first_reason_to_stop_is_the_reason_of_the_end)
+{
+    auto simulator = started();
+    BOOST_TEST(simulator.stop("first"));
+    BOOST_TEST(!simulator.stop("second"));
+    BOOST_TEST(simulator.end_reason("it exited with status 1", false, "words") == "first");
+}
+
+BOOST_AUTO_TEST_CASE(an_end_that_nobody_asked_for_has_a_reason_of_its_own)
+{
+    auto const starting = after({"heartbeat"});
+    BOOST_TEST(starting.end_reason("it exited with status 0", true, "") ==
+               "Unable to start Webots: it exited with status 0 before the world was loaded.");
+    BOOST_TEST(starting.end_reason("it was ended by signal 11", false, "no\aGPU") ==
+               "Unable to start Webots: it was ended by signal 11 before the world was loaded: "
+               "no\\x07GPU");
+    auto const ready = after({"heartbeat", "port"});
+    BOOST_TEST(ready.end_reason("it exited with status 0", true, "words") == "Webots has quit.");
+    BOOST_TEST(ready.end_reason("it exited with status 1", false, "words") ==
+               "Webots has quit unexpectedly: it exited with status 1.");
+}
+
+BOOST_AUTO_TEST_CASE(activity_is_kept_until_the_simulator_is_ready)
+{
+    auto simulator = started();
+    BOOST_TEST(!simulator.early_activity().has_value());
+    BOOST_TEST(!simulator.activity(false));
+    BOOST_TEST(!simulator.activity(true));
+    BOOST_TEST(simulator.early_activity().value());
+    tell(simulator, "heartbeat");
+    tell(simulator, "port");
+    BOOST_TEST(simulator.activity(false));
+    BOOST_TEST(simulator.early_activity().value());
+}
+
+BOOST_AUTO_TEST_CASE(the_controller_is_restarted_once_however_often_the_simulation_was_reset)
+{
+    auto simulator = started();
+    BOOST_TEST(!simulator.take_restart());
+    simulator.reset();
+    simulator.reset();
+    BOOST_TEST(simulator.take_restart());
+    BOOST_TEST(!simulator.take_restart());
+    simulator.reset();
+    tell(simulator, "stop");
+    BOOST_TEST(!simulator.take_restart());
+}
+
+BOOST_AUTO_TEST_SUITE_END()
