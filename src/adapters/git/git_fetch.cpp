@@ -1,7 +1,5 @@
 #include "git_fetch.hpp"
 
-#include "git_lfs.hpp"
-
 #include "core/text.hpp"
 
 #include <boost/asio/error.hpp>
@@ -35,6 +33,11 @@ GitRemote remote_of(ProjectRef const& project)
     remote.base = project.forge;
     remote.url = project.clone_url();
     return remote;
+}
+
+GitOutcome hit_or_miss(bool hit)
+{
+    return hit ? GitOutcome(CacheHit()) : GitOutcome(CacheMiss());
 }
 
 GitOutcome outcome_of(result<> const& done)
@@ -74,7 +77,7 @@ result<GitFetched> GitFetch::download()
     Turn turn;
     turn.known = servers_.capabilities(order_.project.forge);
     auto const action = run(plan_.next(turn));
-    download_.reset();
+    drop_download();
     peer_.hang_up();
     if (std::holds_alternative<Succeed>(action))
         cache_.trim();
@@ -117,12 +120,14 @@ result<GitFetched> GitFetch::end(GitAction const& action)
 
 GitOutcome GitFetch::carry_out(FindCommit const& action)
 {
-    return cache_.knows(url_, action.commit) ? GitOutcome(CacheHit()) : GitOutcome(CacheMiss());
+    return hit_or_miss(cache_.knows(url_, action.commit));
 }
 
 GitOutcome GitFetch::carry_out(ListRefs const& action)
 {
-    if (auto const taken = take_memory(memory_of_refs); !taken)
+    FetchBytes price;
+    price.memory = memory_of_refs;
+    if (auto const taken = share_->take(price); !taken)
         return Failed(taken.error());
     auto limits = peer_limits(order_.limits.bytes);
     // A question that the cache could answer, if need be, does not wait as long as others.
@@ -161,26 +166,22 @@ GitOutcome GitFetch::carry_out(ForgetTarget const&)
 
 GitOutcome GitFetch::carry_out(FindFolder const& action)
 {
-    return find(action.target);
+    snapshot_ = cache_.find(url_, action.target, order_.aborted);
+    return hit_or_miss(snapshot_ != nullptr);
 }
 
 GitOutcome GitFetch::carry_out(FindLastFolder const&)
 {
-    return find(cache_.recall(url_, order_.project.ref_and_folder));
-}
-
-GitOutcome GitFetch::find(std::optional<core::GitTarget> const& target)
-{
-    if (target)
+    if (auto const target = cache_.recall(url_, order_.project.ref_and_folder))
         snapshot_ = cache_.find(url_, *target, order_.aborted);
-    return snapshot_ ? GitOutcome(CacheHit()) : GitOutcome(CacheMiss());
+    return hit_or_miss(snapshot_ != nullptr);
 }
 
 // ---- the download --------------------------------------------------------------------------------------
 
 GitOutcome GitFetch::carry_out(BeginDownload const& action)
 {
-    download_.reset(); // gives back what it had before another one takes it
+    drop_download(); // gives back what it had before another one takes it
     capabilities_ = action.capabilities;
     files_wanted_ = files_read_ = 0;
     GitDownloadOrder order;
@@ -191,6 +192,12 @@ GitOutcome GitFetch::carry_out(BeginDownload const& action)
     if (auto const begun = download_->begin(); !begun)
         return Failed(begun.error());
     return Begun{download_->has_donors()};
+}
+
+void GitFetch::drop_download()
+{
+    large_files_.reset();
+    download_.reset();
 }
 
 /// All commits that the tips lead to, and files: a filter leaves out nothing that is asked for by name.
@@ -246,7 +253,7 @@ GitOutcome GitFetch::carry_out(Unpack const&)
     return outcome_of(download_->unpack());
 }
 
-GitOutcome GitFetch::carry_out(FetchLargeFiles const&)
+GitOutcome GitFetch::carry_out(FindLargeFiles const&)
 {
     LfsOrder order;
     order.forge = order_.project.forge;
@@ -257,8 +264,17 @@ GitOutcome GitFetch::carry_out(FetchLargeFiles const&)
     order.share = share_.get();
     order.progress = order_.progress;
     order.interrupt = [this] { return may_go_on(); };
-    return outcome_of(fetch_lfs_files(http_, order, download_->index(), download_->files_folder(),
-                                      download_->scratch_folder()));
+    large_files_.emplace(http_, std::move(order), download_->index(), download_->files_folder(),
+                         download_->scratch_folder());
+    auto const found = large_files_->find();
+    if (!found)
+        return Failed(found.error());
+    return *found ? GitOutcome(PointersFound()) : GitOutcome(Done());
+}
+
+GitOutcome GitFetch::carry_out(FetchLargeFiles const&)
+{
+    return outcome_of(large_files_->fetch());
 }
 
 GitOutcome GitFetch::carry_out(Publish const&)
@@ -272,7 +288,7 @@ GitOutcome GitFetch::carry_out(Publish const&)
 
 GitOutcome GitFetch::carry_out(MakeRoom const&)
 {
-    download_.reset();
+    drop_download();
     if (!cache_.make_room())
         return Failed(errc::unavailable);
     received_ = unpacked_ = 0;
@@ -351,13 +367,6 @@ void GitFetch::start_clock()
             progress->report_waiting(waits);
     };
     share_ = std::make_unique<FetchShare>(budget_, std::move(waiting));
-}
-
-result<> GitFetch::take_memory(std::uint64_t bytes)
-{
-    FetchBytes price;
-    price.memory = bytes;
-    return share_->take(price);
 }
 
 result<> GitFetch::may_go_on() const

@@ -5,6 +5,7 @@
 #include "adapters/projects/fetch_budget.hpp"
 #include "git_cache.hpp"
 #include "git_download.hpp"
+#include "git_lfs.hpp"
 #include "git_peer.hpp"
 #include "git_progress.hpp"
 #include "git_servers.hpp"
@@ -81,16 +82,16 @@ private:
     core::GitOutcome carry_out(core::git_action::LayOut const& action);
     core::GitOutcome carry_out(core::git_action::FetchFiles const& action);
     core::GitOutcome carry_out(core::git_action::Unpack const& action);
+    core::GitOutcome carry_out(core::git_action::FindLargeFiles const& action);
     core::GitOutcome carry_out(core::git_action::FetchLargeFiles const& action);
     core::GitOutcome carry_out(core::git_action::Publish const& action);
     core::GitOutcome carry_out(core::git_action::MakeRoom const& action);
 
-    core::GitOutcome find(std::optional<core::GitTarget> const& target);
+    void drop_download();
     core::GitOutcome fetch_in_parts(GitWants wants, Ids const& ids, bool parents_may_stop);
     core::GitOutcome fetch_pack(GitWants const& wants);
     void report(GitWants const& wants, GitPackReader const& pack);
 
-    result<> take_memory(std::uint64_t bytes);
     result<> may_go_on() const;
     CurlLimits http_limits(std::uint64_t bytes) const;
     GitPeer::Limits peer_limits(std::uint64_t bytes) const;
@@ -105,15 +106,16 @@ private:
     core::GitFetchPlan plan_;
     GitPeer peer_;
     TimePoint deadline_;
-    std::unique_ptr<FetchShare> share_;     ///< Outlives all that it pays for.
-    std::unique_ptr<GitDownload> download_; ///< While there is one.
-    core::GitCapabilities capabilities_;    ///< That the download makes use of.
-    GitSnapshotPtr snapshot_;               ///< Once it was found or made.
-    std::uint64_t received_ = 0;            ///< Bytes of packs, of all requests.
-    std::uint64_t unpacked_ = 0;            ///< Bytes of objects.
-    std::uint64_t given_up_ = 0;            ///< Bytes received in vain, which a browser has seen.
-    std::uint32_t files_missing_ = 0;       ///< That the layout lacked first.
-    std::uint32_t files_wanted_ = 0;        ///< That were asked for by name.
+    std::unique_ptr<FetchShare> share_;        ///< Outlives all that it pays for.
+    std::unique_ptr<GitDownload> download_;    ///< While there is one.
+    std::optional<GitLargeFiles> large_files_; ///< Of the download, once they are looked for.
+    core::GitCapabilities capabilities_;       ///< That the download makes use of.
+    GitSnapshotPtr snapshot_;                  ///< Once it was found or made.
+    std::uint64_t received_ = 0;               ///< Bytes of packs, of all requests.
+    std::uint64_t unpacked_ = 0;               ///< Bytes of objects.
+    std::uint64_t given_up_ = 0;               ///< Bytes received in vain, which a browser has seen.
+    std::uint32_t files_missing_ = 0;          ///< That the layout lacked first.
+    std::uint32_t files_wanted_ = 0;           ///< That were asked for by name.
     std::uint32_t files_read_ = 0;
 };
 

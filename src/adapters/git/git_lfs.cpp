@@ -63,11 +63,13 @@ std::string_view without_full_stop(std::string_view words) noexcept
     return words.substr(0, words.find_last_not_of('.') + 1);
 }
 
+} // namespace
+
 class LfsFetch
 {
 public:
-    LfsFetch(CurlHttp& http, LfsOrder const& order, GitIndex& index, int files, int scratch)
-        : http_(http), order_(order), index_(index), files_(files), scratch_(scratch)
+    LfsFetch(CurlHttp& http, LfsOrder order, GitIndex& index, int files, int scratch)
+        : http_(http), order_(std::move(order)), index_(index), files_(files), scratch_(scratch)
     {}
 
     result<> find_pointers();
@@ -94,7 +96,7 @@ private:
     Failure about_object(LargeFile const& file, int status, std::string_view words) const;
 
     CurlHttp& http_;
-    LfsOrder const& order_;
+    LfsOrder order_;
     GitIndex& index_;
     int files_;
     int scratch_;
@@ -435,16 +437,23 @@ result<> LfsFetch::place(LargeFile const& file)
     return {};
 }
 
-} // namespace
+GitLargeFiles::GitLargeFiles(CurlHttp& http, LfsOrder order, GitIndex& index, int files, int scratch)
+    : fetch_(std::make_unique<LfsFetch>(http, std::move(order), index, files, scratch))
+{}
 
-result<> fetch_lfs_files(CurlHttp& http, LfsOrder const& order, GitIndex& index, int files, int scratch)
+GitLargeFiles::~GitLargeFiles() = default;
+
+result<bool> GitLargeFiles::find()
 {
-    LfsFetch fetch(http, order, index, files, scratch);
-    auto done = fetch.find_pointers();
-    if (!done || fetch.empty())
-        return done;
-    done = fetch.pay();
-    return done ? fetch.fetch_all() : done;
+    if (auto const found = fetch_->find_pointers(); !found)
+        return found.error();
+    return !fetch_->empty();
+}
+
+result<> GitLargeFiles::fetch()
+{
+    auto const paid = fetch_->pay();
+    return paid ? fetch_->fetch_all() : paid;
 }
 
 } // namespace webots_cloud::adapters

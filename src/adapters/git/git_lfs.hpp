@@ -10,6 +10,7 @@
 #include <webots_cloud/error.hpp>
 
 #include <cstdint>
+#include <memory>
 #include <string>
 
 namespace webots_cloud::adapters {
@@ -26,14 +27,32 @@ struct LfsOrder
     FetchInterrupt interrupt;
 };
 
-/// Puts the content of large files where their pointers are, in `index` and below the open folder `files`;
-/// `scratch` is another one on the same file system, for unfinished files. Without a pointer no request is
-/// sent. Blocks.
+class LfsFetch;
+
+/// The large files of a folder. Every file with the text of a pointer is treated as one, whatever
+/// `.gitattributes` says. What arrives has to be what its pointer says: as long, and of the same SHA-256.
 ///
-/// Every file with the text of a pointer is treated as one, whatever `.gitattributes` says. What arrives
-/// has to be what its pointer says: as long, and of the same SHA-256.
-///
-/// Errors: as `ProjectSource::fetch`, as sentences; then the folder holds anything.
-result<> fetch_lfs_files(CurlHttp& http, LfsOrder const& order, GitIndex& index, int files, int scratch);
+/// Lifetime: client and index must outlive it.   Thread-safety: one thread at a time.
+class GitLargeFiles
+{
+public:
+    /// `index` and the open folder `files` have the pointers; `scratch` is another one on the same file
+    /// system, for unfinished files.
+    GitLargeFiles(CurlHttp& http, LfsOrder order, GitIndex& index, int files, int scratch);
+    ~GitLargeFiles();
+
+    /// Finds the pointers; sends no request.   False: there are none.
+    ///
+    /// Errors: as `fetch`.
+    result<bool> find();
+
+    /// After `find`: puts the content of all large files where their pointers are. Blocks.
+    ///
+    /// Errors: as `ProjectSource::fetch`, as sentences; then the folder holds anything.
+    result<> fetch();
+
+private:
+    std::unique_ptr<LfsFetch> fetch_;
+};
 
 } // namespace webots_cloud::adapters

@@ -121,7 +121,10 @@ GitAction GitFetchPlan::next(GitOutcome const& outcome)
     case Step::lay_out:
         return after_layout(outcome);
     case Step::unpack:
-        return go(Step::fetch_large_files, FetchLargeFiles{});
+        return go(Step::find_large_files, FindLargeFiles{});
+    case Step::find_large_files:
+        return std::holds_alternative<PointersFound>(outcome) ? go(Step::fetch_large_files, FetchLargeFiles{})
+                                                              : go(Step::publish, Publish{});
     case Step::fetch_large_files:
         return go(Step::publish, Publish{});
     default:

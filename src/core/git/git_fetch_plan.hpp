@@ -131,7 +131,11 @@ struct FetchFiles
 struct Unpack
 {};
 
-/// Put the content of large files (Git LFS) where pointers to them are, if there are any.
+/// Look for pointers to large files (Git LFS): `PointersFound`, `Done`.
+struct FindLargeFiles
+{};
+
+/// Put the content of large files where pointers to them are.
 struct FetchLargeFiles
 {};
 
@@ -163,8 +167,8 @@ using GitAction =
                  git_action::FindFolder, git_action::FindLastFolder, git_action::WaitForTurn,
                  git_action::BeginDownload, git_action::FetchHistory, git_action::SearchHistory,
                  git_action::FetchCommit, git_action::LayOut, git_action::FetchFiles, git_action::Unpack,
-                 git_action::FetchLargeFiles, git_action::Publish, git_action::MakeRoom, git_action::Succeed,
-                 git_action::Fail>;
+                 git_action::FindLargeFiles, git_action::FetchLargeFiles, git_action::Publish,
+                 git_action::MakeRoom, git_action::Succeed, git_action::Fail>;
 
 /// What became of an action.
 namespace git_outcome {
@@ -227,13 +231,17 @@ struct LaidOut
     std::size_t files_missing = 0;
 };
 
+struct PointersFound
+{};
+
 } // namespace git_outcome
 
 using GitOutcome =
     std::variant<git_outcome::Done, git_outcome::Failed, git_outcome::CacheHit, git_outcome::CacheMiss,
                  git_outcome::RefsReceived, git_outcome::CapabilitiesReceived, git_outcome::Turn,
                  git_outcome::Begun, git_outcome::PackReceived, git_outcome::ParentFilesStopped,
-                 git_outcome::InHistory, git_outcome::NotInHistory, git_outcome::LaidOut>;
+                 git_outcome::InHistory, git_outcome::NotInHistory, git_outcome::LaidOut,
+                 git_outcome::PointersFound>;
 
 /// What earlier fetches have found out.
 struct GitServerFacts
@@ -281,6 +289,7 @@ private:
         lay_out,
         fetch_files,
         unpack,
+        find_large_files,
         fetch_large_files,
         publish,
         make_room,

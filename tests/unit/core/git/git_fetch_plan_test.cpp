@@ -87,6 +87,7 @@ struct Words
         return "fetch files above";
     }
     std::string operator()(Unpack const&) const { return "unpack"; }
+    std::string operator()(FindLargeFiles const&) const { return "find large files"; }
     std::string operator()(FetchLargeFiles const&) const { return "fetch large files"; }
     std::string operator()(Publish const&) const { return "publish"; }
     std::string operator()(MakeRoom const&) const { return "make room"; }
@@ -429,7 +430,17 @@ BOOST_AUTO_TEST_CASE(a_download_fetches_no_more_than_is_needed)
                         {PackReceived(), "lay out"},
                         {laid_out(0), "fetch files"},
                         {PackReceived(), "unpack"},
-                        {Done(), "fetch large files"},
+                        {Done(), "find large files"},
+                        {Done(), "publish"},
+                        {Done(), "done"}})},
+        {"with large files", "main", nothing, "list refs",
+         after_look_up({{Turn(), "begin v2"},
+                        {Begun(), "fetch commit"},
+                        {PackReceived(), "lay out"},
+                        {laid_out(0), "fetch files"},
+                        {PackReceived(), "unpack"},
+                        {Done(), "find large files"},
+                        {PointersFound(), "fetch large files"},
                         {Done(), "publish"},
                         {Done(), "done"}})},
         {"a folder", "main/a/b", nothing, "list refs",
@@ -577,7 +588,7 @@ BOOST_AUTO_TEST_CASE(capabilities_are_asked_for_when_a_download_is_not_understoo
                         {Begun(), "fetch commit"},
                         {PackReceived(), "lay out"},
                         {laid_out(0), "unpack"},
-                        {Done(), "fetch large files"},
+                        {Done(), "find large files"},
                         {Done(), "publish"},
                         {Done(), "remember old unfiltered"},
                         {Done(), "done"}})},
@@ -590,7 +601,7 @@ BOOST_AUTO_TEST_CASE(capabilities_are_asked_for_when_a_download_is_not_understoo
                         {PackReceived(), "lay out"},
                         {laid_out(), "fetch files"},
                         {PackReceived(), "unpack"},
-                        {Done(), "fetch large files"},
+                        {Done(), "find large files"},
                         {Done(), "publish"},
                         {Done(), "remember v2 unfiltered"},
                         {Done(), "done"}})},
@@ -641,9 +652,13 @@ BOOST_AUTO_TEST_CASE(capabilities_are_asked_for_when_a_download_is_not_understoo
 
 BOOST_AUTO_TEST_CASE(a_failure_ends_a_download_wherever_it_happens)
 {
-    std::vector<Stop> const way = {{Turn(), "begin v2"},        {Begun(), "fetch commit without files"},
-                                   {PackReceived(), "lay out"}, {laid_out(), "fetch files"},
-                                   {PackReceived(), "unpack"},  {Done(), "fetch large files"},
+    std::vector<Stop> const way = {{Turn(), "begin v2"},
+                                   {Begun(), "fetch commit without files"},
+                                   {PackReceived(), "lay out"},
+                                   {laid_out(), "fetch files"},
+                                   {PackReceived(), "unpack"},
+                                   {Done(), "find large files"},
+                                   {PointersFound(), "fetch large files"},
                                    {Done(), "publish"}};
     std::pair<GitOutcome, std::string_view> const failures[] = {
         {aborted(), "fail: aborted"},
@@ -698,7 +713,7 @@ BOOST_AUTO_TEST_CASE(a_plan_always_ends)
     auto const any = [&](std::size_t count) { return static_cast<std::size_t>(random() % count); };
     auto const any_offer = [&] { return offer(any(2) == 0, any(2) == 0, any(2) == 0); };
     auto const any_outcome = [&]() -> GitOutcome {
-        switch (any(16)) {
+        switch (any(17)) {
         case 0:
             return not_understood(static_cast<GitProblem>(1 + any(16)));
         case 1:
@@ -728,6 +743,8 @@ BOOST_AUTO_TEST_CASE(a_plan_always_ends)
             return any(4) == 0 ? GitOutcome(NotInHistory()) : GitOutcome(InHistory());
         case 14:
             return laid_out(any(3));
+        case 15:
+            return PointersFound();
         default:
             return PackReceived();
         }
