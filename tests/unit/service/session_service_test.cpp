@@ -283,6 +283,30 @@ BOOST_AUTO_TEST_CASE(who_watches_the_monitor_gets_everything_once_and_then_what_
     BOOST_TEST(watcher.sent.size() == before);
 }
 
+BOOST_AUTO_TEST_CASE(who_watches_hears_once_that_a_server_is_down_for_the_same_reason)
+{
+    Fixture fixture;
+    fixture.http.expect("GET http://a:2000/load").reply(200, "10");
+    for (int i = 0; i < 4; ++i)
+        fixture.http.expect("GET http://a:2000/load").fail(errc::unreachable);
+    fixture.http.expect("GET http://a:2000/load").hang().always();
+    fixture.start({"a:2000"});
+    fixture.world.advance(1s);
+    testing::LoopbackChannel watcher(fixture.world.executor());
+    fixture.connect(watcher, "/monitor");
+    auto const rows_told = [&watcher] {
+        return std::count_if(watcher.sent.begin() + 1, watcher.sent.end(), [](std::string const& text) {
+            return text.find("{\"row\":0,\"load\":null,") != std::string::npos;
+        });
+    };
+    fixture.world.advance(15s); // two or three failures
+    BOOST_TEST(rows_told() == 1);
+    fixture.world.advance(30s); // and then it is too slow
+    BOOST_TEST(rows_told() == 2);
+    watcher.browser_leaves();
+    fixture.world.settle();
+}
+
 // One client must not keep the event loop from the others.
 BOOST_AUTO_TEST_CASE(all_who_come_to_watch_between_two_updates_get_one_text_and_miss_nothing)
 {
@@ -603,6 +627,7 @@ BOOST_AUTO_TEST_CASE(decisions_are_shown_to_the_operator_only)
     fixture.start({"a:2000"});
     fixture.get("/session");
     BOOST_TEST(fixture.get("/api/decisions").status == 404);
+    BOOST_TEST(fixture.get("/api/decisions", "POST").status == 404, "hidden, whatever the method");
     IncomingRequest request;
     request.method = "GET";
     request.path = "/api/decisions";
@@ -610,6 +635,8 @@ BOOST_AUTO_TEST_CASE(decisions_are_shown_to_the_operator_only)
     auto const shown = std::get<HttpResponse>(fixture.service.respond(request));
     BOOST_TEST(shown.status == 200);
     BOOST_TEST(shown.body.find("\"a:2000\"") != std::string::npos);
+    request.method = "POST";
+    BOOST_TEST(std::get<HttpResponse>(fixture.service.respond(request)).status == 405);
 }
 
 BOOST_AUTO_TEST_CASE(decisions_are_shown_to_everybody_where_the_operator_says_so)
