@@ -1,7 +1,7 @@
 #include "core/docker/docker_project.hpp"
 #include "core/simulation/simulator_choice.hpp"
 #include "core/text.hpp"
-#include "surroundings.hpp"
+#include "environment.hpp"
 
 #include <webots_cloud/adapters.hpp>
 #include <webots_cloud/daemon.hpp>
@@ -44,8 +44,9 @@ result<> check_webots(SimulationConfig const& config, fs::path const& origin)
 {
     if (config.docker)
         return {};
-    auto const checked = core::check_webots_home(
-        app::from_here(config.webots_home), app::from_here(app::environment("WEBOTS_HOME")), app::is_program);
+    auto const checked =
+        core::check_webots_home(app::absolute_path(config.webots_home),
+                                app::absolute_path(app::environment("WEBOTS_HOME")), app::is_program);
     return checked ? checked : result<>(checked.error().within(origin.string()));
 }
 

@@ -8,11 +8,11 @@
 #include "core/simulation/simulator_choice.hpp"
 #include "core/simulation/simulator_environment.hpp"
 #include "core/text.hpp"
+#include "environment.hpp"
 #include "log_summaries.hpp"
 #include "metrics.hpp"
 #include "operator_requests.hpp"
 #include "signals.hpp"
-#include "surroundings.hpp"
 
 #include <webots_cloud/access_control.hpp>
 #include <webots_cloud/adapters.hpp>
@@ -35,8 +35,8 @@ namespace {
 
 namespace asio = boost::asio;
 namespace fs = std::filesystem;
+using app::absolute_path;
 using app::environment;
-using app::from_here;
 using app::is_program;
 using core::concat;
 
@@ -85,7 +85,7 @@ bool is_in_use(Failure const& failure)
 result<InstanceRoot> open_instances(SimulationConfig const& config, Logger const& log)
 {
     core::StateFolderContext context;
-    context.configured = from_here(config.state_dir);
+    context.configured = absolute_path(config.state_dir);
     context.state_directory = environment("STATE_DIRECTORY");
     context.xdg_state_home = environment("XDG_STATE_HOME");
     context.home = environment("HOME");
@@ -117,7 +117,7 @@ std::vector<fs::path> read_only_folders(SimulationConfig const& config)
     std::error_code failed;
     // All of them, not this port's alone: a server that finds its own in use takes the next one.
     auto const caches = cache_folder(config).parent_path();
-    for (auto const& folder : {from_here(caches), from_here(config.log_dir / "simulation")}) {
+    for (auto const& folder : {absolute_path(caches), absolute_path(config.log_dir / "simulation")}) {
         fs::create_directories(
             folder, failed); // a folder that is made later would be writable for simulations that run already
         if (fs::is_directory(folder, failed))
@@ -152,8 +152,8 @@ asio::awaitable<std::string> check_isolation(SimulationConfig const& config, fs:
 result<core::SimulatorChoice> choose_simulator(SimulationConfig const& config, fs::path const& programs)
 {
     if (!config.docker)
-        return core::choose_simulator(from_here(config.webots_home), from_here(environment("WEBOTS_HOME")),
-                                      programs, is_program);
+        return core::choose_simulator(absolute_path(config.webots_home),
+                                      absolute_path(environment("WEBOTS_HOME")), programs, is_program);
     core::SimulatorChoice choice;
     choice.program = core::webots_in_container;
     return choice;
@@ -216,7 +216,7 @@ SimulationLauncherParams launcher_params(SimulationConfig const& config, fs::pat
     params.environment = current_environment();
     for (auto& [name, value] : params.environment)
         if (name == "WEBOTS_HOME")
-            value = from_here(value);
+            value = absolute_path(value);
     params.simulator_environment = config.simulator_environment;
     if (auto const display = choose_display(config).name; !display.empty())
         params.display = display;
@@ -313,7 +313,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
                                             Reload<SimulationConfig> reload, fs::path programs, Logger log)
 {
     using namespace asio::experimental::awaitable_operators;
-    programs = from_here(programs);
+    programs = absolute_path(programs);
     auto const choice = choose_simulator(config, programs);
     if (!choice)
         co_return choice.error();

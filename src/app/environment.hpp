@@ -23,7 +23,7 @@ inline bool is_program(std::filesystem::path const& path)
 }
 
 /// An absolute path: simulators run in other working directories.
-inline std::filesystem::path from_here(std::filesystem::path const& path)
+inline std::filesystem::path absolute_path(std::filesystem::path const& path)
 {
     std::error_code failed;
     auto const found = path.empty() ? path : std::filesystem::absolute(path, failed);
