@@ -36,9 +36,10 @@ struct AccessParams
     /// Not empty: these addresses and networks need no password for `/monitor` and `/metrics`; others are
     /// answered 403 if no password is set.
     std::vector<std::string> monitor_addresses;
-    /// Whether a word is the operator's secret. Empty: nobody is an operator over the network.
-    std::function<bool(std::string_view token)> is_operator_token;
 };
+
+/// Whether a token is the operator's. Empty: there are no operator requests over the network.
+using OperatorTokenCheck = std::function<bool(std::string_view token)>;
 
 /// Lets requests through to another endpoint, or answers in its place.
 ///
@@ -53,11 +54,12 @@ struct AccessParams
 class AccessControl final : public Endpoint
 {
 public:
-    AccessControl(AccessParams params, Endpoint& endpoint, Logger log);
+    AccessControl(AccessParams params, Endpoint& endpoint, Logger log,
+                  OperatorTokenCheck is_operator_token = OperatorTokenCheck());
     ~AccessControl() override;
 
-    /// Takes other parameters, from the next request on. Open connections stay.
-    void apply(AccessParams params);
+    /// Takes other parameters and another check, from the next request on. Connections stay.
+    void apply(AccessParams params, OperatorTokenCheck is_operator_token);
 
     Answer respond(IncomingRequest const& request) override;
     boost::asio::awaitable<void> serve_websocket(ChannelInfo info, Channel& channel) override;

@@ -61,7 +61,7 @@ fs::path operator_socket(std::string_view kind, std::uint16_t port, AccessConfig
            concat(kind, "-", std::to_string(port), ".sock");
 }
 
-result<AccessParams> access_params(std::string const& server, AccessConfig const& access)
+AccessParams access_params(std::string const& server, AccessConfig const& access)
 {
     AccessParams params;
     params.server = server;
@@ -71,13 +71,14 @@ result<AccessParams> access_params(std::string const& server, AccessConfig const
     params.frame_ancestors = access.frame_ancestors;
     params.monitor_password = access.monitor_password;
     params.monitor_addresses = access.monitor_addresses;
-    if (access.operator_token_file.empty())
-        return params;
-    auto check = make_operator_token_check(access.operator_token_file);
-    if (!check)
-        return check.error();
-    params.is_operator_token = std::move(*check);
     return params;
+}
+
+result<OperatorTokenCheck> operator_token_check(AccessConfig const& access)
+{
+    if (access.operator_token_file.empty())
+        return OperatorTokenCheck();
+    return make_operator_token_check(access.operator_token_file);
 }
 
 } // namespace app

@@ -17,8 +17,12 @@ namespace webots_cloud::app {
 /// the folder for temporary files.
 std::filesystem::path operator_socket(std::string_view kind, std::uint16_t port, AccessConfig const& access);
 
-/// The configured access rules, for a server called `server`.   Errors: as
-/// `make_operator_token_check`.
-result<AccessParams> access_params(std::string const& server, AccessConfig const& access);
+/// What the configuration says of access, for a server called `server`.
+AccessParams access_params(std::string const& server, AccessConfig const& access);
+
+/// The check of `operatorTokenFile`; empty where there is none.
+///
+/// Errors: as `make_operator_token_check`.
+result<OperatorTokenCheck> operator_token_check(AccessConfig const& access);
 
 } // namespace webots_cloud::app

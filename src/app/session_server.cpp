@@ -117,12 +117,11 @@ SessionServiceParams session_service_params(SessionConfig const& config)
     return params;
 }
 
-result<AccessParams> session_access_params(SessionConfig const& config)
+AccessParams session_access_params(SessionConfig const& config)
 {
     auto params = app::access_params(config.address.host, config.access);
-    if (params)
-        for (auto const& server : config.simulation_servers)
-            params->machines.push_back(server.address.substr(0, server.address.find('/')));
+    for (auto const& server : config.simulation_servers)
+        params.machines.push_back(server.address.substr(0, server.address.find('/')));
     return params;
 }
 
@@ -156,10 +155,10 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     SessionService service(session_service_params(config), monitor, scheduler, *clock, log, std::move(hooks));
     service.set_servers(config.simulation_servers);
 
-    auto const allowed = session_access_params(config);
-    if (!allowed)
-        co_return allowed.error();
-    AccessControl access(*allowed, service, log);
+    auto const token_check = app::operator_token_check(config.access);
+    if (!token_check)
+        co_return token_check.error();
+    AccessControl access(session_access_params(config), service, log, *token_check);
     if (auto const listening = server->listen(); !listening)
         co_return listening.error();
     log.info(core::concat("Session server running on port ", std::to_string(config.address.port)));
@@ -168,9 +167,9 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     if (auto const listening = operators->listen(); !listening)
         log.warning(core::concat("No --decisions: ", listening.error().message()));
     std::function<result<>(SessionConfig const&)> const apply = [&](SessionConfig const& next) -> result<> {
-        auto const next_access = session_access_params(next);
-        if (!next_access)
-            return next_access.error();
+        auto const next_token_check = app::operator_token_check(next.access);
+        if (!next_token_check)
+            return next_token_check.error();
         if (auto const usable = administrator.obey(next); !usable)
             return usable;
         if (auto const usable = monitor.apply(load_monitor_params(next)); !usable)
@@ -179,7 +178,7 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
             return usable;
         service.apply(session_service_params(next));
         service.set_servers(next.simulation_servers);
-        access.apply(*next_access);
+        access.apply(session_access_params(next), *next_token_check);
         return {};
     };
     auto const manager = make_service_manager();

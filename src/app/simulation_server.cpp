@@ -369,10 +369,10 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
         service_settings.simulation_logs = logs;
     SimulationService service(std::move(service_settings), fetcher, launcher, *metrics, *clock, log);
 
-    auto const allowed = app::access_params(config.address.host, config.access);
-    if (!allowed)
-        co_return allowed.error();
-    AccessControl access(*allowed, service, log);
+    auto const token_check = app::operator_token_check(config.access);
+    if (!token_check)
+        co_return token_check.error();
+    AccessControl access(app::access_params(config.address.host, config.access), service, log, *token_check);
     if (auto const listening = server->listen(); !listening)
         co_return listening.error();
     log.info(concat("Running simulation server on port ", std::to_string(config.address.port)));
@@ -384,10 +384,10 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     Registration registration(registration_params(config), *http, *clock, log);
     std::function<result<>(SimulationConfig const&)> const apply =
         [&](SimulationConfig const& next) -> result<> {
-        auto const next_access = app::access_params(config.address.host, next.access);
-        if (!next_access)
-            return next_access.error();
-        access.apply(*next_access);
+        auto const next_token_check = app::operator_token_check(next.access);
+        if (!next_token_check)
+            return next_token_check.error();
+        access.apply(app::access_params(config.address.host, next.access), *next_token_check);
         service.apply(service_params(next, choice->notice));
         registration.apply(registration_params(next));
         return result<>();

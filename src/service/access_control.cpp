@@ -72,14 +72,16 @@ HttpResponse address_refused()
 
 struct AccessControl::Impl
 {
-    Impl(AccessParams parameters, Endpoint& behind, Logger logger) : endpoint(behind), log(std::move(logger))
+    Impl(AccessParams parameters, Endpoint& behind, Logger logger, OperatorTokenCheck check)
+        : endpoint(behind), log(std::move(logger))
     {
-        set(std::move(parameters));
+        set(std::move(parameters), std::move(check));
     }
 
-    void set(AccessParams parameters)
+    void set(AccessParams parameters, OperatorTokenCheck check)
     {
         params = std::move(parameters);
+        is_operator_token = std::move(check);
         site = site_of(params);
         monitors = core::IpNetworks(params.monitor_addresses);
         headers_of_pages = page_headers(params);
@@ -94,6 +96,7 @@ struct AccessControl::Impl
     bool may_monitor(IncomingRequest const& request) const;
 
     AccessParams params;
+    OperatorTokenCheck is_operator_token;
     Endpoint& endpoint;
     Logger log;
     core::SiteAccess site;
@@ -102,23 +105,23 @@ struct AccessControl::Impl
     core::IpNetworks monitors;         ///< Addresses that need no password.
 };
 
-AccessControl::AccessControl(AccessParams params, Endpoint& endpoint, Logger log)
-    : impl_(std::make_unique<Impl>(std::move(params), endpoint, std::move(log)))
+AccessControl::AccessControl(AccessParams params, Endpoint& endpoint, Logger log,
+                             OperatorTokenCheck is_operator_token)
+    : impl_(std::make_unique<Impl>(std::move(params), endpoint, std::move(log), std::move(is_operator_token)))
 {}
 
 AccessControl::~AccessControl() = default;
 
-void AccessControl::apply(AccessParams params)
+void AccessControl::apply(AccessParams params, OperatorTokenCheck is_operator_token)
 {
-    impl_->set(std::move(params));
+    impl_->set(std::move(params), std::move(is_operator_token));
 }
 
 bool AccessControl::Impl::is_operators(IncomingRequest const& request) const
 {
     auto const authorization = request.header("Authorization");
-    return params.is_operator_token && authorization.starts_with(bearer) &&
-           site.knows_host(request.header("Host")) &&
-           params.is_operator_token(authorization.substr(bearer.size()));
+    return is_operator_token && authorization.starts_with(bearer) &&
+           site.knows_host(request.header("Host")) && is_operator_token(authorization.substr(bearer.size()));
 }
 
 bool AccessControl::Impl::may_monitor(IncomingRequest const& request) const

@@ -33,9 +33,16 @@ public:
     std::string_view fixed_headers;
 };
 
+bool is_secret(std::string_view token)
+{
+    return token == "secret";
+}
+
 struct Fixture
 {
-    explicit Fixture(AccessParams params = AccessParams()) : access(std::move(params), site, log.logger()) {}
+    explicit Fixture(AccessParams params = AccessParams(), OperatorTokenCheck check = is_secret)
+        : access(std::move(params), site, log.logger(), std::move(check))
+    {}
 
     Answer ask(std::string_view path, Headers const& headers, bool upgrade = false)
     {
@@ -69,7 +76,6 @@ AccessParams server(std::string name)
 {
     AccessParams params;
     params.server = std::move(name);
-    params.is_operator_token = [](std::string_view token) { return token == "secret"; };
     return params;
 }
 
@@ -106,7 +112,7 @@ BOOST_AUTO_TEST_CASE(a_site_reaches_as_far_as_its_machines_when_nobody_named_it)
     BOOST_TEST(fixture.get("/session", {{"Host", "sessions.example.org"}}).status == 200);
     BOOST_TEST(fixture.open("/", {{"Host", "x"}, {"Origin", "https://anybody.example"}}) == 101);
     params.machines = {"localhost:2000"};
-    fixture.access.apply(params);
+    fixture.access.apply(params, is_secret);
     BOOST_TEST(fixture.get("/session", {{"Host", "sessions.example.org"}}).status == 421);
 }
 
@@ -149,9 +155,7 @@ BOOST_AUTO_TEST_CASE(operator_requests_need_the_token_and_a_known_host)
 
 BOOST_AUTO_TEST_CASE(without_a_token_nobody_is_an_operator_but_over_the_socket)
 {
-    auto params = server("localhost");
-    params.is_operator_token = nullptr;
-    Fixture fixture(params);
+    Fixture fixture(server("localhost"), OperatorTokenCheck());
     (void)fixture.get("/api/drain", {{"Host", "localhost"}, {"Authorization", "Bearer "}});
     BOOST_TEST(!fixture.site.by_operator);
     IncomingRequest request;
@@ -160,6 +164,20 @@ BOOST_AUTO_TEST_CASE(without_a_token_nobody_is_an_operator_but_over_the_socket)
     request.is_operator = true;
     (void)fixture.access.respond(request);
     BOOST_TEST(fixture.site.by_operator);
+}
+
+BOOST_AUTO_TEST_CASE(another_check_holds_from_the_next_request_on)
+{
+    Fixture fixture(server("localhost"), OperatorTokenCheck());
+    Headers const headers{{"Host", "localhost"}, {"Authorization", "Bearer secret"}};
+    (void)fixture.get("/api/drain", headers);
+    BOOST_TEST(!fixture.site.by_operator);
+    fixture.access.apply(server("localhost"), is_secret);
+    (void)fixture.get("/api/drain", headers);
+    BOOST_TEST(fixture.site.by_operator);
+    fixture.access.apply(server("localhost"), OperatorTokenCheck());
+    (void)fixture.get("/api/drain", headers);
+    BOOST_TEST(!fixture.site.by_operator);
 }
 
 BOOST_AUTO_TEST_CASE(the_monitor_asks_for_its_password_where_there_is_one)
@@ -202,7 +220,7 @@ BOOST_AUTO_TEST_CASE(the_monitor_is_for_the_addresses_that_the_operator_names)
     BOOST_TEST(status("203.0.113.7") == 403);
     BOOST_TEST(status("") == 403);
     params.monitor_password = "open sesame";
-    fixture.access.apply(params);
+    fixture.access.apply(params, is_secret);
     auto const right = "Basic " + core::base64("operator:open sesame");
     BOOST_TEST(status("10.1.2.3") == 200);
     BOOST_TEST(status("203.0.113.7") == 401);
@@ -220,7 +238,7 @@ BOOST_AUTO_TEST_CASE(pages_say_who_may_frame_them_and_nothing_is_guessed)
     BOOST_TEST(fixture.get("/monitor", here).fixed_headers == expected);
     auto params = server("sim.example.org");
     params.frame_ancestors = {"https://course.example.edu"};
-    fixture.access.apply(params);
+    fixture.access.apply(params, is_secret);
     BOOST_TEST(fixture.get("/viewer/").fixed_headers ==
                "X-Content-Type-Options: nosniff\r\n"
                "Content-Security-Policy: frame-ancestors 'self' https://course.example.edu\r\n");
