@@ -272,7 +272,6 @@ SimulationServiceParams service_params(SimulationConfig const& config, std::stri
     params.title = config.title;
     params.description = config.description;
     params.reconnect_grace = config.reconnect_grace;
-    params.new_token = make_token;
     params.notice = std::move(notice);
     return params;
 }
@@ -354,20 +353,22 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     auto service_settings = service_params(config, choice->notice);
     auto isolation_warning = co_await check_isolation(config, guard, read_only, *clock, log);
     service_settings.isolation_warning = std::move(isolation_warning);
+    SimulationServiceHooks hooks;
+    hooks.new_token = make_token;
     if (config.monitor_log)
-        service_settings.monitor_log =
+        hooks.monitor_log =
             make_line_file(executor, "Monitor log file", config.log_dir / "simulation" / "monitor.csv",
                            core::monitor_csv_header(), log);
     auto network = http_server_params(config.address.port, config.network);
     network.spare_descriptors +=
         descriptors_per_simulation * static_cast<std::size_t>(config.max_connections);
     auto const server = make_http_server(executor, std::move(network), log);
-    service_settings.more_metrics = [&server] { return app::network_metrics(server->statistics()); };
-    std::shared_ptr<SimulationLogs> const logs =
-        make_simulation_logs(executor, logs_params(config), *clock, log);
+    hooks.more_metrics = [&server] { return app::network_metrics(server->statistics()); };
+    auto const logs = make_simulation_logs(executor, logs_params(config), *clock, log);
     if (config.simulation_log_keep > Duration::zero())
-        service_settings.simulation_logs = logs;
-    SimulationService service(std::move(service_settings), fetcher, launcher, *metrics, *clock, log);
+        hooks.simulation_logs = logs.get();
+    SimulationService service(std::move(service_settings), fetcher, launcher, *metrics, *clock, log,
+                              std::move(hooks));
 
     auto const token_check = app::operator_token_check(config.access);
     if (!token_check)

@@ -25,9 +25,10 @@ constexpr std::size_t usages_at_once = 25; // takes a thread some milliseconds e
 
 } // namespace
 
-OperatorEndpoints::OperatorEndpoints(SimulationServiceParams const& params, SessionContext& context,
+OperatorEndpoints::OperatorEndpoints(SimulationServiceParams const& params,
+                                     SimulationServiceHooks const& hooks, SessionContext& context,
                                      SimulationSessions const& sessions, HostMetrics& metrics)
-    : params_(params), context_(context), sessions_(sessions), metrics_(metrics),
+    : params_(params), hooks_(hooks), context_(context), sessions_(sessions), metrics_(metrics),
       description_(metrics.description()), last_sample_(metrics.sample()), measured_(context.clock.now())
 {}
 
@@ -51,8 +52,8 @@ void OperatorEndpoints::measure(TimePoint due, std::size_t clients)
     figures.idle = static_cast<int>(clients - running());
     board_.take(figures, average_.value(), now, clock.wall());
     greeting_ = {};
-    if (params_.monitor_log)
-        params_.monitor_log(core::monitor_csv_line(clock.wall(), figures));
+    if (hooks_.monitor_log)
+        hooks_.monitor_log(core::monitor_csv_line(clock.wall(), figures));
     if (feed_.empty() || !look_wanted_)
         return;
     update_due_ = true;
@@ -136,7 +137,7 @@ LoadReport OperatorEndpoints::report() const
         sessions_.begin(), sessions_.end(), [](auto const& entry) { return entry.second->is_starting(); }));
     report.capacity = context_.admission.max_simulations();
     report.memory = last_sample_.memory_used;
-    report.draining = context_.draining;
+    report.draining = context_.state.is_draining();
     report.arrivals = static_cast<std::int64_t>(context_.starts.arrivals());
     report.failed = static_cast<std::int64_t>(context_.starts.lost());
     report.departures = *report.arrivals - *report.sessions;
@@ -207,7 +208,8 @@ Answer OperatorEndpoints::figures(IncomingRequest const&)
         .add(static_cast<double>(sessions_.size()) - starting - active, {{"state", "idle"}});
     text.family("simulations_max", "gauge", "Simulations that may run at once.")
         .add(static_cast<double>(capacity()));
-    text.family("draining", "gauge", "1 while no new simulation is taken.").add(context_.draining ? 1 : 0);
+    text.family("draining", "gauge", "1 while no new simulation is taken.")
+        .add(context_.state.is_draining() ? 1 : 0);
     text.family("event_loop_lag_seconds", "gauge", "How late the last measurement of the machine was.")
         .add(std::chrono::duration<double>(event_loop_lag_).count());
     auto const highest = *std::max_element(event_loop_lags_.begin(), event_loop_lags_.end());
@@ -217,7 +219,7 @@ Answer OperatorEndpoints::figures(IncomingRequest const&)
                 "1 where the kernel keeps simulations from the server and from each other.")
         .add(params_.isolation_warning.empty() ? 1 : 0);
     context_.starts.write(text);
-    return core::metrics_page(text.take(), params_.more_metrics);
+    return core::metrics_page(text.take(), hooks_.more_metrics);
 }
 
 /// `POST /api/drain`; with `?exit` the server ends with the last simulation, with `?off` it accepts
@@ -231,15 +233,14 @@ Answer OperatorEndpoints::drain_answer(IncomingRequest const& request)
         drain(request.query == "exit");
         return core::page("draining");
     }
-    context_.draining = exit_when_empty_ = false;
+    context_.state.serve();
     context_.log.warning("New simulations are taken again");
     return core::page("serving");
 }
 
 void OperatorEndpoints::drain(bool exit_when_empty)
 {
-    context_.draining = true;
-    exit_when_empty_ = exit_when_empty;
+    context_.state.drain(exit_when_empty);
     context_.log.warning("Draining: no new simulation is taken");
 }
 
@@ -250,8 +251,9 @@ Answer OperatorEndpoints::liveness(IncomingRequest const&)
 
 Answer OperatorEndpoints::readiness(IncomingRequest const&)
 {
-    if (context_.draining || context_.admission.is_full())
-        return HttpResponse(503, std::string(core::html_type), context_.draining ? "draining" : "full");
+    if (context_.state.is_draining() || context_.admission.is_full())
+        return HttpResponse(503, std::string(core::html_type),
+                            context_.state.is_draining() ? "draining" : "full");
     if (!params_.isolation_warning.empty())
         return core::page(core::concat("ready, but: ", core::escape_html(params_.isolation_warning)));
     return core::page("ready");

@@ -35,8 +35,8 @@ using SimulationSessions = std::map<std::uint64_t, std::shared_ptr<SimulationSes
 class OperatorEndpoints
 {
 public:
-    OperatorEndpoints(SimulationServiceParams const& params, SessionContext& context,
-                      SimulationSessions const& sessions, HostMetrics& metrics);
+    OperatorEndpoints(SimulationServiceParams const& params, SimulationServiceHooks const& hooks,
+                      SessionContext& context, SimulationSessions const& sessions, HostMetrics& metrics);
 
     /// Measures the load of the machine. `due`: when that was scheduled; `clients`: the number of browsers on
     /// /client.
@@ -60,7 +60,7 @@ public:
     void drain(bool exit_when_empty);
 
     /// Drained, and asked to end with the last simulation.
-    bool has_finished() const noexcept { return exit_when_empty_ && sessions_.empty(); }
+    bool has_finished() const noexcept { return context_.state.has_finished(sessions_.size()); }
 
     double load() const noexcept { return average_.value(); }
 
@@ -84,6 +84,7 @@ private:
     Answer drain_answer(IncomingRequest const& request);
 
     SimulationServiceParams const& params_;
+    SimulationServiceHooks const& hooks_;
     SessionContext& context_;
     SimulationSessions const& sessions_;
     HostMetrics& metrics_;
@@ -107,7 +108,6 @@ private:
     bool update_due_ = false;                  ///< To be sent after the next measurement of simulators.
     TimePoint looked_at_processes_;
     std::uint64_t last_looked_at_ = 0; ///< The session whose processes were measured last: they take turns.
-    bool exit_when_empty_ = false;
 };
 
 } // namespace webots_cloud

@@ -25,8 +25,9 @@ using core::concat;
 
 namespace {
 
-/// What a conversation begins with; nothing when the browser left, or did not ask properly or in time.
-using Opening = std::variant<std::monostate, core::SimulationRequest, core::ReconnectMessage>;
+/// The first message of a browser that asks for a simulation; `monostate`: it left, or sent no valid request
+/// in time.
+using FirstRequest = std::variant<std::monostate, core::SimulationRequest, core::ReconnectMessage>;
 
 core::AdmissionLimits limits_of(SimulationServiceParams const& service,
                                 SimulationLauncherParams const& launcher)
@@ -44,15 +45,15 @@ core::AdmissionLimits limits_of(SimulationServiceParams const& service,
 struct SimulationService::Impl
 {
     Impl(SimulationServiceParams parameters, ProjectFetcher& projects, SimulationLauncher& simulators,
-         HostMetrics& metrics, Clock& clock, Logger logger)
-        : params(std::move(parameters)),
+         HostMetrics& metrics, Clock& clock, Logger logger, SimulationServiceHooks service_hooks)
+        : params(std::move(parameters)), hooks(std::move(service_hooks)),
           context(projects, simulators, clock, std::move(logger), limits_of(params, simulators.params())),
-          operators(params, context, sessions, metrics)
+          operators(params, hooks, context, sessions, metrics)
     {
         set_policy();
-        context.simulation_logs = params.simulation_logs;
+        context.simulation_logs = hooks.simulation_logs;
         context.reconnect_grace = params.reconnect_grace;
-        context.new_token = params.new_token;
+        context.new_token = hooks.new_token;
         context.address = params.address;
     }
 
@@ -60,29 +61,31 @@ struct SimulationService::Impl
     Answer client_without_upgrade(IncomingRequest const& request);
     void set_policy();
     void stop();
-    void let_wait(std::uint64_t id, std::string const& quota_key, Channel& channel);
+    void begin_wait(std::uint64_t id, std::string const& quota_key, Channel& channel);
     void end_wait(std::uint64_t id);
     asio::awaitable<result<>> measure();
-    asio::awaitable<Opening> await_opening(std::uint64_t id, Channel& channel);
+    asio::awaitable<FirstRequest> receive_request(std::uint64_t id, Channel& channel);
     asio::awaitable<void> simulate(std::uint64_t id, std::string quota_key, core::SimulationRequest request,
                                    Channel& channel);
     asio::awaitable<void> reconnect(std::uint64_t id, std::string token, Channel& channel);
     std::shared_ptr<SimulationSession> find_session(std::string_view token) const;
 
     SimulationServiceParams params;
+    SimulationServiceHooks const hooks;
     SessionContext context;
     SimulationSessions sessions;
     OperatorEndpoints operators;
     std::uint64_t last_id = 0;
     std::size_t clients = 0; ///< Browsers on /client, with and without a simulation.
-    /// Of those of them that have not said what they want.
+    /// The channels of those that have not asked for a simulation yet.
     std::unordered_map<std::uint64_t, Channel*> waiting_channels;
 };
 
 SimulationService::SimulationService(SimulationServiceParams params, ProjectFetcher& fetcher,
                                      SimulationLauncher& launcher, HostMetrics& metrics, Clock& clock,
-                                     Logger log)
-    : impl_(std::make_unique<Impl>(std::move(params), fetcher, launcher, metrics, clock, std::move(log)))
+                                     Logger log, SimulationServiceHooks hooks)
+    : impl_(std::make_unique<Impl>(std::move(params), fetcher, launcher, metrics, clock, std::move(log),
+                                   std::move(hooks)))
 {}
 
 SimulationService::~SimulationService() = default;
@@ -177,12 +180,12 @@ asio::awaitable<void> SimulationService::serve_websocket(ChannelInfo info, Chann
     auto const id = ++impl_->last_id;
     auto const name = concat("[", std::to_string(id), "] ");
     impl_->context.log.info(LogCause("client"), concat(name, "New client", core::of_client(info.client)));
-    impl_->let_wait(id, info.quota_key, channel);
-    auto opening = co_await impl_->await_opening(id, channel);
+    impl_->begin_wait(id, info.quota_key, channel);
+    auto first = co_await impl_->receive_request(id, channel);
     impl_->end_wait(id);
-    if (auto* request = std::get_if<core::SimulationRequest>(&opening))
+    if (auto* request = std::get_if<core::SimulationRequest>(&first))
         co_await impl_->simulate(id, std::move(info.quota_key), std::move(*request), channel);
-    else if (auto const* reconnect = std::get_if<core::ReconnectMessage>(&opening))
+    else if (auto const* reconnect = std::get_if<core::ReconnectMessage>(&first))
         co_await impl_->reconnect(id, reconnect->token, channel);
     --impl_->clients;
     impl_->context.log.info(LogCause("client"), concat(name, "Client disconnected"));
@@ -195,25 +198,25 @@ void SimulationService::stopping()
 
 void SimulationService::Impl::stop()
 {
-    context.stopping = true;
+    context.state.stop();
     for (auto const& [id, session] : sessions)
-        session->server_stops();
+        session->on_server_stop();
 }
 
-/// Nobody is kept out by those that are idle: the oldest of them makes room.
-void SimulationService::Impl::let_wait(std::uint64_t id, std::string const& quota_key, Channel& channel)
+/// Idle connections keep nobody out: the oldest of them is closed when there are too many.
+void SimulationService::Impl::begin_wait(std::uint64_t id, std::string const& quota_key, Channel& channel)
 {
-    auto const gone = context.admission.let_wait(id, quota_key);
+    auto const evicted = context.admission.let_wait(id, quota_key);
     waiting_channels.emplace(id, &channel);
-    if (!gone)
+    if (!evicted)
         return;
     context.log.warning(LogCause("waiting limit"),
                         concat("More than ", std::to_string(params.max_waiting), " connections, or ",
                                std::to_string(params.waiting_per_address),
-                               " of one address, start nothing: the oldest, [", std::to_string(*gone),
+                               " of one address, start nothing: the oldest, [", std::to_string(*evicted),
                                "], is closed"));
-    auto* const oldest = waiting_channels.at(*gone);
-    waiting_channels.erase(*gone);
+    auto* const oldest = waiting_channels.at(*evicted);
+    waiting_channels.erase(*evicted);
     (void)oldest->send(
         core::error_message("Too many connections wait here for their start: please start again."));
     oldest->close();
@@ -225,7 +228,7 @@ void SimulationService::Impl::end_wait(std::uint64_t id)
     waiting_channels.erase(id);
 }
 
-asio::awaitable<Opening> SimulationService::Impl::await_opening(std::uint64_t id, Channel& channel)
+asio::awaitable<FirstRequest> SimulationService::Impl::receive_request(std::uint64_t id, Channel& channel)
 {
     auto& clock = context.clock;
     auto const deadline = clock.now() + params.handshake_timeout;
@@ -235,7 +238,7 @@ asio::awaitable<Opening> SimulationService::Impl::await_opening(std::uint64_t id
             (void)channel.send(
                 core::error_message("No simulation was asked for in time: please start again."));
         if (!text)
-            co_return Opening();
+            co_return FirstRequest();
         auto message = core::parse_client_message(*text);
         if (auto* request = std::get_if<core::SimulationRequest>(&message))
             co_return std::move(*request);
@@ -248,7 +251,7 @@ asio::awaitable<Opening> SimulationService::Impl::await_opening(std::uint64_t id
             context.log.warning(LogCause("message"),
                                 concat("[", std::to_string(id), "] Malformed message: ", malformed->reason));
             (void)channel.send(core::error_message(concat("Wrong message: ", malformed->reason, ".")));
-            co_return Opening();
+            co_return FirstRequest();
         }
     }
 }

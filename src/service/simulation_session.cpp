@@ -55,7 +55,7 @@ std::string progress_text(FetchProgress const& progress)
     return concat("Receiving objects ", percent(received, total), "% (", megabytes, ")");
 }
 
-/// Stands for the browser while none is there.
+/// In place of a browser while none is connected.
 class ClosedChannel final : public Channel
 {
 public:
@@ -69,13 +69,13 @@ public:
 SimulationSession::SimulationSession(SessionContext& context, asio::any_io_executor const& executor,
                                      std::uint64_t id, std::string quota_key, core::SimulationRequest request)
     : context_(context), id_(id), quota_key_(std::move(quota_key)), request_(std::move(request)),
-      life_(context.reconnect_grace, context.clock.now(), context.stopping), since_(context.clock.now()),
-      something_changed_(executor), released_(executor)
+      life_(context.reconnect_grace, context.clock.now(), context.state.is_stopping()),
+      started_(context.clock.now()), life_changed_(executor), released_(executor)
 {
     context.starts.arrived();
 }
 
-std::string SimulationSession::name() const
+std::string SimulationSession::log_prefix() const
 {
     return concat("[", std::to_string(id_), "] ");
 }
@@ -84,13 +84,13 @@ asio::awaitable<void> SimulationSession::look_at_processes()
 {
     if (!simulation_ || life_.state() == Life::State::exited)
         co_return;
-    auto const used = co_await simulation_->usage(); // which may have gone meanwhile
+    auto const used = co_await simulation_->usage(); // the simulation may have ended meanwhile
     if (!simulation_ || life_.state() == Life::State::exited)
         co_return;
     auto const now = context_.clock.now();
-    cpu_ = core::process_cpu_percent(used_.processor, used.processor, now - looked_);
+    cpu_ = core::process_cpu_percent(used_.processor, used.processor, now - measured_);
     used_ = used;
-    looked_ = now;
+    measured_ = now;
 }
 
 bool SimulationSession::is_starting() const noexcept
@@ -104,7 +104,7 @@ core::SimulationRow SimulationSession::row() const
     row.id = id_;
     row.world = core::short_world(core::world_of(request_));
     row.state = life_.state() == Life::State::waiting ? "waiting for its browser" : name_of(life_.stage());
-    row.age = context_.clock.now() - since_;
+    row.age = context_.clock.now() - started_;
     if (output_)
         row.log = output_->name();
     if (simulation_) {
@@ -119,12 +119,12 @@ core::SimulationRow SimulationSession::row() const
 
 asio::awaitable<void> SimulationSession::run(Channel& channel)
 {
-    // Whichever ends first ends the others: the browser's departure, the simulation, or another browser that
-    // takes over.
+    // Whichever ends first cancels the others: the simulation, the browser's connection, or the wait for
+    // another connection that takes over.
     channel_ = &channel;
-    co_await (host(channel) || watch(channel) || await_successor());
+    co_await (simulate(channel) || receive(channel) || await_takeover());
     channel_ = nullptr;
-    co_await part(channel);
+    co_await finish(channel);
 }
 
 asio::awaitable<void> SimulationSession::resume(Channel& channel)
@@ -132,48 +132,48 @@ asio::awaitable<void> SimulationSession::resume(Channel& channel)
     auto const left = std::chrono::duration_cast<std::chrono::seconds>(life_.time_left(context_.clock.now()));
     (void)channel.send(core::shutdown_timeout_message(left.count()));
     announce(channel);
-    co_await (relay(channel) || watch(channel) || await_successor());
-    co_await part(channel);
+    co_await (relay(channel) || receive(channel) || await_takeover());
+    co_await finish(channel);
 }
 
 asio::awaitable<bool> SimulationSession::take_over()
 {
     if (!life_.take_over())
         co_return false;
-    something_changed_.notify();
+    life_changed_.notify();
     (void)co_await released_.wait();
     co_return !life_.is_over();
 }
 
-void SimulationSession::server_stops()
+void SimulationSession::on_server_stop()
 {
     if (life_.server_stops() && channel_)
         refuse(*channel_,
                Failure(errc::unavailable, "This simulation server is being stopped. Please start again."));
-    something_changed_.notify();
+    life_changed_.notify();
 }
 
-/// Ends when another conversation takes over, or when nobody is waited for any more.
-asio::awaitable<void> SimulationSession::await_successor()
+/// Ends when another connection takes over, or when the server stops while it waits for the browser.
+asio::awaitable<void> SimulationSession::await_takeover()
 {
     co_await asio::this_coro::throw_if_cancelled(false);
     for (;;) {
         bool const cancelled = co_await async::is_cancelled();
         if (cancelled || life_.must_let_go())
             co_return;
-        (void)co_await something_changed_.wait();
+        (void)co_await life_changed_.wait();
     }
 }
 
-/// The browser has gone, or the simulation has ended: waits for a lost browser, and cleans up unless one took
-/// over.
-asio::awaitable<void> SimulationSession::part(Channel& channel)
+/// The browser has left, or the simulation has ended: waits for the browser if its connection broke, and
+/// cleans up unless another connection takes over.
+asio::awaitable<void> SimulationSession::finish(Channel& channel)
 {
-    channel.close(); // what was said is still delivered; the browser need not wait for the cleaning up
-    auto next = end_conversation();
+    channel.close(); // what was sent is still delivered; the browser need not wait for the clean-up
+    auto next = end_connection();
     if (next.action == Life::Action::await_return) {
         co_await await_return(next.until);
-        next = end_conversation();
+        next = end_connection();
     }
     released_.notify();
     if (next.action == Life::Action::hand_over)
@@ -183,26 +183,26 @@ asio::awaitable<void> SimulationSession::part(Channel& channel)
     co_await clean_up(next.exited);
 }
 
-Life::Next SimulationSession::end_conversation()
+Life::Next SimulationSession::end_connection()
 {
-    auto const next = life_.conversation_ended(context_.clock.now());
+    auto const next = life_.connection_ended(context_.clock.now());
     if (next.loss != Life::Loss::none)
-        tell_loss(next.loss);
+        log_loss(next.loss);
     return next;
 }
 
 asio::awaitable<void> SimulationSession::await_return(TimePoint until)
 {
     ClosedChannel closed_channel;
-    co_await (relay(closed_channel) || await_successor() || context_.clock.wait_until(until));
+    co_await (relay(closed_channel) || await_takeover() || context_.clock.wait_until(until));
 }
 
-/// Tells the operator why the browser is gone, and what becomes of the simulation.
-void SimulationSession::tell_loss(Life::Loss loss)
+/// Logs why the connection ended, and what follows from that.
+void SimulationSession::log_loss(Life::Loss loss)
 {
     if (loss == Life::Loss::not_returned) {
         context_.log.info(LogCause("lost"),
-                          concat(name(), "The browser has not returned: the simulation is ended"));
+                          concat(log_prefix(), "The browser has not returned: the simulation is ended"));
         return;
     }
     auto const grace = std::chrono::duration<double>(context_.reconnect_grace).count();
@@ -211,12 +211,12 @@ void SimulationSession::tell_loss(Life::Loss loss)
         what_follows = concat("it may return for ", core::python_float(grace), " s");
     else if (loss == Life::Loss::not_awaited)
         what_follows = "it is ended at once, since there is no \"reconnectGrace\"";
-    context_.log.info(LogCause("lost"),
-                      concat(name(), "The simulation has lost its browser: ", why_lost_, "; ", what_follows));
+    context_.log.info(LogCause("lost"), concat(log_prefix(), "The simulation has lost its browser: ",
+                                               loss_reason_, "; ", what_follows));
 }
 
-/// Everything that a browser may still say while its simulation lives. Ends when the browser has gone.
-asio::awaitable<void> SimulationSession::watch(Channel& channel)
+/// Answers the messages of the browser. Ends with its connection.
+asio::awaitable<void> SimulationSession::receive(Channel& channel)
 {
     co_await asio::this_coro::throw_if_cancelled(false);
     for (;;) {
@@ -226,7 +226,7 @@ asio::awaitable<void> SimulationSession::watch(Channel& channel)
         auto const text = co_await channel.receive();
         if (!text) {
             life_.browser_left(text.error() == errc::unreachable);
-            why_lost_ = text.error().message();
+            loss_reason_ = text.error().message();
             co_return;
         }
         auto const message = core::parse_client_message(*text);
@@ -251,13 +251,13 @@ asio::awaitable<void> SimulationSession::reset_controller(std::string file, Chan
     if (restored)
         (void)channel.send(core::reset_controller_message(file));
     else
-        tell(channel, restored.error().message());
+        send_error(channel, restored.error().message());
 }
 
-void SimulationSession::tell(Channel& channel, std::string_view error)
+void SimulationSession::send_error(Channel& channel, std::string_view error)
 {
     auto const client = std::to_string(id_);
-    context_.log.error(LogCause("failure", client), concat(name(), core::printable(error)));
+    context_.log.error(LogCause("failure", client), concat(log_prefix(), core::printable(error)));
     (void)channel.send(core::error_message(error));
 }
 
@@ -266,15 +266,15 @@ void SimulationSession::refuse(Channel& channel, Failure const& failure)
 {
     if (life_.failed())
         context_.starts.failed(failure);
-    tell(channel, failure.message());
+    send_error(channel, failure.message());
 }
 
-/// Fetch, launch, relay. Cancelled when the browser has gone; cleaning up is the caller's.
-asio::awaitable<void> SimulationSession::host(Channel& channel)
+/// Fetches, launches and relays. Cancelled when the browser has left; the caller cleans up.
+asio::awaitable<void> SimulationSession::simulate(Channel& channel)
 {
     co_await asio::this_coro::throw_if_cancelled(false);
-    context_.log.info(LogCause("start"),
-                      concat(name(), "Starting simulation from ", core::printable(core::world_of(request_))));
+    context_.log.info(LogCause("start"), concat(log_prefix(), "Starting simulation from ",
+                                                core::printable(core::world_of(request_))));
     auto const fetched = co_await fetch(channel);
     if (!fetched) {
         if (fetched.error().code() != asio::error::operation_aborted)
@@ -286,12 +286,13 @@ asio::awaitable<void> SimulationSession::host(Channel& channel)
         refuse(channel, launched.error());
         co_return;
     }
-    bool const cancelled = co_await async::is_cancelled(); // a start can't be cancelled halfway: look now
+    bool const cancelled = co_await async::is_cancelled(); // a launch is not interrupted: check now
     if (!cancelled)
         co_await relay(channel);
 }
 
-/// Whose worlds run here. The projects of websites are the operator's own: no policy is needed.
+/// Whether worlds of this repository may run here. The projects of websites need no policy: the operator
+/// chose them.
 result<> SimulationSession::check_policy() const
 {
     auto const* start = std::get_if<core::StartMessage>(&request_);
@@ -305,11 +306,10 @@ result<> SimulationSession::check_policy() const
     return {};
 }
 
-/// Whether this machine takes the simulation, which then has a place: who is one too many learns it before
-/// anything is fetched.
+/// Whether this machine takes the simulation, which then has a place. Refused before anything is fetched.
 result<> SimulationSession::admit()
 {
-    if (context_.draining)
+    if (context_.state.is_draining())
         return Failure(errc::refused,
                        "This simulation server is about to stop. Please start again on another one.");
     if (auto const allowed = check_policy(); !allowed)
@@ -317,7 +317,7 @@ result<> SimulationSession::admit()
     return take_place();
 }
 
-/// Whether the machine has room for one more, and the client may have it: then the place is taken.
+/// Takes a place, if the machine has room for one more simulation and the client may have another one.
 result<> SimulationSession::take_place()
 {
     using Verdict = core::Admission::Verdict;
@@ -327,13 +327,13 @@ result<> SimulationSession::take_place()
         return {};
     if (verdict == Verdict::full)
         return core::too_many_simulations(admission.max_simulations());
-    auto const most = std::to_string(admission.max_simulations_per_client());
+    auto const max = std::to_string(admission.max_simulations_per_client());
     if (verdict == Verdict::client_full_first)
         context_.log.warning(LogCause("simulation limit"),
-                             concat("More than ", most, " simulations of ", quota_key_,
+                             concat("More than ", max, " simulations of ", quota_key_,
                                     " are refused: see \"simulationsPerAddress\", and \"trustedProxies\" if "
                                     "that is a proxy"));
-    return Failure(errc::refused, concat("Your network has ", most,
+    return Failure(errc::refused, concat("Your network has ", max,
                                          " simulations on this server already, and may not have more. "
                                          "Please end one of them, or try again later. Its operator can "
                                          "raise \"simulationsPerAddress\"."));
@@ -365,8 +365,8 @@ asio::awaitable<result<>> SimulationSession::fetch(Channel& channel)
     co_return result<>();
 }
 
-/// Fetches the project, and keeps it where it is found again: when the browser leaves at the moment of
-/// success, the race with the progress is lost, and its result with it.
+/// Stores the project in a member instead of returning it: a result would be lost, and the project with it,
+/// when the browser leaves at the moment of success.
 asio::awaitable<result<>> SimulationSession::fetch_project(std::shared_ptr<FetchProgress> progress)
 {
     co_await asio::this_coro::throw_if_cancelled(false);
@@ -377,7 +377,7 @@ asio::awaitable<result<>> SimulationSession::fetch_project(std::shared_ptr<Fetch
     co_return result<>();
 }
 
-/// Tells the browser how far the fetch is, while there is something new. Ends only when cancelled.
+/// Sends the progress of the fetch to the browser whenever it has changed. Ends only when cancelled.
 asio::awaitable<result<>> SimulationSession::show_progress(std::shared_ptr<FetchProgress const> progress,
                                                            Channel& channel)
 {
@@ -394,14 +394,14 @@ asio::awaitable<result<>> SimulationSession::show_progress(std::shared_ptr<Fetch
     }
 }
 
-/// Has what the simulator prints kept for the operator.
+/// Opens the log for what the simulator prints, if such logs are kept.
 void SimulationSession::open_output(LaunchSpec& spec)
 {
     if (!context_.simulation_logs)
         return;
     output_ = context_.simulation_logs->open(id_);
     output_->write(concat("Output of ", core::world_of(request_)));
-    context_.log.info(LogCause("output"), concat(name(), "What Webots prints is in ", output_->name()));
+    context_.log.info(LogCause("output"), concat(log_prefix(), "What Webots prints is in ", output_->name()));
     spec.output = [log = output_.get()](std::string_view line) { log->write(line); };
 }
 
@@ -429,8 +429,8 @@ asio::awaitable<result<>> SimulationSession::launch(Channel& channel)
     if (!simulation)
         co_return simulation.error();
     simulation_ = std::move(*simulation);
-    looked_ = context_.clock.now();
-    context_.starts.passed(core::StartStage::launch, life_.launched(looked_, simulation_->ends_at()));
+    measured_ = context_.clock.now();
+    context_.starts.passed(core::StartStage::launch, life_.launched(measured_, simulation_->ends_at()));
     auto const timeout = std::chrono::duration_cast<std::chrono::seconds>(context_.launcher.params().timeout);
     for (auto const& announcement : simulation_->announcements())
         (void)channel.send(announcement);
@@ -440,7 +440,7 @@ asio::awaitable<result<>> SimulationSession::launch(Channel& channel)
     co_return result<>();
 }
 
-/// The simulation is ready: where it is, and how a lost browser returns to it.
+/// The simulation is ready: sends its address, and the token with which the browser can return.
 void SimulationSession::announce(Channel& channel)
 {
     (void)channel.send(core::webots_message(context_.address, port_));
@@ -460,7 +460,7 @@ asio::awaitable<void> SimulationSession::relay(Channel& channel)
         } else if (auto const* ready = std::get_if<SimulationReady>(&*event)) {
             context_.starts.passed(core::StartStage::ready, life_.ready(context_.clock.now()));
             context_.log.info(LogCause("ready"),
-                              concat(name(), "Webots world is loaded, ready to receive connections"));
+                              concat(log_prefix(), "Webots world is loaded, ready to receive connections"));
             port_ = ready->port;
             if (life_.has_grace())
                 token_ = context_.new_token();
@@ -473,7 +473,7 @@ asio::awaitable<void> SimulationSession::relay(Channel& channel)
             life_.exited();
             auto const& ended = std::get<SimulationEnded>(*event);
             if (ended.was_ready)
-                tell(channel, ended.reason);
+                send_error(channel, ended.reason);
             else
                 refuse(channel, Failure(errc::start_failed, ended.reason));
             co_return;
@@ -485,7 +485,7 @@ asio::awaitable<void> SimulationSession::clean_up(bool exited)
 {
     if (simulation_) {
         auto const process = concat("Webots [", std::to_string(simulation_->process_id()), "] ");
-        context_.log.info(LogCause("end"), concat(name(), process, exited ? "exited" : "was killed"));
+        context_.log.info(LogCause("end"), concat(log_prefix(), process, exited ? "exited" : "was killed"));
         simulation_->terminate();
         while (!exited) {
             auto const event = co_await simulation_->next_event();

@@ -6,6 +6,7 @@
 #include "core/pages/simulation_board.hpp"
 #include "core/projects/repository_policy.hpp"
 #include "core/simulation/client_protocol.hpp"
+#include "core/simulation/service_state.hpp"
 #include "core/simulation/simulation_life.hpp"
 #include "core/simulation/start_figures.hpp"
 
@@ -26,7 +27,7 @@
 
 namespace webots_cloud {
 
-/// What the sessions of a server share: the parts that they work with, and what decides over their starts.
+/// What the sessions of a server share.
 struct SessionContext
 {
     SessionContext(ProjectFetcher& projects, SimulationLauncher& simulators, Clock& time, Logger logger,
@@ -38,49 +39,51 @@ struct SessionContext
     SimulationLauncher& launcher;
     Clock& clock;
     Logger log;
-    std::shared_ptr<SimulationLogs> simulation_logs; ///< Null: what simulators print is not kept.
+    SimulationLogs* simulation_logs = nullptr; ///< Null: what simulators print is not kept.
     PublicAddress address;
     core::RepositoryPolicy policy;
     Duration reconnect_grace{}; ///< How long a simulation waits for a browser that lost its connection.
-    std::function<std::string()> new_token; ///< Makes words that nobody guesses; there unless the grace is 0.
-    bool stopping = false;                  ///< The server ends: nobody is waited for.
-    double load = 0;                        ///< Of this machine at the last look, in percent.
-    bool draining = false;                  ///< No new simulation is taken.
+    std::function<std::string()> new_token; ///< Not empty, unless the grace is 0.
+    core::ServiceState state;
+    double load = 0; ///< Of this machine when it was last measured, in percent.
     core::Admission admission;
     core::StartFigures starts;
 };
 
-/// What one browser has. A conversation at a time owns it: the one that began it, or the last one that took
-/// it over.
+/// The simulation of one browser. One connection at a time owns it: the one that started it, or the last one
+/// that took it over.
 ///
-/// Lifetime: the context must outlive it.   Thread-safety: one executor.
+/// Lifetime: the context must outlive it.
+/// Thread-safety: one executor.
 class SimulationSession
 {
 public:
     SimulationSession(SessionContext& context, boost::asio::any_io_executor const& executor, std::uint64_t id,
                       std::string quota_key, core::SimulationRequest request);
 
-    /// Fetches, launches and relays until the browser leaves or the simulation ends, then cleans up. Once
-    /// only.
+    /// Fetches, launches and relays until the browser leaves or the simulation ends, then cleans up. Call it
+    /// once.
     ///
-    /// With a grace, a browser that was lost is waited for; then it ends without cleaning up when another
-    /// conversation takes over.   Not cancellable: the browser's leave ends it.
+    /// With a grace, it waits for a browser that lost its connection, and ends without cleaning up when
+    /// another connection takes over.
+    ///
+    /// Cancellation: none; it ends when the browser leaves.
     boost::asio::awaitable<void> run(Channel& channel);
 
-    /// Takes the session from the conversation that has it; false when there is nothing to return to. Then
-    /// `resume` it.
+    /// Takes the session from the connection that owns it, to `resume` it. False: there is nothing to return
+    /// to.
     boost::asio::awaitable<bool> take_over();
 
-    /// Goes on as `run` does, from the running simulation.
+    /// Goes on as `run` does, with the running simulation.
     boost::asio::awaitable<void> resume(Channel& channel);
 
-    /// Waits for no browser any more, and tells one whose simulation has not started yet.
-    void server_stops();
+    /// The server stops: waits for no browser any more, and tells a browser whose simulation has not started.
+    void on_server_stop();
 
-    /// Nobody can return to it. Once `run` or `resume` has ended, nothing is left of it.
+    /// No browser can return to it. Once `run` or `resume` has ended as well, nothing is left of it.
     bool is_over() const noexcept { return life_.is_over(); }
 
-    /// By which a browser that was lost returns; empty: by none.
+    /// With which a browser that lost its connection returns; empty: it can't.
     std::string const& token() const noexcept { return token_; }
 
     std::uint64_t id() const noexcept { return id_; }
@@ -88,14 +91,14 @@ public:
     core::SimulationLife::Stage stage() const noexcept { return life_.stage(); }
     bool is_starting() const noexcept;
 
-    /// Takes a look at what the simulator consumes.
+    /// Measures what the simulator consumes.
     boost::asio::awaitable<void> look_at_processes();
 
     core::SimulationRow row() const;
 
 private:
-    boost::asio::awaitable<void> host(Channel& channel);
-    boost::asio::awaitable<void> watch(Channel& channel);
+    boost::asio::awaitable<void> simulate(Channel& channel);
+    boost::asio::awaitable<void> receive(Channel& channel);
     boost::asio::awaitable<result<>> fetch(Channel& channel);
     boost::asio::awaitable<result<Project>> fetch_requested(std::shared_ptr<FetchProgress> progress);
     boost::asio::awaitable<result<>> fetch_project(std::shared_ptr<FetchProgress> progress);
@@ -104,11 +107,11 @@ private:
     boost::asio::awaitable<result<>> show_progress(std::shared_ptr<FetchProgress const> progress,
                                                    Channel& channel);
     boost::asio::awaitable<void> relay(Channel& channel);
-    boost::asio::awaitable<void> await_successor();
-    boost::asio::awaitable<void> part(Channel& channel);
-    core::SimulationLife::Next end_conversation();
+    boost::asio::awaitable<void> await_takeover();
+    boost::asio::awaitable<void> finish(Channel& channel);
+    core::SimulationLife::Next end_connection();
     boost::asio::awaitable<void> await_return(TimePoint until);
-    void tell_loss(core::SimulationLife::Loss loss);
+    void log_loss(core::SimulationLife::Loss loss);
     boost::asio::awaitable<void> clean_up(bool exited);
     boost::asio::awaitable<void> reset_controller(std::string file, Channel& channel);
     void announce(Channel& channel);
@@ -117,16 +120,16 @@ private:
     result<> take_place();
     void open_output(LaunchSpec& spec);
     void refuse(Channel& channel, Failure const& failure);
-    void tell(Channel& channel, std::string_view error);
-    std::string name() const;
+    void send_error(Channel& channel, std::string_view error);
+    std::string log_prefix() const;
 
     SessionContext& context_;
     std::uint64_t id_;
     std::string quota_key_; ///< Of the client that started it, also when it returns from elsewhere.
     core::SimulationRequest request_;
     core::SimulationLife life_;
-    Channel* channel_ = nullptr; ///< Of the browser, while `run` talks with it.
-    TimePoint since_;
+    Channel* channel_ = nullptr; ///< To the browser, while `run` uses it.
+    TimePoint started_;
     core::Admission::Place place_;
     std::optional<Project> project_;
     std::unique_ptr<SimulationLog> output_; ///< Outlives the simulation, which writes to it.
@@ -134,13 +137,13 @@ private:
     std::uint16_t port_ = 0; ///< Where the simulator listens, once it does.
 
     std::string token_;
-    std::string why_lost_;            ///< How the last connection ended.
-    async::Wakeup something_changed_; ///< Another conversation takes over, or the server stops.
-    async::Wakeup released_;          ///< The other conversation may look whether there is anything left.
+    std::string loss_reason_;    ///< How the last connection ended.
+    async::Wakeup life_changed_; ///< Another connection takes over, or the server stops.
+    async::Wakeup released_;     ///< The connection that takes over can go on.
 
-    ProcessUsage used_;         ///< At the last look.
-    TimePoint looked_;          ///< When that was; at first when the simulator was started.
-    std::optional<double> cpu_; ///< Percent of one processor, between the last two looks.
+    ProcessUsage used_;         ///< When it was last measured.
+    TimePoint measured_;        ///< When that was; at first when the simulator was started.
+    std::optional<double> cpu_; ///< Percent of one processor, between the last two measurements.
 };
 
 } // namespace webots_cloud

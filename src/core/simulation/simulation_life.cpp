@@ -37,7 +37,7 @@ bool SimulationLife::failed()
 
 bool SimulationLife::take_over()
 {
-    // Before the world is loaded no browser can return: it has no word for it yet.
+    // Before the world is loaded no browser can return: it has no token yet.
     bool const possible = has_grace() && (state_ == State::serving || state_ == State::waiting);
     if (possible)
         state_ = State::handing_over;
@@ -55,7 +55,7 @@ bool SimulationLife::must_let_go() const noexcept
     return state_ == State::handing_over || (state_ == State::waiting && stopping_);
 }
 
-SimulationLife::Next SimulationLife::conversation_ended(TimePoint now)
+SimulationLife::Next SimulationLife::connection_ended(TimePoint now)
 {
     bool const lost = std::exchange(lost_, false) && !stopping_;
     switch (state_) {

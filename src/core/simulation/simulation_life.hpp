@@ -1,15 +1,15 @@
-// One simulation's life, from its browser's request to the end of its cleaning up: what happens, and what is
-// to be done next.
+// A simulation's life, from its browser's request to the end of its clean-up: which event leads to what.
 #pragma once
 
 #include <webots_cloud/time.hpp>
 
 namespace webots_cloud::core {
 
-/// A state machine without a clock: its owner reports what happens, and when, and does what it is told.
+/// A state machine without a clock: its owner reports what happens, and when, and carries out what it
+/// returns.
 ///
-/// Whoever talks with the browser is a conversation. A simulation has one at a time; a browser that returns
-/// opens another, which takes over from the one before.
+/// A simulation has one connection to its browser at a time; a browser that returns opens another one, which
+/// takes over. While the simulation waits for its browser, that counts as a connection too.
 class SimulationLife
 {
 public:
@@ -19,13 +19,13 @@ public:
         launching,    ///< Until the world is loaded.
         serving,      ///< A browser, since the world is loaded.
         waiting,      ///< For its browser to return.
-        handing_over, ///< Another conversation takes over: the one that has the simulation must end.
-        exited,       ///< The simulator has ended without being asked to.
-        ending,       ///< The simulator is ended, and what is left is removed.
+        handing_over, ///< Another connection takes over: the one before must end.
+        exited,       ///< The simulator has ended by itself.
+        ending,       ///< The simulator is being ended, and what is left removed.
         ended         ///< Nothing is left.
     };
 
-    /// How far it has come, for pages and figures. It stays as it is while the simulation waits and ends.
+    /// What it has reached, for pages and figures. It stays while the simulation waits and ends.
     enum class Stage
     {
         fetching,
@@ -34,20 +34,20 @@ public:
         running
     };
 
-    /// What the operator is to be told of the browser.
+    /// What the log says of the browser.
     enum class Loss
     {
         none,
         awaited,     ///< Its connection broke; it may return.
         not_ready,   ///< Its connection broke too early for a return.
-        not_awaited, ///< Its connection broke, and no browser is ever waited for.
-        not_returned ///< In time.
+        not_awaited, ///< Its connection broke, and there is no grace.
+        not_returned ///< It did not return in time.
     };
 
     enum class Action
     {
-        await_return, ///< Wait until `until`, or until something else happens: that is a conversation too.
-        hand_over,    ///< Let the conversation that takes over go on.
+        await_return, ///< Wait until `until`, or until something else happens.
+        hand_over,    ///< Let the connection that takes over go on.
         clean_up      ///< End the simulator and remove what is left.
     };
 
@@ -56,60 +56,61 @@ public:
         Action action = Action::clean_up;
         Loss loss = Loss::none;
         TimePoint until;        ///< With `await_return`.
-        bool abandoned = false; ///< With `clean_up`: the browser left before the start was over.
-        bool exited = false;    ///< With `clean_up`: there is no simulator to end any more.
+        bool abandoned = false; ///< With `clean_up`: the browser left before the simulation was ready.
+        bool exited = false;    ///< With `clean_up`: the simulator has ended already.
     };
 
-    /// `reconnect_grace`: how long a browser that lost its connection is waited for; 0: not at all.
-    /// `server_is_stopping`: before the simulation began.
+    /// `reconnect_grace`: how long to wait for a browser that lost its connection; 0: not at all.
+    /// `server_is_stopping`: already when the simulation began.
     SimulationLife(Duration reconnect_grace, TimePoint now, bool server_is_stopping = false)
         : grace_(reconnect_grace), stage_began_(now), stopping_(server_is_stopping)
     {}
 
-    /// The project is there. How long that took.
+    /// The project has been fetched.   Returns: how long that took.
     Duration fetched(TimePoint now);
 
-    /// The simulator runs, until `ends_at` at the latest. How long its launch took.
+    /// The simulator has been started, and runs until `ends_at` at the latest.   Returns: how long that took.
     Duration launched(TimePoint now, TimePoint ends_at);
 
-    /// The world is loaded. How long that took.
+    /// The world is loaded.   Returns: how long that took.
     Duration ready(TimePoint now);
 
-    /// The start failed. False: its outcome was known before.
+    /// The start failed.   Returns: false when it had succeeded or failed before.
     bool failed();
 
     /// The simulation runs, or is paused.
     void activity(bool running) { stage_ = running ? Stage::running : Stage::idle; }
 
-    /// The simulator has ended without being asked to.
+    /// The simulator has ended by itself.
     void exited() { state_ = State::exited; }
 
     /// The browser closed its connection, or lost it.
     void browser_left(bool lost) { lost_ = lost; }
 
-    /// A browser returned. True: the conversation that has the simulation must end, and then says whether the
-    /// returned one may go on.
+    /// A browser returned.   Returns: whether it takes over, once the connection that owns the simulation has
+    /// ended.
     bool take_over();
 
-    /// Nobody is waited for any more. True: the browser is to be told that its simulation will not start.
+    /// The server stops, and waits for no browser any more.   Returns: whether to tell the browser that its
+    /// simulation will not start.
     bool server_stops();
 
-    /// The conversation is over: the browser has left, the simulator has exited, another conversation takes
-    /// over, or the wait for a browser ended.
-    Next conversation_ended(TimePoint now);
+    /// The connection has ended: the browser has left, the simulator has exited, another connection takes
+    /// over, or the wait for the browser has ended.
+    Next connection_ended(TimePoint now);
 
     void cleaned_up() { state_ = State::ended; }
 
     State state() const noexcept { return state_; }
     Stage stage() const noexcept { return stage_; }
 
-    /// A browser that returned can't go on with it any more.
+    /// No browser can return to it any more.
     bool is_over() const noexcept { return state_ == State::ending || state_ == State::ended; }
 
-    /// Browsers get a word by which they can return.
+    /// Browsers get a token with which they can return.
     bool has_grace() const noexcept { return grace_ > Duration::zero(); }
 
-    /// The conversation is to end although nothing happened to its browser.
+    /// The connection must end although its browser has not left.
     bool must_let_go() const noexcept;
 
     /// Before the simulator is ended for its age.
@@ -132,7 +133,7 @@ private:
     Start start_ = Start::under_way;
     TimePoint stage_began_;
     TimePoint ends_at_;
-    bool lost_ = false; ///< The last browser, without a word.
+    bool lost_ = false; ///< The connection broke without a close frame.
     bool stopping_;     ///< The server.
 };
 

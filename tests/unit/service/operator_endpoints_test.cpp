@@ -49,14 +49,21 @@ core::AdmissionLimits admission_limits(int max_simulations)
 struct Fixture
 {
     explicit Fixture(SimulationServiceParams parameters = {}, int max_simulations = 4)
-        : params(std::move(parameters)),
+        : Fixture(std::move(parameters), SimulationServiceHooks(), max_simulations)
+    {}
+
+    explicit Fixture(SimulationServiceHooks hooks) : Fixture(SimulationServiceParams(), std::move(hooks), 4)
+    {}
+
+    Fixture(SimulationServiceParams parameters, SimulationServiceHooks service_hooks, int max_simulations)
+        : params(std::move(parameters)), hooks(std::move(service_hooks)),
           fetcher(fetcher_params(), {Forge("https://github.com", source)}, log.logger()),
           launcher(launcher_params(max_simulations), processes, world.clock, log.logger()),
           context(fetcher, launcher, world.clock, log.logger(), admission_limits(max_simulations))
     {
         source.add("o/r", "a.wbt");
         context.policy.allowed = {"https://github.com/o"};
-        endpoints.emplace(params, context, sessions, metrics);
+        endpoints.emplace(params, hooks, context, sessions, metrics);
     }
 
     ~Fixture()
@@ -150,6 +157,7 @@ struct Fixture
     testing::MemoryProjectSource source{world.clock};
     testing::FixedMetrics metrics;
     SimulationServiceParams params;
+    SimulationServiceHooks hooks;
     ProjectFetcher fetcher;
     SimulationLauncher launcher;
     SessionContext context;
@@ -247,7 +255,7 @@ BOOST_AUTO_TEST_CASE(only_the_operator_drains_and_only_by_a_request_that_is_mean
         BOOST_TEST(wrong.status == 400, query);
         BOOST_TEST(wrong.text() == "Expected /api/drain, /api/drain?exit or /api/drain?off.");
     }
-    BOOST_TEST(!fixture.context.draining);
+    BOOST_TEST(!fixture.context.state.is_draining());
     BOOST_TEST(fixture.log.lines.empty());
 }
 
@@ -257,7 +265,7 @@ BOOST_AUTO_TEST_CASE(a_drained_server_has_finished_when_it_was_asked_to_and_nobo
     BOOST_TEST(!fixture.endpoints->has_finished());
     fixture.add_session();
     BOOST_TEST(fixture.ask("POST", "/api/drain", "exit", true).text() == "draining");
-    BOOST_TEST(fixture.context.draining);
+    BOOST_TEST(fixture.context.state.is_draining());
     BOOST_TEST(fixture.report().draining);
     BOOST_TEST(fixture.shows("webots_draining 1"));
     BOOST_TEST(fixture.log.contains("Draining: no new simulation is taken"));
@@ -266,7 +274,7 @@ BOOST_AUTO_TEST_CASE(a_drained_server_has_finished_when_it_was_asked_to_and_nobo
     BOOST_TEST(fixture.endpoints->has_finished());
     // A drain that does not ask for an exit leaves the server running.
     BOOST_TEST(fixture.ask("POST", "/api/drain", "", true).text() == "draining");
-    BOOST_TEST(fixture.context.draining);
+    BOOST_TEST(fixture.context.state.is_draining());
     BOOST_TEST(!fixture.endpoints->has_finished());
 }
 
@@ -275,7 +283,7 @@ BOOST_AUTO_TEST_CASE(a_drain_that_is_taken_back_leaves_nothing_of_itself)
     Fixture fixture;
     fixture.endpoints->drain(true);
     BOOST_TEST(fixture.ask("POST", "/api/drain", "off", true).text() == "serving");
-    BOOST_TEST(!fixture.context.draining);
+    BOOST_TEST(!fixture.context.state.is_draining());
     BOOST_TEST(!fixture.endpoints->has_finished());
     BOOST_TEST(fixture.get("/readyz").status == 200);
     BOOST_TEST(fixture.shows("webots_draining 0"));
@@ -364,9 +372,9 @@ BOOST_AUTO_TEST_CASE(a_pause_of_the_event_loop_is_shown_for_a_minute)
 
 BOOST_AUTO_TEST_CASE(figures_of_others_stand_below_our_own)
 {
-    SimulationServiceParams params;
-    params.more_metrics = [] { return std::string("adapter_figure 7\n"); };
-    Fixture fixture(params);
+    SimulationServiceHooks hooks;
+    hooks.more_metrics = [] { return std::string("adapter_figure 7\n"); };
+    Fixture fixture(hooks);
     BOOST_TEST(fixture.get("/metrics").text().ends_with("\nadapter_figure 7\n"));
     BOOST_TEST(fixture.shows("webots_simulations_isolated 1"));
 }
@@ -419,9 +427,9 @@ BOOST_AUTO_TEST_CASE(the_monitor_is_a_page_a_text_for_programs_or_a_websocket)
 BOOST_AUTO_TEST_CASE(each_look_is_a_line_of_the_monitor_log)
 {
     std::vector<std::string> lines;
-    SimulationServiceParams params;
-    params.monitor_log = [&lines](std::string line) { lines.push_back(std::move(line)); };
-    Fixture fixture(params);
+    SimulationServiceHooks hooks;
+    hooks.monitor_log = [&lines](std::string line) { lines.push_back(std::move(line)); };
+    Fixture fixture(hooks);
     fixture.measure();
     fixture.measure();
     BOOST_TEST(lines.size() == 2u);

@@ -1,18 +1,6 @@
 // How much of a simulation server one client may use.
-#include "run.hpp"
-#include "unit_test.hpp"
+#include "simulation_fixture.hpp"
 
-#include "async/task_group.hpp"
-
-#include <webots_cloud/simulation_service.hpp>
-#include <webots_cloud/testing/fixed_metrics.hpp>
-#include <webots_cloud/testing/loopback_channel.hpp>
-#include <webots_cloud/testing/memory_project_source.hpp>
-#include <webots_cloud/testing/recording_log.hpp>
-#include <webots_cloud/testing/scripted_processes.hpp>
-#include <webots_cloud/testing/world.hpp>
-
-#include <algorithm>
 #include <csignal>
 
 using namespace webots_cloud;
@@ -23,85 +11,25 @@ namespace {
 constexpr auto start_message = R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/a.wbt"}})";
 constexpr auto refusal = "loading: Error: Your network has ";
 
-SimulationServiceParams service_params(std::size_t most)
+SimulationServiceParams quota_params(std::size_t max_of_a_client)
 {
-    SimulationServiceParams params;
-    params.allowed_repositories = {"https://github.com/o"};
-    params.reconnect_grace = 30s;
-    params.new_token = [n = 0]() mutable { return "token" + std::to_string(++n); };
-    params.simulations_per_address = most;
+    auto params = simulation_service_params(30s);
+    params.simulations_per_address = max_of_a_client;
     return params;
 }
 
-SimulationServiceParams waiting_params(std::size_t of_all, std::size_t of_a_client)
+SimulationServiceParams waiting_params(std::size_t max_of_all, std::size_t max_of_a_client)
 {
-    auto params = service_params(0);
-    params.max_waiting = of_all;
-    params.waiting_per_address = of_a_client;
+    auto params = quota_params(0);
+    params.max_waiting = max_of_all;
+    params.waiting_per_address = max_of_a_client;
     return params;
 }
 
-SimulationLauncherParams launcher_params()
+struct Fixture : SimulationFixture
 {
-    SimulationLauncherParams params;
-    params.webots = "/opt/webots/webots";
-    params.max_simulations = 10;
-    params.timeout = 600s;
-    params.start_timeout = 300s;
-    return params;
-}
-
-ProjectFetcherParams fetcher_params()
-{
-    ProjectFetcherParams params;
-    params.instances = "/instances";
-    return params;
-}
-
-struct Fixture
-{
-    explicit Fixture(std::size_t most) : Fixture(service_params(most)) {}
-
-    explicit Fixture(SimulationServiceParams params)
-        : processes(world.clock), source(world.clock),
-          fetcher(fetcher_params(), {Forge("https://github.com", source)}, log.logger()),
-          launcher(launcher_params(), processes, world.clock, log.logger()),
-          service(std::move(params), fetcher, launcher, metrics, world.clock, log.logger()),
-          tasks(world.executor())
-    {
-        source.add("o/r", "a.wbt");
-        tasks.spawn(run(service));
-        world.settle();
-    }
-
-    ~Fixture()
-    {
-        tasks.cancel_all();
-        world.run(tasks.join());
-        BOOST_TEST(browsings.size() == 0u);
-        BOOST_TEST(processes.alive() == 0);
-        BOOST_TEST(service.sessions() == 0u);
-        BOOST_TEST(world.clock.pending() == 0u);
-    }
-
-    testing::LoopbackChannel& connect(std::string const& client)
-    {
-        browsers.push_back(std::make_unique<testing::LoopbackChannel>(world.executor()));
-        ChannelInfo info;
-        info.path = "/client";
-        info.client = info.quota_key = client;
-        browsings.spawn(service.serve_websocket(std::move(info), *browsers.back()));
-        world.settle();
-        return *browsers.back();
-    }
-
-    testing::LoopbackChannel& say(std::string const& client, std::string message)
-    {
-        auto& browser = connect(client);
-        browser.browser_says(std::move(message));
-        world.settle();
-        return browser;
-    }
+    explicit Fixture(std::size_t max_of_a_client) : Fixture(quota_params(max_of_a_client)) {}
+    explicit Fixture(SimulationServiceParams params) : SimulationFixture(std::move(params), 10) {}
 
     testing::LoopbackChannel& start(std::string const& client) { return say(client, start_message); }
 
@@ -113,36 +41,6 @@ struct Fixture
         BOOST_TEST(browser.was_told("webots:"));
         return browser;
     }
-
-    void leave(testing::LoopbackChannel& browser)
-    {
-        browser.browser_leaves();
-        world.settle();
-    }
-
-    void lose(testing::LoopbackChannel& browser)
-    {
-        browser.browser_is_lost();
-        world.settle();
-    }
-
-    std::ptrdiff_t lines(std::string_view text) const
-    {
-        return std::count_if(log.lines.begin(), log.lines.end(),
-                             [&](std::string const& line) { return line.find(text) != std::string::npos; });
-    }
-
-    testing::World world;
-    testing::RecordingLog log;
-    testing::ScriptedProcesses processes;
-    testing::MemoryProjectSource source;
-    testing::FixedMetrics metrics;
-    ProjectFetcher fetcher;
-    SimulationLauncher launcher;
-    SimulationService service;
-    std::vector<std::unique_ptr<testing::LoopbackChannel>> browsers;
-    async::TaskGroup tasks;
-    async::TaskGroup browsings{world.executor()};
 };
 
 using Texts = std::vector<std::string>;
@@ -334,10 +232,10 @@ BOOST_AUTO_TEST_CASE(the_limit_can_be_raised_while_simulations_run)
     Fixture fixture(1);
     auto& first = fixture.run_one("a");
     BOOST_TEST(fixture.start("a").was_told(refusal));
-    fixture.service.apply(service_params(2));
+    fixture.service.apply(quota_params(2));
     auto& second = fixture.run_one("a");
     BOOST_TEST(fixture.start("a").was_told(refusal));
-    fixture.service.apply(service_params(1));
+    fixture.service.apply(quota_params(1));
     fixture.leave(first);
     BOOST_TEST(fixture.start("a").was_told(refusal), "the second runs on");
     fixture.leave(second);

@@ -1,17 +1,6 @@
-#include "run.hpp"
-#include "unit_test.hpp"
-
-#include "async/task_group.hpp"
+#include "simulation_fixture.hpp"
 
 #include <webots_cloud/load_report.hpp>
-#include <webots_cloud/simulation_service.hpp>
-#include <webots_cloud/testing/fixed_metrics.hpp>
-#include <webots_cloud/testing/loopback_channel.hpp>
-#include <webots_cloud/testing/memory_project_source.hpp>
-#include <webots_cloud/testing/recording_log.hpp>
-#include <webots_cloud/testing/recording_simulation_logs.hpp>
-#include <webots_cloud/testing/scripted_processes.hpp>
-#include <webots_cloud/testing/world.hpp>
 
 #include <csignal>
 
@@ -26,131 +15,23 @@ constexpr auto start_message =
 constexpr auto init_message =
     R"({ "init" : [ "https://w.org", "robots", "a.wbt", "", "", "", "", "", "" ] })";
 
-SimulationServiceParams service_params(Duration grace = {})
+struct Fixture : SimulationFixture
 {
-    SimulationServiceParams params;
-    params.reconnect_grace = grace;
-    params.new_token = [n = 0]() mutable { return "token" + std::to_string(++n); };
-    params.address.host = "host.org";
-    params.address.ssl = false;
-    params.address.port_rewrite = false;
-    params.allowed_repositories = {"https://github.com/o"};
-    return params;
-}
+    explicit Fixture(Duration grace = {}, int max_simulations = 2)
+        : SimulationFixture(simulation_service_params(grace), max_simulations)
+    {}
 
-SimulationServiceParams with_logs(SimulationServiceParams params, std::shared_ptr<SimulationLogs> logs)
-{
-    params.simulation_logs = std::move(logs);
-    return params;
-}
-
-SimulationLauncherParams launcher_params(int most)
-{
-    SimulationLauncherParams params;
-    params.webots = "/opt/webots/webots";
-    params.max_simulations = most;
-    params.timeout = 600s;
-    params.start_timeout = 300s;
-    return params;
-}
-
-ProjectFetcherParams fetcher_params()
-{
-    ProjectFetcherParams params;
-    params.instances = "/instances";
-    return params;
-}
-
-/// A whole simulation server on fakes. At its end nothing may be left: no process, port, directory, task or
-/// timer.
-struct Fixture
-{
-    explicit Fixture(Duration grace = {}, int most = 2) : Fixture(service_params(grace), most) {}
-
-    explicit Fixture(SimulationServiceParams params, int most = 2)
-        : processes(world.clock), source(world.clock),
-          logs(std::make_shared<testing::RecordingSimulationLogs>(world.clock)),
-          fetcher(fetcher_params(), {Forge("https://github.com", source)}, log.logger(), &source),
-          launcher(launcher_params(most), processes, world.clock, log.logger()),
-          service(with_logs(std::move(params), logs), fetcher, launcher, metrics, world.clock, log.logger()),
-          tasks(world.executor())
-    {
-        source.add("o/r", "a.wbt");
-        source.add("robots", "a.wbt");
-        tasks.spawn(run(service));
-        world.settle();
-    }
-
-    ~Fixture()
-    {
-        tasks.cancel_all();
-        world.run(tasks.join());
-        BOOST_TEST(browsings.size() == 0u);
-        BOOST_TEST(processes.alive() == 0);
-        BOOST_TEST(processes.held() == 0u);
-        BOOST_TEST(launcher.running() == 0u);
-        BOOST_TEST(source.directories().empty());
-        BOOST_TEST(logs->open_logs == 0);
-        BOOST_TEST(service.sessions() == 0u);
-        BOOST_TEST(world.clock.pending() == 0u);
-    }
-
-    testing::LoopbackChannel& connect()
-    {
-        browsers.push_back(std::make_unique<testing::LoopbackChannel>(world.executor()));
-        ChannelInfo info;
-        info.path = "/client";
-        browsings.spawn(service.serve_websocket(std::move(info), *browsers.back()));
-        world.settle();
-        return *browsers.back();
-    }
+    using SimulationFixture::SimulationFixture;
 
     testing::LoopbackChannel& start(std::string message = start_message)
     {
-        auto& browser = connect();
-        browser.browser_says(std::move(message));
-        world.settle();
-        return browser;
+        return say("", std::move(message));
     }
 
-    HttpResponse get(std::string_view path)
-    {
-        IncomingRequest request;
-        request.method = "GET";
-        request.path = path;
-        return std::get<HttpResponse>(service.respond(request));
-    }
-
-    /// A browser that opens its conversation with `message`.
     testing::LoopbackChannel& reconnect(std::string const& token)
     {
         return start(R"({"reconnect":")" + token + R"("})");
     }
-
-    void lose(testing::LoopbackChannel& browser)
-    {
-        browser.browser_is_lost();
-        world.settle();
-    }
-
-    void leave(testing::LoopbackChannel& browser)
-    {
-        browser.browser_leaves();
-        world.settle();
-    }
-
-    testing::World world;
-    testing::RecordingLog log;
-    testing::ScriptedProcesses processes;
-    testing::MemoryProjectSource source;
-    std::shared_ptr<testing::RecordingSimulationLogs> logs;
-    testing::FixedMetrics metrics;
-    ProjectFetcher fetcher;
-    SimulationLauncher launcher;
-    SimulationService service;
-    std::vector<std::unique_ptr<testing::LoopbackChannel>> browsers;
-    async::TaskGroup tasks;
-    async::TaskGroup browsings{world.executor()};
 };
 
 using Texts = std::vector<std::string>;
@@ -192,8 +73,8 @@ BOOST_AUTO_TEST_CASE(what_a_simulator_prints_is_kept_in_a_log_of_its_own_but_for
     Fixture fixture;
     fixture.processes.expect().prints("loading\n.\n.\nreal-time\nlast words").exits(1);
     auto& browser = fixture.start();
-    BOOST_TEST(fixture.logs->lines[1] == (Texts{"Output of https://github.com/o/r/blob/main/worlds/a.wbt",
-                                                "loading", "real-time", "last words"}),
+    BOOST_TEST(fixture.logs.lines[1] == (Texts{"Output of https://github.com/o/r/blob/main/worlds/a.wbt",
+                                               "loading", "real-time", "last words"}),
                boost::test_tools::per_element());
     BOOST_TEST(fixture.log.contains("[1] What Webots prints is in 1.log"));
     BOOST_TEST(browser.close_code.has_value());
@@ -220,7 +101,7 @@ BOOST_AUTO_TEST_CASE(
                }) == 1);
     fixture.world.advance(5s);
     BOOST_TEST(browser.was_told("webots:"));
-    auto const& lines = fixture.logs->lines[1];
+    auto const& lines = fixture.logs.lines[1];
     BOOST_TEST(lines.size() < 2000u + 500u * 16);
     BOOST_TEST(fixture.get("/monitor").text().find("<td data-label=\"state\">running</td>") !=
                std::string::npos);
@@ -289,7 +170,7 @@ BOOST_AUTO_TEST_CASE(init_is_answered_with_the_address_alone_and_then_heartbeats
 BOOST_AUTO_TEST_CASE(init_needs_no_allowed_repository_but_a_server_that_is_not_draining)
 {
     Fixture fixture;
-    auto params = service_params();
+    auto params = simulation_service_params();
     params.allowed_repositories.clear();
     fixture.service.apply(params);
     fixture.processes.expect().prints("open\n");
@@ -317,9 +198,9 @@ BOOST_AUTO_TEST_CASE(an_init_that_fails_says_why_and_closes)
 BOOST_AUTO_TEST_CASE(a_server_without_websites_refuses_init_in_words)
 {
     Fixture fixture;
-    ProjectFetcher without(fetcher_params(), {Forge("https://github.com", fixture.source)},
+    ProjectFetcher without(project_fetcher_params(), {Forge("https://github.com", fixture.source)},
                            fixture.log.logger());
-    SimulationService service(service_params(), without, fixture.launcher, fixture.metrics,
+    SimulationService service(simulation_service_params(), without, fixture.launcher, fixture.metrics,
                               fixture.world.clock, fixture.log.logger());
     testing::LoopbackChannel browser(fixture.world.executor());
     ChannelInfo info;
@@ -514,7 +395,7 @@ BOOST_AUTO_TEST_CASE(what_keeps_simulations_apart_and_is_missing_is_said_everywh
     Fixture good;
     BOOST_TEST(good.get("/readyz").body == "ready");
     BOOST_TEST(good.get("/metrics").body.find("webots_simulations_isolated 1\n") != std::string::npos);
-    auto params = service_params();
+    auto params = simulation_service_params();
     params.isolation_warning = "Nobody & nothing.";
     Fixture fixture(std::move(params));
     auto const ready = fixture.get("/readyz");
@@ -795,7 +676,7 @@ BOOST_AUTO_TEST_CASE(each_path_answers_what_it_always_did_and_nobody_else_may_as
 BOOST_AUTO_TEST_CASE(the_load_is_that_of_the_configured_formula)
 {
     for (bool const strict : {true, false}) {
-        auto params = service_params();
+        auto params = simulation_service_params();
         params.strict_load = strict;
         Fixture fixture(params);
         fixture.metrics.cpu = 10;
@@ -827,9 +708,10 @@ BOOST_AUTO_TEST_CASE(the_moment_of_the_start_is_no_load)
     testing::ScriptedProcesses processes(world.clock);
     testing::RecordingLog log;
     testing::FixedMetrics metrics;
-    ProjectFetcher fetcher(fetcher_params(), {}, log.logger());
-    SimulationLauncher launcher(launcher_params(2), processes, world.clock, log.logger());
-    SimulationService service(service_params(), fetcher, launcher, metrics, world.clock, log.logger());
+    ProjectFetcher fetcher(project_fetcher_params(), {}, log.logger());
+    SimulationLauncher launcher(simulation_launcher_params(2), processes, world.clock, log.logger());
+    SimulationService service(simulation_service_params(), fetcher, launcher, metrics, world.clock,
+                              log.logger());
     async::TaskGroup tasks(world.executor());
     tasks.spawn(run(service));
     metrics.cpu = 100;
@@ -887,9 +769,9 @@ BOOST_AUTO_TEST_CASE(what_webots_prints_of_its_mode_makes_a_simulation_idle_or_r
 BOOST_AUTO_TEST_CASE(the_monitor_log_counts_browsers_whose_simulation_runs_and_the_others)
 {
     Texts lines;
-    auto params = service_params();
-    params.monitor_log = [&](std::string line) { lines.push_back(std::move(line)); };
-    Fixture fixture(params);
+    auto hooks = simulation_service_hooks();
+    hooks.monitor_log = [&](std::string line) { lines.push_back(std::move(line)); };
+    Fixture fixture(simulation_service_params(), hooks);
     fixture.processes.expect().prints(".\nreal-time\n");
     fixture.processes.expect().prints(".\n");
     auto& running = fixture.start();

@@ -51,7 +51,7 @@ void tell(SimulationLife& life, std::string_view event)
     else if (event == "stop")
         (void)life.server_stops();
     else if (event == "parted")
-        (void)life.conversation_ended(at(10s));
+        (void)life.connection_ended(at(10s));
     else
         BOOST_FAIL("no such event: " << event);
 }
@@ -201,7 +201,7 @@ BOOST_AUTO_TEST_CASE(the_end_of_each_conversation_leads_to_one_thing)
             SimulationLife life(row.grace, at(0s));
             for (auto const event : row.events)
                 tell(life, event);
-            auto const next = life.conversation_ended(at(20s));
+            auto const next = life.connection_ended(at(20s));
             BOOST_TEST(next.action == row.action);
             BOOST_TEST(next.loss == row.loss);
             BOOST_TEST(next.abandoned == row.abandoned);
@@ -259,7 +259,7 @@ BOOST_AUTO_TEST_CASE(a_stop_ends_starts_and_waits_and_leaves_simulations_to_thei
     SimulationLife late(30s, at(0s), true);
     for (auto const event : {"fetched", "launched", "ready", "lost"})
         tell(late, event);
-    BOOST_TEST((late.conversation_ended(at(20s)).action == Action::clean_up));
+    BOOST_TEST((late.connection_ended(at(20s)).action == Action::clean_up));
 }
 
 BOOST_AUTO_TEST_CASE(a_conversation_lets_go_for_the_one_that_takes_over)
