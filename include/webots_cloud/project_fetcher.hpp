@@ -1,4 +1,4 @@
-// Turns what a browser asked for into a directory that a simulator can run, and takes it away afterwards.
+// Fetches the projects that browsers ask for into directories that simulators can run, and removes them.
 #pragma once
 
 #include <webots_cloud/error.hpp>
@@ -17,7 +17,7 @@
 
 namespace webots_cloud {
 
-/// A source and the addresses that it fetches.
+/// A source, and the base of the world addresses that it fetches.
 struct Forge
 {
     Forge(std::string url, ProjectSource& source) : url(std::move(url)), source(source) {}
@@ -30,7 +30,7 @@ struct ProjectFetcherParams
 {
     ProjectFetcherParams() = default;
 
-    /// The existing folder in which instance directories are made; nobody else's (see `InstanceRoot`).
+    /// The existing folder for instance directories, which no other server uses (see `InstanceRoot`).
     std::filesystem::path instances;
     FetchLimits limits;
 };
@@ -40,50 +40,53 @@ struct Project
 {
     Project() = default;
 
-    ProjectRef ref;                        ///< What was asked for.
-    std::optional<WebsiteProject> website; ///< What was asked for instead.
-    std::filesystem::path directory;       ///< The instance directory; all of the project is inside.
+    ProjectRef ref;                        ///< The request of a `start`.
+    std::optional<WebsiteProject> website; ///< The request of an `init`, instead of `ref`.
+    std::filesystem::path directory;       ///< The instance directory, with all of the project in it.
     std::filesystem::path root;            ///< The folder that holds `worlds/`.
     std::filesystem::path world;           ///< The world file, absolute.
-    std::string world_header; ///< Its first line, which names the release of Webots it was made with.
-    std::string revision;     ///< What exactly was fetched: a commit, for instance.
-    std::string notice;       ///< A sentence for the person who asked; or empty.
+    std::string world_header; ///< The first line of the world file, which names a release of Webots.
+    std::string revision;     ///< The version that was fetched: a commit, for instance.
+    std::string notice;       ///< A sentence for the user, or empty.
 };
 
-/// Fetches projects into instance directories. How many at a time is the matter of each source, so that one
-/// whose server is slow holds up no other.
+/// Fetches projects into instance directories. Each source limits how many it fetches at a time, so that a
+/// slow server delays only its own projects.
 ///
 /// Lifetime: the sources must outlive the fetcher, and the fetcher its operations.
 /// Thread-safety: one executor.
 class ProjectFetcher
 {
 public:
-    /// `websites`: the source of the projects of websites; null: they are refused.
+    /// `websites`: the source for requests by `init`; null: they are refused.
     ProjectFetcher(ProjectFetcherParams params, std::vector<Forge> forges, Logger log,
                    ProjectSource* websites = nullptr);
     ~ProjectFetcher();
 
-    /// The forge that a world is on.
+    /// The base URL of the forge of a world.
+    ///
     /// Errors: as `webots_cloud::forge_of`.
     result<std::string> forge_of(std::string_view url) const;
 
-    /// Takes a world URL apart.
+    /// Parses a world URL.
+    ///
     /// Errors: as `parse_world_url`.
     result<ProjectRef> parse(std::string_view url) const;
 
-    /// Fetches a project into a fresh directory. Its source makes sure that the world is there.
+    /// Fetches a project into a new directory. The source checks that the world is there.
     ///
     /// Cancellation: terminal; completes when nothing of it is left on disk.
     /// Errors: as `ProjectSource::fetch`; `not_found` for the world file.
     boost::asio::awaitable<result<Project>> fetch(ProjectRef project,
                                                   std::shared_ptr<FetchProgress> progress);
 
-    /// The same for a project that a website's page asked for.
+    /// The same for a request by `init`.
+    ///
     /// Errors: `refused` too.
     boost::asio::awaitable<result<Project>> fetch(WebsiteProject project,
                                                   std::shared_ptr<FetchProgress> progress);
 
-    /// Puts one of a project's files, named relative to its root, back as it was fetched.
+    /// Restores one of a project's files, named relative to its root, as it was fetched.
     ///
     /// Lifetime: await it before the project is discarded.
     /// Cancellation: none.

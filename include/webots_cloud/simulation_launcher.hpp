@@ -1,4 +1,4 @@
-// Starts simulators and tells what becomes of them: ready, running, idle, ended. Never loses track of one.
+// Starts simulators and reports what they do: ready, running, idle, ended.
 #pragma once
 
 #include <webots_cloud/docker_mode.hpp>
@@ -25,29 +25,29 @@ struct SimulationLauncherParams
 {
     SimulationLauncherParams() = default;
 
-    /// The program to run, absolute: Webots, or one that takes its command line.
+    /// Absolute path of Webots, or of a program with the same command line.
     std::filesystem::path webots;
     /// Simulators listen on `first_port` to `first_port + max_simulations - 1`.
     std::uint16_t first_port = 2001;
     int max_simulations = 100;
-    /// The longest life of a simulation. Default 2 hours; the browser is told.
+    /// How long a simulation may run. Default 2 hours; the browser is told.
     Duration timeout = std::chrono::hours(2);
-    /// From the start of the program to its first sign of life. Default 5 min: some worlds load for minutes.
-    /// For containers from the last word of compose, which may have to fetch an image and to build first.
+    /// From the start of the program until it is ready. Default 5 min: some worlds take minutes to load. With
+    /// containers, from the last line that compose printed, since it may have to pull an image and to build.
     Duration start_timeout = std::chrono::minutes(5);
-    /// From the polite request to end to the kill. Default 1.5 s.
+    /// From SIGTERM to SIGKILL. Default 1.5 s.
     Duration grace = std::chrono::milliseconds(1500);
     /// What `DISPLAY` is set to. Default `:0`.
     std::string display = ":0";
-    /// Webots R2021b and older shall speak TLS themselves, with the certificate in their own folders.
+    /// Webots R2021b and older speak TLS themselves, with the certificate in their own folders.
     bool old_webots_tls = false;
-    /// What these are told of Janus, which shows their pictures as video: its address for browsers, and where
-    /// it takes the stream. Default: none.
+    /// For these versions, a Janus server that shows their pictures as video: its address for browsers, and
+    /// where it receives the stream. Default: none.
     std::string old_webots_multimedia_server;
     std::string old_webots_multimedia_stream;
-    /// Our own environment, of which simulators get what they need.
+    /// Our own environment, of which simulators get only what they need.
     std::vector<std::pair<std::string, std::string>> environment;
-    /// What they get besides: `NAME` and `PREFIX_*` of our environment, and `NAME=value`.
+    /// Further variables for them: `NAME` and `PREFIX_*` of our environment, and `NAME=value`.
     std::vector<std::string> simulator_environment;
 };
 
@@ -58,18 +58,18 @@ struct LaunchSpec
 
     std::filesystem::path root;  ///< The project's folder, which holds `worlds/`.
     std::filesystem::path world; ///< The world file, absolute.
-    std::string world_header;    ///< Its first line, which names the release of Webots it was made with.
-    std::string mode;            ///< What the browser asked for: empty, `x3d`, `w3d` or `mjpeg`.
-    bool old_command_line =
-        false; ///< Webots R2021b or older is started, for a browser that expects it; it has no modes.
+    std::string world_header;    ///< The first line of the world file, which names a release of Webots.
+    std::string mode;            ///< As requested by the browser: empty, `x3d`, `w3d` or `mjpeg`.
+    /// Start Webots R2021b or older, for a browser that expects that; it has no modes.
+    bool old_command_line = false;
     bool controller_edit = false; ///< With the old command line: the browser may edit controllers.
-    std::string label;            ///< In front of log lines.
-    /// Gets every line that the simulator prints, but its heartbeats; any bytes. Must not block. Empty:
-    /// nobody wants them.
+    std::string label;            ///< A prefix of log lines, and of container names.
+    /// Gets every line that the simulator prints, except heartbeats; any bytes. Must not block. May be empty.
     std::function<void(std::string_view line)> output;
 };
 
-/// How far the start is, in the words of those who do it; for the browser. Containers only.
+/// The progress of the start, for the browser: with containers, a line that compose or docker printed. Also
+/// how much output was left out.
 struct SimulationProgress
 {
     SimulationProgress() = default;
@@ -102,7 +102,7 @@ struct SimulationActivity
     bool running = false;
 };
 
-/// The simulator and everything it started is gone; `reason` is a sentence for the browser.
+/// The simulator and everything that it started has ended; `reason` is a sentence for the browser.
 struct SimulationEnded
 {
     SimulationEnded() = default;
@@ -115,30 +115,31 @@ struct SimulationEnded
 using SimulationEvent = std::variant<SimulationProgress, SimulationReady, SimulationHeartbeat,
                                      SimulationActivity, SimulationEnded>;
 
-/// A simulator that was started. Its port returns to the pool when it is destroyed, which also kills what
-/// still runs.
+/// A started simulator. Destroying it kills what still runs, and returns its port to the pool.
 class Simulation
 {
 public:
     virtual ~Simulation() = default;
 
-    /// What happens next; `SimulationEnded` exactly once and last.
-    /// Cancellation: terminal, nothing is lost.
+    /// What happens next; `SimulationEnded` is the last event.
+    ///
+    /// Cancellation: terminal; no event is lost.
     virtual boost::asio::awaitable<result<SimulationEvent>> next_event() = 0;
 
-    /// Asks it to end; `SimulationEnded` follows. Safe at any moment, more than once.
+    /// Asks it to end; `SimulationEnded` follows. May be called at any time, and more than once.
     virtual void terminate() noexcept = 0;
 
     virtual int process_id() const noexcept = 0;
 
-    /// When it is ended for its age, at the latest.
+    /// When it reaches its time limit.
     virtual TimePoint ends_at() const noexcept = 0;
 
-    /// Whole messages that the browser gets before all others: what the project says of itself. Containers
+    /// Whole messages of the project's `webots.yml`, which the browser gets before all others. Containers
     /// only.
     virtual std::vector<std::string> const& announcements() const noexcept = 0;
 
-    /// What the simulator and everything it started have consumed. The simulation may be destroyed meanwhile.
+    /// What the simulator and everything that it started have consumed. The simulation may be destroyed while
+    /// this runs.
     virtual boost::asio::awaitable<ProcessUsage> usage() = 0;
 };
 
@@ -149,17 +150,18 @@ public:
 class SimulationLauncher
 {
 public:
-    /// `docker`: simulations run in containers; it is open. Null: they run on this machine itself.
+    /// `docker`: an open one, to run simulations in containers. Null: they are processes of this machine.
     SimulationLauncher(SimulationLauncherParams params, ProcessHost& processes, Clock& clock, Logger log,
                        DockerMode* docker = nullptr);
     ~SimulationLauncher();
 
     /// Starts a simulator.
+    ///
     /// Errors: `unavailable` (every port is taken), `invalid_argument` (mode), `start_failed`, and those of
     /// `DockerMode::prepare`; the detail is a sentence for the browser.
     boost::asio::awaitable<result<std::unique_ptr<Simulation>>> launch(LaunchSpec spec);
 
-    /// Simulators whose port is not back in the pool.
+    /// Simulators whose port is in use.
     std::size_t running() const noexcept;
 
     SimulationLauncherParams const& params() const noexcept;

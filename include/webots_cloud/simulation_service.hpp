@@ -29,8 +29,8 @@ struct SimulationServiceParams
     PublicAddress address; ///< Where browsers are sent; its port is for the monitor page.
     std::vector<std::string> allowed_repositories; ///< URL prefixes always accepted.
     std::vector<std::string> blocked_repositories; ///< URL prefixes refused when idle time is shared.
-    double share_idle_time =
-        50; ///< Percent: the highest load at which other repositories are accepted; 0: never.
+    /// The highest load, in percent, at which other repositories are accepted; 0: never.
+    double share_idle_time = 50;
     /// Simulations that a client (`IncomingRequest::quota_key`) may have at once. 0: any number.
     std::size_t simulations_per_address = 0;
     bool docker = false;     ///< Simulations run in containers.

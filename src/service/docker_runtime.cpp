@@ -29,7 +29,7 @@ public:
         return printed;
     }
 
-    /// Docker listens in the simulator's place; inside nobody else can have the port.
+    /// Docker listens on the port for the container, in which no other program can take the simulator's port.
     bool keeps_its_port() const noexcept override { return true; }
 
 private:

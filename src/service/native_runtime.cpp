@@ -21,7 +21,7 @@ public:
 
     void forget(ContainerPlan const&) noexcept override {}
 
-    /// The guard ends when nothing is left.
+    /// The guard exits only when nothing is left.
     bool leaves_something() const noexcept override { return false; }
 
     asio::awaitable<void> clear(ContainerPlan const&) override { co_return; }
@@ -33,7 +33,7 @@ public:
         return printed;
     }
 
-    /// Webots takes another port when somebody else was faster.
+    /// Webots takes another port when some other program has taken its port meanwhile.
     bool keeps_its_port() const noexcept override { return false; }
 
 private:
@@ -58,7 +58,7 @@ ProcessSpec NativeRuntime::process_for(LaunchSpec const& spec, std::uint16_t por
         process.argv = core::old_webots_command(params_.webots, stream, port, spec.world);
         auto const& [sandbox, on] = core::old_webots_sandbox;
         core::set_variable(process.environment, sandbox, on);
-        process.set_user_id = true; // as that sandbox is
+        process.set_user_id = true; // the sandbox is a set-user-ID program
     } else {
         process.argv = core::webots_command(params_.webots, spec.mode, port, spec.world);
     }

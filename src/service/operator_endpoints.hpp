@@ -25,7 +25,7 @@
 
 namespace webots_cloud {
 
-/// The sessions of a server by their number, shared with the coroutines that run them.
+/// The sessions of a server, by their number. Shared with the connections that use them.
 using SimulationSessions = std::map<std::uint64_t, std::shared_ptr<SimulationSession>>;
 
 /// `/load`, `/monitor`, `/metrics`, `/livez`, `/readyz` and `/api/drain`.

@@ -31,9 +31,9 @@ asio::awaitable<result<std::string>> run_program(ProcessHost& processes, Clock& 
         if (auto const* status = std::get_if<ExitStatus>(&*event)) {
             if (*status == ExitStatus(0, false))
                 co_return output;
-            auto said = core::printable(core::last_words(output), 300);
+            auto reason = core::printable(core::last_words(output), 300);
             co_return Failure(errc::start_failed,
-                              said.empty() ? core::concat(name, " has failed") : std::move(said));
+                              reason.empty() ? core::concat(name, " has failed") : std::move(reason));
         }
         auto const& bytes = std::get<ProcessOutput>(*event).bytes;
         output.append(bytes, 0, max_output - std::min(max_output, output.size()));

@@ -1,4 +1,4 @@
-// A program that is run to its end for what it says.
+// Runs a program to its end, for its output.
 #pragma once
 
 #include <webots_cloud/transport/clock.hpp>
@@ -10,10 +10,11 @@
 
 namespace webots_cloud {
 
-/// What the program printed, at most 4 MiB of it, once it has succeeded.
+/// Runs a program.   Returns: what it printed, at most 4 MiB, when it has exited with status 0.
 ///
-/// Cancellation: terminal; the program is killed.   Errors: `start_failed`, also when it does not exit with
-/// 0: the detail is its last line; `timed_out`: it was killed after `limit`.
+/// Cancellation: terminal; the program is killed.
+/// Errors: `start_failed`, also when it exits with another status: the detail is the last line of its output;
+/// `timed_out`: it was killed after `limit`.
 boost::asio::awaitable<result<std::string>> run_program(ProcessHost& processes, Clock& clock,
                                                         ProcessSpec spec, Duration limit);
 

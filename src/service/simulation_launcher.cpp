@@ -241,7 +241,7 @@ void RunningSimulation::on_line(std::string_view line)
         on_container_end(line);
     if (source != compose || state_.was_ready())
         return;
-    last_words_.hear(line);
+    last_words_.add(line);
     state_.start_goes_on(clock_.now());
     if (!plan_.image.empty() && core::says_image_is_missing(line, plan_.image))
         stop(core::missing_image_text(plan_.image));
@@ -295,7 +295,7 @@ void RunningSimulation::on_webots_line(std::string_view line)
         break;
     case core::OutputLine::other:
         if (!state_.was_ready())
-            last_words_.hear(line);
+            last_words_.add(line);
         if (passed_on)
             log_.debug(concat("[", label_, "] webots: ", core::printable(line)));
     }

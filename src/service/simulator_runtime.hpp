@@ -1,4 +1,4 @@
-// Where simulators run: as programs of this machine, or in containers. The launcher knows no difference.
+// How simulators run: as processes of this machine, or in containers. The launcher treats both alike.
 #pragma once
 
 #include "core/docker/compose_output.hpp"
@@ -14,46 +14,54 @@
 
 namespace webots_cloud {
 
-/// What a line is that the started program printed.
+/// A line that the started program printed.
 struct PrintedLine
 {
     PrintedLine() = default;
 
-    core::ComposeLine line;   ///< Whose it is, and what it says.
-    bool is_progress = false; ///< A browser that waits may see it.
+    core::ComposeLine line;   ///< Its origin and its text.
+    bool is_progress = false; ///< To be shown to a browser that waits.
 };
 
-/// Lifetime: must outlive the simulations.   Thread-safety: one executor.
+/// Lifetime: must outlive the simulations.
+/// Thread-safety: one executor.
 class SimulatorRuntime
 {
 public:
     virtual ~SimulatorRuntime() = default;
 
-    /// What is to be started for a simulator that listens on `port`.   Errors: those of
-    /// `DockerMode::prepare`.
+    /// How to start a simulator that listens on `port`.
+    ///
+    /// Errors: those of `DockerMode::prepare`.
     virtual boost::asio::awaitable<result<ContainerPlan>> plan(LaunchSpec const& spec,
                                                                std::uint16_t port) = 0;
 
-    /// Of a plan whose program could not be started.
+    /// Forgets a plan whose program could not be started.
     virtual void forget(ContainerPlan const& plan) noexcept = 0;
 
-    /// Whether a program that has ended may leave something: then `clear` it.
+    /// Whether something may be left when the program has ended, so that `clear` is needed.
     virtual bool leaves_something() const noexcept = 0;
 
-    /// Removes what is left of a plan whose program has ended.   Not to be cancelled.
+    /// Removes what is left of a plan whose program has ended.
+    ///
+    /// Cancellation: none.
     virtual boost::asio::awaitable<void> clear(ContainerPlan const& plan) = 0;
 
     virtual PrintedLine read(std::string_view line, ContainerPlan const& plan) const = 0;
 
-    /// Once the world is loaded, somebody listens on the simulator's port, and it can be no other port: it
-    /// need not be looked for.
+    /// Whether a simulator that has loaded its world certainly listens on its own port, so that it need not
+    /// be looked for.
     virtual bool keeps_its_port() const noexcept = 0;
 };
 
-/// As programs of this machine.   Lifetime: `params` must outlive it.
+/// Processes of this machine.
+///
+/// Lifetime: `params` must outlive it.
 std::unique_ptr<SimulatorRuntime> make_native_runtime(SimulationLauncherParams const& params);
 
-/// In containers.   Lifetime: `docker` must outlive it.
+/// Containers.
+///
+/// Lifetime: `docker` must outlive it.
 std::unique_ptr<SimulatorRuntime> make_docker_runtime(DockerMode& docker);
 
 } // namespace webots_cloud

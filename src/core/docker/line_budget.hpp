@@ -7,7 +7,7 @@
 
 namespace webots_cloud::core {
 
-/// 200 at once and 50 a second: more than anybody reads, and fewer than fill a slow browser's queue.
+/// 200 at once and 50 a second: more than anybody can read, and too few to fill a slow browser's queue.
 class LineBudget
 {
 public:
@@ -15,7 +15,7 @@ public:
     bool take(TimePoint now)
     {
         auto const passed = std::chrono::duration<double>(now - last_).count();
-        left_ = std::min(max, left_ + std::max(0.0, passed) * a_second);
+        left_ = std::min(max_lines, left_ + std::max(0.0, passed) * lines_per_second);
         last_ = now;
         if (left_ < 1)
             return false;
@@ -24,10 +24,10 @@ public:
     }
 
 private:
-    static constexpr double max = 200;
-    static constexpr double a_second = 50;
+    static constexpr double max_lines = 200;
+    static constexpr double lines_per_second = 50;
 
-    double left_ = max;
+    double left_ = max_lines;
     TimePoint last_;
 };
 

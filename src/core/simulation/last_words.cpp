@@ -25,7 +25,7 @@ bool speaks_of_an_error(std::string_view line)
 
 } // namespace
 
-void LastWords::hear(std::string_view line)
+void LastWords::add(std::string_view line)
 {
     line = trim(line).substr(0, max_line_length);
     if (line.empty())
@@ -41,7 +41,7 @@ std::string last_words(std::string_view output)
 {
     LastWords words;
     for (auto const line : split(output, '\n'))
-        words.hear(line);
+        words.add(line);
     return words.text();
 }
 

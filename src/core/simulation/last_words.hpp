@@ -1,4 +1,4 @@
-// Why a program ended, as far as it printed that: the one line of its output that users are shown.
+// Picks the line of a program's output that explains best why it ended, to show it to users.
 #pragma once
 
 #include <string>
@@ -6,14 +6,13 @@
 
 namespace webots_cloud::core {
 
-/// Remembers the last line that speaks of an error, or the last of all while none did: what comes after an
-/// error is often advice
-/// ("Try --help"), or a farewell of another program.
+/// Keeps the last line that mentions an error, or the last line while none did: after an error there is often
+/// advice ("Try --help"), or the last output of another program.
 class LastWords
 {
 public:
-    /// A line as it was printed. Blank ones say nothing, and of long ones the beginning is kept.
-    void hear(std::string_view line);
+    /// Takes a line of the output. Blank lines are ignored, and only the beginning of long ones is kept.
+    void add(std::string_view line);
 
     /// The line; empty: there was none.
     std::string const& text() const noexcept { return text_; }

@@ -47,7 +47,7 @@ bool OutputBudget::take_line(TimePoint now)
     if (lines_.take(1, now))
         return true;
     if (left_out_++ == 0)
-        notice_due_ = std::max(now + first_notice, told_ ? *told_ + notice_interval : now);
+        notice_due_ = std::max(now + first_notice, last_notice_ ? *last_notice_ + notice_interval : now);
     return false;
 }
 
@@ -65,7 +65,7 @@ std::optional<std::string> OutputBudget::take_notice(TimePoint now)
                              " left out: more than ", std::to_string(static_cast<int>(lines_a_second)),
                              " a second were printed");
     left_out_ = 0;
-    told_ = now;
+    last_notice_ = now;
     notice_due_ = TimePoint::max();
     return text;
 }

@@ -11,8 +11,8 @@
 namespace webots_cloud::core {
 
 /// Keeps a simulator that prints without end from occupying the event loop and the logs: lines beyond the
-/// budget are left out and counted, and bytes beyond it stay in the pipe for a while, where they make the
-/// simulator wait.
+/// budget are dropped and counted, and bytes beyond it stay in the pipe for a while, so that the simulator
+/// has to wait.
 class OutputBudget
 {
 public:
@@ -31,7 +31,7 @@ public:
     /// Whether one more heartbeat may be passed on. The others are dropped without being counted.
     bool take_heartbeat(TimePoint now) { return heartbeats_.take(1, now); }
 
-    /// So many bytes were read.   Returns: when to read on, which may be now.
+    /// `bytes` were read.   Returns: when to read again, which may be now.
     TimePoint read(std::size_t bytes, TimePoint now);
 
     /// When to report that lines were left out: soon after the first, then once a minute; `max()`:
@@ -42,7 +42,7 @@ public:
     std::optional<std::string> take_notice(TimePoint now);
 
 private:
-    /// Fills up steadily, as far as `max`.
+    /// A token bucket of `max` tokens.
     class Allowance
     {
     public:
@@ -67,7 +67,7 @@ private:
     Allowance bytes_{bytes_at_once, bytes_a_second};
     Allowance heartbeats_{heartbeats_at_once, heartbeats_a_second};
     std::uint64_t left_out_ = 0; ///< Lines, since the last notice.
-    std::optional<TimePoint> told_;
+    std::optional<TimePoint> last_notice_;
     TimePoint notice_due_ = TimePoint::max();
 };
 

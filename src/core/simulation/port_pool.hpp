@@ -10,8 +10,7 @@
 
 namespace webots_cloud::core {
 
-/// What browsers and operators are told when all of `max` places for simulations are taken (protocol
-/// section 4.3).
+/// The answer when all of `max` places for simulations are taken (protocol section 4.3).
 inline Failure too_many_simulations(int max)
 {
     return {errc::unavailable, "Too many open connections (>" + std::to_string(max) +

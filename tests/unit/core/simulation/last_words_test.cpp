@@ -34,7 +34,7 @@ BOOST_AUTO_TEST_CASE(without_an_error_the_last_line_that_is_not_blank_is_quoted)
 BOOST_AUTO_TEST_CASE(long_lines_are_cut_where_they_are_kept)
 {
     LastWords words;
-    words.hear(std::string(100'000, 'x'));
+    words.add(std::string(100'000, 'x'));
     BOOST_TEST(words.text().size() == 400u);
 }
 
