@@ -1,5 +1,7 @@
 #include "simulator.hpp"
 
+#include "controllers.hpp"
+
 #include "scene.hpp"
 #include "text.hpp"
 
@@ -28,6 +30,8 @@ void Simulator::load()
     World world = world_from_file(world_file_);
     for (std::string const& warning : world.warnings)
         say("demo simulator: " + warning);
+    if (!arena_) // controllers go on when the world is loaded again
+        start_controllers(world, world_file_);
     arena_.emplace(std::move(world));
     broadcast("loading:Finalizing nodes:100");
     for (auto const& [id, client] : clients_)

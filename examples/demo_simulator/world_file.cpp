@@ -101,8 +101,16 @@ void read_box(World& world, vrml::Node const& node)
     world.boxes.push_back(std::move(box));
 }
 
+void read_controller(World& world, vrml::Node const& node)
+{
+    auto name = word(node, "controller", "");
+    if (!name.empty() && world.controllers.size() < max_controllers)
+        world.controllers.push_back(std::move(name));
+}
+
 void read_node(World& world, vrml::Node const& node)
 {
+    read_controller(world, node);
     if (node.type == "WorldInfo")
         read_world_info(world, node);
     else if (node.type.ends_with("Arena"))

@@ -43,11 +43,13 @@ struct World
     double wall_height = 0.12;
     std::vector<RobotDescription> robots; ///< at least one
     std::vector<BoxDescription> boxes;
-    std::vector<std::string> warnings; ///< sentences for the console
+    std::vector<std::string> controllers; ///< names, also those of robots without a body (supervisors)
+    std::vector<std::string> warnings;    ///< sentences for the console
 };
 
 inline constexpr std::size_t max_robots = 16;
 inline constexpr std::size_t max_boxes = 64;
+inline constexpr std::size_t max_controllers = 16;
 
 /// Builds a world from the text of a world file. Never fails: what cannot be read is left at its default
 /// and named in `warnings`; a world without robots gets three.

@@ -192,6 +192,9 @@ std::unique_ptr<ProcessHost> make_process_host(boost::asio::any_io_executor exec
 boost::asio::awaitable<result<std::string>>
 probe_guard(std::filesystem::path guard, std::vector<std::filesystem::path> read_only, Clock& clock);
 
+/// The IPv4 addresses of this computer, loopback included, each once.
+std::vector<std::string> own_ipv4_addresses();
+
 /// Files of this computer, on a thread of its own.
 std::unique_ptr<TextFiles> make_text_files();
 

@@ -60,6 +60,7 @@ struct ContainerPlan
 
     ProcessSpec process;                    ///< Compose in the foreground, with its cleanup command.
     ProcessSpec restart_controller;         ///< For competitions; otherwise without arguments.
+    std::string command;                    ///< For the log; empty: the process's.
     std::string project;                    ///< Compose's project name.
     std::string image;                      ///< The default image; empty: the project has its own Dockerfile.
     std::vector<std::string> announcements; ///< Whole messages for the browser, sent before all others.

@@ -3,6 +3,7 @@
 
 #include <webots_cloud/docker_mode.hpp>
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/sandbox.hpp>
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/logger.hpp>
 #include <webots_cloud/transport/process_host.hpp>
@@ -49,6 +50,8 @@ struct SimulationLauncherParams
     std::vector<std::pair<std::string, std::string>> environment;
     /// Further variables for them: `NAME` and `PREFIX_*` of our environment, and `NAME=value`.
     std::vector<std::string> simulator_environment;
+    /// How simulators are shut in. Default: not at all. With containers Docker does it.
+    SandboxParams sandbox;
 };
 
 /// What to simulate.
@@ -56,10 +59,11 @@ struct LaunchSpec
 {
     LaunchSpec() = default;
 
-    std::filesystem::path root;  ///< The project's folder, which holds `worlds/`.
-    std::filesystem::path world; ///< The world file, absolute.
-    std::string world_header;    ///< The first line of the world file, which names a release of Webots.
-    std::string mode;            ///< As requested by the browser: empty, `x3d`, `w3d` or `mjpeg`.
+    std::filesystem::path instance; ///< The instance directory, all that the simulator may change.
+    std::filesystem::path root;     ///< The project's folder, which holds `worlds/`.
+    std::filesystem::path world;    ///< The world file, absolute.
+    std::string world_header;       ///< The first line of the world file, which names a release of Webots.
+    std::string mode;               ///< As requested by the browser: empty, `x3d`, `w3d` or `mjpeg`.
     /// Start Webots R2021b or older, for a browser that expects that; it has no modes.
     bool old_command_line = false;
     bool controller_edit = false; ///< With the old command line: the browser may edit controllers.

@@ -50,6 +50,8 @@ struct SimulationServiceParams
     /// A sentence that says why simulations are not isolated from each other: for the monitor page, the
     /// answer of `/readyz` and a metric. Empty: they are.
     std::string isolation_warning;
+    /// How simulations are shut in, for the monitor page, as in `bubblewrap, public internet only`.
+    std::string sandbox;
 };
 
 /// What a SimulationService calls besides what its constructor requires. Each may be empty; none may block.

@@ -1,11 +1,14 @@
 // Environment variables, programs, and paths relative to the working directory.
 #pragma once
 
+#include "core/text.hpp"
+
 #include <unistd.h>
 
 #include <cstdlib>
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 namespace webots_cloud::app {
 
@@ -20,6 +23,16 @@ inline bool is_program(std::filesystem::path const& path)
 {
     std::error_code failed;
     return ::access(path.c_str(), X_OK) == 0 && !std::filesystem::is_directory(path, failed);
+}
+
+/// The path of a program that is found by PATH; empty when there is none.
+inline std::filesystem::path find_program(std::string_view name)
+{
+    auto const path = environment("PATH");
+    for (std::filesystem::path const folder : core::split(path, ':'))
+        if (folder.is_absolute() && is_program(folder / name))
+            return folder / name;
+    return {};
 }
 
 /// An absolute path: simulators run in other working directories.

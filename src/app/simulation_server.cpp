@@ -12,6 +12,7 @@
 #include "log_summaries.hpp"
 #include "metrics.hpp"
 #include "operator_requests.hpp"
+#include "sandbox.hpp"
 #include "signals.hpp"
 
 #include <webots_cloud/access_control.hpp>
@@ -37,6 +38,7 @@ namespace asio = boost::asio;
 namespace fs = std::filesystem;
 using app::absolute_path;
 using app::environment;
+using app::find_program;
 using app::is_program;
 using core::concat;
 
@@ -50,16 +52,6 @@ fs::path cache_folder(SimulationConfig const& config)
     if (base.empty())
         base = fs::temp_directory_path();
     return base / "webots_cloud" / std::to_string(config.address.port);
-}
-
-/// The path of a program that is found by PATH; empty when there is none.
-fs::path find_program(std::string_view name)
-{
-    auto const path = environment("PATH");
-    for (fs::path const folder : core::split(path, ':'))
-        if (folder.is_absolute() && is_program(folder / name))
-            return folder / name;
-    return {};
 }
 
 std::string host_name()
@@ -202,9 +194,11 @@ core::DisplayChoice choose_display(SimulationConfig const& config)
     return core::choose_display(config.display, environment("DISPLAY"), environment("SSH_CONNECTION"));
 }
 
-SimulationLauncherParams launcher_params(SimulationConfig const& config, fs::path simulator)
+SimulationLauncherParams launcher_params(SimulationConfig const& config, fs::path simulator,
+                                         SandboxParams sandbox)
 {
     SimulationLauncherParams params;
+    params.sandbox = std::move(sandbox);
     params.webots = std::move(simulator);
     params.first_port = static_cast<std::uint16_t>(config.address.port + 1);
     params.max_simulations = config.max_connections;
@@ -346,13 +340,22 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
         if (!opened)
             co_return opened.error();
     }
-    SimulationLauncher launcher(launcher_params(config, choice->program), *processes, *clock, log,
-                                docker.get());
+    app::SandboxContext walls;
+    walls.simulator = choice->program;
+    walls.guard = guard;
+    walls.state = instances.parent_path();
+    auto const sandbox = co_await app::choose_sandbox(config, walls, *processes, *clock, log);
+    if (!sandbox)
+        co_return sandbox.error();
+    SimulationLauncher launcher(launcher_params(config, choice->program, sandbox->params), *processes, *clock,
+                                log, docker.get());
     if (!config.docker)
         tell_environment(launcher.params(), log);
     auto service_settings = service_params(config, choice->notice);
     auto isolation_warning = co_await check_isolation(config, guard, read_only, *clock, log);
-    service_settings.isolation_warning = std::move(isolation_warning);
+    service_settings.isolation_warning =
+        isolation_warning.empty() ? sandbox->warning : std::move(isolation_warning);
+    service_settings.sandbox = sandbox->description;
     SimulationServiceHooks hooks;
     hooks.new_token = make_token;
     if (config.monitor_log)

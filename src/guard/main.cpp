@@ -1,9 +1,11 @@
 // webots-process-guard: runs one program and makes sure that no process it started outlives it, or outlives
 // the server that asked for it.
 //
-//     webots-process-guard [--cleanup COUNT WORD...] [--set-user-id] [--read-only FOLDER]... GRACE_MS
-//     PROGRAM [ARGUMENT...]
+//     webots-process-guard [--cleanup COUNT WORD...] [--set-user-id]
+//                          [--network none PORT | --network internet PORT SLIRP IP RULES]
+//                          [--read-only FOLDER]... GRACE_MS PROGRAM [ARGUMENT...]
 //     webots-process-guard --probe [--read-only FOLDER]...
+//     webots-process-guard --try FILE PORT PROCESS
 //
 // Standard input is the control socket. A byte asks the program to end: it gets SIGTERM, and the whole tree
 // SIGKILL after GRACE_MS milliseconds. End-of-file, which also arrives when the server dies for whatever
@@ -26,6 +28,13 @@
 // with which they could leave the namespaces, unless --set-user-id is given. Where there is no PID namespace,
 // Landlock forbids signals to other processes, if the kernel supports that (Linux 6.12).
 //
+// --network gives the tree a network of its own: with "none" it reaches nothing, with "internet" what
+// slirp4netns (SLIRP) passes on and the lines of the file RULES, executed by `ip -batch` (IP) in that
+// network, do not forbid. Connections to PORT of the machine are relayed to the same port in there, once
+// somebody listens on it. If the network can't be made, the program is not started.
+//
+// --try, run in a sandbox, prints what is possible there that should not be: see attempts.hpp.
+//
 // --probe prints in one line which of this works here: "namespace", "signals" (Landlock) or "none", followed
 // by "proc" and "read-only" where they work, or by ": " and the reason why there is no namespace.
 //
@@ -35,6 +44,7 @@
 // It uses plain system calls and nothing of the library: one guard runs for each simulation, and should cost
 // only a few pages of memory.
 
+#include "attempts.hpp"
 #include "pid_namespace.hpp"
 #include "privileges.hpp"
 
@@ -298,6 +308,30 @@ bool take_option(int& argc, char**& argv, char const* option)
     return given;
 }
 
+/// Takes the options of the network out of our command line.   Returns: false when they are malformed.
+bool take_network(int& argc, char**& argv, webots_cloud::guard::Network& network)
+{
+    using Reach = webots_cloud::guard::Network::Reach;
+    if (!take_option(argc, argv, "--network"))
+        return true;
+    bool const none = take_option(argc, argv, "none");
+    if (!none && !take_option(argc, argv, "internet"))
+        return false;
+    int const words = none ? 1 : 4;
+    if (argc < words)
+        return false;
+    network.reach = none ? Reach::none : Reach::internet;
+    network.port = std::atoi(argv[0]);
+    if (!none) {
+        network.slirp = argv[1];
+        network.ip = argv[2];
+        network.rules = argv[3];
+    }
+    argc -= words;
+    argv += words;
+    return true;
+}
+
 /// Takes the folders that must not be changed out of our command line.   Returns: their number; they lie
 /// where the first `--read-only` was.
 int take_read_only(int& argc, char**& argv)
@@ -321,11 +355,13 @@ int watch_owner()
 
 int usage(char const* name)
 {
-    std::fprintf(stderr,
-                 "usage: %s [--cleanup COUNT WORD...] [--set-user-id] [--read-only FOLDER]... GRACE_MS "
-                 "PROGRAM [ARGUMENT...]\n"
-                 "       %s --probe [--read-only FOLDER]...\n",
-                 name, name);
+    std::fprintf(
+        stderr,
+        "usage: %s [--cleanup COUNT WORD...] [--set-user-id] [--network ...] [--read-only FOLDER]... "
+        "GRACE_MS PROGRAM [ARGUMENT...]\n"
+        "       %s --probe [--read-only FOLDER]...\n"
+        "       %s --try FILE PORT PROCESS\n",
+        name, name, name);
     return 2;
 }
 
@@ -348,16 +384,19 @@ int probe(Program const& program)
 
 int main(int argc, char** argv)
 {
+    if (argc == 5 && std::strcmp(argv[1], "--try") == 0)
+        return webots_cloud::guard::try_forbidden_things(argv[2], std::atoi(argv[3]), std::atoi(argv[4]));
     webots_cloud::guard::forbid_tracing();
     char const* const name = argv[0];
     char** const cleanup_command = take_cleanup_command(argc, argv);
     bool const is_probe = take_option(argc, argv, "--probe");
     Program program;
     program.set_user_id = take_option(argc, argv, "--set-user-id");
+    bool const understood = take_network(argc, argv, program.network);
     program.read_only = argv;
     program.read_only_count = take_read_only(argc, argv);
     program.argv = argv + 1;
-    if (argc < 2 && !(is_probe && argc == 0))
+    if (!understood || (argc < 2 && !(is_probe && argc == 0)))
         return usage(name);
     setsid(); // Ctrl-C in the terminal is for the server, which then ends its simulations in order
     prctl(PR_SET_CHILD_SUBREAPER, 1);
@@ -372,6 +411,11 @@ int main(int argc, char** argv)
         return probe(program);
     int const signals = signalfd(-1, &handled, SFD_CLOEXEC | SFD_NONBLOCK);
     auto started = webots_cloud::guard::start_in_namespace(program, execute_confined);
+    if (started.process < 0 && program.network.is_own()) {
+        std::printf("can't start %s in a network of its own: %s\n", program.argv[0],
+                    std::strerror(started.error));
+        return exec_failed;
+    }
     if (started.process < 0)
         started.process = fork();
     if (started.process == 0)

@@ -151,17 +151,26 @@ Started try_to_start(Program const& program, Execute execute, unsigned long flag
     auto const user = geteuid();
     auto const group = getegid();
     auto const number = getpid();
+    NetworkSetup network(program.network);
+    if (!network.prepare()) {
+        started.error = errno;
+        return started;
+    }
+    if (program.network.is_own())
+        flags |= CLONE_NEWNET;
     auto const child =
         static_cast<pid_t>(syscall(SYS_clone, flags | SIGCHLD, nullptr, nullptr, nullptr, nullptr));
     started.error = child < 0 ? errno : EPERM;
     if (child == 0) {
         close(ends[0]);
-        if ((flags & CLONE_NEWUSER) == 0 || map_user_and_group(user, group))
+        if (((flags & CLONE_NEWUSER) == 0 || map_user_and_group(user, group)) && network.complete_inside())
             run_as_first_process(program, execute, ends[1], number,
                                  (flags & CLONE_NEWNS) != 0 ? set_up_mounts(program) : '\0');
         _exit(1);
     }
     close(ends[1]);
+    if (child > 0 && !network.complete_outside(child))
+        kill(child, SIGKILL);
     char working = 0;
     ssize_t size = -1;
     while (child > 0 && (size = read(ends[0], &working, 1)) < 0 && errno == EINTR)

@@ -2,6 +2,8 @@
 // others in it.
 #pragma once
 
+#include "network.hpp"
+
 #include <csignal>
 
 #include <sys/types.h>
@@ -17,6 +19,7 @@ struct Program
     char const* const* read_only = nullptr;
     int read_only_count = 0;
     bool set_user_id = false; ///< Set-user-ID programs must work in it.
+    Network network;          ///< Needs namespaces: without them the program is not started.
 };
 
 /// A started program, as seen by the guard.

@@ -1,3 +1,4 @@
+#include "confine.hpp"
 #include "core/simulation/launch_plan.hpp"
 #include "core/simulation/simulator_environment.hpp"
 #include "simulator_runtime.hpp"
@@ -16,6 +17,10 @@ public:
     {
         ContainerPlan plan;
         plan.process = process_for(spec, port);
+        if (!params_.sandbox.bubblewrap.empty()) {
+            plan.command = in_one_line(plan.process.argv);
+            confine(plan.process, params_.sandbox, spec.instance, port);
+        }
         co_return plan;
     }
 
@@ -66,6 +71,14 @@ ProcessSpec NativeRuntime::process_for(LaunchSpec const& spec, std::uint16_t por
 }
 
 } // namespace
+
+std::string in_one_line(std::vector<std::string> const& argv)
+{
+    std::string line;
+    for (auto const& word : argv)
+        line.append(line.empty() ? "" : " ").append(word);
+    return line;
+}
 
 std::unique_ptr<SimulatorRuntime> make_native_runtime(SimulationLauncherParams const& params)
 {

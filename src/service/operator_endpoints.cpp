@@ -171,6 +171,7 @@ std::string OperatorEndpoints::monitor_text() const
     view.description = params_.description;
     view.notice = params_.notice;
     view.warning = params_.isolation_warning;
+    view.sandbox = params_.sandbox;
     view.load = average_.value();
     view.host = description_;
     view.sample = board_.sample();

@@ -392,9 +392,7 @@ asio::awaitable<result<std::unique_ptr<Simulation>>> SimulationLauncher::launch(
     auto plan = co_await impl_->runtime->plan(spec, *port);
     if (!plan)
         co_return plan.error();
-    std::string command;
-    for (auto const& argument : plan->process.argv)
-        command.append(command.empty() ? "" : " ").append(argument);
+    auto const command = plan->command.empty() ? in_one_line(plan->process.argv) : plan->command;
 
     hold.reset(); // as late as possible: from now on the simulator can take the port
     auto process = plan->process;

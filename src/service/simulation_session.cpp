@@ -408,6 +408,7 @@ void SimulationSession::open_output(LaunchSpec& spec)
 LaunchSpec SimulationSession::launch_spec() const
 {
     LaunchSpec spec;
+    spec.instance = project_->directory;
     spec.root = project_->root;
     spec.world = project_->world;
     spec.world_header = project_->world_header;

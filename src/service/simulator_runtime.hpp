@@ -10,7 +10,9 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <string_view>
+#include <vector>
 
 namespace webots_cloud {
 
@@ -53,6 +55,9 @@ public:
     /// be looked for.
     virtual bool keeps_its_port() const noexcept = 0;
 };
+
+/// A command line as people read it.
+std::string in_one_line(std::vector<std::string> const& argv);
 
 /// Processes of this machine.
 ///

@@ -30,12 +30,12 @@ FLOORS = {
     # daemon.hpp declares what adapters/threads/low_latency_scheduling.cpp implements.
     'src/adapters': [*VALUES, 'webots_cloud/transport/', 'webots_cloud/adapters.hpp', 'webots_cloud/daemon.hpp', 'webots_cloud/instance_root.hpp',
                      'src/core/', 'src/async/', 'src/adapters/', 'boost/', 'openssl/', 'spdlog/', 'curl/',
-                     'git2', 'zlib.h', 'archive', 'sys/', 'linux/', 'netinet/', 'netdb.h', 'unistd.h', 'fcntl.h', 'dirent.h', 'spawn.h', 'semaphore.h', 'fts.h',
+                     'git2', 'zlib.h', 'archive', 'sys/', 'linux/', 'netinet/', 'netdb.h', 'unistd.h', 'fcntl.h', 'dirent.h', 'spawn.h', 'semaphore.h', 'fts.h', 'arpa/inet.h', 'ifaddrs.h',
                      'dlfcn.h'],
-    'src/guard': ['src/guard/', 'sys/', 'linux/', 'unistd.h', 'fcntl.h', 'poll.h', 'sched.h', 'mntent.h'],
+    'src/guard': ['src/guard/', 'sys/', 'linux/', 'net/', 'netinet/', 'arpa/', 'unistd.h', 'fcntl.h', 'poll.h', 'sched.h', 'mntent.h'],
     'src/app': ['webots_cloud/', 'src/core/', 'src/app/', 'boost/asio/', 'boost/json/', 'boost/program_options/', 'sys/', 'unistd.h'],
     'apps': ['webots_cloud/daemon.hpp', 'webots_cloud/servers.hpp'],
-    'examples/demo_simulator': ['examples/demo_simulator/', 'boost/', 'cairo', 'jpeglib.h', 'sys/', 'linux/', 'netinet/', 'arpa/', 'unistd.h', 'fcntl.h', 'poll.h'],
+    'examples/demo_simulator': ['examples/demo_simulator/', 'boost/', 'cairo', 'jpeglib.h', 'spawn.h', 'sys/', 'linux/', 'netinet/', 'arpa/', 'unistd.h', 'fcntl.h', 'poll.h'],
 }
 # Of what FLOORS allows.
 FORBIDDEN = {'src/service': ABOVE_SERVICES, 'src/testing': ABOVE_SERVICES}
@@ -50,6 +50,7 @@ ROOMS = {
         'placement': [],
         'pages': ['load'],
         'projects': ['git'],
+        'sandbox': ['access'],
         'simulation': ['pages'],
         'docker': ['simulation'],
         'config': ['access', 'docker', 'notices', 'projects', 'simulation'],

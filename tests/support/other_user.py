@@ -51,9 +51,11 @@ class OwnedServer(SimulationServer):
             os.mkdir(os.path.join(self.folder, "bin"))
             for name in PROGRAMS:
                 shutil.copy(program(name), os.path.join(self.folder, "bin"))
-            projects = shutil.copytree(LOCAL["forges"][0]["directory"], os.path.join(self.folder, "projects"),
-                                       ignore=lambda folder, names: [name for name in names if "." in name and folder.endswith("examples")])
-            self.config["forges"] = [{"url": "local:", "directory": projects}]
+            if self.config["forges"] == LOCAL["forges"]:
+                projects = shutil.copytree(LOCAL["forges"][0]["directory"], os.path.join(self.folder, "projects"),
+                                           ignore=lambda folder, names: [name for name in names
+                                                                         if "." in name and folder.endswith("examples")])
+                self.config["forges"] = [{"url": "local:", "directory": projects}]
         self.configure()
         os.makedirs(os.path.join(self.folder, "tmp"), exist_ok=True)
         if self.owner is not None:

@@ -16,6 +16,27 @@
 
 namespace webots_cloud {
 
+/// What the processes of a tree reach of the network.
+struct ProcessNetwork
+{
+    ProcessNetwork() = default;
+
+    enum class Reach
+    {
+        host,     ///< Everything: they share the network of the machine.
+        none,     ///< Nothing but each other.
+        internet, ///< What slirp4netns passes on and `rules` do not forbid.
+    };
+
+    Reach reach = Reach::host;
+    /// With a network of their own: connections to this port of the machine, on all of its IPv4 addresses,
+    /// reach the same port in there, once somebody listens on it. 0: none do.
+    std::uint16_t port = 0;
+    std::filesystem::path slirp; ///< `slirp4netns`, absolute; for `internet`.
+    std::filesystem::path ip;    ///< `ip` of iproute2, absolute; for `internet`.
+    std::filesystem::path rules; ///< A file of lines for `ip -batch`, carried out in there; for `internet`.
+};
+
 /// A program to run. Nothing is ever passed through a shell.
 struct ProcessSpec
 {
@@ -37,6 +58,7 @@ struct ProcessSpec
     /// They do not work where an unprivileged user isolates it; with this, the tree is isolated less.
     /// Default: no.
     bool set_user_id = false;
+    ProcessNetwork network; ///< Where that can't be made, the program is not started and says so.
 };
 
 /// How a program ended.

@@ -5,6 +5,7 @@
 #include "adapters/files/sha256.hpp"
 #include "git_copy.hpp"
 
+#include "core/access/public_networks.hpp"
 #include "core/git/git_lfs_address.hpp"
 #include "core/git/git_lfs_batch.hpp"
 #include "core/git/git_lfs_pointer.hpp"

@@ -142,4 +142,9 @@ std::uint16_t listening_port(pid_t root, std::uint16_t first, std::uint16_t last
     return 0;
 }
 
+bool has_listener(std::uint16_t port)
+{
+    return !listening_sockets(port, port).empty();
+}
+
 } // namespace webots_cloud::adapters

@@ -17,4 +17,7 @@ namespace webots_cloud::adapters {
 /// Not for the event loop.
 std::uint16_t listening_port(pid_t root, std::uint16_t first, std::uint16_t last);
 
+/// Whether anybody listens on the port in our network.
+bool has_listener(std::uint16_t port);
+
 } // namespace webots_cloud::adapters

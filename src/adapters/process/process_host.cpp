@@ -92,11 +92,19 @@ struct InspectionThreads
 
 struct FindPort
 {
-    std::uint16_t operator()() const { return adapters::listening_port(root, first, last); }
+    std::uint16_t operator()() const
+    {
+        return relayed == 0                      ? adapters::listening_port(root, first, last)
+               : adapters::has_listener(relayed) ? relayed
+                                                 : std::uint16_t{0};
+    }
 
     pid_t root;
     std::uint16_t first;
     std::uint16_t last;
+    /// Not 0: the port that the guard keeps for a tree with a network of its own, and listens on when the
+    /// tree does. Nobody else can.
+    std::uint16_t relayed;
 };
 
 struct TakeUsage
@@ -127,9 +135,9 @@ class GuardedProcess final : public Process
 {
 public:
     GuardedProcess(process::process guard, adapters::FileDescriptor control, asio::readable_pipe output,
-                   std::shared_ptr<InspectionThreads> inspection)
+                   std::shared_ptr<InspectionThreads> inspection, std::uint16_t relayed_port)
         : guard_(std::move(guard)), control_(std::move(control)), output_(std::move(output)),
-          inspection_(std::move(inspection)),
+          inspection_(std::move(inspection)), relayed_port_(relayed_port),
           wake_calls_(std::make_shared<WakeCalls>(output_.get_executor(), guard_.id()))
     {}
 
@@ -148,7 +156,7 @@ public:
     void terminate() noexcept override;
     asio::awaitable<std::uint16_t> listening_port(std::uint16_t first, std::uint16_t last) override
     {
-        return find_port(inspection_, FindPort{guard_.id(), first, last});
+        return find_port(inspection_, FindPort{guard_.id(), first, last, relayed_port_});
     }
     asio::awaitable<ProcessUsage> usage() override
     {
@@ -160,6 +168,7 @@ private:
     adapters::FileDescriptor control_;
     asio::readable_pipe output_;
     std::shared_ptr<InspectionThreads> inspection_;
+    std::uint16_t relayed_port_;
     std::shared_ptr<WakeCalls> wake_calls_;
     std::array<char, read_size> buffer_;
     std::optional<ExitStatus> status_;
@@ -229,6 +238,19 @@ private:
     std::shared_ptr<InspectionThreads> inspection_ = std::make_shared<InspectionThreads>();
 };
 
+void add_network(std::vector<std::string>& arguments, ProcessNetwork const& network)
+{
+    using enum ProcessNetwork::Reach;
+    if (network.reach == host)
+        return;
+    auto const port = std::to_string(network.port);
+    if (network.reach == none)
+        arguments.insert(arguments.end(), {"--network", "none", port});
+    else
+        arguments.insert(arguments.end(), {"--network", "internet", port, network.slirp.native(),
+                                           network.ip.native(), network.rules.native()});
+}
+
 asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(ProcessSpec spec)
 {
     for (auto const& program : {guard_.string(), spec.argv.at(0)})
@@ -248,6 +270,7 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
     }
     if (spec.set_user_id)
         arguments.emplace_back("--set-user-id");
+    add_network(arguments, spec.network);
     for (auto const& folder : read_only_) {
         arguments.emplace_back("--read-only");
         arguments.push_back((here / folder).string());
@@ -286,8 +309,10 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
                           concat(spec.argv.front(), " can't be started: ",
                                  std::error_code(failure, std::generic_category()).message()));
     process::process guard(executor_, id);
+    auto const relayed =
+        spec.network.reach == ProcessNetwork::Reach::host ? std::uint16_t{0} : spec.network.port;
     co_return std::make_unique<GuardedProcess>(std::move(guard), std::move(control), std::move(output),
-                                               inspection_);
+                                               inspection_, relayed);
 }
 
 result<std::unique_ptr<PortHold>> LocalProcessHost::hold_port(std::uint16_t port)

@@ -68,6 +68,8 @@ std::vector<std::string_view> keys_for_restart(SimulationConfig const& running, 
     changes.compare("fetchDisk", running.fetch_disk, next.fetch_disk);
     changes.compare("webotsHome", running.webots_home, next.webots_home);
     changes.compare("display", running.display, next.display);
+    changes.compare("sandbox", running.sandbox, next.sandbox);
+    changes.compare("network", running.network_reach, next.network_reach);
     changes.compare("simulatorEnvironment", running.simulator_environment, next.simulator_environment);
     changes.compare("maxConnections", running.max_connections, next.max_connections);
     changes.compare("timeout", running.timeout, next.timeout);

@@ -1,5 +1,6 @@
 #include "git_lfs_address.hpp"
 
+#include "core/access/public_networks.hpp"
 #include "core/access/site_access.hpp"
 #include "core/text.hpp"
 
@@ -60,26 +61,6 @@ Failure refused(std::string_view what)
 }
 
 } // namespace
-
-bool is_public_address(IpAddress const& address) noexcept
-{
-    static IpNetworks const others({"0.0.0.0/8", "10.0.0.0/8", "100.64.0.0/10", "127.0.0.0/8",
-                                    "169.254.0.0/16", "172.16.0.0/12", "192.0.0.0/24", "192.0.2.0/24",
-                                    "192.168.0.0/16", "198.18.0.0/15", "198.51.100.0/24", "203.0.113.0/24",
-                                    "224.0.0.0/3"});
-    static IpNetworks const global({"2000::/3"});
-    static IpNetworks const from_ipv4({"64:ff9b::/96"});
-    // Those that carry an address of IPv4 (6to4, Teredo), which nobody needs any more, and documentation.
-    static IpNetworks const not_global({"2001::/23", "2001:db8::/32", "2002::/16"});
-    if (from_ipv4.contains(address)) { // the only way to IPv4 in some networks (NAT64)
-        IpAddress::Bytes v4{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xff, 0xff};
-        std::copy(address.bytes().begin() + 12, address.bytes().end(), v4.begin() + 12);
-        return is_public_address(IpAddress(v4));
-    }
-    if (address.is_v4())
-        return !others.contains(address);
-    return global.contains(address) && !not_global.contains(address);
-}
 
 std::string_view base_of(std::string_view url) noexcept
 {

@@ -1,17 +1,11 @@
 // Where large files may be fetched from: the addresses come from a server, and name any host.
 #pragma once
 
-#include "core/access/ip_address.hpp"
-
 #include <webots_cloud/error.hpp>
 
 #include <string_view>
 
 namespace webots_cloud::core {
-
-/// False for the machine itself, for private, link-local and shared networks, and for what is no host's
-/// address (RFC 6890).
-bool is_public_address(IpAddress const& address) noexcept;
 
 /// The part of a URL before its path, as it is written there: `https://host`.
 std::string_view base_of(std::string_view url) noexcept;

@@ -38,6 +38,7 @@ struct SimulationMonitorView
     std::string description;
     std::string notice;
     std::string warning;
+    std::string sandbox; ///< How simulations are shut in; empty: not said.
     double load = 0;
     HostDescription host;
     MonitorSample sample;

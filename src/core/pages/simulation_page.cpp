@@ -131,6 +131,9 @@ std::string simulation_monitor_page(SimulationMonitorView const& view)
     if (!view.description.empty())
         html += concat("<p>", escape_html(view.description), "</p>\n");
     html += concat("<p>Current load: ", percentage("load", view.load), "</p>\n");
+    if (!view.sandbox.empty())
+        html += concat("<p>Sandbox of simulations: <span id=\"sandbox\">", escape_html(view.sandbox),
+                       "</span></p>\n");
     html += machine(view);
     html += "<section id=\"charts\" hidden></section>\n";
     html += simulations(view);

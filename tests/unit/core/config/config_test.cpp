@@ -478,6 +478,8 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
         {R"("shareIdleTime":12.5)", [](auto const& c) { return c.share_idle_time == 12.5; }},
         {R"("notify":["http://a"])", [](auto const& c) { return c.notify == Texts{"http://a"}; }},
         {R"("projectsDir":"/p")", [](auto const&) { return true; }},
+        {R"("sandbox":"bubblewrap")", [](auto const& c) { return c.sandbox == "bubblewrap"; }},
+        {R"("network":"none")", [](auto const& c) { return c.network_reach == "none"; }},
         {R"("display":":1")", [](auto const& c) { return c.display == ":1"; }},
         {R"("webotsHome":"/w")", [](auto const& c) { return c.webots_home == "/w"; }},
         {R"("maxConnections":7)", [](auto const& c) { return c.max_connections == 7; }},

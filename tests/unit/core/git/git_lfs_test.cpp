@@ -1,6 +1,7 @@
 // Git LFS: pointers, what a server says of their content, and where that may be fetched from.
 #include "unit_test.hpp"
 
+#include "core/access/public_networks.hpp"
 #include "core/git/git_lfs_address.hpp"
 #include "core/git/git_lfs_batch.hpp"
 #include "core/git/git_lfs_pointer.hpp"

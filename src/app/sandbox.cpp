@@ -1,0 +1,206 @@
+#include "sandbox.hpp"
+
+#include "core/sandbox/network_rules.hpp"
+#include "core/text.hpp"
+#include "environment.hpp"
+
+#include <webots_cloud/adapters.hpp>
+
+#include <boost/asio/error.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/this_coro.hpp>
+
+#include <unistd.h>
+
+#include <fstream>
+#include <initializer_list>
+#include <utility>
+
+namespace webots_cloud::app {
+namespace asio = boost::asio;
+namespace fs = std::filesystem;
+
+namespace {
+
+using core::concat;
+using Reach = ProcessNetwork::Reach;
+
+constexpr std::initializer_list<char const*> graphics_devices = {
+    "/dev/dri",     "/dev/nvidiactl", "/dev/nvidia-uvm", "/dev/nvidia-uvm-tools", "/dev/nvidia-modeset",
+    "/dev/nvidia0", "/dev/nvidia1",   "/dev/nvidia2",    "/dev/nvidia3",          "/dev/nvidia4",
+    "/dev/nvidia5", "/dev/nvidia6",   "/dev/nvidia7"};
+
+/// The programs of administrators are not on everybody's PATH.
+fs::path find_system_program(std::string_view name)
+{
+    auto found = find_program(name);
+    for (auto const* folder : {"/usr/sbin", "/sbin", "/usr/bin"})
+        if (found.empty() && is_program(fs::path(folder) / name))
+            found = fs::path(folder) / name;
+    return found;
+}
+
+result<> write_file(fs::path const& path, std::string_view text)
+{
+    std::ofstream file(path, std::ios::trunc | std::ios::binary);
+    file << text << std::flush;
+    if (!file)
+        return Failure(errc::start_failed, concat(path.string(), " can't be written"));
+    return {};
+}
+
+std::string describe(Reach reach)
+{
+    switch (reach) {
+    case Reach::host:
+        return "network of this machine";
+    case Reach::none:
+        return "no network";
+    case Reach::internet:
+        break;
+    }
+    return "public internet only";
+}
+
+result<ProcessNetwork> network_of(SimulationConfig const& config, fs::path const& rules)
+{
+    ProcessNetwork network;
+    network.reach = config.network_reach == "host"   ? Reach::host
+                    : config.network_reach == "none" ? Reach::none
+                                                     : Reach::internet;
+    if (network.reach != Reach::internet)
+        return network;
+    network.rules = rules;
+    for (auto const& [name, path] :
+         {std::pair("slirp4netns", &network.slirp), std::pair("ip", &network.ip)}) {
+        *path = find_system_program(name);
+        if (path->empty())
+            return Failure(errc::start_failed,
+                           concat(name, " is not installed, without which simulations can't "
+                                        "be kept to the public internet"));
+    }
+    return network;
+}
+
+/// What Webots needs besides the system: its own folder, by the name that it is started by and by its own.
+std::vector<fs::path> folders_of(fs::path const& simulator)
+{
+    std::error_code failed;
+    std::vector<fs::path> folders{simulator.parent_path()};
+    auto const real = fs::weakly_canonical(simulator, failed).parent_path();
+    if (!failed && real != folders.front())
+        folders.push_back(real);
+    std::erase_if(folders, [](fs::path const& folder) { return folder.native().starts_with("/usr/"); });
+    return folders;
+}
+
+fs::path x_authority()
+{
+    std::error_code failed;
+    auto file = fs::path(environment("XAUTHORITY"));
+    if (file.empty() && !environment("HOME").empty())
+        file = fs::path(environment("HOME")) / ".Xauthority";
+    return fs::is_regular_file(file, failed) ? absolute_path(file) : fs::path();
+}
+
+result<SandboxParams> assemble(SimulationConfig const& config, SandboxContext const& context)
+{
+    SandboxParams sandbox;
+    sandbox.bubblewrap = find_program("bwrap");
+    if (sandbox.bubblewrap.empty())
+        return Failure(errc::start_failed, "bubblewrap is not installed");
+    auto const rules = context.state / "network.rules";
+    auto const network = network_of(config, rules);
+    if (!network)
+        return network.error();
+    sandbox.network = *network;
+    if (auto const written = write_file(rules, core::internet_only_rules(own_ipv4_addresses())); !written)
+        return written.error();
+    sandbox.resolver = "/etc/resolv.conf";
+    if (sandbox.network.reach == Reach::internet) {
+        sandbox.resolver = context.state / "resolv.conf";
+        if (auto const written = write_file(sandbox.resolver, core::sandbox_resolver); !written)
+            return written.error();
+    }
+    sandbox.read_only = folders_of(context.simulator);
+    std::error_code failed;
+    for (fs::path const device : graphics_devices)
+        if (fs::exists(device, failed))
+            sandbox.devices.push_back(device);
+    sandbox.x_authority = x_authority();
+    return sandbox;
+}
+
+/// Whether it keeps what it promises.
+asio::awaitable<result<>> check(SandboxParams const& sandbox, SandboxContext const& context,
+                                ProcessHost& processes, Clock& clock)
+{
+    using asio::ip::tcp;
+    boost::system::error_code error;
+    tcp::acceptor somebody(co_await asio::this_coro::executor);
+    somebody.open(tcp::v4(), error);
+    if (!error)
+        somebody.bind({asio::ip::address_v4::loopback(), 0}, error);
+    if (!error)
+        somebody.listen(1, error);
+    if (error)
+        co_return Failure(error).within("no port to try the sandbox with");
+    SandboxAttempts attempts;
+    attempts.guard = context.guard;
+    attempts.file = context.state / "network.rules";
+    // Who shares the machine's network reaches all that listens there: port 0 is nobody's.
+    attempts.port =
+        sandbox.network.reach == Reach::host ? std::uint16_t{0} : somebody.local_endpoint(error).port();
+    attempts.process = ::getpid();
+    auto const instance = context.state / "sandbox-check";
+    std::error_code failed;
+    fs::create_directory(instance, failed);
+    auto const checked = co_await check_sandbox(processes, clock, sandbox, instance, attempts);
+    fs::remove(instance, failed);
+    co_return checked;
+}
+
+} // namespace
+
+asio::awaitable<result<ChosenSandbox>> choose_sandbox(SimulationConfig const& config, SandboxContext context,
+                                                      ProcessHost& processes, Clock& clock, Logger log)
+{
+    ChosenSandbox chosen;
+    if (config.docker) {
+        chosen.description = "Docker";
+        co_return chosen;
+    }
+    if (config.sandbox == "none") {
+        log.warning("Simulations run without a sandbox, as \"sandbox\" says: each of them can read what this "
+                    "server can read, and reach what it reaches (docs/sandboxes.md).");
+        chosen.description = "none";
+        co_return chosen;
+    }
+    auto assembled = assemble(config, context);
+    result<> works;
+    if (assembled)
+        works = co_await check(*assembled, context, processes, clock);
+    else
+        works = assembled.error();
+    if (!works && works.error().code() == asio::error::operation_aborted)
+        co_return works.error();
+    if (!works && config.sandbox != "auto")
+        co_return Failure(errc::start_failed,
+                          concat("\"sandbox\": \"", config.sandbox,
+                                 "\" does not work here: ", works.error().message(), " (docs/sandboxes.md)"));
+    if (!works) {
+        chosen.description = "none";
+        chosen.warning = concat(
+            "Simulations run without a sandbox, and can read what this server can read, and reach what it "
+            "reaches: ",
+            works.error().message(), " (docs/sandboxes.md).");
+        log.warning(chosen.warning);
+        co_return chosen;
+    }
+    chosen.params = std::move(*assembled);
+    chosen.description = concat("bubblewrap, ", describe(chosen.params.network.reach));
+    log.info(concat("Simulations run in a sandbox: ", chosen.description, "."));
+    co_return chosen;
+}
+
+} // namespace webots_cloud::app

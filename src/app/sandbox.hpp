@@ -1,0 +1,40 @@
+// Which sandbox simulations get on this machine.
+#pragma once
+
+#include <webots_cloud/config.hpp>
+#include <webots_cloud/sandbox.hpp>
+#include <webots_cloud/transport/logger.hpp>
+
+#include <boost/asio/awaitable.hpp>
+
+#include <filesystem>
+#include <string>
+
+namespace webots_cloud::app {
+
+/// What the sandbox has to do with.
+struct SandboxContext
+{
+    SandboxContext() = default;
+
+    std::filesystem::path simulator; ///< Webots, absolute.
+    std::filesystem::path guard;     ///< `webots-process-guard`, absolute.
+    std::filesystem::path state;     ///< An existing folder of ours, for files of the sandbox.
+};
+
+struct ChosenSandbox
+{
+    ChosenSandbox() = default;
+
+    SandboxParams params;
+    std::string description; ///< For the monitor page, as in "bubblewrap, public internet only".
+    std::string warning;     ///< A sentence: simulations are not shut in, although nobody wanted that.
+};
+
+/// Does what the keys `sandbox` and `network` say, and tries whether it holds.
+/// Errors: `start_failed`: the sandbox that the operator asked for by name does not work here.
+boost::asio::awaitable<result<ChosenSandbox>> choose_sandbox(SimulationConfig const& config,
+                                                             SandboxContext context, ProcessHost& processes,
+                                                             Clock& clock, Logger log);
+
+} // namespace webots_cloud::app

@@ -1,0 +1,125 @@
+#include "bubblewrap.hpp"
+
+#include <algorithm>
+#include <initializer_list>
+#include <string_view>
+
+namespace webots_cloud::core {
+namespace {
+
+// Folders of the system. On merged systems `/bin` and its like are links; bubblewrap follows them.
+constexpr std::initializer_list<char const*> system_folders = {"/usr", "/bin",   "/sbin",
+                                                               "/lib", "/lib32", "/lib64"};
+
+// What libraries, languages and drivers look up, and every user of the machine may read.
+constexpr std::initializer_list<char const*> system_files = {"/etc/ld.so.cache",
+                                                             "/etc/ld.so.conf",
+                                                             "/etc/ld.so.conf.d",
+                                                             "/etc/alternatives",
+                                                             "/etc/passwd",
+                                                             "/etc/group",
+                                                             "/etc/nsswitch.conf",
+                                                             "/etc/hosts",
+                                                             "/etc/host.conf",
+                                                             "/etc/gai.conf",
+                                                             "/etc/protocols",
+                                                             "/etc/services",
+                                                             "/etc/localtime",
+                                                             "/etc/timezone",
+                                                             "/etc/locale.alias",
+                                                             "/etc/fonts",
+                                                             "/etc/mime.types",
+                                                             "/etc/ssl/certs",
+                                                             "/etc/ssl/openssl.cnf",
+                                                             "/etc/ca-certificates",
+                                                             "/etc/pki/tls/certs",
+                                                             "/etc/OpenCL",
+                                                             "/etc/vulkan",
+                                                             "/etc/glvnd",
+                                                             "/etc/drirc",
+                                                             "/etc/egl",
+                                                             "/etc/alsa",
+                                                             "/etc/asound.conf",
+                                                             "/etc/python3",
+                                                             "/etc/java",
+                                                             "/etc/ros"};
+
+// Where the libraries of graphics processors find out what there is.
+constexpr std::initializer_list<char const*> device_descriptions = {"/sys/dev/char", "/sys/class/drm",
+                                                                    "/sys/devices"};
+
+constexpr std::uint64_t shared_memory_bytes = std::uint64_t{256} << 20;
+
+/// Appends words to a command line.
+class Words
+{
+public:
+    explicit Words(std::vector<std::string>& words) : words_(words) {}
+
+    void add(std::initializer_list<std::string_view> words)
+    {
+        words_.insert(words_.end(), words.begin(), words.end());
+    }
+    void show(std::filesystem::path const& path) { add({"--ro-bind-try", path.native(), path.native()}); }
+
+    /// An empty folder in memory.
+    void make_folder(std::string_view path, std::uint64_t max_bytes)
+    {
+        add({"--perms", "1777", "--size", std::to_string(max_bytes), "--tmpfs", path});
+    }
+
+private:
+    std::vector<std::string>& words_;
+};
+
+/// The socket of a display of this machine; empty: it is none.
+std::filesystem::path socket_of(std::string_view display)
+{
+    if (!display.starts_with(':'))
+        return {};
+    auto const number = display.substr(1, display.find('.') - 1);
+    bool const is_number = !number.empty() && std::all_of(number.begin(), number.end(),
+                                                          [](char c) { return c >= '0' && c <= '9'; });
+    return is_number ? std::filesystem::path("/tmp/.X11-unix") / ("X" + std::string(number))
+                     : std::filesystem::path();
+}
+
+} // namespace
+
+std::vector<std::string> bubblewrap_command(std::filesystem::path const& bubblewrap, Visible const& visible,
+                                            std::vector<std::string> const& argv)
+{
+    std::vector<std::string> command{bubblewrap.native()};
+    Words words(command);
+    words.add({"--unshare-user", "--unshare-pid", "--unshare-ipc", "--unshare-uts", "--unshare-cgroup-try"});
+    words.add({"--die-with-parent", "--new-session", "--cap-drop", "ALL", "--hostname", "simulation"});
+    for (auto const* folder : system_folders)
+        words.show(folder);
+    for (auto const* file : system_files)
+        words.show(file);
+    words.add({"--proc", "/proc", "--dev", "/dev"});
+    words.make_folder("/dev/shm", shared_memory_bytes);
+    for (auto const& device : visible.devices)
+        words.add({"--dev-bind-try", device.native(), device.native()});
+    if (!visible.devices.empty())
+        for (auto const* folder : device_descriptions)
+            words.show(folder);
+    words.make_folder(sandbox_temporary, visible.temporary_bytes);
+    words.add({"--dir", sandbox_home});
+    if (auto const socket = socket_of(visible.display); !socket.empty())
+        words.show(socket);
+    if (!visible.x_authority.empty())
+        words.show(visible.x_authority);
+    if (!visible.resolver.empty())
+        words.add({"--ro-bind-try", visible.resolver.native(), "/etc/resolv.conf"});
+    for (auto const& path : visible.read_only)
+        words.show(path);
+    words.add({"--bind", visible.instance.native(), visible.instance.native()});
+    // What is left in between, the folders above all of these among it, lies in memory that nobody counts.
+    words.add({"--remount-ro", "/", "--remount-ro", "/dev"});
+    words.add({"--chdir", visible.directory.native(), "--"});
+    command.insert(command.end(), argv.begin(), argv.end());
+    return command;
+}
+
+} // namespace webots_cloud::core

@@ -1,0 +1,44 @@
+#include "sandbox_check.hpp"
+
+#include "core/text.hpp"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+namespace webots_cloud::core {
+namespace {
+
+constexpr std::array<std::pair<std::string_view, std::string_view>, 4> possible{{
+    {"file", "read files of the server"},
+    {"port", "connect to services of this machine"},
+    {"process", "signal the server"},
+    {"write", "change files of the system"},
+}};
+constexpr std::string_view tried = "tried";
+
+} // namespace
+
+std::vector<std::string> try_forbidden_things(std::filesystem::path const& guard,
+                                              ForbiddenThings const& things)
+{
+    return {guard.native(), "--try", things.file.native(), std::to_string(things.port),
+            std::to_string(things.process)};
+}
+
+result<> judge_sandbox(std::string_view printed)
+{
+    auto const words = split(trim(printed), ' ');
+    if (words.empty() || words.front() != tried)
+        return Failure(errc::protocol_error,
+                       concat("a program in it says \"", printable(trim(printed), 200), "\""));
+    std::string all;
+    for (auto const& [word, text] : possible)
+        if (std::find(words.begin() + 1, words.end(), word) != words.end())
+            all.append(all.empty() ? "" : " and ").append(text);
+    if (!all.empty())
+        return Failure(errc::refused, concat("a simulation could ", all));
+    return {};
+}
+
+} // namespace webots_cloud::core

@@ -1,0 +1,183 @@
+#include "network.hpp"
+
+#include "relay.hpp"
+
+#include <fcntl.h>
+#include <linux/capability.h>
+#include <net/if.h>
+#include <poll.h>
+#include <sys/ioctl.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <initializer_list>
+
+namespace webots_cloud::guard {
+namespace {
+
+constexpr int slirp_limit_ms = 10'000;
+
+bool bring_loopback_up()
+{
+    int const any = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    ifreq request{};
+    std::strcpy(request.ifr_name, "lo");
+    request.ifr_flags = IFF_UP | IFF_RUNNING;
+    bool const up = any >= 0 && ioctl(any, SIOCSIFFLAGS, &request) == 0;
+    close(any);
+    return up;
+}
+
+/// A program of ours, whose output nobody reads; it has no input.
+[[noreturn]] void become_quietly(char const* const* argv)
+{
+    int const nothing = open("/dev/null", O_RDWR | O_CLOEXEC);
+    for (int const each : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+        dup2(nothing, each);
+    sigset_t none;
+    sigemptyset(&none);
+    sigprocmask(SIG_SETMASK, &none, nullptr);
+    execv(argv[0], const_cast<char* const*>(argv));
+    _exit(127);
+}
+
+/// The next program may configure networks of our user namespace although it is not root there: capabilities
+/// are lost with `exec` unless they are ambient.
+void keep_network_capability()
+{
+    __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
+    __user_cap_data_struct sets[2] = {};
+    if (syscall(SYS_capget, &header, sets) != 0)
+        return;
+    sets[0].inheritable |= 1U << CAP_NET_ADMIN;
+    if (syscall(SYS_capset, &header, sets) == 0)
+        prctl(PR_CAP_AMBIENT, PR_CAP_AMBIENT_RAISE, CAP_NET_ADMIN, 0, 0);
+}
+
+bool apply_rules(char const* ip, char const* rules)
+{
+    pid_t const child = fork();
+    if (child == 0) {
+        keep_network_capability();
+        char const* const argv[] = {ip, "-batch", rules, nullptr};
+        become_quietly(argv);
+    }
+    int status = 0;
+    while (child > 0 && waitpid(child, &status, 0) < 0 && errno == EINTR)
+        continue;
+    return child > 0 && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+bool say_ready(int socket)
+{
+    return send(socket, "r", 1, MSG_NOSIGNAL) == 1;
+}
+
+bool await_ready(int socket)
+{
+    char byte = 0;
+    ssize_t size = -1;
+    while ((size = recv(socket, &byte, 1, 0)) < 0 && errno == EINTR)
+        continue;
+    return size == 1;
+}
+
+} // namespace
+
+bool NetworkSetup::prepare()
+{
+    if (!network_.is_own())
+        return true;
+    if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends_) != 0)
+        return false;
+    acceptor_ = network_.port > 0 ? bind_port(network_.port) : -1;
+    return network_.port == 0 || acceptor_ >= 0;
+}
+
+bool NetworkSetup::complete_inside()
+{
+    if (!network_.is_own())
+        return true;
+    close(ends_[0]);
+    int const dumpable = prctl(PR_GET_DUMPABLE);
+    prctl(PR_SET_DUMPABLE, 1); // slirp4netns, started by the same user, enters our namespaces through /proc
+    bool const attached = bring_loopback_up() && say_ready(ends_[1]) && await_ready(ends_[1]);
+    prctl(PR_SET_DUMPABLE, dumpable);
+    close(ends_[1]);
+    if (!attached ||
+        (network_.reach == Network::Reach::internet && !apply_rules(network_.ip, network_.rules)))
+        return false;
+    if (acceptor_ < 0)
+        return true;
+    pid_t const child = fork();
+    if (child == 0) {
+        int const nothing = open("/dev/null", O_RDWR | O_CLOEXEC);
+        for (int const each : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+            dup2(nothing, each);
+        relay(acceptor_, network_.port);
+    }
+    close(acceptor_);
+    return child > 0;
+}
+
+bool NetworkSetup::complete_outside(pid_t inside)
+{
+    if (!network_.is_own())
+        return true;
+    close(ends_[1]);
+    close(acceptor_);
+    bool const complete = await_ready(ends_[0]) &&
+                          (network_.reach != Network::Reach::internet || attach_slirp(inside)) &&
+                          say_ready(ends_[0]);
+    close(ends_[0]);
+    return complete;
+}
+
+/// Starts slirp4netns, which passes on what the program sends as connections of its own. It is our child, and
+/// ends with us.
+bool NetworkSetup::attach_slirp(pid_t inside)
+{
+    int ready[2];
+    if (pipe2(ready, O_CLOEXEC) != 0)
+        return false;
+    pid_t const child = fork();
+    if (child == 0) {
+        prctl(PR_SET_PDEATHSIG, SIGKILL);
+        fcntl(ready[1], F_SETFD, 0);
+        char ready_fd[32];
+        char number[32];
+        std::snprintf(ready_fd, sizeof ready_fd, "--ready-fd=%d", ready[1]);
+        std::snprintf(number, sizeof number, "%d", inside);
+        // Its own sandbox works for root only: it wants user 0 in our user namespace, where there is none.
+        char const* const confined = geteuid() == 0 ? "--enable-sandbox" : "--enable-seccomp";
+        char const* const argv[] = {network_.slirp,
+                                    "--configure",
+                                    "--mtu=65520",
+                                    "--disable-host-loopback",
+                                    "--enable-seccomp",
+                                    confined,
+                                    ready_fd,
+                                    number,
+                                    "tap0",
+                                    nullptr};
+        become_quietly(argv);
+    }
+    close(ready[1]);
+    pollfd watched{ready[0], POLLIN, 0};
+    char byte = 0;
+    bool const attached =
+        child > 0 && poll(&watched, 1, slirp_limit_ms) == 1 && read(ready[0], &byte, 1) == 1;
+    close(ready[0]);
+    if (!attached && child > 0)
+        kill(child, SIGKILL); // reaped with all others
+    return attached;
+}
+
+} // namespace webots_cloud::guard

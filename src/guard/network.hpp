@@ -1,0 +1,53 @@
+// A network of its own for a program: its own loopback alone, or that and the public internet.
+#pragma once
+
+#include <sys/types.h>
+
+namespace webots_cloud::guard {
+
+/// What a program may reach, and how it is reached.
+struct Network
+{
+    enum class Reach
+    {
+        host,     ///< Everything: it shares the network of the machine.
+        none,     ///< Nothing.
+        internet, ///< What `slirp` passes on and `rules` do not forbid.
+    };
+
+    Reach reach = Reach::host;
+    /// Connections to this port of the machine reach the same port of the program.
+    int port = 0;
+    char const* slirp = nullptr; ///< `slirp4netns`, absolute.
+    char const* ip = nullptr;    ///< `ip` of iproute2, absolute.
+    char const* rules = nullptr; ///< A file of lines for `ip -batch`, applied in the new network.
+
+    bool is_own() const { return reach != Reach::host; }
+};
+
+/// Both sides of the making of a network: the guard, outside, and the first process of the namespaces,
+/// inside.
+class NetworkSetup
+{
+public:
+    explicit NetworkSetup(Network const& network) : network_(network) {}
+
+    /// Before the namespaces are made.   False: `errno` says why not.
+    bool prepare();
+
+    /// Inside, in the new network: returns when it is complete. Starts the relay, our child.
+    /// False: the program must not run.
+    bool complete_inside();
+
+    /// Outside: does its part for the process that calls `complete_inside`.   False: that process ends.
+    bool complete_outside(pid_t inside);
+
+private:
+    bool attach_slirp(pid_t inside);
+
+    Network const& network_;
+    int acceptor_ = -1;
+    int ends_[2] = {-1, -1}; ///< Outside, inside: a byte each says that its side is ready.
+};
+
+} // namespace webots_cloud::guard

@@ -1,0 +1,68 @@
+#include <webots_cloud/sandbox.hpp>
+
+#include "confine.hpp"
+#include "core/sandbox/bubblewrap.hpp"
+#include "core/sandbox/sandbox_check.hpp"
+#include "core/simulation/simulator_environment.hpp"
+#include "run_program.hpp"
+
+#include <cassert>
+
+namespace webots_cloud {
+namespace asio = boost::asio;
+
+namespace {
+
+constexpr auto check_limit = std::chrono::seconds(15); // of a machine that has much to do
+
+std::string value_of(core::Environment const& environment, std::string_view name)
+{
+    for (auto const& [each, value] : environment)
+        if (each == name)
+            return value;
+    return {};
+}
+
+} // namespace
+
+void confine(ProcessSpec& process, SandboxParams const& sandbox, std::filesystem::path const& instance,
+             std::uint16_t port)
+{
+    assert(!sandbox.bubblewrap.empty());
+    core::Visible visible;
+    visible.instance = instance;
+    visible.directory = process.directory;
+    visible.read_only = sandbox.read_only;
+    visible.devices = sandbox.devices;
+    visible.display = value_of(process.environment, "DISPLAY");
+    visible.x_authority = sandbox.x_authority;
+    visible.resolver = sandbox.resolver;
+    process.argv = core::bubblewrap_command(sandbox.bubblewrap, visible, process.argv);
+    process.network = sandbox.network;
+    process.network.port = port;
+    process.set_user_id = false; // nothing of that kind works in there
+    core::set_variable(process.environment, "HOME", core::sandbox_home);
+    core::set_variable(process.environment, "TMPDIR", core::sandbox_temporary);
+    if (!sandbox.x_authority.empty())
+        core::set_variable(process.environment, "XAUTHORITY", sandbox.x_authority.native());
+}
+
+asio::awaitable<result<>> check_sandbox(ProcessHost& processes, Clock& clock, SandboxParams sandbox,
+                                        std::filesystem::path instance, SandboxAttempts attempts)
+{
+    core::ForbiddenThings things;
+    things.file = attempts.file;
+    things.port = attempts.port;
+    things.process = attempts.process;
+    sandbox.read_only.push_back(attempts.guard);
+    ProcessSpec process;
+    process.argv = core::try_forbidden_things(attempts.guard, things);
+    process.directory = instance;
+    confine(process, sandbox, instance, 0);
+    auto const printed = co_await run_program(processes, clock, std::move(process), check_limit);
+    if (!printed)
+        co_return printed.error();
+    co_return core::judge_sandbox(*printed);
+}
+
+} // namespace webots_cloud
