@@ -20,7 +20,8 @@ struct LoadReport
     double load = 0;
     /// Simulations that run or are being started.
     std::optional<int> sessions;
-    /// Those of `sessions` that are not ready yet, whose load `load` does not show.
+    /// Those of `sessions` that are not ready yet, whose load `load` does not show. Absent: all of `sessions`
+    /// count as ready, so leave those that start out of `sessions` then.
     std::optional<int> starting;
     /// The most simulations that the server will run at once.
     std::optional<int> capacity;

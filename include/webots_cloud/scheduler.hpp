@@ -348,7 +348,8 @@ public:
     /// Errors: as validate(), and the old ones stay.
     result<> apply(SchedulerParams params);
 
-    /// A machine answered a poll. Reports of servers that are not in the list are ignored.
+    /// A machine answered a poll. Reports of servers that are not in the list are ignored. One with a number
+    /// that is negative or not finite counts as a failed poll: see `mark_unreachable`.
     void report(std::string_view server, LoadReport const& report, TimePoint now);
 
     /// A poll of a machine failed: it is not offered until its next report.

@@ -22,6 +22,20 @@ bool positive(double number)
     return std::isfinite(number) && number > 0;
 }
 
+bool is_percentage(double number)
+{
+    return std::isfinite(number) && number >= 0;
+}
+
+/// A report that breaks its own contract would spoil every score that it enters.
+bool is_usable(LoadReport const& report)
+{
+    auto const is_count = [](auto const& number) { return !number || *number >= 0; };
+    return is_percentage(report.load) && (!report.memory || is_percentage(*report.memory)) &&
+           is_count(report.sessions) && is_count(report.starting) && is_count(report.capacity) &&
+           is_count(report.arrivals) && is_count(report.failed) && is_count(report.departures);
+}
+
 } // namespace
 
 result<> validate(SchedulerParams const& params)
@@ -181,7 +195,10 @@ void Scheduler::set_servers(std::vector<ServerSpec> const& servers)
 
 void Scheduler::report(std::string_view server, LoadReport const& report, TimePoint now)
 {
-    impl_->fleet.report(server, report, now);
+    if (is_usable(report))
+        impl_->fleet.report(server, report, now);
+    else
+        impl_->fleet.mark_unreachable(server, now);
 }
 
 void Scheduler::mark_unreachable(std::string_view server, TimePoint now)

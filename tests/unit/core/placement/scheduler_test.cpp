@@ -2,6 +2,7 @@
 #include "placement_fixture.hpp"
 
 #include <cmath>
+#include <limits>
 #include <set>
 #include <type_traits>
 
@@ -43,6 +44,26 @@ BOOST_AUTO_TEST_CASE(reports_of_servers_that_are_not_in_the_list_are_ignored)
     scheduler.report("stranger", LoadReport(0), start);
     scheduler.mark_unreachable("stranger", start);
     BOOST_TEST(!scheduler.available(start));
+}
+
+BOOST_AUTO_TEST_CASE(a_report_with_impossible_numbers_is_a_failed_poll)
+{
+    auto const nan = std::numeric_limits<double>::quiet_NaN();
+    std::vector<LoadReport> reports{LoadReport(nan), LoadReport(-1),
+                                    LoadReport(std::numeric_limits<double>::infinity())};
+    reports.emplace_back(10).memory = nan;
+    reports.emplace_back(10).sessions = -1;
+    reports.emplace_back(10).arrivals = -1;
+    for (auto const& report : reports) {
+        Scheduler scheduler;
+        scheduler.set_servers(named({"a", "b"}));
+        scheduler.report("a", LoadReport(10), start);
+        scheduler.report("a", report, start);
+        BOOST_TEST((scheduler.machines(start).front().refusal == Refusal::lost));
+        scheduler.report("a", LoadReport(20), start);
+        scheduler.report("b", LoadReport(10), start);
+        BOOST_TEST(scheduler.place(start).value().address == "b"); // and nothing of it is left
+    }
 }
 
 BOOST_FIXTURE_TEST_CASE(the_least_loaded_server_is_chosen, Fixture)
