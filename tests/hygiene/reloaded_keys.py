@@ -40,7 +40,13 @@ def compared(text, config):
     """The keys that need a restart, and the members of the configuration that hold them."""
     common = re.search(r'void compare_common\(.*?\n    \}\n', text, re.S).group()
     own = next(body for head, body in functions(text)['keys_for_restart'] if config in head)
-    return (set(re.findall(r'compare\("(\w+)"', common + own)), set(re.findall(r'running\.([\w.]+)', common + own)))
+    members = set(re.findall(r'running\.([\w.]+)', common + own))
+    address = re.search(r'struct PublicAddress\n\{(.*?)^\};', (ROOT / 'include/webots_cloud/public_address.hpp').read_text(), re.M | re.S).group(1)
+    fields = re.findall(r'^    [\w:]+ (\w+) = ', address, re.M)
+    assert len(fields) >= 4, 'PublicAddress is written in another way'
+    if members.issuperset(f'address.{field}' for field in fields):
+        members.add('address')
+    return set(re.findall(r'compare\("(\w+)"', common + own)), members
 
 
 def documented(readme, heading):
