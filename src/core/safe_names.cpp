@@ -16,8 +16,16 @@ constexpr std::array<std::string_view, 17> ignored_by_hfs{
     "\u200c", "\u200d", "\u200e", "\u200f", "\u202a", "\u202b", "\u202c", "\u202d", "\u202e",
     "\u206a", "\u206b", "\u206c", "\u206d", "\u206e", "\u206f", "\ufeff", "\u2060"};
 
+/// Whether one of them may begin with this byte.
+constexpr bool may_be_ignored(char first) noexcept
+{
+    return first == ignored_by_hfs.front().front() || first == '\xef';
+}
+
 std::string without_ignored(std::string_view name)
 {
+    if (std::none_of(name.begin(), name.end(), may_be_ignored)) // nearly every name
+        return std::string(name);
     std::string rest;
     while (!name.empty()) {
         auto const ignored = std::find_if(ignored_by_hfs.begin(), ignored_by_hfs.end(),
@@ -38,6 +46,9 @@ bool is_control(char c) noexcept
 
 bool is_dot_git(std::string_view name)
 {
+    if (name.empty() || (std::string_view(".gG").find(name.front()) == std::string_view::npos &&
+                         !may_be_ignored(name.front())))
+        return false;
     auto const plain = without_ignored(name);
     auto word = std::string_view(plain);
     word = word.substr(0, word.find(':')); // NTFS: `.git::$INDEX_ALLOCATION` is the folder itself
