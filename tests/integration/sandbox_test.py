@@ -52,6 +52,13 @@ def write(path):
     with open(path, "a") as file:
         file.write("x")
 
+def open_for_writing(path):
+    os.close(os.open(path, os.O_WRONLY))
+
+def make_user_namespace():
+    if os.spawnlp(os.P_WAIT, "unshare", "unshare", "--user", "true") != 0:
+        raise OSError
+
 def connect_abstract(name):
     with socket.socket(socket.AF_UNIX) as end:
         end.connect("\0" + name)
@@ -59,6 +66,8 @@ def connect_abstract(name):
 said = {"read": [each for each in targets["read"] if can(read, each)],
         "write": [each for each in targets["write"] if can(write, each)],
         "connect": [each for each in targets["connect"] if can(connect, *each)],
+        "open": [each for each in targets["open"] if can(open_for_writing, each)],
+        "user namespace": can(make_user_namespace),
         "abstract": can(connect_abstract, targets["abstract"]),
         "signal": [each for each in targets["signal"] if can(os.kill, each, 0)],
         "sees": sorted(int(each) for each in os.listdir("/proc") if each.isdigit()),
@@ -158,6 +167,7 @@ class Hostile:
             "connect": [["127.0.0.1", cls.loopback.getsockname()[1]], ["127.0.0.1", server.port], ["127.0.0.1", neighbour],
                         ["10.0.2.2", server.port], ["10.0.2.3", server.port], ["10.78.0.1", server.port],
                         [own_network.PRIVATE, 80], [own_network.SHARED, 80], [own_network.METADATA, 80], [own_network.PUBLIC, 80]],
+            "open": ["/proc/sys/kernel/core_pattern", "/proc/sysrq-trigger", "/sys/kernel/uevent_helper", "/dev/sda", "/dev/vda", "/dev/mem"],
             "abstract": cls.abstract_name,
             "signal": [server.process.pid, *[pid for pid in server.simulators() if is_alive(pid)]],
             "mark": cls.mark,
@@ -231,6 +241,10 @@ class Walled(Hostile):
 
     def test_it_writes_nowhere_else(self):
         self.assertEqual(self.written, [])  # it may think that it has, in folders of its own in memory
+
+    def test_it_changes_nothing_of_the_kernel(self):
+        self.tried("open", ())
+        self.assertFalse(self.said["user namespace"])
 
     def test_it_reaches_what_the_network_key_says(self):
         self.tried("connect", self.reaches)

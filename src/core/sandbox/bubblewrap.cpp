@@ -91,7 +91,8 @@ std::vector<std::string> bubblewrap_command(std::filesystem::path const& bubblew
 {
     std::vector<std::string> command{bubblewrap.native()};
     Words words(command);
-    words.add({"--unshare-user", "--unshare-pid", "--unshare-ipc", "--unshare-uts", "--unshare-cgroup-try"});
+    words.add({"--unshare-user", "--disable-userns", "--unshare-pid", "--unshare-ipc", "--unshare-uts",
+               "--unshare-cgroup-try"});
     words.add({"--die-with-parent", "--new-session", "--cap-drop", "ALL", "--hostname", "simulation"});
     for (auto const* folder : system_folders)
         words.show(folder);

@@ -77,8 +77,8 @@ BOOST_AUTO_TEST_CASE(nothing_of_etc_is_shown_that_could_be_a_secret)
 BOOST_AUTO_TEST_CASE(it_has_its_own_processes_and_no_capability)
 {
     auto const words = command(webots_and_a_project());
-    for (auto const* option :
-         {"--unshare-user", "--unshare-pid", "--unshare-ipc", "--die-with-parent", "--new-session"})
+    for (auto const* option : {"--unshare-user", "--disable-userns", "--unshare-pid", "--unshare-ipc",
+                               "--die-with-parent", "--new-session"})
         BOOST_TEST(has(words, {option}), option);
     BOOST_TEST(has(words, {"--cap-drop", "ALL"}));
 }
