@@ -304,7 +304,7 @@ class HostileParentsTest(GitCase):
         worlds = ("40000", "worlds", [("100644", "a.wbt", self.blob(WORLD.encode()))])
         self.server.commit_tree(self.path, [("40000", "git~1", [worlds])])
         self.assertEqual(self.probe.fetch("evil/r/blob/main/git~1/worlds/a.wbt").get("error"),
-                         'The folder "git~1" has a forbidden name.')
+                         'Wrong Webots simulation URL: "git~1" is no name of a branch, folder or file')
 
 
 if __name__ == "__main__":

@@ -147,6 +147,16 @@ BOOST_AUTO_TEST_CASE(a_folder_comes_with_the_files_of_those_that_it_lies_in)
     BOOST_TEST(of_parents == "read a/link a/tool ");
 }
 
+BOOST_AUTO_TEST_CASE(a_folder_that_is_called_like_gits_own_is_refused)
+{
+    for (auto const* folder : {"git~1", ".GIT"}) {
+        Repository repository;
+        repository.trees[id(1)] = entry("40000", folder, 2);
+        repository.trees[id(2)] = entry("100644", "demo.wbt", 8);
+        BOOST_TEST(repository.layout(folder).ends_with("has a forbidden name."), folder);
+    }
+}
+
 BOOST_AUTO_TEST_CASE(too_many_files_beside_the_way_are_left_out_all_together)
 {
     auto repository = repository_with_a_folder();
