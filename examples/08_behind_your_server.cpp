@@ -1,7 +1,8 @@
 // The Scheduler behind an HTTP server of your own, here a plain one of Boost.Beast: links webots_cloud::core
 // alone. There is no LoadMonitor: the machines say their load themselves.
 //
-//     PUT /load/HOST:PORT   with the load as body: a number of percent, or JSON as in docs/protocol.md
+//     PUT /load/HOST:PORT   with the load as body: a number of percent, or the JSON of docs/scheduling.md
+//                           ("What machines report")
 //     GET /session          where the next browser goes
 //
 //     08_behind_your_server PORT HOST:PORT...

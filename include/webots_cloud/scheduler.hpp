@@ -1,8 +1,9 @@
 // Decides which simulation server takes the next session, for session servers and for embedders.
 //
 // No clock, network, threads or global random numbers: every function that depends on time takes `now`.
-// Machines are polled by LoadMonitor, and browsers served by SessionService. Begin reading at class
-// Scheduler, at the end.
+// In our session server, LoadMonitor polls the machines and SessionService serves the browsers. With a poller
+// and a server of your own, call report(), mark_unreachable() and place():
+// examples/08_behind_your_server.cpp. Begin reading at class Scheduler, at the end.
 #pragma once
 
 #include <webots_cloud/error.hpp>
@@ -181,8 +182,8 @@ struct SchedulerParams
     /// reports; then its place is given back. Longer than the slowest start, as peers that report a bare
     /// number show a session only when it runs. Of peers that count `arrivals`, three eighths of it.
     Duration placement_timeout = std::chrono::seconds(60);
-    /// Default 15 s, three polls: how long a report is trusted. 0: for ever, for callers that
-    /// call mark_unreachable().
+    /// Default 15 s, three polls: how long a report is trusted. Polls that are rarer than this make every
+    /// machine stale. 0: for ever, for callers that call mark_unreachable().
     Duration report_lifetime = std::chrono::seconds(15);
     /// Default 30 s; 0: none. For so long a machine that came (back) up is filled cautiously: its caches are
     /// cold, and being empty it would get every session of the next seconds.
@@ -316,7 +317,8 @@ struct Decision
 ///
 /// Thread-safety: distinct objects: safe. One object: one thread at a time, const functions included.
 ///
-/// Example: examples/01_schedule.cpp, and a policy in ten lines: examples/06_own_policy.cpp.
+/// Example: examples/01_schedule.cpp; a policy in ten lines: examples/06_own_policy.cpp; behind a server of
+/// your own: examples/08_behind_your_server.cpp.
 ///
 /// Sources: M. Mitzenmacher, "The Power of Two Choices in Randomized Load Balancing", PhD thesis 1996,
 /// and "How Useful Is Old Information?", IEEE TPDS 11 (2000); N. Vvedenskaya, R. Dobrushin, F.
@@ -352,7 +354,8 @@ public:
     /// that is negative or not finite counts as a failed poll: see `mark_unreachable`.
     void report(std::string_view server, LoadReport const& report, TimePoint now);
 
-    /// A poll of a machine failed: it is not offered until its next report.
+    /// A poll of a machine failed: it is not offered until its next report. Your own poller says so here, or
+    /// the machine is offered until its last report is older than `report_lifetime`.
     void mark_unreachable(std::string_view server, TimePoint now);
 
     /// Chooses a machine and commits one session to it. Allocates nothing when it succeeds.

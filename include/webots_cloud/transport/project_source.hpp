@@ -19,6 +19,8 @@ namespace webots_cloud {
 
 /// How far a fetch is, for people: nothing is decided by it. Written by the source from any thread, read by
 /// whoever shows it. Sources that copy a folder, and websites', report `bytes_received` and `waiting` alone.
+/// Not to be summed up: fetches that share a download each see all of it, and `bytes_received` may begin
+/// again at 0.
 struct FetchProgress
 {
     FetchProgress() = default;
@@ -41,9 +43,10 @@ struct FetchLimits
 {
     FetchLimits() = default;
 
-    std::uint64_t bytes = std::uint64_t{2}
-                          << 30;  ///< Of what is received, and, counted apart, of all files on disk. 2 GiB.
-    std::uint32_t files = 50'000; ///< On disk.
+    /// Of what is received, and, counted apart, of all files on disk. Of a website, template and zip are each
+    /// compared with all of it. 2 GiB.
+    std::uint64_t bytes = std::uint64_t{2} << 30;
+    std::uint32_t files = 50'000;                ///< On disk.
     Duration timeout = std::chrono::minutes(10); ///< For the whole fetch.
 };
 
