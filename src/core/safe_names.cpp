@@ -22,6 +22,11 @@ constexpr bool may_be_ignored(char first) noexcept
     return first == ignored_by_hfs.front().front() || first == '\xef';
 }
 
+constexpr bool may_begin_dot_git(char first) noexcept
+{
+    return first == '.' || first == 'g' || first == 'G' || may_be_ignored(first);
+}
+
 std::string without_ignored(std::string_view name)
 {
     if (std::none_of(name.begin(), name.end(), may_be_ignored)) // nearly every name
@@ -46,8 +51,7 @@ bool is_control(char c) noexcept
 
 bool is_dot_git(std::string_view name)
 {
-    if (name.empty() || (std::string_view(".gG").find(name.front()) == std::string_view::npos &&
-                         !may_be_ignored(name.front())))
+    if (name.empty() || !may_begin_dot_git(name.front()))
         return false;
     auto const plain = without_ignored(name);
     auto word = std::string_view(plain);
@@ -61,7 +65,8 @@ bool is_safe_file_name(std::string_view name)
 {
     auto const forbidden = [](char c) { return c == '/' || c == '\\' || is_control(c); };
     return !name.empty() && name.size() <= max_file_name && name != "." && name != ".." && is_utf8(name) &&
-           std::none_of(name.begin(), name.end(), forbidden) && !is_dot_git(name);
+           std::none_of(name.begin(), name.end(), forbidden) &&
+           !(may_begin_dot_git(name.front()) && is_dot_git(name));
 }
 
 bool link_stays_inside(std::string_view target, std::size_t depth)

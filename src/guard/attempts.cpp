@@ -35,6 +35,15 @@ bool can_connect(int port)
     return connected;
 }
 
+/// Whoever can write this file has the kernel run programs as root, outside of every sandbox.
+bool can_write_kernel_settings()
+{
+    int const opened = open("/proc/sys/kernel/core_pattern", O_WRONLY | O_CLOEXEC);
+    if (opened >= 0)
+        close(opened);
+    return opened >= 0;
+}
+
 bool can_write_system_files()
 {
     char const* const file = "/usr/.webots_cloud_sandbox_check";
@@ -50,9 +59,9 @@ bool can_write_system_files()
 
 int try_forbidden_things(char const* file, int port, int process)
 {
-    std::printf("tried%s%s%s%s\n", can_read(file) ? " file" : "", can_connect(port) ? " port" : "",
+    std::printf("tried%s%s%s%s%s\n", can_read(file) ? " file" : "", can_connect(port) ? " port" : "",
                 process > 0 && kill(process, 0) == 0 ? " process" : "",
-                can_write_system_files() ? " write" : "");
+                can_write_system_files() ? " write" : "", can_write_kernel_settings() ? " kernel" : "");
     return 0;
 }
 

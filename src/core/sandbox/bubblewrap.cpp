@@ -48,6 +48,12 @@ constexpr std::initializer_list<char const*> system_files = {"/etc/ld.so.cache",
 constexpr std::initializer_list<char const*> device_descriptions = {"/sys/dev/char", "/sys/class/drm",
                                                                     "/sys/devices"};
 
+// Their files belong to root, whoever mounts `/proc`: a simulation of root's could write them without any
+// capability, and so run programs outside (`core_pattern`). bubblewrap covers them only where the folder
+// itself can be written.
+constexpr std::initializer_list<char const*> kernel_settings = {"/proc/sys", "/proc/irq", "/proc/bus",
+                                                                "/proc/fs"};
+
 constexpr std::uint64_t shared_memory_bytes = std::uint64_t{256} << 20;
 
 /// Appends words to a command line.
@@ -99,6 +105,8 @@ std::vector<std::string> bubblewrap_command(std::filesystem::path const& bubblew
     for (auto const* file : system_files)
         words.show(file);
     words.add({"--proc", "/proc", "--dev", "/dev"});
+    for (auto const* folder : kernel_settings)
+        words.show(folder);
     words.make_folder("/dev/shm", shared_memory_bytes);
     for (auto const& device : visible.devices)
         words.add({"--dev-bind-try", device.native(), device.native()});

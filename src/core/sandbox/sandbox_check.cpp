@@ -9,11 +9,12 @@
 namespace webots_cloud::core {
 namespace {
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 4> possible{{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 5> possible{{
     {"file", "read files of the server"},
     {"port", "connect to services of this machine"},
     {"process", "signal the server"},
     {"write", "change files of the system"},
+    {"kernel", "change settings of the kernel"},
 }};
 constexpr std::string_view tried = "tried";
 

@@ -83,6 +83,13 @@ BOOST_AUTO_TEST_CASE(it_has_its_own_processes_and_no_capability)
     BOOST_TEST(has(words, {"--cap-drop", "ALL"}));
 }
 
+BOOST_AUTO_TEST_CASE(settings_of_the_kernel_are_covered_after_proc_was_mounted)
+{
+    auto const words = command(webots_and_a_project());
+    BOOST_TEST(has(words, {"--ro-bind-try", "/proc/sys", "/proc/sys"}));
+    BOOST_TEST(position(words, {"--proc", "/proc"}) < position(words, {"--ro-bind-try", "/proc/sys"}));
+}
+
 BOOST_AUTO_TEST_CASE(of_displays_it_sees_the_one_that_it_draws_on)
 {
     auto visible = webots_and_a_project();
