@@ -1,7 +1,6 @@
 #include "simulator.hpp"
 
 #include "controllers.hpp"
-
 #include "scene.hpp"
 #include "text.hpp"
 

@@ -1,4 +1,4 @@
-// How simulators, which run strangers' programs, are shut in on this machine.
+// How simulators, which run strangers' programs, are confined on this machine.
 #pragma once
 
 #include <webots_cloud/error.hpp>
@@ -19,7 +19,7 @@ struct SandboxParams
 {
     SandboxParams() = default;
 
-    std::filesystem::path bubblewrap;             ///< `bwrap`, absolute. Empty: they are not shut in at all.
+    std::filesystem::path bubblewrap;             ///< `bwrap`, absolute. Empty: they are not confined at all.
     ProcessNetwork network;                       ///< But for the port, which is the simulator's.
     std::vector<std::filesystem::path> read_only; ///< Visible besides the system: Webots.
     std::vector<std::filesystem::path> devices;   ///< Visible: those of graphics processors.

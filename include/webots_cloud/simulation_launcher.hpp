@@ -50,7 +50,7 @@ struct SimulationLauncherParams
     std::vector<std::pair<std::string, std::string>> environment;
     /// Further variables for them: `NAME` and `PREFIX_*` of our environment, and `NAME=value`.
     std::vector<std::string> simulator_environment;
-    /// How simulators are shut in. Default: not at all. With containers Docker does it.
+    /// How simulators are confined. Default: not at all. With containers Docker does it.
     SandboxParams sandbox;
 };
 

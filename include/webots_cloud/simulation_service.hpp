@@ -50,7 +50,7 @@ struct SimulationServiceParams
     /// A sentence that says why simulations are not isolated from each other: for the monitor page, the
     /// answer of `/readyz` and a metric. Empty: they are.
     std::string isolation_warning;
-    /// How simulations are shut in, for the monitor page, as in `bubblewrap, public internet only`.
+    /// How simulations are confined, for the monitor page, as in `bubblewrap, public internet only`.
     std::string sandbox;
 };
 

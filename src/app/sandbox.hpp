@@ -28,7 +28,7 @@ struct ChosenSandbox
 
     SandboxParams params;
     std::string description; ///< For the monitor page, as in "bubblewrap, public internet only".
-    std::string warning;     ///< A sentence: simulations are not shut in, although nobody wanted that.
+    std::string warning;     ///< A sentence: simulations are not confined, although nobody asked for that.
 };
 
 /// Does what the keys `sandbox` and `network` say, and tries whether it holds.

@@ -35,12 +35,18 @@ bool bring_loopback_up()
     return up;
 }
 
-/// A program of ours, whose output nobody reads; it has no input.
-[[noreturn]] void become_quietly(char const* const* argv)
+/// Gives up the control socket and the output of the guard.
+void let_go_of_input_and_output()
 {
     int const nothing = open("/dev/null", O_RDWR | O_CLOEXEC);
     for (int const each : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
         dup2(nothing, each);
+}
+
+/// Executes a helper program in silence.
+[[noreturn]] void execute_quietly(char const* const* argv)
+{
+    let_go_of_input_and_output();
     sigset_t none;
     sigemptyset(&none);
     sigprocmask(SIG_SETMASK, &none, nullptr);
@@ -67,7 +73,7 @@ bool apply_rules(char const* ip, char const* rules)
     if (child == 0) {
         keep_network_capability();
         char const* const argv[] = {ip, "-batch", rules, nullptr};
-        become_quietly(argv);
+        execute_quietly(argv);
     }
     int status = 0;
     while (child > 0 && waitpid(child, &status, 0) < 0 && errno == EINTR)
@@ -118,9 +124,7 @@ bool NetworkSetup::complete_inside()
         return true;
     pid_t const child = fork();
     if (child == 0) {
-        int const nothing = open("/dev/null", O_RDWR | O_CLOEXEC);
-        for (int const each : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
-            dup2(nothing, each);
+        let_go_of_input_and_output();
         relay(acceptor_, network_.port);
     }
     close(acceptor_);
@@ -167,7 +171,7 @@ bool NetworkSetup::attach_slirp(pid_t inside)
                                     number,
                                     "tap0",
                                     nullptr};
-        become_quietly(argv);
+        execute_quietly(argv);
     }
     close(ready[1]);
     pollfd watched{ready[0], POLLIN, 0};

@@ -50,13 +50,9 @@ void confine(ProcessSpec& process, SandboxParams const& sandbox, std::filesystem
 asio::awaitable<result<>> check_sandbox(ProcessHost& processes, Clock& clock, SandboxParams sandbox,
                                         std::filesystem::path instance, SandboxAttempts attempts)
 {
-    core::ForbiddenThings things;
-    things.file = attempts.file;
-    things.port = attempts.port;
-    things.process = attempts.process;
     sandbox.read_only.push_back(attempts.guard);
     ProcessSpec process;
-    process.argv = core::try_forbidden_things(attempts.guard, things);
+    process.argv = core::try_forbidden_things(attempts.guard, attempts.file, attempts.port, attempts.process);
     process.directory = instance;
     confine(process, sandbox, instance, 0);
     auto const printed = co_await run_program(processes, clock, std::move(process), check_limit);

@@ -38,7 +38,7 @@ struct SimulationMonitorView
     std::string description;
     std::string notice;
     std::string warning;
-    std::string sandbox; ///< How simulations are shut in; empty: not said.
+    std::string sandbox; ///< How simulations are confined; empty: not shown.
     double load = 0;
     HostDescription host;
     MonitorSample sample;

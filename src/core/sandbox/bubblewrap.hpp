@@ -1,4 +1,4 @@
-// How a simulator is shut in by bubblewrap: what it sees of the file system, as a command line.
+// How a simulator is confined by bubblewrap: what it sees of the file system, as a command line.
 #pragma once
 
 #include <cstdint>

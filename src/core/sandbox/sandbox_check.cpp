@@ -21,10 +21,10 @@ constexpr std::string_view tried = "tried";
 } // namespace
 
 std::vector<std::string> try_forbidden_things(std::filesystem::path const& guard,
-                                              ForbiddenThings const& things)
+                                              std::filesystem::path const& file, std::uint16_t port,
+                                              int process)
 {
-    return {guard.native(), "--try", things.file.native(), std::to_string(things.port),
-            std::to_string(things.process)};
+    return {guard.native(), "--try", file.native(), std::to_string(port), std::to_string(process)};
 }
 
 result<> judge_sandbox(std::string_view printed)

@@ -11,19 +11,11 @@
 
 namespace webots_cloud::core {
 
-/// What a program in the sandbox tries: each must fail.
-struct ForbiddenThings
-{
-    ForbiddenThings() = default;
-
-    std::filesystem::path file; ///< Ours, and outside: to be read.
-    std::uint16_t port = 0;     ///< Of this machine's loopback, where somebody listens: to be connected to.
-    int process = 0;            ///< Ours: to be signalled.
-};
-
-/// The command line of that program, which is the guard's (`--try`).
+/// The command line of a program, the guard (`--try`), that tries what must fail in a sandbox: to read
+/// `file`, to connect to `port` of the loopback, and to signal `process`.
 std::vector<std::string> try_forbidden_things(std::filesystem::path const& guard,
-                                              ForbiddenThings const& things);
+                                              std::filesystem::path const& file, std::uint16_t port,
+                                              int process);
 
 /// Reads what it printed.
 /// Errors: `refused`: something was possible, and the detail says what, as in "a simulation could read files

@@ -33,11 +33,7 @@ BOOST_AUTO_TEST_CASE(silence_and_nonsense_are_no_proof)
 
 BOOST_AUTO_TEST_CASE(the_attempts_are_arguments)
 {
-    ForbiddenThings things;
-    things.file = "/state/file";
-    things.port = 2000;
-    things.process = 42;
-    BOOST_TEST((try_forbidden_things("/guard", things) ==
+    BOOST_TEST((try_forbidden_things("/guard", "/state/file", 2000, 42) ==
                 std::vector<std::string>{"/guard", "--try", "/state/file", "2000", "42"}));
 }
 
