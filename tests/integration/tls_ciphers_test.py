@@ -1,9 +1,11 @@
 #!/usr/bin/python3
 """Our servers accept only TLS with forward secrecy and authenticated encryption."""
 
+import contextlib
 import os
 import re
 import shutil
+import socket
 import subprocess
 import sys
 import tempfile
@@ -25,6 +27,12 @@ def certify(folder):
     subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=localhost",
                     "-addext", "subjectAltName=DNS:localhost", "-out", certificate, "-keyout", key], check=True, capture_output=True)
     return certificate, key
+
+
+def accepts_connections(port):
+    with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", port), timeout=PATIENCE):
+        return True
+    return False
 
 
 class Ciphers(unittest.TestCase):
@@ -89,10 +97,13 @@ class OldPeers(unittest.TestCase):
             file.write(self.CONFIGURATION)
         environment = {"OPENSSL_CONF": file.name, "SSL_CERT_FILE": certificate}
         port = free_port()
+        said = self.enterContext(open(os.path.join(folder, "openssl.log"), "w"))
         machine = subprocess.Popen(["openssl", "s_server", "-accept", f"127.0.0.1:{port}", "-cert", certificate, "-key", key, "-www",
                                     "-cipher", "ALL:@SECLEVEL=0", *version], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                                   stderr=subprocess.DEVNULL, env={**os.environ, **environment})
+                                   stderr=said, env={**os.environ, **environment})
         self.addCleanup(end, machine)
+        # The first problem of a machine is the one that is logged: it must not be that nobody listens yet.
+        wait_until(lambda: accepts_connections(port), lambda: f"openssl s_server: exit status {machine.poll()}, {open(said.name).read()}")
         with SessionServer([f"localhost:{port}"], environment=environment, ssl=True) as server:
             found = wait_until(lambda: re.search(r"TLS failed: .*|the load must be a number.*|HTTP 404.*", server.log()), server.log)
             return found[0]
