@@ -165,6 +165,7 @@ class Units(unittest.IsolatedAsyncioTestCase):
         self.assertEqual(ask(self.simulation, "--resume"), "serving")
 
     def test_simulations_are_kept_apart_under_the_unit(self):
+        """Ready means that the sandbox was tried, and kept what it promises."""
         with urllib.request.urlopen(f"{self.simulation.url}/readyz") as answer:
             self.assertEqual(answer.read().decode(), "ready")
 
@@ -183,15 +184,19 @@ class Units(unittest.IsolatedAsyncioTestCase):
         async with Browser(self.simulation) as browser:
             address = await self.start(browser)
             self.assertEqual(address, "ws://localhost:2001")
-            guard, first, simulator = self.simulation.simulators()
-            for name in ("pid", "user"):
-                server, *others = (os.readlink(f"/proc/{process}/ns/{name}")
-                                   for process in (self.simulation.main, guard, first, simulator))
-                self.assertEqual(others[0], server)
-                self.assertNotEqual(others[1], server)
-                self.assertEqual(others[2], others[1])
-            with open(f"/proc/{simulator}/comm") as file:
-                self.assertTrue("webots-demo-simulator".startswith(file.read().strip()))
+            guard, *others = self.simulation.simulators()
+            named = {}
+            for process in others:
+                with open(f"/proc/{process}/comm") as file:
+                    named[file.read().strip()] = process
+            simulator = named["webots-demo-sim"]  # a name has 15 characters
+            for name in ("pid", "user", "mnt", "net"):
+                server, of_guard, of_simulator = (os.readlink(f"/proc/{process}/ns/{name}")
+                                                  for process in (self.simulation.main, guard, simulator))
+                self.assertEqual(of_guard, server)
+                self.assertNotEqual(of_simulator, server)
+            self.assertIn("bwrap", named)
+            self.assertIn("slirp4netns", named)
             self.assertIn(self.simulation.address, self.session.get("/monitor"))
         wait_until(lambda: not self.simulation.simulators(), "processes of the simulation are left")
 

@@ -47,7 +47,7 @@ main()
     trap clear_away EXIT
 
     step "A bare Debian with systemd"
-    local packages=systemd,dbus,python3-websockets,git,nginx-light,fcgiwrap
+    local packages=systemd,dbus,bubblewrap,iproute2,slirp4netns,python3-websockets,git,nginx-light,fcgiwrap
     packages+=$(libraries "$build"/bin/webots-* | sed 's/^/,/' | tr -d '\n')
     # shellcheck disable=SC1091 # of the machine
     debootstrap --variant=minbase --include="$packages" "$(. /etc/os-release && echo "$VERSION_CODENAME")" "$folder" "$(mirror)" \
@@ -108,7 +108,10 @@ become_systemd()
         touch "dev/$device"
         mount --bind "/dev/$device" "dev/$device"
     done
-    mkdir dev/pts
+    mkdir dev/pts dev/net dev/proc
+    mknod -m 666 dev/net/tun c 10 200
+    # A kernel lets sandboxes mount a /proc of their own only where one is seen whole, as on a machine without ours around it.
+    mount -t proc proc dev/proc
     mount -t devpts -o newinstance,ptmxmode=666 devpts dev/pts
     ln -s pts/ptmx dev/ptmx # PrivateDevices= copies it
     ln -s /proc/self/fd dev/fd

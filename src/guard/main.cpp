@@ -67,6 +67,7 @@
 
 namespace {
 
+using webots_cloud::guard::NetworkFailure;
 using webots_cloud::guard::Program;
 using webots_cloud::guard::Started;
 
@@ -413,7 +414,8 @@ int main(int argc, char** argv)
     auto started = webots_cloud::guard::start_in_namespace(program, execute_confined);
     if (started.process < 0 && program.network.is_own()) {
         std::printf("can't start %s in a network of its own: %s\n", program.argv[0],
-                    std::strerror(started.error));
+                    started.network_failure == NetworkFailure::nothing ? std::strerror(started.error)
+                                                                       : describe(started.network_failure));
         return exec_failed;
     }
     if (started.process < 0)

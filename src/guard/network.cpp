@@ -97,6 +97,23 @@ bool await_ready(int socket)
 
 } // namespace
 
+char const* describe(NetworkFailure failure)
+{
+    switch (failure) {
+    case NetworkFailure::nothing:
+        break;
+    case NetworkFailure::loopback:
+        return "its loopback can't be brought up";
+    case NetworkFailure::slirp:
+        return "slirp4netns does not work (may this user open /dev/net/tun?)";
+    case NetworkFailure::rules:
+        return "ip can't set its routes";
+    case NetworkFailure::relay:
+        return "there are too many processes";
+    }
+    return "";
+}
+
 bool NetworkSetup::prepare()
 {
     if (!network_.is_own())
@@ -107,41 +124,42 @@ bool NetworkSetup::prepare()
     return network_.port == 0 || acceptor_ >= 0;
 }
 
-bool NetworkSetup::complete_inside()
+NetworkFailure NetworkSetup::complete_inside()
 {
     if (!network_.is_own())
-        return true;
+        return NetworkFailure::nothing;
     close(ends_[0]);
+    if (!bring_loopback_up())
+        return NetworkFailure::loopback;
     int const dumpable = prctl(PR_GET_DUMPABLE);
     prctl(PR_SET_DUMPABLE, 1); // slirp4netns, started by the same user, enters our namespaces through /proc
-    bool const attached = bring_loopback_up() && say_ready(ends_[1]) && await_ready(ends_[1]);
+    bool const attached = say_ready(ends_[1]) && await_ready(ends_[1]);
     prctl(PR_SET_DUMPABLE, dumpable);
     close(ends_[1]);
-    if (!attached ||
-        (network_.reach == Network::Reach::internet && !apply_rules(network_.ip, network_.rules)))
-        return false;
+    if (!attached)
+        return NetworkFailure::slirp;
+    if (network_.reach == Network::Reach::internet && !apply_rules(network_.ip, network_.rules))
+        return NetworkFailure::rules;
     if (acceptor_ < 0)
-        return true;
+        return NetworkFailure::nothing;
     pid_t const child = fork();
     if (child == 0) {
         let_go_of_input_and_output();
         relay(acceptor_, network_.port);
     }
     close(acceptor_);
-    return child > 0;
+    return child > 0 ? NetworkFailure::nothing : NetworkFailure::relay;
 }
 
-bool NetworkSetup::complete_outside(pid_t inside)
+void NetworkSetup::complete_outside(pid_t inside)
 {
     if (!network_.is_own())
-        return true;
+        return;
     close(ends_[1]);
     close(acceptor_);
-    bool const complete = await_ready(ends_[0]) &&
-                          (network_.reach != Network::Reach::internet || attach_slirp(inside)) &&
-                          say_ready(ends_[0]);
+    if (await_ready(ends_[0]) && (network_.reach != Network::Reach::internet || attach_slirp(inside)))
+        say_ready(ends_[0]);
     close(ends_[0]);
-    return complete;
 }
 
 /// Starts slirp4netns, which passes on what the program sends as connections of its own. It is our child, and

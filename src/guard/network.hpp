@@ -25,6 +25,19 @@ struct Network
     bool is_own() const { return reach != Reach::host; }
 };
 
+/// What can fail when it is made.
+enum class NetworkFailure : char
+{
+    nothing,
+    loopback, ///< It can't be brought up.
+    slirp,    ///< slirp4netns can't be started, or did not get ready.
+    rules,    ///< `ip` refused them.
+    relay,    ///< There can be no process for it.
+};
+
+/// A sentence for the operator, without a full stop.
+char const* describe(NetworkFailure failure);
+
 /// Both sides of the making of a network: the guard, outside, and the first process of the namespaces,
 /// inside.
 class NetworkSetup
@@ -36,11 +49,11 @@ public:
     bool prepare();
 
     /// Inside, in the new network: returns when it is complete. Starts the relay, our child.
-    /// False: the program must not run.
-    bool complete_inside();
+    /// What failed, or `nothing`; then the program must not run.
+    NetworkFailure complete_inside();
 
-    /// Outside: does its part for the process that calls `complete_inside`.   False: that process ends.
-    bool complete_outside(pid_t inside);
+    /// Outside: does its part for the process that calls `complete_inside`, which says what failed.
+    void complete_outside(pid_t inside);
 
 private:
     bool attach_slirp(pid_t inside);

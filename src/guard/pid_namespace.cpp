@@ -24,6 +24,7 @@ namespace {
 constexpr char is_running = 1;
 constexpr char has_own_proc = 2;
 constexpr char has_read_only = 4;
+constexpr int failure_shift = 3; // of a `NetworkFailure`, where nothing runs
 
 bool write_file(char const* path, char const* text)
 {
@@ -139,6 +140,12 @@ int reap_until_end(pid_t program, sigset_t const& watched)
     _exit(reported && write(report, &status, sizeof status) == static_cast<ssize_t>(sizeof status) ? 0 : 1);
 }
 
+[[noreturn]] void report_failure(int report, NetworkFailure failure)
+{
+    char const word = static_cast<char>(static_cast<int>(failure) << failure_shift);
+    _exit(write(report, &word, 1) == 1 ? 1 : 2);
+}
+
 /// Tries one combination of namespaces, `flags`.
 Started try_to_start(Program const& program, Execute execute, unsigned long flags)
 {
@@ -163,19 +170,21 @@ Started try_to_start(Program const& program, Execute execute, unsigned long flag
     started.error = child < 0 ? errno : EPERM;
     if (child == 0) {
         close(ends[0]);
-        if (((flags & CLONE_NEWUSER) == 0 || map_user_and_group(user, group)) && network.complete_inside())
-            run_as_first_process(program, execute, ends[1], number,
-                                 (flags & CLONE_NEWNS) != 0 ? set_up_mounts(program) : '\0');
-        _exit(1);
+        if ((flags & CLONE_NEWUSER) != 0 && !map_user_and_group(user, group))
+            _exit(1);
+        if (auto const failure = network.complete_inside(); failure != NetworkFailure::nothing)
+            report_failure(ends[1], failure);
+        run_as_first_process(program, execute, ends[1], number,
+                             (flags & CLONE_NEWNS) != 0 ? set_up_mounts(program) : '\0');
     }
     close(ends[1]);
-    if (child > 0 && !network.complete_outside(child))
-        kill(child, SIGKILL);
+    if (child > 0)
+        network.complete_outside(child);
     char working = 0;
     ssize_t size = -1;
     while (child > 0 && (size = read(ends[0], &working, 1)) < 0 && errno == EINTR)
         continue;
-    if (child > 0 && size == 1) {
+    if (child > 0 && size == 1 && (working & is_running) != 0) {
         started.process = child;
         started.report = ends[0];
         started.own_proc = (working & has_own_proc) != 0;
@@ -183,6 +192,8 @@ Started try_to_start(Program const& program, Execute execute, unsigned long flag
         started.error = 0;
         return started;
     }
+    if (size == 1)
+        started.network_failure = static_cast<NetworkFailure>(working >> failure_shift);
     if (child > 0) {
         kill(child, SIGKILL);
         waitpid(child, nullptr, 0);

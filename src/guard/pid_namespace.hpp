@@ -32,6 +32,7 @@ struct Started
     bool own_proc = false;  ///< It has a `/proc` of its own, which shows only processes of the namespace.
     bool read_only = false; ///< It can change none of the folders that must be read-only.
     int error = 0;          ///< `errno`, where there is no namespace.
+    NetworkFailure network_failure = NetworkFailure::nothing; ///< Why, where it is the network's fault.
 };
 
 /// Executes the program in the new process; does not return.

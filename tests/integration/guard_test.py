@@ -219,6 +219,29 @@ def has_clone3():
     return ctypes.get_errno() == errno.EINVAL
 
 
+class Networks(unittest.TestCase):
+    """What can't be made is named, and the program is not started."""
+
+    def setUp(self):
+        self.slirp, self.ip = (shutil.which(each, path="/usr/bin:/usr/sbin:/bin:/sbin") for each in ("slirp4netns", "ip"))
+        if not self.slirp or not self.ip:
+            self.skipTest("slirp4netns or ip is missing (packages slirp4netns, iproute2)")
+
+    def reason(self, slirp, rules):
+        with tempfile.NamedTemporaryFile("w") as file:
+            file.write(rules)
+            file.flush()
+            command = [program("webots-process-guard"), "--network", "internet", "0", slirp, self.ip, file.name, "200", "/bin/echo", "ran"]
+            with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as guard:
+                return guard.stdout.read().rpartition(": ")[2].strip()
+
+    def test_routes_that_ip_refuses(self):
+        self.assertEqual(self.reason(self.slirp, "route replace nonsense\n"), "ip can't set its routes")
+
+    def test_a_slirp4netns_that_does_not_start(self):
+        self.assertRegex(self.reason("/bin/false", ""), "slirp4netns does not work")
+
+
 class WithoutPrivileges(Guard):
     """In a user namespace, where that is allowed."""
 

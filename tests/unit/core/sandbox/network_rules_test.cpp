@@ -26,8 +26,8 @@ BOOST_AUTO_TEST_CASE(private_networks_and_this_machine_are_unreachable)
 BOOST_AUTO_TEST_CASE(of_the_resolver_its_port_alone_is_reached)
 {
     auto const rules = internet_only_rules({});
-    auto const udp = rules.find("to 10.0.2.3 ipproto udp dport 53 lookup main");
-    auto const tcp = rules.find("to 10.0.2.3 ipproto tcp dport 53 lookup main");
+    auto const udp = rules.find("to 10.0.2.3 ipproto 17 dport 53 lookup main");
+    auto const tcp = rules.find("to 10.0.2.3 ipproto 6 dport 53 lookup main");
     auto const others = rules.find("to 10.0.2.3 unreachable");
     BOOST_TEST(udp < others);
     BOOST_TEST(tcp < others);
