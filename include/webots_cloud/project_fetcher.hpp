@@ -63,10 +63,10 @@ public:
                    ProjectSource* websites = nullptr);
     ~ProjectFetcher();
 
-    /// The base URL of the forge of a world.
+    /// The forge of a world.
     ///
     /// Errors: as `webots_cloud::forge_of`.
-    result<std::string> forge_of(std::string_view url) const;
+    result<Forge> forge_of(std::string_view url) const;
 
     /// Parses a world URL.
     ///

@@ -9,6 +9,15 @@
 
 namespace webots_cloud {
 
+/// What a source makes of the `<ref>` in the address of a world. "blockedRepositories" has to know it: what a
+/// rule names by one ref must not run under another.
+enum class RefMeaning
+{
+    git,    ///< A branch, a tag or a commit of git.
+    none,   ///< Nothing: the project is the same whatever the ref is, as in a plain folder.
+    unknown ///< A rule that names a ref blocks the whole repository.
+};
+
 /// A world in a folder of a repository, as
 /// `<forge>/<owner>/<repository>/(blob|tree)/<ref>/[<folder>/]worlds/<file>.wbt` says.
 struct ProjectRef

@@ -27,13 +27,15 @@ struct ProjectFetcher::Impl
         return urls;
     }
 
-    /// The source of a world's forge; `parse` has made sure that there is one.
-    ProjectSource& source_of(ProjectRef const& project) const
+    /// By its base URL; `forge_of` and `parse` have made sure that there is one.
+    Forge const& forge_at(std::string const& url) const
     {
-        auto const found = std::find_if(forges.begin(), forges.end(),
-                                        [&](Forge const& forge) { return forge.url == project.forge; });
-        return found == forges.end() ? forges.front().source.get() : found->source.get();
+        auto const found =
+            std::find_if(forges.begin(), forges.end(), [&](Forge const& forge) { return forge.url == url; });
+        return found == forges.end() ? forges.front() : *found;
     }
+
+    ProjectSource& source_of(ProjectRef const& project) const { return forge_at(project.forge).source; }
 
     ProjectSource& source_of(Project const& project) const
     {
@@ -88,9 +90,12 @@ ProjectFetcher::ProjectFetcher(ProjectFetcherParams params, std::vector<Forge> f
 
 ProjectFetcher::~ProjectFetcher() = default;
 
-result<std::string> ProjectFetcher::forge_of(std::string_view url) const
+result<Forge> ProjectFetcher::forge_of(std::string_view url) const
 {
-    return webots_cloud::forge_of(url, impl_->bases());
+    auto const base = webots_cloud::forge_of(url, impl_->bases());
+    if (!base)
+        return base.error();
+    return impl_->forge_at(*base);
 }
 
 result<ProjectRef> ProjectFetcher::parse(std::string_view url) const

@@ -301,7 +301,8 @@ result<> SimulationSession::check_policy() const
     auto const forge = context_.fetcher.forge_of(start->url);
     if (!forge)
         return forge.error();
-    if (auto const refused = core::refusal(context_.policy, start->url, *forge, context_.load))
+    core::ForgeOfWorld const place(forge->url, forge->source.get().ref_meaning());
+    if (auto const refused = core::refusal(context_.policy, start->url, place, context_.load))
         return Failure(errc::refused, *refused);
     return {};
 }

@@ -60,19 +60,21 @@ std::string repository_of(ProjectRef const& project)
     return core::concat(project.forge, "/", project.owner, "/", project.repository);
 }
 
+core::ForgeOfWorld const forge_of_world(forge, RefMeaning::git);
+
 bool is_refused(std::vector<std::string> blocked, std::string_view url)
 {
     core::RepositoryPolicy policy;
     policy.docker = true;
     policy.blocked = std::move(blocked);
-    return core::refusal(policy, url, forge, 0).has_value();
+    return core::refusal(policy, url, forge_of_world, 0).has_value();
 }
 
 bool is_allowed(std::vector<std::string> allowed, std::string_view url)
 {
     core::RepositoryPolicy policy;
     policy.allowed = std::move(allowed);
-    return !core::refusal(policy, url, forge, 0).has_value();
+    return !core::refusal(policy, url, forge_of_world, 0).has_value();
 }
 
 /// By the repository that is fetched, and by what contains it.

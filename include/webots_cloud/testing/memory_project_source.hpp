@@ -31,12 +31,15 @@ public:
     boost::asio::awaitable<result<>> restore(RestoreOrder order) override;
     boost::asio::awaitable<result<>> discard(std::filesystem::path directory) override;
 
+    RefMeaning ref_meaning() const noexcept override { return refs; }
+
     /// Directories that were fetched into and not discarded; should be empty at the end of a test.
     std::set<std::filesystem::path> const& directories() const noexcept { return directories_; }
 
     Duration delay{}; ///< How long a fetch takes.
     bool finishes =
         false; ///< Fetches that have begun succeed even when cancelled, like one whose thread has finished.
+    RefMeaning refs = RefMeaning::git;
     std::string notice;          ///< The notice of what is fetched.
     bool large_files = false;    ///< The progress of fetches shows large files (Git LFS).
     bool waits = false;          ///< The progress of fetches shows that they wait for others.

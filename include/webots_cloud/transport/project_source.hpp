@@ -19,8 +19,9 @@ namespace webots_cloud {
 
 /// How far a fetch is, for people: nothing is decided by it. Written by the source from any thread, read by
 /// whoever shows it. Sources that copy a folder, and websites', report `bytes_received` and `waiting` alone.
-/// Not to be summed up: fetches that share a download each see all of it, and `bytes_received` may begin
-/// again at 0.
+///
+/// The progress of several fetches can't be added up: fetches that share a download each see all of it, and
+/// `bytes_received` may begin again at 0. To count downloads, see HACKING.md ("A figure").
 struct FetchProgress
 {
     FetchProgress() = default;
@@ -114,6 +115,9 @@ public:
     {
         co_return Failure(errc::unavailable, "Files of this project can't be restored.");
     }
+
+    /// What the ref in the address of a world means to it. Asked of the sources of forges.
+    virtual RefMeaning ref_meaning() const noexcept { return RefMeaning::unknown; }
 
     /// Removes a directory that was given to `fetch`, with everything in it, whether or not that succeeded.
     virtual boost::asio::awaitable<result<>> discard(std::filesystem::path directory) = 0;

@@ -96,6 +96,8 @@ public:
         co_return project;
     }
 
+    RefMeaning ref_meaning() const noexcept override { return RefMeaning::git; }
+
     asio::awaitable<result<>> restore(RestoreOrder order) override
     {
         auto const found = in_use_.find(order.directory.string());

@@ -72,6 +72,9 @@ public:
         co_return co_await pool_.run_abortable(std::move(work));
     }
 
+    /// `inner_folder` drops it.
+    RefMeaning ref_meaning() const noexcept override { return RefMeaning::none; }
+
     asio::awaitable<result<>> restore(RestoreOrder order) override
     {
         auto work = [folder = folder_, order = std::move(order)] {

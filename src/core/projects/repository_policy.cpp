@@ -196,11 +196,12 @@ Segments from(Segments const& segments, std::size_t first)
 /// What rules are compared with.
 struct World
 {
-    World(std::string_view url, std::string_view forge)
-        : place(location_of(forge)), segments(segments_of_world(url, forge))
+    World(std::string_view url, ForgeOfWorld const& forge)
+        : place(location_of(forge.url)), refs(forge.refs), segments(segments_of_world(url, forge.url))
     {}
 
     Location place; ///< Of the forge.
+    RefMeaning refs;
     Segments segments;
 };
 
@@ -250,10 +251,9 @@ bool rule_blocks(std::string_view rule, World const& world)
     // Whatever page of the forge the rule was copied from: /blob/, /tree/, /commits/, /-/tree/.
     auto const dash = wanted->size() > kind_at && (*wanted)[kind_at] == "-" ? 1u : 0u;
     auto const ref = from(*wanted, ref_at + dash);
-    if (ref.empty())
+    if (ref.empty() || world.refs == RefMeaning::unknown)
         return true;
-    auto const is_git = world.place.scheme == "http" || world.place.scheme == "https";
-    if (!is_git) // a plain folder is the same, whatever its branch is called
+    if (world.refs == RefMeaning::none) // only the folder after it counts
         return begins_with(from(found, ref_at + 1), from(ref, 1), same_exactly);
     return blocks_ref(ref, from(found, ref_at));
 }
@@ -268,12 +268,12 @@ std::string_view without_dot_git(std::string_view name) noexcept
     return name;
 }
 
-bool allows(std::string_view rule, std::string_view url, std::string_view forge)
+bool allows(std::string_view rule, std::string_view url, ForgeOfWorld const& forge)
 {
     return rule_allows(rule, World(url, forge));
 }
 
-bool blocks(std::string_view rule, std::string_view url, std::string_view forge)
+bool blocks(std::string_view rule, std::string_view url, ForgeOfWorld const& forge)
 {
     return rule_blocks(rule, World(url, forge));
 }
@@ -289,7 +289,7 @@ bool is_on_forge(std::string_view rule, std::string_view forge)
 }
 
 std::optional<std::string> refusal(RepositoryPolicy const& policy, std::string_view url,
-                                   std::string_view forge, double load)
+                                   ForgeOfWorld const& forge, double load)
 {
     World const world(url, forge);
     auto const& allowed = policy.allowed;

@@ -1,6 +1,8 @@
 // Which projects may run here: the operator's lists, and the share of idle time for all others.
 #pragma once
 
+#include <webots_cloud/project_ref.hpp>
+
 #include <optional>
 #include <string>
 #include <string_view>
@@ -24,22 +26,31 @@ struct RepositoryPolicy
 // `https://github.com/cyberbotics-evil`. Rule and world are normalised first: percent-encodings
 // decoded, host in lower case and without its usual port, no empty and dot segments, no `.git` after the
 // repository, no query and fragment; `blob` and `tree` are the same. Of a world's `url` the parts are
-// compared that `parse_world_url` finds, since they are what is fetched. `forge` is what `forge_of` found for
-// it: the owner's name follows that address.
+// compared that `parse_world_url` finds, since they are what is fetched.
 //
 // `blocks` has to know every way to name a ref that a source understands: one that it does not know is a way
 // around "blockedRepositories". A source that accepts more than `refs/heads/x`, `refs/tags/x`, `HEAD` and
-// hashes needs more of it.
+// hashes needs a `RefMeaning` of its own.
+
+/// What the rules have to know of the forge of a world. The address of the forge says nothing about its kind:
+/// a plain folder may have one with `https:`.
+struct ForgeOfWorld
+{
+    ForgeOfWorld(std::string_view url, RefMeaning refs) : url(url), refs(refs) {}
+
+    std::string_view url; ///< What `forge_of` found: the owner's name follows that address.
+    RefMeaning refs;
+};
 
 /// True when `rule` certainly names the world or something that contains it. Owner and repository are
 /// compared without case only on forges that are known to ignore it.
-bool allows(std::string_view rule, std::string_view url, std::string_view forge);
+bool allows(std::string_view rule, std::string_view url, ForgeOfWorld const& forge);
 
 /// True when `rule` possibly names the world or something that contains it: owner and repository without
 /// case, whatever the scheme, `refs/heads/x` and `refs/tags/x` as `x`. A commit that is asked for by its
 /// hash, and `HEAD`, may be on any branch: a rule with a branch blocks them, and a rule with a hash every
 /// branch.
-bool blocks(std::string_view rule, std::string_view url, std::string_view forge);
+bool blocks(std::string_view rule, std::string_view url, ForgeOfWorld const& forge);
 
 /// True when a rule could be about worlds of this forge.
 bool is_on_forge(std::string_view rule, std::string_view forge);
@@ -48,8 +59,8 @@ bool is_on_forge(std::string_view rule, std::string_view forge);
 std::string_view without_dot_git(std::string_view name) noexcept;
 
 /// Why a world of this forge must not run at this load, as a message that browsers know, or nothing when it
-/// may.
+/// may. `SimulationSession::check_policy` asks before anything is fetched.
 std::optional<std::string> refusal(RepositoryPolicy const& policy, std::string_view url,
-                                   std::string_view forge, double load);
+                                   ForgeOfWorld const& forge, double load);
 
 } // namespace webots_cloud::core

@@ -357,7 +357,7 @@ BOOST_AUTO_TEST_CASE(idle_time_is_shared_while_the_last_second_was_idle)
     fixture.open();
     fixture.source.add("x/r", "a.wbt");
     auto params = service_params();
-    params.blocked_repositories = {"https://github.com/evil"};
+    params.blocked_repositories = {"https://github.com/evil", "https://github.com/y/r/blob/main/p"};
     params.share_idle_time = 50;
     fixture.service.apply(params);
     async::TaskGroup tasks(fixture.world.executor());
@@ -378,6 +378,10 @@ BOOST_AUTO_TEST_CASE(idle_time_is_shared_while_the_last_second_was_idle)
     BOOST_TEST(fixture.service.load() == 80);
     auto& blocked = fixture.start(R"({"start":{"url":"https://github.com/evil/r/blob/main/worlds/a.wbt"}})");
     BOOST_TEST(blocked.was_told("loading: Error: Cannot run simulation from blocked repository: "));
+    fixture.source.refs = RefMeaning::none; // as of a plain folder
+    auto& same_folder =
+        fixture.start(R"({"start":{"url":"https://github.com/y/r/blob/other/p/worlds/a.wbt"}})");
+    BOOST_TEST(same_folder.was_told("loading: Error: Cannot run simulation from blocked repository: "));
     fixture.processes.expect().prints("webots-1  | .\n");
     fixture.expect_commands(looks);
     auto& accepted = fixture.start(strangers);

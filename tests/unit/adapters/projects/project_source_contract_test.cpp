@@ -184,6 +184,13 @@ BOOST_AUTO_TEST_CASE_TEMPLATE(a_project_arrives_with_the_first_line_of_its_world
     BOOST_TEST(order.progress->bytes_received >= 1000u);
 }
 
+// "blockedRepositories" depends on it.
+BOOST_AUTO_TEST_CASE(sources_of_forges_say_what_refs_mean_to_them)
+{
+    BOOST_TEST((Fixture<Directory>().source->ref_meaning() == RefMeaning::none));
+    BOOST_TEST((Fixture<Git>().source->ref_meaning() == RefMeaning::git));
+}
+
 BOOST_AUTO_TEST_CASE_TEMPLATE(what_is_neither_folder_nor_file_stays_out, Kind, Kinds)
 {
     Fixture<Kind> fixture;

@@ -3,10 +3,12 @@
 #include "core/projects/repository_policy.hpp"
 
 using namespace webots_cloud::core;
+using webots_cloud::RefMeaning;
 
 namespace {
 
-constexpr std::string_view github = "https://github.com";
+ForgeOfWorld const github("https://github.com", RefMeaning::git);
+ForgeOfWorld const folder("local:", RefMeaning::none);
 
 RepositoryPolicy sharing()
 {
@@ -51,7 +53,7 @@ BOOST_AUTO_TEST_CASE(blob_and_tree_are_the_same)
     for (auto const covers : {allows, blocks}) {
         BOOST_TEST(covers("https://github.com/o/r/tree/main", "https://github.com/o/r/blob/main/worlds/a.wbt",
                           github));
-        BOOST_TEST(covers("local:/demo/robots/tree", "local:/demo/robots/blob/main/worlds/a.wbt", "local:"));
+        BOOST_TEST(covers("local:/demo/robots/tree", "local:/demo/robots/blob/main/worlds/a.wbt", folder));
     }
 }
 
@@ -80,7 +82,7 @@ BOOST_AUTO_TEST_CASE(a_query_or_fragment_changes_nothing)
 
 BOOST_AUTO_TEST_CASE(on_a_forge_with_a_path_owners_and_kinds_are_found_too)
 {
-    constexpr std::string_view forge = "http://localhost:8080/git";
+    ForgeOfWorld const forge("http://localhost:8080/git", RefMeaning::git);
     constexpr std::string_view url = "http://localhost:8080/git/o/Blob/blob/Main/worlds/a.wbt";
     for (auto const covers : {allows, blocks}) {
         BOOST_TEST(covers("http://localhost:8080/git/o/Blob", url, forge));
@@ -203,7 +205,7 @@ BOOST_AUTO_TEST_CASE(what_is_allowed_is_named_for_certain)
 
 BOOST_AUTO_TEST_CASE(a_forge_of_ones_own_may_tell_upper_from_lower_case)
 {
-    constexpr std::string_view forge = "http://localhost:8080";
+    ForgeOfWorld const forge("http://localhost:8080", RefMeaning::git);
     constexpr std::string_view url = "http://localhost:8080/Good/robots/blob/main/worlds/a.wbt";
     BOOST_TEST(allows("http://localhost:8080/Good", url, forge));
     BOOST_TEST(!allows("http://localhost:8080/good", url, forge));
@@ -215,10 +217,37 @@ BOOST_AUTO_TEST_CASE(a_forge_of_ones_own_may_tell_upper_from_lower_case)
 BOOST_AUTO_TEST_CASE(a_plain_folder_has_no_branches_that_a_rule_could_tell_apart)
 {
     constexpr std::string_view rule = "local:/o/r/blob/main/p";
-    BOOST_TEST(blocks(rule, "local:/o/r/blob/main/p/worlds/a.wbt", "local:"));
-    BOOST_TEST(blocks(rule, "local:/o/r/blob/whatever/p/worlds/a.wbt", "local:"));
-    BOOST_TEST(!blocks(rule, "local:/o/r/blob/main/q/worlds/a.wbt", "local:"));
-    BOOST_TEST(!allows(rule, "local:/o/r/blob/whatever/p/worlds/a.wbt", "local:"));
+    BOOST_TEST(blocks(rule, "local:/o/r/blob/main/p/worlds/a.wbt", folder));
+    BOOST_TEST(blocks(rule, "local:/o/r/blob/whatever/p/worlds/a.wbt", folder));
+    BOOST_TEST(!blocks(rule, "local:/o/r/blob/main/q/worlds/a.wbt", folder));
+    BOOST_TEST(!allows(rule, "local:/o/r/blob/whatever/p/worlds/a.wbt", folder));
+}
+
+// Seen: `https:` was taken for git's, and another branch ran what a rule with a branch had blocked.
+BOOST_AUTO_TEST_CASE(a_plain_folder_is_known_by_its_source_and_not_by_its_address)
+{
+    ForgeOfWorld const forge("https://projects.lab.org", RefMeaning::none);
+    constexpr std::string_view rule = "https://projects.lab.org/o/r/blob/main/p";
+    BOOST_TEST(blocks(rule, "https://projects.lab.org/o/r/blob/main/p/worlds/a.wbt", forge));
+    BOOST_TEST(blocks(rule, "https://projects.lab.org/o/r/blob/whatever/p/worlds/a.wbt", forge));
+    BOOST_TEST(blocks("https://projects.lab.org/o/r/tree/main",
+                      "https://projects.lab.org/o/r/blob/whatever/p/worlds/a.wbt", forge));
+    BOOST_TEST(!blocks(rule, "https://projects.lab.org/o/r/blob/HEAD/q/worlds/a.wbt", forge));
+
+    ForgeOfWorld const git("file:///srv/git", RefMeaning::git);
+    BOOST_TEST(blocks("file:///srv/git/o/r/blob/main", "file:///srv/git/o/r/blob/HEAD/worlds/a.wbt", git));
+    BOOST_TEST(!blocks("file:///srv/git/o/r/blob/main", "file:///srv/git/o/r/blob/x/worlds/a.wbt", git));
+}
+
+BOOST_AUTO_TEST_CASE(where_it_is_unknown_what_refs_mean_a_rule_with_one_blocks_them_all)
+{
+    ForgeOfWorld const forge("https://hg.lab.org", RefMeaning::unknown);
+    BOOST_TEST(
+        blocks("https://hg.lab.org/o/r/blob/main", "https://hg.lab.org/o/r/blob/tip/worlds/a.wbt", forge));
+    BOOST_TEST(
+        !blocks("https://hg.lab.org/o/r/blob/main", "https://hg.lab.org/o/x/blob/main/worlds/a.wbt", forge));
+    BOOST_TEST(
+        !allows("https://hg.lab.org/o/r/blob/main", "https://hg.lab.org/o/r/blob/tip/worlds/a.wbt", forge));
 }
 
 BOOST_AUTO_TEST_CASE(what_is_allowed_is_never_blocked)
