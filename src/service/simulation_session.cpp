@@ -340,6 +340,7 @@ result<> SimulationSession::take_place()
                                          "raise \"simulationsPerAddress\"."));
 }
 
+/// Asks the rules about worlds (HACKING.md, "A rule about worlds"), then the fetcher.
 asio::awaitable<result<Project>> SimulationSession::fetch_requested(std::shared_ptr<FetchProgress> progress)
 {
     auto const admitted = admit();
