@@ -1,4 +1,4 @@
-// The address of a world on a git forge, taken apart.
+// The address of a world on a forge (a git server or a plain folder), taken apart.
 #pragma once
 
 #include <webots_cloud/error.hpp>

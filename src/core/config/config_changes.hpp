@@ -1,5 +1,5 @@
-// Which changed keys of a reloaded configuration need a restart. All others must be taken over by an `apply`
-// of src/app: tests/hygiene/reloaded_keys.py finds those that are in neither place.
+// Which changed keys of a reloaded configuration need a restart. All others must be taken over by the `apply`
+// of a service, which src/app calls: tests/hygiene/reloaded_keys.py finds those that are in neither place.
 #pragma once
 
 #include <webots_cloud/config.hpp>

@@ -251,11 +251,17 @@ bool rule_blocks(std::string_view rule, World const& world)
     // Whatever page of the forge the rule was copied from: /blob/, /tree/, /commits/, /-/tree/.
     auto const dash = wanted->size() > kind_at && (*wanted)[kind_at] == "-" ? 1u : 0u;
     auto const ref = from(*wanted, ref_at + dash);
-    if (ref.empty() || world.refs == RefMeaning::unknown)
+    if (ref.empty())
         return true;
-    if (world.refs == RefMeaning::none) // only the folder after it counts
+    switch (world.refs) {
+    case RefMeaning::git:
+        return blocks_ref(ref, from(found, ref_at));
+    case RefMeaning::none: // only the folder after it counts
         return begins_with(from(found, ref_at + 1), from(ref, 1), same_exactly);
-    return blocks_ref(ref, from(found, ref_at));
+    case RefMeaning::unknown:
+        break;
+    }
+    return true;
 }
 
 } // namespace
