@@ -1,5 +1,6 @@
 // The Scheduler behind an HTTP server of your own, here a plain one of Boost.Beast: links webots_cloud::core
-// alone. There is no LoadMonitor: the machines say their load themselves.
+// alone. There is no LoadMonitor: the machines say their load themselves. "In your own program" in
+// docs/scheduling.md says what a poller of your own has to do.
 //
 //     PUT /load/HOST:PORT   with the load as body: a number of percent, or the JSON of docs/scheduling.md
 //                           ("What machines report")
@@ -45,6 +46,7 @@ Response text(Request const& request, http::status status, std::string body)
 {
     Response response(status, request.version(), std::move(body));
     response.set(http::field::content_type, "text/plain");
+    response.set(http::field::access_control_allow_origin, "*"); // pages of other sites ask
     response.keep_alive(request.keep_alive());
     response.prepare_payload();
     return response;
@@ -64,12 +66,13 @@ Response take_report(Site& site, Request const& request, std::string_view machin
     return text(request, http::status::ok, "");
 }
 
-/// A browser asks where to go.
+/// A browser asks where to go. The pages of Webots are silent about any other status than 200, so what is
+/// wrong is in the text.
 Response place(Site& site, Request const& request)
 {
     auto const placement = site.scheduler.place(std::chrono::steady_clock::now());
     if (!placement)
-        return text(request, http::status::service_unavailable, placement.error().message());
+        return text(request, http::status::ok, "Error: " + placement.error().message());
     return text(request, http::status::ok, "ws://" + std::string(placement->address));
 }
 

@@ -76,7 +76,7 @@ public:
     /// Fetches a project into a new directory. The source checks that the world is there.
     ///
     /// Cancellation: terminal; completes when nothing of it is left on disk.
-    /// Errors: as `ProjectSource::fetch`; `not_found` for the world file.
+    /// Errors: as `ProjectSource::fetch`.
     boost::asio::awaitable<result<Project>> fetch(ProjectRef project,
                                                   std::shared_ptr<FetchProgress> progress);
 

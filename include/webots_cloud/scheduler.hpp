@@ -2,8 +2,8 @@
 //
 // No clock, network, threads or global random numbers: every function that depends on time takes `now`.
 // In our session server, LoadMonitor polls the machines and SessionService serves the browsers. With a poller
-// and a server of your own, call report(), mark_unreachable() and place():
-// examples/08_behind_your_server.cpp. Begin reading at class Scheduler, at the end.
+// and a server of your own, call report(), mark_unreachable() and place(): "In your own program" in
+// docs/scheduling.md, and examples/08_behind_your_server.cpp. Begin reading at class Scheduler, at the end.
 #pragma once
 
 #include <webots_cloud/error.hpp>
@@ -182,8 +182,8 @@ struct SchedulerParams
     /// reports; then its place is given back. Longer than the slowest start, as peers that report a bare
     /// number show a session only when it runs. Of peers that count `arrivals`, three eighths of it.
     Duration placement_timeout = std::chrono::seconds(60);
-    /// Default 15 s, three polls: how long a report is trusted. Polls that are rarer than this make every
-    /// machine stale. 0: for ever, for callers that call mark_unreachable().
+    /// Default 15 s: how long a report is trusted. Two intervals of your polls and a time-out are right; less
+    /// than an interval makes every machine stale. 0: for ever, for callers that call mark_unreachable().
     Duration report_lifetime = std::chrono::seconds(15);
     /// Default 30 s; 0: none. For so long a machine that came (back) up is filled cautiously: its caches are
     /// cold, and being empty it would get every session of the next seconds.

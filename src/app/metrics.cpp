@@ -12,7 +12,7 @@ double figure(std::uint64_t count) noexcept
 
 } // namespace
 
-std::string network_metrics(HttpServerStatistics const& statistics)
+std::string http_server_metrics(HttpServerStatistics const& statistics)
 {
     core::MetricsText text;
     text.family("http_connections", "gauge", "Connections that are open, WebSockets included.")

@@ -9,7 +9,7 @@
 namespace webots_cloud::app {
 
 /// In the text format of Prometheus; names begin with `webots_http_`.
-std::string network_metrics(HttpServerStatistics const& statistics);
+std::string http_server_metrics(HttpServerStatistics const& statistics);
 
 /// Likewise; names begin with `webots_mail`.
 std::string mail_metrics(OperatorMailStatistics const& statistics);

@@ -149,7 +149,7 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     SessionServiceHooks hooks;
     hooks.tell_operator = [&administrator](LoadEvent const& event) { return administrator.mail.note(event); };
     hooks.more_metrics = [&server, &administrator] {
-        return app::network_metrics(server->statistics()) +
+        return app::http_server_metrics(server->statistics()) +
                app::mail_metrics(administrator.mail.statistics());
     };
     SessionService service(session_service_params(config), monitor, scheduler, *clock, log, std::move(hooks));

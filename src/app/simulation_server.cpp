@@ -366,7 +366,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     network.spare_descriptors +=
         descriptors_per_simulation * static_cast<std::size_t>(config.max_connections);
     auto const server = make_http_server(executor, std::move(network), log);
-    hooks.more_metrics = [&server] { return app::network_metrics(server->statistics()); };
+    hooks.more_metrics = [&server] { return app::http_server_metrics(server->statistics()); };
     auto const logs = make_simulation_logs(executor, logs_params(config), *clock, log);
     if (config.simulation_log_keep > Duration::zero())
         hooks.simulation_logs = logs.get();

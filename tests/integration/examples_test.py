@@ -128,7 +128,7 @@ class Examples(unittest.TestCase):
 
     def test_08_the_scheduler_behind_a_server_of_ones_own(self):
         with serving(self, "08_behind_your_server", "sim1:2000", "sim2:2000") as port:
-            self.assertEqual(ask(port, "GET", "/session"), (503, "no simulation server available at the moment."))
+            self.assertEqual(ask(port, "GET", "/session"), (200, "Error: no simulation server available at the moment."))
             self.assertEqual(ask(port, "PUT", "/load/sim1:2000", "40"), (200, ""))
             self.assertEqual(ask(port, "PUT", "/load/sim2:2000", '{"load":10,"sessions":1}'), (200, ""))
             self.assertEqual(ask(port, "GET", "/session"), (200, "ws://sim2:2000"))

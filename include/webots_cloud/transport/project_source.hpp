@@ -44,11 +44,12 @@ struct FetchLimits
 {
     FetchLimits() = default;
 
-    /// Of what is received, and, counted apart, of all files on disk. Of a website, template and zip are each
-    /// compared with all of it. 2 GiB.
+    /// Two limits of the same size: bytes received, and bytes of all files on disk. Of a website, template
+    /// and zip may each have so many. 2 GiB.
     std::uint64_t bytes = std::uint64_t{2} << 30;
-    std::uint32_t files = 50'000;                ///< On disk.
-    Duration timeout = std::chrono::minutes(10); ///< For the whole fetch.
+    std::uint32_t files = 50'000; ///< On disk.
+    /// For a fetch, of git for its look-up and its download apart; copies of folders have none.
+    Duration timeout = std::chrono::minutes(10);
 };
 
 /// One project to put into one directory.

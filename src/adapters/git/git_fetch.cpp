@@ -321,8 +321,8 @@ GitOutcome GitFetch::fetch_in_parts(GitWants wants, Ids const& ids, bool parents
 GitOutcome GitFetch::fetch_pack(GitWants const& wants)
 {
     auto const& limits = order_.limits;
-    GitPackReader pack(download_->staging(), limits.bytes - std::min(limits.bytes, unpacked_),
-                       [this] { return may_go_on(); });
+    GitPackReader pack(
+        download_->staging(), limits.bytes, [this] { return may_go_on(); }, unpacked_);
     auto const before = received_;
     auto const progress = [&](GitPackReader const& reader, std::uint64_t received) {
         received_ = before + received;
@@ -332,7 +332,7 @@ GitOutcome GitFetch::fetch_pack(GitWants const& wants)
                                peer_limits(limits.bytes - std::min(limits.bytes, before)), pack, progress);
     if (fetched && !capabilities_.version_2 && !download_->staging().find(wants.ids.front()))
         fetched = Failure(GitProblem::no_such_commit, "has no such commit");
-    unpacked_ += pack.unpacked();
+    unpacked_ = pack.unpacked();
     if (files_wanted_ > 0)
         files_read_ += pack.objects_read();
     return fetched ? GitOutcome(PackReceived()) : GitOutcome(Failed(fetched.error(), pack.begun()));

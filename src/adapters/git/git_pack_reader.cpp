@@ -29,8 +29,9 @@ std::uint32_t big_endian(std::string_view bytes) noexcept
 
 } // namespace
 
-GitPackReader::GitPackReader(GitStaging& staging, std::uint64_t budget, FetchInterrupt interrupt)
-    : staging_(staging), budget_(budget), interrupt_(std::move(interrupt)),
+GitPackReader::GitPackReader(GitStaging& staging, std::uint64_t limit, FetchInterrupt interrupt,
+                             std::uint64_t spent)
+    : staging_(staging), limit_(limit), interrupt_(std::move(interrupt)), unpacked_(spent),
       inflater_(std::make_unique<z_stream>())
 {
     inflateInit(inflater_.get());
@@ -67,9 +68,9 @@ void GitPackReader::consume(std::size_t count)
 result<> GitPackReader::spend(std::uint64_t bytes)
 {
     unpacked_ += bytes;
-    if (bytes > budget_ || unpacked_ > budget_)
+    if (bytes > limit_ || unpacked_ > limit_)
         return Failure(errc::too_large,
-                       core::concat("The project is larger than ", std::to_string(budget_ >> 20), " MB."));
+                       core::concat("The project is larger than ", std::to_string(limit_ >> 20), " MB."));
     return {};
 }
 

@@ -17,7 +17,7 @@ struct z_stream_s;
 
 namespace webots_cloud::adapters {
 
-/// Unpacks one pack into a staging area. Nothing in it is trusted: every size is checked against the budget,
+/// Unpacks one pack into a staging area. Nothing in it is trusted: every size is checked against the limit,
 /// and reserved from the share of the staging area, before memory is allocated or a byte is written, so that
 /// a small pack can't become a large one.
 ///
@@ -25,8 +25,10 @@ namespace webots_cloud::adapters {
 class GitPackReader
 {
 public:
-    /// `budget`: how many bytes all objects may have together, unpacked.
-    GitPackReader(GitStaging& staging, std::uint64_t budget, FetchInterrupt interrupt = {});
+    /// `limit`: how many bytes all objects may have together, unpacked, with the `spent` ones of packs that
+    /// were read before.
+    GitPackReader(GitStaging& staging, std::uint64_t limit, FetchInterrupt interrupt = {},
+                  std::uint64_t spent = 0);
     ~GitPackReader();
 
     /// The next bytes of the pack.   Errors: `malformed`, `too_large`, `unavailable` (disk), the
@@ -42,7 +44,7 @@ public:
     std::uint32_t objects_total() const noexcept { return total_; }
     std::uint32_t objects_read() const noexcept { return static_cast<std::uint32_t>(entries_.size()); }
 
-    /// Bytes of all objects so far, unpacked.
+    /// Bytes of all objects so far, unpacked, with those of packs that were read before.
     std::uint64_t unpacked() const noexcept { return unpacked_; }
 
 private:
@@ -92,9 +94,9 @@ private:
     void begin_digest(GitObjectKind kind, std::uint64_t size);
 
     GitStaging& staging_;
-    std::uint64_t budget_;
+    std::uint64_t limit_;
     FetchInterrupt interrupt_;
-    std::uint64_t unpacked_ = 0;
+    std::uint64_t unpacked_;
     State state_ = State::pack_header;
     std::string input_; ///< Arrived and not used yet; `used_` bytes at its start are.
     std::size_t used_ = 0;

@@ -20,7 +20,10 @@ boost::asio::awaitable<result<>> tell_scheduler(LoadMonitor& monitor, Scheduler&
         if (!events)
             co_return events.error();
         for (auto const& event : *events) {
-            scheduler.report(event.server.address, event.server.report, clock.now());
+            if (event.server.state == ServerState::up)
+                scheduler.report(event.server.address, event.server.report, clock.now());
+            else
+                scheduler.mark_unreachable(event.server.address, clock.now());
             ++reports;
         }
     }

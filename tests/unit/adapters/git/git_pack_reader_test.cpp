@@ -179,6 +179,19 @@ BOOST_AUTO_TEST_CASE(nothing_is_unpacked_beyond_the_budget)
     BOOST_TEST((read(bytes, 100, needed - 1).error() == errc::too_large));
 }
 
+BOOST_AUTO_TEST_CASE(packs_that_were_read_before_count_and_the_whole_limit_is_named)
+{
+    auto const bytes = pack({object(3, base)});
+    std::uint64_t const limit = 1 << 20;
+    GitPackReader fits(*staging, limit, {}, limit - base.size());
+    BOOST_TEST(fits.push(bytes).has_value());
+    BOOST_TEST(fits.unpacked() == limit);
+    GitPackReader does_not_fit(*staging, limit, {}, limit - base.size() + 1);
+    auto const refused = does_not_fit.push(bytes);
+    BOOST_REQUIRE(refused.has_error());
+    BOOST_TEST(refused.error().message() == "The project is larger than 1 MB.");
+}
+
 BOOST_AUTO_TEST_CASE(it_stops_at_any_object_and_any_delta_when_it_is_told_to)
 {
     auto const bytes = pack({object(3, base), object(7, copy_and_add, digest("blob 10\0"s + base)),
