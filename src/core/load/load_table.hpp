@@ -20,7 +20,8 @@ LoadTransition classify(ServerLoad const& before, result<LoadReport> const& outc
 
 /// The one place where the outcomes of polls are kept: pages, totals and logs look at it.
 ///
-/// The Scheduler keeps its own record of reports, since it can be used without polls.
+/// The Scheduler keeps the last report of each server, too: it compares the next one with it, when this table
+/// has been overwritten already, and it can be used without polls.
 class LoadTable
 {
 public:

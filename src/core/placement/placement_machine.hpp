@@ -94,7 +94,7 @@ private:
     bool drained_ = false;
     bool stale_ = false;
     Contact contact_ = Contact::unknown;
-    LoadReport last_;
+    LoadReport last_; ///< With which the next report is compared.
     TimePoint reported_at_{};
     TimePoint up_since_ = TimePoint::min();
     TimePoint left_at_ = TimePoint::min(); ///< When a session was last seen to leave.
