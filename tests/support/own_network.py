@@ -13,6 +13,7 @@ from .waiting import wait_until
 
 MARK = "WEBOTS_CLOUD_OWN_NETWORK"
 PUBLIC = "93.184.215.14"  # an address of nobody's in here
+OWN = "10.78.0.1"
 PRIVATE = "10.78.0.2"
 SHARED = "100.64.3.3"
 METADATA = "169.254.169.254"
@@ -49,7 +50,7 @@ class Outside:
         number = str(self.process.pid)
         wait_until(lambda: os.readlink(f"/proc/{number}/ns/net") != os.readlink("/proc/self/ns/net"), "no other namespace")
         self._run("ip", "link", "add", "cable", "type", "veth", "peer", "name", "far", "netns", number)
-        self._run("ip", "address", "add", "10.78.0.1/24", "dev", "cable")
+        self._run("ip", "address", "add", f"{OWN}/24", "dev", "cable")
         self._run("ip", "link", "set", "cable", "up")
         inside = ["nsenter", "-t", number, "-n", "ip"]
         self._run(*inside, "link", "set", "lo", "up")

@@ -1,0 +1,674 @@
+"""What a hostile project tries against its server, its neighbours and the machine: one function for each attempt.
+
+This file is used twice. The tests read from it which attempts there are, what has to come of them in a sandbox, and to which row of the
+table in docs/sandboxes.md they belong. A copy of it lies beside the hostile controller, which calls the functions inside of the sandbox.
+So it imports nothing but Python's own library.
+
+The outcome of an attempt is "done", the name of the error that forbade it, or a word of its own. An attempt is told its target; where the
+machine that tests has no such thing the target is None, and nothing is tried.
+"""
+
+import ctypes
+import errno
+import fcntl
+import os
+import select
+import signal
+import socket
+import struct
+import subprocess
+import termios
+import time
+
+ROWS = {
+    "files": "read the server's configuration, keys and logs, `/etc/shadow`, home folders",
+    "neighbour": "read or change the project of another simulation",
+    "write": "write anywhere but in its own project and a private `/tmp`",
+    "see": "see processes of others",
+    "signal": "stop or kill its server, its guard or other simulations",
+    "trace": "trace processes of others, or read their memory",
+    "services": "connect to services of this machine, by its own address, the loopback, or the gateway and the resolver that it is given",
+    "abstract": "connect to abstract sockets of this machine, as X servers have",
+    "private": "connect to private, shared and link-local addresses, the metadata service of a cloud among them",
+    "public": "connect to public addresses",
+    "raw": "send raw packets, or change routes and interfaces",
+    "displays": "see the X displays of others",
+    "terminal": "type into the operator's terminal",
+    "outlive": "outlive its session (`setsid`, double fork)",
+    "privileges": "gain capabilities, or make use of set-user-ID programs",
+    "namespaces": "make namespaces of its own, mount, or enter another root folder",
+    "kernel": "write the kernel's settings (`/proc/sys`, `/sys`) or devices",
+    "calls": "load modules or programs into the kernel, set the clock, reboot",
+}
+
+ATTEMPTS = {}
+DONE = "done"
+NOT_HERE = "there is no such thing on this machine"
+
+
+class Attempt:
+    def __init__(self, row, refusals, writes, function):
+        self.id = function.__name__
+        self.title = function.__doc__
+        self.row = row
+        self.refusals = refusals  # what must come of it in a sandbox: one of these
+        self.writes = writes  # whether its target is a file, so that only a change that others see counts
+        self.function = function
+
+
+def attempt(row, *refusals, writes=False):
+    """Registers a function as an attempt that has to be refused for one of these reasons."""
+    assert row in ROWS and refusals
+
+    def register(function):
+        assert function.__name__ not in ATTEMPTS and function.__doc__
+        ATTEMPTS[function.__name__] = Attempt(row, refusals, writes, function)
+        return function
+
+    return register
+
+
+def outcome(name, target):
+    """Tries it, in a process of its own so that nothing of it is left, for ten seconds at most."""
+    if target is None:
+        return NOT_HERE
+    reader, writer = os.pipe()
+    child = os.fork()
+    if child == 0:
+        try:
+            said = ATTEMPTS[name].function(target) or DONE
+        except OSError as error:
+            said = errno.errorcode.get(error.errno, "timed out" if isinstance(error, TimeoutError) else str(error))
+        except Exception as error:  # pylint: disable=broad-except
+            said = repr(error)
+        os.write(writer, said.encode())
+        os._exit(0)
+    os.close(writer)
+    said = os.read(reader, 1000).decode() if select.select([reader], [], [], 10)[0] else "hung"
+    os.close(reader)
+    os.kill(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+    return said or "ended at once"
+
+
+# What the attempts need of the system.
+
+LIBC = ctypes.CDLL(None, use_errno=True)
+NUMBERS = {"x86_64": {"add_key": 248, "keyctl": 250, "bpf": 321, "userfaultfd": 323, "perf_event_open": 298, "kexec_load": 246,
+                      "open_by_handle_at": 304, "finit_module": 313, "iopl": 172},
+           "aarch64": {"add_key": 217, "keyctl": 219, "bpf": 280, "userfaultfd": 282, "perf_event_open": 241, "kexec_load": 104,
+                       "open_by_handle_at": 265, "finit_module": 273}}.get(os.uname().machine, {})
+NUMBERS.update(io_uring_setup=425, fsopen=430, clone3=435)  # the same everywhere
+
+
+def checked(result):
+    """The result of a system call, or its error."""
+    if result < 0:
+        raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))
+    return result
+
+
+def system_call(name, *arguments):
+    if name not in NUMBERS:
+        raise OSError(errno.ENOSYS, name)
+    whole = [ctypes.c_long(each) if isinstance(each, int) else each for each in (NUMBERS[name], *arguments)]
+    return checked(LIBC.syscall(*whole))
+
+
+def read(path):
+    with open(path, "rb") as file:
+        file.read(1)
+
+
+def append(path):
+    with open(path, "a") as file:
+        file.write("x")
+
+
+def open_for_writing(path):
+    os.close(os.open(path, os.O_WRONLY | os.O_NONBLOCK))
+
+
+def connect(address):
+    """TCP, until something answers or refuses."""
+    with socket.create_connection(address, 3):
+        pass
+
+
+def started_at(process):
+    """When it was started, which tells it from another one that has the same number in another namespace."""
+    with open(f"/proc/{process}/stat") as stat:
+        return stat.read().rpartition(")")[2].split()[19]
+
+
+def require_it(victim):
+    """ESRCH where a process with this number is not the victim."""
+    process, start = victim[:2]
+    try:
+        found = started_at(process) == start
+    except FileNotFoundError:
+        return  # as the caller will see, unless just /proc is in its way
+    if not found:
+        raise OSError(errno.ESRCH, "another process")
+
+
+# Files.
+
+@attempt("files", "ENOENT")
+def read_shadow(path):
+    """`/etc/shadow`"""
+    read(path)
+
+
+@attempt("files", "ENOENT")
+def read_configuration(path):
+    """the server's configuration"""
+    read(path)
+
+
+@attempt("files", "ENOENT")
+def read_key(path):
+    """the key of its certificate"""
+    read(path)
+
+
+@attempt("files", "ENOENT")
+def read_log(path):
+    """its log"""
+    read(path)
+
+
+@attempt("files", "ENOENT")
+def read_home(path):
+    """a file in the home folder of the server's user"""
+    read(path)
+
+
+@attempt("files", "ENOENT")
+def read_state(path):
+    """a file of the server's state"""
+    read(path)
+
+
+@attempt("files", "ENOENT")
+def read_by_link(path):
+    """the configuration, by a symbolic link in its own project"""
+    os.symlink(path, "link")
+    try:
+        read("link")
+    finally:
+        os.unlink("link")
+
+
+@attempt("files", "ENOENT")
+def hard_link(path):
+    """the configuration, by a hard link in its own project"""
+    os.link(path, "hard_link")
+    os.unlink("hard_link")
+
+
+@attempt("files", "ENOENT")
+def read_through_server(victim):
+    """the configuration, through the root folder of the server's process"""
+    if started_at(victim[0]) != victim[1]:
+        raise OSError(errno.ENOENT, "another process")
+    read(f"/proc/{victim[0]}/root{victim[2]}")
+
+
+@attempt("neighbour", "ENOENT")
+def read_neighbour(path):
+    """a file of the neighbour's project"""
+    read(path)
+
+
+@attempt("neighbour", "ENOENT", "EROFS", writes=True)
+def write_neighbour(path):
+    """change a file of the neighbour's project"""
+    append(path)
+
+
+@attempt("write", "ENOENT", "EROFS", "private", writes=True)
+def write_server_folder(path):
+    """a file beside the server's configuration"""
+    append(path)
+
+
+@attempt("write", "ENOENT", "EROFS", "private", writes=True)
+def write_instances(path):
+    """a file beside its own project"""
+    append(path)
+
+
+@attempt("write", "ENOENT", "EROFS", "private", writes=True)
+def write_usr(path):
+    """a file in `/usr`"""
+    append(path)
+
+
+@attempt("write", "ENOENT", "EROFS", "private", writes=True)
+def write_etc(path):
+    """a file in `/etc`"""
+    append(path)
+
+
+@attempt("write", "ENOENT", "EROFS", "private", writes=True)
+def write_temporary(path):
+    """a file in the machine's `/tmp`"""
+    append(path)
+
+
+# Processes. A victim is its number, when it was started, and more.
+
+@attempt("see", "unseen")
+def see_processes(victims):
+    """list processes of others"""
+    for process, start in victims:
+        try:
+            if started_at(process) == start:
+                return DONE
+        except FileNotFoundError:
+            pass
+    return "unseen"
+
+
+@attempt("signal", "ESRCH")
+def signal_server(victim):
+    """signal the server"""
+    require_it(victim)
+    os.kill(victim[0], 0)
+
+
+@attempt("signal", "ESRCH")
+def stop_neighbour(victim):
+    """stop the neighbour's simulator (`SIGSTOP`)"""
+    require_it(victim)
+    os.kill(victim[0], signal.SIGSTOP)
+    os.kill(victim[0], signal.SIGCONT)
+
+
+@attempt("signal", "ESRCH")
+def signal_neighbours_guard(victim):
+    """signal the neighbour's guard"""
+    require_it(victim)
+    os.kill(victim[0], 0)
+
+
+@attempt("signal", "ESRCH")
+def signal_own_guard(victim):
+    """signal its own guard"""
+    require_it(victim)
+    os.kill(victim[0], 0)
+
+
+@attempt("signal", "ESRCH")
+def open_pidfd(victim):
+    """get hold of the neighbour's simulator (`pidfd_open`)"""
+    require_it(victim)
+    os.close(os.pidfd_open(victim[0]))
+
+
+@attempt("trace", "ESRCH")
+def trace_neighbour(victim):
+    """trace the neighbour's simulator"""
+    require_it(victim)
+    attach, detach = 16, 17
+    checked(LIBC.ptrace(attach, victim[0], None, None))
+    LIBC.waitpid(victim[0], None, 0x40000000)
+    LIBC.ptrace(detach, victim[0], None, None)
+
+
+@attempt("trace", "ESRCH")
+def trace_own_guard(victim):
+    """trace its own guard"""
+    require_it(victim)
+    checked(LIBC.ptrace(0x4206, victim[0], None, None))  # seize
+
+
+@attempt("trace", "ESRCH")
+def read_memory(victim):
+    """read the memory of the neighbour's simulator (`process_vm_readv`)"""
+    require_it(victim)
+    buffer = ctypes.create_string_buffer(8)
+    local = struct.pack("PN", ctypes.addressof(buffer), 8)
+    remote = struct.pack("PN", victim[2], 8)
+    checked(LIBC.process_vm_readv(victim[0], local, 1, remote, 1, 0))
+
+
+@attempt("trace", "ENOENT")
+def open_memory(victim):
+    """open the memory of the neighbour's simulator (`/proc`)"""
+    if started_at(victim[0]) != victim[1]:
+        raise OSError(errno.ENOENT, "another process")
+    read(f"/proc/{victim[0]}/mem")
+
+
+@attempt("trace", "ENOENT")
+def read_environment(victim):
+    """read the environment of the server"""
+    if started_at(victim[0]) != victim[1]:
+        raise OSError(errno.ENOENT, "another process")
+    read(f"/proc/{victim[0]}/environ")
+
+
+# The network.
+
+@attempt("services", "ECONNREFUSED")
+def connect_loopback(address):
+    """a service on the loopback"""
+    connect(address)
+
+
+@attempt("services", "ECONNREFUSED", "EADDRNOTAVAIL", "ENETUNREACH", "EHOSTUNREACH")
+def connect_ipv6_loopback(address):
+    """a service on the loopback, by IPv6"""
+    connect(address)
+
+
+@attempt("services", "ECONNREFUSED")
+def connect_server(address):
+    """the server, on the loopback"""
+    connect(address)
+
+
+@attempt("services", "ECONNREFUSED")
+def connect_neighbour(address):
+    """the neighbour's simulator, on the loopback"""
+    connect(address)
+
+
+@attempt("services", "EHOSTUNREACH", "ENETUNREACH")
+def connect_own_address(address):
+    """the server, by the machine's own address"""
+    connect(address)
+
+
+@attempt("services", "EHOSTUNREACH", "ENETUNREACH", "ECONNREFUSED")
+def connect_gateway(address):
+    """the server, through the gateway"""
+    connect(address)
+
+
+@attempt("services", "EHOSTUNREACH", "ENETUNREACH", "ECONNREFUSED")
+def connect_resolver(address):
+    """the server, through the resolver"""
+    connect(address)
+
+
+@attempt("services", "ENOENT")
+def connect_operators_socket(path):
+    """the operator's socket"""
+    with socket.socket(socket.AF_UNIX) as end:
+        end.connect(path)
+
+
+@attempt("abstract", "ECONNREFUSED")
+def connect_abstract(name):
+    """an abstract socket"""
+    with socket.socket(socket.AF_UNIX) as end:
+        end.connect("\0" + name)
+
+
+@attempt("private", "EHOSTUNREACH", "ENETUNREACH")
+def connect_private(address):
+    """another machine by its private address"""
+    connect(address)
+
+
+@attempt("private", "EHOSTUNREACH", "ENETUNREACH")
+def connect_shared(address):
+    """another machine by a shared address"""
+    connect(address)
+
+
+@attempt("private", "EHOSTUNREACH", "ENETUNREACH")
+def connect_metadata(address):
+    """the metadata service of a cloud"""
+    connect(address)
+
+
+@attempt("private", "EHOSTUNREACH", "ENETUNREACH")
+def send_private_datagram(address):
+    """another machine by UDP"""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as end:
+        end.sendto(b"x", tuple(address))
+
+
+@attempt("public", "EHOSTUNREACH", "ENETUNREACH")
+def connect_public(address):
+    """a public address"""
+    connect(address)
+
+
+@attempt("raw", "EPERM")
+def open_packet_socket(_):
+    """a packet socket"""
+    socket.socket(socket.AF_PACKET, socket.SOCK_RAW, 0).close()
+
+
+@attempt("raw", "EPERM")
+def open_raw_socket(_):
+    """a raw socket"""
+    socket.socket(socket.AF_INET, socket.SOCK_RAW, socket.IPPROTO_ICMP).close()
+
+
+@attempt("raw", "EPERM")
+def change_interface(_):
+    """take an interface down and up again"""
+    get_flags, set_flags = 0x8913, 0x8914
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as end:
+        request = fcntl.ioctl(end, get_flags, struct.pack("16sH22x", b"lo", 0))
+        fcntl.ioctl(end, set_flags, request)
+
+
+@attempt("raw", "EPERM")
+def change_route(_):
+    """add a route"""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as end:
+        address = struct.pack("=HH4s8x", socket.AF_INET, 0, bytes((10, 99, 99, 99)))
+        mask = struct.pack("=HH4s8x", socket.AF_INET, 0, bytes((255, 255, 255, 255)))
+        gateway = struct.pack("=HH4s8x", socket.AF_INET, 0, bytes(4))
+        device = ctypes.create_string_buffer(b"lo")
+        # struct rtentry: route up, to one host, over this device
+        request = struct.pack("@L16s16s16sHhLPhPLLH6x", 0, address, gateway, mask, 0x5, 0, 0, 0, 0, ctypes.addressof(device), 0, 0, 0)
+        fcntl.ioctl(end, 0x890B, request)
+        fcntl.ioctl(end, 0x890C, request)
+
+
+# The display and the terminal.
+
+@attempt("displays", "unseen")
+def see_displays(socket_of_another):
+    """list the sockets of X servers"""
+    folder, name = os.path.split(socket_of_another)
+    return DONE if os.path.isdir(folder) and name in os.listdir(folder) else "unseen"
+
+
+@attempt("terminal", "ENXIO")
+def type_into_terminal(_):
+    """the terminal from which the server was started (`TIOCSTI`)"""
+    terminal = os.open("/dev/tty", os.O_RDWR)
+    fcntl.ioctl(terminal, termios.TIOCSTI, b"x")
+
+
+@attempt("terminal", "ENOENT")
+def write_to_terminal(path):
+    """the same terminal, by its name"""
+    open_for_writing(path)
+
+
+# Its session and its privileges.
+
+@attempt("outlive", "ended")
+def outlive(mark):
+    """a process that leaves its parents"""
+    if os.fork() == 0:
+        os.setsid()
+        if os.fork() == 0:
+            for each in range(3, 256):
+                try:
+                    os.close(each)
+                except OSError:
+                    pass
+            os.execv("/bin/sleep", ["sleep", mark])
+        os._exit(0)
+
+
+@attempt("privileges", "none")
+def have_capabilities(_):
+    """capabilities"""
+    with open("/proc/self/status") as status:
+        sets = dict(line.split(":", 1) for line in status)
+    return "none" if all(int(sets[each], 16) == 0 for each in ("CapPrm", "CapEff", "CapInh", "CapAmb", "CapBnd")) else DONE
+
+
+@attempt("privileges", "no new ones")
+def run_set_user_id(path):
+    """a set-user-ID program"""
+    with open("/proc/self/status") as status:
+        own = [line for line in status if line.startswith("Uid:")]
+    program = subprocess.Popen([path], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    with open(f"/proc/{program.pid}/status") as status:
+        its = [line for line in status if line.startswith("Uid:")]
+    program.kill()
+    program.wait()
+    return "no new ones" if own == its else DONE
+
+
+@attempt("namespaces", "ENOSPC", "EPERM")
+def make_user_namespace(_):
+    """a user namespace"""
+    checked(LIBC.unshare(0x10000000))
+
+
+@attempt("namespaces", "EPERM")
+def make_mount_namespace(_):
+    """a mount namespace"""
+    checked(LIBC.unshare(0x00020000))
+
+
+@attempt("namespaces", "EPERM")
+def mount(_):
+    """mount"""
+    os.makedirs("mounted", exist_ok=True)
+    checked(LIBC.mount(b"none", b"mounted", b"tmpfs", 0, None))
+    checked(LIBC.umount(b"mounted"))
+
+
+@attempt("namespaces", "EPERM")
+def mount_in_new_way(_):
+    """mount (`fsopen`)"""
+    os.close(system_call("fsopen", ctypes.c_char_p(b"tmpfs"), 0))
+
+
+@attempt("namespaces", "EPERM", "EINVAL")
+def unmount_proc(_):
+    """unmount `/proc`"""
+    checked(LIBC.umount2(b"/proc", 2))
+
+
+@attempt("namespaces", "EPERM")
+def change_root(_):
+    """`chroot`"""
+    os.chroot(".")
+
+
+@attempt("namespaces", "EPERM")
+def enter_namespace(_):
+    """enter a namespace of its first process (`setns`)"""
+    namespace = os.open("/proc/1/ns/mnt", os.O_RDONLY)
+    checked(LIBC.setns(namespace, 0))
+
+
+@attempt("namespaces", "EPERM")
+def open_by_handle(_):
+    """open files by their handles (`open_by_handle_at`)"""
+    handle = struct.pack("Ii8s", 8, 1, struct.pack("Ii", 2, 0))
+    folder = os.open("/", os.O_RDONLY)
+    os.close(system_call("open_by_handle_at", folder, ctypes.c_char_p(handle), os.O_RDONLY))
+
+
+# The kernel.
+
+@attempt("kernel", "EROFS", "EACCES", "ENOENT")
+def write_core_pattern(path):
+    """the program that gets core dumps"""
+    open_for_writing(path)
+
+
+@attempt("kernel", "EROFS", "EACCES", "ENOENT")
+def write_sysrq(path):
+    """`sysrq-trigger`"""
+    open_for_writing(path)
+
+
+@attempt("kernel", "EROFS", "EACCES", "ENOENT")
+def write_sys(path):
+    """`/sys`"""
+    open_for_writing(path)
+
+
+@attempt("kernel", "ENOENT")
+def write_disk(path):
+    """a disk"""
+    open_for_writing(path)
+
+
+@attempt("kernel", "ENOENT")
+def write_kernel_log(path):
+    """the kernel's log"""
+    open_for_writing(path)
+
+
+@attempt("kernel", "ENOENT")
+def read_physical_memory(path):
+    """`/dev/mem`"""
+    read(path)
+
+
+@attempt("kernel", "EPERM")
+def make_device(numbers):
+    """a device file of its own"""
+    os.mknod("disk", 0o60600, os.makedev(*numbers))
+    os.unlink("disk")
+
+
+@attempt("calls", "EPERM", "ENOSYS")
+def load_module(_):
+    """load a module"""
+    system_call("finit_module", -1, ctypes.c_char_p(b""), 0)
+
+
+@attempt("calls", "EPERM", "ENOSYS")
+def load_kernel(_):
+    """load another kernel"""
+    system_call("kexec_load", 0, 0, None, 0)
+
+
+@attempt("calls", "EPERM")
+def load_bpf(_):
+    """load a BPF program"""
+    code = struct.pack("<BBhiBBhi", 0xB7, 0, 0, 0, 0x95, 0, 0, 0)
+    license_name = b"GPL\0"
+    code_buffer, license_buffer = ctypes.create_string_buffer(code), ctypes.create_string_buffer(license_name)
+    tracepoint = 5
+    attributes = struct.pack("IIQQIIQI", tracepoint, 2, ctypes.addressof(code_buffer), ctypes.addressof(license_buffer), 0, 0, 0, 0)
+    attributes += bytes(128 - len(attributes))
+    os.close(system_call("bpf", 5, ctypes.c_char_p(attributes), len(attributes)))
+
+
+@attempt("calls", "EPERM")
+def set_clock(_):
+    """set the clock"""
+    time.clock_settime(time.CLOCK_REALTIME, time.clock_gettime(time.CLOCK_REALTIME))
+
+
+@attempt("calls", "EPERM")
+def reboot(_):
+    """reboot (with Ctrl-Alt-Del, which is only switched on)"""
+    checked(LIBC.reboot(0x89ABCDEF))
+
+
+@attempt("calls", "EPERM")
+def set_host_name(name):
+    """the machine's name"""
+    checked(LIBC.sethostname(name.encode(), len(name)))

@@ -1,0 +1,364 @@
+"""What every sandbox promises: a stranger's project, whose controller makes all attempts of sandbox_attempts.py, gets nowhere, while a
+neighbour's pictures keep coming.
+
+    class Bubblewrap(Walled, unittest.TestCase):
+        sandbox = "bubblewrap"
+        ...
+
+Each attempt is a test of its own. What came of them is kept for the table in docs/sandboxes.md: see tests/integration/sandbox_table.py.
+"""
+
+import asyncio
+import json
+import os
+import shutil
+import socket
+import stat
+import sys
+import unittest
+
+from . import own_network, sandbox_attempts
+from .browser_client import Browser
+from .frames import Frames, running
+from .other_user import OwnedServer
+from .projects import demo_project
+from .sandbox_attempts import ATTEMPTS, DONE, NOT_HERE
+from .servers import BIN, is_alive, wait_until
+
+HOSTILE = "local:/projects/hostile/blob/main/worlds/hostile.wbt"
+NEIGHBOUR = "local:/projects/neighbour/blob/main/worlds/arena.wbt"
+WORLD = """#VRML_SIM R2025a utf8
+WorldInfo { }
+RectangleArena { }
+Robot { name "attacker" controller "attack" }
+"""
+HERE = os.path.dirname(__file__)
+PROJECT = {"worlds/hostile.wbt": None, "controllers/attack/attack": "hostile_controller.py",
+           "controllers/attack/sandbox_attempts.py": "sandbox_attempts.py"}
+
+# The server has a controlling terminal, as when it is started by hand.
+WITH_TERMINAL = "import os, sys; os.setsid(); os.open(sys.argv[1], os.O_RDWR); os.execv(sys.argv[2], sys.argv[2:])"
+
+
+def results_folder():
+    return os.path.join(os.path.dirname(BIN), "sandbox_results")
+
+
+def find(mark):
+    """Living processes with this in their command line."""
+    found = []
+    for entry in filter(str.isdigit, os.listdir("/proc")):
+        try:
+            with open(f"/proc/{entry}/cmdline", "rb") as line:
+                if mark.encode() in line.read() and is_alive(int(entry)):
+                    found.append(int(entry))
+        except OSError:
+            pass
+    return found
+
+
+def named(process):
+    """The program that a process runs."""
+    try:
+        with open(f"/proc/{process}/comm") as file:
+            return file.read().strip()
+    except OSError:
+        return ""
+
+
+def victim(process, *more):
+    return [process, sandbox_attempts.started_at(process), *more]
+
+
+def first_disk():
+    disks = [name for name in os.listdir("/sys/block") if os.path.exists(os.path.join("/dev", name))]
+    return os.path.join("/dev", sorted(disks)[0]) if disks else None
+
+
+def there(path):
+    return path if os.path.exists(path) else None
+
+
+def start_of_memory(process):
+    """An address that can be read in every process of this program."""
+    with open(f"/proc/{process}/maps") as maps:
+        return int(maps.readline().split("-")[0], 16)
+
+
+class Contract:
+    """Everything is tried once, with one neighbour; each test looks at an outcome."""
+
+    sandbox = None  # the column of the table
+    variant = ""  # what is special about this class, as in "with X"; empty: what the column is about
+    keys = {}  # of the configuration
+    user = None
+    needs = ()  # programs
+    description = None  # what the monitor has to say
+    expected = {}  # attempt -> outcomes, where they are not those of a sandbox
+
+    @classmethod
+    def setUpClass(cls):
+        cls.forget()
+        for needed in cls.needs:
+            if not any(shutil.which(needed, path=path) for path in (os.environ["PATH"], "/usr/sbin:/sbin")):
+                raise unittest.SkipTest(f"{needed} is not installed")
+        cls.listen()
+        cls.server = cls.make_server()
+        cls.addClassCleanup(cls.server.close)
+        cls.place_projects()
+        cls.server.start()
+        asyncio.run(cls.attack())
+        cls.remember()
+
+    @classmethod
+    def make_server(cls):
+        terminal, slave = os.openpty()
+        cls.addClassCleanup(os.close, terminal)
+        cls.terminal_name = os.ttyname(slave)
+        cls.addClassCleanup(os.close, slave)
+        os.chmod(cls.terminal_name, 0o666)
+        return OwnedServer(cls.user, (sys.executable, "-c", WITH_TERMINAL, cls.terminal_name), **cls.keys)
+
+    @classmethod
+    def listen(cls):
+        """Services of this machine: on the loopback, and two with names, as X servers have."""
+        def offer(made):
+            cls.addClassCleanup(made.close)
+            return made
+
+        cls.loopback = offer(socket.create_server(("127.0.0.1", 0), backlog=64))
+        cls.loopback_ipv6 = offer(socket.create_server(("::1", 0), family=socket.AF_INET6, backlog=64)) if socket.has_ipv6 else None
+        cls.abstract_name = f"webots_cloud_{os.getpid()}_{cls.__name__}"
+        offer(socket.socket(socket.AF_UNIX)).bind("\0" + cls.abstract_name)
+        cls.abstract = offer(socket.socket(socket.AF_UNIX))
+        cls.abstract.bind("\0" + cls.abstract_name + "_listens")
+        cls.abstract.listen(8)
+        os.makedirs("/tmp/.X11-unix", exist_ok=True)
+        cls.display = f"/tmp/.X11-unix/X{10000 + os.getpid() % 10000}"
+        cls.x_server = offer(socket.socket(socket.AF_UNIX))
+        cls.x_server.bind(cls.display)
+        cls.addClassCleanup(os.unlink, cls.display)
+        os.chmod(cls.display, 0o777)
+        cls.x_server.listen(8)
+
+    @classmethod
+    def place_projects(cls):
+        folder = os.path.join(cls.server.folder, "projects")
+        files = {os.path.join("neighbour", path): content for path, content in demo_project().items()}
+        for path, source in PROJECT.items():
+            content = WORLD.encode()
+            if source:
+                with open(os.path.join(HERE, source), "rb") as file:
+                    content = file.read()
+            files[os.path.join("hostile", path)] = content
+        for path, content in files.items():
+            path = os.path.join(folder, "projects", path)
+            os.makedirs(os.path.dirname(path), exist_ok=True)
+            with open(path, "wb") as file:
+                file.write(content)
+        os.chmod(os.path.join(folder, "projects/hostile/controllers/attack/attack"), 0o755)
+        cls.server.config.update(forges=[{"url": "local:", "directory": folder}], allowedRepositories=["local:/projects"])
+        cls.key, cls.home_file = (os.path.join(cls.server.folder, name) for name in ("key.pem", ".netrc"))
+        for path in (cls.key, cls.home_file):
+            with open(path, "w") as file:
+                file.write("secret")
+            os.chmod(path, 0o600)
+        os.chmod(cls.server.folder, os.stat(cls.server.folder).st_mode | stat.S_IXOTH)
+
+    @classmethod
+    def targets(cls, neighbour_port, others):
+        """What the attack can't find out by itself, for each attempt."""
+        server = cls.server
+        instances = server.instances_folder()
+        configuration = os.path.join(server.folder, "config.json")
+        neighbour = os.path.join(instances, "1", "worlds", "arena.wbt")
+        guard = [pid for pid in others if named(pid).startswith("webots-process")][0]
+        simulator = [pid for pid in others if named(pid).startswith("webots-demo")][-1]
+        own_guard = [pid for pid in server.simulators() if named(pid).startswith("webots-process") and pid not in others][0]
+        cls.mark = f"777.{os.getpid()}{abs(hash(cls.__name__)) % 1000}"
+        path = server.folder
+        chosen = {
+            "read_shadow": "/etc/shadow", "read_configuration": configuration, "read_key": cls.key, "read_log": server.log_path,
+            "read_home": cls.home_file, "read_state": os.path.join(path, "projects/projects/neighbour/worlds/arena.wbt"),
+            "read_by_link": configuration, "hard_link": configuration,
+            "read_through_server": victim(server.process.pid, configuration),
+            "read_neighbour": neighbour, "write_neighbour": neighbour,
+            "write_server_folder": os.path.join(path, "planted"), "write_instances": os.path.join(instances, "planted"),
+            "write_usr": "/usr/planted", "write_etc": "/etc/planted", "write_temporary": f"/tmp/planted_{os.getpid()}",
+            "see_processes": [victim(each) for each in (server.process.pid, guard, simulator, os.getpid())],
+            "signal_server": victim(server.process.pid), "stop_neighbour": victim(simulator), "signal_neighbours_guard": victim(guard),
+            "signal_own_guard": victim(own_guard), "trace_own_guard": victim(own_guard), "open_pidfd": victim(simulator),
+            "trace_neighbour": victim(simulator),
+            "read_memory": victim(simulator, start_of_memory(simulator)), "open_memory": victim(simulator),
+            "read_environment": victim(server.process.pid),
+            "connect_loopback": ["127.0.0.1", cls.loopback.getsockname()[1]],
+            "connect_ipv6_loopback": ["::1", cls.loopback_ipv6.getsockname()[1]] if cls.loopback_ipv6 else None,
+            "connect_server": ["127.0.0.1", server.port], "connect_neighbour": ["127.0.0.1", neighbour_port],
+            "connect_own_address": [own_network.OWN, server.port], "connect_gateway": ["10.0.2.2", server.port],
+            "connect_resolver": ["10.0.2.3", server.port], "connect_operators_socket": there(cls.operator_socket()),
+            "connect_abstract": cls.abstract_name + "_listens",
+            "connect_private": [own_network.PRIVATE, 80], "connect_shared": [own_network.SHARED, 80],
+            "connect_metadata": [own_network.METADATA, 80], "send_private_datagram": [own_network.PRIVATE, 53],
+            "connect_public": [own_network.PUBLIC, 80],
+            "see_displays": cls.display, "write_to_terminal": cls.terminal_name, "outlive": cls.mark,
+            "run_set_user_id": there("/usr/bin/su"),
+            "write_core_pattern": "/proc/sys/kernel/core_pattern", "write_sysrq": there("/proc/sysrq-trigger"),
+            "write_sys": there("/sys/kernel/uevent_helper") or there("/sys/kernel/mm/ksm/run"), "write_disk": first_disk(),
+            "write_kernel_log": there("/dev/kmsg"), "read_physical_memory": there("/dev/mem"), "make_device": [7, 0],
+            "set_host_name": socket.gethostname(),
+        }
+        # Attempts without a target are told "here".
+        return {each: chosen.get(each, "here") for each in ATTEMPTS if each != "outlive"} | {"outlive": cls.mark}
+
+    @classmethod
+    def operator_socket(cls):
+        path = cls.server.operator_socket()
+        return path if cls.user is None else path.replace(f"webots-{os.geteuid()}", f"webots-{cls.user}")
+
+    @classmethod
+    async def attack(cls):
+        async with Browser(cls.server) as neighbour, Browser(cls.server) as browser:
+            await neighbour.start(NEIGHBOUR)
+            port = int((await neighbour.hear("webots:")).rpartition(":")[2])
+            others = cls.server.simulators()
+            await browser.start(HOSTILE)
+            own_port = int((await browser.hear("webots:")).rpartition(":")[2])
+            cls.chosen = await asyncio.to_thread(cls.targets, port, others)
+            async with running(port), running(own_port):
+                await asyncio.to_thread(cls.watch, port, own_port)
+        cls.server.wait_until_clean()
+        cls.outcomes["outlive"] = DONE if find(cls.mark) else "ended"
+
+    @classmethod
+    def watch(cls, neighbour_port, own_port):
+        """Lets the attempts begin one after the other, and after each of them waits for a picture of the neighbour."""
+        place = os.path.join(cls.server.instances_folder(), "2", "controllers", "attack")
+        wait_until(lambda: os.path.exists(os.path.join(place, "go")), lambda: f"it does not attack:\n{cls.server.log()}")
+        with open(os.path.join(place, "targets.json"), "w") as file:
+            json.dump(cls.chosen, file)
+        os.chmod(file.name, 0o644)
+        cls.judged = {}
+        frames = Frames(neighbour_port)
+        try:
+            cls.go_on(place)
+            for number, name in enumerate(cls.chosen):
+                said = cls.said_when(place, "outcomes", number + 1)
+                cls.judge(name, said["outcomes"])
+                frames.wait_for_next(f"after \"{name}\"")
+                cls.go_on(place)
+            cls.said = cls.said_when(place, "own")
+        finally:
+            frames.close()
+        cls.outcomes = said["outcomes"]
+        cls.outcomes.update(cls.judged)
+        own = Frames(own_port)
+        own.wait_for_next("but of the attacker")
+        own.close()
+        cls.is_seen = True
+        wait_until(lambda: find(cls.mark), "it does not flee")
+
+    @classmethod
+    def said_when(cls, place, key, count=0):
+        """What the controller says once it has said this, or so many outcomes."""
+        def look():
+            try:
+                with open(os.path.join(place, "said")) as file:
+                    said = json.load(file)
+            except FileNotFoundError:
+                return None
+            return said if key in said and len(said["outcomes"]) >= count else None
+
+        return wait_until(look, lambda: f"it does not attack:\n{cls.server.log()}")
+
+    @staticmethod
+    def go_on(place):
+        def tell():
+            try:
+                os.close(os.open(os.path.join(place, "go"), os.O_WRONLY | os.O_NONBLOCK | os.O_NOFOLLOW))
+                return True
+            except OSError:  # nobody reads yet
+                return False
+
+        wait_until(tell, "it does not go on")
+
+    @classmethod
+    def judge(cls, name, outcomes):
+        """A file that was written counts when others see it: in a sandbox it may lie in a folder of its own in memory."""
+        if not ATTEMPTS[name].writes:
+            return
+        path = cls.chosen[name]
+        seen = os.path.exists(path) and cls.ends_with_x(path)
+        if outcomes[name] == DONE and not seen:
+            cls.judged[name] = "private"
+        elif seen:
+            cls.judged[name] = DONE
+            if name != "write_neighbour":
+                os.unlink(path)
+
+    @staticmethod
+    def ends_with_x(path):
+        with open(path, "rb") as file:
+            return file.read().endswith(b"x")
+
+    @classmethod
+    def results_path(cls):
+        return os.path.join(results_folder(), cls.__name__ + ".json")
+
+    @classmethod
+    def forget(cls):
+        if os.path.exists(cls.results_path()):
+            os.unlink(cls.results_path())
+
+    @classmethod
+    def remember(cls):
+        os.makedirs(results_folder(), exist_ok=True)
+        with open(cls.results_path(), "w") as file:
+            json.dump({"sandbox": cls.sandbox, "variant": cls.variant, "outcomes": cls.outcomes}, file, indent=1)
+
+    def check(self, name):
+        found = self.outcomes[name]
+        if found == NOT_HERE:
+            self.skipTest(found)
+        self.assertIn(found, self.expected.get(name) or self.usual(ATTEMPTS[name]))
+
+    @classmethod
+    def usual(cls, attempt):
+        """The outcomes that an attempt must have."""
+        return attempt.refusals
+
+    def test_it_works_in_its_own_folder(self):
+        self.assertTrue(self.said["own"])
+
+    def test_the_pictures_of_its_own_simulation_are_seen(self):
+        self.assertTrue(self.is_seen)
+
+    def test_the_monitor_says_what_shuts_it_in(self):
+        self.assertIn(self.description, self.server.get("/monitor"))
+
+
+def _add_test(name):
+    def test(self):
+        self.check(name)
+
+    test.__doc__ = f"{ATTEMPTS[name].title}: to {sandbox_attempts.ROWS[ATTEMPTS[name].row]}"
+    setattr(Contract, f"test_attempt_{name}", test)
+
+
+for _each in ATTEMPTS:
+    _add_test(_each)
+
+
+class Unwalled(Contract):
+    """Without a sandbox the attempts succeed where nothing else forbids them: which shows what they are worth. The guard's namespaces and
+    what it leaves of root's capabilities keep out some of it all the same."""
+
+    rows_kept_out = ("see", "signal", "trace", "outlive", "calls")
+    kept_out = ("read_through_server", "change_interface", "change_route", "type_into_terminal", "run_set_user_id", "make_mount_namespace",
+                "mount", "mount_in_new_way", "unmount_proc", "open_by_handle", "make_device",
+                "connect_gateway", "connect_resolver")  # the machine itself has neither
+    expected = {"enter_namespace": ("EPERM", "EACCES")}
+
+    @classmethod
+    def usual(cls, attempt):
+        is_kept_out = attempt.row in cls.rows_kept_out or attempt.id in cls.kept_out
+        return attempt.refusals if is_kept_out else (DONE,)
