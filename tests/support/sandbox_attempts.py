@@ -135,17 +135,17 @@ def connect(address):
         pass
 
 
-def started_at(process):
-    """When it was started, which tells it from another one that has the same number in another namespace."""
+def identity(process):
+    """Its program and when it was started, which tell it from another one that has the same number in another namespace."""
     with open(f"/proc/{process}/stat") as stat:
-        return stat.read().rpartition(")")[2].split()[19]
+        name, _, rest = stat.read().rpartition(")")
+    return name.partition("(")[2] + " " + rest.split()[19]
 
 
 def require_it(victim):
     """ESRCH where a process with this number is not the victim."""
-    process, start = victim[:2]
     try:
-        found = started_at(process) == start
+        found = identity(victim[0]) == victim[1]
     except FileNotFoundError:
         return  # as the caller will see, unless just /proc is in its way
     if not found:
@@ -210,7 +210,7 @@ def hard_link(path):
 @attempt("files", "ENOENT")
 def read_through_server(victim):
     """the configuration, through the root folder of the server's process"""
-    if started_at(victim[0]) != victim[1]:
+    if identity(victim[0]) != victim[1]:
         raise OSError(errno.ENOENT, "another process")
     read(f"/proc/{victim[0]}/root{victim[2]}")
 
@@ -257,14 +257,14 @@ def write_temporary(path):
     append(path)
 
 
-# Processes. A victim is its number, when it was started, and more.
+# Processes. A victim is its number, its identity, and more.
 
 @attempt("see", "unseen")
 def see_processes(victims):
     """list processes of others"""
-    for process, start in victims:
+    for process, its_identity in victims:
         try:
-            if started_at(process) == start:
+            if identity(process) == its_identity:
                 return DONE
         except FileNotFoundError:
             pass
@@ -337,7 +337,7 @@ def read_memory(victim):
 @attempt("trace", "ENOENT")
 def open_memory(victim):
     """open the memory of the neighbour's simulator (`/proc`)"""
-    if started_at(victim[0]) != victim[1]:
+    if identity(victim[0]) != victim[1]:
         raise OSError(errno.ENOENT, "another process")
     read(f"/proc/{victim[0]}/mem")
 
@@ -345,7 +345,7 @@ def open_memory(victim):
 @attempt("trace", "ENOENT")
 def read_environment(victim):
     """read the environment of the server"""
-    if started_at(victim[0]) != victim[1]:
+    if identity(victim[0]) != victim[1]:
         raise OSError(errno.ENOENT, "another process")
     read(f"/proc/{victim[0]}/environ")
 

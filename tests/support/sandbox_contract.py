@@ -67,7 +67,7 @@ def named(process):
 
 
 def victim(process, *more):
-    return [process, sandbox_attempts.started_at(process), *more]
+    return [process, sandbox_attempts.identity(process), *more]
 
 
 def first_disk():
