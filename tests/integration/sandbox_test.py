@@ -41,6 +41,7 @@ class BubblewrapInTheMachinesNetwork(Contract, unittest.TestCase):
     sandbox = "bubblewrap"
     variant = 'with `"network": "host"`'
     keys = {"sandbox": "bubblewrap", "network": "host"}
+    has_network = False
     needs = ("bwrap",)
     description = "bubblewrap, network of this machine"
     expected = dict.fromkeys(("connect_loopback", "connect_ipv6_loopback", "connect_server", "connect_neighbour", "connect_own_address",
@@ -50,7 +51,6 @@ class BubblewrapInTheMachinesNetwork(Contract, unittest.TestCase):
 
 class NoSandbox(Unwalled, unittest.TestCase):
     sandbox = "none"
-    variant = "where the server is root's"
     keys = {"sandbox": "none"}
     description = '<span id="sandbox">none</span>'
 
@@ -64,7 +64,8 @@ class NoSandboxOfAnotherUser(Unwalled, unittest.TestCase):
     expected = {**Unwalled.expected,
                 **dict.fromkeys(("read_shadow", "write_usr", "write_etc", "write_core_pattern", "write_sys", "write_disk",
                                  "write_kernel_log"), ("EACCES",)),
-                **dict.fromkeys(("open_packet_socket", "open_raw_socket", "change_root"), ("EPERM",))}
+                **dict.fromkeys(("open_packet_socket", "open_raw_socket", "change_root"), ("EPERM",)),
+                "have_capabilities": ("none",)}
 
 
 if __name__ == "__main__":

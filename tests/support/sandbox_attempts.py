@@ -25,20 +25,25 @@ ROWS = {
     "neighbour": "read or change the project of another simulation",
     "write": "write anywhere but in its own project and a private `/tmp`",
     "see": "see processes of others",
-    "signal": "stop or kill its server, its guard or other simulations",
-    "trace": "trace processes of others, or read their memory",
-    "services": "connect to services of this machine, by its own address, the loopback, or the gateway and the resolver that it is given",
+    "signal": "signal, stop or kill its server, its guard or other simulations",
+    "trace": "trace processes of others, or read their memory, environment and root folder",
+    "services": "connect to services of this machine, by the loopback, its own address, or the gateway and the resolver that it is given",
     "abstract": "connect to abstract sockets of this machine, as X servers have",
+    "operator": "speak to its server over the operator's socket",
     "private": "connect to private, shared and link-local addresses, the metadata service of a cloud among them",
     "public": "connect to public addresses",
-    "raw": "send raw packets, or change routes and interfaces",
+    "raw": "send raw packets, or enter another root folder",
+    "routes": "change interfaces and routes",
     "displays": "see the X displays of others",
-    "terminal": "type into the operator's terminal",
+    "terminal": "type into the operator's terminal (`TIOCSTI`)",
+    "terminal_output": "write to the operator's terminal",
     "outlive": "outlive its session (`setsid`, double fork)",
-    "privileges": "gain capabilities, or make use of set-user-ID programs",
-    "namespaces": "make namespaces of its own, mount, or enter another root folder",
-    "kernel": "write the kernel's settings (`/proc/sys`, `/sys`) or devices",
-    "calls": "load modules or programs into the kernel, set the clock, reboot",
+    "capabilities": "have capabilities",
+    "set_user_id": "gain privileges by set-user-ID programs",
+    "user_namespaces": "make user namespaces of its own",
+    "mounts": "mount, unmount, make or enter other namespaces, or open files by their handles",
+    "kernel": "write the kernel's settings (`/proc/sys`, `/sys`), its log, or disks",
+    "calls": "make devices, read physical memory, load modules or BPF programs, set the clock, reboot",
 }
 
 ATTEMPTS = {}
@@ -207,7 +212,7 @@ def hard_link(path):
     os.unlink("hard_link")
 
 
-@attempt("files", "ENOENT")
+@attempt("trace", "ENOENT")
 def read_through_server(victim):
     """the configuration, through the root folder of the server's process"""
     if identity(victim[0]) != victim[1]:
@@ -394,11 +399,17 @@ def connect_resolver(address):
     connect(address)
 
 
-@attempt("services", "ENOENT")
-def connect_operators_socket(path):
+@attempt("operator", "ENOENT")
+def ask_as_operator(path):
     """the operator's socket"""
     with socket.socket(socket.AF_UNIX) as end:
         end.connect(path)
+        end.settimeout(5)
+        try:
+            end.sendall(b"GET /api/decisions HTTP/1.1\r\nHost: localhost\r\n\r\n")
+            return DONE if end.recv(1) else "refused"
+        except ConnectionError:
+            return "refused"
 
 
 @attempt("abstract", "ECONNREFUSED")
@@ -451,7 +462,7 @@ def open_raw_socket(_):
     socket.socket(socket.AF_INET, socket.SOCK_RAW, socket.IPPROTO_ICMP).close()
 
 
-@attempt("raw", "EPERM")
+@attempt("routes", "EPERM")
 def change_interface(_):
     """take an interface down and up again"""
     get_flags, set_flags = 0x8913, 0x8914
@@ -460,7 +471,7 @@ def change_interface(_):
         fcntl.ioctl(end, set_flags, request)
 
 
-@attempt("raw", "EPERM")
+@attempt("routes", "EPERM")
 def change_route(_):
     """add a route"""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as end:
@@ -490,7 +501,7 @@ def type_into_terminal(_):
     fcntl.ioctl(terminal, termios.TIOCSTI, b"x")
 
 
-@attempt("terminal", "ENOENT")
+@attempt("terminal_output", "ENOENT")
 def write_to_terminal(path):
     """the same terminal, by its name"""
     open_for_writing(path)
@@ -513,15 +524,15 @@ def outlive(mark):
         os._exit(0)
 
 
-@attempt("privileges", "none")
+@attempt("capabilities", "none")
 def have_capabilities(_):
     """capabilities"""
     with open("/proc/self/status") as status:
         sets = dict(line.split(":", 1) for line in status)
-    return "none" if all(int(sets[each], 16) == 0 for each in ("CapPrm", "CapEff", "CapInh", "CapAmb", "CapBnd")) else DONE
+    return "none" if all(int(sets[each], 16) == 0 for each in ("CapPrm", "CapEff", "CapInh", "CapAmb")) else DONE
 
 
-@attempt("privileges", "no new ones")
+@attempt("set_user_id", "no new ones")
 def run_set_user_id(path):
     """a set-user-ID program"""
     with open("/proc/self/status") as status:
@@ -534,19 +545,19 @@ def run_set_user_id(path):
     return "no new ones" if own == its else DONE
 
 
-@attempt("namespaces", "ENOSPC", "EPERM")
+@attempt("user_namespaces", "ENOSPC", "EPERM")
 def make_user_namespace(_):
     """a user namespace"""
     checked(LIBC.unshare(0x10000000))
 
 
-@attempt("namespaces", "EPERM")
+@attempt("mounts", "EPERM")
 def make_mount_namespace(_):
     """a mount namespace"""
     checked(LIBC.unshare(0x00020000))
 
 
-@attempt("namespaces", "EPERM")
+@attempt("mounts", "EPERM")
 def mount(_):
     """mount"""
     os.makedirs("mounted", exist_ok=True)
@@ -554,32 +565,32 @@ def mount(_):
     checked(LIBC.umount(b"mounted"))
 
 
-@attempt("namespaces", "EPERM")
+@attempt("mounts", "EPERM")
 def mount_in_new_way(_):
     """mount (`fsopen`)"""
     os.close(system_call("fsopen", ctypes.c_char_p(b"tmpfs"), 0))
 
 
-@attempt("namespaces", "EPERM", "EINVAL")
+@attempt("mounts", "EPERM", "EINVAL")
 def unmount_proc(_):
     """unmount `/proc`"""
     checked(LIBC.umount2(b"/proc", 2))
 
 
-@attempt("namespaces", "EPERM")
+@attempt("raw", "EPERM")
 def change_root(_):
     """`chroot`"""
     os.chroot(".")
 
 
-@attempt("namespaces", "EPERM")
+@attempt("mounts", "EPERM")
 def enter_namespace(_):
     """enter a namespace of its first process (`setns`)"""
     namespace = os.open("/proc/1/ns/mnt", os.O_RDONLY)
     checked(LIBC.setns(namespace, 0))
 
 
-@attempt("namespaces", "EPERM")
+@attempt("mounts", "EPERM")
 def open_by_handle(_):
     """open files by their handles (`open_by_handle_at`)"""
     handle = struct.pack("Ii8s", 8, 1, struct.pack("Ii", 2, 0))
@@ -619,13 +630,13 @@ def write_kernel_log(path):
     open_for_writing(path)
 
 
-@attempt("kernel", "ENOENT")
+@attempt("calls", "ENOENT")
 def read_physical_memory(path):
     """`/dev/mem`"""
     read(path)
 
 
-@attempt("kernel", "EPERM")
+@attempt("calls", "EPERM")
 def make_device(numbers):
     """a device file of its own"""
     os.mknod("disk", 0o60600, os.makedev(*numbers))

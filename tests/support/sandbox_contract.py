@@ -92,6 +92,7 @@ class Contract:
     variant = ""  # what is special about this class, as in "with X"; empty: what the column is about
     keys = {}  # of the configuration
     user = None
+    has_network = True  # of its own, where a gateway and a resolver may be
     needs = ()  # programs
     description = None  # what the monitor has to say
     expected = {}  # attempt -> outcomes, where they are not those of a sandbox
@@ -194,8 +195,9 @@ class Contract:
             "connect_loopback": ["127.0.0.1", cls.loopback.getsockname()[1]],
             "connect_ipv6_loopback": ["::1", cls.loopback_ipv6.getsockname()[1]] if cls.loopback_ipv6 else None,
             "connect_server": ["127.0.0.1", server.port], "connect_neighbour": ["127.0.0.1", neighbour_port],
-            "connect_own_address": [own_network.OWN, server.port], "connect_gateway": ["10.0.2.2", server.port],
-            "connect_resolver": ["10.0.2.3", server.port], "connect_operators_socket": there(cls.operator_socket()),
+            "connect_own_address": [own_network.OWN, server.port],
+            "connect_gateway": ["10.0.2.2", server.port] if cls.has_network else None,
+            "connect_resolver": ["10.0.2.3", server.port] if cls.has_network else None, "ask_as_operator": there(cls.operator_socket()),
             "connect_abstract": cls.abstract_name + "_listens",
             "connect_private": [own_network.PRIVATE, 80], "connect_shared": [own_network.SHARED, 80],
             "connect_metadata": [own_network.METADATA, 80], "send_private_datagram": [own_network.PRIVATE, 53],
@@ -352,13 +354,10 @@ class Unwalled(Contract):
     """Without a sandbox the attempts succeed where nothing else forbids them: which shows what they are worth. The guard's namespaces and
     what it leaves of root's capabilities keep out some of it all the same."""
 
-    rows_kept_out = ("see", "signal", "trace", "outlive", "calls")
-    kept_out = ("read_through_server", "change_interface", "change_route", "type_into_terminal", "run_set_user_id", "make_mount_namespace",
-                "mount", "mount_in_new_way", "unmount_proc", "open_by_handle", "make_device",
-                "connect_gateway", "connect_resolver")  # the machine itself has neither
-    expected = {"enter_namespace": ("EPERM", "EACCES")}
+    has_network = False
+    rows_kept_out = ("see", "signal", "trace", "outlive", "calls", "routes", "terminal", "set_user_id", "mounts")
+    expected = {"enter_namespace": ("EPERM", "EACCES"), "read_physical_memory": ("EPERM", "EACCES"), "ask_as_operator": ("refused",)}
 
     @classmethod
     def usual(cls, attempt):
-        is_kept_out = attempt.row in cls.rows_kept_out or attempt.id in cls.kept_out
-        return attempt.refusals if is_kept_out else (DONE,)
+        return attempt.refusals if attempt.row in cls.rows_kept_out else (DONE,)
