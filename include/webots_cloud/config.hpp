@@ -145,8 +145,9 @@ struct SimulationConfig
     std::uint64_t fetch_memory = std::uint64_t{1} << 30;
     std::uint64_t fetch_disk = std::uint64_t{8} << 30;
     std::filesystem::path webots_home; ///< `webotsHome`
-    std::string display;          ///< `display`: what Webots draws on. Empty: what `DISPLAY` says, else `:0`.
-    std::string sandbox = "auto"; ///< `sandbox`: `auto`, `none` or `bubblewrap`.
+    std::string display; ///< `display`: what Webots draws on. Empty: what `DISPLAY` says, else `:0`.
+    /// `sandbox`: `auto`, `none`, `bubblewrap`, `firejail`, or `docker`, which is the same as `docker`.
+    std::string sandbox = "auto";
     std::string network_reach = "internet"; ///< `network`: what simulations in a sandbox reach: `internet`
                                             ///< (public addresses), `none`, `host`.
     /// `simulatorEnvironment`: `NAME` and `PREFIX_*` of the server's environment, and `NAME=value`, for

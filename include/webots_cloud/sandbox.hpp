@@ -19,12 +19,17 @@ struct SandboxParams
 {
     SandboxParams() = default;
 
-    std::filesystem::path bubblewrap;             ///< `bwrap`, absolute. Empty: they are not confined at all.
+    std::filesystem::path bubblewrap;             ///< `bwrap`, absolute. Empty: it is not used.
+    std::filesystem::path firejail;               ///< `firejail`, absolute. Empty: it is not used.
+    std::filesystem::path firejail_profile;       ///< A file, absolute; for firejail.
     ProcessNetwork network;                       ///< But for the port, which is the simulator's.
     std::vector<std::filesystem::path> read_only; ///< Visible besides the system: Webots.
     std::vector<std::filesystem::path> devices;   ///< Visible: those of graphics processors.
     std::filesystem::path x_authority;            ///< Visible: the password of the display; empty: none.
     std::filesystem::path resolver;               ///< Seen as `/etc/resolv.conf`; empty: there is none.
+
+    /// They are not confined at all.
+    bool is_none() const { return bubblewrap.empty() && firejail.empty(); }
 };
 
 /// What a program in the sandbox tries, and must not be able to do.

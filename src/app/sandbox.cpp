@@ -1,5 +1,6 @@
 #include "sandbox.hpp"
 
+#include "core/sandbox/firejail.hpp"
 #include "core/sandbox/network_rules.hpp"
 #include "core/text.hpp"
 #include "environment.hpp"
@@ -12,6 +13,8 @@
 
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <fstream>
 #include <initializer_list>
 #include <utility>
@@ -103,12 +106,55 @@ fs::path x_authority()
     return fs::is_regular_file(file, failed) ? absolute_path(file) : fs::path();
 }
 
-result<SandboxParams> assemble(SimulationConfig const& config, SandboxContext const& context)
+std::string read_small_file(fs::path const& path)
 {
-    SandboxParams sandbox;
+    std::array<char, 16 * 1024> buffer;
+    std::ifstream file(path, std::ios::binary);
+    file.read(buffer.data(), buffer.size());
+    return std::string(buffer.data(), static_cast<std::size_t>(file.gcount()));
+}
+
+result<> find_bubblewrap(SandboxParams& sandbox)
+{
     sandbox.bubblewrap = find_program("bwrap");
     if (sandbox.bubblewrap.empty())
         return Failure(errc::start_failed, "bubblewrap is not installed");
+    return {};
+}
+
+/// Writes the profile too.
+result<> find_firejail(SandboxParams& sandbox, fs::path const& state)
+{
+    sandbox.firejail = find_program("firejail");
+    if (sandbox.firejail.empty())
+        return Failure(errc::start_failed, "firejail is not installed");
+    // Its own privileges end where a user namespace begins, and without one others than root can neither give
+    // simulations a network of their own nor end what firejail has started.
+    if (::geteuid() != 0)
+        return Failure(
+            errc::start_failed,
+            "firejail confines simulations only where the server runs as root; bubblewrap does not "
+            "need that");
+    std::error_code failed;
+    fs::create_directories(core::firejail_files, failed);
+    core::FirejailMachine machine;
+    for (auto const& entry : fs::directory_iterator("/", failed)) {
+        bool const is_folder = !entry.is_symlink(failed) && entry.is_directory(failed);
+        (is_folder ? machine.folders : machine.files).push_back(entry.path());
+    }
+    std::sort(machine.folders.begin(), machine.folders.end());
+    std::sort(machine.files.begin(), machine.files.end());
+    if (sandbox.network.reach != Reach::none)
+        machine.name_servers = core::name_servers(read_small_file(sandbox.resolver));
+    machine.has_graphics = !sandbox.devices.empty();
+    sandbox.firejail_profile = state / "firejail.profile";
+    return write_file(sandbox.firejail_profile, core::firejail_profile(machine));
+}
+
+result<SandboxParams> assemble(std::string_view name, SimulationConfig const& config,
+                               SandboxContext const& context)
+{
+    SandboxParams sandbox;
     auto const rules = context.state / "network.rules";
     auto const network = network_of(config, rules);
     if (!network)
@@ -128,6 +174,9 @@ result<SandboxParams> assemble(SimulationConfig const& config, SandboxContext co
         if (fs::exists(device, failed))
             sandbox.devices.push_back(device);
     sandbox.x_authority = x_authority();
+    auto const found = name == "firejail" ? find_firejail(sandbox, context.state) : find_bubblewrap(sandbox);
+    if (!found)
+        return found.error();
     return sandbox;
 }
 
@@ -176,30 +225,39 @@ asio::awaitable<result<ChosenSandbox>> choose_sandbox(SimulationConfig const& co
         chosen.description = "none";
         co_return chosen;
     }
-    auto assembled = assemble(config, context);
-    result<> works;
-    if (assembled)
-        works = co_await check(*assembled, context, processes, clock);
-    else
-        works = assembled.error();
-    if (!works && works.error().code() == asio::error::operation_aborted)
-        co_return works.error();
-    if (!works && config.sandbox != "auto")
-        co_return Failure(errc::start_failed,
-                          concat("\"sandbox\": \"", config.sandbox,
-                                 "\" does not work here: ", works.error().message(), " (docs/sandboxes.md)"));
-    if (!works) {
-        chosen.description = "none";
-        chosen.warning = concat(
-            "Simulations run without a sandbox, and can read what this server can read, and reach what it "
-            "reaches: ",
-            works.error().message(), " (docs/sandboxes.md).");
-        log.warning(chosen.warning);
-        co_return chosen;
+    std::vector<std::string> names{config.sandbox};
+    if (config.sandbox == "auto")
+        names = {"bubblewrap", "firejail"}; // bubblewrap shows simulations less of the machine
+    std::string reasons;
+    for (auto const& name : names) {
+        auto assembled = assemble(name, config, context);
+        result<> works;
+        if (assembled)
+            works = co_await check(*assembled, context, processes, clock);
+        else
+            works = assembled.error();
+        if (works) {
+            chosen.params = std::move(*assembled);
+            chosen.description = concat(name, ", ", describe(chosen.params.network.reach));
+            log.info(concat("Simulations run in a sandbox: ", chosen.description, "."));
+            if (!reasons.empty())
+                log.warning(concat("Not in the stronger one: ", reasons, " (docs/sandboxes.md)."));
+            co_return chosen;
+        }
+        if (works.error().code() == asio::error::operation_aborted)
+            co_return works.error();
+        reasons.append(concat(reasons.empty() ? "" : "; ", names.size() > 1 ? concat(name, ": ") : "",
+                              works.error().message()));
     }
-    chosen.params = std::move(*assembled);
-    chosen.description = concat("bubblewrap, ", describe(chosen.params.network.reach));
-    log.info(concat("Simulations run in a sandbox: ", chosen.description, "."));
+    if (config.sandbox != "auto")
+        co_return Failure(errc::start_failed,
+                          concat("\"sandbox\": \"", config.sandbox, "\" does not work here: ", reasons,
+                                 " (docs/sandboxes.md)"));
+    chosen.description = "none";
+    chosen.warning = concat("Simulations run without a sandbox, and can read what this server can read, and "
+                            "reach what it reaches: ",
+                            reasons, " (docs/sandboxes.md).");
+    log.warning(chosen.warning);
     co_return chosen;
 }
 

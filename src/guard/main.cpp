@@ -3,7 +3,7 @@
 //
 //     webots-process-guard [--cleanup COUNT WORD...] [--set-user-id]
 //                          [--network none PORT | --network internet PORT SLIRP IP RULES]
-//                          [--read-only FOLDER]... GRACE_MS PROGRAM [ARGUMENT...]
+//                          [--own-sandbox FOLDER] [--read-only FOLDER]... GRACE_MS PROGRAM [ARGUMENT...]
 //     webots-process-guard --probe [--read-only FOLDER]...
 //     webots-process-guard --try FILE PORT PROCESS
 //
@@ -32,6 +32,11 @@
 // slirp4netns (SLIRP) passes on and the lines of the file RULES, executed by `ip -batch` (IP) in that
 // network, do not forbid. Connections to PORT of the machine are relayed to the same port in there, once
 // somebody listens on it. If the network can't be made, the program is not started.
+//
+// --own-sandbox: the program is a sandbox with a PID namespace and privileges of its own (firejail), which
+// has to see the processes of the machine while it makes that. The tree gets mount and network namespaces
+// alone, in which FOLDER, where the program keeps its files, is empty and in memory. Without them, and for
+// users other than root, the program is not started.
 //
 // --try, run in a sandbox, prints what is possible there that should not be: see attempts.hpp.
 //
@@ -98,7 +103,7 @@ long now_ms()
 /// The same, for programs that we do not trust.
 [[noreturn]] void execute_confined(Program const& program)
 {
-    if (!program.set_user_id)
+    if (!program.set_user_id && !program.own_sandbox)
         webots_cloud::guard::drop_capabilities();
     execute(program);
 }
@@ -333,6 +338,15 @@ bool take_network(int& argc, char**& argv, webots_cloud::guard::Network& network
     return true;
 }
 
+/// Takes an option with one word out of our command line.   Returns: the word, or null.
+char const* take_word(int& argc, char**& argv, char const* option)
+{
+    if (argc < 2 || !take_option(argc, argv, option))
+        return nullptr;
+    --argc;
+    return *argv++;
+}
+
 /// Takes the folders that must not be changed out of our command line.   Returns: their number; they lie
 /// where the first `--read-only` was.
 int take_read_only(int& argc, char**& argv)
@@ -356,13 +370,12 @@ int watch_owner()
 
 int usage(char const* name)
 {
-    std::fprintf(
-        stderr,
-        "usage: %s [--cleanup COUNT WORD...] [--set-user-id] [--network ...] [--read-only FOLDER]... "
-        "GRACE_MS PROGRAM [ARGUMENT...]\n"
-        "       %s --probe [--read-only FOLDER]...\n"
-        "       %s --try FILE PORT PROCESS\n",
-        name, name, name);
+    std::fprintf(stderr,
+                 "usage: %s [--cleanup COUNT WORD...] [--set-user-id] [--network ...] [--own-sandbox FOLDER] "
+                 "[--read-only FOLDER]... GRACE_MS PROGRAM [ARGUMENT...]\n"
+                 "       %s --probe [--read-only FOLDER]...\n"
+                 "       %s --try FILE PORT PROCESS\n",
+                 name, name, name);
     return 2;
 }
 
@@ -394,6 +407,7 @@ int main(int argc, char** argv)
     Program program;
     program.set_user_id = take_option(argc, argv, "--set-user-id");
     bool const understood = take_network(argc, argv, program.network);
+    program.own_sandbox = take_word(argc, argv, "--own-sandbox");
     program.read_only = argv;
     program.read_only_count = take_read_only(argc, argv);
     program.argv = argv + 1;
@@ -412,8 +426,9 @@ int main(int argc, char** argv)
         return probe(program);
     int const signals = signalfd(-1, &handled, SFD_CLOEXEC | SFD_NONBLOCK);
     auto started = webots_cloud::guard::start_in_namespace(program, execute_confined);
-    if (started.process < 0 && program.network.is_own()) {
-        std::printf("can't start %s in a network of its own: %s\n", program.argv[0],
+    if (started.process < 0 && (program.network.is_own() || program.own_sandbox)) {
+        std::printf("can't start %s in %s of its own: %s\n", program.argv[0],
+                    program.network.is_own() ? "a network" : "a mount namespace",
                     started.network_failure == NetworkFailure::nothing ? std::strerror(started.error)
                                                                        : describe(started.network_failure));
         return exec_failed;

@@ -144,6 +144,7 @@ NetworkFailure NetworkSetup::complete_inside()
         return NetworkFailure::nothing;
     pid_t const child = fork();
     if (child == 0) {
+        prctl(PR_SET_PDEATHSIG, SIGKILL); // without a PID namespace nothing else ends it with the tree
         let_go_of_input_and_output();
         relay(acceptor_, network_.port);
     }

@@ -25,6 +25,7 @@ constexpr char is_running = 1;
 constexpr char has_own_proc = 2;
 constexpr char has_read_only = 4;
 constexpr int failure_shift = 3; // of a `NetworkFailure`, where nothing runs
+constexpr char const* own_files_limit = "size=16m,mode=755"; // firejail's are some kilobytes
 
 bool write_file(char const* path, char const* text)
 {
@@ -77,9 +78,18 @@ bool make_read_only(char const* folder)
                0;
 }
 
+/// For a program that makes a sandbox itself, in a new mount namespace. False: it must not run.
+bool hide_files_of_others(char const* folder)
+{
+    return mount(nullptr, "/", nullptr, MS_REC | MS_SLAVE, nullptr) == 0 &&
+           mount("tmpfs", folder, "tmpfs", MS_NOSUID | MS_NODEV, own_files_limit) == 0;
+}
+
 /// In a new mount namespace.   Returns: the flags of what has worked.
 char set_up_mounts(Program const& program)
 {
+    if (program.own_sandbox) // it shows nothing of these folders, and mounts a /proc of its own
+        return has_read_only | has_own_proc;
     if (mount(nullptr, "/", nullptr, MS_REC | MS_SLAVE, nullptr) != 0) // what we mount is visible to us only
         return 0;
     bool read_only = true;
@@ -174,6 +184,8 @@ Started try_to_start(Program const& program, Execute execute, unsigned long flag
             _exit(1);
         if (auto const failure = network.complete_inside(); failure != NetworkFailure::nothing)
             report_failure(ends[1], failure);
+        if (program.own_sandbox && !hide_files_of_others(program.own_sandbox))
+            _exit(1);
         run_as_first_process(program, execute, ends[1], number,
                              (flags & CLONE_NEWNS) != 0 ? set_up_mounts(program) : '\0');
     }
@@ -210,6 +222,9 @@ Started start_in_namespace(Program const& program, Execute execute)
     constexpr unsigned long with_mounts = CLONE_NEWPID | CLONE_NEWNS;
     constexpr unsigned long user = CLONE_NEWUSER;
     Started started;
+    started.error = EPERM;
+    if (program.own_sandbox)
+        return geteuid() == 0 ? try_to_start(program, execute, CLONE_NEWNS) : started;
     if (geteuid() == 0)
         for (auto const flags : {with_mounts, plain})
             if ((started = try_to_start(program, execute, flags)).process > 0)

@@ -19,7 +19,10 @@ struct Program
     char const* const* read_only = nullptr;
     int read_only_count = 0;
     bool set_user_id = false; ///< Set-user-ID programs must work in it.
-    Network network;          ///< Needs namespaces: without them the program is not started.
+    /// Not null: it makes a sandbox with a PID namespace itself, and keeps its files in this folder, which is
+    /// empty and in memory for it. Needs root.
+    char const* own_sandbox = nullptr;
+    Network network; ///< Needs namespaces: without them the program is not started.
 };
 
 /// A started program, as seen by the guard.
@@ -43,6 +46,8 @@ using Execute = void (*)(Program const& program);
 ///
 /// Where a mount namespace is allowed as well, the read-only folders are mounted read-only, and `/proc` shows
 /// the namespace only.
+///
+/// A program that makes a sandbox itself gets a mount namespace without a PID namespace.
 ///
 /// Inside, the program has the process number that the guard has outside: programs name files after it, and
 /// so it stays unique.

@@ -17,7 +17,7 @@ public:
     {
         ContainerPlan plan;
         plan.process = process_for(spec, port);
-        if (!params_.sandbox.bubblewrap.empty()) {
+        if (!params_.sandbox.is_none()) {
             plan.command = in_one_line(plan.process.argv);
             confine(plan.process, params_.sandbox, spec.instance, port);
         }

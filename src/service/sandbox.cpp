@@ -2,6 +2,7 @@
 
 #include "confine.hpp"
 #include "core/sandbox/bubblewrap.hpp"
+#include "core/sandbox/firejail.hpp"
 #include "core/sandbox/sandbox_check.hpp"
 #include "core/simulation/simulator_environment.hpp"
 #include "run_program.hpp"
@@ -28,7 +29,7 @@ std::string value_of(core::Environment const& environment, std::string_view name
 void confine(ProcessSpec& process, SandboxParams const& sandbox, std::filesystem::path const& instance,
              std::uint16_t port)
 {
-    assert(!sandbox.bubblewrap.empty());
+    assert(!sandbox.is_none());
     core::Visible visible;
     visible.instance = instance;
     visible.directory = process.directory;
@@ -37,11 +38,18 @@ void confine(ProcessSpec& process, SandboxParams const& sandbox, std::filesystem
     visible.display = value_of(process.environment, "DISPLAY");
     visible.x_authority = sandbox.x_authority;
     visible.resolver = sandbox.resolver;
-    process.argv = core::bubblewrap_command(sandbox.bubblewrap, visible, process.argv);
+    if (sandbox.firejail.empty()) {
+        process.argv = core::bubblewrap_command(sandbox.bubblewrap, visible, process.argv);
+        core::set_variable(process.environment, "HOME", core::sandbox_home);
+    } else {
+        process.argv =
+            core::firejail_command(sandbox.firejail, sandbox.firejail_profile, visible, process.argv);
+        process.own_sandbox = core::firejail_files;
+        core::set_variable(process.environment, "HOME", core::sandbox_temporary);
+    }
     process.network = sandbox.network;
     process.network.port = port;
     process.set_user_id = false; // nothing of that kind works in there
-    core::set_variable(process.environment, "HOME", core::sandbox_home);
     core::set_variable(process.environment, "TMPDIR", core::sandbox_temporary);
     if (!sandbox.x_authority.empty())
         core::set_variable(process.environment, "XAUTHORITY", sandbox.x_authority.native());

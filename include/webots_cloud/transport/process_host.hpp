@@ -58,6 +58,10 @@ struct ProcessSpec
     /// They do not work where an unprivileged user isolates it; with this, the tree is isolated less.
     /// Default: no.
     bool set_user_id = false;
+    /// Not empty: the program makes a sandbox with a PID namespace itself, with privileges of its own, and
+    /// keeps its files in this folder, which is empty and in memory for it (firejail). Only root can start
+    /// such a program. Default: empty.
+    std::filesystem::path own_sandbox;
     ProcessNetwork network; ///< Where that can't be made, the program is not started and says so.
 };
 

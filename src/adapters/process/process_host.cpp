@@ -271,6 +271,8 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
     if (spec.set_user_id)
         arguments.emplace_back("--set-user-id");
     add_network(arguments, spec.network);
+    if (!spec.own_sandbox.empty())
+        arguments.insert(arguments.end(), {"--own-sandbox", spec.own_sandbox.native()});
     for (auto const& folder : read_only_) {
         arguments.emplace_back("--read-only");
         arguments.push_back((here / folder).string());

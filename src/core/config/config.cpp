@@ -446,6 +446,19 @@ void read_fetch_budget(ConfigReader& reader, SimulationConfig& config)
     config.fetch_disk = static_cast<std::uint64_t>(gigabytes * (1 << 30));
 }
 
+/// Containers are one of the sandboxes; `docker`, the older key, chooses the same.
+void read_sandbox(ConfigReader& reader, SimulationConfig& config)
+{
+    reader.read("docker", config.docker);
+    reader.read_choice("sandbox", config.sandbox, {"auto", "none", "bubblewrap", "firejail", "docker"});
+    bool const wants_docker = config.sandbox == "docker";
+    if (wants_docker && reader.has("docker") && !config.docker)
+        reader.refuse("sandbox", "another one than \"docker\", since \"docker\" is false");
+    if (config.docker && !wants_docker && config.sandbox != "auto")
+        reader.refuse("sandbox", "\"docker\" or \"auto\", since \"docker\" is true");
+    config.docker = config.docker || wants_docker;
+}
+
 void read_docker(ConfigReader& reader, fs::path const& folder, DockerConfig& docker)
 {
     reader.read("dockerDir", docker.directory);
@@ -509,7 +522,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     read_server_name(*reader, "fullyQualifiedDomainName", config.address.host);
     read_server_name(*reader, "server", config.address.host);
     reader->read("ssl", config.address.ssl);
-    reader->read("docker", config.docker);
+    read_sandbox(*reader, config);
     // Simulations have the ports after it, and their editors those 500 above.
     read_port(*reader, config.address.port, max_port - 1 - (config.docker ? editor_distance : 0));
     reader->read("portRewrite", config.address.port_rewrite);
@@ -528,7 +541,6 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     read_fetch_budget(*reader, config);
     reader->read("webotsHome", config.webots_home);
     reader->read("display", config.display);
-    reader->read_choice("sandbox", config.sandbox, {"auto", "none", "bubblewrap"});
     reader->read_choice("network", config.network_reach, {"internet", "none", "host"});
     read_simulator_environment(*reader, config);
     reader->read_integer("maxConnections", config.max_connections, 1, 10'000);

@@ -1,6 +1,5 @@
 #include "bubblewrap.hpp"
 
-#include <algorithm>
 #include <initializer_list>
 #include <string_view>
 
@@ -10,39 +9,6 @@ namespace {
 // Folders of the system. On merged systems `/bin` and its like are links; bubblewrap follows them.
 constexpr std::initializer_list<char const*> system_folders = {"/usr", "/bin",   "/sbin",
                                                                "/lib", "/lib32", "/lib64"};
-
-// What libraries, languages and drivers look up, and every user of the machine may read.
-constexpr std::initializer_list<char const*> system_files = {"/etc/ld.so.cache",
-                                                             "/etc/ld.so.conf",
-                                                             "/etc/ld.so.conf.d",
-                                                             "/etc/alternatives",
-                                                             "/etc/passwd",
-                                                             "/etc/group",
-                                                             "/etc/nsswitch.conf",
-                                                             "/etc/hosts",
-                                                             "/etc/host.conf",
-                                                             "/etc/gai.conf",
-                                                             "/etc/protocols",
-                                                             "/etc/services",
-                                                             "/etc/localtime",
-                                                             "/etc/timezone",
-                                                             "/etc/locale.alias",
-                                                             "/etc/fonts",
-                                                             "/etc/mime.types",
-                                                             "/etc/ssl/certs",
-                                                             "/etc/ssl/openssl.cnf",
-                                                             "/etc/ca-certificates",
-                                                             "/etc/pki/tls/certs",
-                                                             "/etc/OpenCL",
-                                                             "/etc/vulkan",
-                                                             "/etc/glvnd",
-                                                             "/etc/drirc",
-                                                             "/etc/egl",
-                                                             "/etc/alsa",
-                                                             "/etc/asound.conf",
-                                                             "/etc/python3",
-                                                             "/etc/java",
-                                                             "/etc/ros"};
 
 // Where the libraries of graphics processors find out what there is.
 constexpr std::initializer_list<char const*> device_descriptions = {"/sys/dev/char", "/sys/class/drm",
@@ -78,18 +44,6 @@ private:
     std::vector<std::string>& words_;
 };
 
-/// The socket of a display of this machine; empty: it is none.
-std::filesystem::path socket_of(std::string_view display)
-{
-    if (!display.starts_with(':'))
-        return {};
-    auto const number = display.substr(1, display.find('.') - 1);
-    bool const is_number = !number.empty() && std::all_of(number.begin(), number.end(),
-                                                          [](char c) { return c >= '0' && c <= '9'; });
-    return is_number ? std::filesystem::path("/tmp/.X11-unix") / ("X" + std::string(number))
-                     : std::filesystem::path();
-}
-
 } // namespace
 
 std::vector<std::string> bubblewrap_command(std::filesystem::path const& bubblewrap, Visible const& visible,
@@ -102,7 +56,7 @@ std::vector<std::string> bubblewrap_command(std::filesystem::path const& bubblew
     words.add({"--die-with-parent", "--new-session", "--cap-drop", "ALL", "--hostname", "simulation"});
     for (auto const* folder : system_folders)
         words.show(folder);
-    for (auto const* file : system_files)
+    for (auto const* file : system_files())
         words.show(file);
     words.add({"--proc", "/proc", "--dev", "/dev"});
     for (auto const* folder : kernel_settings)
@@ -115,7 +69,7 @@ std::vector<std::string> bubblewrap_command(std::filesystem::path const& bubblew
             words.show(folder);
     words.make_folder(sandbox_temporary, visible.temporary_bytes);
     words.add({"--dir", sandbox_home});
-    if (auto const socket = socket_of(visible.display); !socket.empty())
+    if (auto const socket = display_socket(visible.display); !socket.empty())
         words.show(socket);
     if (!visible.x_authority.empty())
         words.show(visible.x_authority);

@@ -278,6 +278,27 @@ BOOST_AUTO_TEST_CASE(what_leaves_no_ports_for_simulations_or_editors_is_refused)
     BOOST_TEST(refusal(R"({"docker":true,"port":65034})") == "");
     BOOST_TEST(refusal(R"({"docker":true,"port":65035})") ==
                "c.json: key \"port\": expected an integer from 1 to 65034, found the number 65035");
+    BOOST_TEST(refusal(R"({"sandbox":"docker","port":65035})") ==
+               "c.json: key \"port\": expected an integer from 1 to 65034, found the number 65035");
+}
+
+BOOST_AUTO_TEST_CASE(the_two_keys_that_choose_docker_must_not_contradict_each_other)
+{
+    auto const refusal = [](std::string_view text) {
+        auto const configured = parse_simulation_config(text, "c.json");
+        return configured ? std::string() : configured.error().message();
+    };
+    BOOST_TEST(refusal(R"({"docker":true,"sandbox":"auto"})") == "");
+    BOOST_TEST(refusal(R"({"docker":true,"sandbox":"docker"})") == "");
+    BOOST_TEST(
+        refusal(R"({"docker":true,"sandbox":"bubblewrap"})") ==
+        "c.json: key \"sandbox\": expected \"docker\" or \"auto\", since \"docker\" is true, found the "
+        "string \"bubblewrap\"");
+    BOOST_TEST(
+        refusal(R"({"docker":false,"sandbox":"docker"})") ==
+        "c.json: key \"sandbox\": expected another one than \"docker\", since \"docker\" is false, found "
+        "the string \"docker\"");
+    BOOST_TEST(refusal(R"({"docker":false,"sandbox":"firejail"})") == "");
 }
 
 BOOST_AUTO_TEST_CASE(no_more_simulations_are_taken_than_there_are_ports)
@@ -478,7 +499,9 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
         {R"("shareIdleTime":12.5)", [](auto const& c) { return c.share_idle_time == 12.5; }},
         {R"("notify":["http://a"])", [](auto const& c) { return c.notify == Texts{"http://a"}; }},
         {R"("projectsDir":"/p")", [](auto const&) { return true; }},
-        {R"("sandbox":"bubblewrap")", [](auto const& c) { return c.sandbox == "bubblewrap"; }},
+        {R"("sandbox":"bubblewrap")", [](auto const& c) { return c.sandbox == "bubblewrap" && !c.docker; }},
+        {R"("sandbox":"firejail")", [](auto const& c) { return c.sandbox == "firejail" && !c.docker; }},
+        {R"("sandbox":"docker")", [](auto const& c) { return c.docker; }},
         {R"("network":"none")", [](auto const& c) { return c.network_reach == "none"; }},
         {R"("display":":1")", [](auto const& c) { return c.display == ":1"; }},
         {R"("webotsHome":"/w")", [](auto const& c) { return c.webots_home == "/w"; }},

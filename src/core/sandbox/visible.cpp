@@ -1,0 +1,55 @@
+#include "visible.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace webots_cloud::core {
+
+std::span<char const* const> system_files() noexcept
+{
+    static constexpr std::array files{"/etc/ld.so.cache",
+                                      "/etc/ld.so.conf",
+                                      "/etc/ld.so.conf.d",
+                                      "/etc/alternatives",
+                                      "/etc/passwd",
+                                      "/etc/group",
+                                      "/etc/nsswitch.conf",
+                                      "/etc/hosts",
+                                      "/etc/host.conf",
+                                      "/etc/gai.conf",
+                                      "/etc/protocols",
+                                      "/etc/services",
+                                      "/etc/localtime",
+                                      "/etc/timezone",
+                                      "/etc/locale.alias",
+                                      "/etc/fonts",
+                                      "/etc/mime.types",
+                                      "/etc/ssl/certs",
+                                      "/etc/ssl/openssl.cnf",
+                                      "/etc/ca-certificates",
+                                      "/etc/pki/tls/certs",
+                                      "/etc/OpenCL",
+                                      "/etc/vulkan",
+                                      "/etc/glvnd",
+                                      "/etc/drirc",
+                                      "/etc/egl",
+                                      "/etc/alsa",
+                                      "/etc/asound.conf",
+                                      "/etc/python3",
+                                      "/etc/java",
+                                      "/etc/ros"};
+    return files;
+}
+
+std::filesystem::path display_socket(std::string_view display)
+{
+    if (!display.starts_with(':'))
+        return {};
+    auto const number = display.substr(1, display.find('.') - 1);
+    bool const is_number = !number.empty() && std::all_of(number.begin(), number.end(),
+                                                          [](char c) { return c >= '0' && c <= '9'; });
+    return is_number ? std::filesystem::path("/tmp/.X11-unix") / ("X" + std::string(number))
+                     : std::filesystem::path();
+}
+
+} // namespace webots_cloud::core

@@ -1,0 +1,39 @@
+// What a simulator in a sandbox sees of the file system, whichever program makes the sandbox.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace webots_cloud::core {
+
+/// Where the private folder for temporary files is, and the simulator's home in it.
+inline constexpr char const* sandbox_temporary = "/tmp";
+
+/// What a simulator may see besides the system's programs and libraries. Paths that do not exist are left
+/// out.
+struct Visible
+{
+    Visible() = default;
+
+    std::filesystem::path instance;               ///< Its own folder, which it may change.
+    std::filesystem::path directory;              ///< Where it starts.
+    std::vector<std::filesystem::path> read_only; ///< Webots above all.
+    std::vector<std::filesystem::path> devices;   ///< Of graphics processors.
+    std::string display;                          ///< As `DISPLAY` has it; only `:<number>` is of use.
+    std::filesystem::path x_authority;            ///< The file of the display's password; empty: none.
+    std::filesystem::path resolver; ///< A file in place of `/etc/resolv.conf`; empty: none is seen.
+    std::uint64_t temporary_bytes = std::uint64_t{512} << 20; ///< What the folder for temporary files holds.
+};
+
+/// Files and folders of `/etc` that libraries, languages and drivers look up, and that every user of the
+/// machine may read.
+std::span<char const* const> system_files() noexcept;
+
+/// The socket of a display of this machine; empty: it is none.
+std::filesystem::path display_socket(std::string_view display);
+
+} // namespace webots_cloud::core
