@@ -23,6 +23,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -194,6 +195,19 @@ probe_guard(std::filesystem::path guard, std::vector<std::filesystem::path> read
 
 /// The IPv4 addresses of this computer, loopback included, each once.
 std::vector<std::string> own_ipv4_addresses();
+
+/// A user of this computer.
+struct Account
+{
+    Account() = default;
+
+    std::uint32_t user = 0;
+    std::uint32_t group = 0;
+    std::vector<std::uint32_t> groups; ///< All that the user is in, but `group`.
+};
+
+/// Looks a user up by name; nothing where there is none. May block, as for users from a directory service.
+std::optional<Account> find_account(std::string const& name);
 
 /// Files of this computer, on a thread of its own.
 std::unique_ptr<TextFiles> make_text_files();

@@ -148,6 +148,8 @@ struct SimulationConfig
     std::string display; ///< `display`: what Webots draws on. Empty: what `DISPLAY` says, else `:0`.
     /// `sandbox`: `auto`, `none`, `bubblewrap`, `firejail`, or `docker`, which is the same as `docker`.
     std::string sandbox = "auto";
+    /// `simulationUser`: who runs simulations: `auto`, `none` (the server's user), or the name of a user.
+    std::string simulation_user = "auto";
     std::string network_reach = "internet"; ///< `network`: what simulations in a sandbox reach: `internet`
                                             ///< (public addresses), `none`, `host`.
     /// `simulatorEnvironment`: `NAME` and `PREFIX_*` of the server's environment, and `NAME=value`, for

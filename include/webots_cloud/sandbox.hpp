@@ -2,6 +2,7 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/simulation_user.hpp>
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/process_host.hpp>
 
@@ -28,6 +29,8 @@ struct SandboxParams
     std::filesystem::path x_authority;            ///< Visible: the password of the display; empty: none.
     std::filesystem::path resolver;               ///< Seen as `/etc/resolv.conf`; empty: there is none.
 
+    SimulationUser user; ///< Who runs them, whether they are confined or not.
+
     /// They are not confined at all.
     bool is_none() const { return bubblewrap.empty() && firejail.empty(); }
 };
@@ -51,5 +54,15 @@ struct SandboxAttempts
 /// Lifetime: `processes` and `clock` must outlive the operation.
 boost::asio::awaitable<result<>> check_sandbox(ProcessHost& processes, Clock& clock, SandboxParams sandbox,
                                                std::filesystem::path instance, SandboxAttempts attempts);
+
+/// Runs a program as `sandbox.user`, but not confined, and sees what it can do; then whether that user can
+/// run `simulator`.
+///
+/// Errors: as of `check_sandbox`; `start_failed` also when the user can't run the simulator.
+/// Cancellation: terminal.
+/// Lifetime: `processes` and `clock` must outlive the operation.
+boost::asio::awaitable<result<>> check_user(ProcessHost& processes, Clock& clock, SandboxParams sandbox,
+                                            std::filesystem::path simulator, std::filesystem::path instance,
+                                            SandboxAttempts attempts);
 
 } // namespace webots_cloud

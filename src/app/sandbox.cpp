@@ -174,6 +174,8 @@ result<SandboxParams> assemble(std::string_view name, SimulationConfig const& co
         if (fs::exists(device, failed))
             sandbox.devices.push_back(device);
     sandbox.x_authority = x_authority();
+    if (name == "bubblewrap") // firejail's own privileges need a user with a name
+        sandbox.user = context.user;
     auto const found = name == "firejail" ? find_firejail(sandbox, context.state) : find_bubblewrap(sandbox);
     if (!found)
         return found.error();
@@ -203,9 +205,10 @@ asio::awaitable<result<>> check(SandboxParams const& sandbox, SandboxContext con
     attempts.process = ::getpid();
     auto const instance = context.state / "sandbox-check";
     std::error_code failed;
+    fs::remove_all(instance, failed); // of a server that has died here
     fs::create_directory(instance, failed);
     auto const checked = co_await check_sandbox(processes, clock, sandbox, instance, attempts);
-    fs::remove(instance, failed);
+    fs::remove_all(instance, failed);
     co_return checked;
 }
 
@@ -223,6 +226,7 @@ asio::awaitable<result<ChosenSandbox>> choose_sandbox(SimulationConfig const& co
         log.warning("Simulations run without a sandbox, as \"sandbox\" says: each of them can read what this "
                     "server can read, and reach what it reaches (docs/sandboxes.md).");
         chosen.description = "none";
+        chosen.params.user = context.user;
         co_return chosen;
     }
     std::vector<std::string> names{config.sandbox};
@@ -236,6 +240,17 @@ asio::awaitable<result<ChosenSandbox>> choose_sandbox(SimulationConfig const& co
             works = co_await check(*assembled, context, processes, clock);
         else
             works = assembled.error();
+        if (!works && assembled && assembled->user.is_other() && config.simulation_user == "auto") {
+            // Where only root may make user namespaces, the sandbox is worth more than the user.
+            assembled->user = SimulationUser();
+            auto const of_root = co_await check(*assembled, context, processes, clock);
+            if (of_root)
+                log.warning(
+                    concat("Simulations run as root in the sandbox, since another user can't make it: ",
+                           works.error().message(), " (docs/sandboxes.md, \"Another user\")."));
+            if (of_root)
+                works = of_root;
+        }
         if (works) {
             chosen.params = std::move(*assembled);
             chosen.description = concat(name, ", ", describe(chosen.params.network.reach));
@@ -254,6 +269,7 @@ asio::awaitable<result<ChosenSandbox>> choose_sandbox(SimulationConfig const& co
                           concat("\"sandbox\": \"", config.sandbox, "\" does not work here: ", reasons,
                                  " (docs/sandboxes.md)"));
     chosen.description = "none";
+    chosen.params.user = context.user;
     chosen.warning = concat("Simulations run without a sandbox, and can read what this server can read, and "
                             "reach what it reaches: ",
                             reasons, " (docs/sandboxes.md).");

@@ -19,6 +19,7 @@ struct SandboxContext
 
     std::filesystem::path simulator; ///< Webots, absolute.
     std::filesystem::path guard;     ///< `webots-process-guard`, absolute.
+    SimulationUser user;             ///< Who runs simulations.
     std::filesystem::path state;     ///< An existing folder of ours, for files of the sandbox.
 };
 

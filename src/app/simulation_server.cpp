@@ -14,6 +14,7 @@
 #include "operator_requests.hpp"
 #include "sandbox.hpp"
 #include "signals.hpp"
+#include "simulation_user.hpp"
 
 #include <webots_cloud/access_control.hpp>
 #include <webots_cloud/adapters.hpp>
@@ -121,7 +122,8 @@ std::vector<fs::path> read_only_folders(SimulationConfig const& config)
 /// Asks the guard which isolation it can provide here, and tells the operator what is missing. Containers are
 /// isolated by Docker.
 asio::awaitable<std::string> check_isolation(SimulationConfig const& config, fs::path guard,
-                                             std::vector<fs::path> read_only, Clock& clock, Logger log)
+                                             std::vector<fs::path> read_only, bool runs_as_root, Clock& clock,
+                                             Logger log)
 {
     if (config.docker)
         co_return std::string();
@@ -135,7 +137,7 @@ asio::awaitable<std::string> check_isolation(SimulationConfig const& config, fs:
     auto warning = core::isolation_warning(isolation);
     if (!warning.empty())
         log.warning(warning);
-    for (auto const& remark : core::isolation_remarks(isolation, ::geteuid() == 0))
+    for (auto const& remark : core::isolation_remarks(isolation, runs_as_root))
         log.warning(remark);
     co_return warning;
 }
@@ -344,15 +346,21 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     walls.simulator = choice->program;
     walls.guard = guard;
     walls.state = instances.parent_path();
+    auto const user = co_await app::choose_simulation_user(config, walls, *processes, *clock, log);
+    if (!user)
+        co_return user.error();
+    walls.user = *user;
     auto const sandbox = co_await app::choose_sandbox(config, walls, *processes, *clock, log);
     if (!sandbox)
         co_return sandbox.error();
+    app::tell_user(sandbox->params.user, log);
     SimulationLauncher launcher(launcher_params(config, choice->program, sandbox->params), *processes, *clock,
                                 log, docker.get());
     if (!config.docker)
         tell_environment(launcher.params(), log);
     auto service_settings = service_params(config, choice->notice);
-    auto isolation_warning = co_await check_isolation(config, guard, read_only, *clock, log);
+    auto isolation_warning = co_await check_isolation(
+        config, guard, read_only, ::geteuid() == 0 && !sandbox->params.user.is_other(), *clock, log);
     service_settings.isolation_warning =
         isolation_warning.empty() ? sandbox->warning : std::move(isolation_warning);
     service_settings.sandbox = sandbox->description;

@@ -3,7 +3,9 @@
 //
 //     webots-process-guard [--cleanup COUNT WORD...] [--set-user-id]
 //                          [--network none PORT | --network internet PORT SLIRP IP RULES]
-//                          [--own-sandbox FOLDER] [--read-only FOLDER]... GRACE_MS PROGRAM [ARGUMENT...]
+//                          [--own-sandbox FOLDER]
+//                          [--user UID GID[,GID...] FOLDER HOME AUTHORITY [--visible PATH]...]
+//                          [--read-only FOLDER]... GRACE_MS PROGRAM [ARGUMENT...]
 //     webots-process-guard --probe [--read-only FOLDER]...
 //     webots-process-guard --try FILE PORT PROCESS
 //
@@ -37,6 +39,10 @@
 // has to see the processes of the machine while it makes that. The tree gets mount and network namespaces
 // alone, in which FOLDER, where the program keeps its files, is empty and in memory. Without them, and for
 // users other than root, the program is not started.
+//
+// --user runs the program as another user, which only root can do: FOLDER becomes that user's, with a folder
+// HOME in it and a copy of the file AUTHORITY, and so the program can neither signal the guard and its server
+// nor read their files. PATHs are reached even below folders of root's. See user.hpp.
 //
 // --try, run in a sandbox, prints what is possible there that should not be: see attempts.hpp.
 //
@@ -105,6 +111,14 @@ long now_ms()
 {
     if (!program.set_user_id && !program.own_sandbox)
         webots_cloud::guard::drop_capabilities();
+    if (program.user.is_other && !webots_cloud::guard::become(program.user)) {
+        std::printf("can't run %s as user %u: %s\n", program.argv[0], program.user.user,
+                    std::strerror(errno));
+        std::fflush(stdout);
+        _exit(exec_failed);
+    }
+    if (program.user.is_other && !program.set_user_id)
+        prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
     execute(program);
 }
 
@@ -408,10 +422,11 @@ int main(int argc, char** argv)
     program.set_user_id = take_option(argc, argv, "--set-user-id");
     bool const understood = take_network(argc, argv, program.network);
     program.own_sandbox = take_word(argc, argv, "--own-sandbox");
+    bool const user_understood = webots_cloud::guard::take_user(argc, argv, program.user);
     program.read_only = argv;
     program.read_only_count = take_read_only(argc, argv);
     program.argv = argv + 1;
-    if (!understood || (argc < 2 && !(is_probe && argc == 0)))
+    if (!understood || !user_understood || (argc < 2 && !(is_probe && argc == 0)))
         return usage(name);
     setsid(); // Ctrl-C in the terminal is for the server, which then ends its simulations in order
     prctl(PR_SET_CHILD_SUBREAPER, 1);
@@ -424,6 +439,11 @@ int main(int argc, char** argv)
     sigprocmask(SIG_BLOCK, &handled, &program.signals);
     if (is_probe)
         return probe(program);
+    if (program.user.is_other && !webots_cloud::guard::hand_over(program.user)) {
+        std::printf("can't give %s to user %u: %s\n", program.user.folder, program.user.user,
+                    std::strerror(errno));
+        return exec_failed;
+    }
     int const signals = signalfd(-1, &handled, SFD_CLOEXEC | SFD_NONBLOCK);
     auto started = webots_cloud::guard::start_in_namespace(program, execute_confined);
     if (started.process < 0 && (program.network.is_own() || program.own_sandbox)) {

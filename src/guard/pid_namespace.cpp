@@ -94,7 +94,11 @@ char set_up_mounts(Program const& program)
         return 0;
     bool read_only = true;
     for (int i = 0; i < program.read_only_count; ++i)
-        read_only = make_read_only(program.read_only[i]) && read_only;
+        read_only =
+            (program.user.is_other ? hide(program.read_only[i]) : make_read_only(program.read_only[i])) &&
+            read_only;
+    if (program.user.is_other && !show_to(program.user))
+        _exit(1);
     bool const proc = mount("proc", "/proc", "proc", MS_NOSUID | MS_NODEV | MS_NOEXEC, nullptr) == 0;
     return static_cast<char>((read_only ? has_read_only : 0) | (proc ? has_own_proc : 0));
 }
@@ -229,7 +233,7 @@ Started start_in_namespace(Program const& program, Execute execute)
         for (auto const flags : {with_mounts, plain})
             if ((started = try_to_start(program, execute, flags)).process > 0)
                 return started;
-    if (program.set_user_id) // has no effect in a user namespace
+    if (program.set_user_id || program.user.is_other) // neither is possible in a user namespace
         return started;
     for (auto const flags : {user | with_mounts, user | plain})
         if ((started = try_to_start(program, execute, flags)).process > 0)

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "network.hpp"
+#include "user.hpp"
 
 #include <csignal>
 
@@ -22,6 +23,7 @@ struct Program
     /// Not null: it makes a sandbox with a PID namespace itself, and keeps its files in this folder, which is
     /// empty and in memory for it. Needs root.
     char const* own_sandbox = nullptr;
+    User user;       ///< Who runs it; another one only where we are root.
     Network network; ///< Needs namespaces: without them the program is not started.
 };
 

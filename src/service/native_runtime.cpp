@@ -1,6 +1,8 @@
 #include "confine.hpp"
+#include "core/sandbox/simulation_user.hpp"
 #include "core/simulation/launch_plan.hpp"
 #include "core/simulation/simulator_environment.hpp"
+#include "run_as.hpp"
 #include "simulator_runtime.hpp"
 
 namespace webots_cloud {
@@ -21,6 +23,7 @@ public:
             plan.command = in_one_line(plan.process.argv);
             confine(plan.process, params_.sandbox, spec.instance, port);
         }
+        run_as(plan.process, params_.sandbox, core::own_user_number(turn_++, port), spec.instance);
         co_return plan;
     }
 
@@ -45,6 +48,7 @@ private:
     ProcessSpec process_for(LaunchSpec const& spec, std::uint16_t port) const;
 
     SimulationLauncherParams const& params_;
+    std::uint64_t turn_ = 0; ///< Of user numbers.
 };
 
 ProcessSpec NativeRuntime::process_for(LaunchSpec const& spec, std::uint16_t port) const

@@ -10,6 +10,7 @@ ROOT = Path(__file__).resolve().parents[2]
 STD = r'[a-z_0-9/]+'  # a header without extension
 VALUES = ['webots_cloud/error.hpp', 'webots_cloud/time.hpp', 'webots_cloud/load_report.hpp', 'webots_cloud/server_load.hpp',
           'webots_cloud/notice.hpp', 'webots_cloud/public_address.hpp',
+          'webots_cloud/simulation_user.hpp',
           'webots_cloud/project_ref.hpp', 'webots_cloud/website_project.hpp',
           'webots_cloud/config.hpp', 'webots_cloud/version.hpp', 'webots_cloud/scheduler.hpp',
           'webots_cloud/transport/http.hpp', 'webots_cloud/transport/host_metrics.hpp', 'webots_cloud/transport/logger.hpp']
@@ -31,8 +32,8 @@ FLOORS = {
     'src/adapters': [*VALUES, 'webots_cloud/transport/', 'webots_cloud/adapters.hpp', 'webots_cloud/daemon.hpp', 'webots_cloud/instance_root.hpp',
                      'src/core/', 'src/async/', 'src/adapters/', 'boost/', 'openssl/', 'spdlog/', 'curl/',
                      'git2', 'zlib.h', 'archive', 'sys/', 'linux/', 'netinet/', 'netdb.h', 'unistd.h', 'fcntl.h', 'dirent.h', 'spawn.h', 'semaphore.h', 'fts.h', 'arpa/inet.h', 'ifaddrs.h',
-                     'dlfcn.h'],
-    'src/guard': ['src/guard/', 'sys/', 'linux/', 'net/', 'netinet/', 'arpa/', 'unistd.h', 'fcntl.h', 'poll.h', 'sched.h', 'mntent.h'],
+                     'dlfcn.h', 'grp.h', 'pwd.h'],
+    'src/guard': ['src/guard/', 'sys/', 'linux/', 'net/', 'netinet/', 'arpa/', 'unistd.h', 'fcntl.h', 'poll.h', 'sched.h', 'mntent.h', 'ftw.h', 'grp.h'],
     'src/app': ['webots_cloud/', 'src/core/', 'src/app/', 'boost/asio/', 'boost/json/', 'boost/program_options/', 'sys/', 'unistd.h'],
     'apps': ['webots_cloud/daemon.hpp', 'webots_cloud/servers.hpp'],
     'examples/demo_simulator': ['examples/demo_simulator/', 'boost/', 'cairo', 'jpeglib.h', 'spawn.h', 'sys/', 'linux/', 'netinet/', 'arpa/', 'unistd.h', 'fcntl.h', 'poll.h'],

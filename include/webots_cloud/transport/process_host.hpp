@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <variant>
@@ -37,6 +38,20 @@ struct ProcessNetwork
     std::filesystem::path rules; ///< A file of lines for `ip -batch`, carried out in there; for `internet`.
 };
 
+/// Another user than ours, who runs a program. Only root can start one so.
+struct ProcessUser
+{
+    ProcessUser() = default;
+
+    std::uint32_t user = 0;
+    std::uint32_t group = 0;
+    std::vector<std::uint32_t> groups;          ///< Further ones.
+    std::filesystem::path folder;               ///< Becomes the user's with everything in it.
+    std::filesystem::path home;                 ///< Is made in `folder`.
+    std::filesystem::path x_authority;          ///< Is copied to `<home>/Xauthority`; empty: there is none.
+    std::vector<std::filesystem::path> visible; ///< What it has to reach, even below folders of root's.
+};
+
 /// A program to run. Nothing is ever passed through a shell.
 struct ProcessSpec
 {
@@ -62,7 +77,8 @@ struct ProcessSpec
     /// keeps its files in this folder, which is empty and in memory for it (firejail). Only root can start
     /// such a program. Default: empty.
     std::filesystem::path own_sandbox;
-    ProcessNetwork network; ///< Where that can't be made, the program is not started and says so.
+    std::optional<ProcessUser> user; ///< Default: our own. The cleanup command is ours in any case.
+    ProcessNetwork network;          ///< Where that can't be made, the program is not started and says so.
 };
 
 /// How a program ended.

@@ -15,6 +15,14 @@ namespace {
 
 using core::concat;
 
+/// Of a simulation that runs as another user, what we put back is that user's too.
+void give_as(int folder, int made)
+{
+    struct stat status;
+    if (::fstat(folder, &status) == 0 && status.st_uid != ::geteuid())
+        (void)!::fchown(made, status.st_uid, status.st_gid); // else it can be read, but not changed
+}
+
 /// The folder of `parts`, but for the last one, below `root`.
 result<FileDescriptor> folder_of(std::filesystem::path const& root,
                                  std::vector<std::string_view> const& parts, bool make)
@@ -22,9 +30,13 @@ result<FileDescriptor> folder_of(std::filesystem::path const& root,
     auto folder = open_folder(AT_FDCWD, root.c_str());
     for (std::size_t i = 0; folder && i + 1 < parts.size(); ++i) {
         auto const name = std::string(parts[i]);
-        if (make && ::mkdirat(folder->get(), name.c_str(), 0755) != 0 && errno != EEXIST)
+        bool const is_new = make && ::mkdirat(folder->get(), name.c_str(), 0755) == 0;
+        if (make && !is_new && errno != EEXIST)
             return disk_failure();
-        folder = open_folder(folder->get(), name.c_str());
+        auto next = open_folder(folder->get(), name.c_str());
+        if (next && is_new)
+            give_as(folder->get(), next->get());
+        folder = std::move(next);
     }
     return folder;
 }
@@ -55,6 +67,8 @@ result<> replace(int folder, std::string const& name, int pristine, mode_t mode)
     if (!copy)
         return disk_failure();
     auto copied = copy_bytes(pristine, copy.get());
+    if (copied)
+        give_as(folder, copy.get());
     if (copied && (::fchmod(copy.get(), mode) != 0 || ::renameat(folder, beside, folder, name.c_str()) != 0))
         copied = disk_failure();
     if (!copied)

@@ -7,6 +7,7 @@
 
 #include <fcntl.h>
 #include <sys/mount.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -45,13 +46,16 @@ result<> mount_overlay(int lower, fs::path const& scratch, int target)
         return folder.error();
     auto const upper = make_folder(folder->get(), "upper");
     auto const work = make_folder(folder->get(), "work");
-    if (!upper || !work)
+    // What is in there is not for simulations, which may own the folder around it.
+    if (!upper || !work || ::fchmod(folder->get(), S_IRWXU) != 0)
         return disk_failure();
     auto const options = concat("lowerdir=", path_of(lower), ",upperdir=", path_of(upper->get()),
                                 ",workdir=", path_of(work->get()));
     // Folders of the project can be renamed ("redirect_dir"), and nothing of it outlives the simulation, so
-    // nothing needs to be synchronised ("volatile", since Linux 5.10).
-    for (auto const* const more : {",redirect_dir=on,volatile", ",volatile", ""})
+    // nothing needs to be synchronised ("volatile", since Linux 5.10). Files that only change hands, as all
+    // do when simulations run as another user, are not copied ("metacopy").
+    for (auto const* const more :
+         {",metacopy=on,redirect_dir=on,volatile", ",redirect_dir=on,volatile", ",volatile", ""})
         if (mount_with(concat(options, more), target))
             return {};
     return disk_failure();

@@ -251,6 +251,19 @@ void add_network(std::vector<std::string>& arguments, ProcessNetwork const& netw
                                            network.ip.native(), network.rules.native()});
 }
 
+void add_user(std::vector<std::string>& arguments, std::optional<ProcessUser> const& user)
+{
+    if (!user)
+        return;
+    auto groups = std::to_string(user->group);
+    for (auto const group : user->groups)
+        groups.append(concat(",", std::to_string(group)));
+    arguments.insert(arguments.end(), {"--user", std::to_string(user->user), groups, user->folder.native(),
+                                       user->home.native(), user->x_authority.native()});
+    for (auto const& path : user->visible)
+        arguments.insert(arguments.end(), {"--visible", path.native()});
+}
+
 asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(ProcessSpec spec)
 {
     for (auto const& program : {guard_.string(), spec.argv.at(0)})
@@ -273,6 +286,7 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
     add_network(arguments, spec.network);
     if (!spec.own_sandbox.empty())
         arguments.insert(arguments.end(), {"--own-sandbox", spec.own_sandbox.native()});
+    add_user(arguments, spec.user);
     for (auto const& folder : read_only_) {
         arguments.emplace_back("--read-only");
         arguments.push_back((here / folder).string());

@@ -541,6 +541,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     read_fetch_budget(*reader, config);
     reader->read("webotsHome", config.webots_home);
     reader->read("display", config.display);
+    reader->read("simulationUser", config.simulation_user);
     reader->read_choice("network", config.network_reach, {"internet", "none", "host"});
     read_simulator_environment(*reader, config);
     reader->read_integer("maxConnections", config.max_connections, 1, 10'000);

@@ -69,6 +69,7 @@ std::vector<std::string_view> keys_for_restart(SimulationConfig const& running, 
     changes.compare("webotsHome", running.webots_home, next.webots_home);
     changes.compare("display", running.display, next.display);
     changes.compare("sandbox", running.sandbox, next.sandbox);
+    changes.compare("simulationUser", running.simulation_user, next.simulation_user);
     changes.compare("network", running.network_reach, next.network_reach);
     changes.compare("simulatorEnvironment", running.simulator_environment, next.simulator_environment);
     changes.compare("maxConnections", running.max_connections, next.max_connections);

@@ -1,6 +1,7 @@
 #include "unit_test.hpp"
 
 #include "async/task_group.hpp"
+#include "core/sandbox/simulation_user.hpp"
 
 #include <webots_cloud/simulation_launcher.hpp>
 #include <webots_cloud/testing/memory_text_files.hpp>
@@ -38,6 +39,7 @@ SimulationLauncherParams launcher_params()
 LaunchSpec launch_spec(std::string mode = "x3d")
 {
     LaunchSpec spec;
+    spec.instance = "/instances/1";
     spec.root = "/instances/1/project";
     spec.world = "/instances/1/project/worlds/a.wbt";
     spec.mode = std::move(mode);
@@ -241,6 +243,36 @@ BOOST_AUTO_TEST_CASE(what_a_program_gets_is_its_folder_its_grace_and_what_it_nee
     BOOST_TEST(variable(process, "SECRET") == "(unset)");
     BOOST_TEST(simulation->process_id() == 1001);
     BOOST_TEST(simulation->announcements().empty());
+}
+
+BOOST_AUTO_TEST_CASE(another_user_gets_the_instance_and_nothing_that_is_the_servers_users)
+{
+    auto params = launcher_params();
+    params.environment.emplace_back("XDG_RUNTIME_DIR", "/run/user/0");
+    params.environment.emplace_back("XAUTHORITY", "/root/.Xauthority");
+    params.sandbox.user.kind = SimulationUser::Kind::of_its_own;
+    params.sandbox.user.groups = {44};
+    params.sandbox.user.name = "simulation";
+    params.sandbox.user.visible = {"/root/webots"};
+    Fixture fixture(params);
+    fixture.processes.expect();
+    fixture.processes.expect();
+    auto const simulation = fixture.launched();
+    auto const& process = fixture.processes.started().front();
+    BOOST_TEST_REQUIRE(process.user.has_value());
+    BOOST_TEST(process.user->user == core::own_user_number(0, 2001));
+    BOOST_TEST(process.user->group == process.user->user);
+    BOOST_TEST(process.user->groups == std::vector<std::uint32_t>{44});
+    BOOST_TEST(process.user->folder == "/instances/1");
+    BOOST_TEST(process.user->x_authority == "/root/.Xauthority");
+    BOOST_TEST((process.user->visible == std::vector<std::filesystem::path>{"/root/webots"}));
+    BOOST_TEST(variable(process, "HOME") == "/instances/1/.webots_cloud-home");
+    BOOST_TEST(variable(process, "XAUTHORITY") == "/instances/1/.webots_cloud-home/Xauthority");
+    BOOST_TEST(variable(process, "TMPDIR") == "/tmp");
+    BOOST_TEST(variable(process, "XDG_RUNTIME_DIR") == "(unset)");
+    BOOST_TEST(variable(process, "USER") == "simulation");
+    auto const next = fixture.launched();
+    BOOST_TEST(fixture.processes.started().back().user->user == core::own_user_number(1, 2002));
 }
 
 BOOST_AUTO_TEST_CASE(an_unknown_mode_is_refused_before_a_port_is_asked_for)

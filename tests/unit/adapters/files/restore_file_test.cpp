@@ -2,6 +2,7 @@
 
 #include "adapters/files/restore_file.hpp"
 
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cstdlib>
@@ -67,6 +68,24 @@ BOOST_AUTO_TEST_CASE(a_file_or_folder_that_was_removed_comes_back)
     fs::remove_all(folder / "to/controllers");
     BOOST_TEST(restore().has_value());
     BOOST_TEST(read("to/controllers/walk/walk.py") == "pristine");
+}
+
+BOOST_AUTO_TEST_CASE(what_comes_back_belongs_to_the_user_of_the_folder)
+{
+    constexpr unsigned nobody = 65534;
+    if (::geteuid() != 0) {
+        BOOST_TEST_MESSAGE("skipped: only root can give folders away");
+        return;
+    }
+    fs::remove_all(folder / "to/controllers");
+    BOOST_TEST_REQUIRE(::chown((folder / "to").c_str(), nobody, nobody) == 0);
+    BOOST_TEST(restore().has_value());
+    for (auto const* path : {"to/controllers", "to/controllers/walk", "to/controllers/walk/walk.py"}) {
+        struct stat status;
+        BOOST_TEST_REQUIRE(::stat((folder / path).c_str(), &status) == 0);
+        BOOST_TEST(status.st_uid == nobody, path);
+        BOOST_TEST(status.st_gid == nobody, path);
+    }
 }
 
 BOOST_AUTO_TEST_CASE(a_file_that_the_project_never_had_is_not_found)

@@ -63,7 +63,7 @@ BOOST_AUTO_TEST_CASE(what_a_simulation_server_does_not_take_over_is_named)
     auto const next = simulation(
         R"({"port":2,"server":"s","ssl":false,"portRewrite":false,"docker":true,"dockerDir":"/d",
         "dockerImages":"i","projectDockerfiles":true,"persistantDockerImages":[],"forges":[],"notify":[],
-        "cacheSize":1,"stateDir":"s","fetchMemory":256,"fetchDisk":1,"webotsHome":"w","display":":1","sandbox":"docker","network":"host","simulatorEnvironment":["A"],"maxConnections":1,"timeout":400,
+        "cacheSize":1,"stateDir":"s","fetchMemory":256,"fetchDisk":1,"webotsHome":"w","display":":1","sandbox":"docker","simulationUser":"u","network":"host","simulatorEnvironment":["A"],"maxConnections":1,"timeout":400,
         "startTimeout":1,"reconnectGrace":5,
         "projectsDir":"p","keyDir":"k","multimediaServer":"m","multimediaStream":"s","simulationLogDays":1,"monitorLogEnabled":false,
         "loadFormula":"reference"})");
@@ -85,6 +85,7 @@ BOOST_AUTO_TEST_CASE(what_a_simulation_server_does_not_take_over_is_named)
                                                                    "webotsHome",
                                                                    "display",
                                                                    "sandbox",
+                                                                   "simulationUser",
                                                                    "network",
                                                                    "simulatorEnvironment",
                                                                    "maxConnections",

@@ -502,6 +502,7 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
         {R"("sandbox":"bubblewrap")", [](auto const& c) { return c.sandbox == "bubblewrap" && !c.docker; }},
         {R"("sandbox":"firejail")", [](auto const& c) { return c.sandbox == "firejail" && !c.docker; }},
         {R"("sandbox":"docker")", [](auto const& c) { return c.docker; }},
+        {R"("simulationUser":"webots")", [](auto const& c) { return c.simulation_user == "webots"; }},
         {R"("network":"none")", [](auto const& c) { return c.network_reach == "none"; }},
         {R"("display":":1")", [](auto const& c) { return c.display == ":1"; }},
         {R"("webotsHome":"/w")", [](auto const& c) { return c.webots_home == "/w"; }},
