@@ -58,6 +58,37 @@ result<> check_access(AccessConfig const& access)
     return token ? result<>() : token.error();
 }
 
+bool everybody_may_read(fs::path const& file)
+{
+    std::error_code failed;
+    auto const path = fs::canonical(file, failed);
+    auto const allows = [&](fs::path const& each, fs::perms wanted) {
+        return (fs::status(each, failed).permissions() & wanted) == wanted && !failed;
+    };
+    bool may = !failed && allows(path, fs::perms::others_read);
+    for (auto folder = path.parent_path(); may && folder != folder.root_path(); folder = folder.parent_path())
+        may = allows(folder, fs::perms::others_exec);
+    return may;
+}
+
+/// Simulations may run as other users than the server, or in its folders.
+void warn_of_open_secret(std::vector<std::string>& warnings, fs::path const& file, std::string_view secret)
+{
+    if (everybody_may_read(file))
+        warnings.push_back(concat(file.string(),
+                                  ": everybody on this machine may read it, simulations too, and ", secret,
+                                  " is in it. Run: chmod o-r on it"));
+}
+
+void warn_of_open_secrets(std::vector<std::string>& warnings, NetworkConfig const& network,
+                          AccessConfig const& access, fs::path const& origin)
+{
+    if (!network.ssl_key.empty())
+        warn_of_open_secret(warnings, network.ssl_key, "the server's private key");
+    if (!access.monitor_password.empty())
+        warn_of_open_secret(warnings, origin, "\"monitorPassword\"");
+}
+
 void warn_of_missing_folders(Configured<SimulationConfig>& configured, fs::path const& origin)
 {
     std::error_code ignored;
@@ -70,8 +101,11 @@ void warn_of_missing_folders(Configured<SimulationConfig>& configured, fs::path 
 
 } // namespace
 
-result<> check_files(Configured<SessionConfig>& configured, fs::path const&)
+result<> check_files(Configured<SessionConfig>& configured, fs::path const& origin)
 {
+    warn_of_open_secrets(configured.warnings, configured.config.network, configured.config.access, origin);
+    if (!configured.config.mail_sender_password.empty())
+        warn_of_open_secret(configured.warnings, origin, "\"mailSenderPassword\"");
     auto const certified = check_network(configured.config.network);
     return certified ? check_access(configured.config.access) : certified;
 }
@@ -79,6 +113,7 @@ result<> check_files(Configured<SessionConfig>& configured, fs::path const&)
 result<> check_files(Configured<SimulationConfig>& configured, fs::path const& origin)
 {
     warn_of_missing_folders(configured, origin);
+    warn_of_open_secrets(configured.warnings, configured.config.network, configured.config.access, origin);
     for (auto const& checked :
          {check_network(configured.config.network), check_access(configured.config.access),
           check_webots(configured.config, origin)})

@@ -7,6 +7,7 @@ import json
 import os
 import subprocess
 import sys
+import tempfile
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
@@ -344,6 +345,19 @@ class Choice(unittest.IsolatedAsyncioTestCase):
                 await browser.start()
                 await browser.hear("webots:")
                 self.assertEqual(users_of(simulation.simulators()), {0})
+
+    def test_a_secret_that_everybody_may_read_is_warned_about(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "config.json")
+            with open(path, "w") as file:
+                json.dump({"server": "localhost", "port": 1999, "simulationServers": [], "monitorPassword": "open sesame"}, file)
+            for of_folder, of_file, warned in ((0o755, 0o644, True), (0o700, 0o644, False), (0o755, 0o640, False)):
+                os.chmod(folder, of_folder)
+                os.chmod(path, of_file)
+                told = subprocess.run([program("webots-session-server"), "--check-config", path], capture_output=True, text=True, timeout=60)
+                self.assertEqual(told.returncode, 0, told.stderr)
+                self.assertEqual(f'{path}: everybody on this machine may read it, simulations too, and "monitorPassword" is in it' in told.stderr,
+                                 warned, told.stderr)
 
     async def test_a_project_does_not_lead_root_astray_by_a_link(self):
         """In the place of the folder that root makes in the project."""
