@@ -1,3 +1,4 @@
+#include "adapters/files/file_descriptor.hpp"
 #include "adapters/http/http_response_text.hpp"
 #include "async/cancellation.hpp"
 #include "core/text.hpp"
@@ -20,6 +21,7 @@
 #include <boost/beast/http/string_body.hpp>
 #include <boost/beast/http/write.hpp>
 
+#include <sys/poll.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -65,6 +67,23 @@ std::optional<pid_t> parent_of(pid_t process)
     return error == std::errc() ? std::optional(parent) : std::nullopt;
 }
 
+#ifndef SO_PEERPIDFD
+#define SO_PEERPIDFD 77 // since Linux 6.5
+#endif
+
+/// Whether the process that connected has ended: somebody else may have its number by now. False also where
+/// the kernel can't tell.
+bool has_ended(int connection)
+{
+    int process = -1;
+    socklen_t size = sizeof process;
+    if (::getsockopt(connection, SOL_SOCKET, SO_PEERPIDFD, &process, &size) != 0)
+        return errno != ENOPROTOOPT;
+    adapters::FileDescriptor const owned(process);
+    pollfd ended{process, POLLIN, 0};
+    return ::poll(&ended, 1, 0) != 0;
+}
+
 /// True for what we have started, and whatever that has started: simulations can't leave the tree of their
 /// guard. Also true when it can't be told.
 bool is_descendant(pid_t process)
@@ -96,7 +115,8 @@ std::string refusal(Protocol::socket& socket)
     // us.
     if (peer.uid == 0 && ::geteuid() != 0)
         return {};
-    if (is_descendant(peer.pid))
+    // The process must live after its parents were looked up, or these were of another one.
+    if (is_descendant(peer.pid) || has_ended(socket.native_handle()))
         return concat("process ", std::to_string(peer.pid), " belongs to a simulation, or has ended");
     return {};
 }

@@ -1,0 +1,133 @@
+#include "unit_test.hpp"
+
+#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/testing/recording_log.hpp>
+
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/io_context.hpp>
+
+#include <linux/sched.h>
+#include <sys/socket.h>
+#include <sys/syscall.h>
+#include <sys/un.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <string_view>
+
+using namespace webots_cloud;
+namespace asio = boost::asio;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Counts what reaches it.
+class Counter final : public Endpoint
+{
+public:
+    Answer respond(IncomingRequest const&) override
+    {
+        ++requests;
+        return HttpResponse(200, "text/plain", "done");
+    }
+    asio::awaitable<void> serve_websocket(ChannelInfo, Channel&) override { co_return; }
+
+    int requests = 0;
+};
+
+struct Folder
+{
+    Folder()
+    {
+        std::string name = "/tmp/webots_cloud_operator_XXXXXX";
+        path = ::mkdtemp(name.data());
+    }
+    ~Folder() { fs::remove_all(path); }
+
+    fs::path path;
+};
+
+constexpr std::string_view drain = "POST /api/drain HTTP/1.1\r\nHost: x\r\n\r\n";
+
+bool ask_at(int connection, fs::path const& path)
+{
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    std::strncpy(address.sun_path, path.c_str(), sizeof address.sun_path - 1);
+    return ::connect(connection, reinterpret_cast<sockaddr const*>(&address), sizeof address) == 0 &&
+           ::write(connection, drain.data(), drain.size()) == static_cast<ssize_t>(drain.size());
+}
+
+/// Starts a process with this number that is not our descendant, and ends with `life`.   -1: not allowed.
+pid_t start_elsewhere(pid_t number, int const (&life)[2])
+{
+    int told[2];
+    BOOST_TEST_REQUIRE(::pipe(told) == 0);
+    auto const between = ::fork();
+    if (between == 0) {
+        clone_args arguments{};
+        arguments.exit_signal = SIGCHLD;
+        arguments.set_tid = reinterpret_cast<std::uintptr_t>(&number);
+        arguments.set_tid_size = 1;
+        auto const started = static_cast<pid_t>(::syscall(SYS_clone3, &arguments, sizeof arguments));
+        if (started == 0) {
+            ::close(life[1]);
+            char byte = 0;
+            ::_exit(::read(life[0], &byte, 1) == 0 ? 0 : 1);
+        }
+        ::_exit(::write(told[1], &started, sizeof started) == sizeof started ? 0 : 1);
+    }
+    ::waitpid(between, nullptr, 0); // what it has started has other parents now
+    pid_t started = -1;
+    BOOST_TEST_REQUIRE(::read(told[0], &started, sizeof started) == static_cast<ssize_t>(sizeof started));
+    ::close(told[0]);
+    ::close(told[1]);
+    return started;
+}
+
+} // namespace
+
+BOOST_AUTO_TEST_SUITE(operator_socket)
+
+BOOST_AUTO_TEST_CASE(a_simulation_does_not_pass_for_a_process_that_has_got_the_number_of_its_own)
+{
+    Folder const folder;
+    asio::io_context context;
+    testing::RecordingLog log;
+    Counter endpoint;
+    auto const path = folder.path / "operator.sock";
+    auto const server = make_operator_socket(context.get_executor(), path, log.logger());
+    BOOST_TEST_REQUIRE(server->listen().has_value());
+
+    int const connection = ::socket(AF_UNIX, SOCK_STREAM, 0);
+    auto const simulation = ::fork(); // what we start counts as a simulation
+    if (simulation == 0)
+        ::_exit(ask_at(connection, path) ? 0 : 1);
+    int status = -1;
+    ::waitpid(simulation, &status, 0);
+    BOOST_TEST_REQUIRE(status == 0);
+    int life[2];
+    BOOST_TEST_REQUIRE(::pipe(life) == 0);
+    if (start_elsewhere(simulation, life) != simulation) {
+        BOOST_TEST_MESSAGE("skipped: the number of a process can't be chosen here");
+        return;
+    }
+    asio::co_spawn(context, server->run(endpoint), asio::detached);
+    auto const deadline = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+    while (endpoint.requests == 0 && log.lines.empty() && std::chrono::steady_clock::now() < deadline)
+        context.run_one_for(std::chrono::seconds(1));
+    BOOST_TEST(endpoint.requests == 0);
+    BOOST_TEST(log.contains("belongs to a simulation, or has ended"));
+    ::close(connection);
+    ::close(life[0]);
+    ::close(life[1]);
+}
+
+BOOST_AUTO_TEST_SUITE_END()
