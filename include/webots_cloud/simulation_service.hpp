@@ -5,6 +5,7 @@
 #include <webots_cloud/project_fetcher.hpp>
 #include <webots_cloud/public_address.hpp>
 #include <webots_cloud/simulation_launcher.hpp>
+#include <webots_cloud/simulation_walls.hpp>
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/endpoint.hpp>
 #include <webots_cloud/transport/host_metrics.hpp>
@@ -33,7 +34,7 @@ struct SimulationServiceParams
     double share_idle_time = 50;
     /// Simulations that a client (`IncomingRequest::quota_key`) may have at once. 0: any number.
     std::size_t simulations_per_address = 0;
-    bool docker = false;     ///< Simulations run in containers.
+    SimulationWalls walls;   ///< Other repositories are accepted only where these are high enough.
     bool strict_load = true; ///< The load formula: strict, or the one of the Python reference.
     /// From the opening of a socket to its `start`. Default 30 s.
     Duration handshake_timeout = std::chrono::seconds(30);

@@ -219,6 +219,7 @@ asio::awaitable<result<ChosenSandbox>> choose_sandbox(SimulationConfig const& co
 {
     ChosenSandbox chosen;
     if (config.docker) {
+        chosen.walls.containers = true;
         chosen.description = "Docker";
         co_return chosen;
     }
@@ -253,6 +254,8 @@ asio::awaitable<result<ChosenSandbox>> choose_sandbox(SimulationConfig const& co
         }
         if (works) {
             chosen.params = std::move(*assembled);
+            chosen.walls.sandbox = name;
+            chosen.walls.by_name = config.sandbox == name;
             chosen.description = concat(name, ", ", describe(chosen.params.network.reach));
             log.info(concat("Simulations run in a sandbox: ", chosen.description, "."));
             if (!reasons.empty())

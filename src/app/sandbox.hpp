@@ -3,6 +3,7 @@
 
 #include <webots_cloud/config.hpp>
 #include <webots_cloud/sandbox.hpp>
+#include <webots_cloud/simulation_walls.hpp>
 #include <webots_cloud/transport/logger.hpp>
 
 #include <boost/asio/awaitable.hpp>
@@ -28,6 +29,7 @@ struct ChosenSandbox
     ChosenSandbox() = default;
 
     SandboxParams params;
+    SimulationWalls walls;   ///< But for limits and displays.
     std::string description; ///< For the monitor page, as in "bubblewrap, public internet only".
     std::string warning;     ///< A sentence: simulations are not confined, although nobody asked for that.
 };

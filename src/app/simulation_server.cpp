@@ -2,6 +2,7 @@
 #include "core/docker/docker_leftovers.hpp"
 #include "core/docker/docker_project.hpp"
 #include "core/pages/monitor_sample.hpp"
+#include "core/projects/outside_projects.hpp"
 #include "core/simulation/client_protocol.hpp"
 #include "core/simulation/display_choice.hpp"
 #include "core/simulation/isolation.hpp"
@@ -254,7 +255,15 @@ DockerModeParams docker_params(SimulationConfig const& config, fs::path const& i
     return params;
 }
 
-SimulationServiceParams service_params(SimulationConfig const& config, std::string notice)
+/// Tells the operator whether projects of strangers are accepted, and what that depends on.
+void tell_outside_projects(SimulationConfig const& config, SimulationWalls const& walls, Logger const& log)
+{
+    if (config.share_idle_time > 0)
+        log.info(core::judge_outside_projects(walls, !config.allowed_repositories.empty()).remark);
+}
+
+SimulationServiceParams service_params(SimulationConfig const& config, SimulationWalls const& walls,
+                                       std::string notice)
 {
     SimulationServiceParams params;
     params.address = config.address;
@@ -263,7 +272,7 @@ SimulationServiceParams service_params(SimulationConfig const& config, std::stri
     params.share_idle_time = config.share_idle_time;
     params.simulations_per_address = static_cast<std::size_t>(config.simulations_per_address);
     params.notify = config.notify;
-    params.docker = config.docker;
+    params.walls = walls;
     params.strict_load = config.strict_load;
     params.title = config.title;
     params.description = config.description;
@@ -342,15 +351,15 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
         if (!opened)
             co_return opened.error();
     }
-    app::SandboxContext walls;
-    walls.simulator = choice->program;
-    walls.guard = guard;
-    walls.state = instances.parent_path();
-    auto const user = co_await app::choose_simulation_user(config, walls, *processes, *clock, log);
+    app::SandboxContext sandbox_context;
+    sandbox_context.simulator = choice->program;
+    sandbox_context.guard = guard;
+    sandbox_context.state = instances.parent_path();
+    auto const user = co_await app::choose_simulation_user(config, sandbox_context, *processes, *clock, log);
     if (!user)
         co_return user.error();
-    walls.user = *user;
-    auto const sandbox = co_await app::choose_sandbox(config, walls, *processes, *clock, log);
+    sandbox_context.user = *user;
+    auto const sandbox = co_await app::choose_sandbox(config, sandbox_context, *processes, *clock, log);
     if (!sandbox)
         co_return sandbox.error();
     app::tell_user(sandbox->params.user, log);
@@ -358,7 +367,9 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
                                 log, docker.get());
     if (!config.docker)
         tell_environment(launcher.params(), log);
-    auto service_settings = service_params(config, choice->notice);
+    auto const& walls = sandbox->walls;
+    tell_outside_projects(config, walls, log);
+    auto service_settings = service_params(config, walls, choice->notice);
     auto isolation_warning = co_await check_isolation(
         config, guard, read_only, ::geteuid() == 0 && !sandbox->params.user.is_other(), *clock, log);
     service_settings.isolation_warning =
@@ -400,7 +411,8 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
         if (!next_token_check)
             return next_token_check.error();
         access.apply(app::access_params(config.address.host, next.access), *next_token_check);
-        service.apply(service_params(next, choice->notice));
+        tell_outside_projects(next, walls, log);
+        service.apply(service_params(next, walls, choice->notice));
         registration.apply(registration_params(next));
         return result<>();
     };

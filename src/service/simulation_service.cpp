@@ -3,6 +3,7 @@
 #include "async/deadline.hpp"
 #include "core/pages/http_pages.hpp"
 #include "core/pages/monitor_sample.hpp"
+#include "core/projects/outside_projects.hpp"
 #include "core/simulation/client_protocol.hpp"
 #include "core/text.hpp"
 #include "operator_endpoints.hpp"
@@ -122,7 +123,9 @@ void SimulationService::Impl::set_policy()
     context.policy.allowed = params.allowed_repositories;
     context.policy.blocked = params.blocked_repositories;
     context.policy.share_idle_time = params.share_idle_time;
-    context.policy.docker = params.docker;
+    auto outside = core::judge_outside_projects(params.walls, !params.allowed_repositories.empty());
+    context.policy.walled = outside.accepted;
+    context.policy.unwalled = std::move(outside.hint);
     context.admission.set_max_simulations_per_client(params.simulations_per_address);
 }
 

@@ -65,7 +65,7 @@ core::ForgeOfWorld const forge_of_world(forge, RefMeaning::git);
 bool is_refused(std::vector<std::string> blocked, std::string_view url)
 {
     core::RepositoryPolicy policy;
-    policy.docker = true;
+    policy.walled = true;
     policy.blocked = std::move(blocked);
     return core::refusal(policy, url, forge_of_world, 0).has_value();
 }

@@ -302,9 +302,10 @@ std::optional<std::string> refusal(RepositoryPolicy const& policy, std::string_v
     if (std::any_of(allowed.begin(), allowed.end(),
                     [&](auto const& rule) { return rule_allows(rule, world); }))
         return std::nullopt;
-    if (!policy.docker)
-        return "Docker not enabled: cannot host simulations from repositories outside of "
-               "\"allowedRepositories\".";
+    if (!policy.walled)
+        return concat("Docker not enabled: cannot host simulations from repositories outside of "
+                      "\"allowedRepositories\".",
+                      policy.unwalled.empty() ? "" : " ", policy.unwalled);
     if (policy.share_idle_time == 0)
         return "This simulation server is not configured to share idle time.";
     if (load > policy.share_idle_time)

@@ -18,8 +18,11 @@ struct RepositoryPolicy
     std::vector<std::string> allowed; ///< URL prefixes that are always accepted.
     std::vector<std::string> blocked; ///< URL prefixes that are refused when idle time is shared.
     double share_idle_time =
-        50;              ///< Percent: the highest load at which other repositories are accepted; 0: never.
-    bool docker = false; ///< Simulations run in containers; without, untrusted projects are never run.
+        50; ///< Percent: the highest load at which other repositories are accepted; 0: never.
+    /// Simulations are confined well enough for untrusted projects (`judge_outside_projects`); without, those
+    /// are never run.
+    bool walled = false;
+    std::string unwalled; ///< What would be needed for that: a sentence, or nothing.
 };
 
 // A rule is a URL prefix, compared by segments, so `https://github.com/cyberbotics` does not cover

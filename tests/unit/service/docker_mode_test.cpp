@@ -55,7 +55,7 @@ SimulationLauncherParams launcher_params()
 SimulationServiceParams service_params()
 {
     SimulationServiceParams params;
-    params.docker = true;
+    params.walls.containers = true;
     params.address.host = "host.org";
     params.address.ssl = false;
     params.address.port_rewrite = false;

@@ -16,7 +16,7 @@ RepositoryPolicy sharing()
     policy.allowed = {"https://github.com/cyberbotics", "https://github.com/o/r/blob/main/projects"};
     policy.blocked = {"https://github.com/evil"};
     policy.share_idle_time = 50;
-    policy.docker = true;
+    policy.walled = true;
     return policy;
 }
 
@@ -271,10 +271,14 @@ BOOST_AUTO_TEST_CASE(others_are_refused_in_the_words_that_browsers_know)
     policy.share_idle_time = 0;
     BOOST_TEST(*refusal(policy, "https://github.com/o/x/blob/main/worlds/a.wbt", github, 0) ==
                "This simulation server is not configured to share idle time.");
-    policy.docker = false;
+    policy.walled = false;
     BOOST_TEST(
         *refusal(policy, "https://github.com/o/x/blob/main/worlds/a.wbt", github, 0) ==
         "Docker not enabled: cannot host simulations from repositories outside of \"allowedRepositories\".");
+    policy.unwalled = "Its operator can do more.";
+    BOOST_TEST(*refusal(policy, "https://github.com/o/x/blob/main/worlds/a.wbt", github, 0) ==
+               "Docker not enabled: cannot host simulations from repositories outside of "
+               "\"allowedRepositories\". Its operator can do more.");
 }
 
 BOOST_AUTO_TEST_SUITE_END()

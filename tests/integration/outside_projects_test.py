@@ -1,0 +1,51 @@
+#!/usr/bin/python3
+"""Projects outside of "allowedRepositories": whether they run, and what browser and operator are told, depends on what confines simulations.
+
+Protocol section 4.1.2, step 3.
+"""
+
+import asyncio
+import os
+import shutil
+import sys
+import unittest
+
+sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
+from support.browser_client import WORLD, Browser  # noqa: E402
+from support.other_user import OwnedServer  # noqa: E402
+from support.servers import main  # noqa: E402
+
+REFUSED = 'loading: Error: Docker not enabled: cannot host simulations from repositories outside of "allowedRepositories".'
+
+
+class Outside(unittest.TestCase):
+    def started(self, **keys):
+        server = OwnedServer(**{"network": "none", "allowedRepositories": ["local:/nobody"], "shareIdleTime": 100, **keys})
+        self.addCleanup(server.close)
+        if keys["sandbox"] == "bubblewrap" and not shutil.which("bwrap"):
+            self.skipTest("bubblewrap is not installed")
+        server.start()
+        return server
+
+    @staticmethod
+    def answer(server):
+        """What a browser gets for the world of a stranger."""
+        async def start():
+            async with Browser(server) as browser:
+                await browser.start(WORLD)
+                return await browser.hear("loading: Error:")
+        return asyncio.run(start())
+
+    def test_without_a_sandbox_the_answer_is_the_one_that_browsers_know(self):
+        server = self.started(sandbox="none")
+        self.assertEqual(self.answer(server), REFUSED)
+        self.assertIn("are refused: simulations run without a sandbox.", server.log())
+
+    def test_a_sandbox_that_lacks_something_says_what(self):
+        server = self.started(sandbox="bubblewrap")
+        self.assertRegex(self.answer(server), f"^{REFUSED} Its operator can accept them in its sandbox, with .*\\.$")
+        self.assertRegex(server.log(), "To accept them in the sandbox bubblewrap when the machine is idle, this server needs .*\\.")
+
+
+if __name__ == "__main__":
+    main()
