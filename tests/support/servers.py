@@ -206,7 +206,7 @@ class SimulationServer(Server):
     PROGRAM = "webots-simulation-server"
 
     def __init__(self, port=0, faults="", environment=None, **config):
-        config = {"notify": [], "maxConnections": 20, "sandbox": "none", "simulationUser": "none", **config}
+        config = {"notify": [], "maxConnections": 20, "sandbox": "auto" if config.get("docker") else "none", "simulationUser": "none", **config}
         port = port or free_port(following=config["maxConnections"] + 10)
         super().__init__(config, port, {"WEBOTS_DEMO_FAULTS": faults, "WEBOTS_DEMO_ADDRESS": "127.0.0.1", **(environment or {})})
 
