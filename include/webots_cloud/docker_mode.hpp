@@ -43,7 +43,8 @@ struct DockerModeParams
     bool project_dockerfiles = false;
     /// Present: unused images older than two days are removed, except these (`repository:tag`).
     std::optional<std::vector<std::string>> persistent_images;
-    std::string display = ":0";
+    std::string display = ":0"; ///< Empty: containers see none of this machine.
+    bool own_displays = false;  ///< Each starts an X server of its own (`xvfb-run` in the image).
     /// The graphics device for the containers, or `/dev/null`.
     std::string graphics_device = "/dev/null";
     /// Our own environment, of which docker gets only what it needs.

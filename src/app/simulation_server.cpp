@@ -247,7 +247,10 @@ DockerModeParams docker_params(SimulationConfig const& config, fs::path const& i
     params.simulator_environment = config.simulator_environment;
     if (fs::exists("/dev/dri", failed))
         params.graphics_device = "/dev/dri";
-    if (auto const display = choose_display(config); !display.name.empty()) {
+    params.own_displays = config.display == "private";
+    if (params.own_displays || config.display == "none") {
+        params.display.clear();
+    } else if (auto const display = choose_display(config); !display.name.empty()) {
         params.display = display.name;
         if (display.may_be_opened)
             params.xhost = find_program("xhost");

@@ -44,11 +44,19 @@ DockerProjectFiles::write(LaunchSpec const& spec, std::uint16_t port, std::strin
             co_return competition.error();
         added = std::move(*competition);
     }
+    if (core::compose_services(*compose_file).empty())
+        co_return Failure(
+            errc::start_failed,
+            concat("This server's ", core::compose_template_file(yml->kind),
+                   " has no services that can be understood. Its operator has to indent them, one "
+                   "below the other, below \"services:\"."));
+    core::ContainerWalls walls;
+    walls.host_display = !params_.display.empty();
     bool const own = texts.dockerfile && params_.project_dockerfiles;
     auto const dockerfile = co_await choose_dockerfile(texts, own);
     if (!dockerfile)
         co_return dockerfile.error();
-    for (auto& file : core::container_files(texts, *dockerfile, *env_file, *compose_file))
+    for (auto& file : core::container_files(texts, *dockerfile, *env_file, *compose_file, walls))
         added.push_back(std::move(file));
     std::vector<TextFile> files;
     for (auto& [name, text] : added)
@@ -78,6 +86,7 @@ result<core::DockerEnvironment> DockerProjectFiles::environment(LaunchSpec const
     environment.world = spec.world.filename().string();
     environment.stream_mode = spec.mode;
     environment.display = params_.display;
+    environment.own_display = params_.own_displays;
     environment.runtime = runtime;
     environment.graphics_device = params_.graphics_device;
     return environment;

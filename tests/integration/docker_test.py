@@ -6,6 +6,7 @@ Protocol sections 4.1.3, 6.3, 6.4 and 6.5, quirks Q12 and Q26 to Q29.
 import asyncio
 import contextlib
 import http.server
+import json
 import os
 import shutil
 import signal
@@ -157,6 +158,25 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                 self.check_clean(simulation)
             self.assertTrue([text for text in browser.told if text.endswith("Using cache")], browser.told)
             self.assertFalse([text for text in browser.told if "Running in" in text], browser.told)
+
+    async def test_containers_have_no_capabilities_and_see_no_display_where_there_is_to_be_none(self):
+        with server(display="none") as simulation:
+            async with Browser(simulation) as browser:
+                await self.start(browser, world("competition"))
+                wait_until(lambda: self.containers_of("controller"), "there is no controller")
+                for service in ("webots", "controller"):
+                    host = self.inspect(service)["HostConfig"]
+                    self.assertEqual(host["CapDrop"], ["ALL"], service)
+                    self.assertIn("no-new-privileges:true", host["SecurityOpt"], service)
+                mounts = {each["Destination"]: each["Type"] for each in self.inspect("webots")["Mounts"]}
+                mounts.update(dict.fromkeys(self.inspect("webots")["HostConfig"].get("Tmpfs") or {}, "tmpfs"))
+                self.assertEqual(mounts["/tmp/.X11-unix"], "tmpfs")
+                self.assertNotIn("/tmp/.X11-unix", str(self.inspect("webots")["HostConfig"]["Binds"]))
+            self.check_clean(simulation)
+
+    def inspect(self, service):
+        container, = self.containers_of(service)
+        return json.loads(docker.run("inspect", container))[0]
 
     def containers_of(self, service):
         return docker.run("ps", "--quiet", "--filter", f"label=com.docker.compose.service={service}").split()

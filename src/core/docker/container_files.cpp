@@ -30,16 +30,18 @@ result<std::vector<ContainerFile>> competition_files(CompetitionTexts const& tex
 }
 
 std::vector<ContainerFile> container_files(ProjectTexts const& project, std::string dockerfile,
-                                           std::string env_file, std::string compose_file)
+                                           std::string env_file, std::string compose_file,
+                                           ContainerWalls const& walls)
 {
     std::vector<ContainerFile> files;
     files.emplace_back("Dockerfile", std::move(dockerfile));
     files.emplace_back(".env", std::move(env_file));
+    files.emplace_back(walls_file_name, walls_file(compose_file, walls));
     files.emplace_back("docker-compose.yml", std::move(compose_file));
     // Without the files that differ from one simulation to the next, docker builds a project once and caches
     // the image.
-    files.emplace_back(".dockerignore",
-                       concat(project.dockerignore, "\n.env\ndocker-compose.yml\n.dockerignore\n"));
+    files.emplace_back(".dockerignore", concat(project.dockerignore, "\n.env\ndocker-compose.yml\n",
+                                               walls_file_name, "\n.dockerignore\n"));
     return files;
 }
 

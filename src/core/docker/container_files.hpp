@@ -1,6 +1,7 @@
 // Which files a project needs beside its own to run in containers (protocol section 6.3).
 #pragma once
 
+#include "container_walls.hpp"
 #include "docker_project.hpp"
 
 #include <optional>
@@ -54,7 +55,8 @@ result<std::vector<ContainerFile>> competition_files(CompetitionTexts const& tex
 
 /// The files for compose and docker, whatever is being run. `dockerfile` is the one to build with.
 std::vector<ContainerFile> container_files(ProjectTexts const& project, std::string dockerfile,
-                                           std::string env_file, std::string compose_file);
+                                           std::string env_file, std::string compose_file,
+                                           ContainerWalls const& walls);
 
 /// Sentences for the browser about files of the project that this server does not use.
 std::vector<std::string> unused_file_notes(ProjectTexts const& project, bool uses_project_dockerfile);

@@ -1,5 +1,6 @@
 #include "docker_project.hpp"
 
+#include "container_walls.hpp"
 #include "core/simulation/launch_plan.hpp"
 #include "core/simulation/simulator_environment.hpp"
 #include "core/text.hpp"
@@ -56,6 +57,8 @@ std::string webots_in_container_command(DockerEnvironment const& environment)
 {
     auto argv = webots_command(webots_in_container, environment.stream_mode, environment.port, {});
     argv.back() = quoted_world_path(environment.world);
+    if (environment.own_display)
+        argv.insert(argv.begin(), {"xvfb-run", "--auto-servernum"});
     return join({argv.begin(), argv.end()}, " ");
 }
 
@@ -97,6 +100,8 @@ std::vector<std::string> compose_command(std::vector<std::string> compose, std::
 {
     compose.emplace_back("-f");
     compose.push_back(file.string());
+    compose.emplace_back("-f");
+    compose.push_back((file.parent_path() / walls_file_name).string());
     compose.insert(compose.end(), arguments.begin(), arguments.end());
     return compose;
 }

@@ -74,6 +74,7 @@ struct DockerEnvironment
     std::string world;       ///< The name of the world file.
     std::string stream_mode; ///< What the browser requested.
     std::string display;
+    bool own_display = false;     ///< The container starts an X server of its own, which its image must have.
     std::string runtime = "runc"; ///< What runs the containers: `nvidia` where there is such a processor.
     std::string graphics_device = "/dev/null";
     WebotsYml yml;

@@ -30,6 +30,12 @@ constexpr auto root = "/instances/1/project";
 constexpr auto competition =
     "type: competition\ndockerCompose: competition:webots-project/controllers/participant/\n";
 
+/// A template that tells its name.
+std::string compose_file(std::string const& name)
+{
+    return "# " + name + "\nservices:\n  webots:\n";
+}
+
 DockerModeParams docker_params()
 {
     DockerModeParams params;
@@ -87,9 +93,10 @@ struct Fixture
           launcher(launcher_params(), processes, world.clock, log.logger(), &docker),
           service(service_params(), fetcher, launcher, metrics, world.clock, log.logger())
     {
-        for (auto const name : {"docker-compose-default.yml", "docker-compose-theia.yml",
-                                "docker-compose-competition.yml", "Dockerfile.default"})
-            files.texts[std::string("/templates/") + name] = name;
+        for (std::string const name :
+             {"docker-compose-default.yml", "docker-compose-theia.yml", "docker-compose-competition.yml"})
+            files.texts["/templates/" + name] = compose_file(name);
+        files.texts["/templates/Dockerfile.default"] = "Dockerfile.default";
         source.add("o/r", "a.wbt");
     }
 
@@ -313,7 +320,7 @@ BOOST_AUTO_TEST_CASE(a_simulation_is_told_in_the_order_that_browsers_rely_on)
                                       "loading: Creating network \"x_default\"", "loading: Step 1/9 : ARG A",
                                       "loading: Loading", "webots:ws://host.org:2001", "."}),
                boost::test_tools::per_element());
-    BOOST_TEST(fixture.written("docker-compose.yml") == "docker-compose-theia.yml");
+    BOOST_TEST(fixture.written("docker-compose.yml") == compose_file("docker-compose-theia.yml"));
     BOOST_TEST(fixture.written("Dockerfile") == "Dockerfile.default");
     BOOST_TEST(fixture.written(".env").find(
                    "\nMAKE=1\nPORT=2001\nCOMPOSE_PROJECT_NAME=webots-2000-1f3a9c4d-aa-1\n") !=
@@ -321,10 +328,11 @@ BOOST_AUTO_TEST_CASE(a_simulation_is_told_in_the_order_that_browsers_rely_on)
     BOOST_TEST(
         fixture.written(".env").ends_with("THEIA_VOLUME=webots-project/controllers/\nTHEIA_PORT=2501\n"));
     auto const up = fixture.processes.started().at(fixture.opened);
-    BOOST_TEST(joined(up.argv) ==
-               "/bin/docker compose -f /instances/1/project/docker-compose.yml up --build --no-color");
+    BOOST_TEST(joined(up.argv) == "/bin/docker compose -f /instances/1/project/docker-compose.yml -f "
+                                  "/instances/1/project/docker-compose.walls.yml up --build --no-color");
     BOOST_TEST(joined(up.cleanup_command) ==
-               "/bin/docker compose -f /instances/1/project/docker-compose.yml down -v --timeout 0");
+               "/bin/docker compose -f /instances/1/project/docker-compose.yml -f "
+               "/instances/1/project/docker-compose.walls.yml down -v --timeout 0");
     BOOST_TEST(std::none_of(up.environment.begin(), up.environment.end(),
                             [](auto const& variable) { return variable.first == "SECRET"; }));
     for (auto const& listed : {std::pair<std::string, std::string>("LAB_HOST", "h"), {"ROS_DOMAIN_ID", "7"}})
@@ -447,6 +455,18 @@ BOOST_AUTO_TEST_CASE(after_a_simulation_builds_are_watched_again)
     fixture.world.run(running.join());
 }
 
+BOOST_AUTO_TEST_CASE(a_template_whose_services_cannot_be_found_is_not_run_without_walls)
+{
+    Fixture fixture;
+    fixture.open();
+    fixture.files.texts["/templates/docker-compose-default.yml"] = "services: {webots: {image: x}}\n";
+    auto& browser = fixture.start();
+    BOOST_TEST_REQUIRE(browser.sent.size() == 1u);
+    BOOST_TEST(browser.sent.front().starts_with(
+        "loading: Error: This server's docker-compose-default.yml has no services that can be understood."));
+    fixture.leave(browser);
+}
+
 BOOST_AUTO_TEST_CASE(a_missing_template_is_named)
 {
     for (std::string const name : {"docker-compose-default.yml", "Dockerfile.default"}) {
@@ -503,7 +523,7 @@ BOOST_AUTO_TEST_CASE(files_of_the_project_are_replaced_and_the_browser_is_told)
                    "loading: The docker-compose.yml of the project is not used: this server runs its own."}),
         boost::test_tools::per_element());
     BOOST_TEST(fixture.written("Dockerfile") == "Dockerfile.default");
-    BOOST_TEST(fixture.written("docker-compose.yml") == "docker-compose-default.yml");
+    BOOST_TEST(fixture.written("docker-compose.yml") == compose_file("docker-compose-default.yml"));
     fixture.leave(browser);
 }
 
@@ -545,10 +565,10 @@ BOOST_AUTO_TEST_CASE(a_reset_in_a_competition_restarts_the_controller)
     fixture.world.advance(5s);
     BOOST_TEST(fixture.written("worlds/a.wbt") == "Robot { controller \"<extern>\" }");
     BOOST_TEST(fixture.written("remote_controller_launcher.py") == "launch");
-    BOOST_TEST(fixture.written("docker-compose.yml") == "docker-compose-competition.yml");
-    BOOST_TEST(
-        fixture.run().at(1) ==
-        "/bin/docker compose -f /instances/1/project/docker-compose.yml restart --timeout 0 controller");
+    BOOST_TEST(fixture.written("docker-compose.yml") == compose_file("docker-compose-competition.yml"));
+    BOOST_TEST(fixture.run().at(1) ==
+               "/bin/docker compose -f /instances/1/project/docker-compose.yml -f "
+               "/instances/1/project/docker-compose.walls.yml restart --timeout 0 controller");
     BOOST_TEST(fixture.log.contains("[1] The controller can't be restarted: No such service"));
     BOOST_TEST(browser.sent.back() == ".");
     fixture.leave(browser);

@@ -549,8 +549,8 @@ struct ContainerFixture : Fixture
         : docker(docker_params(), host, files, world.clock, log.logger()),
           containers(launcher_params(), host, world.clock, log.logger(), &docker)
     {
-        for (auto const name : {"docker-compose-default.yml", "Dockerfile.default"})
-            files.texts[std::string("/templates/") + name] = name;
+        files.texts["/templates/docker-compose-default.yml"] = "services:\n  webots:\n";
+        files.texts["/templates/Dockerfile.default"] = "Dockerfile.default";
         expect_commands(1, "Docker Compose version v2\n");
         expect_commands(1, "Docker 26.1.5 has runc \n");
         expect_commands(looks);

@@ -182,16 +182,16 @@ BOOST_AUTO_TEST_CASE(no_value_adds_a_line_or_leaves_its_quotes)
 BOOST_AUTO_TEST_CASE(compose_is_run_by_argument_vectors)
 {
     BOOST_TEST(compose_up({"/usr/bin/docker", "compose"}, "/p q/docker-compose.yml") ==
-                   arguments({"/usr/bin/docker", "compose", "-f", "/p q/docker-compose.yml", "up", "--build",
-                              "--no-color"}),
+                   arguments({"/usr/bin/docker", "compose", "-f", "/p q/docker-compose.yml", "-f",
+                              "/p q/docker-compose.walls.yml", "up", "--build", "--no-color"}),
                boost::test_tools::per_element());
     BOOST_TEST(compose_down({"/usr/bin/docker-compose"}, "/p/docker-compose.yml") ==
-                   arguments({"/usr/bin/docker-compose", "-f", "/p/docker-compose.yml", "down", "-v",
-                              "--timeout", "0"}),
+                   arguments({"/usr/bin/docker-compose", "-f", "/p/docker-compose.yml", "-f",
+                              "/p/docker-compose.walls.yml", "down", "-v", "--timeout", "0"}),
                boost::test_tools::per_element());
     BOOST_TEST(compose_restart_controller({"/usr/bin/docker-compose"}, "/p/docker-compose.yml") ==
-                   arguments({"/usr/bin/docker-compose", "-f", "/p/docker-compose.yml", "restart",
-                              "--timeout", "0", "controller"}),
+                   arguments({"/usr/bin/docker-compose", "-f", "/p/docker-compose.yml", "-f",
+                              "/p/docker-compose.walls.yml", "restart", "--timeout", "0", "controller"}),
                boost::test_tools::per_element());
 }
 

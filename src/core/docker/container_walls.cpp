@@ -1,0 +1,100 @@
+#include "container_walls.hpp"
+
+#include "core/text.hpp"
+
+namespace webots_cloud::core {
+namespace {
+
+constexpr std::string_view display_folder = "/tmp/.X11-unix";
+// Its image is nobody's here, and may need to become another user at its start.
+constexpr std::string_view editor = "theia";
+
+std::size_t indentation(std::string_view line)
+{
+    auto const first = line.find_first_not_of(' ');
+    return first == std::string_view::npos ? line.size() : first;
+}
+
+bool is_blank(std::string_view line)
+{
+    auto const words = trim(line);
+    return words.empty() || words.front() == '#';
+}
+
+/// A service of a compose file, and its lines.
+struct Service
+{
+    std::string name;
+    std::string text;
+};
+
+std::string_view without_quotes(std::string_view key)
+{
+    bool const quoted =
+        key.size() > 2 && (key.front() == '"' || key.front() == '\'') && key.back() == key.front();
+    return quoted ? key.substr(1, key.size() - 2) : key;
+}
+
+std::vector<Service> services_of(std::string_view compose_file)
+{
+    std::vector<Service> services;
+    bool inside = false;
+    std::size_t depth = 0; // of the names; 0: there was none yet
+    for (auto const line : split(compose_file, '\n')) {
+        if (is_blank(line))
+            continue;
+        auto const indented = indentation(line);
+        if (indented == 0) {
+            inside = trim(line) == "services:";
+            continue;
+        }
+        if (!inside)
+            continue;
+        if (depth == 0)
+            depth = indented;
+        if (indented > depth) {
+            if (!services.empty())
+                services.back().text.append(line).append("\n");
+            continue;
+        }
+        auto key = trim(line);
+        key = key.substr(0, key.find(':')); // an anchor may follow
+        services.emplace_back();
+        services.back().name = without_quotes(trim(key));
+    }
+    return services;
+}
+
+/// Compose 1 wants the same version in all files.
+std::string_view version_line(std::string_view compose_file)
+{
+    for (auto const line : split(compose_file, '\n'))
+        if (line.starts_with("version:"))
+            return trim(line);
+    return {};
+}
+
+} // namespace
+
+std::vector<std::string> compose_services(std::string_view compose_file)
+{
+    std::vector<std::string> names;
+    for (auto& service : services_of(compose_file))
+        names.push_back(std::move(service.name));
+    return names;
+}
+
+std::string walls_file(std::string_view compose_file, ContainerWalls const& walls)
+{
+    auto text = concat(version_line(compose_file), "\nservices:\n");
+    for (auto const& [name, lines] : services_of(compose_file)) {
+        text.append(concat("  ", name, ":\n"));
+        text.append(name == editor ? "    cap_drop: [MKNOD, NET_RAW]\n" : "    cap_drop: [ALL]\n");
+        text.append("    security_opt:\n      - no-new-privileges:true\n");
+        if (!walls.host_display && lines.find(display_folder) != std::string::npos)
+            text.append(concat("    volumes:\n      - type: tmpfs\n        target: ", display_folder, "\n"));
+    }
+    return text;
+}
+
+} // namespace webots_cloud::core

@@ -1,0 +1,28 @@
+// What is taken from containers beyond what the operator's compose file takes from them.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace webots_cloud::core {
+
+/// Its text lies beside `docker-compose.yml`, and is read by compose after that.
+inline constexpr char walls_file_name[] = "docker-compose.walls.yml";
+
+/// The names of the services of a compose file, as people write them: keys below `services:`, all indented
+/// alike. Empty: it can't be understood.
+std::vector<std::string> compose_services(std::string_view compose_file);
+
+struct ContainerWalls
+{
+    ContainerWalls() = default;
+
+    bool host_display = true; ///< They may draw on the X display of the machine.
+};
+
+/// A compose file that is to be merged with `compose_file`, which stays what the operator has written: no
+/// service of it has capabilities that it does not ask for (`cap_add`), and none can gain any.
+std::string walls_file(std::string_view compose_file, ContainerWalls const& walls);
+
+} // namespace webots_cloud::core

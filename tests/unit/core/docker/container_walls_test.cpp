@@ -1,0 +1,70 @@
+#include "unit_test.hpp"
+
+#include "core/docker/container_walls.hpp"
+
+using namespace webots_cloud::core;
+
+namespace {
+
+constexpr char const* competition = "# A competition\n"
+                                    "version: \"3.8\"\n"
+                                    "\n"
+                                    "services:\n"
+                                    "  webots:\n"
+                                    "    image: x\n"
+                                    "    volumes:\n"
+                                    "      - /tmp/.X11-unix:/tmp/.X11-unix\n"
+                                    "\n"
+                                    "  # the participant's\n"
+                                    "  controller: &anchor\n"
+                                    "    build: ./controllers\n"
+                                    "  theia:\n"
+                                    "    image: y\n"
+                                    "\n"
+                                    "volumes:\n"
+                                    "  project:\n";
+
+} // namespace
+
+BOOST_AUTO_TEST_SUITE(container_walls)
+
+BOOST_AUTO_TEST_CASE(the_services_of_a_compose_file_are_found)
+{
+    using Names = std::vector<std::string>;
+    BOOST_TEST((compose_services(competition) == Names{"webots", "controller", "theia"}));
+    BOOST_TEST((compose_services("services:\n    \"a\":\n        image: x\n    'b':\n        image: y\n") ==
+                Names{"a", "b"}));
+    BOOST_TEST(compose_services("services: {webots: {image: x}}\n").empty());
+    BOOST_TEST(compose_services("").empty());
+}
+
+BOOST_AUTO_TEST_CASE(each_service_loses_its_capabilities_but_the_editor_which_is_not_ours)
+{
+    BOOST_TEST(walls_file(competition, ContainerWalls()) == "version: \"3.8\"\n"
+                                                            "services:\n"
+                                                            "  webots:\n"
+                                                            "    cap_drop: [ALL]\n"
+                                                            "    security_opt:\n"
+                                                            "      - no-new-privileges:true\n"
+                                                            "  controller:\n"
+                                                            "    cap_drop: [ALL]\n"
+                                                            "    security_opt:\n"
+                                                            "      - no-new-privileges:true\n"
+                                                            "  theia:\n"
+                                                            "    cap_drop: [MKNOD, NET_RAW]\n"
+                                                            "    security_opt:\n"
+                                                            "      - no-new-privileges:true\n");
+}
+
+BOOST_AUTO_TEST_CASE(sockets_of_displays_are_covered_where_they_would_be_seen)
+{
+    ContainerWalls walls;
+    walls.host_display = false;
+    auto const text = walls_file(competition, walls);
+    constexpr char const* cover = "    volumes:\n      - type: tmpfs\n        target: /tmp/.X11-unix\n";
+    auto const found = text.find(cover);
+    BOOST_TEST(found < text.find("  controller:"));
+    BOOST_TEST(text.find(cover, found + 1) == std::string::npos);
+}
+
+BOOST_AUTO_TEST_SUITE_END()
