@@ -49,6 +49,23 @@ class BubblewrapInTheMachinesNetwork(Contract, unittest.TestCase):
                               "connect_public"), ("done",))
 
 
+class Firejail(Contract, unittest.TestCase):
+    """As bubblewrap, but its filter of system calls forbids some of it before the kernel looks for the victim."""
+
+    sandbox = "firejail"
+    keys = {"sandbox": "firejail"}
+    needs = ("firejail", "slirp4netns", "ip")
+    description = "firejail, public internet only"
+    expected = {"connect_public": ("done",), "enter_namespace": ("EACCES",),
+                **dict.fromkeys(("trace_neighbour", "trace_own_guard", "read_memory"), ("EPERM",))}
+
+    @classmethod
+    def setUpClass(cls):
+        if os.geteuid() != 0:
+            raise unittest.SkipTest("firejail confines simulations of root's servers only")
+        super().setUpClass()
+
+
 class NoSandbox(Unwalled, unittest.TestCase):
     sandbox = "none"
     keys = {"sandbox": "none"}
