@@ -3,9 +3,10 @@
 //
 //     webots-process-guard [--cleanup COUNT WORD...] [--set-user-id]
 //                          [--network none PORT | --network internet PORT SLIRP IP RULES]
-//                          [--own-sandbox FOLDER]
+//                          [--own-sandbox FOLDER] [--own-displays]
 //                          [--user UID GID[,GID...] FOLDER HOME AUTHORITY [--visible PATH]...]
 //                          [--read-only FOLDER]... GRACE_MS PROGRAM [ARGUMENT...]
+//     webots-process-guard --display SERVER LIMIT_MS PROGRAM [ARGUMENT...]
 //     webots-process-guard --probe [--read-only FOLDER]...
 //     webots-process-guard --try FILE PORT PROCESS
 //
@@ -40,6 +41,10 @@
 // alone, in which FOLDER, where the program keeps its files, is empty and in memory. Without them, and for
 // users other than root, the program is not started.
 //
+// --own-displays hides the sockets of the machine's X servers from the tree, and those of the tree from the
+// machine. If that is not possible, the program is not started. --display, run in such a tree or in a
+// sandbox, starts an X server (Xvfb), and runs the program on it: see display.hpp.
+//
 // --user runs the program as another user, which only root can do: FOLDER becomes that user's, with a folder
 // HOME in it and a copy of the file AUTHORITY, and so the program can neither signal the guard and its server
 // nor read their files. PATHs are reached even below folders of root's. See user.hpp.
@@ -56,6 +61,7 @@
 // only a few pages of memory.
 
 #include "attempts.hpp"
+#include "display.hpp"
 #include "pid_namespace.hpp"
 #include "privileges.hpp"
 
@@ -386,10 +392,11 @@ int usage(char const* name)
 {
     std::fprintf(stderr,
                  "usage: %s [--cleanup COUNT WORD...] [--set-user-id] [--network ...] [--own-sandbox FOLDER] "
-                 "[--read-only FOLDER]... GRACE_MS PROGRAM [ARGUMENT...]\n"
+                 "[--own-displays] [--user ...] [--read-only FOLDER]... GRACE_MS PROGRAM [ARGUMENT...]\n"
+                 "       %s --display SERVER LIMIT_MS PROGRAM [ARGUMENT...]\n"
                  "       %s --probe [--read-only FOLDER]...\n"
                  "       %s --try FILE PORT PROCESS\n",
-                 name, name, name);
+                 name, name, name, name);
     return 2;
 }
 
@@ -414,6 +421,8 @@ int main(int argc, char** argv)
 {
     if (argc == 5 && std::strcmp(argv[1], "--try") == 0)
         return webots_cloud::guard::try_forbidden_things(argv[2], std::atoi(argv[3]), std::atoi(argv[4]));
+    if (argc >= 5 && std::strcmp(argv[1], "--display") == 0)
+        webots_cloud::guard::execute_on_display(argv[2], std::atoi(argv[3]), argv + 4);
     webots_cloud::guard::forbid_tracing();
     char const* const name = argv[0];
     char** const cleanup_command = take_cleanup_command(argc, argv);
@@ -422,6 +431,7 @@ int main(int argc, char** argv)
     program.set_user_id = take_option(argc, argv, "--set-user-id");
     bool const understood = take_network(argc, argv, program.network);
     program.own_sandbox = take_word(argc, argv, "--own-sandbox");
+    program.own_displays = take_option(argc, argv, "--own-displays");
     bool const user_understood = webots_cloud::guard::take_user(argc, argv, program.user);
     program.read_only = argv;
     program.read_only_count = take_read_only(argc, argv);
@@ -451,6 +461,11 @@ int main(int argc, char** argv)
                     program.network.is_own() ? "a network" : "a mount namespace",
                     started.network_failure == NetworkFailure::nothing ? std::strerror(started.error)
                                                                        : describe(started.network_failure));
+        return exec_failed;
+    }
+    if (started.process < 0 && program.own_displays) {
+        std::printf("can't start %s with displays of its own: %s\n", program.argv[0],
+                    std::strerror(started.error));
         return exec_failed;
     }
     if (started.process < 0)

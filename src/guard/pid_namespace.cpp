@@ -1,5 +1,7 @@
 #include "pid_namespace.hpp"
 
+#include "display.hpp"
+
 #include <fcntl.h>
 #include <linux/sched.h>
 #include <poll.h>
@@ -24,6 +26,7 @@ namespace {
 constexpr char is_running = 1;
 constexpr char has_own_proc = 2;
 constexpr char has_read_only = 4;
+constexpr char has_own_displays = 8;
 constexpr int failure_shift = 3; // of a `NetworkFailure`, where nothing runs
 constexpr char const* own_files_limit = "size=16m,mode=755"; // firejail's are some kilobytes
 
@@ -99,8 +102,10 @@ char set_up_mounts(Program const& program)
             read_only;
     if (program.user.is_other && !show_to(program.user))
         _exit(1);
+    bool const displays = program.own_displays && make_display_folder();
     bool const proc = mount("proc", "/proc", "proc", MS_NOSUID | MS_NODEV | MS_NOEXEC, nullptr) == 0;
-    return static_cast<char>((read_only ? has_read_only : 0) | (proc ? has_own_proc : 0));
+    return static_cast<char>((read_only ? has_read_only : 0) | (displays ? has_own_displays : 0) |
+                             (proc ? has_own_proc : 0));
 }
 
 /// Forks; the child gets the process number `wanted` if possible.
@@ -137,6 +142,8 @@ int reap_until_end(pid_t program, sigset_t const& watched)
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     pollfd guard{report, 0, 0};
     if (poll(&guard, 1, 0) != 0) // it died before the call above
+        _exit(1);
+    if (argument.own_displays && (mounts & has_own_displays) == 0)
         _exit(1);
     sigset_t watched;
     sigemptyset(&watched);

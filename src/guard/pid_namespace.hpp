@@ -23,6 +23,9 @@ struct Program
     /// Not null: it makes a sandbox with a PID namespace itself, and keeps its files in this folder, which is
     /// empty and in memory for it. Needs root.
     char const* own_sandbox = nullptr;
+    /// The sockets of X servers outside and inside are hidden from each other. Needs a mount namespace:
+    /// without one the program is not started.
+    bool own_displays = false;
     User user;       ///< Who runs it; another one only where we are root.
     Network network; ///< Needs namespaces: without them the program is not started.
 };

@@ -1,0 +1,252 @@
+#include "display.hpp"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/mount.h>
+#include <sys/prctl.h>
+#include <sys/random.h>
+#include <sys/stat.h>
+#include <sys/types.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <ctime>
+
+namespace webots_cloud::guard {
+namespace {
+
+constexpr char const* display_folder = "/tmp/.X11-unix";
+constexpr char const* authority_file = "/tmp/.X11-unix/authority";
+constexpr int exec_failed = 127; // as in shells and coreutils
+
+long now_ms()
+{
+    timespec time{};
+    clock_gettime(CLOCK_MONOTONIC, &time);
+    return time.tv_sec * 1000 + time.tv_nsec / 1'000'000;
+}
+
+/// What the X server may print, of which the last line counts: the end of it.
+class Tail
+{
+public:
+    /// False: nothing follows.
+    bool read_from(int output)
+    {
+        std::array<char, 256> bytes;
+        auto const size = read(output, bytes.data(), bytes.size());
+        if (size < 0)
+            return errno == EINTR;
+        for (ssize_t i = 0; i < size; ++i)
+            add(bytes[static_cast<std::size_t>(i)]);
+        return size > 0;
+    }
+
+    /// The last line with a word in it; empty: there was none.
+    char const* line()
+    {
+        add('\n');
+        return last_.data();
+    }
+
+private:
+    void add(char byte)
+    {
+        constexpr std::size_t shortest = 8; // lines of fatal errors are framed by "(EE) "
+        if (byte != '\n') {
+            if (size_ < current_.size() - 1)
+                current_[size_++] = byte >= ' ' && byte <= '~' ? byte : '?';
+            return;
+        }
+        current_[size_] = '\0';
+        if (size_ >= shortest)
+            last_ = current_;
+        size_ = 0;
+    }
+
+    std::array<char, 200> current_{};
+    std::array<char, 200> last_{};
+    std::size_t size_ = 0;
+};
+
+/// Writes the password of the display, 128 random bits, as X servers and their clients read it
+/// (`Xau(3)`).   False: `errno` says why not.
+bool write_authority()
+{
+    constexpr char protocol[] = "MIT-MAGIC-COOKIE-1";
+    constexpr unsigned char name_size = sizeof protocol - 1;
+    constexpr unsigned char key_size = 16;
+    // Family "any", without an address and a display number: those of the display are not known yet.
+    constexpr std::array<unsigned char, 6> whose{0xff, 0xff, 0, 0, 0, 0};
+    std::array<unsigned char, whose.size() + 2 + name_size + 2 + key_size> entry{};
+    auto next = std::copy(whose.begin(), whose.end(), entry.begin());
+    *++next = name_size;
+    next = std::copy(protocol, protocol + name_size, next + 1);
+    *++next = key_size;
+    if (getrandom(next + 1, key_size, 0) != key_size)
+        return false;
+    int const file = open(authority_file, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600);
+    if (file < 0)
+        return false;
+    bool const written = write(file, entry.data(), entry.size()) == static_cast<ssize_t>(entry.size());
+    close(file);
+    return written;
+}
+
+/// In the child: executes the X server, which writes its number to `ready` when it takes connections.
+[[noreturn]] void execute_server(char const* server, char const* display, int ready, int output)
+{
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    dup2(output, STDOUT_FILENO);
+    dup2(output, STDERR_FILENO);
+    fcntl(ready, F_SETFD, 0);
+    char ready_fd[16];
+    std::snprintf(ready_fd, sizeof ready_fd, "%d", ready);
+    // "local" are the abstract sockets, which all programs of a network namespace reach.
+    char const* const argv[] = {server,         display,     "-displayfd", ready_fd,       "-auth",
+                                authority_file, "-nolisten", "tcp",        "-nolisten",    "local",
+                                "-noreset",     "-screen",   "0",          "1280x1024x24", "+extension",
+                                "GLX",          nullptr};
+    // Not the program's own: libraries that are meant for it could keep the X server from starting.
+    char const* const environment[] = {"PATH=/usr/local/bin:/usr/bin:/bin", nullptr};
+    execve(server, const_cast<char* const*>(argv), const_cast<char* const*>(environment));
+    std::printf("can't run %s: %s\n", server, std::strerror(errno));
+    std::fflush(stdout);
+    _exit(exec_failed);
+}
+
+/// Writes a line; there is nobody to tell when that fails.
+void say(int to, char const* text, char const* reason)
+{
+    char line[300];
+    int const size = std::snprintf(line, sizeof line, "%s: %s\n", text, reason);
+    if (size > 0 && write(to, line, std::min(static_cast<std::size_t>(size), sizeof line - 1)) < 0)
+        return;
+}
+
+/// Runs the X server for `program`. Writes an empty line to `report` when it is ready, or why it is not.
+[[noreturn]] void serve(char const* server, int limit_ms, pid_t program, int report)
+{
+    setsid(); // a program that signals its process group does not mean us
+    char display[16];
+    std::snprintf(display, sizeof display, ":%d", program);
+    int ready[2];
+    int output[2];
+    if (pipe2(ready, O_CLOEXEC) != 0 || pipe2(output, O_CLOEXEC) != 0)
+        _exit(1);
+    pid_t const child = fork();
+    if (child == 0)
+        execute_server(server, display, ready[1], output[1]);
+    close(ready[1]);
+    close(output[1]);
+    Tail tail;
+    char const* reason = nullptr;
+    bool is_ready = false;
+    long const deadline = now_ms() + limit_ms;
+    for (bool lives = child > 0; lives;) {
+        long const left = deadline - now_ms();
+        if (!is_ready && left <= 0) {
+            reason = "it does not get ready";
+            break;
+        }
+        pollfd watched[] = {{output[0], POLLIN, 0}, {is_ready ? -1 : ready[0], POLLIN, 0}};
+        if (poll(watched, 2, is_ready ? -1 : static_cast<int>(left)) <= 0)
+            continue;
+        if (watched[0].revents != 0)
+            lives = tail.read_from(output[0]);
+        char byte = 0;
+        if (watched[1].revents != 0 && (lives = read(ready[0], &byte, 1) == 1) && byte == '\n') {
+            is_ready = true;
+            lives = write(report, "\n", 1) == 1;
+            close(report);
+        }
+    }
+    if (child > 0)
+        kill(child, SIGKILL);
+    while (tail.read_from(output[0]))
+        continue;
+    if (!reason)
+        reason = *tail.line() != '\0' ? tail.line() : "it has ended";
+    if (is_ready) {
+        say(STDOUT_FILENO, "display has ended", reason);
+        kill(program, SIGKILL);
+    } else {
+        say(report, "can't start a display for the simulation", reason);
+    }
+    _exit(0);
+}
+
+/// Starts `serve` as nobody's child: the program would not expect one that it has not started.
+/// Returns: whether the X server is ready; else a line has been printed.
+bool start_server(char const* server, int limit_ms)
+{
+    int report[2];
+    if (pipe2(report, O_CLOEXEC) != 0)
+        return false;
+    pid_t const program = getpid();
+    pid_t const child = fork();
+    if (child == 0) {
+        if (fork() == 0)
+            serve(server, limit_ms, program, report[1]);
+        _exit(0);
+    }
+    close(report[1]);
+    while (child > 0 && waitpid(child, nullptr, 0) < 0 && errno == EINTR)
+        continue;
+    char line[300] = "";
+    std::size_t size = 0;
+    for (ssize_t more = 1; more > 0 || (more < 0 && errno == EINTR);) {
+        more = read(report[0], line + size, sizeof line - size);
+        size += more > 0 ? static_cast<std::size_t>(more) : 0;
+    }
+    close(report[0]);
+    if (size == 1 && line[0] == '\n')
+        return true;
+    if (size == 0)
+        std::printf("can't start a display for the simulation\n");
+    else
+        std::printf("%.*s", static_cast<int>(size), line);
+    return false;
+}
+
+} // namespace
+
+bool make_display_folder()
+{
+    if (mkdir(display_folder, 01777) == 0)
+        chmod(display_folder, 01777); // the mask does not count
+    return mount("displays", display_folder, "tmpfs", MS_NOSUID | MS_NODEV | MS_NOEXEC,
+                 "mode=1777,size=64k,nr_inodes=64") == 0;
+}
+
+void execute_on_display(char const* server, int limit_ms, char** argv)
+{
+    if (!write_authority()) {
+        std::printf("can't start a display for the simulation: %s: %s\n", authority_file,
+                    std::strerror(errno));
+        std::fflush(stdout);
+        _exit(1);
+    }
+    if (!start_server(server, limit_ms)) {
+        std::fflush(stdout);
+        _exit(1);
+    }
+    char display[16];
+    std::snprintf(display, sizeof display, ":%d", getpid());
+    setenv("DISPLAY", display, 1);
+    setenv("XAUTHORITY", authority_file, 1);
+    unsetenv("WAYLAND_DISPLAY"); // toolkits would prefer that
+    execv(argv[0], argv);
+    std::printf("can't run %s: %s\n", argv[0], std::strerror(errno));
+    std::fflush(stdout);
+    _exit(exec_failed);
+}
+
+} // namespace webots_cloud::guard

@@ -1,0 +1,20 @@
+// A virtual X server for one program alone.
+#pragma once
+
+namespace webots_cloud::guard {
+
+/// In a mount namespace of its own: an empty folder in place of the one in which X servers have their
+/// sockets. Servers outside have no sockets in there, and those of servers inside are not seen outside.
+///
+/// Returns: false: `errno` says why not.
+bool make_display_folder();
+
+/// Starts `server` (Xvfb) on a display of its own with a password of its own, waits until it is ready, for
+/// `limit_ms` at most, and executes the program on it, in this process. The folder of displays must be empty.
+///
+/// The server listens on its socket in that folder alone, and ends with the namespaces of the program. When
+/// it ends before, the program is killed, after a line which begins with `display has ended`. When it does
+/// not get ready, a line says why, and the program is not executed.
+[[noreturn]] void execute_on_display(char const* server, int limit_ms, char** argv);
+
+} // namespace webots_cloud::guard
