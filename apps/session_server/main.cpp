@@ -23,10 +23,14 @@ int main(int argc, char** argv)
         return status;
     if (arguments->command)
         return ask_running_server(program, *arguments->command, config->address.port, config->access);
+    auto const confined = confine_session_server(*config, arguments->config); // before there are threads
     auto const log =
         open_log(program, config->log_dir / "session" / "output.log", config->debug, config->json_log);
     if (!log)
         return exit_usage;
+    log->info(confined ? "This server can open only the files that it needs (Landlock)."
+                       : "This server is not confined to the files that it needs: " +
+                             confined.error().message() + ".");
     auto const reload = [&given = *arguments] { return read_config(given, parse_session_config); };
     return run_daemon(program.name,
                       [&settings = *config, &reload, &log](boost::asio::any_io_executor executor) {

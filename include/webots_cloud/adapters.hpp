@@ -3,6 +3,7 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/own_files.hpp>
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/endpoint.hpp>
 #include <webots_cloud/transport/host_metrics.hpp>
@@ -208,6 +209,13 @@ struct Account
 
 /// Looks a user up by name; nothing where there is none. May block, as for users from a directory service.
 std::optional<Account> find_account(std::string const& name);
+
+/// From now on the calling thread, and every thread and program that it starts, can open no other files than
+/// these (Landlock), executes no programs, gains no privileges, and signals nobody outside. What is open
+/// already stays usable. Files that do not exist yet can't be among them; those in a folder may come later.
+///
+/// Errors: `unavailable`: the kernel can't do that, and nothing has changed.
+result<> confine_to_files(OwnFiles const& files);
 
 /// Files of this computer, on a thread of its own.
 std::unique_ptr<TextFiles> make_text_files();

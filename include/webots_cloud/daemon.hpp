@@ -140,6 +140,12 @@ load_config(Program const& program, Arguments const& arguments,
 /// Linux before 6.12, and where the thread has another scheduling policy than the normal one.
 void use_low_latency_scheduling() noexcept;
 
+/// For the program of a session server, before it has other threads: from now on it can open only the files
+/// that such a server needs, and start no programs.
+///
+/// Errors: `unavailable`: the kernel can't do that; everything goes on as before.
+result<> confine_session_server(SessionConfig config, std::filesystem::path const& config_file);
+
 /// Runs `body` on one thread, which answers promptly, until it ends, or until SIGTERM or SIGINT cancel it.
 /// From then on nobody but root can trace this process, and it leaves no core.
 ///

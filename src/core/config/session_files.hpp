@@ -1,0 +1,19 @@
+// What of the file system a session server needs.
+#pragma once
+
+#include <webots_cloud/config.hpp>
+#include <webots_cloud/own_files.hpp>
+
+#include <filesystem>
+
+namespace webots_cloud::core {
+
+/// The files and folders that a session server with this configuration opens while it runs. All paths must be
+/// absolute. `config_file` is where the configuration comes from, `socket` the operator's.
+///
+/// Of what somebody may replace while the server runs, by renaming a new file to its name, it is the folder:
+/// certificates, the configuration, and `/etc/resolv.conf`.
+OwnFiles session_server_files(SessionConfig const& config, std::filesystem::path const& config_file,
+                              std::filesystem::path const& socket);
+
+} // namespace webots_cloud::core
