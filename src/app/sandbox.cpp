@@ -168,6 +168,7 @@ result<SandboxParams> assemble(std::string_view name, SimulationConfig const& co
         if (auto const written = write_file(sandbox.resolver, core::sandbox_resolver); !written)
             return written.error();
     }
+    sandbox.filter = context.guard;
     sandbox.read_only = folders_of(context.simulator);
     std::error_code failed;
     for (fs::path const device : graphics_devices)

@@ -8,6 +8,7 @@
 //                          [--read-only FOLDER]... GRACE_MS PROGRAM [ARGUMENT...]
 //     webots-process-guard --display SERVER LIMIT_MS PROGRAM [ARGUMENT...]
 //     webots-process-guard --probe [--read-only FOLDER]...
+//     webots-process-guard --filter PROGRAM [ARGUMENT...]
 //     webots-process-guard --try FILE PORT PROCESS
 //
 // Standard input is the control socket. A byte asks the program to end: it gets SIGTERM, and the whole tree
@@ -49,6 +50,8 @@
 // HOME in it and a copy of the file AUTHORITY, and so the program can neither signal the guard and its server
 // nor read their files. PATHs are reached even below folders of root's. See user.hpp.
 //
+// --filter, run in a sandbox, runs a program without some system calls: see system_calls.hpp.
+//
 // --try, run in a sandbox, prints what is possible there that should not be: see attempts.hpp.
 //
 // --probe prints in one line which of this works here: "namespace", "signals" (Landlock) or "none", followed
@@ -64,6 +67,7 @@
 #include "display.hpp"
 #include "pid_namespace.hpp"
 #include "privileges.hpp"
+#include "system_calls.hpp"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -395,8 +399,9 @@ int usage(char const* name)
                  "[--own-displays] [--user ...] [--read-only FOLDER]... GRACE_MS PROGRAM [ARGUMENT...]\n"
                  "       %s --display SERVER LIMIT_MS PROGRAM [ARGUMENT...]\n"
                  "       %s --probe [--read-only FOLDER]...\n"
+                 "       %s --filter PROGRAM [ARGUMENT...]\n"
                  "       %s --try FILE PORT PROCESS\n",
-                 name, name, name, name);
+                 name, name, name, name, name);
     return 2;
 }
 
@@ -423,6 +428,8 @@ int main(int argc, char** argv)
         return webots_cloud::guard::try_forbidden_things(argv[2], std::atoi(argv[3]), std::atoi(argv[4]));
     if (argc >= 5 && std::strcmp(argv[1], "--display") == 0)
         webots_cloud::guard::execute_on_display(argv[2], std::atoi(argv[3]), argv + 4);
+    if (argc >= 3 && std::strcmp(argv[1], "--filter") == 0)
+        webots_cloud::guard::execute_filtered(argv + 2);
     webots_cloud::guard::forbid_tracing();
     char const* const name = argv[0];
     char** const cleanup_command = take_cleanup_command(argc, argv);

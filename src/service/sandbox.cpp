@@ -41,6 +41,10 @@ void confine(ProcessSpec& process, SandboxParams const& sandbox, std::filesystem
     visible.display = value_of(process.environment, "DISPLAY");
     visible.x_authority = sandbox.x_authority;
     visible.resolver = sandbox.resolver;
+    if (!sandbox.filter.empty()) {
+        visible.read_only.push_back(sandbox.filter);
+        process.argv.insert(process.argv.begin(), {sandbox.filter.native(), "--filter"});
+    }
     if (sandbox.firejail.empty()) {
         process.argv = core::bubblewrap_command(sandbox.bubblewrap, visible, process.argv);
         core::set_variable(process.environment, "HOME", core::sandbox_home);

@@ -204,6 +204,17 @@ class Guard(unittest.TestCase):
         self.assertEqual(started.wait(30), -signal.SIGKILL)
         self.assertEqual(find(mark), [])
 
+    def test_a_filtered_program_has_fewer_system_calls(self):
+        def filtered(*command):
+            return subprocess.run([*self.arguments, self.guard, "--filter", *command], capture_output=True, text=True, user=self.user,
+                                  group=self.user, extra_groups=self.user and [])
+
+        said = filtered("/usr/bin/grep", "-E", "^(NoNewPrivs|Seccomp):", "/proc/self/status")
+        self.assertEqual(said.stdout.split(), ["NoNewPrivs:", "1", "Seccomp:", "2"])
+        self.assertEqual(filtered("/bin/sh", "-c", "exit 7").returncode, 7)
+        missing = filtered("/nowhere/program")
+        self.assertEqual((missing.returncode, missing.stdout), (127, "can't run /nowhere/program: No such file or directory\n"))
+
     def test_the_programs_number_is_unique_outside(self):
         self.require_namespace()
         if not has_clone3():

@@ -11,6 +11,7 @@ machine that tests has no such thing the target is None, and nothing is tried.
 import ctypes
 import errno
 import fcntl
+import mmap
 import os
 import select
 import signal
@@ -43,6 +44,9 @@ ROWS = {
     "user_namespaces": "make user namespaces of its own",
     "mounts": "mount, unmount, make or enter other namespaces, or open files by their handles",
     "kernel": "write the kernel's settings (`/proc/sys`, `/sys`), its log, or disks",
+    "keyring": "read keys of the server's session keyring",
+    "rare": "use what the kernel offers everybody and hardly anybody needs: io_uring, userfaultfd, performance counters, the kernel's log, "
+            "sockets of virtual machines and of cryptography, 32-bit system calls",
     "calls": "make devices, read physical memory, load modules or BPF programs, set the clock, reboot",
 }
 
@@ -100,10 +104,10 @@ def outcome(name, target):
 
 LIBC = ctypes.CDLL(None, use_errno=True)
 NUMBERS = {"x86_64": {"add_key": 248, "keyctl": 250, "bpf": 321, "userfaultfd": 323, "perf_event_open": 298, "kexec_load": 246,
-                      "open_by_handle_at": 304, "finit_module": 313, "iopl": 172},
+                      "open_by_handle_at": 304, "finit_module": 313},
            "aarch64": {"add_key": 217, "keyctl": 219, "bpf": 280, "userfaultfd": 282, "perf_event_open": 241, "kexec_load": 104,
                        "open_by_handle_at": 265, "finit_module": 273}}.get(os.uname().machine, {})
-NUMBERS.update(io_uring_setup=425, fsopen=430, clone3=435)  # the same everywhere
+NUMBERS.update(io_uring_setup=425, fsopen=430)  # the same everywhere
 
 
 def checked(result):
@@ -450,7 +454,7 @@ def connect_public(address):
     connect(address)
 
 
-@attempt("raw", "EPERM")
+@attempt("raw", "EPERM", "EAFNOSUPPORT")
 def open_packet_socket(_):
     """a packet socket"""
     socket.socket(socket.AF_PACKET, socket.SOCK_RAW, 0).close()
@@ -683,3 +687,64 @@ def reboot(_):
 def set_host_name(name):
     """the machine's name"""
     checked(LIBC.sethostname(name.encode(), len(name)))
+
+
+@attempt("keyring", "EPERM")
+def read_key_of_session(description):
+    """the session keyring"""
+    session, search, read_payload = -3, 10, 11
+    key = system_call("keyctl", search, session, ctypes.c_char_p(b"user"), ctypes.c_char_p(description.encode()), 0)
+    buffer = ctypes.create_string_buffer(100)
+    system_call("keyctl", read_payload, key, buffer, len(buffer))
+
+
+@attempt("rare", "EPERM")
+def use_io_uring(_):
+    """io_uring"""
+    os.close(system_call("io_uring_setup", 1, ctypes.create_string_buffer(120)))
+
+
+@attempt("rare", "EPERM")
+def use_userfaultfd(_):
+    """userfaultfd"""
+    user_mode_only = 1
+    os.close(system_call("userfaultfd", user_mode_only))
+
+
+@attempt("rare", "EPERM")
+def count_performance(_):
+    """performance counters"""
+    software, task_clock, exclude_kernel_and_hypervisor = 1, 1, 3 << 5
+    attributes = struct.pack("IIQQQQQ", software, 64, task_clock, 0, 0, 0, exclude_kernel_and_hypervisor) + bytes(16)
+    os.close(system_call("perf_event_open", ctypes.c_char_p(attributes), 0, -1, -1, 0))
+
+
+@attempt("rare", "EPERM")
+def read_kernel_log(_):
+    """the kernel's log"""
+    read_all = 3
+    checked(LIBC.klogctl(read_all, ctypes.create_string_buffer(100), 100))
+
+
+@attempt("rare", "EAFNOSUPPORT")
+def open_vsock(_):
+    """sockets of virtual machines"""
+    socket.socket(socket.AF_VSOCK, socket.SOCK_STREAM).close()
+
+
+@attempt("rare", "EAFNOSUPPORT")
+def open_crypto_socket(_):
+    """sockets of cryptography"""
+    socket.socket(socket.AF_ALG, socket.SOCK_SEQPACKET).close()
+
+
+@attempt("rare", "ENOSYS")
+def call_with_32_bits(_):
+    """32-bit system calls"""
+    getpid = b"\xb8\x14\x00\x00\x00\xcd\x80\xc3"  # mov eax, 20; int 0x80; ret
+    memory = mmap.mmap(-1, len(getpid), prot=mmap.PROT_READ | mmap.PROT_WRITE | mmap.PROT_EXEC)
+    memory.write(getpid)
+    code = ctypes.addressof(ctypes.c_char.from_buffer(memory))
+    said = ctypes.CFUNCTYPE(ctypes.c_int)(code)()
+    if said < 0:
+        raise OSError(-said, os.strerror(-said))

@@ -9,6 +9,7 @@ Each attempt is a test of its own. What came of them is kept for the table in do
 """
 
 import asyncio
+import errno
 import json
 import os
 import shutil
@@ -36,8 +37,42 @@ HERE = os.path.dirname(__file__)
 PROJECT = {"worlds/hostile.wbt": None, "controllers/attack/attack": "hostile_controller.py",
            "controllers/attack/sandbox_attempts.py": "sandbox_attempts.py"}
 
-# The server has a controlling terminal, as when it is started by hand.
-WITH_TERMINAL = "import os, sys; os.setsid(); os.open(sys.argv[1], os.O_RDWR); os.execv(sys.argv[2], sys.argv[2:])"
+# The server has a controlling terminal, as when it is started by hand, and a key in the keyring of its session, as services have.
+KEY = "webots_cloud_secret"
+AS_BY_HAND = f"""import ctypes, os, sys
+sys.path.insert(0, {HERE!r})
+from sandbox_attempts import system_call
+os.setsid()
+os.open(sys.argv[1], os.O_RDWR)
+try:
+    system_call("keyctl", 1, 0)
+    system_call("add_key", ctypes.c_char_p(b"user"), ctypes.c_char_p(b"{KEY}"), ctypes.c_char_p(b"secret"), 6, -3)
+except OSError:
+    pass
+os.execv(sys.argv[2], sys.argv[2:])
+"""
+
+
+def has_sockets(family):
+    """A target, if the kernel has such sockets."""
+    try:
+        socket.socket(getattr(socket, family), socket.SOCK_SEQPACKET).close()
+        return family
+    except OSError as error:
+        return None if error.errno == errno.EAFNOSUPPORT else family
+
+
+def everybody_reads_kernel_log():
+    with open("/proc/sys/kernel/dmesg_restrict") as restrict:
+        return restrict.read().strip() == "0"
+
+
+def has_keyrings():
+    try:
+        sandbox_attempts.system_call("keyctl", 0, -3, 0)
+        return True
+    except OSError:
+        return False
 
 
 def results_folder():
@@ -118,7 +153,7 @@ class Contract:
         cls.terminal_name = os.ttyname(slave)
         cls.addClassCleanup(os.close, slave)
         os.chmod(cls.terminal_name, 0o666)
-        return OwnedServer(cls.user, (sys.executable, "-c", WITH_TERMINAL, cls.terminal_name), **cls.keys)
+        return OwnedServer(cls.user, (sys.executable, "-c", AS_BY_HAND, cls.terminal_name), **cls.keys)
 
     @classmethod
     def listen(cls):
@@ -207,7 +242,10 @@ class Contract:
             "write_core_pattern": "/proc/sys/kernel/core_pattern", "write_sysrq": there("/proc/sysrq-trigger"),
             "write_sys": there("/sys/kernel/uevent_helper") or there("/sys/kernel/mm/ksm/run"), "write_disk": first_disk(),
             "write_kernel_log": there("/dev/kmsg"), "read_physical_memory": there("/dev/mem"), "make_device": [7, 0],
-            "set_host_name": socket.gethostname(),
+            "read_kernel_log": "here" if everybody_reads_kernel_log() else None, "open_vsock": has_sockets("AF_VSOCK"),
+            "open_crypto_socket": has_sockets("AF_ALG"), "set_host_name": socket.gethostname(),
+            "read_key_of_session": KEY if has_keyrings() else None,
+            "call_with_32_bits": "here" if os.uname().machine == "x86_64" and os.path.exists("/proc/sys/abi") else None,
         }
         # Attempts without a target are told "here".
         return {each: chosen.get(each, "here") for each in ATTEMPTS if each != "outlive"} | {"outlive": cls.mark}
