@@ -145,7 +145,9 @@ struct SimulationConfig
     std::uint64_t fetch_memory = std::uint64_t{1} << 30;
     std::uint64_t fetch_disk = std::uint64_t{8} << 30;
     std::filesystem::path webots_home; ///< `webotsHome`
-    std::string display; ///< `display`: what Webots draws on. Empty: what `DISPLAY` says, else `:0`.
+    /// `display`: what Webots draws on, or `private`: each simulation has a virtual display, or `none`.
+    /// Empty: what `DISPLAY` says; else `:0`, or `private` where that is not there.
+    std::string display;
     /// `sandbox`: `auto`, `none`, `bubblewrap`, `firejail`, or `docker`, which is the same as `docker`.
     std::string sandbox = "auto";
     /// `simulationUser`: who runs simulations: `auto`, `none` (the server's user), or the name of a user.

@@ -3,6 +3,7 @@
 
 #include <webots_cloud/docker_mode.hpp>
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/private_display.hpp>
 #include <webots_cloud/sandbox.hpp>
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/logger.hpp>
@@ -38,8 +39,10 @@ struct SimulationLauncherParams
     Duration start_timeout = std::chrono::minutes(5);
     /// From SIGTERM to SIGKILL. Default 1.5 s.
     Duration grace = std::chrono::milliseconds(1500);
-    /// What `DISPLAY` is set to. Default `:0`.
+    /// What `DISPLAY` is set to. Default `:0`. Empty: it is not set.
     std::string display = ":0";
+    /// Gives each simulator a display of its own, in place of `display`. Not for containers. Default: none.
+    PrivateDisplay private_display;
     /// Webots R2021b and older speak TLS themselves, with the certificate in their own folders.
     bool old_webots_tls = false;
     /// For these versions, a Janus server that shows their pictures as video: its address for browsers, and

@@ -53,6 +53,8 @@ struct SimulationServiceParams
     std::string isolation_warning;
     /// How simulations are confined, for the monitor page, as in `bubblewrap, public internet only`.
     std::string sandbox;
+    /// What simulations draw on, for the monitor page, as in `:0, shared by all`.
+    std::string display;
 };
 
 /// What a SimulationService calls besides what its constructor requires. Each may be empty; none may block.

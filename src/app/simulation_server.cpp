@@ -4,11 +4,11 @@
 #include "core/pages/monitor_sample.hpp"
 #include "core/projects/outside_projects.hpp"
 #include "core/simulation/client_protocol.hpp"
-#include "core/simulation/display_choice.hpp"
 #include "core/simulation/isolation.hpp"
 #include "core/simulation/simulator_choice.hpp"
 #include "core/simulation/simulator_environment.hpp"
 #include "core/text.hpp"
+#include "display.hpp"
 #include "environment.hpp"
 #include "log_summaries.hpp"
 #include "metrics.hpp"
@@ -192,15 +192,12 @@ WebsiteSourceParams website_params(SimulationConfig const& config, fs::path cons
     return params;
 }
 
-core::DisplayChoice choose_display(SimulationConfig const& config)
-{
-    return core::choose_display(config.display, environment("DISPLAY"), environment("SSH_CONNECTION"));
-}
-
 SimulationLauncherParams launcher_params(SimulationConfig const& config, fs::path simulator,
-                                         SandboxParams sandbox)
+                                         SandboxParams sandbox, app::ChosenDisplay const& display)
 {
     SimulationLauncherParams params;
+    params.display = display.name;
+    params.private_display = display.own;
     params.sandbox = std::move(sandbox);
     params.webots = std::move(simulator);
     params.first_port = static_cast<std::uint16_t>(config.address.port + 1);
@@ -215,8 +212,6 @@ SimulationLauncherParams launcher_params(SimulationConfig const& config, fs::pat
         if (name == "WEBOTS_HOME")
             value = absolute_path(value);
     params.simulator_environment = config.simulator_environment;
-    if (auto const display = choose_display(config).name; !display.empty())
-        params.display = display;
     return params;
 }
 
@@ -250,7 +245,7 @@ DockerModeParams docker_params(SimulationConfig const& config, fs::path const& i
     params.own_displays = config.display == "private";
     if (params.own_displays || config.display == "none") {
         params.display.clear();
-    } else if (auto const display = choose_display(config); !display.name.empty()) {
+    } else if (auto const display = app::wanted_display(config); !display.name.empty()) {
         params.display = display.name;
         if (display.may_be_opened)
             params.xhost = find_program("xhost");
@@ -366,11 +361,16 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     if (!sandbox)
         co_return sandbox.error();
     app::tell_user(sandbox->params.user, log);
-    SimulationLauncher launcher(launcher_params(config, choice->program, sandbox->params), *processes, *clock,
-                                log, docker.get());
+    auto const display = co_await app::choose_display(config, sandbox->params, guard, sandbox_context.state,
+                                                      *processes, *clock, log);
+    if (!display)
+        co_return display.error();
+    SimulationLauncher launcher(launcher_params(config, choice->program, sandbox->params, *display),
+                                *processes, *clock, log, docker.get());
     if (!config.docker)
         tell_environment(launcher.params(), log);
-    auto const& walls = sandbox->walls;
+    auto walls = sandbox->walls;
+    walls.own_displays = display->name.empty();
     tell_outside_projects(config, walls, log);
     auto service_settings = service_params(config, walls, choice->notice);
     auto isolation_warning = co_await check_isolation(
@@ -378,6 +378,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     service_settings.isolation_warning =
         isolation_warning.empty() ? sandbox->warning : std::move(isolation_warning);
     service_settings.sandbox = sandbox->description;
+    service_settings.display = display->description;
     SimulationServiceHooks hooks;
     hooks.new_token = make_token;
     if (config.monitor_log)

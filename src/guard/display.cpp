@@ -228,6 +228,7 @@ bool make_display_folder()
 
 void execute_on_display(char const* server, int limit_ms, char** argv)
 {
+    mkdir(display_folder, 0700); // there is none in firejail
     if (!write_authority()) {
         std::printf("can't start a display for the simulation: %s: %s\n", authority_file,
                     std::strerror(errno));

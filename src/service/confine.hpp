@@ -1,6 +1,7 @@
-// Puts a program into the sandbox of simulators.
+// Puts a program into the sandbox of simulators, and on a display of its own.
 #pragma once
 
+#include <webots_cloud/private_display.hpp>
 #include <webots_cloud/sandbox.hpp>
 
 namespace webots_cloud {
@@ -10,5 +11,9 @@ namespace webots_cloud {
 /// Precondition: there is a sandbox.
 void confine(ProcessSpec& process, SandboxParams const& sandbox, std::filesystem::path const& instance,
              std::uint16_t port);
+
+/// Changes how `process` is started, so that it has a display of its own. To be done before `confine`.
+/// Precondition: there are private displays.
+void give_display(ProcessSpec& process, PrivateDisplay const& display);
 
 } // namespace webots_cloud

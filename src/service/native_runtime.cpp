@@ -19,10 +19,16 @@ public:
     {
         ContainerPlan plan;
         plan.process = process_for(spec, port);
-        if (!params_.sandbox.is_none()) {
+        bool const is_confined = !params_.sandbox.is_none();
+        // The firejail of old releases may get no namespaces, and so no folder of displays either.
+        bool const has_display =
+            !params_.private_display.server.empty() && (is_confined || !plan.process.set_user_id);
+        if (is_confined || has_display)
             plan.command = in_one_line(plan.process.argv);
+        if (has_display)
+            give_display(plan.process, params_.private_display);
+        if (is_confined)
             confine(plan.process, params_.sandbox, spec.instance, port);
-        }
         run_as(plan.process, params_.sandbox, core::own_user_number(turn_++, port), spec.instance);
         co_return plan;
     }

@@ -172,6 +172,7 @@ std::string OperatorEndpoints::monitor_text() const
     view.notice = params_.notice;
     view.warning = params_.isolation_warning;
     view.sandbox = params_.sandbox;
+    view.display = params_.display;
     view.load = average_.value();
     view.host = description_;
     view.sample = board_.sample();

@@ -43,20 +43,27 @@ void run_as(ProcessSpec& process, SandboxParams const& sandbox, std::uint32_t nu
     if (!sandbox.resolver.empty())
         user.visible.push_back(sandbox.resolver);
 
+    if (!sandbox.filter.empty()) // the guard
+        user.visible.push_back(sandbox.filter);
+    if (process.own_displays) // it begins with the guard, too
+        user.visible.emplace_back(process.argv.front());
+
     auto& environment = process.environment;
-    std::erase_if(environment, [](auto const& variable) {
-        return std::find(servers_folders.begin(), servers_folders.end(), variable.first) !=
-               servers_folders.end();
-    });
     for (auto const* const name : {"USER", "LOGNAME"})
         core::set_variable(environment, name, wanted.name);
-    if (sandbox.bubblewrap.empty()) { // else the sandbox has folders for these
+    if (sandbox.is_none()) { // else the sandbox has folders for these
+        std::erase_if(environment, [](auto const& variable) {
+            return std::find(servers_folders.begin(), servers_folders.end(), variable.first) !=
+                   servers_folders.end();
+        });
         core::set_variable(environment, "HOME", user.home.native());
         core::set_variable(environment, "TMPDIR", "/tmp");
     }
-    user.x_authority = value_of(environment, "XAUTHORITY");
-    if (user.x_authority.empty())
-        user.x_authority = sandbox.x_authority;
+    if (!value_of(environment, "DISPLAY").empty()) {
+        user.x_authority = value_of(environment, "XAUTHORITY");
+        if (user.x_authority.empty())
+            user.x_authority = sandbox.x_authority;
+    }
     if (!user.x_authority.empty())
         core::set_variable(environment, "XAUTHORITY", (user.home / "Xauthority").native());
     process.user = std::move(user);

@@ -39,8 +39,14 @@ void confine(ProcessSpec& process, SandboxParams const& sandbox, std::filesystem
     visible.read_only = sandbox.read_only;
     visible.devices = sandbox.devices;
     visible.display = value_of(process.environment, "DISPLAY");
-    visible.x_authority = sandbox.x_authority;
+    if (!visible.display.empty())
+        visible.x_authority = sandbox.x_authority;
     visible.resolver = sandbox.resolver;
+    if (process.own_displays) { // its folder for temporary files has those of displays
+        visible.own_displays = true;
+        visible.read_only.emplace_back(process.argv.front());
+        process.own_displays = false;
+    }
     if (!sandbox.filter.empty()) {
         visible.read_only.push_back(sandbox.filter);
         process.argv.insert(process.argv.begin(), {sandbox.filter.native(), "--filter"});
@@ -58,7 +64,10 @@ void confine(ProcessSpec& process, SandboxParams const& sandbox, std::filesystem
     process.network.port = port;
     process.set_user_id = false; // nothing of that kind works in there
     core::set_variable(process.environment, "TMPDIR", core::sandbox_temporary);
-    if (!sandbox.x_authority.empty())
+    for (auto const* folder : {"XDG_CACHE_HOME", "XDG_CONFIG_HOME", "XDG_DATA_HOME", "XDG_STATE_HOME"})
+        core::remove_variable(process.environment, folder); // the server's; without them they are in HOME
+    core::set_variable(process.environment, "XDG_RUNTIME_DIR", core::sandbox_runtime);
+    if (!sandbox.x_authority.empty() && !visible.display.empty())
         core::set_variable(process.environment, "XAUTHORITY", sandbox.x_authority.native());
 }
 

@@ -8,6 +8,7 @@
 #include "core/simulation/launch_plan.hpp"
 #include "core/simulation/output_budget.hpp"
 #include "core/simulation/port_pool.hpp"
+#include "core/simulation/private_display.hpp"
 #include "core/simulation/simulator_state.hpp"
 #include "core/simulation/webots_output.hpp"
 #include "core/text.hpp"
@@ -292,6 +293,10 @@ void RunningSimulation::on_webots_line(std::string_view line)
     case core::OutputLine::reset:
         if (!plan_.restart_controller.argv.empty())
             state_.reset();
+        break;
+    case core::OutputLine::display_ended:
+        log_.warning(LogCause("display", label_), concat("[", label_, "] ", core::printable(line, 300)));
+        stop(std::string(core::display_has_ended));
         break;
     case core::OutputLine::other:
         if (!state_.was_ready())

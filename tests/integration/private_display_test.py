@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """A virtual display for each simulation, which nobody else sees: docs/sandboxes.md. With the real Xvfb."""
 
+import asyncio
 import json
 import os
 import shutil
@@ -11,11 +12,18 @@ import tempfile
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
-from support.other_user import NOBODY, WITHOUT_NAMESPACES, may_make_namespaces, works  # noqa: E402
+from support.browser_client import Browser  # noqa: E402
+from support.other_user import NOBODY, WITHOUT_NAMESPACES, OwnedServer, may_make_namespaces, works  # noqa: E402
 from support.servers import is_alive, main, program, wait_until  # noqa: E402
 from support.x_display import X_DISPLAY  # noqa: E402
 
 XVFB = shutil.which("Xvfb")
+LOOKER = "local:/projects/looker/blob/main/worlds/looker.wbt"
+WORLD = """#VRML_SIM R2025a utf8
+WorldInfo { }
+RectangleArena { }
+Robot { name "looker" controller "look" }
+"""
 
 # Says in a line of JSON what it sees of displays.
 LOOK = X_DISPLAY + r'''
@@ -172,6 +180,230 @@ class GuardOfAnotherUser(Guard):
         if os.geteuid() != 0:
             raise unittest.SkipTest("only root can become another user")
         super().setUpClass()
+
+
+# A controller that looks at displays: its own, and that of its neighbour, of which it has been told all.
+LOOKING_CONTROLLER = "#!/usr/bin/python3\n" + X_DISPLAY + r'''
+import json, signal
+def attempt(address, key):
+    try:
+        return enter_display(address, key)
+    except OSError:
+        return None
+said = {"display": os.environ.get("DISPLAY"), "wayland": os.environ.get("WAYLAND_DISPLAY")}
+if os.path.isdir("/tmp/.X11-unix"):
+    said["sockets"] = [each for each in os.listdir("/tmp/.X11-unix") if each.startswith("X")]
+if "XAUTHORITY" in os.environ:
+    address, key = own_display()
+    said.update(address=address, key=key.hex(), enters=attempt(address, key))
+if os.path.exists("neighbour"):
+    with open("neighbour") as file:
+        neighbour = json.load(file)
+    address, key = neighbour["address"], bytes.fromhex(neighbour["key"])
+    there = [each + "/root" + address for each in map("/proc/".__add__, filter(str.isdigit, os.listdir("/proc")))]
+    said["neighbour"] = [each for each in [address, "\0" + address, *there] if attempt(each, key)]
+with open("said.new", "w") as file:
+    json.dump(said, file)
+os.rename("said.new", "said")
+signal.pause()
+'''
+
+
+class Simulations(unittest.IsolatedAsyncioTestCase):
+    """Simulations on displays of their own, without a sandbox."""
+
+    keys = {"sandbox": "none"}
+    user = None
+
+    @classmethod
+    def setUpClass(cls):
+        if not XVFB:
+            raise unittest.SkipTest("Xvfb is not installed (package xvfb)")
+        if cls.keys["sandbox"] != "none" and not shutil.which(cls.keys["sandbox"].replace("bubblewrap", "bwrap")):
+            raise unittest.SkipTest(f"{cls.keys['sandbox']} is not installed")
+        if not may_make_namespaces(cls.user):
+            raise unittest.SkipTest("namespaces are not allowed")
+
+    def server(self, **keys):
+        server = OwnedServer(self.user, **{"display": "private", **self.keys, **keys})
+        self.addCleanup(server.close)
+        self.folder = os.path.join(server.folder, "projects")
+        self.put("looker/worlds/looker.wbt", WORLD)
+        os.chmod(self.put("looker/controllers/look/look", LOOKING_CONTROLLER), 0o755)
+        server.config.update(forges=[{"url": "local:", "directory": self.folder}], allowedRepositories=["local:/projects"])
+        return server
+
+    def put(self, path, text):
+        path = os.path.join(self.folder, "projects", path)
+        os.makedirs(os.path.dirname(path), exist_ok=True)
+        with open(path, "w") as file:
+            file.write(text)
+        return path
+
+    async def look(self, server, browser, instance):
+        """What the controller of a simulation says."""
+        await browser.start(LOOKER)
+        await browser.hear("webots:")
+        said = os.path.join(server.instances_folder(), str(instance), "controllers/look/said")
+        wait_until(lambda: os.path.exists(said), lambda: f"it does not look:\n{server.log()}")
+        with open(said) as file:
+            return json.load(file)
+
+    @staticmethod
+    def displays(server):
+        """The X servers below the server."""
+        return [each for each in server.simulators() if b"Xvfb" in Simulations.program_of(each)]
+
+    @staticmethod
+    def program_of(process):
+        try:
+            with open(f"/proc/{process}/cmdline", "rb") as line:
+                return line.read().split(b"\0")[0]
+        except OSError:
+            return b""
+
+    async def test_each_has_a_display_which_its_neighbour_can_not_enter(self):
+        server = self.server()
+        server.start()
+        async with Browser(server) as browser, Browser(server) as other:
+            first = await self.look(server, browser, 1)
+            self.put("looker/controllers/look/neighbour", json.dumps(first))
+            second = await self.look(server, other, 2)
+            for said in (first, second):
+                self.assertTrue(said["enters"])
+                self.assertEqual(said["sockets"], [os.path.basename(said["address"])])
+                self.assertIsNone(said["wayland"])
+            self.assertNotEqual(first["key"], second["key"])
+            self.assertEqual(second["neighbour"], [])
+            self.assertEqual(len(self.displays(server)), 2)
+            self.assertIn('<span id="display">private (Xvfb)</span>', server.get("/monitor"))
+        server.wait_until_clean()
+        self.assertRegex(server.log(), r"INFO.*Each simulation has a virtual display of its own")
+
+    async def test_displays_end_with_a_server_that_is_killed(self):
+        server = self.server()
+        server.start()
+        async with Browser(server) as browser:
+            await self.look(server, browser, 1)
+            displays = self.displays(server)
+            self.assertEqual(len(displays), 1)
+            server.stop(signal.SIGKILL)
+            wait_until(lambda: not any(map(is_alive, displays)), "Xvfb is left")
+
+    async def test_the_browser_is_told_that_its_display_has_ended(self):
+        server = self.server()
+        server.start()
+        async with Browser(server) as browser, Browser(server) as other:
+            await self.look(server, browser, 1)
+            display, = self.displays(server)
+            await self.look(server, other, 2)
+            os.kill(display, signal.SIGKILL)
+            self.assertEqual(await browser.hear("loading: Error:"), "loading: Error: The virtual display of the simulation has ended "
+                             "unexpectedly. Please start the simulation again.")
+            await asyncio.wait_for(browser.hear_all(), 30)
+            self.assertEqual(len(self.displays(server)), 1)  # the neighbour's
+
+
+class SimulationsOfAnotherUser(Simulations):
+    user = NOBODY
+    test_the_browser_is_told_that_its_display_has_ended = None
+
+    @classmethod
+    def setUpClass(cls):
+        if os.geteuid() != 0:
+            raise unittest.SkipTest("only root can become another user")
+        super().setUpClass()
+
+
+class SimulationsInBubblewrap(Simulations):
+    keys = {"sandbox": "bubblewrap", "network": "none"}
+
+
+class SimulationsInBubblewrapOnTheNetwork(Simulations):
+    """Where all abstract sockets of the machine are reached."""
+
+    keys = {"sandbox": "bubblewrap", "network": "host"}
+    test_displays_end_with_a_server_that_is_killed = None
+    test_the_browser_is_told_that_its_display_has_ended = None
+
+
+class Choice(Simulations):
+    """What the key says, and what happens without it."""
+
+    def programs(self, server, script=None):
+        """The server's PATH, without Xvfb, or with a program of that name."""
+        folder = os.path.join(server.folder, "bin")
+        os.makedirs(folder, exist_ok=True)
+        if script:
+            path = os.path.join(folder, "Xvfb")
+            with open(path, "w") as file:
+                file.write("#!/bin/sh\n" + script)
+            os.chmod(path, 0o755)
+        server.environment["PATH"] = folder
+
+    def refusal(self, server):
+        with self.assertRaises(AssertionError) as refused:
+            server.start()
+        return str(refused.exception)
+
+    async def look_once(self, server):
+        server.start()
+        async with Browser(server) as browser:
+            said = await self.look(server, browser, 1)
+        server.wait_until_clean()
+        return said
+
+    def test_a_private_display_needs_xvfb(self):
+        server = self.server()
+        self.programs(server)
+        self.assertIn('"display": "private" does not work here: Xvfb is not installed', self.refusal(server))
+
+    def test_a_private_display_is_tried_at_the_start(self):
+        server = self.server()
+        self.programs(server, "echo '(EE) no memory left'; exit 1")
+        self.assertIn("does not work here: can't start a display for the simulation: (EE) no memory left", self.refusal(server))
+
+    async def test_a_display_that_does_not_start_is_a_sentence_for_the_browser(self):
+        server = self.server()
+        self.programs(server, f"[ ! -e {server.folder}/broken ] || {{ echo '(EE) no memory left'; exit 1; }}\nexec {XVFB} \"$@\"")
+        server.start()
+        with open(f"{server.folder}/broken", "w"):
+            pass
+        async with Browser(server) as browser:
+            await browser.start(LOOKER)
+            self.assertEqual(await browser.hear("loading: Error:"), "loading: Error: Unable to start Webots: it exited with status 1 before "
+                             "the world was loaded: can't start a display for the simulation: (EE) no memory left")
+        server.wait_until_clean()
+
+    async def test_without_a_display_there_is_none(self):
+        said = await self.look_once(self.server(display="none"))
+        self.assertIsNone(said["display"])
+
+    async def test_without_the_key_the_environment_counts(self):
+        server = self.server(display="")
+        server.environment["DISPLAY"] = ":7"
+        self.assertEqual((await self.look_once(server))["display"], ":7")
+        self.assertIn(":7, shared by all", server.get("/monitor"))
+
+    async def test_without_key_and_screen_each_has_a_display_of_its_own(self):
+        if os.path.exists("/tmp/.X11-unix/X0"):
+            self.skipTest("this machine has an X server")
+        server = self.server(display="")
+        server.environment["DISPLAY"] = ""
+        self.assertTrue((await self.look_once(server))["enters"])
+
+    async def test_where_there_is_no_other_it_is_the_usual_one(self):
+        server = self.server(display="")
+        self.programs(server, "echo '(EE) no memory left'; exit 1")
+        server.environment["DISPLAY"] = ""
+        if os.path.exists("/tmp/.X11-unix/X0"):
+            self.skipTest("this machine has an X server")
+        self.assertEqual((await self.look_once(server))["display"], ":0")
+        self.assertRegex(server.log(), r"WARNING.*There is no display, and simulations can't have virtual ones of their own: .*no memory left")
+
+    test_each_has_a_display_which_its_neighbour_can_not_enter = None
+    test_displays_end_with_a_server_that_is_killed = None
+    test_the_browser_is_told_that_its_display_has_ended = None
 
 
 if __name__ == "__main__":

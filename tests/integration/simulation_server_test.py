@@ -202,6 +202,13 @@ class Programs(unittest.IsolatedAsyncioTestCase):
             file.write(content)
         os.chmod(self.webots, 0o755)
 
+    def programs(self):
+        """A PATH without Xvfb."""
+        folder = os.path.join(self.home, "bin")
+        os.mkdir(folder)
+        os.symlink("/usr/bin/env", os.path.join(folder, "env"))
+        return folder
+
     async def environment_of_a_start(self, **settings):
         """The environment of the simulator, as a dictionary; the simulator must be this Webots."""
         with server(**settings) as simulation:
@@ -213,8 +220,8 @@ class Programs(unittest.IsolatedAsyncioTestCase):
             return dict(line.split("=", 1) for line in file.read().splitlines() if "=" in line)
 
     async def test_the_webots_of_the_configuration_runs_with_nothing_of_the_operators_secrets(self):
-        around = await self.environment_of_a_start(webotsHome=self.home, environment={"DISPLAY": "", "PASSWORD": "secret"})
-        self.assertEqual(around.get("DISPLAY"), ":0")
+        around = await self.environment_of_a_start(webotsHome=self.home, environment={"DISPLAY": "", "PASSWORD": "secret", "PATH": self.programs()})
+        self.assertEqual(around.get("DISPLAY"), ":0")  # without Xvfb
         self.assertNotIn("PASSWORD", around)
 
     async def test_the_webots_of_the_environment_runs_on_the_display_of_the_environment(self):

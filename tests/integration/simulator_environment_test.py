@@ -63,7 +63,9 @@ class Environments(unittest.IsolatedAsyncioTestCase):
 
     async def test_it_is_the_python_servers_but_for_secrets(self):
         python = {**LAB, "DISPLAY": ":0"}  # which sets that alone
-        found, log = await self.run_in({**LAB, **SECRETS, "DISPLAY": ""})
+        os.mkdir(os.path.join(self.home, "bin"))  # without Xvfb
+        os.symlink("/usr/bin/env", os.path.join(self.home, "bin/env"))
+        found, log = await self.run_in({**LAB, **SECRETS, "DISPLAY": "", "PATH": os.path.join(self.home, "bin")})
         self.assertEqual({name: found.get(name) for name in python}, python)
         self.assertEqual([name for name in SECRETS if name in found], [])
         for name in ("AWS_SECRET_ACCESS_KEY", "GITHUB_TOKEN", "MAIL_PASSWORD", "SSH_AUTH_SOCK", "WEBOTS_API_KEY"):

@@ -201,14 +201,14 @@ class SessionServer(Server):
 
 
 class SimulationServer(Server):
-    """Runs the demo simulator, with faults as its command line knows them."""
+    """Runs the demo simulator, with faults as its command line knows them; it draws on no display, so none is started for it."""
 
     PROGRAM = "webots-simulation-server"
 
     def __init__(self, port=0, faults="", environment=None, **config):
         config = {"notify": [], "maxConnections": 20, "sandbox": "auto" if config.get("docker") else "none", "simulationUser": "none", **config}
         port = port or free_port(following=config["maxConnections"] + 10)
-        super().__init__(config, port, {"WEBOTS_DEMO_FAULTS": faults, "WEBOTS_DEMO_ADDRESS": "127.0.0.1", **(environment or {})})
+        super().__init__(config, port, {"WEBOTS_DEMO_FAULTS": faults, "WEBOTS_DEMO_ADDRESS": "127.0.0.1", "DISPLAY": ":0", **(environment or {})})
 
     def state_folder(self):
         return self.config.get("stateDir", os.path.join(self.folder, "state", "webots_cloud"))

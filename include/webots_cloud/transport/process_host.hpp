@@ -77,6 +77,9 @@ struct ProcessSpec
     /// keeps its files in this folder, which is empty and in memory for it (firejail). Only root can start
     /// such a program. Default: empty.
     std::filesystem::path own_sandbox;
+    /// Whether X servers of the tree and those of the machine are hidden from each other. Where that can't be
+    /// done, the program is not started and says so. Default: no.
+    bool own_displays = false;
     std::optional<ProcessUser> user; ///< Default: our own. The cleanup command is ours in any case.
     ProcessNetwork network;          ///< Where that can't be made, the program is not started and says so.
 };

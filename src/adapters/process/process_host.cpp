@@ -286,6 +286,8 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
     add_network(arguments, spec.network);
     if (!spec.own_sandbox.empty())
         arguments.insert(arguments.end(), {"--own-sandbox", spec.own_sandbox.native()});
+    if (spec.own_displays)
+        arguments.emplace_back("--own-displays");
     add_user(arguments, spec.user);
     for (auto const& folder : read_only_) {
         arguments.emplace_back("--read-only");

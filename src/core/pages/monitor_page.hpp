@@ -39,6 +39,7 @@ struct SimulationMonitorView
     std::string notice;
     std::string warning;
     std::string sandbox; ///< How simulations are confined; empty: not shown.
+    std::string display; ///< What they draw on; empty: not shown.
     double load = 0;
     HostDescription host;
     MonitorSample sample;

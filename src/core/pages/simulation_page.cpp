@@ -134,6 +134,9 @@ std::string simulation_monitor_page(SimulationMonitorView const& view)
     if (!view.sandbox.empty())
         html += concat("<p>Sandbox of simulations: <span id=\"sandbox\">", escape_html(view.sandbox),
                        "</span></p>\n");
+    if (!view.display.empty())
+        html += concat("<p>Display of simulations: <span id=\"display\">", escape_html(view.display),
+                       "</span></p>\n");
     html += machine(view);
     html += "<section id=\"charts\" hidden></section>\n";
     html += simulations(view);

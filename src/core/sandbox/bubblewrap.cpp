@@ -20,6 +20,8 @@ constexpr std::initializer_list<char const*> device_descriptions = {"/sys/dev/ch
 constexpr std::initializer_list<char const*> kernel_settings = {"/proc/sys", "/proc/irq", "/proc/bus",
                                                                 "/proc/fs"};
 
+constexpr char const* display_folder = "/tmp/.X11-unix";
+constexpr std::uint64_t max_display_bytes = std::uint64_t{64} << 10; // sockets and a password
 constexpr std::uint64_t shared_memory_bytes = std::uint64_t{256} << 20;
 
 /// Appends words to a command line.
@@ -68,7 +70,9 @@ std::vector<std::string> bubblewrap_command(std::filesystem::path const& bubblew
         for (auto const* folder : device_descriptions)
             words.show(folder);
     words.make_folder(sandbox_temporary, visible.temporary_bytes);
-    words.add({"--dir", sandbox_home});
+    words.add({"--dir", sandbox_home, "--perms", "0700", "--dir", sandbox_runtime});
+    if (visible.own_displays)
+        words.make_folder(display_folder, max_display_bytes);
     if (auto const socket = display_socket(visible.display); !socket.empty())
         words.show(socket);
     if (!visible.x_authority.empty())

@@ -11,6 +11,8 @@ namespace webots_cloud::core {
 
 /// The simulator's home in the folder for temporary files.
 inline constexpr char const* sandbox_home = "/tmp/home";
+/// Its `XDG_RUNTIME_DIR`.
+inline constexpr char const* sandbox_runtime = "/tmp/runtime";
 
 /// The command line that runs `argv` so. It sees no other processes, has no capability and can't get any,
 /// and dies with whoever started it. Of `/etc` it sees what libraries look up, and nothing that could be a

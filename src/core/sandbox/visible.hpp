@@ -10,7 +10,7 @@
 
 namespace webots_cloud::core {
 
-/// Where the private folder for temporary files is, and the simulator's home in it.
+/// Where the private folder for temporary files is.
 inline constexpr char const* sandbox_temporary = "/tmp";
 
 /// What a simulator may see besides the system's programs and libraries. Paths that do not exist are left
@@ -24,7 +24,8 @@ struct Visible
     std::vector<std::filesystem::path> read_only; ///< Webots above all.
     std::vector<std::filesystem::path> devices;   ///< Of graphics processors.
     std::string display;                          ///< As `DISPLAY` has it; only `:<number>` is of use.
-    std::filesystem::path x_authority;            ///< The file of the display's password; empty: none.
+    bool own_displays = false; ///< It starts X servers itself; those of the machine are hidden from it.
+    std::filesystem::path x_authority; ///< The file of the display's password; empty: none.
     std::filesystem::path resolver; ///< A file in place of `/etc/resolv.conf`; empty: none is seen.
     std::uint64_t temporary_bytes = std::uint64_t{512} << 20; ///< What the folder for temporary files holds.
 };

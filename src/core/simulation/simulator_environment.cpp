@@ -241,6 +241,11 @@ void set_variable(Environment& environment, std::string_view name, std::string_v
         found->second = value;
 }
 
+void remove_variable(Environment& environment, std::string_view name)
+{
+    std::erase_if(environment, [name](auto const& variable) { return variable.first == name; });
+}
+
 Environment named_environment(Environment const& ours, std::vector<std::string> const& entries)
 {
     std::map<std::string_view, std::string_view> given;
@@ -271,14 +276,19 @@ Environment simulator_environment(Environment const& ours, std::vector<std::stri
             environment.emplace_back(name, value);
     for (auto const& [name, value] : named_environment(ours, entries))
         set_variable(environment, name, value);
-    set_variable(environment, "DISPLAY", display);
+    if (!display.empty()) {
+        set_variable(environment, "DISPLAY", display);
+        return environment;
+    }
+    for (auto const* name : {"DISPLAY", "WAYLAND_DISPLAY", "XAUTHORITY"})
+        remove_variable(environment, name);
     return environment;
 }
 
 EnvironmentRemarks environment_remarks(Environment const& ours, std::vector<std::string> const& entries)
 {
     EnvironmentRemarks remarks;
-    auto const passed = simulator_environment(ours, entries, "");
+    auto const passed = simulator_environment(ours, entries, ":0");
     std::vector<std::string_view> left_out;
     std::vector<std::string_view> with_password;
     for (auto const& [name, value] : ours) {

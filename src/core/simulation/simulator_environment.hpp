@@ -28,11 +28,15 @@ std::string_view name_of_entry(std::string_view entry);
 Environment named_environment(Environment const& ours, std::vector<std::string> const& entries);
 
 /// The environment of a simulator: of `ours` what it needs, what `entries` give, and `display` as `DISPLAY`.
+/// Empty: nothing in it leads to a screen of the machine.
 Environment simulator_environment(Environment const& ours, std::vector<std::string> const& entries,
                                   std::string_view display);
 
 /// Sets a variable, or replaces its value.
 void set_variable(Environment& environment, std::string_view name, std::string_view value);
+
+/// Removes a variable, if it is there.
+void remove_variable(Environment& environment, std::string_view name);
 
 /// What the operator should know of the variables that simulators do not get.
 struct EnvironmentRemarks

@@ -1,5 +1,7 @@
 #include "webots_output.hpp"
 
+#include "private_display.hpp"
+
 #include <algorithm>
 
 namespace webots_cloud::core {
@@ -16,6 +18,8 @@ OutputLine classify_output(std::string_view line) noexcept
         return OutputLine::running;
     if (line == "reset")
         return OutputLine::reset;
+    if (says_display_has_ended(line))
+        return OutputLine::display_ended;
     return OutputLine::other;
 }
 

@@ -10,12 +10,13 @@ namespace webots_cloud::core {
 /// What one line means.
 enum class OutputLine
 {
-    heartbeat, ///< `.`: the first one says that the world is loaded.
-    open,      ///< `open`: the world is loaded (Webots up to R2021b).
-    paused,    ///< `pause`
-    running,   ///< `real-time`, `fast` or `step`
-    reset,     ///< `reset`
-    other      ///< Anything else: for the log.
+    heartbeat,     ///< `.`: the first one says that the world is loaded.
+    open,          ///< `open`: the world is loaded (Webots up to R2021b).
+    paused,        ///< `pause`
+    running,       ///< `real-time`, `fast` or `step`
+    reset,         ///< `reset`
+    display_ended, ///< The guard says that the simulator has lost its private display.
+    other          ///< Anything else: for the log.
 };
 
 OutputLine classify_output(std::string_view line) noexcept;

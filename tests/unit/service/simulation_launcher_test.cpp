@@ -275,6 +275,64 @@ BOOST_AUTO_TEST_CASE(another_user_gets_the_instance_and_nothing_that_is_the_serv
     BOOST_TEST(fixture.processes.started().back().user->user == core::own_user_number(1, 2002));
 }
 
+BOOST_AUTO_TEST_CASE(a_program_with_a_display_of_its_own_gets_no_other)
+{
+    auto params = launcher_params();
+    params.display.clear();
+    params.private_display.server = "/usr/bin/Xvfb";
+    params.private_display.guard = "/opt/guard";
+    Fixture fixture(params);
+    fixture.processes.expect();
+    auto const simulation = fixture.launched();
+    auto const& process = fixture.processes.started().front();
+    Texts const begin(process.argv.begin(), process.argv.begin() + 5);
+    BOOST_TEST(begin == (Texts{"/opt/guard", "--display", "/usr/bin/Xvfb", "30000", "/opt/webots/webots"}),
+               boost::test_tools::per_element());
+    BOOST_TEST(process.own_displays);
+    BOOST_TEST(variable(process, "DISPLAY") == "(unset)");
+    BOOST_TEST(!fixture.log.contains("--display")); // operators know the command line of Webots
+}
+
+BOOST_AUTO_TEST_CASE(in_a_sandbox_a_display_of_its_own_is_started_inside)
+{
+    auto params = launcher_params();
+    params.private_display.server = "/usr/bin/Xvfb";
+    params.private_display.guard = "/opt/guard";
+    params.sandbox.bubblewrap = "/usr/bin/bwrap";
+    Fixture fixture(params);
+    fixture.processes.expect();
+    auto const simulation = fixture.launched();
+    auto const& process = fixture.processes.started().front();
+    BOOST_TEST(process.argv.front() == "/usr/bin/bwrap");
+    auto const has = [&](Texts const& words) {
+        return std::search(process.argv.begin(), process.argv.end(), words.begin(), words.end()) !=
+               process.argv.end();
+    };
+    BOOST_TEST(has({"--", "/opt/guard", "--display", "/usr/bin/Xvfb"}));
+    BOOST_TEST(has({"--ro-bind-try", "/opt/guard", "/opt/guard"}));
+    BOOST_TEST(has({"--tmpfs", "/tmp/.X11-unix"}));
+    BOOST_TEST(!process.own_displays); // there are no others in there
+}
+
+BOOST_AUTO_TEST_CASE(a_simulation_that_loses_its_display_ends_with_a_sentence_about_that)
+{
+    for (bool const is_ready : {false, true}) {
+        Fixture fixture;
+        auto& script = fixture.processes.expect();
+        if (is_ready)
+            script.prints(".\n");
+        script.after(1s).prints("display has ended: (EE) no memory left\n").crashes(SIGKILL);
+        auto simulation = fixture.launched();
+        if (is_ready)
+            fixture.next<SimulationReady>(*simulation);
+        auto const ended = fixture.next<SimulationEnded>(*simulation);
+        BOOST_TEST(ended.reason ==
+                   "The virtual display of the simulation has ended unexpectedly. Please start the "
+                   "simulation again.");
+        BOOST_TEST(fixture.log.contains("display has ended: (EE) no memory left"));
+    }
+}
+
 BOOST_AUTO_TEST_CASE(an_unknown_mode_is_refused_before_a_port_is_asked_for)
 {
     Fixture fixture;

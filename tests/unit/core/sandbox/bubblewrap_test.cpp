@@ -106,6 +106,15 @@ BOOST_AUTO_TEST_CASE(of_displays_it_sees_the_one_that_it_draws_on)
     }
 }
 
+BOOST_AUTO_TEST_CASE(with_a_display_of_its_own_it_sees_a_folder_of_displays_of_its_own)
+{
+    auto visible = webots_and_a_project();
+    visible.own_displays = true;
+    auto const words = command(visible);
+    BOOST_TEST(has(words, {"--perms", "1777", "--size", "65536", "--tmpfs", "/tmp/.X11-unix"}));
+    BOOST_TEST(position(words, {"--tmpfs", "/tmp"}) < position(words, {"--tmpfs", "/tmp/.X11-unix"}));
+}
+
 BOOST_AUTO_TEST_CASE(what_graphics_processors_say_of_themselves_is_seen_with_them_only)
 {
     auto visible = webots_and_a_project();

@@ -78,6 +78,14 @@ BOOST_AUTO_TEST_CASE(what_webots_drivers_languages_and_networks_need_is_passed_o
     BOOST_TEST((passed("DISPLAY", ":9") == ":0")); // the server has chosen the screen already
 }
 
+BOOST_AUTO_TEST_CASE(without_a_screen_of_the_machine_nothing_leads_to_one)
+{
+    Environment const ours{
+        {"DISPLAY", ":0"}, {"WAYLAND_DISPLAY", "wayland-0"}, {"XAUTHORITY", "/x"}, {"LANG", "C"}};
+    BOOST_TEST((simulator_environment(ours, {}, "") == Environment{{"LANG", "C"}}));
+    BOOST_TEST((simulator_environment(ours, {"DISPLAY"}, "") == Environment{{"LANG", "C"}}));
+}
+
 BOOST_AUTO_TEST_CASE(secrets_and_what_systemd_says_to_the_server_are_not)
 {
     for (auto const* name : {"AWS_SECRET_ACCESS_KEY",

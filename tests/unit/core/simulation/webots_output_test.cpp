@@ -52,7 +52,8 @@ BOOST_AUTO_TEST_CASE(every_line_of_the_protocol_has_its_meaning)
     for (auto const* line : {"real-time", "fast", "step"})
         BOOST_TEST((classify_output(line) == OutputLine::running), line);
     BOOST_TEST((classify_output("reset") == OutputLine::reset));
-    for (auto const* line : {"", "opened", "INFO: pause", "\xff\xfe"})
+    BOOST_TEST((classify_output("display has ended: (EE) no memory left") == OutputLine::display_ended));
+    for (auto const* line : {"", "opened", "the display has ended: x", "INFO: pause", "\xff\xfe"})
         BOOST_TEST((classify_output(line) == OutputLine::other), line);
 }
 

@@ -1,0 +1,27 @@
+// A display of its own for each simulator: what is started, and what is said when it ends too early.
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace webots_cloud::core {
+
+/// How long the X server may take until it is ready, on a machine that has much to do.
+inline constexpr auto display_limit = std::chrono::seconds(30);
+
+/// The command line of the guard that runs `argv` on a display of `server`, Xvfb.
+std::vector<std::string> on_private_display(std::filesystem::path const& guard,
+                                            std::filesystem::path const& server,
+                                            std::vector<std::string> const& argv);
+
+/// Whether it is the guard's line about an X server that has ended before its simulator.
+bool says_display_has_ended(std::string_view line) noexcept;
+
+/// What the browser is told then.
+inline constexpr std::string_view display_has_ended =
+    "The virtual display of the simulation has ended unexpectedly. Please start the simulation again.";
+
+} // namespace webots_cloud::core
