@@ -42,7 +42,7 @@ class Floods(unittest.TestCase):
         """Ends the server; the beginning of its log must be unchanged, and say how many lines were left out."""
         self.assertEqual(server.stop(), 0)
         text = self.log(server, kind)
-        self.assertIn(first_line, text.splitlines()[0])
+        self.assertIn(first_line, "\n".join(text.splitlines()[:2]))  # the first one may be about Landlock
         counted = [int(number) for number in re.findall(example + r".*? \((\d+) more like this in the last \d+ s\)$", text, re.MULTILINE)]
         self.assertGreater(sum(counted), REFUSALS * 9 // 10, text[-2000:])
 
