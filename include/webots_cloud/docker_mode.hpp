@@ -45,6 +45,9 @@ struct DockerModeParams
     std::optional<std::vector<std::string>> persistent_images;
     std::string display = ":0"; ///< Empty: containers see none of this machine.
     bool own_displays = false;  ///< Each starts an X server of its own (`xvfb-run` in the image).
+    /// What simulators reach. Needs root, but for `host`, which is what Docker's own networks reach.
+    ProcessNetwork network;
+    std::string name_server; ///< Where they ask for names then; empty: nowhere.
     /// The graphics device for the containers, or `/dev/null`.
     std::string graphics_device = "/dev/null";
     /// Our own environment, of which docker gets only what it needs.

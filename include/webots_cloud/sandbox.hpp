@@ -28,7 +28,7 @@ struct SandboxParams
     std::vector<std::filesystem::path> devices;   ///< Visible: those of graphics processors.
     std::filesystem::path x_authority;            ///< Visible: the password of the display; empty: none.
     std::filesystem::path resolver;               ///< Seen as `/etc/resolv.conf`; empty: there is none.
-    std::filesystem::path filter; ///< The guard, which forbids system calls; empty: none are.
+    std::filesystem::path filter;                 ///< The guard, which forbids system calls; empty: none are.
 
     SimulationUser user; ///< Who runs them, whether they are confined or not.
 

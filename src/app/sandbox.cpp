@@ -215,6 +215,35 @@ asio::awaitable<result<>> check(SandboxParams const& sandbox, SandboxContext con
 
 } // namespace
 
+ContainerNetwork choose_container_network(SimulationConfig const& config, fs::path const& state,
+                                          Logger const& log)
+{
+    ContainerNetwork chosen;
+    chosen.description = "Docker, network of Docker";
+    if (config.network_reach == "host")
+        return chosen;
+    auto const rules = state / "network.rules";
+    auto network = network_of(config, rules);
+    result<> written;
+    if (::geteuid() != 0)
+        network =
+            Failure(errc::start_failed, "only a server that runs as root can give containers a network");
+    else if (network)
+        written = write_file(rules, core::internet_only_rules(own_ipv4_addresses()));
+    if (!network || !written) {
+        log.warning(
+            concat("Containers reach all that Docker's own networks reach, services of this machine and "
+                   "private networks among it: ",
+                   (network ? written.error() : network.error()).message(), " (docs/docker.md)."));
+        return chosen;
+    }
+    chosen.network = *network;
+    if (network->reach == Reach::internet)
+        chosen.name_server = core::name_servers(core::sandbox_resolver).front();
+    chosen.description = concat("Docker, ", describe(network->reach));
+    return chosen;
+}
+
 asio::awaitable<result<ChosenSandbox>> choose_sandbox(SimulationConfig const& config, SandboxContext context,
                                                       ProcessHost& processes, Clock& clock, Logger log)
 {

@@ -34,6 +34,20 @@ struct ChosenSandbox
     std::string warning;     ///< A sentence: simulations are not confined, although nobody asked for that.
 };
 
+/// The network of simulations in containers, as the key `network` says.
+struct ContainerNetwork
+{
+    ContainerNetwork() = default;
+
+    ProcessNetwork network;  ///< `host` is what Docker's own networks reach.
+    std::string name_server; ///< For `internet`.
+    std::string description; ///< For the monitor page, as in "Docker, public internet only".
+};
+
+/// `state` is an existing folder of ours. Where the network can't be made, it is Docker's, with a warning.
+ContainerNetwork choose_container_network(SimulationConfig const& config, std::filesystem::path const& state,
+                                          Logger const& log);
+
 /// Does what the keys `sandbox` and `network` say, and tries whether it holds.
 /// Errors: `start_failed`: the sandbox that the operator asked for by name does not work here.
 boost::asio::awaitable<result<ChosenSandbox>> choose_sandbox(SimulationConfig const& config,

@@ -226,7 +226,8 @@ void tell_environment(SimulationLauncherParams const& params, Logger const& log)
         log.warning(warning);
 }
 
-DockerModeParams docker_params(SimulationConfig const& config, fs::path const& instances)
+DockerModeParams docker_params(SimulationConfig const& config, fs::path const& instances,
+                               app::ContainerNetwork const& network)
 {
     DockerModeParams params;
     params.docker = find_program("docker");
@@ -242,6 +243,8 @@ DockerModeParams docker_params(SimulationConfig const& config, fs::path const& i
     params.simulator_environment = config.simulator_environment;
     if (fs::exists("/dev/dri", failed))
         params.graphics_device = "/dev/dri";
+    params.network = network.network;
+    params.name_server = network.name_server;
     params.own_displays = config.display == "private";
     if (params.own_displays || config.display == "none") {
         params.display.clear();
@@ -341,10 +344,12 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     ProjectFetcher fetcher(fetching, sources.forges, log, websites.get());
     std::unique_ptr<TextFiles> files;
     std::unique_ptr<DockerMode> docker;
+    app::ContainerNetwork container_network;
     if (config.docker) {
         files = make_text_files();
-        docker =
-            std::make_unique<DockerMode>(docker_params(config, instances), *processes, *files, *clock, log);
+        container_network = app::choose_container_network(config, instances.parent_path(), log);
+        docker = std::make_unique<DockerMode>(docker_params(config, instances, container_network), *processes,
+                                              *files, *clock, log);
         auto const opened = co_await docker->open();
         if (!opened)
             co_return opened.error();
@@ -377,7 +382,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
         config, guard, read_only, ::geteuid() == 0 && !sandbox->params.user.is_other(), *clock, log);
     service_settings.isolation_warning =
         isolation_warning.empty() ? sandbox->warning : std::move(isolation_warning);
-    service_settings.sandbox = sandbox->description;
+    service_settings.sandbox = config.docker ? container_network.description : sandbox->description;
     service_settings.display = display->description;
     SimulationServiceHooks hooks;
     hooks.new_token = make_token;

@@ -3,7 +3,7 @@
 //
 //     webots-process-guard [--cleanup COUNT WORD...] [--set-user-id]
 //                          [--network none PORT | --network internet PORT SLIRP IP RULES]
-//                          [--own-sandbox FOLDER] [--own-displays]
+//                          [--container DOCKER PROJECT SERVICE] [--own-sandbox FOLDER] [--own-displays]
 //                          [--user UID GID[,GID...] FOLDER HOME AUTHORITY [--visible PATH]...]
 //                          [--read-only FOLDER]... GRACE_MS PROGRAM [ARGUMENT...]
 //     webots-process-guard --display SERVER LIMIT_MS PROGRAM [ARGUMENT...]
@@ -37,6 +37,10 @@
 // network, do not forbid. Connections to PORT of the machine are relayed to the same port in there, once
 // somebody listens on it. If the network can't be made, the program is not started.
 //
+// --container: the program is compose, which has Docker start a container for SERVICE of PROJECT without a
+// network. The network is that container's: see container_network.hpp. The tree gets no namespaces, since
+// Docker numbers processes as the machine does. Needs root.
+//
 // --own-sandbox: the program is a sandbox with a PID namespace and privileges of its own (firejail), which
 // has to see the processes of the machine while it makes that. The tree gets mount and network namespaces
 // alone, in which FOLDER, where the program keeps its files, is empty and in memory. Without them, and for
@@ -64,6 +68,7 @@
 // only a few pages of memory.
 
 #include "attempts.hpp"
+#include "container_network.hpp"
 #include "display.hpp"
 #include "pid_namespace.hpp"
 #include "privileges.hpp"
@@ -371,6 +376,21 @@ char const* take_word(int& argc, char**& argv, char const* option)
     return *argv++;
 }
 
+/// Takes the options of a container out of our command line.   Returns: false when they are malformed.
+bool take_container(int& argc, char**& argv, webots_cloud::guard::Container& container)
+{
+    if (!take_option(argc, argv, "--container"))
+        return true;
+    if (argc < 3)
+        return false;
+    container.docker = argv[0];
+    container.project = argv[1];
+    container.service = argv[2];
+    argc -= 3;
+    argv += 3;
+    return true;
+}
+
 /// Takes the folders that must not be changed out of our command line.   Returns: their number; they lie
 /// where the first `--read-only` was.
 int take_read_only(int& argc, char**& argv)
@@ -395,8 +415,9 @@ int watch_owner()
 int usage(char const* name)
 {
     std::fprintf(stderr,
-                 "usage: %s [--cleanup COUNT WORD...] [--set-user-id] [--network ...] [--own-sandbox FOLDER] "
-                 "[--own-displays] [--user ...] [--read-only FOLDER]... GRACE_MS PROGRAM [ARGUMENT...]\n"
+                 "usage: %s [--cleanup COUNT WORD...] [--set-user-id] [--network ...] [--container ...] "
+                 "[--own-sandbox FOLDER] [--own-displays] [--user ...] "
+                 "[--read-only FOLDER]... GRACE_MS PROGRAM [ARGUMENT...]\n"
                  "       %s --display SERVER LIMIT_MS PROGRAM [ARGUMENT...]\n"
                  "       %s --probe [--read-only FOLDER]...\n"
                  "       %s --filter PROGRAM [ARGUMENT...]\n"
@@ -437,13 +458,14 @@ int main(int argc, char** argv)
     Program program;
     program.set_user_id = take_option(argc, argv, "--set-user-id");
     bool const understood = take_network(argc, argv, program.network);
+    bool const has_container = take_container(argc, argv, program.container);
     program.own_sandbox = take_word(argc, argv, "--own-sandbox");
     program.own_displays = take_option(argc, argv, "--own-displays");
     bool const user_understood = webots_cloud::guard::take_user(argc, argv, program.user);
     program.read_only = argv;
     program.read_only_count = take_read_only(argc, argv);
     program.argv = argv + 1;
-    if (!understood || !user_understood || (argc < 2 && !(is_probe && argc == 0)))
+    if (!understood || !has_container || !user_understood || (argc < 2 && !(is_probe && argc == 0)))
         return usage(name);
     setsid(); // Ctrl-C in the terminal is for the server, which then ends its simulations in order
     prctl(PR_SET_CHILD_SUBREAPER, 1);
@@ -462,7 +484,14 @@ int main(int argc, char** argv)
         return exec_failed;
     }
     int const signals = signalfd(-1, &handled, SFD_CLOEXEC | SFD_NONBLOCK);
-    auto started = webots_cloud::guard::start_in_namespace(program, execute_confined);
+    Started started;
+    if (program.container.docker) {
+        started.process = fork();
+        if (started.process == 0)
+            webots_cloud::guard::run_beside_container(program, execute);
+    } else {
+        started = webots_cloud::guard::start_in_namespace(program, execute_confined);
+    }
     if (started.process < 0 && (program.network.is_own() || program.own_sandbox)) {
         std::printf("can't start %s in %s of its own: %s\n", program.argv[0],
                     program.network.is_own() ? "a network" : "a mount namespace",

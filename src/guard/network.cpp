@@ -67,20 +67,6 @@ void keep_network_capability()
         prctl(PR_CAP_AMBIENT, PR_CAP_AMBIENT_RAISE, CAP_NET_ADMIN, 0, 0);
 }
 
-bool apply_rules(char const* ip, char const* rules)
-{
-    pid_t const child = fork();
-    if (child == 0) {
-        keep_network_capability();
-        char const* const argv[] = {ip, "-batch", rules, nullptr};
-        execute_quietly(argv);
-    }
-    int status = 0;
-    while (child > 0 && waitpid(child, &status, 0) < 0 && errno == EINTR)
-        continue;
-    return child > 0 && WIFEXITED(status) && WEXITSTATUS(status) == 0;
-}
-
 bool say_ready(int socket)
 {
     return send(socket, "r", 1, MSG_NOSIGNAL) == 1;
@@ -112,6 +98,58 @@ char const* describe(NetworkFailure failure)
         return "there are too many processes";
     }
     return "";
+}
+
+bool apply_rules(char const* ip, char const* rules)
+{
+    pid_t const child = fork();
+    if (child == 0) {
+        keep_network_capability();
+        char const* const argv[] = {ip, "-batch", rules, nullptr};
+        execute_quietly(argv);
+    }
+    int status = 0;
+    while (child > 0 && waitpid(child, &status, 0) < 0 && errno == EINTR)
+        continue;
+    return child > 0 && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+bool attach_slirp(Network const& network, pid_t inside)
+{
+    int ready[2];
+    if (pipe2(ready, O_CLOEXEC) != 0)
+        return false;
+    pid_t const child = fork();
+    if (child == 0) {
+        prctl(PR_SET_PDEATHSIG, SIGKILL);
+        fcntl(ready[1], F_SETFD, 0);
+        char ready_fd[32];
+        char number[32];
+        std::snprintf(ready_fd, sizeof ready_fd, "--ready-fd=%d", ready[1]);
+        std::snprintf(number, sizeof number, "%d", inside);
+        // Its own sandbox works for root only: it wants user 0 in our user namespace, where there is none.
+        char const* const confined = geteuid() == 0 ? "--enable-sandbox" : "--enable-seccomp";
+        char const* const argv[] = {network.slirp,
+                                    "--configure",
+                                    "--mtu=65520",
+                                    "--disable-host-loopback",
+                                    "--enable-seccomp",
+                                    confined,
+                                    ready_fd,
+                                    number,
+                                    "tap0",
+                                    nullptr};
+        execute_quietly(argv);
+    }
+    close(ready[1]);
+    pollfd watched{ready[0], POLLIN, 0};
+    char byte = 0;
+    bool const attached =
+        child > 0 && poll(&watched, 1, slirp_limit_ms) == 1 && read(ready[0], &byte, 1) == 1;
+    close(ready[0]);
+    if (!attached && child > 0)
+        kill(child, SIGKILL); // reaped with all others
+    return attached;
 }
 
 bool NetworkSetup::prepare()
@@ -158,49 +196,10 @@ void NetworkSetup::complete_outside(pid_t inside)
         return;
     close(ends_[1]);
     close(acceptor_);
-    if (await_ready(ends_[0]) && (network_.reach != Network::Reach::internet || attach_slirp(inside)))
+    if (await_ready(ends_[0]) &&
+        (network_.reach != Network::Reach::internet || attach_slirp(network_, inside)))
         say_ready(ends_[0]);
     close(ends_[0]);
-}
-
-/// Starts slirp4netns, which passes on what the program sends as connections of its own. It is our child, and
-/// ends with us.
-bool NetworkSetup::attach_slirp(pid_t inside)
-{
-    int ready[2];
-    if (pipe2(ready, O_CLOEXEC) != 0)
-        return false;
-    pid_t const child = fork();
-    if (child == 0) {
-        prctl(PR_SET_PDEATHSIG, SIGKILL);
-        fcntl(ready[1], F_SETFD, 0);
-        char ready_fd[32];
-        char number[32];
-        std::snprintf(ready_fd, sizeof ready_fd, "--ready-fd=%d", ready[1]);
-        std::snprintf(number, sizeof number, "%d", inside);
-        // Its own sandbox works for root only: it wants user 0 in our user namespace, where there is none.
-        char const* const confined = geteuid() == 0 ? "--enable-sandbox" : "--enable-seccomp";
-        char const* const argv[] = {network_.slirp,
-                                    "--configure",
-                                    "--mtu=65520",
-                                    "--disable-host-loopback",
-                                    "--enable-seccomp",
-                                    confined,
-                                    ready_fd,
-                                    number,
-                                    "tap0",
-                                    nullptr};
-        execute_quietly(argv);
-    }
-    close(ready[1]);
-    pollfd watched{ready[0], POLLIN, 0};
-    char byte = 0;
-    bool const attached =
-        child > 0 && poll(&watched, 1, slirp_limit_ms) == 1 && read(ready[0], &byte, 1) == 1;
-    close(ready[0]);
-    if (!attached && child > 0)
-        kill(child, SIGKILL); // reaped with all others
-    return attached;
 }
 
 } // namespace webots_cloud::guard

@@ -38,6 +38,13 @@ enum class NetworkFailure : char
 /// A sentence for the operator, without a full stop.
 char const* describe(NetworkFailure failure);
 
+/// Carries the lines of the file `rules` out in the network that we are in, as `ip -batch` does.
+bool apply_rules(char const* ip, char const* rules);
+
+/// Starts slirp4netns, which passes on what the processes of the network of `inside` send as connections of
+/// its own. It is our child, and ends with us. Returns when it works.
+bool attach_slirp(Network const& network, pid_t inside);
+
 /// Both sides of the making of a network: the guard, outside, and the first process of the namespaces,
 /// inside.
 class NetworkSetup
@@ -56,8 +63,6 @@ public:
     void complete_outside(pid_t inside);
 
 private:
-    bool attach_slirp(pid_t inside);
-
     Network const& network_;
     int acceptor_ = -1;
     int ends_[2] = {-1, -1}; ///< Outside, inside: a byte each says that its side is ready.

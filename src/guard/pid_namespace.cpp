@@ -27,7 +27,7 @@ constexpr char is_running = 1;
 constexpr char has_own_proc = 2;
 constexpr char has_read_only = 4;
 constexpr char has_own_displays = 8;
-constexpr int failure_shift = 3; // of a `NetworkFailure`, where nothing runs
+constexpr int failure_shift = 3;                             // of a `NetworkFailure`, where nothing runs
 constexpr char const* own_files_limit = "size=16m,mode=755"; // firejail's are some kilobytes
 
 bool write_file(char const* path, char const* text)

@@ -11,6 +11,14 @@
 
 namespace webots_cloud::guard {
 
+/// A container of compose's.
+struct Container
+{
+    char const* docker = nullptr;  ///< The program, absolute.
+    char const* project = nullptr; ///< As compose labels it, and so the next.
+    char const* service = nullptr;
+};
+
 /// The program to start.
 struct Program
 {
@@ -28,6 +36,8 @@ struct Program
     bool own_displays = false;
     User user;       ///< Who runs it; another one only where we are root.
     Network network; ///< Needs namespaces: without them the program is not started.
+    Container
+        container; ///< With a program `docker`: the network is the container\'s, see container_network.hpp.
 };
 
 /// A started program, as seen by the guard.

@@ -203,15 +203,20 @@ int bind_port(int port)
     return -1;
 }
 
+bool start_listening(int acceptor)
+{
+    int const on = 1;
+    setsockopt(acceptor, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on); // as in bind_port
+    return listen(acceptor, backlog) == 0;
+}
+
 void relay(int acceptor, int port)
 {
     prctl(PR_SET_DUMPABLE, 0);
     prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
     std::signal(SIGTERM, SIG_IGN); // it ends with its namespace
     await_listener(static_cast<unsigned>(port));
-    int const on = 1;
-    setsockopt(acceptor, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on); // as in bind_port
-    if (listen(acceptor, backlog) != 0)
+    if (!start_listening(acceptor))
         _exit(1);
     std::vector<std::unique_ptr<Connection>> connections;
     std::vector<pollfd> watched;

@@ -7,6 +7,10 @@ namespace webots_cloud::guard {
 /// it, and whoever connects is refused.   -1: `errno` says why not.
 int bind_port(int port);
 
+/// From now on connections to a socket of `bind_port` are made, and wait for `relay`, which calls this
+/// itself. False: `errno` says why not.
+bool start_listening(int acceptor);
+
 /// Waits until somebody listens on `port` in our own network namespace. Then accepts connections on
 /// `acceptor`, a socket of `bind_port` from the machine's namespace, and passes their bytes on. What cannot
 /// be written yet is not read, so a slow peer costs one buffer. Does not return.

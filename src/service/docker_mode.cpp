@@ -99,6 +99,13 @@ ContainerPlan DockerMode::Impl::plan(LaunchSpec const& spec, ContainerProject pr
     plan.notes = std::move(project.notes);
     plan.process = commands.spec(core::compose_up(engine.compose, file));
     plan.process.directory = spec.root;
+    if (project.own_network) {
+        plan.process.network = params.network;
+        plan.process.network.port = environment.port;
+        plan.process.container.docker = params.docker;
+        plan.process.container.project = environment.project;
+        plan.process.container.service = core::simulator_service;
+    }
     plan.process.cleanup_command = core::compose_down(engine.compose, file);
     if (environment.yml.kind == core::ComposeTemplate::competition)
         plan.restart_controller = commands.spec(core::compose_restart_controller(engine.compose, file));

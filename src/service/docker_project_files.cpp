@@ -52,6 +52,9 @@ DockerProjectFiles::write(LaunchSpec const& spec, std::uint16_t port, std::strin
                    "below the other, below \"services:\"."));
     core::ContainerWalls walls;
     walls.host_display = !params_.display.empty();
+    walls.own_network =
+        params_.network.reach != ProcessNetwork::Reach::host && !core::chooses_network(*compose_file);
+    walls.name_server = params_.name_server;
     bool const own = texts.dockerfile && params_.project_dockerfiles;
     auto const dockerfile = co_await choose_dockerfile(texts, own);
     if (!dockerfile)
@@ -68,6 +71,7 @@ DockerProjectFiles::write(LaunchSpec const& spec, std::uint16_t port, std::strin
     ContainerProject project;
     project.environment = std::move(*values);
     project.uses_project_dockerfile = own;
+    project.own_network = walls.own_network;
     project.notes = core::unused_file_notes(texts, own);
     co_return project;
 }

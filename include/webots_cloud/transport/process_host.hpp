@@ -52,6 +52,16 @@ struct ProcessUser
     std::vector<std::filesystem::path> visible; ///< What it has to reach, even below folders of root's.
 };
 
+/// A container that compose starts.
+struct ComposeContainer
+{
+    ComposeContainer() = default;
+
+    std::filesystem::path docker; ///< The program, absolute. Empty: there is no such container.
+    std::string project;          ///< Compose's names.
+    std::string service;
+};
+
 /// A program to run. Nothing is ever passed through a shell.
 struct ProcessSpec
 {
@@ -80,6 +90,9 @@ struct ProcessSpec
     /// Whether X servers of the tree and those of the machine are hidden from each other. Where that can't be
     /// done, the program is not started and says so. Default: no.
     bool own_displays = false;
+    /// The program is compose, and the network that of this container, which must have none of Docker's. Only
+    /// root can start it. Default: there is none.
+    ComposeContainer container;
     std::optional<ProcessUser> user; ///< Default: our own. The cleanup command is ours in any case.
     ProcessNetwork network;          ///< Where that can't be made, the program is not started and says so.
 };

@@ -284,6 +284,9 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
     if (spec.set_user_id)
         arguments.emplace_back("--set-user-id");
     add_network(arguments, spec.network);
+    if (!spec.container.docker.empty())
+        arguments.insert(arguments.end(), {"--container", spec.container.docker.native(),
+                                           spec.container.project, spec.container.service});
     if (!spec.own_sandbox.empty())
         arguments.insert(arguments.end(), {"--own-sandbox", spec.own_sandbox.native()});
     if (spec.own_displays)

@@ -2,12 +2,16 @@
 
 #include "core/text.hpp"
 
+#include <algorithm>
+
 namespace webots_cloud::core {
 namespace {
 
 constexpr std::string_view display_folder = "/tmp/.X11-unix";
 // Its image is nobody's here, and may need to become another user at its start.
 constexpr std::string_view editor = "theia";
+// The participant's program in a competition, which speaks with the simulator through files.
+constexpr std::string_view controller = "controller";
 
 std::size_t indentation(std::string_view line)
 {
@@ -84,6 +88,16 @@ std::vector<std::string> compose_services(std::string_view compose_file)
     return names;
 }
 
+bool chooses_network(std::string_view compose_file)
+{
+    auto const services = services_of(compose_file);
+    return std::any_of(services.begin(), services.end(), [](auto const& service) {
+        return service.name == simulator_service &&
+               (service.text.find("network_mode:") != std::string::npos ||
+                service.text.find("networks:") != std::string::npos);
+    });
+}
+
 std::string walls_file(std::string_view compose_file, ContainerWalls const& walls)
 {
     auto text = concat(version_line(compose_file), "\nservices:\n");
@@ -91,6 +105,10 @@ std::string walls_file(std::string_view compose_file, ContainerWalls const& wall
         text.append(concat("  ", name, ":\n"));
         text.append(name == editor ? "    cap_drop: [MKNOD, NET_RAW]\n" : "    cap_drop: [ALL]\n");
         text.append("    security_opt:\n      - no-new-privileges:true\n");
+        if (walls.own_network && (name == simulator_service || name == controller))
+            text.append("    network_mode: none\n");
+        if (walls.own_network && name == simulator_service && !walls.name_server.empty())
+            text.append(concat("    dns: [", walls.name_server, "]\n"));
         if (!walls.host_display && lines.find(display_folder) != std::string::npos)
             text.append(concat("    volumes:\n      - type: tmpfs\n        target: ", display_folder, "\n"));
     }

@@ -19,7 +19,17 @@ struct ContainerWalls
     ContainerWalls() = default;
 
     bool host_display = true; ///< They may draw on the X display of the machine.
+    bool own_network =
+        false; ///< The simulator gets its network from us, and the controller of a competition none.
+    std::string name_server; ///< Of that network; empty: none.
 };
+
+/// The service that runs the simulator.
+inline constexpr char simulator_service[] = "webots";
+
+/// Whether the operator has chosen the network of the simulator in the compose file: then it is not ours to
+/// change.
+bool chooses_network(std::string_view compose_file);
 
 /// A compose file that is to be merged with `compose_file`, which stays what the operator has written: no
 /// service of it has capabilities that it does not ask for (`cap_add`), and none can gain any.

@@ -26,7 +26,7 @@ struct Visible
     std::string display;                          ///< As `DISPLAY` has it; only `:<number>` is of use.
     bool own_displays = false; ///< It starts X servers itself; those of the machine are hidden from it.
     std::filesystem::path x_authority; ///< The file of the display's password; empty: none.
-    std::filesystem::path resolver; ///< A file in place of `/etc/resolv.conf`; empty: none is seen.
+    std::filesystem::path resolver;    ///< A file in place of `/etc/resolv.conf`; empty: none is seen.
     std::uint64_t temporary_bytes = std::uint64_t{512} << 20; ///< What the folder for temporary files holds.
 };
 

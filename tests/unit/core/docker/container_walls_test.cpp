@@ -67,4 +67,27 @@ BOOST_AUTO_TEST_CASE(sockets_of_displays_are_covered_where_they_would_be_seen)
     BOOST_TEST(text.find(cover, found + 1) == std::string::npos);
 }
 
+BOOST_AUTO_TEST_CASE(simulators_get_their_network_from_us_and_controllers_none)
+{
+    ContainerWalls walls;
+    walls.own_network = true;
+    walls.name_server = "10.0.2.3";
+    auto const text = walls_file(competition, walls);
+    auto const mode = text.find("    network_mode: none\n    dns: [10.0.2.3]\n");
+    BOOST_TEST(mode < text.find("  controller:"));
+    auto const second = text.find("    network_mode: none\n", mode + 1);
+    BOOST_TEST(second < text.find("  theia:"));
+    BOOST_TEST(text.find("network_mode", second + 20) == std::string::npos);
+    walls.name_server.clear();
+    BOOST_TEST(walls_file(competition, walls).find("dns") == std::string::npos);
+}
+
+BOOST_AUTO_TEST_CASE(a_network_that_the_operator_has_chosen_is_seen)
+{
+    BOOST_TEST(!chooses_network(competition));
+    BOOST_TEST(chooses_network("services:\n  webots:\n    network_mode: host\n"));
+    BOOST_TEST(chooses_network("services:\n  webots:\n    networks: [lab]\n"));
+    BOOST_TEST(!chooses_network("services:\n  webots:\n    image: x\n  other:\n    networks: [lab]\n"));
+}
+
 BOOST_AUTO_TEST_SUITE_END()

@@ -1,0 +1,96 @@
+#!/usr/bin/python3
+"""What simulations in containers of a real Docker daemon reach: the key "network", which the server keeps for containers too.
+
+Runs in a network namespace of its own, at the end of a cable with machines that are public and private.
+"""
+
+import asyncio
+import contextlib
+import os
+import socket
+import sys
+import unittest
+
+sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
+from support import own_network  # noqa: E402
+from support.browser_client import Browser  # noqa: E402
+from support.docker import DockerDaemon, compose_command  # noqa: E402
+from support.frames import Frames, running  # noqa: E402
+from support.git_server import GitServer  # noqa: E402
+from support.projects import demo_project  # noqa: E402
+from support.servers import SimulationServer, main, program, wait_until  # noqa: E402
+
+TEMPLATES = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", "config", "simulation", "docker"))
+IMAGES = "webots_cloud_test/webots"
+# Says "open" where somebody answers; bash, since the image has no Python.
+CONNECT = 'exec 3<>/dev/tcp/{}/{} && echo open'
+
+
+def setUpModule():
+    global docker, git
+    stack = contextlib.ExitStack()
+    unittest.addModuleCleanup(stack.close)
+    simulator = program("webots-demo-simulator")
+    compose_command()
+    stack.enter_context(own_network.Outside())
+    git = stack.enter_context(GitServer())
+    docker = stack.enter_context(DockerDaemon())
+    docker.import_image(f"{IMAGES}:R2025a-ubuntu22.04", {"/usr/local/webots/webots": simulator},
+                        ["/bin/sh", "/bin/sleep", "/bin/bash", "/usr/bin/timeout", "/bin/cat"])
+    robots = demo_project()
+    del robots["webots.yml"]
+    git.add_repository("o", "robots", robots)
+
+
+class Network(unittest.IsolatedAsyncioTestCase):
+    def server(self, **settings):
+        server = SimulationServer(environment={**docker.environment, "DISPLAY": ""}, docker=True, forges=[git.url],
+                                  allowedRepositories=[git.url], maxConnections=8, dockerDir=TEMPLATES, dockerImages=IMAGES,
+                                  display="none", **settings)
+        self.enterContext(server)
+        return server
+
+    def reaches(self, container, address, port):
+        said = docker.attempt("exec", container, "/usr/bin/timeout", "3", "/bin/bash", "-c", CONNECT.format(address, port))
+        return said.stdout == "open\n"
+
+    async def check(self, server, reached):
+        """Starts a simulation, and compares what it reaches."""
+        loopback = self.enterContext(socket.create_server(("0.0.0.0", 0), backlog=64))
+        port = loopback.getsockname()[1]
+        async with Browser(server) as browser:
+            await browser.start(f"{git.url}/o/robots/blob/main/worlds/arena.wbt")
+            own = int((await browser.hear("webots:")).rpartition(":")[2])
+            container, = docker.run("ps", "--quiet", "--filter", "label=com.docker.compose.service=webots").split()
+            async with running(own):
+                await asyncio.to_thread(self.see_pictures, own)
+            addresses = {"loopback": ("127.0.0.1", port), "own": (own_network.OWN, port), "gateway": ("10.0.2.2", port),
+                         "resolver": ("10.0.2.3", port), "private": (own_network.PRIVATE, 80), "shared": (own_network.SHARED, 80),
+                         "metadata": (own_network.METADATA, 80), "public": (own_network.PUBLIC, 80)}
+            if "public" in reached:
+                wait_until(lambda: self.reaches(container, *addresses["public"]), "it has no network")
+            found = {name for name, address in addresses.items() if self.reaches(container, *address)}
+            self.assertEqual(found, reached)
+        wait_until(lambda: docker.things()["containers"] == [], f"left: {docker.things()}\n{server.log()}", 90)
+        server.wait_until_clean()
+
+    @staticmethod
+    def see_pictures(port):
+        frames = Frames(port)
+        frames.wait_for_next("of a simulation in a container")
+        frames.close()
+
+    async def test_the_public_internet_alone(self):
+        server = self.server()
+        self.assertIn("Docker, public internet only", server.get("/monitor"))
+        await self.check(server, {"public"})
+
+    async def test_nothing(self):
+        server = self.server(network="none")
+        self.assertIn("Docker, no network", server.get("/monitor"))
+        await self.check(server, set())
+
+
+if __name__ == "__main__":
+    own_network.enter()
+    main()
