@@ -4,8 +4,10 @@
 
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/own_files.hpp>
+#include <webots_cloud/process_limits.hpp>
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/endpoint.hpp>
+#include <webots_cloud/transport/folder_meter.hpp>
 #include <webots_cloud/transport/host_metrics.hpp>
 #include <webots_cloud/transport/http_client.hpp>
 #include <webots_cloud/transport/logger.hpp>
@@ -177,14 +179,42 @@ result<std::string> read_regular_file(std::filesystem::path const& path, std::si
 /// Errors: `invalid_config`, naming the file that is unusable.
 result<> check_certificate(std::filesystem::path const& certificate, std::filesystem::path const& key);
 
+/// Folders of this computer, measured on a thread of its own.
+std::unique_ptr<FolderMeter> make_folder_meter();
+
+/// Where control groups are found.
+struct ControlGroupsParams
+{
+    ControlGroupsParams() = default;
+
+    bool enabled = true; ///< False: none are made.
+    std::filesystem::path mounts = "/proc/self/mountinfo";
+    std::filesystem::path own_group = "/proc/self/cgroup"; ///< The file that names ours.
+    /// With version 2, groups may be made beside all others where our own group has other programs in it.
+    bool may_use_root = false;
+};
+
+/// Groups of processes that the kernel keeps within limits: one for each program that has limits.
+class ControlGroups;
+
+/// Tries what works here. Those that a killed server has left are removed.
+std::shared_ptr<ControlGroups> make_control_groups(ControlGroupsParams const& params = ControlGroupsParams());
+
+LimitSupport limit_support(ControlGroups const& groups);
+
+/// Folders that programs in such groups must not be able to change, lest they leave them.
+std::vector<std::filesystem::path> control_group_mounts(ControlGroups const& groups);
+
 /// Processes of this computer over Boost.Process, each under a guard (the program `webots-process-guard`)
 /// that ends the whole tree when asked to, when the process ends, and when we die, however we die.
 ///
 /// The processes can't change the existing folders `read_only`, where the kernel allows a mount namespace:
-/// see `probe_guard`.
+/// see `probe_guard`. `groups` keep them within their limits; null: that is up to who looks at
+/// `Process::usage`.
 std::unique_ptr<ProcessHost> make_process_host(boost::asio::any_io_executor executor,
                                                std::filesystem::path guard,
-                                               std::vector<std::filesystem::path> read_only = {});
+                                               std::vector<std::filesystem::path> read_only = {},
+                                               std::shared_ptr<ControlGroups> groups = nullptr);
 
 /// What that guard can do here, as its option `--probe` prints it: one line, which is no stable format. Not
 /// empty: the guard can be run.

@@ -113,6 +113,20 @@ struct DockerConfig
     bool operator==(DockerConfig const&) const = default;
 };
 
+/// What one simulation may use; 0: as much as it likes. Absent: see `core::simulation_limits`.
+struct LimitsConfig
+{
+    LimitsConfig() = default;
+
+    std::optional<std::uint64_t> memory;    ///< `simulationMemory`, in megabytes.
+    double processors = 0;                  ///< `simulationCpus`.
+    std::optional<std::uint64_t> processes; ///< `simulationProcesses`; threads count as well.
+    std::uint64_t files = 4096;             ///< `simulationFiles`: that each of its processes may have open.
+    std::uint64_t disk = std::uint64_t{4} << 30; ///< `simulationDisk`, in megabytes: its folder.
+
+    bool operator==(LimitsConfig const&) const = default;
+};
+
 /// `config/simulation/*.json` (protocol section 8.2).
 struct SimulationConfig
 {
@@ -154,6 +168,7 @@ struct SimulationConfig
     std::string simulation_user = "auto";
     std::string network_reach = "internet"; ///< `network`: what simulations in a sandbox reach: `internet`
                                             ///< (public addresses), `none`, `host`.
+    LimitsConfig limits;                    ///< `simulationMemory` and the like.
     /// `simulatorEnvironment`: `NAME` and `PREFIX_*` of the server's environment, and `NAME=value`, for
     /// simulators.
     std::vector<std::string> simulator_environment;

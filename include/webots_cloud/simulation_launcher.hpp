@@ -4,6 +4,7 @@
 #include <webots_cloud/docker_mode.hpp>
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/private_display.hpp>
+#include <webots_cloud/process_limits.hpp>
 #include <webots_cloud/sandbox.hpp>
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/logger.hpp>
@@ -15,6 +16,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -55,6 +57,9 @@ struct SimulationLauncherParams
     std::vector<std::string> simulator_environment;
     /// How simulators are confined. Default: not at all. With containers Docker does it.
     SandboxParams sandbox;
+    /// Of each simulation. Who overruns one is ended, by the SimulationService. Default: none. With
+    /// containers Docker keeps them.
+    ProcessLimits limits;
 };
 
 /// What to simulate.
@@ -117,6 +122,7 @@ struct SimulationEnded
     std::string reason;
     ExitStatus status;
     bool was_ready = false;
+    std::optional<Limit> overrun; ///< The limit that it was ended for.
 };
 
 using SimulationEvent = std::variant<SimulationProgress, SimulationReady, SimulationHeartbeat,
@@ -135,6 +141,9 @@ public:
 
     /// Asks it to end; `SimulationEnded` follows. May be called at any time, and more than once.
     virtual void terminate() noexcept = 0;
+
+    /// As `terminate`, because it has overrun a limit, which is the reason that its browser is told.
+    virtual void terminate_at(Limit limit) noexcept = 0;
 
     virtual int process_id() const noexcept = 0;
 

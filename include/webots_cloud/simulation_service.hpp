@@ -8,6 +8,7 @@
 #include <webots_cloud/simulation_walls.hpp>
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/endpoint.hpp>
+#include <webots_cloud/transport/folder_meter.hpp>
 #include <webots_cloud/transport/host_metrics.hpp>
 #include <webots_cloud/transport/logger.hpp>
 #include <webots_cloud/transport/simulation_logs.hpp>
@@ -68,6 +69,8 @@ struct SimulationServiceHooks
     std::function<void(std::string line)> monitor_log;
     /// Keeps what simulators print; must outlive the service.
     SimulationLogs* simulation_logs = nullptr;
+    /// Measures the folders of simulations with a limit of disk; must outlive the service. Null: nobody does.
+    FolderMeter* folder_meter = nullptr;
     /// What `GET /metrics` shows below the service's own figures: families in the text format of Prometheus.
     std::function<std::string()> more_metrics;
 };

@@ -3,6 +3,7 @@
 #include "core/docker/docker_project.hpp"
 #include "core/pages/monitor_sample.hpp"
 #include "core/projects/outside_projects.hpp"
+#include "core/sandbox/limits.hpp"
 #include "core/simulation/client_protocol.hpp"
 #include "core/simulation/isolation.hpp"
 #include "core/simulation/simulator_choice.hpp"
@@ -192,12 +193,35 @@ WebsiteSourceParams website_params(SimulationConfig const& config, fs::path cons
     return params;
 }
 
+/// Containers have groups of their own.
+ControlGroupsParams control_groups_params(SimulationConfig const& config, ProcessLimits const& limits)
+{
+    ControlGroupsParams params;
+    params.enabled = !config.docker && limits.any();
+    params.may_use_root = ::geteuid() == 0;
+    return params;
+}
+
+/// Tells the operator which limits simulations have, and which are not kept well. In containers Docker keeps
+/// them.
+void tell_limits(SimulationConfig const& config, ProcessLimits const& limits, LimitSupport const& support,
+                 Logger const& log)
+{
+    if (config.docker)
+        return;
+    log.info(core::limits_text(limits, support));
+    for (auto const& warning : core::limits_warnings(limits, support))
+        log.warning(warning);
+}
+
 SimulationLauncherParams launcher_params(SimulationConfig const& config, fs::path simulator,
-                                         SandboxParams sandbox, app::ChosenDisplay const& display)
+                                         SandboxParams sandbox, app::ChosenDisplay const& display,
+                                         ProcessLimits const& limits)
 {
     SimulationLauncherParams params;
     params.display = display.name;
     params.private_display = display.own;
+    params.limits = limits;
     params.sandbox = std::move(sandbox);
     params.webots = std::move(simulator);
     params.first_port = static_cast<std::uint16_t>(config.address.port + 1);
@@ -334,8 +358,15 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     auto const budget = make_fetch_budget(config.fetch_memory, config.fetch_disk);
     Sources sources(executor, config, instances, budget, log);
     auto const guard = programs / "webots-process-guard";
-    auto const read_only = read_only_folders(config);
-    auto const processes = make_process_host(executor, guard, read_only);
+    auto read_only = read_only_folders(config);
+    auto const host = metrics->description();
+    auto const limits = core::simulation_limits(config.limits, host.memory_bytes, host.cores);
+    auto const groups = make_control_groups(control_groups_params(config, limits));
+    auto const group_folders = control_group_mounts(*groups);
+    read_only.insert(read_only.end(), group_folders.begin(), group_folders.end());
+    auto const limit_support_here = limit_support(*groups);
+    tell_limits(config, limits, limit_support_here, log);
+    auto const processes = make_process_host(executor, guard, read_only, groups);
     ProjectFetcherParams fetching;
     fetching.instances = instances;
     std::unique_ptr<ProjectSource> websites; // the pages of websites know nothing of containers
@@ -370,7 +401,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
                                                       *processes, *clock, log);
     if (!display)
         co_return display.error();
-    SimulationLauncher launcher(launcher_params(config, choice->program, sandbox->params, *display),
+    SimulationLauncher launcher(launcher_params(config, choice->program, sandbox->params, *display, limits),
                                 *processes, *clock, log, docker.get());
     if (!config.docker)
         tell_environment(launcher.params(), log);
@@ -396,6 +427,8 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     auto const server = make_http_server(executor, std::move(network), log);
     hooks.more_metrics = [&server] { return app::http_server_metrics(server->statistics()); };
     auto const logs = make_simulation_logs(executor, logs_params(config), *clock, log);
+    auto const folder_meter = make_folder_meter();
+    hooks.folder_meter = folder_meter.get();
     if (config.simulation_log_keep > Duration::zero())
         hooks.simulation_logs = logs.get();
     SimulationService service(std::move(service_settings), fetcher, launcher, *metrics, *clock, log,

@@ -3,6 +3,7 @@
 //
 //     webots-process-guard [--cleanup COUNT WORD...] [--set-user-id]
 //                          [--network none PORT | --network internet PORT SLIRP IP RULES]
+//                          [--group FOLDER]... [--limit NAME NUMBER]...
 //                          [--container DOCKER PROJECT SERVICE] [--own-sandbox FOLDER] [--own-displays]
 //                          [--user UID GID[,GID...] FOLDER HOME AUTHORITY [--visible PATH]...]
 //                          [--read-only FOLDER]... GRACE_MS PROGRAM [ARGUMENT...]
@@ -40,6 +41,11 @@
 // --container: the program is compose, which has Docker start a container for SERVICE of PROJECT without a
 // network. The network is that container's: see container_network.hpp. The tree gets no namespaces, since
 // Docker numbers processes as the machine does. Needs root.
+//
+// --group names a control group, made by the server, that the tree runs in, and --limit what each of its
+// processes may use at most: "data" and "file-size" (bytes), "files" (open), and "processes", of the whole
+// tree, which has no effect without a user namespace. If any of it can't be set, the program is not started.
+// When the server is gone the guard removes the groups.
 //
 // --own-sandbox: the program is a sandbox with a PID namespace and privileges of its own (firejail), which
 // has to see the processes of the machine while it makes that. The tree gets mount and network namespaces
@@ -115,6 +121,11 @@ long now_ms()
     sigprocmask(SIG_SETMASK, &program.signals, nullptr);
     int const nothing = open("/dev/null", O_RDONLY | O_CLOEXEC);
     dup2(nothing, STDIN_FILENO);
+    if (!webots_cloud::guard::enter(program.limits)) {
+        std::printf("can't set the limits of %s: %s\n", program.argv[0], std::strerror(errno));
+        std::fflush(stdout);
+        _exit(exec_failed);
+    }
     execv(program.argv[0], program.argv);
     std::printf("can't run %s: %s\n", program.argv[0], std::strerror(errno));
     std::fflush(stdout);
@@ -186,6 +197,9 @@ public:
     /// Returns the status of the program when no process is left.
     int watch(int signals);
 
+    /// Whether the server has died, or wants to know nothing more of this program.
+    bool is_abandoned() const { return !control_open_ || owner_gone_; }
+
 private:
     void read_control();
     void reap();
@@ -200,6 +214,7 @@ private:
     int status_ = 0;
     bool killing_ = false;
     bool control_open_ = true;
+    bool owner_gone_ = false;
     bool tree_is_gone_ = false;
 };
 
@@ -269,6 +284,7 @@ int Guard::watch(int signals)
             read_control();
         if (watched[2].revents != 0) {
             owner_ = -1;
+            owner_gone_ = true;
             killing_ = true;
         }
         signalfd_siginfo info{};
@@ -415,9 +431,9 @@ int watch_owner()
 int usage(char const* name)
 {
     std::fprintf(stderr,
-                 "usage: %s [--cleanup COUNT WORD...] [--set-user-id] [--network ...] [--container ...] "
-                 "[--own-sandbox FOLDER] [--own-displays] [--user ...] "
-                 "[--read-only FOLDER]... GRACE_MS PROGRAM [ARGUMENT...]\n"
+                 "usage: %s [--cleanup COUNT WORD...] [--set-user-id] [--network ...] [--group FOLDER]... "
+                 "[--limit NAME NUMBER]... [--container ...] [--own-sandbox FOLDER] [--own-displays] "
+                 "[--user ...] [--read-only FOLDER]... GRACE_MS PROGRAM [ARGUMENT...]\n"
                  "       %s --display SERVER LIMIT_MS PROGRAM [ARGUMENT...]\n"
                  "       %s --probe [--read-only FOLDER]...\n"
                  "       %s --filter PROGRAM [ARGUMENT...]\n"
@@ -457,7 +473,8 @@ int main(int argc, char** argv)
     bool const is_probe = take_option(argc, argv, "--probe");
     Program program;
     program.set_user_id = take_option(argc, argv, "--set-user-id");
-    bool const understood = take_network(argc, argv, program.network);
+    bool const understood = take_network(argc, argv, program.network) &&
+                            webots_cloud::guard::take_limits(argc, argv, program.limits);
     bool const has_container = take_container(argc, argv, program.container);
     program.own_sandbox = take_word(argc, argv, "--own-sandbox");
     program.own_displays = take_option(argc, argv, "--own-displays");
@@ -484,6 +501,10 @@ int main(int argc, char** argv)
         return exec_failed;
     }
     int const signals = signalfd(-1, &handled, SFD_CLOEXEC | SFD_NONBLOCK);
+    if (!webots_cloud::guard::open_groups(program.limits)) {
+        std::printf("can't start %s in its control group: %s\n", program.argv[0], std::strerror(errno));
+        return exec_failed;
+    }
     Started started;
     if (program.container.docker) {
         started.process = fork();
@@ -512,7 +533,10 @@ int main(int argc, char** argv)
         std::printf("can't start %s: %s\n", program.argv[0], std::strerror(errno));
         return exec_failed;
     }
-    int const status = Guard(started, std::strtol(argv[0], nullptr, 10), owner).watch(signals);
+    Guard guard(started, std::strtol(argv[0], nullptr, 10), owner);
+    int const status = guard.watch(signals);
+    if (guard.is_abandoned())
+        webots_cloud::guard::remove_groups(program.limits);
     if (cleanup_command)
         run_cleanup_command(cleanup_command, program.signals, signals);
     exit_with(status);

@@ -2,6 +2,7 @@
 // others in it.
 #pragma once
 
+#include "limits.hpp"
 #include "network.hpp"
 #include "user.hpp"
 
@@ -34,7 +35,8 @@ struct Program
     /// The sockets of X servers outside and inside are hidden from each other. Needs a mount namespace:
     /// without one the program is not started.
     bool own_displays = false;
-    User user;       ///< Who runs it; another one only where we are root.
+    User user; ///< Who runs it; another one only where we are root.
+    Limits limits;
     Network network; ///< Needs namespaces: without them the program is not started.
     Container
         container; ///< With a program `docker`: the network is the container\'s, see container_network.hpp.

@@ -64,6 +64,7 @@ ProcessSpec NativeRuntime::process_for(LaunchSpec const& spec, std::uint16_t por
         core::simulator_environment(params_.environment, params_.simulator_environment, params_.display);
     process.directory = spec.world.parent_path();
     process.grace = params_.grace;
+    process.limits = params_.limits;
     if (spec.old_command_line) {
         core::OldStream stream;
         stream.controller_edit = spec.controller_edit;

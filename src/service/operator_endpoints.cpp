@@ -5,6 +5,7 @@
 #include "core/pages/metrics_text.hpp"
 #include "core/pages/monitor_page.hpp"
 #include "core/pages/monitor_sample.hpp"
+#include "core/sandbox/limits.hpp"
 #include "core/text.hpp"
 
 #include <webots_cloud/version.hpp>
@@ -97,6 +98,8 @@ boost::asio::awaitable<result<>> OperatorEndpoints::look_at_processes()
 /// Measures what some of the simulators consume: they take turns.
 boost::asio::awaitable<void> OperatorEndpoints::look_at_some()
 {
+    if (context_.launcher.params().limits.any())
+        co_return; // they are looked at every second, whether anybody watches or not
     for (std::size_t i = std::min(usages_at_once, sessions_.size()); i > 0; --i) {
         auto next = sessions_.upper_bound(last_looked_at_);
         if (next == sessions_.end())
@@ -220,8 +223,33 @@ Answer OperatorEndpoints::figures(IncomingRequest const&)
     text.family("simulations_isolated", "gauge",
                 "1 where the kernel keeps simulations from the server and from each other.")
         .add(params_.isolation_warning.empty() ? 1 : 0);
+    if (context_.launcher.params().limits.any())
+        write_consumption(text);
     context_.starts.write(text);
     return core::metrics_page(text.take(), hooks_.more_metrics);
+}
+
+/// What simulations use, all together, and how many wanted more than they may have.
+void OperatorEndpoints::write_consumption(core::MetricsText& text) const
+{
+    double memory = 0;
+    double processes = 0;
+    double processors = 0;
+    for (auto const& [id, session] : sessions_) {
+        memory += static_cast<double>(session->usage().memory_bytes);
+        processes += static_cast<double>(session->usage().processes);
+        processors += session->processors();
+    }
+    text.family("simulations_memory_bytes", "gauge", "Memory of all simulations together.").add(memory);
+    text.family("simulations_processes", "gauge", "Processes and threads of all simulations together.")
+        .add(processes);
+    text.family("simulations_processors", "gauge", "Processors that simulations keep busy.").add(processors);
+    text.family("simulations_over_limit_total", "counter", "Simulations that were ended at a limit.");
+    for (auto const limit : {Limit::memory, Limit::processes, Limit::disk}) {
+        auto const found = context_.overruns.find(limit);
+        text.add(found == context_.overruns.end() ? 0 : static_cast<double>(found->second),
+                 {{"limit", core::label_of(limit)}});
+    }
 }
 
 /// `POST /api/drain`; with `?exit` the server ends with the last simulation, with `?off` it accepts

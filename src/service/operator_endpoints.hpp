@@ -4,6 +4,7 @@
 
 #include "async/wakeup.hpp"
 #include "core/load/load_formula.hpp"
+#include "core/pages/metrics_text.hpp"
 #include "core/pages/shared_page.hpp"
 #include "core/pages/simulation_board.hpp"
 #include "monitor_feed.hpp"
@@ -78,6 +79,7 @@ private:
     bool is_operators(IncomingRequest const& request) const { return request.is_operator; }
     Answer load_answer(IncomingRequest const& request);
     Answer monitor_page(IncomingRequest const& request);
+    void write_consumption(core::MetricsText& text) const;
     Answer figures(IncomingRequest const& request);
     Answer liveness(IncomingRequest const& request);
     Answer readiness(IncomingRequest const& request);

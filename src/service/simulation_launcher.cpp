@@ -4,6 +4,7 @@
 #include "core/docker/compose_output.hpp"
 #include "core/docker/docker_project.hpp"
 #include "core/docker/line_budget.hpp"
+#include "core/sandbox/limits.hpp"
 #include "core/simulation/last_words.hpp"
 #include "core/simulation/launch_plan.hpp"
 #include "core/simulation/output_budget.hpp"
@@ -89,7 +90,8 @@ public:
                       LaunchSpec spec, SimulatorRuntime& runtime, ContainerPlan plan)
         : lease_(std::move(lease)), process_(std::move(process)), processes_(processes), clock_(clock),
           log_(std::move(log)), label_(std::move(spec.label)), output_(std::move(spec.output)),
-          runtime_(runtime), plan_(std::move(plan)), state_(clock.now(), params.start_timeout, params.timeout)
+          runtime_(runtime), plan_(std::move(plan)), limits_(params.limits),
+          state_(clock.now(), params.start_timeout, params.timeout)
     {
         for (auto& note : plan_.notes)
             events_.emplace_back(SimulationProgress(std::move(note)));
@@ -97,6 +99,7 @@ public:
 
     asio::awaitable<result<SimulationEvent>> next_event() override;
     void terminate() noexcept override { stop({}); }
+    void terminate_at(Limit limit) noexcept override;
     int process_id() const noexcept override { return process_->id(); }
     TimePoint ends_at() const noexcept override { return state_.ends_at(); }
     std::vector<std::string> const& announcements() const noexcept override { return plan_.announcements; }
@@ -109,7 +112,7 @@ private:
     void on_line(std::string_view line);
     void on_webots_line(std::string_view line);
     void on_container_end(std::string_view line);
-    void on_exit(ExitStatus status);
+    void on_exit(ExitStatus status, ProcessUsage const& usage);
     void show_progress(std::string_view text);
     void on_heartbeat();
     void note_activity(bool running);
@@ -128,6 +131,7 @@ private:
     std::function<void(std::string_view)> output_;
     SimulatorRuntime& runtime_;
     ContainerPlan plan_;
+    ProcessLimits limits_;
     core::SimulatorState state_;
 
     core::LineSplitter lines_;
@@ -175,7 +179,8 @@ asio::awaitable<result<SimulationEvent>> RunningSimulation::next_event()
                 co_await asio::this_coro::reset_cancellation_state(asio::disable_cancellation());
                 co_await runtime_.clear(plan_);
             }
-            on_exit(std::get<ExitStatus>(*event));
+            auto const refused = co_await process_->usage();
+            on_exit(std::get<ExitStatus>(*event), refused);
         }
     }
     SimulationEvent const event = std::move(events_.front());
@@ -347,8 +352,24 @@ asio::awaitable<void> RunningSimulation::announce_if_listening()
     announce(port);
 }
 
-void RunningSimulation::on_exit(ExitStatus status)
+void RunningSimulation::terminate_at(Limit limit) noexcept
 {
+    if (!state_.stop(core::overrun_text(limit, limits_)))
+        return;
+    ended_.overrun = limit;
+    process_->terminate();
+}
+
+/// `usage`: what the kernel has refused it.
+void RunningSimulation::on_exit(ExitStatus status, ProcessUsage const& usage)
+{
+    core::Consumption refused;
+    refused.memory_kills = usage.memory_kills;
+    refused.refused_forks = usage.refused_forks;
+    refused.too_many_files = core::ended_at_file_size(status.code, status.signalled);
+    if (auto const limit = core::overrun(limits_, refused);
+        limit && state_.stop(core::overrun_text(*limit, limits_)))
+        ended_.overrun = limit;
     lines_.finish([this](std::string_view line) { on_line(line); });
     note_lines_left_out();
     ended_.status = status;

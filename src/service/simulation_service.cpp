@@ -6,6 +6,7 @@
 #include "core/projects/outside_projects.hpp"
 #include "core/simulation/client_protocol.hpp"
 #include "core/text.hpp"
+#include "limit_watch.hpp"
 #include "operator_endpoints.hpp"
 #include "route_table.hpp"
 #include "simulation_session.hpp"
@@ -65,6 +66,7 @@ struct SimulationService::Impl
     void begin_wait(std::uint64_t id, std::string const& quota_key, Channel& channel);
     void end_wait(std::uint64_t id);
     asio::awaitable<result<>> measure();
+    asio::awaitable<result<>> watch_limits();
     asio::awaitable<FirstRequest> receive_request(std::uint64_t id, Channel& channel);
     asio::awaitable<void> simulate(std::uint64_t id, std::string quota_key, core::SimulationRequest request,
                                    Channel& channel);
@@ -132,8 +134,24 @@ void SimulationService::Impl::set_policy()
 asio::awaitable<result<>> SimulationService::run()
 {
     using namespace asio::experimental::awaitable_operators;
-    auto const ended = co_await (impl_->measure() || impl_->operators.look_at_processes());
-    co_return ended.index() == 0 ? std::get<0>(ended) : std::get<1>(ended);
+    if (!impl_->context.launcher.params().limits.any()) {
+        auto const ended = co_await (impl_->measure() || impl_->operators.look_at_processes());
+        co_return ended.index() == 0 ? std::get<0>(ended) : std::get<1>(ended);
+    }
+    auto const ended =
+        co_await (impl_->measure() || impl_->operators.look_at_processes() || impl_->watch_limits());
+    co_return std::visit([](result<> const& each) { return each; }, ended);
+}
+
+asio::awaitable<result<>> SimulationService::Impl::watch_limits()
+{
+    using namespace asio::experimental::awaitable_operators;
+    bool const has_disk = context.launcher.params().limits.disk > 0;
+    if (!has_disk || !hooks.folder_meter)
+        co_return co_await watch_processes(context, sessions);
+    auto const ended = co_await (watch_processes(context, sessions) ||
+                                 watch_folders(context, sessions, *hooks.folder_meter));
+    co_return std::visit([](result<> const& each) { return each; }, ended);
 }
 
 /// Once a second, until the server is stopped or has finished.

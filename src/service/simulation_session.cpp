@@ -1,6 +1,7 @@
 #include "simulation_session.hpp"
 
 #include "async/cancellation.hpp"
+#include "core/sandbox/limits.hpp"
 #include "core/simulation/port_pool.hpp"
 #include "core/text.hpp"
 
@@ -93,6 +94,41 @@ asio::awaitable<void> SimulationSession::look_at_processes()
     measured_ = now;
 }
 
+void SimulationSession::keep_process_limits()
+{
+    if (!simulation_ || life_.state() == Life::State::exited)
+        return;
+    core::Consumption used;
+    used.memory = used_.own_memory_bytes;
+    used.processes = used_.processes;
+    used.memory_kills = used_.memory_kills;
+    used.refused_forks = used_.refused_forks;
+    if (auto const limit = core::overrun(context_.launcher.params().limits, used))
+        simulation_->terminate_at(*limit);
+}
+
+asio::awaitable<void> SimulationSession::look_at_folder(FolderMeter& meter)
+{
+    auto const& limits = context_.launcher.params().limits;
+    if (!simulation_ || !project_ || life_.state() == Life::State::exited ||
+        context_.clock.now() < folder_due_)
+        co_return;
+    auto const began = context_.clock.now();
+    auto directory = project_->directory;
+    auto const use = co_await meter.measure(std::move(directory), limits.disk);
+    auto const now = context_.clock.now();
+    // A tenth of the time of one thread; more only while there is little room for others.
+    bool const is_urgent = use.free_bytes < 2 * limits.disk;
+    folder_due_ = is_urgent ? now : began + 10 * (now - began);
+    if (!simulation_ || life_.state() == Life::State::exited) // it may have ended meanwhile
+        co_return;
+    core::Consumption used;
+    used.disk = use.bytes;
+    used.too_many_files = use.too_many_files;
+    if (auto const limit = core::overrun(limits, used))
+        simulation_->terminate_at(*limit);
+}
+
 bool SimulationSession::is_starting() const noexcept
 {
     return stage() == Life::Stage::fetching || stage() == Life::Stage::launching;
@@ -111,8 +147,10 @@ core::SimulationRow SimulationSession::row() const
         row.process = simulation_->process_id();
         row.cpu = cpu_;
         row.more = !used_.complete;
-        if (cpu_)
+        if (cpu_) {
             row.memory = static_cast<double>(used_.memory_bytes) / 1e6;
+            row.processes = used_.processes;
+        }
     }
     return row;
 }
@@ -475,6 +513,8 @@ asio::awaitable<void> SimulationSession::relay(Channel& channel)
         } else {
             life_.exited();
             auto const& ended = std::get<SimulationEnded>(*event);
+            if (ended.overrun)
+                ++context_.overruns[*ended.overrun];
             if (ended.was_ready)
                 send_error(channel, ended.reason);
             else

@@ -14,6 +14,7 @@
 #include <webots_cloud/simulation_launcher.hpp>
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/endpoint.hpp>
+#include <webots_cloud/transport/folder_meter.hpp>
 #include <webots_cloud/transport/logger.hpp>
 #include <webots_cloud/transport/simulation_logs.hpp>
 
@@ -21,6 +22,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -48,6 +50,7 @@ struct SessionContext
     double load = 0; ///< Of this machine when it was last measured, in percent.
     core::Admission admission;
     core::StartFigures starts;
+    std::map<Limit, std::uint64_t> overruns; ///< Simulations that were ended at a limit.
 };
 
 /// The simulation of one browser. One connection at a time owns it: the one that started it, or the last one
@@ -93,6 +96,16 @@ public:
 
     /// Measures what the simulator consumes.
     boost::asio::awaitable<void> look_at_processes();
+
+    /// Ends the simulation if it has overrun the limit of memory or processes when it was last looked at.
+    void keep_process_limits();
+
+    /// Measures its folder, if that is due, and ends it if it has overrun the limit of disk.
+    boost::asio::awaitable<void> look_at_folder(FolderMeter& meter);
+
+    /// What it consumed when it was last looked at; nothing before that.
+    ProcessUsage const& usage() const noexcept { return used_; }
+    double processors() const noexcept { return cpu_.value_or(0) / 100; }
 
     core::SimulationRow row() const;
 
@@ -143,6 +156,7 @@ private:
 
     ProcessUsage used_;         ///< When it was last measured.
     TimePoint measured_;        ///< When that was; at first when the simulator was started.
+    TimePoint folder_due_{};    ///< When its folder is to be measured again.
     std::optional<double> cpu_; ///< Percent of one processor, between the last two measurements.
 };
 

@@ -58,6 +58,18 @@ ScriptedProcesses::Script& ScriptedProcesses::Script::consumes(double cpu_percen
     return *this;
 }
 
+ScriptedProcesses::Script& ScriptedProcesses::Script::starts(std::uint64_t processes)
+{
+    processes_ = processes;
+    return *this;
+}
+
+ScriptedProcesses::Script& ScriptedProcesses::Script::loses_a_process_for_memory()
+{
+    ++memory_kills_;
+    return *this;
+}
+
 class ScriptedProcess final : public Process
 {
 public:
@@ -88,11 +100,17 @@ public:
 
     asio::awaitable<ProcessUsage> usage() override
     {
+        ProcessUsage refused;
+        refused.memory_kills = script_.memory_kills_;
         if (status_)
-            co_return ProcessUsage();
+            co_return refused;
         auto const busy =
             std::chrono::duration<double>(host_.clock_.now() - started_) * (script_.cpu_percent_ / 100);
-        co_return ProcessUsage(std::chrono::duration_cast<Duration>(busy), script_.memory_bytes_);
+        ProcessUsage usage(std::chrono::duration_cast<Duration>(busy), script_.memory_bytes_);
+        usage.own_memory_bytes = script_.memory_bytes_;
+        usage.processes = script_.processes_;
+        usage.memory_kills = script_.memory_kills_;
+        co_return usage;
     }
 
     void terminate() noexcept override

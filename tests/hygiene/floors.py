@@ -12,7 +12,8 @@ VALUES = ['webots_cloud/error.hpp', 'webots_cloud/time.hpp', 'webots_cloud/load_
           'webots_cloud/notice.hpp', 'webots_cloud/public_address.hpp',
           'webots_cloud/simulation_user.hpp', 'webots_cloud/own_files.hpp',
           'webots_cloud/project_ref.hpp', 'webots_cloud/website_project.hpp',
-          'webots_cloud/config.hpp', 'webots_cloud/version.hpp', 'webots_cloud/scheduler.hpp', 'webots_cloud/simulation_walls.hpp',
+          'webots_cloud/config.hpp', 'webots_cloud/process_limits.hpp', 'webots_cloud/version.hpp', 'webots_cloud/scheduler.hpp',
+          'webots_cloud/simulation_walls.hpp',
           'webots_cloud/transport/http.hpp', 'webots_cloud/transport/host_metrics.hpp', 'webots_cloud/transport/logger.hpp']
 # What implements the services' seams, or puts everything together: none of the services' business.
 ABOVE_SERVICES = ['webots_cloud/adapters.hpp', 'webots_cloud/daemon.hpp', 'webots_cloud/instance_root.hpp', 'webots_cloud/servers.hpp']
@@ -51,7 +52,7 @@ ROOMS = {
         'placement': [],
         'pages': ['load'],
         'projects': ['git'],
-        'sandbox': ['access'],
+        'sandbox': ['access', 'load'],
         'simulation': ['pages'],
         'docker': ['simulation'],
         'config': ['access', 'docker', 'notices', 'projects', 'simulation'],

@@ -15,8 +15,8 @@ from support.servers import SessionServer, main, program  # noqa: E402
 
 UNITS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "config", "systemd")
 # The highest exposure that systemd may find, in tenths: for the session server, and for the simulation server, which runs programs of
-# others on a display, in sandboxes that need namespaces and a /proc of their own.
-EXPOSURE = {"webots-session-server": 15, "webots-simulation-server": 33}
+# others on a display, in sandboxes that need namespaces and a /proc of their own, and in control groups that it makes (0.2 of it).
+EXPOSURE = {"webots-session-server": 15, "webots-simulation-server": 35}
 
 
 class Units(unittest.TestCase):

@@ -38,6 +38,10 @@ public:
         Script& listens(std::vector<std::uint16_t> ports);
         /// Keeps so many percent of one processor busy all the time, and so much memory.
         Script& consumes(double cpu_percent, std::uint64_t memory_bytes);
+        /// Has so many processes, all the time.
+        Script& starts(std::uint64_t processes);
+        /// The kernel kills one of its processes at the limit of memory.
+        Script& loses_a_process_for_memory();
 
     private:
         friend ScriptedProcesses;
@@ -56,6 +60,8 @@ public:
         std::vector<std::uint16_t> ports_;
         double cpu_percent_ = 0;
         std::uint64_t memory_bytes_ = 0;
+        std::uint64_t processes_ = 1;
+        std::uint64_t memory_kills_ = 0;
     };
 
     /// The script of the next program that is started. Without one a start fails.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/process_limits.hpp>
 #include <webots_cloud/transport/clock.hpp>
 
 #include <boost/asio/awaitable.hpp>
@@ -95,6 +96,9 @@ struct ProcessSpec
     ComposeContainer container;
     std::optional<ProcessUser> user; ///< Default: our own. The cleanup command is ours in any case.
     ProcessNetwork network;          ///< Where that can't be made, the program is not started and says so.
+    /// Kept as well as the host can: see `Process::usage` for what it can't. Where it can, but a limit can't
+    /// be set for this program, it is not started. That of `disk` is each file's.
+    ProcessLimits limits;
 };
 
 /// How a program ended.
@@ -126,9 +130,14 @@ struct ProcessUsage
         : processor(processor), memory_bytes(memory_bytes)
     {}
 
-    Duration processor{};           ///< Time of all processors, of processes that have ended too.
-    std::uint64_t memory_bytes = 0; ///< In memory now; pages that processes share count once for each.
-    bool complete = true;           ///< False: there are more processes than were sampled.
+    Duration processor{}; ///< Time of all processors, of processes that have ended too.
+    /// In memory now. Without control groups, pages that processes share count once for each.
+    std::uint64_t memory_bytes = 0;
+    std::uint64_t own_memory_bytes = 0; ///< Of that, what no file is behind: it counts towards the limit.
+    std::uint64_t processes = 0;        ///< And threads.
+    std::uint64_t memory_kills = 0;     ///< Processes that the kernel has killed at the limit of memory.
+    std::uint64_t refused_forks = 0;    ///< Processes that it has not started at their limit.
+    bool complete = true;               ///< False: there are more processes than were sampled.
 
     bool operator==(ProcessUsage const&) const = default;
 };
@@ -161,7 +170,8 @@ public:
     /// processes that are nearest to the root are looked at, in bounded number.
     virtual boost::asio::awaitable<std::uint16_t> listening_port(std::uint16_t first, std::uint16_t last) = 0;
 
-    /// What the tree has consumed until now; nothing once it is gone. The process may be destroyed meanwhile.
+    /// What the tree has consumed until now; once it is gone, what the kernel has refused it. The process may
+    /// be destroyed meanwhile.
     virtual boost::asio::awaitable<ProcessUsage> usage() = 0;
 };
 

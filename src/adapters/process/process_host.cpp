@@ -1,5 +1,6 @@
 #include "adapters/files/file_descriptor.hpp"
 #include "adapters/threads/blocking_pool.hpp"
+#include "control_groups.hpp"
 #include "core/text.hpp"
 #include "listening_ports.hpp"
 #include "process_usage.hpp"
@@ -22,6 +23,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
@@ -41,6 +43,10 @@ using asio::ip::tcp;
 using core::concat;
 
 constexpr std::size_t read_size = 16 * 1024;
+
+constexpr std::size_t default_max_processes = 256; // to look at
+
+constexpr std::uint64_t file_size_reserve = 1 << 20; // so that such a file is more than all may be
 
 constexpr auto wake_interval = std::chrono::milliseconds(250);
 
@@ -76,8 +82,22 @@ private:
     bool over_ = false;
 };
 
+/// A group that is removed when its last user is gone, by which time no process should be in it.
+struct OwnGroup
+{
+    OwnGroup(std::shared_ptr<ControlGroups> all, ControlGroups::Group made)
+        : groups(std::move(all)), group(std::move(made))
+    {}
+    OwnGroup(OwnGroup&&) = delete;
+    ~OwnGroup() { groups->remove(group); }
+
+    std::shared_ptr<ControlGroups> groups;
+    ControlGroups::Group group;
+};
+
 /// Waits for a guard whose owner has been destroyed, so that it leaves no zombie.
-asio::awaitable<void> await_end(process::process guard, std::shared_ptr<WakeCalls> wake_calls)
+asio::awaitable<void> await_end(process::process guard, std::shared_ptr<WakeCalls> wake_calls,
+                                std::shared_ptr<OwnGroup const>)
 {
     (void)co_await guard.async_wait(asio::as_tuple(asio::use_awaitable));
     wake_calls->stop();
@@ -88,6 +108,8 @@ struct InspectionThreads
 {
     adapters::BlockingPool ports{1};
     adapters::BlockingPool usage{1, adapters::BlockingPool::Priority::background};
+    /// Of processes with limits, whose work must not make us late.
+    adapters::BlockingPool limits{1};
 };
 
 struct FindPort
@@ -109,9 +131,47 @@ struct FindPort
 
 struct TakeUsage
 {
-    ProcessUsage operator()() const { return adapters::process_usage(root); }
+    ProcessUsage operator()() const
+    {
+        auto usage = adapters::process_usage(root, max_processes, enough_memory);
+        if (!group)
+            return usage;
+        auto const counted = ControlGroups::usage(group->group);
+        if (group->group.memory > 0) { // what is over the limit of memory, the kernel kills
+            usage.memory_bytes = counted.memory_bytes;
+            usage.own_memory_bytes = 0;
+        }
+        if (group->group.processes > 0)
+            usage.processes = counted.processes;
+        if (group->group.processors > 0)
+            usage.processor = counted.processor;
+        usage.memory_kills = counted.memory_kills;
+        usage.refused_forks = counted.refused_forks;
+        usage.complete = usage.complete || (group->group.memory > 0 && group->group.processors > 0);
+        return usage;
+    }
 
     pid_t root;
+    std::size_t max_processes;
+    std::uint64_t enough_memory;
+    bool has_limits;
+    std::shared_ptr<OwnGroup const> group;
+};
+
+/// When no process is left: what the kernel has refused them.
+struct TakeRefusals
+{
+    ProcessUsage operator()()
+    {
+        auto const counted = ControlGroups::usage(group->group);
+        ProcessUsage usage;
+        usage.memory_kills = counted.memory_kills;
+        usage.refused_forks = counted.refused_forks;
+        group.reset();
+        return usage;
+    }
+
+    std::shared_ptr<OwnGroup const> group;
 };
 
 // The `Process` that asked may be destroyed before these have their result.
@@ -123,22 +183,25 @@ asio::awaitable<std::uint16_t> find_port(std::shared_ptr<InspectionThreads> insp
 
 asio::awaitable<ProcessUsage> take_usage(std::shared_ptr<InspectionThreads> inspection, TakeUsage work)
 {
+    if (work.has_limits)
+        co_return co_await inspection->limits.run(work);
     co_return co_await inspection->usage.run(work);
 }
 
-asio::awaitable<ProcessUsage> no_usage()
+asio::awaitable<ProcessUsage> known_usage(ProcessUsage usage)
 {
-    co_return ProcessUsage();
+    co_return usage;
 }
 
 class GuardedProcess final : public Process
 {
 public:
     GuardedProcess(process::process guard, adapters::FileDescriptor control, asio::readable_pipe output,
-                   std::shared_ptr<InspectionThreads> inspection, std::uint16_t relayed_port)
+                   std::shared_ptr<InspectionThreads> inspection, std::uint16_t relayed_port,
+                   ProcessLimits const& limits, std::shared_ptr<OwnGroup const> group)
         : guard_(std::move(guard)), control_(std::move(control)), output_(std::move(output)),
-          inspection_(std::move(inspection)), relayed_port_(relayed_port),
-          wake_calls_(std::make_shared<WakeCalls>(output_.get_executor(), guard_.id()))
+          inspection_(std::move(inspection)), relayed_port_(relayed_port), group_(std::move(group)),
+          limits_(limits), wake_calls_(std::make_shared<WakeCalls>(output_.get_executor(), guard_.id()))
     {}
 
     ~GuardedProcess() override
@@ -147,7 +210,8 @@ public:
             auto const executor = output_.get_executor();
             control_ = adapters::FileDescriptor(); // end-of-file: the guard kills the tree at once
             wake_calls_->start();
-            asio::co_spawn(executor, await_end(std::move(guard_), wake_calls_), asio::detached);
+            asio::co_spawn(executor, await_end(std::move(guard_), wake_calls_, std::move(group_)),
+                           asio::detached);
         }
     }
 
@@ -160,19 +224,36 @@ public:
     }
     asio::awaitable<ProcessUsage> usage() override
     {
-        return status_ ? no_usage() : take_usage(inspection_, TakeUsage{guard_.id()});
+        return status_ ? known_usage(refusals_) : take_usage(inspection_, usage_to_take());
     }
 
 private:
+    TakeUsage usage_to_take() const;
+
     process::process guard_;
     adapters::FileDescriptor control_;
     asio::readable_pipe output_;
     std::shared_ptr<InspectionThreads> inspection_;
     std::uint16_t relayed_port_;
+    std::shared_ptr<OwnGroup const> group_; ///< Null: it has none.
+    ProcessLimits limits_;
+    ProcessUsage refusals_; ///< Once it has ended.
     std::shared_ptr<WakeCalls> wake_calls_;
     std::array<char, read_size> buffer_;
     std::optional<ExitStatus> status_;
 };
+
+TakeUsage GuardedProcess::usage_to_take() const
+{
+    TakeUsage work;
+    work.root = guard_.id();
+    // Lest more processes be overlooked than there may be.
+    work.max_processes = std::max(default_max_processes, static_cast<std::size_t>(limits_.processes) + 1);
+    work.enough_memory = limits_.memory > 0 ? limits_.memory : ~std::uint64_t{0};
+    work.has_limits = limits_.any();
+    work.group = group_;
+    return work;
+}
 
 asio::awaitable<result<ProcessEvent>> GuardedProcess::next_event()
 {
@@ -194,6 +275,11 @@ asio::awaitable<result<ProcessEvent>> GuardedProcess::next_event()
     if (error == asio::error::operation_aborted)
         co_return Failure(error);
     wake_calls_->stop();
+    if (group_) { // not cancellable: the end is reported with its reason
+        co_await asio::this_coro::reset_cancellation_state(asio::disable_cancellation());
+        TakeRefusals work{std::exchange(group_, nullptr)};
+        refusals_ = co_await inspection_->limits.run(std::move(work));
+    }
     int const status = guard_.native_exit_code();
     status_ =
         WIFSIGNALED(status) ? ExitStatus(WTERMSIG(status), true) : ExitStatus(WEXITSTATUS(status), false);
@@ -223,8 +309,9 @@ class LocalProcessHost final : public ProcessHost
 {
 public:
     LocalProcessHost(asio::any_io_executor executor, std::filesystem::path guard,
-                     std::vector<std::filesystem::path> read_only)
-        : executor_(std::move(executor)), guard_(std::move(guard)), read_only_(std::move(read_only))
+                     std::vector<std::filesystem::path> read_only, std::shared_ptr<ControlGroups> groups)
+        : executor_(std::move(executor)), guard_(std::move(guard)), read_only_(std::move(read_only)),
+          groups_(std::move(groups))
     {}
 
     asio::awaitable<result<std::unique_ptr<Process>>> start(ProcessSpec spec) override;
@@ -234,6 +321,7 @@ private:
     asio::any_io_executor executor_;
     std::filesystem::path guard_;
     std::vector<std::filesystem::path> read_only_;
+    std::shared_ptr<ControlGroups> groups_;
     adapters::BlockingPool pool_{1};
     std::shared_ptr<InspectionThreads> inspection_ = std::make_shared<InspectionThreads>();
 };
@@ -264,6 +352,34 @@ void add_user(std::vector<std::string>& arguments, std::optional<ProcessUser> co
         arguments.insert(arguments.end(), {"--visible", path.native()});
 }
 
+void add_limits(std::vector<std::string>& arguments, ProcessLimits const& limits, OwnGroup const* group)
+{
+    auto const add = [&arguments](char const* name, std::uint64_t value) {
+        if (value > 0)
+            arguments.insert(arguments.end(), {"--limit", name, std::to_string(value)});
+    };
+    if (group)
+        for (auto const& folder : group->group.folders)
+            arguments.insert(arguments.end(), {"--group", folder.native()});
+    // Address space says nothing about memory: graphics libraries reserve much more than they use. What a
+    // process could write counts also before it does, hence twice the limit.
+    if (!group || group->group.memory == 0)
+        add("data", 2 * limits.memory);
+    if (!group || group->group.processes == 0)
+        add("processes", limits.processes);
+    add("files", limits.files);
+    add("file-size", limits.disk > 0 ? limits.disk + file_size_reserve : 0);
+}
+
+/// Makes the groups of one program.
+struct MakeGroup
+{
+    result<ControlGroups::Group> operator()() const { return groups->make(limits); }
+
+    std::shared_ptr<ControlGroups> groups;
+    ProcessLimits limits;
+};
+
 asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(ProcessSpec spec)
 {
     for (auto const& program : {guard_.string(), spec.argv.at(0)})
@@ -284,6 +400,16 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
     if (spec.set_user_id)
         arguments.emplace_back("--set-user-id");
     add_network(arguments, spec.network);
+    std::shared_ptr<OwnGroup const> group;
+    if (groups_ && spec.limits.any()) {
+        MakeGroup work{groups_, spec.limits};
+        auto made = co_await pool_.run(std::move(work));
+        if (!made)
+            co_return made.error();
+        if (!made->folders.empty())
+            group = std::make_shared<OwnGroup const>(groups_, std::move(*made));
+    }
+    add_limits(arguments, spec.limits, group.get());
     if (!spec.container.docker.empty())
         arguments.insert(arguments.end(), {"--container", spec.container.docker.native(),
                                            spec.container.project, spec.container.service});
@@ -333,7 +459,7 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
     auto const relayed =
         spec.network.reach == ProcessNetwork::Reach::host ? std::uint16_t{0} : spec.network.port;
     co_return std::make_unique<GuardedProcess>(std::move(guard), std::move(control), std::move(output),
-                                               inspection_, relayed);
+                                               inspection_, relayed, spec.limits, std::move(group));
 }
 
 result<std::unique_ptr<PortHold>> LocalProcessHost::hold_port(std::uint16_t port)
@@ -363,9 +489,11 @@ result<std::unique_ptr<PortHold>> LocalProcessHost::hold_port(std::uint16_t port
 } // namespace
 
 std::unique_ptr<ProcessHost> make_process_host(asio::any_io_executor executor, std::filesystem::path guard,
-                                               std::vector<std::filesystem::path> read_only)
+                                               std::vector<std::filesystem::path> read_only,
+                                               std::shared_ptr<ControlGroups> groups)
 {
-    return std::make_unique<LocalProcessHost>(std::move(executor), std::move(guard), std::move(read_only));
+    return std::make_unique<LocalProcessHost>(std::move(executor), std::move(guard), std::move(read_only),
+                                              std::move(groups));
 }
 
 } // namespace webots_cloud

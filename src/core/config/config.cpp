@@ -459,6 +459,33 @@ void read_sandbox(ConfigReader& reader, SimulationConfig& config)
     config.docker = config.docker || wants_docker;
 }
 
+std::uint64_t megabytes_of(double megabytes)
+{
+    return static_cast<std::uint64_t>(megabytes * (1 << 20));
+}
+
+/// Limits, of which 0 is none, and less than `min` would let no simulation start.
+void read_limits(ConfigReader& reader, LimitsConfig& limits)
+{
+    constexpr double max = 1'000'000'000;
+    auto const read = [&reader](std::string_view key, double value, double min, std::string_view least) {
+        reader.read_number(key, value, 0, max);
+        if (value > 0 && value < min)
+            reader.refuse(key, concat("0 for no limit, or at least ", least));
+        return value;
+    };
+    auto const memory = read("simulationMemory", 0, 64, "64");
+    if (reader.has("simulationMemory"))
+        limits.memory = megabytes_of(memory);
+    limits.processors = read("simulationCpus", limits.processors, 0.01, "0.01");
+    auto const processes = read("simulationProcesses", 0, 10, "10");
+    if (reader.has("simulationProcesses"))
+        limits.processes = static_cast<std::uint64_t>(processes);
+    limits.files =
+        static_cast<std::uint64_t>(read("simulationFiles", static_cast<double>(limits.files), 64, "64"));
+    limits.disk = megabytes_of(read("simulationDisk", static_cast<double>(limits.disk >> 20), 0.1, "0.1"));
+}
+
 void read_docker(ConfigReader& reader, fs::path const& folder, DockerConfig& docker)
 {
     reader.read("dockerDir", docker.directory);
@@ -543,6 +570,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     reader->read("display", config.display);
     reader->read("simulationUser", config.simulation_user);
     reader->read_choice("network", config.network_reach, {"internet", "none", "host"});
+    read_limits(*reader, config.limits);
     read_simulator_environment(*reader, config);
     reader->read_integer("maxConnections", config.max_connections, 1, 10'000);
     if (config.docker && config.max_connections >= editor_distance)

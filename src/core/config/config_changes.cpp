@@ -71,6 +71,11 @@ std::vector<std::string_view> keys_for_restart(SimulationConfig const& running, 
     changes.compare("sandbox", running.sandbox, next.sandbox);
     changes.compare("simulationUser", running.simulation_user, next.simulation_user);
     changes.compare("network", running.network_reach, next.network_reach);
+    changes.compare("simulationMemory", running.limits.memory, next.limits.memory);
+    changes.compare("simulationCpus", running.limits.processors, next.limits.processors);
+    changes.compare("simulationProcesses", running.limits.processes, next.limits.processes);
+    changes.compare("simulationFiles", running.limits.files, next.limits.files);
+    changes.compare("simulationDisk", running.limits.disk, next.limits.disk);
     changes.compare("simulatorEnvironment", running.simulator_environment, next.simulator_environment);
     changes.compare("maxConnections", running.max_connections, next.max_connections);
     changes.compare("timeout", running.timeout, next.timeout);

@@ -43,6 +43,10 @@ void append_row(std::string& text, SimulationRow const& row)
         append_key(text, "memory");
         append_number(text, *row.memory, 1);
     }
+    if (row.processes) {
+        append_key(text, "processes");
+        append_number(text, static_cast<double>(*row.processes), 0);
+    }
     if (row.more) {
         append_key(text, "more");
         append_number(text, 1, 0);

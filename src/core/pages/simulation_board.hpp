@@ -28,7 +28,8 @@ struct SimulationRow
     int process = 0;           ///< 0 while there is none.
     std::optional<double> cpu; ///< Percent of one processor, over the last look or, at first, its whole life.
     bool more = false;         ///< It has more processes than are looked at: `cpu` and `memory` are too low.
-    std::optional<double> memory; ///< Megabytes (10^6) that its processes have in memory.
+    std::optional<double> memory;           ///< Megabytes (10^6) that its processes have in memory.
+    std::optional<std::uint64_t> processes; ///< And threads.
 };
 
 /// Percent of one processor that was used between two looks at the time that a process tree has consumed.

@@ -98,6 +98,8 @@ std::string simulation_row(SimulationRow const& row)
                   "</td><td class=\"number\" data-label=\"age\">", age_text(row.age),
                   "</td><td class=\"number\" data-label=\"CPU\">", figure(row.cpu, "%", row.more),
                   "</td><td class=\"number\" data-label=\"memory\">", figure(row.memory, " MB", row.more),
+                  "</td><td class=\"number\" data-label=\"processes\">",
+                  row.processes ? concat(row.more ? "more than " : "", std::to_string(*row.processes)) : "",
                   "</td><td class=\"number\" data-label=\"process\">",
                   row.process == 0 ? "" : std::to_string(row.process), "</td><td data-label=\"log\">",
                   escape_html(row.log), "</td></tr>\n");
@@ -111,7 +113,7 @@ std::string simulations(SimulationMonitorView const& view)
                "</h2>\n<div class=\"scroll\"><table class=\"bordered\" id=\"simulations\"",
                view.simulations.empty() ? " hidden" : "",
                ">\n<thead><tr><th>#</th><th>world</th><th>state</th><th>age</th><th>CPU</th><th>memory</th>"
-               "<th>process</th><th>log</th></tr></thead>\n<tbody>\n");
+               "<th>processes</th><th>process</th><th>log</th></tr></thead>\n<tbody>\n");
     for (auto const& row : view.simulations)
         html += simulation_row(row);
     return html + concat("</tbody>\n</table></div>\n<template id=\"row\">", simulation_row(SimulationRow()),

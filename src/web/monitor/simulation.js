@@ -135,11 +135,14 @@
         known.set(simulation.id, row);
         table.tBodies[0].append(row);
       }
-      const {cpu, memory} = simulation;
+      const {cpu, memory, processes} = simulation;
       const more = simulation.more ? "more than " : "";
       [String(simulation.id), simulation.world, simulation.state, monitor.age(simulation.age),
-       cpu === undefined ? "" : `${more}${cpu.toFixed(1)}%`, memory === undefined ? "" : `${more}${memory.toFixed(1)} MB`,
-       String(simulation.process ?? ""), simulation.log ?? ""].forEach((text, index) => write(row.cells[index], text));
+       cpu === undefined ? "" : `${more}${cpu.toFixed(1)}%`,
+       memory === undefined ? "" : `${more}${memory.toFixed(1)} MB`,
+       processes === undefined ? "" : `${more}${processes}`, String(simulation.process ?? ""),
+       simulation.log ?? ""]
+          .forEach((text, index) => write(row.cells[index], text));
       row.cells[1].title = simulation.world;
     }
     for (const id of left) {

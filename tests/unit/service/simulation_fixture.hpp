@@ -45,9 +45,11 @@ inline SimulationServiceHooks simulation_service_hooks(SimulationLogs* logs = nu
     return hooks;
 }
 
-inline SimulationLauncherParams simulation_launcher_params(int max_simulations)
+inline SimulationLauncherParams simulation_launcher_params(int max_simulations,
+                                                           ProcessLimits const& limits = ProcessLimits())
 {
     SimulationLauncherParams params;
+    params.limits = limits;
     params.webots = "/opt/webots/webots";
     params.max_simulations = max_simulations;
     params.timeout = std::chrono::seconds(600);
@@ -70,10 +72,11 @@ struct SimulationFixture
     {}
 
     /// What simulators print is recorded in `logs`.
-    SimulationFixture(SimulationServiceParams params, SimulationServiceHooks hooks, int max_simulations = 2)
+    SimulationFixture(SimulationServiceParams params, SimulationServiceHooks hooks, int max_simulations = 2,
+                      ProcessLimits const& limits = ProcessLimits())
         : processes(world.clock), source(world.clock), logs(world.clock),
           fetcher(project_fetcher_params(), {Forge("https://github.com", source)}, log.logger(), &source),
-          launcher(simulation_launcher_params(max_simulations), processes, world.clock, log.logger()),
+          launcher(simulation_launcher_params(max_simulations, limits), processes, world.clock, log.logger()),
           service(std::move(params), fetcher, launcher, metrics, world.clock, log.logger(),
                   with_logs(std::move(hooks))),
           tasks(world.executor())

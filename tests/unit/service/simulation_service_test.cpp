@@ -803,11 +803,9 @@ BOOST_AUTO_TEST_CASE(who_watches_the_monitor_gets_everything_once_and_then_a_poi
     fixture.world.advance(2s);
     BOOST_TEST(watcher.sent.size() == 3u);
     BOOST_TEST(watcher.sent[2].find("\"series\"") == std::string::npos);
-    BOOST_TEST(
-        watcher.sent[2].find(
-            "\"state\":\"idle\",\"age\":2,\"log\":\"1.log\",\"process\":1001,\"cpu\":150,\"memory\":1}") !=
-            std::string::npos,
-        watcher.sent[2]);
+    BOOST_TEST(watcher.sent[2].find("\"state\":\"idle\",\"age\":2,\"log\":\"1.log\",\"process\":1001,\"cpu\":"
+                                    "150,\"memory\":1,\"processes\":1}") != std::string::npos,
+               watcher.sent[2]);
     BOOST_TEST(fixture.service.sessions() == 1u); // a monitor page is none
     fixture.leave(browser);
     fixture.leave(watcher);

@@ -547,6 +547,14 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
         {R"("loadFormula":"reference")", [](auto const& c) { return !c.strict_load; }},
         {R"("fetchMemory":256)", [](auto const& c) { return c.fetch_memory == std::uint64_t{256} << 20; }},
         {R"("fetchDisk":0.5)", [](auto const& c) { return c.fetch_disk == std::uint64_t{512} << 20; }},
+        {R"("simulationMemory":512)",
+         [](auto const& c) { return c.limits.memory == std::uint64_t{512} << 20; }},
+        {R"("simulationMemory":0)", [](auto const& c) { return c.limits.memory == std::uint64_t{0}; }},
+        {R"("simulationCpus":1.5)", [](auto const& c) { return c.limits.processors == 1.5; }},
+        {R"("simulationProcesses":50)",
+         [](auto const& c) { return c.limits.processes == std::uint64_t{50}; }},
+        {R"("simulationFiles":100)", [](auto const& c) { return c.limits.files == 100; }},
+        {R"("simulationDisk":0.5)", [](auto const& c) { return c.limits.disk == std::uint64_t{1} << 19; }},
         {R"("cacheSize":1)", [](auto const& c) { return c.cache_bytes == std::uint64_t{1} << 30; }},
         {R"("connectionsPerAddress":3)",
          [](auto const& c) { return c.network.connections_per_address == 3; }},
@@ -562,6 +570,18 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
         BOOST_TEST(configured->warnings.empty(), text);
         BOOST_TEST(arrived(configured->config), text);
     }
+}
+
+BOOST_AUTO_TEST_CASE(limits_that_no_simulation_could_start_with_are_refused)
+{
+    for (auto const* text :
+         {R"("simulationMemory":1)", R"("simulationCpus":0.001)", R"("simulationProcesses":3)",
+          R"("simulationFiles":3)", R"("simulationMemory":-1)", R"("simulationDisk":-1)"})
+        BOOST_TEST(!parse_simulation_config(std::string("{") + text + "}", "c.json").has_value(), text);
+    auto const refused = parse_simulation_config(R"({"simulationMemory":1})", "c.json");
+    BOOST_TEST(
+        refused.error().message() ==
+        "c.json: key \"simulationMemory\": expected 0 for no limit, or at least 64, found the number 1");
 }
 
 BOOST_AUTO_TEST_CASE(addresses_of_multimedia_hold_nothing_that_would_end_their_option)

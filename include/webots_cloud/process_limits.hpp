@@ -1,0 +1,45 @@
+// How much of the machine a program may use, together with everything that it starts.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace webots_cloud {
+
+/// 0 everywhere: no limit.
+struct ProcessLimits
+{
+    ProcessLimits() = default;
+
+    std::uint64_t memory = 0;    ///< Bytes, of all processes together.
+    double processors = 0;       ///< How many may be busy.
+    std::uint64_t processes = 0; ///< Threads count as well, as they do for the kernel.
+    std::uint64_t files = 0;     ///< That each process may have open.
+    std::uint64_t disk = 0;      ///< Bytes, of all files in the instance directory.
+
+    bool any() const noexcept { return memory || processors > 0 || processes || files || disk; }
+
+    bool operator==(ProcessLimits const&) const = default;
+};
+
+/// What control groups keep on this machine. What they do not, is watched, or limited for each process.
+struct LimitSupport
+{
+    LimitSupport() = default;
+
+    bool memory = false;
+    bool processes = false;
+    bool processors = false;
+    int version = 0;     ///< Of the control groups, 1 or 2; 0: there are none that may be used.
+    std::string problem; ///< Why something is missing, as "/sys/fs/cgroup can't be written".
+};
+
+/// A limit that can be overrun.
+enum class Limit
+{
+    memory,
+    processes,
+    disk
+};
+
+} // namespace webots_cloud

@@ -1,0 +1,128 @@
+#include "limits.hpp"
+
+#include "core/text.hpp"
+
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+
+namespace webots_cloud::core {
+namespace {
+
+constexpr std::uint64_t gigabyte = std::uint64_t{1} << 30;
+constexpr int by_signal = 128; // added to its number by programs that report how another one ended
+
+std::string megabytes(std::uint64_t bytes)
+{
+    return concat(std::to_string(bytes >> 20), " MB");
+}
+
+std::string decimal(double number)
+{
+    char text[32];
+    std::snprintf(text, sizeof text, "%g", number);
+    return text;
+}
+
+} // namespace
+
+ProcessLimits simulation_limits(LimitsConfig const& config, std::uint64_t machine_memory, int processors)
+{
+    ProcessLimits limits;
+    limits.memory =
+        config.memory.value_or(std::clamp(machine_memory / 4 >> 20 << 20, 2 * gigabyte, 16 * gigabyte));
+    limits.processors = config.processors;
+    limits.processes =
+        config.processes.value_or(1024 + 64 * static_cast<std::uint64_t>(std::max(processors, 1)));
+    limits.files = config.files;
+    limits.disk = config.disk;
+    return limits;
+}
+
+std::optional<Limit> overrun(ProcessLimits const& limits, Consumption const& used) noexcept
+{
+    if (limits.memory > 0 && (used.memory > limits.memory || used.memory_kills > 0))
+        return Limit::memory;
+    if (limits.processes > 0 && (used.processes > limits.processes || used.refused_forks > 0))
+        return Limit::processes;
+    if (limits.disk > 0 && (used.disk > limits.disk || used.too_many_files))
+        return Limit::disk;
+    return std::nullopt;
+}
+
+bool ended_at_file_size(int code, bool signalled) noexcept
+{
+    return code == (signalled ? SIGXFSZ : by_signal + SIGXFSZ);
+}
+
+std::string overrun_text(Limit limit, ProcessLimits const& limits)
+{
+    constexpr std::string_view ending = ", which is the limit of a simulation on this server. Its operator "
+                                        "can raise \"";
+    switch (limit) {
+    case Limit::memory:
+        return concat("The simulation used more than ", megabytes(limits.memory), " of memory", ending,
+                      "simulationMemory\".");
+    case Limit::processes:
+        return concat("The simulation started more than ", std::to_string(limits.processes),
+                      " processes and threads at once", ending, "simulationProcesses\".");
+    case Limit::disk:
+        break;
+    }
+    return concat("The simulation filled its folder with more than ", megabytes(limits.disk),
+                  ", or with very many files", ending, "simulationDisk\".");
+}
+
+std::string_view label_of(Limit limit) noexcept
+{
+    switch (limit) {
+    case Limit::memory:
+        return "memory";
+    case Limit::processes:
+        return "processes";
+    case Limit::disk:
+        break;
+    }
+    return "disk";
+}
+
+std::string limits_text(ProcessLimits const& limits, LimitSupport const& support)
+{
+    if (!limits.any())
+        return "Simulations have no limits of their own, as the configuration says.";
+    auto const groups = concat(" (control groups, version ", std::to_string(support.version), ")");
+    std::string text;
+    auto const add = [&text](std::string const& what) { text += concat(text.empty() ? "" : ", ", what); };
+    if (limits.memory > 0)
+        add(concat(megabytes(limits.memory), " of memory",
+                   support.memory ? groups : " (looked at every second)"));
+    if (limits.processors > 0 && support.processors)
+        add(concat(decimal(limits.processors), " processors", groups));
+    else if (support.processors)
+        add(concat("an equal share of the processors", groups));
+    if (limits.processes > 0)
+        add(concat(std::to_string(limits.processes), " processes and threads",
+                   support.processes ? groups : " (looked at every second)"));
+    if (limits.files > 0)
+        add(concat(std::to_string(limits.files), " open files of each process"));
+    if (limits.disk > 0)
+        add(concat(megabytes(limits.disk), " on disk (looked at every second)"));
+    return concat("The limits of each simulation: ", text, ".");
+}
+
+std::vector<std::string> limits_warnings(ProcessLimits const& limits, LimitSupport const& support)
+{
+    std::vector<std::string> warnings;
+    auto const reason = concat(support.problem, " (docs/sandboxes.md, \"Limits\").");
+    if ((limits.memory > 0 && !support.memory) || (limits.processes > 0 && !support.processes))
+        warnings.push_back(
+            concat("The limits of simulations are looked at every second only, in which a simulation can "
+                   "use much more, since this server can make no control groups: ",
+                   reason));
+    if (limits.processors > 0 && !support.processors)
+        warnings.push_back(concat(
+            "\"simulationCpus\" has no effect, since this server can make no control groups: ", reason));
+    return warnings;
+}
+
+} // namespace webots_cloud::core

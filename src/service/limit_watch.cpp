@@ -1,0 +1,57 @@
+#include "limit_watch.hpp"
+
+#include "async/cancellation.hpp"
+
+#include <boost/asio/this_coro.hpp>
+
+namespace webots_cloud {
+namespace asio = boost::asio;
+
+namespace {
+
+constexpr auto interval = std::chrono::seconds(1);
+
+/// The session after `last`, which may have ended; null: there is none.
+std::shared_ptr<SimulationSession> next_session(SimulationSessions const& sessions, std::uint64_t last)
+{
+    auto const next = sessions.upper_bound(last);
+    return next == sessions.end() ? nullptr : next->second;
+}
+
+} // namespace
+
+asio::awaitable<result<>> watch_processes(SessionContext& context, SimulationSessions const& sessions)
+{
+    co_await asio::this_coro::throw_if_cancelled(false);
+    for (;;) {
+        auto const waited = co_await context.clock.wait_until(context.clock.now() + interval);
+        bool const cancelled = co_await async::is_cancelled();
+        if (!waited || cancelled)
+            co_return Failure(asio::error::operation_aborted);
+        std::uint64_t last = 0;
+        while (auto const session = next_session(sessions, last)) {
+            last = session->id();
+            co_await session->look_at_processes();
+            session->keep_process_limits();
+        }
+    }
+}
+
+asio::awaitable<result<>> watch_folders(SessionContext& context, SimulationSessions const& sessions,
+                                        FolderMeter& meter)
+{
+    co_await asio::this_coro::throw_if_cancelled(false);
+    for (;;) {
+        auto const waited = co_await context.clock.wait_until(context.clock.now() + interval);
+        bool const cancelled = co_await async::is_cancelled();
+        if (!waited || cancelled)
+            co_return Failure(asio::error::operation_aborted);
+        std::uint64_t last = 0;
+        while (auto const session = next_session(sessions, last)) {
+            last = session->id();
+            co_await session->look_at_folder(meter);
+        }
+    }
+}
+
+} // namespace webots_cloud

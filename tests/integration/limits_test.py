@@ -1,0 +1,354 @@
+#!/usr/bin/python3
+"""The limits of a simulation: controllers that take all the memory, fill the disk, start processes without end and open files without
+end. Each of them is ended with a sentence to its own browser, or gets no further, while a neighbour's pictures keep coming. With
+control groups, and where there are none.
+"""
+
+import asyncio
+import glob
+import json
+import os
+import shutil
+import signal
+import sys
+import unittest
+
+sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
+from support.browser_client import Browser, websockets  # noqa: E402
+from support.other_user import NOBODY, OwnedServer, works  # noqa: E402
+from support.projects import demo_project  # noqa: E402
+from support.servers import main, wait_until  # noqa: E402
+from support.waiting import wait_until_async  # noqa: E402
+
+NEIGHBOUR = "local:/projects/neighbour/blob/main/worlds/arena.wbt"
+WORLD = """#VRML_SIM R2025a utf8
+WorldInfo { }
+RectangleArena { }
+Robot { name "attacker" controller "attack" }
+"""
+
+# Each is bounded, should the limits not hold. What can't go on stays, with what it has.
+ATTACKS = {
+    "memory": r'''
+taken = []
+try:
+    for _ in range(600):
+        taken.append(b"x" * (16 << 20))
+except MemoryError:
+    pass
+''',
+    "processes": r'''
+for _ in range(300):
+    try:
+        if os.fork() == 0:
+            signal.pause()
+    except OSError:
+        break
+''',
+    "disk": r'''
+for i in range(200):
+    with open(f"filling{i}", "wb") as file:
+        file.write(b"x" * (1 << 20))
+''',
+    "one_file": r'''
+with open("filling", "wb") as file:
+    for i in range(200):
+        file.write(b"x" * (1 << 20))
+        file.flush()
+''',
+    "files": r'''
+opened = []
+try:
+    for _ in range(5000):
+        opened.append(open("/dev/null"))
+except OSError as error:
+    count = len(opened)
+    opened.clear()
+    with open("said.new", "w") as file:
+        file.write(f"{count} {error.strerror}")
+    os.rename("said.new", "said")
+''',
+}
+# Like a machine without control groups.
+WITHOUT_GROUPS = ("unshare", "--mount", "sh", "-c", 'mount -t tmpfs -o ro none /sys/fs/cgroup && exec "$@"', "sh")
+MEMORY = 200
+PROCESSES = 60
+FILES = 100
+DISK = 10
+
+
+def groups_of(server):
+    """Control groups that a server has made for simulations."""
+    found = []
+    for folder, names, _ in os.walk("/sys/fs/cgroup"):
+        found += [os.path.join(folder, name) for name in names if name.startswith(f"webots_cloud-{server}-")]
+    return found
+
+
+def share_of(group):
+    """Of processors, in a group that some process is in; None: it limits something else."""
+    names = {"cpu.cfs_quota_us": "cpu.cfs_period_us", "cpu.max": None}
+    for quota, period in names.items():
+        if os.path.exists(os.path.join(group, quota)):
+            numbers = " ".join(read(os.path.join(group, name)) for name in (quota, period) if name).split()
+            assert read(os.path.join(group, "cgroup.procs")), "nothing is in it"
+            return int(numbers[0]) / int(numbers[1])
+    return None
+
+
+def read(path):
+    with open(path) as file:
+        return file.read()
+
+
+def may_make_groups():
+    """Whether this machine has control groups that we may use; asked in the way of the server's start."""
+    return bool(glob.glob("/sys/fs/cgroup/memory/cgroup.procs") + glob.glob("/sys/fs/cgroup/cgroup.subtree_control")) and \
+        os.geteuid() == 0 and os.access("/sys/fs/cgroup", os.W_OK)
+
+
+class LimitedServer(OwnedServer):
+    """With a project for each attack."""
+
+    def __init__(self, *arguments, **keys):
+        super().__init__(*arguments, **{"simulationMemory": MEMORY, "simulationProcesses": PROCESSES, "simulationFiles": FILES,
+                                        "simulationDisk": DISK, **keys})
+        folder = os.path.join(self.folder, "projects")
+        files = {os.path.join("neighbour", path): content for path, content in demo_project().items()}
+        for name, attack in ATTACKS.items():
+            files[f"{name}/worlds/hostile.wbt"] = WORLD.encode()
+            files[f"{name}/controllers/attack/attack"] = f"#!/usr/bin/python3\nimport os, signal{attack}\nsignal.pause()\n".encode()
+        for path, content in files.items():
+            path = os.path.join(folder, "projects", path)
+            os.makedirs(os.path.dirname(path), exist_ok=True)
+            with open(path, "wb") as file:
+                file.write(content)
+            os.chmod(path, 0o755)
+        self.config.update(forges=[{"url": "local:", "directory": folder}], allowedRepositories=["local:/projects"])
+        os.chmod(self.folder, 0o755)
+
+
+async def watch(port, frames):
+    """Counts the pictures of the simulator at this port."""
+    reader, writer = await asyncio.open_connection("127.0.0.1", port)
+    writer.write(b"GET /mjpeg HTTP/1.1\r\nHost: localhost\r\n\r\n")
+    try:
+        while received := await reader.read(1 << 16):
+            frames.extend(received.count(b"\xff\xd8\xff") * [True])
+    finally:
+        writer.close()
+
+
+async def has_more(frames, seen):
+    return len(frames) > seen
+
+
+class Limits:
+    """Everything is tried at once, with one neighbour; each test looks at an outcome."""
+
+    keys = {}
+    user = None
+    wrapper = ()
+    enforced = "looked at every second"
+
+    @classmethod
+    def setUpClass(cls):
+        cls.check()
+        cls.server = LimitedServer(cls.user, cls.wrapper, **cls.keys)
+        cls.addClassCleanup(cls.server.close)
+        cls.server.start()
+        asyncio.run(cls.attack())
+
+    @classmethod
+    def check(cls):
+        if os.geteuid() != 0:
+            raise unittest.SkipTest("other users and mount namespaces need root")
+
+    @classmethod
+    async def attack(cls):
+        async with Browser(cls.server) as neighbour:
+            await neighbour.start(NEIGHBOUR)
+            address = await neighbour.hear("webots:")
+            frames = []
+            port = int(address.rpartition(":")[2])
+            webots = await websockets.connect(f"ws://127.0.0.1:{port}")
+            await webots.send("real-time:-1")
+            watching = asyncio.create_task(watch(port, frames))
+            names = list(ATTACKS)
+            cls.told = dict(zip(names, await asyncio.gather(*map(cls.overrun, names))))
+            seen = len(frames)
+            await wait_until_async(lambda: has_more(frames, seen), "the neighbour shows no picture any more")
+            cls.neighbour_errors = [each for each in neighbour.told if "Error" in each]
+            watching.cancel()
+            await webots.close()
+            cls.figures = cls.server.get("/metrics")
+            cls.rows = json.loads(cls.server.get("/monitor", {"Accept": "application/json"}))["simulations"]
+            cls.groups = groups_of(cls.server.process.pid)
+        cls.server.wait_until_clean()
+
+    @classmethod
+    async def overrun(cls, name):
+        """What the browser of this project was told before it was sent away; of files, what the controller has said."""
+        async with Browser(cls.server) as browser:
+            await browser.start(f"local:/projects/{name}/blob/main/worlds/hostile.wbt")
+            if name == "files":
+                await browser.hear("webots:")
+                return await asyncio.to_thread(cls.said)
+            await browser.hear_all()
+            return browser.told[-1]
+
+    @classmethod
+    def said(cls):
+        pattern = os.path.join(cls.server.instances_folder(), "*", "controllers", "attack", "said")
+        path = wait_until(lambda: glob.glob(pattern), lambda: f"no limit of files:\n{cls.server.log()}")[0]
+        with open(path) as file:
+            return file.read()
+
+    def test_the_browser_is_told_of_the_memory(self):
+        self.assertEqual(self.told["memory"], f"loading: Error: The simulation used more than {MEMORY} MB of memory, which is the limit "
+                         'of a simulation on this server. Its operator can raise "simulationMemory".')
+
+    def test_the_browser_is_told_of_the_processes(self):
+        self.assertEqual(self.told["processes"], f"loading: Error: The simulation started more than {PROCESSES} processes and threads at "
+                         'once, which is the limit of a simulation on this server. Its operator can raise "simulationProcesses".')
+
+    def test_the_browser_is_told_of_the_disk(self):
+        for attack in ("disk", "one_file"):
+            self.assertEqual(self.told[attack], f"loading: Error: The simulation filled its folder with more than {DISK} MB, or with very "
+                             'many files, which is the limit of a simulation on this server. Its operator can raise "simulationDisk".')
+
+    def test_no_process_has_more_files_than_it_may(self):
+        opened, _, why = self.told["files"].partition(" ")
+        self.assertLessEqual(int(opened), FILES)
+        self.assertEqual(why, "Too many open files")
+
+    def test_the_neighbour_notices_nothing(self):
+        self.assertEqual(self.neighbour_errors, [])
+
+    def test_the_monitor_shows_what_simulations_use(self):
+        row = next(each for each in self.rows if "neighbour" in each["world"])
+        self.assertGreater(row["memory"], 1)
+        self.assertGreater(row["processes"], 0)
+
+    def test_the_metrics_count_the_ended_and_sum_up_the_others(self):
+        for limit, ended in (("memory", 1), ("processes", 1), ("disk", 2)):
+            self.assertIn(f'simulations_over_limit_total{{limit="{limit}"}} {ended}\n', self.figures)
+        self.assertRegex(self.figures, r"simulations_memory_bytes [1-9]")
+        self.assertRegex(self.figures, r"simulations_processes [1-9]")
+
+    def test_the_log_says_who_keeps_the_limits(self):
+        self.assertIn(f"The limits of each simulation: {MEMORY} MB of memory ({self.enforced}", self.server.log())
+
+
+class WithGroups(Limits):
+    enforced = "control groups, version "
+
+    @classmethod
+    def check(cls):
+        if not may_make_groups():
+            raise unittest.SkipTest("control groups can't be made here")
+
+    def test_the_simulations_were_in_groups_which_are_gone_with_them(self):
+        self.assertTrue(self.groups)
+        wait_until(lambda: not groups_of(self.server.process.pid), lambda: f"groups are left: {groups_of(self.server.process.pid)}")
+
+
+class ControlGroups(WithGroups, unittest.TestCase):
+    keys = {"sandbox": "none"}
+
+
+class ControlGroupsWithBubblewrap(WithGroups, unittest.TestCase):
+    keys = {"sandbox": "bubblewrap", "network": "none"}
+
+    @classmethod
+    def check(cls):
+        super().check()
+        if not shutil.which("bwrap"):
+            raise unittest.SkipTest("bubblewrap is not installed")
+
+
+class WithoutGroups(Limits):
+    def test_the_log_warns(self):
+        self.assertIn("The limits of simulations are looked at every second only", self.server.log())
+
+
+class RootWithoutGroups(WithoutGroups, unittest.TestCase):
+    wrapper = WITHOUT_GROUPS
+
+    @classmethod
+    def check(cls):
+        super().check()
+        if not works(WITHOUT_GROUPS):
+            raise unittest.SkipTest("control groups can't be hidden here")
+
+
+class AnotherUser(WithoutGroups, unittest.TestCase):
+    """Who may make no groups."""
+
+    user = NOBODY
+
+
+class Processors(unittest.TestCase):
+    def test_a_simulation_gets_no_more_than_its_share(self):
+        if not may_make_groups():
+            self.skipTest("control groups can't be made here")
+        server = LimitedServer(simulationCpus=0.5)
+        self.addCleanup(server.close)
+        server.start()
+
+        async def shares():
+            async with Browser(server) as browser:
+                await browser.start(NEIGHBOUR)
+                await browser.hear("webots:")
+                return list(filter(None, map(share_of, groups_of(server.process.pid))))
+
+        self.assertEqual(asyncio.run(shares()), [0.5])
+
+    def test_where_that_can_not_be_kept_the_log_warns(self):
+        if os.geteuid() != 0 or not works(WITHOUT_GROUPS):
+            self.skipTest("control groups can't be hidden here")
+        server = LimitedServer(None, WITHOUT_GROUPS, simulationCpus=0.5)
+        self.addCleanup(server.close)
+        server.start()
+        self.assertIn('"simulationCpus" has no effect', server.log())
+
+
+class KilledServer(unittest.TestCase):
+    def test_its_groups_go_with_its_simulations(self):
+        if not may_make_groups():
+            self.skipTest("control groups can't be made here")
+        server = LimitedServer()
+        self.addCleanup(server.close)
+        server.start()
+        pid = server.process.pid
+
+        async def start():
+            async with Browser(server) as browser:
+                await browser.start(NEIGHBOUR)
+                await browser.hear("webots:")
+                self.assertTrue(groups_of(pid))
+                os.kill(pid, signal.SIGKILL)
+
+        asyncio.run(start())
+        server.process.wait()
+        wait_until(lambda: not groups_of(pid), lambda: f"groups are left: {groups_of(pid)}")
+
+    def test_what_is_left_of_it_is_removed_at_the_next_start(self):
+        parent = "/sys/fs/cgroup/pids"
+        if not may_make_groups() or not os.path.isdir(parent):
+            self.skipTest("control groups of version 1 can't be made here")
+        ended = os.spawnlp(os.P_NOWAIT, "true", "true")
+        os.waitpid(ended, 0)
+        with open("/proc/self/cgroup") as groups:
+            own = next(line.rstrip("\n").split(":")[2] for line in groups if ":pids:" in line)
+        stale = os.path.join(parent, own.lstrip("/"), f"webots_cloud-{ended}-1")
+        os.mkdir(stale)
+        self.addCleanup(lambda: os.path.isdir(stale) and os.rmdir(stale))
+        server = LimitedServer()
+        self.addCleanup(server.close)
+        server.start()
+        self.assertFalse(os.path.exists(stale))
+
+
+if __name__ == "__main__":
+    main()

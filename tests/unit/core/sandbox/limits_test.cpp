@@ -1,0 +1,161 @@
+#include "unit_test.hpp"
+
+#include "core/sandbox/limits.hpp"
+
+#include <csignal>
+
+using namespace webots_cloud;
+using namespace webots_cloud::core;
+
+namespace {
+
+constexpr std::uint64_t megabyte = std::uint64_t{1} << 20;
+constexpr std::uint64_t gigabyte = std::uint64_t{1} << 30;
+
+ProcessLimits all_limits()
+{
+    ProcessLimits limits;
+    limits.memory = 200 * megabyte;
+    limits.processors = 1.5;
+    limits.processes = 50;
+    limits.files = 100;
+    limits.disk = 10 * megabyte;
+    return limits;
+}
+
+LimitSupport with_groups()
+{
+    LimitSupport support;
+    support.memory = support.processes = support.processors = true;
+    support.version = 2;
+    return support;
+}
+
+bool contains(std::string const& text, std::string_view part)
+{
+    return text.find(part) != std::string::npos;
+}
+
+} // namespace
+
+BOOST_AUTO_TEST_SUITE(limits)
+
+BOOST_AUTO_TEST_CASE(without_keys_a_simulation_gets_a_share_of_the_machine_that_webots_can_work_with)
+{
+    LimitsConfig const config;
+    BOOST_TEST(simulation_limits(config, 4 * gigabyte, 4).memory == 2 * gigabyte);
+    BOOST_TEST(simulation_limits(config, 32 * gigabyte, 4).memory == 8 * gigabyte);
+    BOOST_TEST(simulation_limits(config, 512 * gigabyte, 4).memory == 16 * gigabyte);
+    BOOST_TEST(simulation_limits(config, gigabyte, 4).processes == 1280U);
+    BOOST_TEST(simulation_limits(config, gigabyte, 0).processes == 1088U);
+    BOOST_TEST(simulation_limits(config, gigabyte, 4).processors == 0);
+    BOOST_TEST(simulation_limits(config, gigabyte, 4).files == 4096U);
+    BOOST_TEST(simulation_limits(config, gigabyte, 4).disk == 4 * gigabyte);
+}
+
+BOOST_AUTO_TEST_CASE(what_the_configuration_says_counts_and_0_is_no_limit)
+{
+    LimitsConfig config;
+    config.memory = 5;
+    config.processes = 0;
+    config.processors = 2;
+    config.files = 0;
+    config.disk = 0;
+    auto const limits = simulation_limits(config, 64 * gigabyte, 8);
+    BOOST_TEST(limits.memory == 5U);
+    BOOST_TEST(limits.processes == 0U);
+    BOOST_TEST(limits.processors == 2);
+    BOOST_TEST(limits.any());
+    config.memory = 0;
+    config.processors = 0;
+    BOOST_TEST(!simulation_limits(config, 64 * gigabyte, 8).any());
+}
+
+BOOST_AUTO_TEST_CASE(each_limit_is_overrun_by_more_than_it_allows)
+{
+    auto const limits = all_limits();
+    Consumption used;
+    used.memory = limits.memory;
+    used.processes = limits.processes;
+    used.disk = limits.disk;
+    BOOST_TEST(!overrun(limits, used));
+    auto more = used;
+    ++more.memory;
+    BOOST_TEST((overrun(limits, more) == Limit::memory));
+    more = used;
+    ++more.processes;
+    BOOST_TEST((overrun(limits, more) == Limit::processes));
+    more = used;
+    ++more.disk;
+    BOOST_TEST((overrun(limits, more) == Limit::disk));
+    more = used;
+    more.too_many_files = true;
+    BOOST_TEST((overrun(limits, more) == Limit::disk));
+}
+
+BOOST_AUTO_TEST_CASE(what_the_kernel_refuses_is_an_overrun)
+{
+    Consumption killed;
+    killed.memory_kills = 1;
+    BOOST_TEST((overrun(all_limits(), killed) == Limit::memory));
+    Consumption refused;
+    refused.refused_forks = 1;
+    BOOST_TEST((overrun(all_limits(), refused) == Limit::processes));
+}
+
+BOOST_AUTO_TEST_CASE(without_a_limit_nothing_is_overrun)
+{
+    Consumption used;
+    used.memory = used.processes = used.disk = used.memory_kills = used.refused_forks = ~std::uint64_t{0};
+    used.too_many_files = true;
+    BOOST_TEST(!overrun(ProcessLimits(), used));
+}
+
+BOOST_AUTO_TEST_CASE(the_end_at_the_largest_file_is_known_by_signal_and_by_status)
+{
+    BOOST_TEST(ended_at_file_size(SIGXFSZ, true));
+    BOOST_TEST(ended_at_file_size(128 + SIGXFSZ, false));
+    BOOST_TEST(!ended_at_file_size(SIGXFSZ, false));
+    BOOST_TEST(!ended_at_file_size(SIGKILL, true));
+}
+
+BOOST_AUTO_TEST_CASE(the_browser_is_told_the_limit_and_what_helps)
+{
+    BOOST_TEST(overrun_text(Limit::memory, all_limits()) ==
+               "The simulation used more than 200 MB of memory, which is the limit of a simulation on this "
+               "server. Its operator can raise \"simulationMemory\".");
+    BOOST_TEST(overrun_text(Limit::processes, all_limits()) ==
+               "The simulation started more than 50 processes and threads at once, which is the limit of a "
+               "simulation on this server. Its operator can raise \"simulationProcesses\".");
+    BOOST_TEST(overrun_text(Limit::disk, all_limits()) ==
+               "The simulation filled its folder with more than 10 MB, or with very many files, which is the "
+               "limit of a simulation on this server. Its operator can raise \"simulationDisk\".");
+}
+
+BOOST_AUTO_TEST_CASE(the_log_says_who_keeps_which_limit)
+{
+    BOOST_TEST(limits_text(all_limits(), with_groups()) ==
+               "The limits of each simulation: 200 MB of memory (control groups, version 2), 1.5 processors "
+               "(control groups, version 2), 50 processes and threads (control groups, version 2), 100 open "
+               "files of each process, 10 MB on disk (looked at every second).");
+    BOOST_TEST(limits_text(all_limits(), LimitSupport()) ==
+               "The limits of each simulation: 200 MB of memory (looked at every second), 50 processes and "
+               "threads (looked at every second), 100 open files of each process, 10 MB on disk (looked at "
+               "every second).");
+    BOOST_TEST(contains(limits_text(ProcessLimits(), with_groups()), "no limits"));
+}
+
+BOOST_AUTO_TEST_CASE(limits_that_are_not_kept_as_they_should_are_warned_of_with_the_reason)
+{
+    LimitSupport nothing;
+    nothing.problem = "it is read-only";
+    auto const warnings = limits_warnings(all_limits(), nothing);
+    BOOST_TEST_REQUIRE(warnings.size() == 2U);
+    BOOST_TEST(contains(warnings[0], "looked at every second only"));
+    BOOST_TEST(contains(warnings[0], "it is read-only"));
+    BOOST_TEST(contains(warnings[1], "\"simulationCpus\" has no effect"));
+    BOOST_TEST(limits_warnings(all_limits(), with_groups()).empty());
+    BOOST_TEST(limits_warnings(ProcessLimits(), nothing).empty());
+}
+
+BOOST_AUTO_TEST_SUITE_END()
