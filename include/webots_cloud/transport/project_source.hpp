@@ -39,7 +39,8 @@ struct FetchProgress
     std::atomic<bool> waiting{false};
 };
 
-/// The largest project that is fetched. Each source enforces this itself, before it allocates or writes.
+/// The largest project that is fetched. Each source enforces this itself, before it allocates or writes; a
+/// limit on the world file alone would be `require_world`'s, afterwards.
 struct FetchLimits
 {
     FetchLimits() = default;
