@@ -29,7 +29,7 @@ LITTER = {
              "    os.symlink(target, f'link{number}')\nos.link(precious, 'hard')",
     "pipes": "os.mkfifo('pipe')\nimport socket\nsocket.socket(socket.AF_UNIX).bind('socket')",
     "a sparse file": "with open('sparse', 'wb') as file:\n    file.truncate(1 << 40)",
-    "100,000 files": "os.mkdir('many')\nos.chdir('many')\nfor number in range(100000):\n    os.mknod(str(number))\nos.chdir('..')",
+    "30,000 files": "os.mkdir('many')\nos.chdir('many')\nfor number in range(30000):\n    os.mknod(str(number))\nos.chdir('..')",
     "deep folders": "for _ in range(3000):\n    os.mkdir('deep' * 10)\n    os.chdir('deep' * 10)\nos.chdir(os.path.dirname(sys.argv[0]))",
     "locked folders": "os.makedirs('locked/inner')\nopen('locked/inner/file', 'w').close()\nos.chmod('locked/inner', 0)\nos.chmod('locked', 0)",
     "odd names": "for name in ('-rf', ' ', '\\n', '*', '~', '\\x1b[2J', '\\udcff', 'a' * 255):\n    open(name, 'w').close()",
