@@ -35,7 +35,7 @@ ROWS = {
     "public": "connect to public addresses",
     "raw": "send raw packets, or enter another root folder",
     "routes": "change interfaces and routes",
-    "displays": "see the X displays of others",
+    "displays": "see the X displays of others, or connect to them",
     "terminal": "type into the operator's terminal (`TIOCSTI`)",
     "terminal_output": "write to the operator's terminal",
     "outlive": "outlive its session (`setsid`, double fork)",
@@ -496,6 +496,13 @@ def see_displays(socket_of_another):
     """list the sockets of X servers"""
     folder, name = os.path.split(socket_of_another)
     return DONE if os.path.isdir(folder) and name in os.listdir(folder) else "unseen"
+
+
+@attempt("displays", "ENOENT", "ECONNREFUSED")
+def connect_display(path):
+    """the socket of an X server"""
+    with socket.socket(socket.AF_UNIX) as end:
+        end.connect(path)
 
 
 @attempt("terminal", "ENXIO")
