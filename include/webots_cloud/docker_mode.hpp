@@ -2,6 +2,7 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/process_limits.hpp>
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/logger.hpp>
 #include <webots_cloud/transport/process_host.hpp>
@@ -44,6 +45,7 @@ struct DockerModeParams
     /// Present: unused images older than two days are removed, except these (`repository:tag`).
     std::optional<std::vector<std::string>> persistent_images;
     std::string display = ":0"; ///< Empty: containers see none of this machine.
+    ProcessLimits limits;       ///< Of each container. Default: none.
     bool own_displays = false;  ///< Each starts an X server of its own (`xvfb-run` in the image).
     /// What simulators reach. Needs root, but for `host`, which is what Docker's own networks reach.
     ProcessNetwork network;

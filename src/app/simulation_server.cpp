@@ -222,6 +222,10 @@ SimulationLauncherParams launcher_params(SimulationConfig const& config, fs::pat
     params.display = display.name;
     params.private_display = display.own;
     params.limits = limits;
+    if (config.docker) { // which keeps those of its processes
+        params.limits = ProcessLimits();
+        params.limits.disk = limits.disk;
+    }
     params.sandbox = std::move(sandbox);
     params.webots = std::move(simulator);
     params.first_port = static_cast<std::uint16_t>(config.address.port + 1);
@@ -251,9 +255,10 @@ void tell_environment(SimulationLauncherParams const& params, Logger const& log)
 }
 
 DockerModeParams docker_params(SimulationConfig const& config, fs::path const& instances,
-                               app::ContainerNetwork const& network)
+                               app::ContainerNetwork const& network, ProcessLimits const& limits)
 {
     DockerModeParams params;
+    params.limits = limits;
     params.docker = find_program("docker");
     params.docker_compose = find_program("docker-compose");
     std::error_code failed;
@@ -379,8 +384,8 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     if (config.docker) {
         files = make_text_files();
         container_network = app::choose_container_network(config, instances.parent_path(), log);
-        docker = std::make_unique<DockerMode>(docker_params(config, instances, container_network), *processes,
-                                              *files, *clock, log);
+        docker = std::make_unique<DockerMode>(docker_params(config, instances, container_network, limits),
+                                              *processes, *files, *clock, log);
         auto const opened = co_await docker->open();
         if (!opened)
             co_return opened.error();
@@ -407,6 +412,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
         tell_environment(launcher.params(), log);
     auto walls = sandbox->walls;
     walls.own_displays = display->name.empty();
+    walls.limits = config.docker || core::limits_hold(limits, limit_support_here);
     tell_outside_projects(config, walls, log);
     auto service_settings = service_params(config, walls, choice->notice);
     auto isolation_warning = co_await check_isolation(

@@ -55,6 +55,7 @@ DockerProjectFiles::write(LaunchSpec const& spec, std::uint16_t port, std::strin
     walls.own_network =
         params_.network.reach != ProcessNetwork::Reach::host && !core::chooses_network(*compose_file);
     walls.name_server = params_.name_server;
+    walls.limits = params_.limits;
     bool const own = texts.dockerfile && params_.project_dockerfiles;
     auto const dockerfile = co_await choose_dockerfile(texts, own);
     if (!dockerfile)

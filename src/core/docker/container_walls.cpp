@@ -78,6 +78,30 @@ std::string_view version_line(std::string_view compose_file)
     return {};
 }
 
+/// Lines of a service. There is no swap besides the memory, as without containers.
+std::string limit_lines(ProcessLimits const& limits)
+{
+    std::string text;
+    auto const add = [&text](std::string_view key, std::string const& value) {
+        text.append(concat("    ", key, ": ", value, "\n"));
+    };
+    if (limits.memory > 0) {
+        add("mem_limit", std::to_string(limits.memory));
+        add("memswap_limit", std::to_string(limits.memory));
+    }
+    if (limits.processors > 0)
+        add("cpus", python_float(limits.processors));
+    if (limits.processes > 0)
+        add("pids_limit", std::to_string(limits.processes));
+    if (limits.files > 0 || limits.disk > 0)
+        text.append("    ulimits:\n");
+    if (limits.files > 0)
+        add("  nofile", std::to_string(limits.files));
+    if (limits.disk > 0)
+        add("  fsize", std::to_string(limits.disk));
+    return text;
+}
+
 } // namespace
 
 std::vector<std::string> compose_services(std::string_view compose_file)
@@ -109,6 +133,7 @@ std::string walls_file(std::string_view compose_file, ContainerWalls const& wall
             text.append("    network_mode: none\n");
         if (walls.own_network && name == simulator_service && !walls.name_server.empty())
             text.append(concat("    dns: [", walls.name_server, "]\n"));
+        text.append(limit_lines(walls.limits));
         if (!walls.host_display && lines.find(display_folder) != std::string::npos)
             text.append(concat("    volumes:\n      - type: tmpfs\n        target: ", display_folder, "\n"));
     }

@@ -1,6 +1,8 @@
 // What is taken from containers beyond what the operator's compose file takes from them.
 #pragma once
 
+#include <webots_cloud/process_limits.hpp>
+
 #include <string>
 #include <string_view>
 #include <vector>
@@ -22,6 +24,7 @@ struct ContainerWalls
     bool own_network =
         false; ///< The simulator gets its network from us, and the controller of a competition none.
     std::string name_server; ///< Of that network; empty: none.
+    ProcessLimits limits;    ///< Of each container; that of disk is each file's.
 };
 
 /// The service that runs the simulator.

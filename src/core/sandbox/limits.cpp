@@ -86,6 +86,12 @@ std::string_view label_of(Limit limit) noexcept
     return "disk";
 }
 
+bool limits_hold(ProcessLimits const& limits, LimitSupport const& support) noexcept
+{
+    return limits.memory > 0 && support.memory && limits.processes > 0 && support.processes &&
+           limits.disk > 0;
+}
+
 std::string limits_text(ProcessLimits const& limits, LimitSupport const& support)
 {
     if (!limits.any())

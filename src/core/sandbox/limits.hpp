@@ -43,6 +43,10 @@ std::string overrun_text(Limit limit, ProcessLimits const& limits);
 /// As in `/metrics`.
 std::string_view label_of(Limit limit) noexcept;
 
+/// Whether no simulation can use up the machine: the kernel keeps memory and processes within limits, and
+/// there is one of disk.
+bool limits_hold(ProcessLimits const& limits, LimitSupport const& support) noexcept;
+
 /// For the operator, at the start: which limits there are and who keeps them.
 std::string limits_text(ProcessLimits const& limits, LimitSupport const& support);
 

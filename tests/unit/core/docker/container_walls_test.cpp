@@ -90,4 +90,26 @@ BOOST_AUTO_TEST_CASE(a_network_that_the_operator_has_chosen_is_seen)
     BOOST_TEST(!chooses_network("services:\n  webots:\n    image: x\n  other:\n    networks: [lab]\n"));
 }
 
+BOOST_AUTO_TEST_CASE(each_service_gets_the_limits_of_a_simulation)
+{
+    ContainerWalls walls;
+    walls.limits.memory = 2'000'000;
+    walls.limits.processors = 1.5;
+    walls.limits.processes = 50;
+    walls.limits.files = 100;
+    walls.limits.disk = 4'000'000;
+    BOOST_TEST(walls_file("services:\n  webots:\n    image: x\n", walls) == "\nservices:\n"
+                                                                            "  webots:\n"
+                                                                            "    cap_drop: [ALL]\n"
+                                                                            "    security_opt:\n"
+                                                                            "      - no-new-privileges:true\n"
+                                                                            "    mem_limit: 2000000\n"
+                                                                            "    memswap_limit: 2000000\n"
+                                                                            "    cpus: 1.5\n"
+                                                                            "    pids_limit: 50\n"
+                                                                            "    ulimits:\n"
+                                                                            "      nofile: 100\n"
+                                                                            "      fsize: 4000000\n");
+}
+
 BOOST_AUTO_TEST_SUITE_END()

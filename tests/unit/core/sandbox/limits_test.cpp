@@ -158,4 +158,14 @@ BOOST_AUTO_TEST_CASE(limits_that_are_not_kept_as_they_should_are_warned_of_with_
     BOOST_TEST(limits_warnings(ProcessLimits(), nothing).empty());
 }
 
+BOOST_AUTO_TEST_CASE(limits_hold_where_the_kernel_keeps_them_and_none_is_missing)
+{
+    BOOST_TEST(limits_hold(all_limits(), with_groups()));
+    BOOST_TEST(!limits_hold(all_limits(), LimitSupport()));
+    BOOST_TEST(!limits_hold(ProcessLimits(), with_groups()));
+    auto limits = all_limits();
+    limits.disk = 0;
+    BOOST_TEST(!limits_hold(limits, with_groups()));
+}
+
 BOOST_AUTO_TEST_SUITE_END()
