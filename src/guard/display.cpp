@@ -6,6 +6,7 @@
 #include <sys/prctl.h>
 #include <sys/random.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <sys/types.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -31,6 +32,13 @@ long now_ms()
     timespec time{};
     clock_gettime(CLOCK_MONOTONIC, &time);
     return time.tv_sec * 1000 + time.tv_nsec / 1'000'000;
+}
+
+/// X servers of others than root want to find it.
+void make_folder()
+{
+    if (mkdir(display_folder, 01777) == 0)
+        chmod(display_folder, 01777); // the mask does not count
 }
 
 /// What the X server may print, of which the last line counts: the end of it.
@@ -137,6 +145,7 @@ void say(int to, char const* text, char const* reason)
     setsid(); // a program that signals its process group does not mean us
     char display[16];
     std::snprintf(display, sizeof display, ":%d", program);
+    auto const watched_program = static_cast<int>(syscall(SYS_pidfd_open, program, 0));
     int ready[2];
     int output[2];
     if (pipe2(ready, O_CLOEXEC) != 0 || pipe2(output, O_CLOEXEC) != 0)
@@ -156,9 +165,12 @@ void say(int to, char const* text, char const* reason)
             reason = "it does not get ready";
             break;
         }
-        pollfd watched[] = {{output[0], POLLIN, 0}, {is_ready ? -1 : ready[0], POLLIN, 0}};
-        if (poll(watched, 2, is_ready ? -1 : static_cast<int>(left)) <= 0)
+        pollfd watched[] = {
+            {output[0], POLLIN, 0}, {is_ready ? -1 : ready[0], POLLIN, 0}, {watched_program, POLLIN, 0}};
+        if (poll(watched, 3, is_ready ? -1 : static_cast<int>(left)) <= 0)
             continue;
+        if (watched[2].revents != 0) // a sandbox may wait until we have ended, too
+            _exit(0);
         if (watched[0].revents != 0)
             lives = tail.read_from(output[0]);
         char byte = 0;
@@ -170,6 +182,7 @@ void say(int to, char const* text, char const* reason)
     }
     if (child > 0)
         kill(child, SIGKILL);
+    fcntl(output[0], F_SETFL, O_NONBLOCK); // what the X server has started may still have the other end
     while (tail.read_from(output[0]))
         continue;
     if (!reason)
@@ -220,15 +233,14 @@ bool start_server(char const* server, int limit_ms)
 
 bool make_display_folder()
 {
-    if (mkdir(display_folder, 01777) == 0)
-        chmod(display_folder, 01777); // the mask does not count
+    make_folder();
     return mount("displays", display_folder, "tmpfs", MS_NOSUID | MS_NODEV | MS_NOEXEC,
                  "mode=1777,size=64k,nr_inodes=64") == 0;
 }
 
 void execute_on_display(char const* server, int limit_ms, char** argv)
 {
-    mkdir(display_folder, 0700); // there is none in firejail
+    make_folder();
     if (!write_authority()) {
         std::printf("can't start a display for the simulation: %s: %s\n", authority_file,
                     std::strerror(errno));

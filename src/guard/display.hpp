@@ -10,7 +10,8 @@ namespace webots_cloud::guard {
 bool make_display_folder();
 
 /// Starts `server` (Xvfb) on a display of its own with a password of its own, waits until it is ready, for
-/// `limit_ms` at most, and executes the program on it, in this process. The folder of displays must be empty.
+/// `limit_ms` at most, and executes the program on it, in this process. The folder of displays must be empty,
+/// or be missing.
 ///
 /// The server listens on its socket in that folder alone, and ends with the namespaces of the program. When
 /// it ends before, the program is killed, after a line which begins with `display has ended`. When it does

@@ -90,6 +90,13 @@ class Guard(unittest.TestCase):
         os.chmod(path, 0o755)
         return path
 
+    def start_plain(self, *argv):
+        """Without a display."""
+        started = subprocess.Popen([self.guard, "--own-displays", "200", *argv], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+                                   user=self.user, group=self.user, extra_groups=self.user and [])
+        self.addCleanup(self.end, started)
+        return started
+
     def start(self, *argv, server=None, limit=20_000, options=("--own-displays",), wrapper=(), environment=None):
         started = subprocess.Popen([*wrapper, self.guard, *options, "200", self.guard, "--display", server or self.xvfb, str(limit), *argv],
                                    stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, user=self.user,
@@ -136,6 +143,13 @@ class Guard(unittest.TestCase):
         self.assertEqual(started.wait(30), 7)
         self.assertEqual(running_servers(self.xvfb), [])
 
+    def test_the_end_of_the_program_is_the_end_of_the_display(self):
+        """Also where no namespace ends: here the display is started beside the program that waits for it."""
+        script = f'"{self.guard}" --display "{self.xvfb}" 20000 /bin/true; echo done; exec sleep 600'
+        started = self.start_plain("/bin/sh", "-c", script)
+        self.assertEqual(started.stdout.readline(), "done\n")
+        wait_until(lambda: not running_servers(self.xvfb), "Xvfb is left")
+
     def test_the_end_of_the_guard_is_the_end_of_the_display(self):
         started = self.start("/bin/sh", "-c", "echo ready; exec sleep 600")
         self.assertEqual(started.stdout.readline(), "ready\n")
@@ -158,6 +172,11 @@ class Guard(unittest.TestCase):
         printed, status = self.outcome("/bin/echo", "runs", server="/nowhere/Xvfb")
         self.assertIn("can't run /nowhere/Xvfb: No such file or directory", printed)
         self.assertEqual(status, 1)
+
+    def test_what_a_display_has_started_is_not_waited_for(self):
+        printed, status = self.outcome("/bin/echo", "runs", server=self.server("sleep 600 &\necho '(EE) no memory left'\nexit 1\n"), limit=500)
+        self.assertEqual(status, 1)
+        self.assertIn("can't start a display for the simulation: ", printed)
 
     def test_a_display_that_does_not_get_ready_says_so(self):
         printed, status = self.outcome("/bin/echo", "runs", server=self.server("exec sleep 600\n"), limit=50)

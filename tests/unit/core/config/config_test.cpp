@@ -301,19 +301,6 @@ BOOST_AUTO_TEST_CASE(the_two_keys_that_choose_docker_must_not_contradict_each_ot
     BOOST_TEST(refusal(R"({"docker":false,"sandbox":"firejail"})") == "");
 }
 
-BOOST_AUTO_TEST_CASE(containers_have_no_displays_of_their_own)
-{
-    BOOST_TEST(parse_simulation_config(R"({"display":"private"})", "c.json").has_value());
-    for (std::string const display : {"private", "none"}) {
-        auto const text = R"({"docker":true,"display":")" + display + R"("})";
-        BOOST_TEST(
-            parse_simulation_config(text, "c.json").error().message() ==
-            "c.json: key \"display\": expected a display that containers draw on, as \":0\", found the "
-            "string \"" +
-                display + "\"");
-    }
-}
-
 BOOST_AUTO_TEST_CASE(no_more_simulations_are_taken_than_there_are_ports)
 {
     auto const read = [](std::string_view keys) {
