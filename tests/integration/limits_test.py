@@ -38,12 +38,16 @@ except MemoryError:
     pass
 ''',
     "processes": r'''
-for _ in range(300):
-    try:
-        if os.fork() == 0:
-            signal.pause()
-    except OSError:
-        break
+def start_all():  # in a thread, where children are harder to find
+    for _ in range(300):
+        try:
+            if os.fork() == 0:
+                os.execv("/bin/sleep", ["sleep", "600"])
+        except OSError:
+            break
+
+import threading
+threading.Thread(target=start_all).start()
 ''',
     "disk": r'''
 for i in range(200):
@@ -255,6 +259,12 @@ class WithGroups(Limits):
 
 class ControlGroups(WithGroups, unittest.TestCase):
     keys = {"sandbox": "none"}
+
+
+class ControlGroupsOfOtherUsers(WithGroups, unittest.TestCase):
+    """Who may not write to the groups that they are put into."""
+
+    keys = {"sandbox": "none", "simulationUser": "auto"}
 
 
 class ControlGroupsWithBubblewrap(WithGroups, unittest.TestCase):

@@ -48,6 +48,8 @@ constexpr std::size_t default_max_processes = 256; // to look at
 
 constexpr std::uint64_t file_size_reserve = 1 << 20; // so that such a file is more than all may be
 
+constexpr std::uint64_t process_reserve = 16; // so that who tries to have more is found out
+
 constexpr auto wake_interval = std::chrono::milliseconds(250);
 
 /// Repeatedly wakes (SIGCONT) a guard that was told to end: while somebody has it stopped (SIGSTOP), it would
@@ -366,7 +368,7 @@ void add_limits(std::vector<std::string>& arguments, ProcessLimits const& limits
     if (!group || group->group.memory == 0)
         add("data", 2 * limits.memory);
     if (!group || group->group.processes == 0)
-        add("processes", limits.processes);
+        add("processes", limits.processes > 0 ? limits.processes + process_reserve : 0);
     add("files", limits.files);
     add("file-size", limits.disk > 0 ? limits.disk + file_size_reserve : 0);
 }

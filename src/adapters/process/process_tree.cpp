@@ -1,18 +1,23 @@
 #include "process_tree.hpp"
 
+#include <dirent.h>
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <charconv>
+#include <memory>
 
 namespace webots_cloud::adapters {
 namespace {
 
-void add_children(pid_t parent, std::size_t max, ProcessTree& tree)
+constexpr nlink_t links_of_folder = 2;      // besides one for each folder in it
+constexpr std::size_t threads_for_each = 4; // of the processes that are looked at, on average
+
+void add_children(std::string const& thread, std::size_t max, ProcessTree& tree)
 {
     ProcBuffer buffer;
-    auto const id = std::to_string(parent);
-    auto list = read_start("/proc/" + id + "/task/" + id + "/children", buffer);
+    auto list = read_start(thread + "/children", buffer);
     if (list.size() == buffer.size()) { // cut off, and the last number perhaps in the middle
         tree.is_whole = false;
         list = list.substr(0, list.rfind(' '));
@@ -23,6 +28,28 @@ void add_children(pid_t parent, std::size_t max, ProcessTree& tree)
             return;
         }
         tree.processes.push_back(static_cast<pid_t>(child));
+    }
+}
+
+/// Children are those of the thread that started them.
+void add_children_of_threads(pid_t process, std::size_t max, std::size_t& threads, ProcessTree& tree)
+{
+    auto const id = std::to_string(process);
+    auto const tasks = "/proc/" + id + "/task";
+    add_children(tasks + "/" + id, max, tree);
+    struct stat status
+    {};
+    if (::stat(tasks.c_str(), &status) != 0 || status.st_nlink <= links_of_folder + 1)
+        return;
+    std::unique_ptr<DIR, int (*)(DIR*)> const listing(::opendir(tasks.c_str()), &::closedir);
+    while (auto const* const entry = listing ? ::readdir(listing.get()) : nullptr) {
+        if (entry->d_name[0] == '.' || id == entry->d_name)
+            continue;
+        if (++threads > threads_for_each * max) {
+            tree.is_whole = false;
+            return;
+        }
+        add_children(tasks + "/" + entry->d_name, max, tree);
     }
 }
 
@@ -51,9 +78,10 @@ long long next_number(std::string_view& list)
 ProcessTree process_tree(pid_t root, std::size_t max)
 {
     ProcessTree tree;
+    std::size_t threads = 0;
     tree.processes.push_back(root);
     for (std::size_t i = 0; i < tree.processes.size(); ++i)
-        add_children(tree.processes[i], max, tree);
+        add_children_of_threads(tree.processes[i], max, threads, tree);
     return tree;
 }
 
