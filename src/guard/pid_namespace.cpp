@@ -91,8 +91,10 @@ bool hide_files_of_others(char const* folder)
 /// In a new mount namespace.   Returns: the flags of what has worked.
 char set_up_mounts(Program const& program)
 {
-    if (program.own_sandbox) // it shows nothing of these folders, and mounts a /proc of its own
-        return has_read_only | has_own_proc;
+    if (program.own_sandbox) { // it shows nothing of these folders, and mounts a /proc of its own
+        bool const displays = program.own_displays && make_display_folder();
+        return static_cast<char>(has_read_only | has_own_proc | (displays ? has_own_displays : 0));
+    }
     if (mount(nullptr, "/", nullptr, MS_REC | MS_SLAVE, nullptr) != 0) // what we mount is visible to us only
         return 0;
     bool read_only = true;

@@ -45,7 +45,7 @@ void confine(ProcessSpec& process, SandboxParams const& sandbox, std::filesystem
     if (process.own_displays) { // its folder for temporary files has those of displays
         visible.own_displays = true;
         visible.read_only.emplace_back(process.argv.front());
-        process.own_displays = false;
+        process.own_displays = !sandbox.firejail.empty(); // which can't make the folder itself
     }
     if (!sandbox.filter.empty()) {
         visible.read_only.push_back(sandbox.filter);
@@ -54,11 +54,13 @@ void confine(ProcessSpec& process, SandboxParams const& sandbox, std::filesystem
     if (sandbox.firejail.empty()) {
         process.argv = core::bubblewrap_command(sandbox.bubblewrap, visible, process.argv);
         core::set_variable(process.environment, "HOME", core::sandbox_home);
+        core::set_variable(process.environment, "XDG_RUNTIME_DIR", core::sandbox_runtime);
     } else {
         process.argv =
             core::firejail_command(sandbox.firejail, sandbox.firejail_profile, visible, process.argv);
         process.own_sandbox = core::firejail_files;
         core::set_variable(process.environment, "HOME", core::sandbox_temporary);
+        core::remove_variable(process.environment, "XDG_RUNTIME_DIR"); // there is none in there
     }
     process.network = sandbox.network;
     process.network.port = port;
@@ -66,7 +68,6 @@ void confine(ProcessSpec& process, SandboxParams const& sandbox, std::filesystem
     core::set_variable(process.environment, "TMPDIR", core::sandbox_temporary);
     for (auto const* folder : {"XDG_CACHE_HOME", "XDG_CONFIG_HOME", "XDG_DATA_HOME", "XDG_STATE_HOME"})
         core::remove_variable(process.environment, folder); // the server's; without them they are in HOME
-    core::set_variable(process.environment, "XDG_RUNTIME_DIR", core::sandbox_runtime);
     if (!sandbox.x_authority.empty() && !visible.display.empty())
         core::set_variable(process.environment, "XAUTHORITY", sandbox.x_authority.native());
 }

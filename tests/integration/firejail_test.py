@@ -4,6 +4,7 @@
 firejail makes its own PID namespace and is a set-user-ID program, so the guard does less for it than for others, and only as root.
 """
 
+import asyncio
 import os
 import shutil
 import signal
@@ -13,12 +14,22 @@ import tempfile
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
+from support.browser_client import WORLD, Browser  # noqa: E402
 from support.other_user import NOBODY, OwnedServer  # noqa: E402
 from support.ports import free_port  # noqa: E402
 from support.servers import descendants, is_alive, main, program, wait_until  # noqa: E402
 
 FILES = "/run/firejail"
 FLEE = "setsid sleep 612 & (setsid sleep 612 &) ; trap '' TERM; echo ready; sleep 612; sleep 612"
+
+
+def named(process):
+    """The program that a process runs."""
+    try:
+        with open(f"/proc/{process}/comm") as name:
+            return name.read().strip()
+    except OSError:
+        return ""
 
 
 def setUpModule():
@@ -37,7 +48,8 @@ class Tree(unittest.TestCase):
         self.addCleanup(shutil.rmtree, folder)
         os.chmod(folder, 0o755)
         guard = shutil.copy(program("webots-process-guard"), folder)
-        started = subprocess.Popen([guard, *options, "200", shutil.which("firejail"), "--quiet", "--noprofile", "--", "/bin/sh", "-c", script],
+        started = subprocess.Popen([guard, *options, "200", shutil.which("firejail"), "--quiet", "--noprofile",
+                                    "--deterministic-shutdown", "--deterministic-exit-code", "--", "/bin/sh", "-c", script],
                                    stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, user=user, group=user)
         self.addCleanup(started.wait, 30)
         self.addCleanup(started.stdin.close)
@@ -52,14 +64,7 @@ class Tree(unittest.TestCase):
 
     @staticmethod
     def sleepers(started):
-        found = []
-        for pid in descendants(started.pid):
-            try:
-                with open(f"/proc/{pid}/comm") as name:
-                    found += [pid] if name.read() == "sleep\n" else []
-            except OSError:
-                pass
-        return found
+        return [pid for pid in descendants(started.pid) if named(pid) == "sleep"]
 
     def test_nothing_outlives_the_server(self):
         started, family = self.start_family()
@@ -79,6 +84,9 @@ class Tree(unittest.TestCase):
         started.send_signal(signal.SIGKILL)
         started.wait(30)
         wait_until(lambda: not [pid for pid in family if is_alive(pid)], "some of it lives on")
+
+    def test_nothing_outlives_the_program(self):
+        self.assertEqual(self.start("setsid sleep 612 & exit 7").wait(30), 7)
 
     def test_its_status_is_the_programs(self):
         self.assertEqual(self.start("exit 7").wait(30), 7)
@@ -117,6 +125,22 @@ class Choice(unittest.TestCase):
         self.assertIn("Simulations run in a sandbox: firejail, no network.", server.log())
         self.assertIn("bubblewrap is not installed", server.log())
         self.assertIn("firejail, no network", server.get("/monitor"))
+
+    def test_each_simulation_has_a_display_of_its_own(self):
+        if not shutil.which("Xvfb"):
+            self.skipTest("Xvfb is not installed")
+        server = self.server(sandbox="firejail", display="private")
+        server.start()  # which tries a display in the sandbox
+        self.assertIn("private (Xvfb)", server.get("/monitor"))
+
+        async def start():
+            async with Browser(server) as browser:
+                await browser.start(WORLD)
+                await browser.hear("webots:")
+                displays = [pid for pid in server.simulators() if named(pid) == "Xvfb"]
+                self.assertEqual(len(displays), 1)
+        asyncio.run(start())
+        server.wait_until_clean()
 
     def test_a_firejail_that_confines_nothing_is_not_taken(self):
         """In a PID namespace it takes itself to be in a sandbox already, and runs programs as they are."""

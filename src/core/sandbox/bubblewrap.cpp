@@ -20,7 +20,6 @@ constexpr std::initializer_list<char const*> device_descriptions = {"/sys/dev/ch
 constexpr std::initializer_list<char const*> kernel_settings = {"/proc/sys", "/proc/irq", "/proc/bus",
                                                                 "/proc/fs"};
 
-constexpr char const* display_folder = "/tmp/.X11-unix";
 constexpr std::uint64_t max_display_bytes = std::uint64_t{64} << 10; // sockets and a password
 constexpr std::uint64_t shared_memory_bytes = std::uint64_t{256} << 20;
 

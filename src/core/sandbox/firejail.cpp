@@ -14,8 +14,12 @@ constexpr std::size_t max_name_servers = 3;
 constexpr std::array<std::string_view, 9> system_folders{"/usr",   "/bin",    "/sbin", "/lib", "/lib32",
                                                          "/lib64", "/libx32", "/proc", "/dev"};
 
-// Devices that simulators have no business with, and firejail would show with those of graphics processors.
-constexpr std::string_view settings = "caps.drop all\n"
+// Without the first two lines the sandbox lives on after the simulator, as long as any other program in it
+// does. Devices that simulators have no business with, and firejail would show with those of graphics
+// processors.
+constexpr std::string_view settings = "deterministic-shutdown\n"
+                                      "deterministic-exit-code\n"
+                                      "caps.drop all\n"
                                       "nonewprivs\n"
                                       "seccomp\n"
                                       "restrict-namespaces\n"
@@ -93,6 +97,10 @@ std::vector<std::string> firejail_command(std::filesystem::path const& firejail,
     for (auto const& path : visible.read_only)
         show(command, path);
     show(command, display_socket(visible.display));
+    if (visible.own_displays) {
+        command.push_back(concat("--whitelist=", display_folder));
+        command.push_back(concat("--read-write=", display_folder));
+    }
     show(command, visible.x_authority);
     command.push_back(concat("--whitelist=", visible.instance.native()));
     command.push_back(concat("--read-write=", visible.instance.native()));

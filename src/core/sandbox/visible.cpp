@@ -48,7 +48,7 @@ std::filesystem::path display_socket(std::string_view display)
     auto const number = display.substr(1, display.find('.') - 1);
     bool const is_number = !number.empty() && std::all_of(number.begin(), number.end(),
                                                           [](char c) { return c >= '0' && c <= '9'; });
-    return is_number ? std::filesystem::path("/tmp/.X11-unix") / ("X" + std::string(number))
+    return is_number ? std::filesystem::path(display_folder) / ("X" + std::string(number))
                      : std::filesystem::path();
 }
 

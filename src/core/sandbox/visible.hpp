@@ -12,6 +12,8 @@ namespace webots_cloud::core {
 
 /// Where the private folder for temporary files is.
 inline constexpr char const* sandbox_temporary = "/tmp";
+/// Where X servers have their sockets.
+inline constexpr char const* display_folder = "/tmp/.X11-unix";
 
 /// What a simulator may see besides the system's programs and libraries. Paths that do not exist are left
 /// out.

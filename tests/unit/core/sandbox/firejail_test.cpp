@@ -76,6 +76,13 @@ BOOST_AUTO_TEST_CASE(it_has_no_capability_and_makes_no_namespaces)
     BOOST_TEST(profile.find("read-only /\n") < profile.find("read-write /tmp\n"));
 }
 
+BOOST_AUTO_TEST_CASE(it_ends_with_the_simulator_and_its_status)
+{
+    auto const profile = firejail_profile(machine());
+    BOOST_TEST(has_line(profile, "deterministic-shutdown"));
+    BOOST_TEST(has_line(profile, "deterministic-exit-code"));
+}
+
 BOOST_AUTO_TEST_CASE(what_the_kernel_says_of_devices_is_seen_with_graphics_processors_only)
 {
     auto with = machine();
@@ -131,6 +138,15 @@ BOOST_AUTO_TEST_CASE(of_displays_it_sees_the_one_that_it_draws_on)
     auto const words = command(visible);
     BOOST_TEST(has(words, "--whitelist=/tmp/.X11-unix/X7"));
     BOOST_TEST(has(words, "--read-only=/root/.Xauthority"));
+}
+
+BOOST_AUTO_TEST_CASE(displays_of_its_own_have_their_sockets_where_all_look_for_them)
+{
+    auto visible = webots_and_a_project();
+    BOOST_TEST(!has(command(visible), "--whitelist=/tmp/.X11-unix"));
+    visible.own_displays = true;
+    BOOST_TEST(has(command(visible), "--whitelist=/tmp/.X11-unix"));
+    BOOST_TEST(has(command(visible), "--read-write=/tmp/.X11-unix"));
 }
 
 BOOST_AUTO_TEST_SUITE_END()
