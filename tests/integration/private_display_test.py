@@ -338,6 +338,26 @@ class SimulationsInBubblewrap(Simulations):
     keys = {"sandbox": "bubblewrap", "network": "none"}
 
 
+class SimulationsInFirejail(Simulations):
+    keys = {"sandbox": "firejail", "network": "none"}
+    test_displays_end_with_a_server_that_is_killed = None
+
+    @classmethod
+    def setUpClass(cls):
+        if os.geteuid() != 0:
+            raise unittest.SkipTest("firejail confines simulations of root only")
+        super().setUpClass()
+
+    async def test_a_simulator_that_quits_is_not_outlived_by_its_display(self):
+        server = self.server()
+        server.environment["WEBOTS_DEMO_FAULTS"] = "exit-after-ready=200"
+        server.start()
+        async with Browser(server) as browser:
+            await browser.start(LOOKER)
+            self.assertEqual(await browser.hear("loading: Error:"), "loading: Error: Webots has quit.")
+        server.wait_until_clean()
+
+
 class SimulationsInBubblewrapOnTheNetwork(Simulations):
     """Where all abstract sockets of the machine are reached."""
 
