@@ -18,5 +18,6 @@ int main()
     scheduler.report("sim2.example.org:2000", LoadReport(10), now);
 
     for (int browser = 1; browser <= 5; ++browser)
-        std::cout << "browser " << browser << ": " << scheduler.place(now).value().address << '\n';
+        if (auto const placement = scheduler.place(now)) // fails when no machine is free
+            std::cout << "browser " << browser << ": " << placement->address << '\n';
 }
