@@ -51,7 +51,9 @@ class Litter(unittest.TestCase):
         self.write(self.precious, b"precious")
         self.write(os.path.join(folder, "hostile/worlds/hostile.wbt"), WORLD)
         self.write(os.path.join(self.attack, "attack.precious"), self.precious.encode())
-        self.server.config.update(forges=[{"url": "local:", "directory": os.path.dirname(folder)}], allowedRepositories=["local:/projects"])
+        # Without a limit on disk, by which most of this would have ended the simulation.
+        self.server.config.update(forges=[{"url": "local:", "directory": os.path.dirname(folder)}], allowedRepositories=["local:/projects"],
+                                  simulationDisk=0)
 
     @staticmethod
     def write(path, content):
