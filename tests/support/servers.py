@@ -5,6 +5,7 @@
 """
 
 import contextlib
+import functools
 import json
 import os
 import resource
@@ -32,6 +33,14 @@ def program(name):
     if not os.access(path, os.X_OK):
         raise unittest.SkipTest(f"{name} is not built (WEBOTS_CLOUD_BIN={BIN!r})")
     return path
+
+
+@functools.cache
+def is_sanitized(name):
+    """Sanitizers keep what was freed, so that the memory of what they watch only grows; and they reserve terabytes."""
+    with open(program(name), "rb") as file:
+        code = file.read()
+    return b"__asan_init" in code or b"__tsan_init" in code
 
 
 def descendants(pid):
@@ -165,10 +174,7 @@ class Server(Startable):
         return int(values["VmRSS"].split()[0]), int(values["Threads"]), descriptors
 
     def is_sanitized(self):
-        """Sanitizers keep what was freed, so that the memory of what they watch only grows."""
-        with open(program(self.PROGRAM), "rb") as file:
-            code = file.read()
-        return b"__asan_init" in code or b"__tsan_init" in code
+        return is_sanitized(self.PROGRAM)
 
     def stop(self, signal_number=signal.SIGTERM):
         """Ends it and returns its exit status."""
@@ -207,6 +213,8 @@ class SimulationServer(Server):
 
     def __init__(self, port=0, faults="", environment=None, **config):
         config = {"notify": [], "maxConnections": 20, "sandbox": "auto" if config.get("docker") else "none", "simulationUser": "none", **config}
+        if is_sanitized(self.PROGRAM):  # what sanitizers reserve counts as memory where there are no control groups
+            config.setdefault("simulationMemory", 0)
         port = port or free_port(following=config["maxConnections"] + 10)
         super().__init__(config, port, {"WEBOTS_DEMO_FAULTS": faults, "WEBOTS_DEMO_ADDRESS": "127.0.0.1", "DISPLAY": ":0", **(environment or {})})
 
