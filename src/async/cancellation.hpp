@@ -8,8 +8,9 @@ namespace webots_cloud::async {
 
 /// True once the coroutine was cancelled.
 ///
-/// A cancellation that arrives after an operation has completed, but before its coroutine has resumed, is
-/// lost. So every loop in a coroutine that does not throw on cancellation checks this before it waits again.
+/// A cancellation ends only what is awaited at that moment. One that arrives after an operation has
+/// completed, but before its coroutine has resumed, or during an operation that is not cancellable, is lost.
+/// So every loop in a coroutine that does not throw on cancellation checks this before it waits again.
 inline boost::asio::awaitable<bool> is_cancelled()
 {
     auto const state = co_await boost::asio::this_coro::cancellation_state;

@@ -33,6 +33,9 @@ asio::awaitable<result<>> watch_processes(SessionContext& context, SimulationSes
             last = session->id();
             co_await session->look_at_processes();
             session->keep_process_limits();
+            bool const cancelled_meanwhile = co_await async::is_cancelled(); // looks are not cancellable
+            if (cancelled_meanwhile)
+                co_return Failure(asio::error::operation_aborted);
         }
     }
 }
@@ -50,6 +53,9 @@ asio::awaitable<result<>> watch_folders(SessionContext& context, SimulationSessi
         while (auto const session = next_session(sessions, last)) {
             last = session->id();
             co_await session->look_at_folder(meter);
+            bool const cancelled_meanwhile = co_await async::is_cancelled();
+            if (cancelled_meanwhile)
+                co_return Failure(asio::error::operation_aborted);
         }
     }
 }

@@ -80,10 +80,12 @@ boost::asio::awaitable<result<>> OperatorEndpoints::look_at_processes()
     co_await boost::asio::this_coro::throw_if_cancelled(false);
     look_wanted_.emplace(executor);
     for (;;) {
-        auto const wanted = co_await look_wanted_->wait();
-        bool const cancelled = co_await async::is_cancelled();
-        if (!wanted || cancelled)
+        bool const cancelled = co_await async::is_cancelled(); // also during a look, which is not cancellable
+        if (cancelled)
             co_return Failure(boost::asio::error::operation_aborted);
+        auto const wanted = co_await look_wanted_->wait();
+        if (!wanted)
+            co_return wanted;
         bool const update_due = std::exchange(update_due_, false);
         auto const now = context_.clock.now();
         if (update_due || now - looked_at_processes_ >= usage_interval) { // several may have asked at once

@@ -1,3 +1,4 @@
+#include "gate.hpp"
 #include "simulation_fixture.hpp"
 
 #include <webots_cloud/testing/fixed_folder_meter.hpp>
@@ -29,6 +30,26 @@ SimulationServiceHooks hooks_with(FolderMeter& meter)
     hooks.folder_meter = &meter;
     return hooks;
 }
+
+/// Says what a folder holds when its gate, if it has one, is open.
+class GatedMeter final : public FolderMeter
+{
+public:
+    boost::asio::awaitable<FolderUse> measure(std::filesystem::path, std::uint64_t) override
+    {
+        if (gate)
+            co_await gate->pass();
+        co_return FolderUse();
+    }
+
+    Gate* gate = nullptr;
+};
+
+/// As Meter.
+struct SlowMeter
+{
+    GatedMeter meter;
+};
 
 /// Before the fixture, whose service uses it.
 struct Meter
@@ -146,6 +167,29 @@ BOOST_AUTO_TEST_CASE(a_start_that_overruns_a_limit_has_failed)
     BOOST_TEST(
         fixture.get("/metrics").body.find("starts_total{result=\"failed\",reason=\"start_failed\"} 1\n") !=
         std::string::npos);
+}
+
+BOOST_AUTO_TEST_CASE(a_server_that_is_stopped_while_it_measures_a_folder_ends_when_that_is_done)
+{
+    struct GatedFixture : SlowMeter, SimulationFixture
+    {
+        GatedFixture() : SimulationFixture(simulation_service_params(), hooks_with(meter), 2, limits()) {}
+
+        Gate gate{world.executor()};
+    } fixture;
+    fixture.meter.gate = &fixture.gate;
+    fixture.gate.close();
+    fixture.processes.expect().prints(".\n");
+    auto& browser = fixture.say("", start_message);
+    fixture.world.advance(1s);
+    BOOST_TEST_REQUIRE(fixture.gate.is_awaited());
+    fixture.tasks.cancel_all();
+    fixture.world.settle();
+    BOOST_TEST(fixture.tasks.size() == 1U);
+    fixture.gate.open();
+    fixture.world.settle();
+    BOOST_TEST(fixture.tasks.size() == 0U);
+    fixture.leave(browser);
 }
 
 BOOST_AUTO_TEST_CASE(metrics_sum_up_what_simulations_use)

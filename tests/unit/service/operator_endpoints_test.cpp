@@ -1,3 +1,4 @@
+#include "gate.hpp"
 #include "unit_test.hpp"
 
 #include "async/task_group.hpp"
@@ -44,6 +45,57 @@ core::AdmissionLimits admission_limits(int max_simulations)
     return limits;
 }
 
+asio::awaitable<ProcessUsage> usage_behind(Gate& gate)
+{
+    co_await gate.pass();
+    co_return ProcessUsage();
+}
+
+/// What it consumes is known when the gate is open.
+class GatedProcess final : public Process
+{
+public:
+    GatedProcess(std::unique_ptr<Process> process, Gate& gate) : process_(std::move(process)), gate_(gate) {}
+
+    int id() const noexcept override { return process_->id(); }
+    asio::awaitable<result<ProcessEvent>> next_event() override { return process_->next_event(); }
+    void terminate() noexcept override { process_->terminate(); }
+    asio::awaitable<std::uint16_t> listening_port(std::uint16_t first, std::uint16_t last) override
+    {
+        return process_->listening_port(first, last);
+    }
+    asio::awaitable<ProcessUsage> usage() override
+    {
+        return gate_.is_open() ? process_->usage() : usage_behind(gate_);
+    }
+
+private:
+    std::unique_ptr<Process> process_;
+    Gate& gate_;
+};
+
+class GatedProcesses final : public ProcessHost
+{
+public:
+    GatedProcesses(ProcessHost& processes, Gate& gate) : processes_(processes), gate_(gate) {}
+
+    asio::awaitable<result<std::unique_ptr<Process>>> start(ProcessSpec spec) override
+    {
+        auto started = co_await processes_.start(std::move(spec));
+        if (!started)
+            co_return started.error();
+        co_return std::make_unique<GatedProcess>(std::move(*started), gate_);
+    }
+    result<std::unique_ptr<PortHold>> hold_port(std::uint16_t port) override
+    {
+        return processes_.hold_port(port);
+    }
+
+private:
+    ProcessHost& processes_;
+    Gate& gate_;
+};
+
 /// Operator endpoints over sessions that the test makes; the machine is sampled when the test calls
 /// `measure`.
 struct Fixture
@@ -58,7 +110,7 @@ struct Fixture
     Fixture(SimulationServiceParams parameters, SimulationServiceHooks service_hooks, int max_simulations)
         : params(std::move(parameters)), hooks(std::move(service_hooks)),
           fetcher(fetcher_params(), {Forge("https://github.com", source)}, log.logger()),
-          launcher(launcher_params(max_simulations), processes, world.clock, log.logger()),
+          launcher(launcher_params(max_simulations), gated_processes, world.clock, log.logger()),
           context(fetcher, launcher, world.clock, log.logger(), admission_limits(max_simulations))
     {
         source.add("o/r", "a.wbt");
@@ -154,6 +206,8 @@ struct Fixture
     testing::World world;
     testing::RecordingLog log;
     testing::ScriptedProcesses processes{world.clock};
+    Gate gate{world.executor()};
+    GatedProcesses gated_processes{processes, gate};
     testing::MemoryProjectSource source{world.clock};
     testing::FixedMetrics metrics;
     SimulationServiceParams params;
@@ -458,6 +512,29 @@ BOOST_AUTO_TEST_CASE(who_watches_gets_everything_and_then_what_is_new_after_each
     fixture.measure();
     BOOST_TEST(watcher.sent.size() == 2u);
     async::TaskGroup::cancel(looking);
+    fixture.world.settle();
+    BOOST_TEST_REQUIRE(ended.has_value());
+    BOOST_TEST((ended->error().code() == asio::error::operation_aborted));
+}
+
+// A look is the work of another thread, and not cancellable: the server must not wait for the next one after
+// it.
+BOOST_AUTO_TEST_CASE(a_server_that_is_stopped_during_a_look_waits_for_no_other)
+{
+    Ended ended;
+    Fixture fixture;
+    auto const looking = fixture.tasks.spawn(look_at_processes(*fixture.endpoints, ended));
+    fixture.processes.expect().prints(".\n");
+    fixture.run(fixture.add_session());
+    fixture.measure();
+    fixture.gate.close();
+    (void)fixture.get("/monitor");
+    fixture.world.settle();
+    BOOST_TEST_REQUIRE(fixture.gate.is_awaited());
+    async::TaskGroup::cancel(looking);
+    fixture.world.settle();
+    BOOST_TEST(!ended.has_value());
+    fixture.gate.open();
     fixture.world.settle();
     BOOST_TEST_REQUIRE(ended.has_value());
     BOOST_TEST((ended->error().code() == asio::error::operation_aborted));
