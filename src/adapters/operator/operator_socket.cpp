@@ -210,11 +210,12 @@ asio::awaitable<result<>> LocalOperatorSocket::run(Endpoint& endpoint)
         (void)co_await end.async_wait(asio::as_tuple(asio::use_awaitable));
         co_return Failure(asio::error::operation_aborted);
     }
-    for (;;) {
+    bool cancelled = false;
+    while (!cancelled) {
         auto [error, socket] = co_await acceptor_.async_accept(asio::as_tuple(asio::use_awaitable));
-        bool const cancelled = co_await async::is_cancelled();
-        if (cancelled || error == asio::error::operation_aborted)
-            co_return Failure(asio::error::operation_aborted);
+        cancelled = co_await async::is_cancelled();
+        if (cancelled)
+            break;
         if (error)
             co_return Failure(error);
         if (auto const why = refusal(socket); !why.empty())
@@ -222,7 +223,9 @@ asio::awaitable<result<>> LocalOperatorSocket::run(Endpoint& endpoint)
                          concat("Refused a connection to the operator's socket: ", why));
         else
             co_await serve(std::move(socket), endpoint);
+        cancelled = co_await async::is_cancelled(); // what ended `serve` early does not end the next accept
     }
+    co_return Failure(asio::error::operation_aborted);
 }
 
 asio::awaitable<void> LocalOperatorSocket::serve(Protocol::socket socket, Endpoint& endpoint)

@@ -3,6 +3,8 @@
 #include <webots_cloud/adapters.hpp>
 #include <webots_cloud/testing/recording_log.hpp>
 
+#include <boost/asio/bind_cancellation_slot.hpp>
+#include <boost/asio/cancellation_signal.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
 #include <boost/asio/io_context.hpp>
@@ -56,12 +58,17 @@ struct Folder
 
 constexpr std::string_view drain = "POST /api/drain HTTP/1.1\r\nHost: x\r\n\r\n";
 
-bool ask_at(int connection, fs::path const& path)
+bool connect_to(int connection, fs::path const& path)
 {
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     std::strncpy(address.sun_path, path.c_str(), sizeof address.sun_path - 1);
-    return ::connect(connection, reinterpret_cast<sockaddr const*>(&address), sizeof address) == 0 &&
+    return ::connect(connection, reinterpret_cast<sockaddr const*>(&address), sizeof address) == 0;
+}
+
+bool ask_at(int connection, fs::path const& path)
+{
+    return connect_to(connection, path) &&
            ::write(connection, drain.data(), drain.size()) == static_cast<ssize_t>(drain.size());
 }
 
@@ -90,6 +97,34 @@ pid_t start_elsewhere(pid_t number, int const (&life)[2])
     ::close(told[0]);
     ::close(told[1]);
     return started;
+}
+
+/// Starts a process that is not our descendant: it connects, asks nothing, and ends with `life`.
+bool connect_elsewhere(fs::path const& path, int const (&life)[2])
+{
+    int orphaned[2];
+    int told[2];
+    BOOST_TEST_REQUIRE(::pipe(orphaned) == 0);
+    BOOST_TEST_REQUIRE(::pipe(told) == 0);
+    auto const between = ::fork();
+    if (between == 0) {
+        if (::fork() != 0)
+            ::_exit(0);
+        char byte = 0;
+        bool connected = ::read(orphaned[0], &byte, 1) == 1;
+        int const connection = ::socket(AF_UNIX, SOCK_STREAM, 0);
+        connected = connected && connect_to(connection, path);
+        ::close(life[1]);
+        bool const is_told = ::write(told[1], &connected, sizeof connected) == sizeof connected;
+        ::_exit(is_told && ::read(life[0], &byte, 1) == 0 ? 0 : 1);
+    }
+    ::waitpid(between, nullptr, 0); // what it has started has other parents now
+    bool connected = false;
+    BOOST_TEST(::write(orphaned[1], "o", 1) == 1);
+    BOOST_TEST(::read(told[0], &connected, sizeof connected) == static_cast<ssize_t>(sizeof connected));
+    for (int const end : {orphaned[0], orphaned[1], told[0], told[1]})
+        ::close(end);
+    return connected;
 }
 
 } // namespace
@@ -126,6 +161,37 @@ BOOST_AUTO_TEST_CASE(a_simulation_does_not_pass_for_a_process_that_has_got_the_n
     BOOST_TEST(endpoint.requests == 0);
     BOOST_TEST(log.contains("belongs to a simulation, or has ended"));
     ::close(connection);
+    ::close(life[0]);
+    ::close(life[1]);
+}
+
+// The cancellation ends the wait for the request; it must not be forgotten then.
+BOOST_AUTO_TEST_CASE(a_server_that_is_stopped_while_somebody_is_connected_accepts_nobody_else)
+{
+    Folder const folder;
+    asio::io_context context;
+    testing::RecordingLog log;
+    Counter endpoint;
+    auto const path = folder.path / "operator.sock";
+    auto const server = make_operator_socket(context.get_executor(), path, log.logger());
+    BOOST_TEST_REQUIRE(server->listen().has_value());
+    int life[2];
+    BOOST_TEST_REQUIRE(::pipe(life) == 0);
+    bool const connected = connect_elsewhere(path, life);
+    BOOST_TEST_REQUIRE(connected);
+
+    asio::cancellation_signal stop;
+    bool ended = false;
+    auto const at_end = [&ended](std::exception_ptr, result<> const&) { ended = true; };
+    asio::co_spawn(context, server->run(endpoint), asio::bind_cancellation_slot(stop.slot(), at_end));
+    context.poll(); // it is connected already: now the server waits for its request
+    BOOST_TEST(log.lines.empty());
+    stop.emit(asio::cancellation_type::terminal);
+    context.restart();
+    auto const deadline = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+    while (!ended && std::chrono::steady_clock::now() < deadline)
+        context.run_one_for(std::chrono::seconds(1));
+    BOOST_TEST(ended);
     ::close(life[0]);
     ::close(life[1]);
 }
