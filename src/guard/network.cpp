@@ -6,7 +6,9 @@
 #include <linux/capability.h>
 #include <net/if.h>
 #include <poll.h>
+#include <sched.h>
 #include <sys/ioctl.h>
+#include <sys/mount.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
 #include <sys/syscall.h>
@@ -127,6 +129,10 @@ bool attach_slirp(Network const& network, pid_t inside)
         char number[32];
         std::snprintf(ready_fd, sizeof ready_fd, "--ready-fd=%d", ready[1]);
         std::snprintf(number, sizeof number, "%d", inside);
+        // Its own sandbox mounts a file system over /tmp, which everybody would see where mounts are shared.
+        if (geteuid() == 0 &&
+            (unshare(CLONE_NEWNS) != 0 || mount(nullptr, "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0))
+            _exit(127);
         // Its own sandbox works for root only: it wants user 0 in our user namespace, where there is none.
         char const* const confined = geteuid() == 0 ? "--enable-sandbox" : "--enable-seccomp";
         char const* const argv[] = {network.slirp,
