@@ -107,10 +107,7 @@ bool apply_rules_in(int other, Network const& network)
     pid_t const child = fork();
     if (child == 0)
         _exit(setns(other, CLONE_NEWNET) == 0 && apply_rules(network.ip, network.rules) ? 0 : 1);
-    int status = 0;
-    while (child > 0 && waitpid(child, &status, 0) < 0 && errno == EINTR)
-        continue;
-    return child > 0 && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+    return ends_well(child);
 }
 
 /// In a child: makes the network, and relays connections until it is killed.

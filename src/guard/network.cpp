@@ -102,6 +102,14 @@ char const* describe(NetworkFailure failure)
     return "";
 }
 
+bool ends_well(pid_t child)
+{
+    int status = 0;
+    while (child > 0 && waitpid(child, &status, 0) < 0 && errno == EINTR)
+        continue;
+    return child > 0 && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
 bool apply_rules(char const* ip, char const* rules)
 {
     pid_t const child = fork();
@@ -110,10 +118,7 @@ bool apply_rules(char const* ip, char const* rules)
         char const* const argv[] = {ip, "-batch", rules, nullptr};
         execute_quietly(argv);
     }
-    int status = 0;
-    while (child > 0 && waitpid(child, &status, 0) < 0 && errno == EINTR)
-        continue;
-    return child > 0 && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+    return ends_well(child);
 }
 
 bool attach_slirp(Network const& network, pid_t inside)

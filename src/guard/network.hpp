@@ -38,6 +38,9 @@ enum class NetworkFailure : char
 /// A sentence for the operator, without a full stop.
 char const* describe(NetworkFailure failure);
 
+/// Waits for a child, -1 for one that could not be made. Whether it exited with 0.
+bool ends_well(pid_t child);
+
 /// Carries the lines of the file `rules` out in the network that we are in, as `ip -batch` does.
 bool apply_rules(char const* ip, char const* rules);
 
