@@ -1,4 +1,5 @@
-// The simulation server's protocol: /client, /load and /monitor, over any server adapter.
+// The simulation server's protocol: /client, and what operators and session servers ask, over any server
+// adapter.
 #pragma once
 
 #include <webots_cloud/error.hpp>
@@ -41,8 +42,8 @@ struct SimulationServiceParams
     Duration handshake_timeout = std::chrono::seconds(30);
     /// Sockets that have not started anything yet: of one client, and of all. With one more, the oldest is
     /// closed. Browsers send `start` within a round trip, so this is far more than they need.
-    std::size_t waiting_per_address = 64;
-    std::size_t max_waiting = 256;
+    std::size_t silent_per_address = 64;
+    std::size_t max_silent = 256;
     /// How long a simulation waits for a browser that lost its connection. Default 0: it ends at once.
     Duration reconnect_grace{};
     std::string title;               ///< Heading of the monitor page; empty: a standard one.

@@ -37,8 +37,8 @@ core::AdmissionLimits limits_of(SimulationServiceParams const& service,
     core::AdmissionLimits limits;
     limits.max_simulations = launcher.max_simulations;
     limits.max_simulations_per_client = service.simulations_per_address;
-    limits.max_waiting = service.max_waiting;
-    limits.max_waiting_per_client = service.waiting_per_address;
+    limits.max_silent = service.max_silent;
+    limits.max_silent_per_client = service.silent_per_address;
     return limits;
 }
 
@@ -63,8 +63,8 @@ struct SimulationService::Impl
     Answer client_without_upgrade(IncomingRequest const& request);
     void set_policy();
     void stop();
-    void begin_wait(std::uint64_t id, std::string const& quota_key, Channel& channel);
-    void end_wait(std::uint64_t id);
+    void add_silent(std::uint64_t id, std::string const& quota_key, Channel& channel);
+    void remove_silent(std::uint64_t id);
     asio::awaitable<result<>> measure();
     asio::awaitable<result<>> watch_limits();
     asio::awaitable<FirstRequest> receive_request(std::uint64_t id, Channel& channel);
@@ -81,7 +81,7 @@ struct SimulationService::Impl
     std::uint64_t last_id = 0;
     std::size_t clients = 0; ///< Browsers on /client, with and without a simulation.
     /// The channels of those that have not asked for a simulation yet.
-    std::unordered_map<std::uint64_t, Channel*> waiting_channels;
+    std::unordered_map<std::uint64_t, Channel*> silent_channels;
 };
 
 SimulationService::SimulationService(SimulationServiceParams params, ProjectFetcher& fetcher,
@@ -201,9 +201,9 @@ asio::awaitable<void> SimulationService::serve_websocket(ChannelInfo info, Chann
     auto const id = ++impl_->last_id;
     auto const name = concat("[", std::to_string(id), "] ");
     impl_->context.log.info(LogCause("client"), concat(name, "New client", core::of_client(info.client)));
-    impl_->begin_wait(id, info.quota_key, channel);
+    impl_->add_silent(id, info.quota_key, channel);
     auto first = co_await impl_->receive_request(id, channel);
-    impl_->end_wait(id);
+    impl_->remove_silent(id);
     if (auto* request = std::get_if<core::SimulationRequest>(&first))
         co_await impl_->simulate(id, std::move(info.quota_key), std::move(*request), channel);
     else if (auto const* reconnect = std::get_if<core::ReconnectMessage>(&first))
@@ -225,28 +225,28 @@ void SimulationService::Impl::stop()
 }
 
 /// Idle connections keep nobody out: the oldest of them is closed when there are too many.
-void SimulationService::Impl::begin_wait(std::uint64_t id, std::string const& quota_key, Channel& channel)
+void SimulationService::Impl::add_silent(std::uint64_t id, std::string const& quota_key, Channel& channel)
 {
-    auto const evicted = context.admission.let_wait(id, quota_key);
-    waiting_channels.emplace(id, &channel);
+    auto const evicted = context.admission.add_silent(id, quota_key);
+    silent_channels.emplace(id, &channel);
     if (!evicted)
         return;
     context.log.warning(LogCause("waiting limit"),
-                        concat("More than ", std::to_string(params.max_waiting), " connections, or ",
-                               std::to_string(params.waiting_per_address),
+                        concat("More than ", std::to_string(params.max_silent), " connections, or ",
+                               std::to_string(params.silent_per_address),
                                " of one address, start nothing: the oldest, [", std::to_string(*evicted),
                                "], is closed"));
-    auto* const oldest = waiting_channels.at(*evicted);
-    waiting_channels.erase(*evicted);
+    auto* const oldest = silent_channels.at(*evicted);
+    silent_channels.erase(*evicted);
     (void)oldest->send(
         core::error_message("Too many connections wait here for their start: please start again."));
     oldest->close();
 }
 
-void SimulationService::Impl::end_wait(std::uint64_t id)
+void SimulationService::Impl::remove_silent(std::uint64_t id)
 {
-    context.admission.end_wait(id);
-    waiting_channels.erase(id);
+    context.admission.remove_silent(id);
+    silent_channels.erase(id);
 }
 
 asio::awaitable<FirstRequest> SimulationService::Impl::receive_request(std::uint64_t id, Channel& channel)

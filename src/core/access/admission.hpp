@@ -2,7 +2,7 @@
 #pragma once
 
 #include "client_limit.hpp"
-#include "waiting_clients.hpp"
+#include "silent_clients.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -18,18 +18,18 @@ struct AdmissionLimits
 
     int max_simulations = 0;
     std::size_t max_simulations_per_client = 0; ///< 0: no limit.
-    std::size_t max_waiting = 0;                ///< Browsers that have not said what they want.
-    std::size_t max_waiting_per_client = 0;
+    std::size_t max_silent = 0;                 ///< Browsers that have not said what they want.
+    std::size_t max_silent_per_client = 0;
 };
 
-/// Counts the browsers that wait to say what they want, and the simulations that are started, run or are
-/// ended. Nobody else counts them.   Lifetime: must outlive its places.
+/// Counts the browsers that have not said yet what they want, and the simulations that are started, run or
+/// are ended. Nobody else counts them.   Lifetime: must outlive its places.
 class Admission
 {
 public:
     explicit Admission(AdmissionLimits limits)
         : max_simulations_(limits.max_simulations), clients_(limits.max_simulations_per_client),
-          waiting_(limits.max_waiting, limits.max_waiting_per_client)
+          silent_(limits.max_silent, limits.max_silent_per_client)
     {}
     Admission(Admission const&) = delete;
     Admission& operator=(Admission const&) = delete;
@@ -84,14 +84,14 @@ public:
         return Verdict::admitted;
     }
 
-    /// A browser has come: `WaitingClients::enter`.
-    std::optional<std::uint64_t> let_wait(std::uint64_t id, std::string const& quota_key)
+    /// A browser has come: `SilentClients::enter`.
+    std::optional<std::uint64_t> add_silent(std::uint64_t id, std::string const& quota_key)
     {
-        return waiting_.enter(id, quota_key);
+        return silent_.enter(id, quota_key);
     }
 
     /// It has said what it wants, or has left.
-    void end_wait(std::uint64_t id) { waiting_.leave(id); }
+    void remove_silent(std::uint64_t id) { silent_.leave(id); }
 
     bool is_full() const noexcept { return simulations_ >= max_simulations_; }
     int max_simulations() const noexcept { return max_simulations_; }
@@ -104,7 +104,7 @@ private:
     int max_simulations_;
     int simulations_ = 0;
     ClientLimit clients_;
-    WaitingClients waiting_;
+    SilentClients silent_;
 };
 
 } // namespace webots_cloud::core

@@ -18,11 +18,11 @@ SimulationServiceParams quota_params(std::size_t max_of_a_client)
     return params;
 }
 
-SimulationServiceParams waiting_params(std::size_t max_of_all, std::size_t max_of_a_client)
+SimulationServiceParams silence_params(std::size_t max_of_all, std::size_t max_of_a_client)
 {
     auto params = quota_params(0);
-    params.max_waiting = max_of_all;
-    params.waiting_per_address = max_of_a_client;
+    params.max_silent = max_of_all;
+    params.silent_per_address = max_of_a_client;
     return params;
 }
 
@@ -260,7 +260,7 @@ BOOST_AUTO_TEST_CASE(the_log_names_the_key_once_for_each_client)
 
 BOOST_AUTO_TEST_CASE(sockets_that_start_nothing_make_room_for_those_that_come)
 {
-    Fixture fixture(waiting_params(3, 3));
+    Fixture fixture(silence_params(3, 3));
     auto& first = fixture.connect("a");
     auto& second = fixture.connect("b");
     auto& third = fixture.connect("c");
@@ -273,7 +273,7 @@ BOOST_AUTO_TEST_CASE(sockets_that_start_nothing_make_room_for_those_that_come)
     BOOST_TEST(first.close_code.has_value());
     BOOST_TEST(fixture.log.contains(
         "More than 3 connections, or 3 of one address, start nothing: the oldest, [1], is closed"));
-    auto& fourth = fixture.connect("e"); // a running simulation does not count as waiting
+    auto& fourth = fixture.connect("e"); // a running simulation does not count as silent
     BOOST_TEST(!second.close_code.has_value());
     third.browser_says(start_message); // a late start is accepted too
     fixture.processes.expect().prints(".\n");
@@ -285,7 +285,7 @@ BOOST_AUTO_TEST_CASE(sockets_that_start_nothing_make_room_for_those_that_come)
 
 BOOST_AUTO_TEST_CASE(a_client_with_too_many_idle_sockets_takes_no_room_from_others)
 {
-    Fixture fixture(waiting_params(10, 2));
+    Fixture fixture(silence_params(10, 2));
     auto& other = fixture.connect("other");
     auto& first = fixture.connect("greedy");
     std::vector<testing::LoopbackChannel*> idle;

@@ -17,8 +17,8 @@ core::AdmissionLimits limits(int simulations, std::size_t per_client)
     core::AdmissionLimits limits;
     limits.max_simulations = simulations;
     limits.max_simulations_per_client = per_client;
-    limits.max_waiting = 3;
-    limits.max_waiting_per_client = 2;
+    limits.max_silent = 3;
+    limits.max_silent_per_client = 2;
     return limits;
 }
 
@@ -80,15 +80,15 @@ BOOST_AUTO_TEST_CASE(a_new_limit_holds_for_the_next_one)
     BOOST_TEST(admission.admit("a", second) == Verdict::admitted);
 }
 
-BOOST_AUTO_TEST_CASE(who_waits_takes_no_place_for_a_simulation)
+BOOST_AUTO_TEST_CASE(who_is_silent_takes_no_place_for_a_simulation)
 {
     Admission admission(limits(1, 1));
-    BOOST_TEST(!admission.let_wait(1, "a"));
-    BOOST_TEST(!admission.let_wait(2, "a"));
-    BOOST_TEST((admission.let_wait(3, "a") == 1u));
+    BOOST_TEST(!admission.add_silent(1, "a"));
+    BOOST_TEST(!admission.add_silent(2, "a"));
+    BOOST_TEST((admission.add_silent(3, "a") == 1u));
     BOOST_TEST(!admission.is_full());
-    admission.end_wait(2);
-    BOOST_TEST(!admission.let_wait(4, "a"));
+    admission.remove_silent(2);
+    BOOST_TEST(!admission.add_silent(4, "a"));
 }
 
 BOOST_AUTO_TEST_SUITE_END()

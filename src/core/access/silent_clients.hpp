@@ -10,13 +10,13 @@
 
 namespace webots_cloud::core {
 
-/// A bounded list: a new client is always accepted, and the one that has waited longest is dropped for it. To
-/// refuse new ones instead would let idle connections lock out all others for as long as they may be idle.
-class WaitingClients
+/// A bounded list: a new client is always accepted, and the one that has been silent longest is dropped for
+/// it. To refuse new ones instead would let idle connections lock out all others for as long as they may be
+/// idle.
+class SilentClients
 {
 public:
-    WaitingClients(std::size_t max, std::size_t max_per_client) : max_(max), max_per_client_(max_per_client)
-    {}
+    SilentClients(std::size_t max, std::size_t max_per_client) : max_(max), max_per_client_(max_per_client) {}
 
     /// Adds `id`, which must be higher than all before. Returns which one must be closed for it, if any: the
     /// first of the same client if that has too many, else the first of all. The empty key belongs to no
@@ -24,34 +24,34 @@ public:
     std::optional<std::uint64_t> enter(std::uint64_t id, std::string const& quota_key)
     {
         std::size_t own = 1;
-        auto victim = waiting_.begin();
-        for (auto one = waiting_.rbegin(); one != waiting_.rend() && !quota_key.empty(); ++one) {
+        auto victim = clients_.begin();
+        for (auto one = clients_.rbegin(); one != clients_.rend() && !quota_key.empty(); ++one) {
             own += one->second == quota_key ? 1 : 0;
             if (own > max_per_client_) {
                 victim = std::prev(one.base());
                 break;
             }
         }
-        bool const is_full = own > max_per_client_ || waiting_.size() >= max_;
+        bool const is_full = own > max_per_client_ || clients_.size() >= max_;
         std::optional<std::uint64_t> gone;
-        if (is_full && victim != waiting_.end()) {
+        if (is_full && victim != clients_.end()) {
             gone = victim->first;
-            waiting_.erase(victim);
+            clients_.erase(victim);
         }
-        waiting_.emplace(id, quota_key);
+        clients_.emplace(id, quota_key);
         return gone;
     }
 
     /// `id` need not be there any more.
-    void leave(std::uint64_t id) { waiting_.erase(id); }
+    void leave(std::uint64_t id) { clients_.erase(id); }
 
-    std::size_t size() const noexcept { return waiting_.size(); }
+    std::size_t size() const noexcept { return clients_.size(); }
 
 private:
     std::size_t max_;
     std::size_t max_per_client_;
     std::map<std::uint64_t, std::string>
-        waiting_; // some hundreds: to look at all of them costs a microsecond
+        clients_; // some hundreds: to look at all of them costs a microsecond
 };
 
 } // namespace webots_cloud::core
