@@ -11,7 +11,7 @@ FOLDERS = ('apps', 'cmake', 'config', 'docs', 'examples', 'include', 'src', 'tes
 SOURCES = {'.cpp', '.hpp', '.py', '.js', '.sh', '.json', '.txt', '.md', '.html', '.cmake'}
 # Names of others: of the Python servers that ours replace, and of libraries.
 FOREIGN = {'session_server.py', 'simulation_server.py', 'SessionHandler.get', 'MonitorHandler', 'LoadHandler', 'retrieve_load', 'update_load',
-           'setup_project_from_github', 'start_webots', 'next_available_port', 'kill_webots', 'cleanup_webots_instance',
+           'setup_project', 'setup_project_from_github', 'send_email', 'start_webots', 'next_available_port', 'kill_webots', 'cleanup_webots_instance',
            'update_snapshot', 'on_message', 'co_await', 'co_spawn', 'asio::thread_pool', 'asio::post', 'asio/awaitable.hpp',
            'throw_if_cancelled(false)', 'getaddrinfo'}
 MIN_NAMES = 80  # With fewer, this check no longer understands how the documents are written.

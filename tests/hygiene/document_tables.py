@@ -1,0 +1,102 @@
+#!/usr/bin/python3
+"""Checks the tables of ARCHITECTURE.md against the tree: the public headers of each target, the files of `src/service`, the files that
+write `/metrics`, the rooms of the unit tests, and which files may start threads."""
+import re
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+# Whatever starts threads has a row in "Threads". Add the file here together with the row.
+STARTS_THREADS = {
+    'adapters/git/git2_transport', 'adapters/git/git_checkout', 'adapters/git/git_coalesced_fetches', 'adapters/git/git_copy',
+    'adapters/git/git_lfs', 'adapters/git/git_source', 'adapters/host/nvml', 'adapters/http/name_resolver', 'adapters/logs/line_file',
+    'adapters/logs/simulation_logs', 'adapters/mail/curl_smtp', 'adapters/process/guard_probe', 'adapters/process/process_host',
+    'adapters/projects/directory_source', 'adapters/projects/folder_meter', 'adapters/projects/text_files',
+    'adapters/projects/website_source', 'adapters/threads/blocking_pool', 'adapters/threads/worker_threads'}
+THREADS = re.compile(r'\b(?:std::j?thread\(|std::j?thread \w+[({;]|std::vector<std::j?thread>|BlockingPool\b|WorkerThreads\b)')
+QUOTED = re.compile(r'`([^`]+)`')
+
+
+def table(text, heading):
+    """The rows of the table whose first line begins with `heading`, as lists of cells."""
+    lines = text[text.index('\n' + heading) + 1:].split('\n')
+    rows = []
+    for line in lines[2:]:
+        if not line.startswith('|'):
+            return rows
+        rows.append([cell.strip() for cell in line.strip('|').split('|')])
+    return rows
+
+
+def differences(what, said, is_so):
+    return ([f'{what}: {name} is named, but it is not so' for name in sorted(said - is_so)] +
+            [f'{what}: {name} is missing' for name in sorted(is_so - said)])
+
+
+def headers_said(text):
+    """target -> headers; a row without a target belongs to the one above."""
+    found, target = {}, ''
+    for cells in table(text, '| target | headers |'):
+        target = (QUOTED.findall(cells[0]) or [target])[0]
+        found.setdefault(target, set()).update(QUOTED.findall(cells[1]))
+    return found
+
+
+def headers_of(cmake):
+    lists = re.findall(r'target_sources\((\w+) PUBLIC FILE_SET HEADERS [^)]*?FILES(.*?)\)', cmake, re.S)
+    short = lambda name: re.sub(r'/.*', '/*.hpp', name)
+    return {'webots_cloud::' + target.removeprefix('webots_cloud_'): {short(name) for name in re.findall(r'\$\{headers\}/(\S+)', files)}
+            for target, files in lists}
+
+
+def services_said(text):
+    return {Path(name).stem for cells in table(text, '| file | does |') for name in QUOTED.findall(cells[0])}
+
+
+def metrics_said(text):
+    sentence = re.search(r'`/metrics` is written by four files: (.*?)\. ', text, re.S).group(1)
+    return {Path(name).stem for name in QUOTED.findall(sentence)}
+
+
+def check():
+    text = (ROOT / 'ARCHITECTURE.md').read_text()
+    sources = {p: p.read_text() for p in (ROOT / 'src').rglob('*.[ch]pp')}
+    found = []
+    said, is_so = headers_said(text), headers_of((ROOT / 'src/CMakeLists.txt').read_text())
+    assert len(is_so) == 3, is_so.keys()
+    for target in said.keys() | is_so.keys():
+        found += differences(f'headers of {target}', said.get(target, set()), is_so.get(target, set()))
+    found += differences('files of src/service', services_said(text), {p.stem for p in (ROOT / 'src/service').iterdir()})
+    found += differences('files that write /metrics', metrics_said(text),
+                         {p.stem for p, code in sources.items() if 'MetricsText' in code and p.stem != 'metrics_text'})
+    for floor in ('core', 'adapters'):
+        rooms = [{p.name for p in (ROOT / base / floor).iterdir() if p.is_dir()} for base in ('tests/unit', 'src')]
+        found += differences(f'rooms of tests/unit/{floor}', *rooms)
+    names = {p: str(p.relative_to(ROOT / 'src').with_suffix('')) for p in sources}
+    found += differences('files that start threads (STARTS_THREADS)', STARTS_THREADS,
+                         {names[p] for p, code in sources.items() if THREADS.search(code) and not names[p].startswith('adapters/threads/off')})
+    found += differences('detached coroutines ("the only one waits for a guard")', {'adapters/process/process_host'},
+                         {names[p] for p, code in sources.items() if 'asio::detached' in code})
+    return found
+
+
+def self_test():
+    """A check that finds nothing must be able to find something."""
+    text = '\n| file | does |\n|---|---|\n| `one`, `two.hpp` | x |\n\n| target | headers | x |\n|---|---|---|\n| `a::b` | `c.hpp` | y |\n| | `d/*.hpp` | y |\n'
+    assert services_said(text) == {'one', 'two'}
+    assert headers_said(text) == {'a::b': {'c.hpp', 'd/*.hpp'}}
+    cmake = 'target_sources(webots_cloud_core PUBLIC FILE_SET HEADERS BASE_DIRS ${x} FILES\n ${headers}/a.hpp\n ${headers}/t/b.hpp)'
+    assert headers_of(cmake) == {'webots_cloud::core': {'a.hpp', 't/*.hpp'}}
+    assert len(differences('x', {'a', 'b'}, {'b', 'c'})) == 2
+    assert THREADS.search('std::thread(answer).detach()') and THREADS.search('BlockingPool pool_;') and not THREADS.search('std::thread::id')
+
+
+def main():
+    self_test()
+    found = check()
+    print('\n'.join(found) or 'the tables of ARCHITECTURE.md are those of the tree')
+    return 1 if found else 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())
