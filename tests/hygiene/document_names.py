@@ -29,6 +29,7 @@ class Tree:
     def __init__(self, files, text):
         self.files = files
         self.stems = {Path(f).stem for f in files} | {Path(f).name for f in files}
+        self.text = text
         self.words = set(re.findall(r'\w+', text))
 
     def has_path(self, path):
@@ -41,7 +42,15 @@ class Tree:
         return True
 
     def has_name(self, name):
-        return all(part in self.words or part in self.stems for part in re.findall(r'\w+', name))
+        """Whether the sources know the words; of `Class::member`, whether the member belongs to the class."""
+        parts = re.findall(r'\w+', name)
+        if not all(part in self.words or part in self.stems for part in parts):
+            return False
+        return all(self.has_member(owner, member) for owner, member in zip(parts, parts[1:]) if '::' in name)
+
+    def has_member(self, owner, member):
+        return (re.search(rf'\b{owner}::(?:Impl::)?{member}\b', self.text) or
+                re.search(rf'\b(?:class|struct|namespace) {owner}\b[^;{{]*\{{(?:(?!\n}};).)*\b{member}\b', self.text, re.S))
 
 
 def alternatives(path):
@@ -84,11 +93,11 @@ def faults(name, text, tree):
 
 def self_test():
     """A check that finds nothing must be able to find something."""
-    tree = Tree(['src/core/git/pack_reader.cpp', 'docs/a.md', 'test.sh'], 'class PackReader; void read_pack();')
+    tree = Tree(['src/core/git/pack_reader.cpp', 'docs/a.md', 'test.sh'], 'class PackReader; void read_pack();\nstruct Pack\n{\n    int size;\n};\nvoid Pack::Impl::read();')
     good = ['`core/git`', '`src/core/git/pack_*`', '`core/git/{pack}_reader`', '`PackReader`', '`read_pack()`', '`pack_reader`', '`test.sh`',
-            '[a](docs/a.md#b)', '`pack_*`', '`co_await`', 'PackWriter', '`word`']
+            '[a](docs/a.md#b)', '`pack_*`', '`co_await`', 'PackWriter', '`word`', '`Pack::size`', '`Pack::read`']
     bad = ['`core/gut`', '`src/core/git/pock_*`', '`core/git/{pack,pick}_reader`', '`PackWriter`', '`write_pack()`', '`pack_writer`', '`tests.sh`',
-           '[a](docs/b.md)', '`pick_*`', '```\nPackWriter\n```\n']
+           '[a](docs/b.md)', '`pick_*`', '`PackReader::size`', '`Pack::read_pack`', '```\nPackWriter\n```\n']
     assert not (found := [f for text in good for f in faults('a.md', text, tree)]), found
     missed = [text for text in bad if not list(faults('a.md', text, tree))]
     assert not missed, missed

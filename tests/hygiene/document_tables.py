@@ -1,6 +1,7 @@
 #!/usr/bin/python3
-"""Checks the tables of ARCHITECTURE.md against the tree: the public headers of each target, the files of `src/service`, the files that
-write `/metrics`, the rooms of the unit tests, and which files may start threads."""
+"""Checks tables and lists of ARCHITECTURE.md and HACKING.md against the tree: the public headers of each target, the files of
+`src/service`, the files that write `/metrics`, the rooms of the unit tests, which files may start threads; the labels of tests, the codes
+of failures, the classes that can be reconfigured, and figures of tests."""
 import re
 import sys
 from pathlib import Path
@@ -58,6 +59,65 @@ def metrics_said(text):
     return {Path(name).stem for name in QUOTED.findall(sentence)}
 
 
+def labels(text):
+    return set(QUOTED.findall(re.search(r'^Labels of tests: (.*)\.$', text, re.M).group(1)))
+
+
+def labels_used():
+    lists = [p.read_text() for p in (ROOT / 'tests').rglob('CMakeLists.txt')]
+    used = r'LABELS? "?([a-z;]+)|webots_cloud_script_test\(\w+ \S+ ([a-z]+)\)'
+    return {name for text in lists for pair in re.findall(used, text) for name in ';'.join(pair).split(';') if name}
+
+
+def failures_said(text):
+    """errc -> label."""
+    found = {}
+    for codes, _, label in table(text, '| `errc` | when | label |'):
+        for code in QUOTED.findall(codes):
+            found[code] = code if label == 'the same' else QUOTED.findall(label)[0]
+    return found
+
+
+def failures_of(source):
+    body = re.search(r'start_failure_label\(.*?^\}', source, re.M | re.S).group(0)
+    return dict(re.findall(r'errc::(\w+), "(\w+)"', body))
+
+
+def reconfigured():
+    """Classes of the public headers that have an `apply`."""
+    found = set()
+    for path in (ROOT / 'include/webots_cloud').glob('*.hpp'):
+        owner = ''
+        for line in path.read_text().split('\n'):
+            owner = (re.findall(r'^class (\w+)', line) or [owner])[0]
+            if re.search(r'^\s+\S.*\bapply\(', line) and '///' not in line:
+                found.add(owner)
+    return found
+
+
+def number(path, name):
+    return int(re.search(rf'^{name} = ([\d_]+)', (ROOT / path).read_text(), re.M).group(1))
+
+
+def hacking():
+    text = (ROOT / 'HACKING.md').read_text()
+    found = differences('labels of tests', labels(text), labels_used())
+    said, is_so = failures_said(text), failures_of((ROOT / 'src/core/simulation/start_figures.cpp').read_text())
+    said = {code: label for code, label in said.items() if label != 'other'}
+    found += differences('labels of failures', set(said.items()), set(is_so.items()))
+    have_one = re.search(r'`SessionContext`.*?((?:`\w+`[^`]*?)+)\bhave an\s+`apply`', text, re.S).group(1)
+    found += differences('classes with an apply', {c for c in QUOTED.findall(have_one) if '::' not in c and c[0].isupper()} - {'apply'},
+                         reconfigured())
+    for sentence, figure in (
+            (r'1,000 random sequences', number('tests/integration/torture_test.py', 'SEQUENCES')),
+            (r'10,000\s+cycles', number('tests/integration/torture_test.py', 'CYCLES')),
+            (r'with 20,000 inputs', number('tests/fuzz/fuzz_test.py', 'RUNS')),
+            (r'15 of 15 passed', len(re.findall(r'^    (?:async )?def test_', (ROOT / 'tests/systemd_boot.py').read_text(), re.M)))):
+        if f'{figure:,}' not in (re.findall(sentence, text) or [''])[0]:
+            found.append(f'HACKING.md: "{sentence}" is not so: {figure:,}')
+    return found
+
+
 def check():
     text = (ROOT / 'ARCHITECTURE.md').read_text()
     sources = {p: p.read_text() for p in (ROOT / 'src').rglob('*.[ch]pp')}
@@ -77,7 +137,7 @@ def check():
                          {names[p] for p, code in sources.items() if THREADS.search(code) and not names[p].startswith('adapters/threads/off')})
     found += differences('detached coroutines ("the only one waits for a guard")', {'adapters/process/process_host'},
                          {names[p] for p, code in sources.items() if 'asio::detached' in code})
-    return found
+    return found + hacking()
 
 
 def self_test():
@@ -94,7 +154,7 @@ def self_test():
 def main():
     self_test()
     found = check()
-    print('\n'.join(found) or 'the tables of ARCHITECTURE.md are those of the tree')
+    print('\n'.join(found) or 'the tables of ARCHITECTURE.md and HACKING.md are those of the tree')
     return 1 if found else 0
 
 

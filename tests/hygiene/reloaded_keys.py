@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Checks what SIGHUP does with each key of the configurations: core/config/config_changes.cpp names it as one that needs a restart, or else
 README.md names it as one that is reloaded, and the `apply` of the service copies it. A key that is in neither place would be read
-again, and do nothing."""
+again, and do nothing. Each key also has to occur in the tests of the configuration and of its changes."""
 import re
 import sys
 from pathlib import Path
@@ -102,6 +102,9 @@ def main():
         faults += [f'{kind}: "{key}" is reloaded according to README.md, and needs a restart according to config_changes.cpp'
                    for key in sorted(restart & reloaded)]
         faults += [f'{kind}: there is no key "{key}" any more' for key in sorted((restart | reloaded) - keys)]
+        for test in ('config_test', 'config_changes_test'):
+            quoted = (ROOT / f'tests/unit/core/config/{test}.cpp').read_text()
+            faults += [f'{kind}: {test} does not know "{key}"' for key in sorted(keys) if f'"{key}"' not in quoted and f'\\"{key}\\"' not in quoted]
         server = (ROOT / f'src/app/{kind}_server.cpp').read_text()
         faults += [f'{kind}: {fault}' for fault in uncopied(server, together('src/service'), members)]
     print('\n'.join(faults) or f'SIGHUP applies or names each of {count} keys')

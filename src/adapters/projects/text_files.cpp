@@ -46,7 +46,7 @@ result<std::optional<std::string>> read_text(fs::path const& root, std::string c
         !S_ISREG(status.st_mode))
         return std::optional<std::string>();
     if (static_cast<std::uint64_t>(status.st_size) > max_file_size)
-        return Failure(errc::too_large, concat(file, " of the project is larger than 64 MiB."));
+        return Failure(errc::too_large, concat(file, " of the project is larger than 64 MB."));
     auto text = adapters::read_file(place->folder.get(), place->name.c_str(), max_file_size);
     if (!text)
         return text.error();

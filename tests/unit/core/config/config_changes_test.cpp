@@ -32,7 +32,7 @@ BOOST_AUTO_TEST_CASE(a_session_server_takes_over_servers_mail_polling_and_addres
         session(R"({"port":1,"simulationServers":["a:1"],"server":"s","ssl":false,"portRewrite":false,
         "administrator":"a@b","mailServer":"m","mailServerPort":25,"mailSender":"s@b","mailSenderUser":"u","mailSenderPassword":"p",
         "loadRefresh":1,"loadTimeout":1,"loadThreshold":50,"scheduling":"random","decisionsForAll":true,"viewerUrl":"u","sessionBurst":1,"sessionRate":1,
-        "hostNames":["h"],"allowedOrigins":["*"],"frameAncestors":[],"monitorPassword":"p","operatorTokenFile":"t"})");
+        "hostNames":["h"],"allowedOrigins":["*"],"frameAncestors":[],"monitorAddresses":["10.0.0.1"],"monitorPassword":"p","operatorTokenFile":"t"})");
     BOOST_TEST(keys_for_restart(running, next).empty());
 }
 
@@ -54,7 +54,7 @@ BOOST_AUTO_TEST_CASE(a_simulation_server_takes_over_its_policy_and_texts)
 {
     auto const next = simulation(
         R"({"allowedRepositories":["https://a"],"blockedRepositories":["https://b"],"shareIdleTime":1,
-        "simulationsPerAddress":3,"title":"t","description":"d"})");
+        "simulationsPerAddress":3,"title":"t","description":"d","monitorAddresses":["10.0.0.1"]})");
     BOOST_TEST(keys_for_restart(SimulationConfig(), next).empty());
 }
 

@@ -197,6 +197,36 @@ BOOST_AUTO_TEST_CASE(every_session_key_of_the_reference_is_obeyed)
     BOOST_TEST(config.debug);
 }
 
+BOOST_AUTO_TEST_CASE(every_session_key_of_our_own_about_polls_placement_and_pages_is_obeyed)
+{
+    auto const defaults = parse_session_config(R"({"port":7,"simulationServers":[]})", "c.json").value();
+    BOOST_TEST(defaults.config.scheduling == "least_committed");
+    BOOST_TEST((defaults.config.placement_timeout == std::chrono::seconds(60)));
+    BOOST_TEST(!defaults.config.decisions_for_all);
+    BOOST_TEST(defaults.config.viewer_url.empty());
+
+    auto const configured = parse_session_config(
+        R"({"port":7,"simulationServers":[],"loadRefresh":0.5,"loadTimeout":2,"loadThreshold":80,
+        "scheduling":"random","placementTimeout":0,"decisionsForAll":true,"viewerUrl":"https://a/b.wbt"})",
+        "c.json");
+    BOOST_TEST(configured->warnings.empty());
+    auto const& config = configured->config;
+    BOOST_TEST((config.load_refresh == std::chrono::milliseconds(500)));
+    BOOST_TEST((config.load_timeout == std::chrono::seconds(2)));
+    BOOST_TEST(config.load_threshold == 80);
+    BOOST_TEST(config.scheduling == "random");
+    BOOST_TEST((config.placement_timeout == Duration::zero()));
+    BOOST_TEST(config.decisions_for_all);
+    BOOST_TEST(config.viewer_url == "https://a/b.wbt");
+
+    for (auto const* const wrong :
+         {R"("loadRefresh":0.01)", R"("loadTimeout":0)", R"("loadThreshold":0)", R"("scheduling":"best")",
+          R"("placementTimeout":-1)", R"("decisionsForAll":1)", R"("viewerUrl":1)"})
+        BOOST_TEST(!parse_session_config(R"({"port":7,"simulationServers":[],)" + std::string(wrong) + "}",
+                                         "c.json"),
+                   wrong << " should be refused");
+}
+
 BOOST_AUTO_TEST_CASE(the_log_is_text_or_json)
 {
     BOOST_TEST(parse_simulation_config(R"({"logFormat":"json"})", "c.json")->config.json_log);
