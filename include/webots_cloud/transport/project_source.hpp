@@ -39,8 +39,8 @@ struct FetchProgress
     std::atomic<bool> waiting{false};
 };
 
-/// The largest project that is fetched. Each source enforces this itself, before it allocates or writes; a
-/// limit on the world file alone would be `require_world`'s, afterwards.
+/// The largest project that is fetched. Each source enforces this itself, while the project arrives or is
+/// copied: what is beyond a limit is neither stored nor allocated.
 struct FetchLimits
 {
     FetchLimits() = default;
