@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace webots_cloud {
@@ -28,7 +29,11 @@ struct SandboxParams
     std::vector<std::filesystem::path> devices;   ///< Visible: those of graphics processors.
     std::filesystem::path x_authority;            ///< Visible: the password of the display; empty: none.
     std::filesystem::path resolver;               ///< Seen as `/etc/resolv.conf`; empty: there is none.
-    std::filesystem::path filter;                 ///< The guard, which forbids system calls; empty: none are.
+    /// What spares bubblewrap mounts: folders of the system that are links, with where they lead, as `/bin`
+    /// to `usr/bin`; and small files of `/etc` that simulations may have copies of.
+    std::vector<std::pair<std::filesystem::path, std::filesystem::path>> system_links;
+    std::vector<std::filesystem::path> copied;
+    std::filesystem::path filter; ///< The guard, which forbids system calls; empty: none are.
 
     SimulationUser user; ///< Who runs them, whether they are confined or not.
 

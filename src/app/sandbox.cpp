@@ -2,6 +2,7 @@
 
 #include "core/sandbox/firejail.hpp"
 #include "core/sandbox/network_rules.hpp"
+#include "core/sandbox/visible.hpp"
 #include "core/text.hpp"
 #include "environment.hpp"
 
@@ -114,11 +115,21 @@ std::string read_small_file(fs::path const& path)
     return std::string(buffer.data(), static_cast<std::size_t>(file.gcount()));
 }
 
+constexpr std::uintmax_t max_copied = 1 << 20;
+
 result<> find_bubblewrap(SandboxParams& sandbox)
 {
     sandbox.bubblewrap = find_program("bwrap");
     if (sandbox.bubblewrap.empty())
         return Failure(errc::start_failed, "bubblewrap is not installed");
+    std::error_code failed;
+    for (fs::path const folder : core::system_folders())
+        if (auto const target = fs::read_symlink(folder, failed);
+            !failed && target.native().starts_with("usr/"))
+            sandbox.system_links.emplace_back(folder, target);
+    for (fs::path const file : core::system_files())
+        if (fs::is_regular_file(file, failed) && fs::file_size(file, failed) <= max_copied && !failed)
+            sandbox.copied.push_back(file);
     return {};
 }
 

@@ -5,6 +5,7 @@
 //                          [--network none PORT | --network internet PORT SLIRP IP RULES]
 //                          [--group FOLDER]... [--limit NAME NUMBER]...
 //                          [--container DOCKER PROJECT SERVICE] [--own-sandbox FOLDER] [--own-displays]
+//                          [--open NUMBER FILE]...
 //                          [--user UID GID[,GID...] FOLDER HOME AUTHORITY [--visible PATH]...]
 //                          [--read-only FOLDER]... GRACE_MS PROGRAM [ARGUMENT...]
 //     webots-process-guard --display SERVER LIMIT_MS PROGRAM [ARGUMENT...]
@@ -55,6 +56,8 @@
 // --own-displays hides the sockets of the machine's X servers from the tree, and those of the tree from the
 // machine. If that is not possible, the program is not started. --display, run in such a tree or in a
 // sandbox, starts an X server (Xvfb), and runs the program on it: see display.hpp.
+//
+// --open: the program gets FILE open for reading as its descriptor NUMBER, or an empty file.
 //
 // --user runs the program as another user, which only root can do: FOLDER becomes that user's, with a folder
 // HOME in it and a copy of the file AUTHORITY, and so the program can neither signal the guard and its server
@@ -113,6 +116,21 @@ long now_ms()
     return time.tv_sec * 1000 + time.tv_nsec / 1'000'000;
 }
 
+/// In the child. Where a file is not there, it is an empty one.
+void open_files(Program const& program)
+{
+    for (int i = 0; i < program.opened_count; ++i) {
+        int const wanted = std::atoi(program.opened[2 * i]);
+        int file = open(program.opened[2 * i + 1], O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+        if (file < 0)
+            file = open("/dev/null", O_RDONLY | O_CLOEXEC);
+        if (file == wanted)
+            fcntl(file, F_SETFD, 0);
+        else
+            dup2(file, wanted);
+    }
+}
+
 /// In the child: executes the program.
 [[noreturn]] void execute(Program const& program)
 {
@@ -126,6 +144,7 @@ long now_ms()
         std::fflush(stdout);
         _exit(exec_failed);
     }
+    open_files(program);
     execv(program.argv[0], program.argv);
     std::printf("can't run %s: %s\n", program.argv[0], std::strerror(errno));
     std::fflush(stdout);
@@ -421,6 +440,21 @@ int take_read_only(int& argc, char**& argv)
     return count;
 }
 
+/// The same for the files that the program gets open.   Returns: the number of pairs.
+int take_opened(int& argc, char**& argv)
+{
+    char** const pairs = argv;
+    int count = 0;
+    while (argc > 2 && take_option(argc, argv, "--open")) {
+        pairs[2 * count] = argv[0];
+        pairs[2 * count + 1] = argv[1];
+        ++count;
+        argc -= 2;
+        argv += 2;
+    }
+    return count;
+}
+
 /// A pidfd of the process that has started us, which becomes readable when that ends.
 int watch_owner()
 {
@@ -430,15 +464,16 @@ int watch_owner()
 
 int usage(char const* name)
 {
-    std::fprintf(stderr,
-                 "usage: %s [--cleanup COUNT WORD...] [--set-user-id] [--network ...] [--group FOLDER]... "
-                 "[--limit NAME NUMBER]... [--container ...] [--own-sandbox FOLDER] [--own-displays] "
-                 "[--user ...] [--read-only FOLDER]... GRACE_MS PROGRAM [ARGUMENT...]\n"
-                 "       %s --display SERVER LIMIT_MS PROGRAM [ARGUMENT...]\n"
-                 "       %s --probe [--read-only FOLDER]...\n"
-                 "       %s --filter PROGRAM [ARGUMENT...]\n"
-                 "       %s --try FILE PORT PROCESS\n",
-                 name, name, name, name, name);
+    std::fprintf(
+        stderr,
+        "usage: %s [--cleanup COUNT WORD...] [--set-user-id] [--network ...] [--group FOLDER]... "
+        "[--limit NAME NUMBER]... [--container ...] [--own-sandbox FOLDER] [--own-displays] "
+        "[--open NUMBER FILE]... [--user ...] [--read-only FOLDER]... GRACE_MS PROGRAM [ARGUMENT...]\n"
+        "       %s --display SERVER LIMIT_MS PROGRAM [ARGUMENT...]\n"
+        "       %s --probe [--read-only FOLDER]...\n"
+        "       %s --filter PROGRAM [ARGUMENT...]\n"
+        "       %s --try FILE PORT PROCESS\n",
+        name, name, name, name, name);
     return 2;
 }
 
@@ -478,6 +513,8 @@ int main(int argc, char** argv)
     bool const has_container = take_container(argc, argv, program.container);
     program.own_sandbox = take_word(argc, argv, "--own-sandbox");
     program.own_displays = take_option(argc, argv, "--own-displays");
+    program.opened = argv;
+    program.opened_count = take_opened(argc, argv);
     bool const user_understood = webots_cloud::guard::take_user(argc, argv, program.user);
     program.read_only = argv;
     program.read_only_count = take_read_only(argc, argv);

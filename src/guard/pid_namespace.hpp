@@ -35,6 +35,9 @@ struct Program
     /// The sockets of X servers outside and inside are hidden from each other. Needs a mount namespace:
     /// without one the program is not started.
     bool own_displays = false;
+    /// Pairs of a descriptor and a file that it gets open there, or, where that is impossible, an empty one.
+    char const* const* opened = nullptr;
+    int opened_count = 0;
     User user; ///< Who runs it; another one only where we are root.
     Limits limits;
     Network network; ///< Needs namespaces: without them the program is not started.

@@ -52,6 +52,10 @@ void confine(ProcessSpec& process, SandboxParams const& sandbox, std::filesystem
         process.argv.insert(process.argv.begin(), {sandbox.filter.native(), "--filter"});
     }
     if (sandbox.firejail.empty()) {
+        visible.system_links = sandbox.system_links;
+        visible.copied = sandbox.copied;
+        visible.first_copied = ProcessSpec::first_opened;
+        process.opened = sandbox.copied;
         process.argv = core::bubblewrap_command(sandbox.bubblewrap, visible, process.argv);
         core::set_variable(process.environment, "HOME", core::sandbox_home);
         core::set_variable(process.environment, "XDG_RUNTIME_DIR", core::sandbox_runtime);

@@ -215,6 +215,14 @@ class Guard(unittest.TestCase):
         missing = filtered("/nowhere/program")
         self.assertEqual((missing.returncode, missing.stdout), (127, "can't run /nowhere/program: No such file or directory\n"))
 
+    def test_a_program_gets_files_open_where_it_wants_them_and_no_others(self):
+        file = os.path.join(self.folder, "opened")
+        with open(file, "w") as out:
+            print("the text", file=out)
+        started = self.start("cat <&7; cat <&8; echo $(cat <&9) beside; ls /proc/self/fd | tr '\\n' ' '",
+                             options=("--open", "7", file, "--open", "8", "/nowhere", "--open", "9", file))
+        self.assertEqual(started.stdout.read(), "the text\nthe text beside\n0 1 2 3 7 8 9 ")
+
     def test_the_programs_number_is_unique_outside(self):
         self.require_namespace()
         if not has_clone3():

@@ -91,6 +91,10 @@ struct ProcessSpec
     /// Whether X servers of the tree and those of the machine are hidden from each other. Where that can't be
     /// done, the program is not started and says so. Default: no.
     bool own_displays = false;
+    /// The program gets these files open for reading, with consecutive descriptors from `first_opened` on. In
+    /// place of one that can't be opened it gets an empty file. Default: none.
+    std::vector<std::filesystem::path> opened;
+    static constexpr int first_opened = 10;
     /// The program is compose, and the network that of this container, which must have none of Docker's. Only
     /// root can start it. Default: there is none.
     ComposeContainer container;

@@ -419,6 +419,9 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
         arguments.insert(arguments.end(), {"--own-sandbox", spec.own_sandbox.native()});
     if (spec.own_displays)
         arguments.emplace_back("--own-displays");
+    int descriptor = ProcessSpec::first_opened;
+    for (auto const& file : spec.opened)
+        arguments.insert(arguments.end(), {"--open", std::to_string(descriptor++), file.native()});
     add_user(arguments, spec.user);
     for (auto const& folder : read_only_) {
         arguments.emplace_back("--read-only");

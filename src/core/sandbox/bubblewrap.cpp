@@ -1,14 +1,11 @@
 #include "bubblewrap.hpp"
 
+#include <algorithm>
 #include <initializer_list>
 #include <string_view>
 
 namespace webots_cloud::core {
 namespace {
-
-// Folders of the system. On merged systems `/bin` and its like are links; bubblewrap follows them.
-constexpr std::initializer_list<char const*> system_folders = {"/usr", "/bin",   "/sbin",
-                                                               "/lib", "/lib32", "/lib64"};
 
 // Where the libraries of graphics processors find out what there is.
 constexpr std::initializer_list<char const*> device_descriptions = {"/sys/dev/char", "/sys/class/drm",
@@ -34,6 +31,14 @@ public:
         words_.insert(words_.end(), words.begin(), words.end());
     }
     void show(std::filesystem::path const& path) { add({"--ro-bind-try", path.native(), path.native()}); }
+    void link(std::filesystem::path const& path, std::filesystem::path const& target)
+    {
+        add({"--symlink", target.native(), path.native()});
+    }
+    void copy(int descriptor, std::filesystem::path const& path)
+    {
+        add({"--perms", "0444", "--file", std::to_string(descriptor), path.native()});
+    }
 
     /// An empty folder in memory.
     void make_folder(std::string_view path, std::uint64_t max_bytes)
@@ -45,6 +50,41 @@ private:
     std::vector<std::string>& words_;
 };
 
+// For each path that is mounted bubblewrap reads the list of all mounts of the machine. So links are made
+// where the system has links, and small files are copied.
+void show_system(Words& words, Visible const& visible)
+{
+    auto const& links = visible.system_links;
+    for (std::filesystem::path const folder : system_folders()) {
+        auto const link =
+            std::find_if(links.begin(), links.end(), [&](auto const& each) { return each.first == folder; });
+        if (link != links.end())
+            words.link(folder, link->second);
+        else
+            words.show(folder);
+    }
+    int descriptor = visible.first_copied;
+    for (auto const& file : visible.copied)
+        words.copy(descriptor++, file);
+    for (std::filesystem::path const file : system_files())
+        if (std::find(visible.copied.begin(), visible.copied.end(), file) == visible.copied.end())
+            words.show(file);
+}
+
+bool is_below(std::filesystem::path const& path, std::filesystem::path const& folder)
+{
+    return std::mismatch(folder.begin(), folder.end(), path.begin(), path.end()).first == folder.end();
+}
+
+/// What is below another one is seen with it.
+void show_read_only(Words& words, std::vector<std::filesystem::path> const& paths)
+{
+    for (auto path = paths.begin(); path != paths.end(); ++path)
+        if (!is_below(*path, "/usr") &&
+            std::none_of(paths.begin(), path, [&](auto const& before) { return is_below(*path, before); }))
+            words.show(*path);
+}
+
 } // namespace
 
 std::vector<std::string> bubblewrap_command(std::filesystem::path const& bubblewrap, Visible const& visible,
@@ -55,10 +95,7 @@ std::vector<std::string> bubblewrap_command(std::filesystem::path const& bubblew
     words.add({"--unshare-user", "--disable-userns", "--unshare-pid", "--unshare-ipc", "--unshare-uts",
                "--unshare-cgroup-try"});
     words.add({"--die-with-parent", "--new-session", "--cap-drop", "ALL", "--hostname", "simulation"});
-    for (auto const* folder : system_folders)
-        words.show(folder);
-    for (auto const* file : system_files())
-        words.show(file);
+    show_system(words, visible);
     words.add({"--proc", "/proc", "--dev", "/dev"});
     for (auto const* folder : kernel_settings)
         words.show(folder);
@@ -78,8 +115,7 @@ std::vector<std::string> bubblewrap_command(std::filesystem::path const& bubblew
         words.show(visible.x_authority);
     if (!visible.resolver.empty())
         words.add({"--ro-bind-try", visible.resolver.native(), "/etc/resolv.conf"});
-    for (auto const& path : visible.read_only)
-        words.show(path);
+    show_read_only(words, visible.read_only);
     words.add({"--bind", visible.instance.native(), visible.instance.native()});
     // What is left in between, the folders above all of these among it, lies in memory that nobody counts.
     words.add({"--remount-ro", "/", "--remount-ro", "/dev"});

@@ -16,7 +16,7 @@ inline constexpr char const* sandbox_runtime = "/tmp/runtime";
 
 /// The command line that runs `argv` so. It sees no other processes, has no capability and can't get any,
 /// and dies with whoever started it. Of `/etc` it sees what libraries look up, and nothing that could be a
-/// secret.
+/// secret. Those files that it gets copies of must be open in the program: see `ProcessSpec::opened`.
 ///
 /// The network is not bubblewrap's: see `ProcessNetwork`.
 std::vector<std::string> bubblewrap_command(std::filesystem::path const& bubblewrap, Visible const& visible,

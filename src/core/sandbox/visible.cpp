@@ -5,11 +5,15 @@
 
 namespace webots_cloud::core {
 
+std::span<char const* const> system_folders() noexcept
+{
+    static constexpr std::array folders{"/usr", "/bin", "/sbin", "/lib", "/lib32", "/lib64"};
+    return folders;
+}
+
 std::span<char const* const> system_files() noexcept
 {
     static constexpr std::array files{"/etc/ld.so.cache",
-                                      "/etc/ld.so.conf",
-                                      "/etc/ld.so.conf.d",
                                       "/etc/alternatives",
                                       "/etc/passwd",
                                       "/etc/group",

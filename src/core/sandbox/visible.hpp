@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace webots_cloud::core {
@@ -29,8 +30,15 @@ struct Visible
     bool own_displays = false; ///< It starts X servers itself; those of the machine are hidden from it.
     std::filesystem::path x_authority; ///< The file of the display's password; empty: none.
     std::filesystem::path resolver;    ///< A file in place of `/etc/resolv.conf`; empty: none is seen.
+    /// Folders of the system that are links, and where they lead, as `/bin` does to `usr/bin`.
+    std::vector<std::pair<std::filesystem::path, std::filesystem::path>> system_links;
+    std::vector<std::filesystem::path> copied; ///< Of `system_files`, small ones that it may have copies of.
+    int first_copied = 0; ///< The descriptor of the first of these in the program; the others follow.
     std::uint64_t temporary_bytes = std::uint64_t{512} << 20; ///< What the folder for temporary files holds.
 };
+
+/// Folders of the system's programs and libraries, of which not all are everywhere.
+std::span<char const* const> system_folders() noexcept;
 
 /// Files and folders of `/etc` that libraries, languages and drivers look up, and that every user of the
 /// machine may read.

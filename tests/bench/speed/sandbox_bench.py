@@ -67,11 +67,14 @@ def command_lines(server, folder):
     words = asyncio.run(look())
     instance = os.path.join(server.instances_folder(), "1")
     words = [word.replace(instance, folder) for word in words]
+    if "--network" in words:
+        words[words.index("--network") + 2] = "0"
+    while "--group" in words:  # it is removed with the simulation
+        at = words.index("--group")
+        del words[at:at + 2]
     end = words.index("--filter") + 1
     grace = next(number for number, word in enumerate(words) if word.isdigit() and words[number + 1].startswith("/") and
                  words[number + 1].endswith(("/bwrap", "/firejail")))
-    if "--network" in words:
-        words[words.index("--network") + 2] = "0"
     return [*words[:grace + 1], *PROGRAM], [*words[:end], *PROGRAM]
 
 

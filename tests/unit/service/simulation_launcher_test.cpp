@@ -299,6 +299,7 @@ BOOST_AUTO_TEST_CASE(in_a_sandbox_a_display_of_its_own_is_started_inside)
     params.private_display.server = "/usr/bin/Xvfb";
     params.private_display.guard = "/opt/guard";
     params.sandbox.bubblewrap = "/usr/bin/bwrap";
+    params.sandbox.copied = {"/etc/hosts"};
     Fixture fixture(params);
     fixture.processes.expect();
     auto const simulation = fixture.launched();
@@ -311,6 +312,8 @@ BOOST_AUTO_TEST_CASE(in_a_sandbox_a_display_of_its_own_is_started_inside)
     BOOST_TEST(has({"--", "/opt/guard", "--display", "/usr/bin/Xvfb"}));
     BOOST_TEST(has({"--ro-bind-try", "/opt/guard", "/opt/guard"}));
     BOOST_TEST(has({"--tmpfs", "/tmp/.X11-unix"}));
+    BOOST_TEST(has({"--file", std::to_string(ProcessSpec::first_opened), "/etc/hosts"}));
+    BOOST_TEST((process.opened == std::vector<std::filesystem::path>{"/etc/hosts"}));
     BOOST_TEST(!process.own_displays); // there are no others in there
 }
 

@@ -74,6 +74,36 @@ BOOST_AUTO_TEST_CASE(nothing_of_etc_is_shown_that_could_be_a_secret)
         BOOST_TEST(!has(words, {"--ro-bind-try", secret}), secret);
 }
 
+BOOST_AUTO_TEST_CASE(links_of_the_system_are_links_and_small_files_are_copied)
+{
+    auto visible = webots_and_a_project();
+    auto const mounted = command(visible);
+    BOOST_TEST(has(mounted, {"--ro-bind-try", "/bin", "/bin"}));
+    BOOST_TEST(has(mounted, {"--ro-bind-try", "/etc/passwd", "/etc/passwd"}));
+    visible.system_links = {{"/bin", "usr/bin"}};
+    visible.copied = {"/etc/passwd", "/etc/hosts"};
+    visible.first_copied = 10;
+    auto const words = command(visible);
+    BOOST_TEST(has(words, {"--symlink", "usr/bin", "/bin"}));
+    BOOST_TEST(has(words, {"--perms", "0444", "--file", "10", "/etc/passwd"}));
+    BOOST_TEST(has(words, {"--perms", "0444", "--file", "11", "/etc/hosts"}));
+    for (auto const* path : {"/bin", "/etc/passwd", "/etc/hosts"})
+        BOOST_TEST(!has(words, {"--ro-bind-try", path}), path);
+    BOOST_TEST(has(words, {"--ro-bind-try", "/lib", "/lib"}));
+    BOOST_TEST(has(words, {"--ro-bind-try", "/etc/fonts", "/etc/fonts"}));
+}
+
+BOOST_AUTO_TEST_CASE(what_is_seen_with_a_folder_above_is_not_shown_again)
+{
+    auto visible = webots_and_a_project();
+    visible.read_only = {"/opt/webots", "/opt/webots/bin/guard", "/usr/lib/guard", "/opt/webots2"};
+    auto const words = command(visible);
+    BOOST_TEST(has(words, {"--ro-bind-try", "/opt/webots", "/opt/webots"}));
+    BOOST_TEST(has(words, {"--ro-bind-try", "/opt/webots2"}));
+    BOOST_TEST(!has(words, {"--ro-bind-try", "/opt/webots/bin/guard"}));
+    BOOST_TEST(!has(words, {"--ro-bind-try", "/usr/lib/guard"}));
+}
+
 BOOST_AUTO_TEST_CASE(it_has_its_own_processes_and_no_capability)
 {
     auto const words = command(webots_and_a_project());
