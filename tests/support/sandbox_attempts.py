@@ -40,6 +40,7 @@ ROWS = {
     "terminal_output": "write to the operator's terminal",
     "outlive": "outlive its session (`setsid`, double fork)",
     "capabilities": "have capabilities",
+    "control_group": "leave its control group, or change what that limits",
     "set_user_id": "gain privileges by set-user-ID programs",
     "user_namespaces": "make user namespaces of its own",
     "mounts": "mount, unmount, make or enter other namespaces, or open files by their handles",
@@ -61,7 +62,7 @@ class Attempt:
         self.title = function.__doc__
         self.row = row
         self.refusals = refusals  # what must come of it in a sandbox: one of these
-        self.writes = writes  # whether its target is a file, so that only a change that others see counts
+        self.writes = writes  # whether its target is a file or a terminal, so that only what others see counts
         self.function = function
 
 
@@ -136,6 +137,16 @@ def append(path):
 
 def open_for_writing(path):
     os.close(os.open(path, os.O_WRONLY | os.O_NONBLOCK))
+
+
+def any_of(function, targets):
+    """Succeeds with the first target with which the function does; or else fails as it does with the last one."""
+    for each in targets[:-1]:
+        try:
+            return function(each)
+        except OSError:
+            pass
+    return function(targets[-1])
 
 
 def connect(address):
@@ -505,17 +516,18 @@ def connect_display(path):
         end.connect(path)
 
 
-@attempt("terminal", "ENXIO")
+@attempt("terminal", "ENXIO", writes=True)
 def type_into_terminal(_):
     """the terminal from which the server was started (`TIOCSTI`)"""
     terminal = os.open("/dev/tty", os.O_RDWR)
     fcntl.ioctl(terminal, termios.TIOCSTI, b"x")
 
 
-@attempt("terminal_output", "ENOENT")
+@attempt("terminal_output", "ENOENT", writes=True)
 def write_to_terminal(path):
     """the same terminal, by its name"""
-    open_for_writing(path)
+    terminal = os.open(path, os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY)
+    os.write(terminal, b"x")
 
 
 # Its session and its privileges.
@@ -543,14 +555,57 @@ def have_capabilities(_):
     return "none" if all(int(sets[each], 16) == 0 for each in ("CapPrm", "CapEff", "CapInh", "CapAmb")) else DONE
 
 
+@attempt("control_group", "ENOENT", "EROFS", "EACCES")
+def leave_group(lists_of_processes):
+    """the one above it, or that of all processes"""
+    def enter(path):
+        with open(path, "wb", buffering=0) as processes:
+            processes.write(b"0")
+
+    any_of(enter, lists_of_processes)
+
+
+@attempt("control_group", "ENOENT", "EROFS", "EACCES")
+def raise_limits(limits):
+    """the limits of its own"""
+    any_of(open_for_writing, limits)
+
+
+@attempt("control_group", "ENOENT", "EROFS", "EACCES", "EPERM")
+def run_as_agent(path):
+    """the program that the kernel runs when a group is empty (`release_agent`)"""
+    with open(path, "r+b", buffering=0) as agent:
+        agent.write(agent.read() or b"\n")
+
+
+@attempt("control_group", "EPERM")
+def mount_groups(_):
+    """a mount of all groups"""
+    def mount_them(kind_and_options):
+        kind, options = kind_and_options
+        checked(LIBC.mount(b"none", b"groups", kind, 0, options))
+        checked(LIBC.umount(b"groups"))
+
+    os.makedirs("groups", exist_ok=True)
+    any_of(mount_them, ((b"cgroup2", None), (b"cgroup", b"memory"), (b"cgroup", b"pids")))
+
+
+@attempt("control_group", "EPERM")
+def make_group_namespace(_):
+    """a namespace of control groups"""
+    checked(LIBC.unshare(0x02000000))
+
+
 @attempt("set_user_id", "no new ones")
 def run_set_user_id(path):
     """a set-user-ID program"""
-    with open("/proc/self/status") as status:
-        own = [line for line in status if line.startswith("Uid:")]
+    def privileges(process):
+        with open(f"/proc/{process}/status") as status:
+            return [line for line in status if line.startswith(("Uid:", "CapPrm:"))]
+
+    own = privileges("self")
     program = subprocess.Popen([path], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
-    with open(f"/proc/{program.pid}/status") as status:
-        its = [line for line in status if line.startswith("Uid:")]
+    its = privileges(program.pid)
     program.kill()
     program.wait()
     return "no new ones" if own == its else DONE

@@ -10,12 +10,18 @@ Each attempt is a test of its own. What came of them is kept for the table in do
 
 import asyncio
 import errno
+import fcntl
+import glob
 import json
 import os
+import select
 import shutil
 import socket
 import stat
+import struct
 import sys
+import termios
+import tty
 import unittest
 
 from . import own_network, sandbox_attempts
@@ -33,6 +39,9 @@ WorldInfo { }
 RectangleArena { }
 Robot { name "attacker" controller "attack" }
 """
+SIMULATORS = ("webots-demo-sim", "webots")  # as the kernel shortens the name; in containers
+GROUPS = "/sys/fs/cgroup"
+LIMITS = ("memory.limit_in_bytes", "memory.max", "pids.max", "cpu.cfs_quota_us", "cpu.max")
 HERE = os.path.dirname(__file__)
 PROJECT = {"worlds/hostile.wbt": None, "controllers/attack/attack": "hostile_controller.py",
            "controllers/attack/sandbox_attempts.py": "sandbox_attempts.py"}
@@ -114,6 +123,29 @@ def there(path):
     return path if os.path.exists(path) else None
 
 
+def groups_of(process):
+    """The folders of the control groups that it is in, but for those of all processes."""
+    with open(f"/proc/{process}/cgroup") as lines:
+        groups = [line.strip().split(":", 2)[1:] for line in lines]
+    mounts = ("unified", "")  # of version 2
+    folders = [os.path.join(GROUPS, mount, path.lstrip("/")) for controllers, path in groups if path != "/"
+               for mount in ([controllers.replace("name=", "")] if controllers else mounts)]
+    return [each for each in folders if os.path.isdir(each)]
+
+
+def limits_of(process):
+    """The files of its limits, also where a container sees its own group in place of that of all processes."""
+    folders = [*groups_of(process), *[os.path.join(GROUPS, each) for each in ("memory", "pids", "cpu", "")]]
+    return [path for folder in folders for limit in LIMITS for path in glob.glob(f"{folder}/{limit}")]
+
+
+def lists_of_processes(process):
+    """Of the groups above its own, and of those of all processes, where these limit something."""
+    above = [os.path.dirname(each) for each in groups_of(process) if any(glob.glob(f"{each}/{limit}") for limit in LIMITS)]
+    of_all = [os.path.join(GROUPS, each) for each in ("memory", "pids", "cpu", "")]
+    return [path for folder in (*above, *of_all) for path in glob.glob(f"{folder}/cgroup.procs")]
+
+
 def start_of_memory(process):
     """An address that can be read in every process of this program."""
     with open(f"/proc/{process}/maps") as maps:
@@ -152,6 +184,8 @@ class Contract:
         cls.addClassCleanup(os.close, terminal)
         cls.terminal_name = os.ttyname(slave)
         cls.addClassCleanup(os.close, slave)
+        cls.terminal, cls.keyboard = terminal, slave
+        tty.setraw(slave)
         os.chmod(cls.terminal_name, 0o666)
         return OwnedServer(cls.user, (sys.executable, "-c", AS_BY_HAND, cls.terminal_name), **cls.keys)
 
@@ -209,8 +243,10 @@ class Contract:
         configuration = os.path.join(server.folder, "config.json")
         neighbour = os.path.join(instances, "1", "worlds", "arena.wbt")
         guard = [pid for pid in others if named(pid).startswith("webots-process")][0]
-        simulator = [pid for pid in others if named(pid).startswith("webots-demo")][-1]
-        own_guard = [pid for pid in server.simulators() if named(pid).startswith("webots-process") and pid not in others][0]
+        simulator = [pid for pid in others if named(pid) in SIMULATORS][-1]
+        own = [pid for pid in cls.processes() if pid not in others]
+        own_guard = [pid for pid in own if named(pid).startswith("webots-process")][0]
+        attacker = [pid for pid in own if named(pid) in SIMULATORS][-1]
         cls.mark = f"777.{os.getpid()}{abs(hash(cls.__name__)) % 1000}"
         path = server.folder
         chosen = {
@@ -240,6 +276,8 @@ class Contract:
             "see_displays": cls.display, "connect_display": cls.display,
             "write_to_terminal": cls.terminal_name, "outlive": cls.mark,
             "run_set_user_id": there("/usr/bin/su"),
+            "leave_group": lists_of_processes(attacker) or None, "run_as_agent": next(iter(glob.glob(f"{GROUPS}/*/release_agent")), None),
+            "raise_limits": limits_of(attacker) or None,
             "write_core_pattern": "/proc/sys/kernel/core_pattern", "write_sysrq": there("/proc/sysrq-trigger"),
             "write_sys": there("/sys/kernel/uevent_helper") or there("/sys/kernel/mm/ksm/run"), "write_disk": first_disk(),
             "write_kernel_log": there("/dev/kmsg"), "read_physical_memory": there("/dev/mem"), "make_device": [7, 0],
@@ -261,7 +299,7 @@ class Contract:
         async with Browser(cls.server) as neighbour, Browser(cls.server) as browser:
             await neighbour.start(NEIGHBOUR)
             port = int((await neighbour.hear("webots:")).rpartition(":")[2])
-            others = cls.server.simulators()
+            others = cls.processes()
             await browser.start(HOSTILE)
             own_port = int((await browser.hear("webots:")).rpartition(":")[2])
             cls.chosen = await asyncio.to_thread(cls.targets, port, others)
@@ -271,9 +309,19 @@ class Contract:
         cls.outcomes["outlive"] = DONE if find(cls.mark) else "ended"
 
     @classmethod
+    def processes(cls):
+        """Of simulations: simulators, their guards and whatever they have started."""
+        return cls.server.simulators()
+
+    @classmethod
+    def project(cls):
+        """The folder in which the hostile project runs, as this machine sees it."""
+        return os.path.join(cls.server.instances_folder(), "2")
+
+    @classmethod
     def watch(cls, neighbour_port, own_port):
         """Lets the attempts begin one after the other, and after each of them waits for a picture of the neighbour."""
-        place = os.path.join(cls.server.instances_folder(), "2", "controllers", "attack")
+        place = os.path.join(cls.project(), "controllers", "attack")
         wait_until(lambda: os.path.exists(os.path.join(place, "go")), lambda: f"it does not attack:\n{cls.server.log()}")
         with open(os.path.join(place, "targets.json"), "w") as file:
             json.dump(cls.chosen, file)
@@ -324,22 +372,33 @@ class Contract:
 
     @classmethod
     def judge(cls, name, outcomes):
-        """A file that was written counts when others see it: in a sandbox it may lie in a folder of its own in memory."""
-        if not ATTEMPTS[name].writes:
+        """What was written counts when others see it: in a sandbox a file may lie in a folder of its own in memory, and a terminal may
+        be one of its own."""
+        if not ATTEMPTS[name].writes or outcomes[name] == NOT_HERE:
             return
-        path = cls.chosen[name]
-        seen = os.path.exists(path) and cls.ends_with_x(path)
-        if outcomes[name] == DONE and not seen:
-            cls.judged[name] = "private"
-        elif seen:
+        seen = {"write_to_terminal": cls.is_on_terminal, "type_into_terminal": cls.is_typed}.get(name, cls.is_in_file)(cls.chosen[name])
+        if seen:
             cls.judged[name] = DONE
-            if name != "write_neighbour":
-                os.unlink(path)
+        elif outcomes[name] == DONE:
+            cls.judged[name] = "private"
 
-    @staticmethod
-    def ends_with_x(path):
+    @classmethod
+    def is_in_file(cls, path):
+        if not os.path.exists(path):
+            return False
         with open(path, "rb") as file:
-            return file.read().endswith(b"x")
+            seen = file.read().endswith(b"x")
+        if seen and path != cls.chosen["write_neighbour"]:
+            os.unlink(path)
+        return seen
+
+    @classmethod
+    def is_on_terminal(cls, _):
+        return bool(select.select([cls.terminal], [], [], 0)[0]) and b"x" in os.read(cls.terminal, 100)
+
+    @classmethod
+    def is_typed(cls, _):
+        return struct.unpack("i", fcntl.ioctl(cls.keyboard, termios.FIONREAD, bytes(4)))[0] > 0
 
     @classmethod
     def results_path(cls):
@@ -394,7 +453,7 @@ class Unwalled(Contract):
     what it leaves of root's capabilities keep out some of it all the same."""
 
     has_network = False
-    rows_kept_out = ("see", "signal", "trace", "outlive", "calls", "routes", "terminal", "set_user_id", "mounts")
+    rows_kept_out = ("see", "signal", "trace", "outlive", "calls", "routes", "terminal", "control_group", "set_user_id", "mounts")
     expected = {"enter_namespace": ("EPERM", "EACCES"), "read_physical_memory": ("EPERM", "EACCES"), "ask_as_operator": ("refused",)}
 
     @classmethod
