@@ -12,6 +12,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -31,7 +32,7 @@ struct DockerModeParams
     std::filesystem::path docker_compose;
     /// The program that lets containers use this machine's screen; empty: they can't.
     std::filesystem::path xhost;
-    /// The folder with the operator's `docker-compose-*.yml` and `Dockerfile.default`.
+    /// The folder with the operator's `docker-compose-*.yml`, `Dockerfile.default` and `seccomp.json`.
     std::filesystem::path templates;
     /// The repository of the default images, without a tag.
     std::string images = "cyberbotics/webots.cloud";
@@ -44,7 +45,7 @@ struct DockerModeParams
     bool project_dockerfiles = false;
     /// Present: unused images older than two days are removed, except these (`repository:tag`).
     std::optional<std::vector<std::string>> persistent_images;
-    std::string display = ":0"; ///< Empty: containers see none of this machine.
+    std::string display = ":0"; ///< On which containers draw; they see no other. Empty: none of this machine.
     ProcessLimits limits;       ///< Of each container. Default: none.
     bool own_displays = false;  ///< Each starts an X server of its own (`xvfb-run` in the image).
     /// What simulators reach. Needs root, but for `host`, which is what Docker's own networks reach.
@@ -57,6 +58,15 @@ struct DockerModeParams
     /// Further variables for docker, to which compose files can refer: `NAME` and `PREFIX_*` of our
     /// environment, and `NAME=value`.
     std::vector<std::string> simulator_environment;
+};
+
+/// What docker mode asks of the machine.
+struct DockerModeHooks
+{
+    DockerModeHooks() = default;
+
+    /// Whether a file exists now: the socket of the display. Default: none does.
+    std::function<bool(std::filesystem::path const&)> exists;
 };
 
 /// How to run a project that has been prepared.
@@ -80,7 +90,8 @@ struct ContainerPlan
 class DockerMode
 {
 public:
-    DockerMode(DockerModeParams params, ProcessHost& processes, TextFiles& files, Clock& clock, Logger log);
+    DockerMode(DockerModeParams params, ProcessHost& processes, TextFiles& files, Clock& clock, Logger log,
+               DockerModeHooks hooks = {});
     ~DockerMode();
 
     /// Finds docker and compose, and removes what an earlier run of this server left behind.

@@ -1,3 +1,4 @@
+#include "core/docker/container_walls.hpp"
 #include "core/docker/docker_project.hpp"
 #include "core/simulation/simulator_choice.hpp"
 #include "core/text.hpp"
@@ -37,6 +38,20 @@ result<> check_templates(SimulationConfig const& config, fs::path const& origin)
                        " in ", fs::absolute(config.containers.directory, ignored).string(),
                        ". Set \"dockerDir\" to the folder of the templates, as config/simulation/docker"));
     return {};
+}
+
+/// Folders of the Python server, and copies of ours from before, have no such list.
+void warn_of_missing_system_calls(Configured<SimulationConfig>& configured, fs::path const& origin)
+{
+    std::error_code ignored;
+    auto const& config = configured.config;
+    auto const file = config.containers.directory / core::system_calls_template;
+    if (config.docker && !fs::exists(file, ignored))
+        configured.warnings.push_back(concat(
+            origin.string(), ": key \"docker\": there is no ", core::system_calls_template, " in ",
+            fs::absolute(config.containers.directory, ignored).string(),
+            ". Simulations may use the system calls that Docker allows: with older releases sockets to "
+            "the host of a virtual machine are among them. Copy it from config/simulation/docker"));
 }
 
 /// Containers have their own Webots.
@@ -113,6 +128,7 @@ result<> check_files(Configured<SessionConfig>& configured, fs::path const& orig
 result<> check_files(Configured<SimulationConfig>& configured, fs::path const& origin)
 {
     warn_of_missing_folders(configured, origin);
+    warn_of_missing_system_calls(configured, origin);
     warn_of_open_secrets(configured.warnings, configured.config.network, configured.config.access, origin);
     for (auto const& checked :
          {check_network(configured.config.network), check_access(configured.config.access),

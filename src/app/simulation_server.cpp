@@ -384,8 +384,13 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     if (config.docker) {
         files = make_text_files();
         container_network = app::choose_container_network(config, instances.parent_path(), log);
+        DockerModeHooks hooks;
+        hooks.exists = [](fs::path const& path) {
+            std::error_code ignored;
+            return fs::exists(path, ignored);
+        };
         docker = std::make_unique<DockerMode>(docker_params(config, instances, container_network, limits),
-                                              *processes, *files, *clock, log);
+                                              *processes, *files, *clock, log, hooks);
         auto const opened = co_await docker->open();
         if (!opened)
             co_return opened.error();

@@ -22,9 +22,9 @@ using core::concat;
 struct DockerMode::Impl
 {
     Impl(DockerModeParams parameters, ProcessHost& processes, TextFiles& text_files, Clock& clock,
-         Logger logger)
+         Logger logger, DockerModeHooks hooks)
         : params(std::move(parameters)), log(std::move(logger)), commands(params, processes, clock),
-          files(params, text_files), cleanup(params, commands, clock, log)
+          files(params, text_files, std::move(hooks)), cleanup(params, commands, clock, log)
     {}
 
     ContainerPlan plan(LaunchSpec const& spec, ContainerProject project) const;
@@ -40,8 +40,9 @@ struct DockerMode::Impl
 };
 
 DockerMode::DockerMode(DockerModeParams params, ProcessHost& processes, TextFiles& files, Clock& clock,
-                       Logger log)
-    : impl_(std::make_unique<Impl>(std::move(params), processes, files, clock, std::move(log)))
+                       Logger log, DockerModeHooks hooks)
+    : impl_(std::make_unique<Impl>(std::move(params), processes, files, clock, std::move(log),
+                                   std::move(hooks)))
 {}
 
 DockerMode::~DockerMode() = default;
@@ -107,8 +108,10 @@ ContainerPlan DockerMode::Impl::plan(LaunchSpec const& spec, ContainerProject pr
         plan.process.container.service = core::simulator_service;
     }
     plan.process.cleanup_command = core::compose_down(engine.compose, file);
-    if (environment.yml.kind == core::ComposeTemplate::competition)
+    if (environment.yml.kind == core::ComposeTemplate::competition) {
         plan.restart_controller = commands.spec(core::compose_restart_controller(engine.compose, file));
+        plan.restart_controller.directory = spec.root; // compose reads files beside its own
+    }
     return plan;
 }
 

@@ -1,5 +1,6 @@
 #include "docker_project_files.hpp"
 
+#include "core/sandbox/visible.hpp"
 #include "core/text.hpp"
 
 #include <webots_cloud/simulation_launcher.hpp>
@@ -51,12 +52,22 @@ DockerProjectFiles::write(LaunchSpec const& spec, std::uint16_t port, std::strin
                    " has no services that can be understood. Its operator has to indent them, one "
                    "below the other, below \"services:\"."));
     core::ContainerWalls walls;
-    walls.host_display = !params_.display.empty();
+    walls.own_display = params_.own_displays;
+    walls.display_socket = display_socket();
     walls.own_network =
         params_.network.reach != ProcessNetwork::Reach::host && !core::chooses_network(*compose_file);
     walls.name_server = params_.name_server;
     walls.limits = params_.limits;
     bool const own = texts.dockerfile && params_.project_dockerfiles;
+    // Of ours nothing but a project's Makefile is run.
+    walls.builds_without_network = walls.own_network && texts.has_makefile && !own;
+    Names names{core::system_calls_template};
+    auto const system_calls = co_await files_.read(params_.templates, std::move(names));
+    if (!system_calls)
+        co_return system_calls.error();
+    walls.system_calls = system_calls->front().has_value();
+    if (walls.system_calls)
+        added.emplace_back(core::system_calls_file_name, *system_calls->front());
     auto const dockerfile = co_await choose_dockerfile(texts, own);
     if (!dockerfile)
         co_return dockerfile.error();
@@ -75,6 +86,12 @@ DockerProjectFiles::write(LaunchSpec const& spec, std::uint16_t port, std::strin
     project.own_network = walls.own_network;
     project.notes = core::unused_file_notes(texts, own);
     co_return project;
+}
+
+std::filesystem::path DockerProjectFiles::display_socket() const
+{
+    auto const socket = core::display_socket(params_.display);
+    return hooks_.exists && hooks_.exists(socket) ? socket : std::filesystem::path();
 }
 
 result<core::DockerEnvironment> DockerProjectFiles::environment(LaunchSpec const& spec, std::uint16_t port,

@@ -9,7 +9,9 @@
 
 #include <boost/asio/awaitable.hpp>
 
+#include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace webots_cloud {
@@ -30,7 +32,9 @@ struct ContainerProject
 class DockerProjectFiles
 {
 public:
-    DockerProjectFiles(DockerModeParams const& params, TextFiles& files) : params_(params), files_(files) {}
+    DockerProjectFiles(DockerModeParams const& params, TextFiles& files, DockerModeHooks hooks)
+        : params_(params), files_(files), hooks_(std::move(hooks))
+    {}
 
     /// Reads the project and our templates, and writes what compose needs. `runtime` is what runs the
     /// containers.
@@ -42,6 +46,7 @@ public:
 private:
     result<core::DockerEnvironment> environment(LaunchSpec const& spec, std::uint16_t port,
                                                 std::string const& runtime) const;
+    std::filesystem::path display_socket() const;
     boost::asio::awaitable<result<std::string>> read_template(std::string name);
     boost::asio::awaitable<result<std::vector<core::ContainerFile>>>
     competition_files(LaunchSpec const& spec);
@@ -49,6 +54,7 @@ private:
 
     DockerModeParams const& params_;
     TextFiles& files_;
+    DockerModeHooks hooks_;
 };
 
 } // namespace webots_cloud

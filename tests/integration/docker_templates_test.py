@@ -1,8 +1,10 @@
 #!/usr/bin/python3
 """The templates of config/simulation/docker, as text: what each service gets. Protocol section 6.3; docker_test.py runs them."""
 
+import json
 import os
 import re
+import socket
 import unittest
 
 TEMPLATES = os.path.join(os.path.dirname(__file__), "..", "..", "config", "simulation", "docker")
@@ -65,6 +67,15 @@ class Templates(unittest.TestCase):
             self.assertIn("      - project:/usr/local/${THEIA_VOLUME}\n", both[service])
         self.assertIn("        WEBOTS_CONTROLLER_URL: participant\n", both["controller"])
         self.assertIn("      PORT: ${PORT}\n", both["controller"])
+
+    def test_the_list_of_system_calls_makes_no_namespaces_and_no_sockets_to_other_machines_but_of_the_internet(self):
+        calls = json.loads(read("seccomp.json"))
+        self.assertEqual(calls["defaultAction"], "SCMP_ACT_ERRNO")
+        plain = {name for rule in calls["syscalls"] if "args" not in rule and rule["action"] == "SCMP_ACT_ALLOW" for name in rule["names"]}
+        self.assertLessEqual({"execve", "fork", "futex", "openat", "rseq", "newfstatat"}, plain)
+        self.assertFalse(plain & {"bpf", "clone", "clone3", "io_uring_setup", "keyctl", "mount", "perf_event_open", "setns", "socket", "unshare"})
+        families = [rule["args"][0]["value"] for rule in calls["syscalls"] if rule["names"] == ["socket"]]
+        self.assertEqual(sorted(families), [socket.AF_UNIX, socket.AF_INET, socket.AF_INET6, socket.AF_NETLINK])
 
     def test_no_service_can_gain_privileges_and_every_volume_is_the_projects_own(self):
         for kind in ("default", "theia", "competition"):

@@ -40,8 +40,9 @@ std::vector<ContainerFile> container_files(ProjectTexts const& project, std::str
     files.emplace_back("docker-compose.yml", std::move(compose_file));
     // Without the files that differ from one simulation to the next, docker builds a project once and caches
     // the image.
-    files.emplace_back(".dockerignore", concat(project.dockerignore, "\n.env\ndocker-compose.yml\n",
-                                               walls_file_name, "\n.dockerignore\n"));
+    files.emplace_back(".dockerignore",
+                       concat(project.dockerignore, "\n.env\ndocker-compose.yml\n", walls_file_name, "\n",
+                              system_calls_file_name, "\n.dockerignore\n"));
     return files;
 }
 

@@ -53,7 +53,8 @@ using ContainerFile = std::pair<std::string, std::string>;
 result<std::vector<ContainerFile>> competition_files(CompetitionTexts const& texts, std::string const& world,
                                                      std::string_view server);
 
-/// The files for compose and docker, whatever is being run. `dockerfile` is the one to build with.
+/// The files for compose and docker, whatever is being run, without the operator's list of system calls.
+/// `dockerfile` is the one to build with.
 std::vector<ContainerFile> container_files(ProjectTexts const& project, std::string dockerfile,
                                            std::string env_file, std::string compose_file,
                                            ContainerWalls const& walls);

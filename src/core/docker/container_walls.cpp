@@ -78,6 +78,17 @@ std::string_view version_line(std::string_view compose_file)
     return {};
 }
 
+/// Lines of a service that has mounted the folder with the sockets of all displays: in its place it gets an
+/// empty one, and there the socket that it may use.
+std::string display_lines(std::filesystem::path const& socket)
+{
+    auto text = concat("    volumes:\n      - type: tmpfs\n        target: ", display_folder, "\n");
+    if (!socket.empty())
+        text.append(concat("      - type: bind\n        source: ", socket.native(),
+                           "\n        target: ", socket.native(), "\n        read_only: true\n"));
+    return text;
+}
+
 /// Lines of a service. There is no swap besides the memory, as without containers.
 std::string limit_lines(ProcessLimits const& limits)
 {
@@ -129,13 +140,21 @@ std::string walls_file(std::string_view compose_file, ContainerWalls const& wall
         text.append(concat("  ", name, ":\n"));
         text.append(name == editor ? "    cap_drop: [MKNOD, NET_RAW]\n" : "    cap_drop: [ALL]\n");
         text.append("    security_opt:\n      - no-new-privileges:true\n");
+        if (walls.system_calls && name != editor && lines.find("seccomp") == std::string::npos)
+            text.append(concat("      - seccomp:", system_calls_file_name, "\n"));
+        if (walls.builds_without_network && name == simulator_service &&
+            lines.find("build:") != std::string::npos && lines.find("network:") == std::string::npos)
+            text.append("    build:\n      network: none\n");
         if (walls.own_network && (name == simulator_service || name == controller))
             text.append("    network_mode: none\n");
         if (walls.own_network && name == simulator_service && !walls.name_server.empty())
             text.append(concat("    dns: [", walls.name_server, "]\n"));
+        // Xvfb does not tell a first process that it is ready, and `xvfb-run` would wait for that forever.
+        if (walls.own_display && name == simulator_service)
+            text.append("    init: true\n");
         text.append(limit_lines(walls.limits));
-        if (!walls.host_display && lines.find(display_folder) != std::string::npos)
-            text.append(concat("    volumes:\n      - type: tmpfs\n        target: ", display_folder, "\n"));
+        if (lines.find(display_folder) != std::string::npos)
+            text.append(display_lines(walls.display_socket));
     }
     return text;
 }

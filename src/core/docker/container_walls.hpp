@@ -3,6 +3,7 @@
 
 #include <webots_cloud/process_limits.hpp>
 
+#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -11,6 +12,10 @@ namespace webots_cloud::core {
 
 /// Its text lies beside `docker-compose.yml`, and is read by compose after that.
 inline constexpr char walls_file_name[] = "docker-compose.walls.yml";
+/// The copy of `system_calls_template` beside it.
+inline constexpr char system_calls_file_name[] = "docker-compose.seccomp.json";
+/// The operator's list of the system calls that containers may use.
+inline constexpr char system_calls_template[] = "seccomp.json";
 
 /// The names of the services of a compose file, as people write them: keys below `services:`, all indented
 /// alike. Empty: it can't be understood.
@@ -20,9 +25,16 @@ struct ContainerWalls
 {
     ContainerWalls() = default;
 
-    bool host_display = true; ///< They may draw on the X display of the machine.
+    bool own_display = false; ///< The simulator starts an X server of its own, by `xvfb-run`.
+    /// The socket of the X display of the machine that they may draw on; they see no other. Empty: none.
+    std::filesystem::path display_socket;
     bool own_network =
         false; ///< The simulator gets its network from us, and the controller of a competition none.
+    /// Nothing is reached while the image is built, unless the operator has chosen a network for that.
+    bool builds_without_network = false;
+    /// There is a list of system calls, for all services but the editor and those for which the operator has
+    /// chosen another.
+    bool system_calls = false;
     std::string name_server; ///< Of that network; empty: none.
     ProcessLimits limits;    ///< Of each container; that of disk is each file's.
 };

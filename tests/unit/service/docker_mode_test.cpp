@@ -87,8 +87,8 @@ std::string joined(Texts const& argv)
 /// A simulation server that runs containers, on fakes. At its end nothing may be left.
 struct Fixture
 {
-    explicit Fixture(DockerModeParams params = docker_params())
-        : docker(std::move(params), processes, files, world.clock, log.logger()),
+    explicit Fixture(DockerModeParams params = docker_params(), DockerModeHooks hooks = {})
+        : docker(std::move(params), processes, files, world.clock, log.logger(), std::move(hooks)),
           fetcher(fetcher_params(), {Forge("https://github.com", source)}, log.logger()),
           launcher(launcher_params(), processes, world.clock, log.logger(), &docker),
           service(service_params(), fetcher, launcher, metrics, world.clock, log.logger())
@@ -467,6 +467,41 @@ BOOST_AUTO_TEST_CASE(a_template_whose_services_cannot_be_found_is_not_run_withou
     fixture.leave(browser);
 }
 
+BOOST_AUTO_TEST_CASE(the_operators_list_of_system_calls_lies_beside_the_project)
+{
+    Fixture fixture;
+    fixture.open();
+    fixture.files.texts["/templates/seccomp.json"] = "{}";
+    fixture.processes.expect().prints("webots-1  | .\n");
+    fixture.expect_commands(looks + 2);
+    fixture.leave(fixture.start());
+    BOOST_TEST(fixture.written("docker-compose.seccomp.json") == "{}");
+    BOOST_TEST(fixture.written("docker-compose.walls.yml").find("- seccomp:docker-compose.seccomp.json\n") !=
+               std::string::npos);
+}
+
+BOOST_AUTO_TEST_CASE(the_socket_of_the_display_is_shown_while_it_is_there)
+{
+    for (bool const there : {false, true}) {
+        auto params = docker_params();
+        params.display = ":3";
+        DockerModeHooks hooks;
+        hooks.exists = [there](std::filesystem::path const& path) {
+            return there && path == "/tmp/.X11-unix/X3";
+        };
+        Fixture fixture(params, hooks);
+        fixture.open();
+        fixture.files.texts["/templates/docker-compose-default.yml"] =
+            "services:\n  webots:\n    volumes:\n      - /tmp/.X11-unix:/tmp/.X11-unix\n";
+        fixture.processes.expect().prints("webots-1  | .\n");
+        fixture.expect_commands(looks + 2);
+        fixture.leave(fixture.start());
+        auto const& walls = fixture.written("docker-compose.walls.yml");
+        BOOST_TEST(walls.find("target: /tmp/.X11-unix\n") != std::string::npos);
+        BOOST_TEST((walls.find("source: /tmp/.X11-unix/X3\n") != std::string::npos) == there);
+    }
+}
+
 BOOST_AUTO_TEST_CASE(a_missing_template_is_named)
 {
     for (std::string const name : {"docker-compose-default.yml", "Dockerfile.default"}) {
@@ -719,7 +754,7 @@ BOOST_AUTO_TEST_CASE(whatever_fails_exactly_one_error_is_told_and_nothing_is_lef
     auto const files = [](Fixture& fixture) -> testing::Fuse& { return fixture.files.fuse; };
     auto const processes = [](Fixture& fixture) -> testing::Fuse& { return fixture.processes.fuse; };
     BOOST_TEST(run_until_nothing_blows(files) ==
-               6); // project, compose file, competition, launcher, Dockerfile; all written
+               7); // project, compose file, competition, launcher, system calls, Dockerfile; all written
     BOOST_TEST(run_until_nothing_blows(processes) == 6); // a port, compose, a restart, three listings
 }
 

@@ -65,13 +65,15 @@ BOOST_AUTO_TEST_CASE(docker_caches_a_project_whatever_its_simulation_is_called)
     auto const files =
         container_files(ProjectTexts(texts), "FROM x", "PORT=1", "services:", ContainerWalls());
     BOOST_TEST(
-        (files == std::vector<ContainerFile>{
-                      {"Dockerfile", "FROM x"},
-                      {".env", "PORT=1"},
-                      {"docker-compose.walls.yml", "\nservices:\n"},
-                      {"docker-compose.yml", "services:"},
-                      {".dockerignore",
-                       "build\n.env\ndocker-compose.yml\ndocker-compose.walls.yml\n.dockerignore\n"}}));
+        (files ==
+         std::vector<ContainerFile>{
+             {"Dockerfile", "FROM x"},
+             {".env", "PORT=1"},
+             {"docker-compose.walls.yml", "\nservices:\n"},
+             {"docker-compose.yml", "services:"},
+             {".dockerignore",
+              "build\n.env\ndocker-compose.yml\ndocker-compose.walls.yml\ndocker-compose.seccomp.json\n"
+              ".dockerignore\n"}}));
 }
 
 BOOST_AUTO_TEST_CASE(the_browser_is_told_of_files_that_are_not_used)

@@ -46,6 +46,9 @@ BOOST_AUTO_TEST_CASE(each_service_loses_its_capabilities_but_the_editor_which_is
                                                             "    cap_drop: [ALL]\n"
                                                             "    security_opt:\n"
                                                             "      - no-new-privileges:true\n"
+                                                            "    volumes:\n"
+                                                            "      - type: tmpfs\n"
+                                                            "        target: /tmp/.X11-unix\n"
                                                             "  controller:\n"
                                                             "    cap_drop: [ALL]\n"
                                                             "    security_opt:\n"
@@ -58,13 +61,37 @@ BOOST_AUTO_TEST_CASE(each_service_loses_its_capabilities_but_the_editor_which_is
 
 BOOST_AUTO_TEST_CASE(sockets_of_displays_are_covered_where_they_would_be_seen)
 {
-    ContainerWalls walls;
-    walls.host_display = false;
-    auto const text = walls_file(competition, walls);
+    auto const text = walls_file(competition, ContainerWalls());
     constexpr char const* cover = "    volumes:\n      - type: tmpfs\n        target: /tmp/.X11-unix\n";
     auto const found = text.find(cover);
     BOOST_TEST(found < text.find("  controller:"));
     BOOST_TEST(text.find(cover, found + 1) == std::string::npos);
+}
+
+BOOST_AUTO_TEST_CASE(of_the_sockets_of_displays_the_one_that_is_meant_is_seen)
+{
+    ContainerWalls walls;
+    walls.display_socket = "/tmp/.X11-unix/X1";
+    auto const text = walls_file(competition, walls);
+    auto const found = text.find("      - type: tmpfs\n"
+                                 "        target: /tmp/.X11-unix\n"
+                                 "      - type: bind\n"
+                                 "        source: /tmp/.X11-unix/X1\n"
+                                 "        target: /tmp/.X11-unix/X1\n"
+                                 "        read_only: true\n");
+    BOOST_TEST(found < text.find("  controller:"));
+    BOOST_TEST(text.find("bind", found + 100) == std::string::npos);
+}
+
+BOOST_AUTO_TEST_CASE(a_simulator_that_starts_its_display_is_not_the_first_process)
+{
+    ContainerWalls walls;
+    BOOST_TEST(walls_file(competition, walls).find("init") == std::string::npos);
+    walls.own_display = true;
+    auto const text = walls_file(competition, walls);
+    auto const found = text.find("    init: true\n");
+    BOOST_TEST(found < text.find("  controller:"));
+    BOOST_TEST(text.find("init", found + 10) == std::string::npos);
 }
 
 BOOST_AUTO_TEST_CASE(simulators_get_their_network_from_us_and_controllers_none)
@@ -88,6 +115,36 @@ BOOST_AUTO_TEST_CASE(a_network_that_the_operator_has_chosen_is_seen)
     BOOST_TEST(chooses_network("services:\n  webots:\n    network_mode: host\n"));
     BOOST_TEST(chooses_network("services:\n  webots:\n    networks: [lab]\n"));
     BOOST_TEST(!chooses_network("services:\n  webots:\n    image: x\n  other:\n    networks: [lab]\n"));
+}
+
+BOOST_AUTO_TEST_CASE(services_may_use_the_system_calls_of_a_list)
+{
+    ContainerWalls walls;
+    BOOST_TEST(walls_file(competition, walls).find("seccomp") == std::string::npos);
+    walls.system_calls = true;
+    auto const text = walls_file(competition, walls);
+    constexpr char const* line = "      - no-new-privileges:true\n"
+                                 "      - seccomp:docker-compose.seccomp.json\n";
+    auto const first = text.find(line);
+    BOOST_TEST(first < text.find("  controller:"));
+    auto const second = text.find(line, first + 1);
+    BOOST_TEST(second < text.find("  theia:"));
+    BOOST_TEST(text.rfind("seccomp") < text.find("  theia:"));
+    BOOST_TEST(walls_file("services:\n  webots:\n    security_opt:\n      - seccomp:unconfined\n", walls)
+                   .find("seccomp") == std::string::npos);
+}
+
+BOOST_AUTO_TEST_CASE(images_are_built_without_a_network_where_the_operator_has_not_chosen_one)
+{
+    ContainerWalls walls;
+    walls.builds_without_network = true;
+    constexpr char const* line = "    build:\n      network: none\n";
+    auto const built = "services:\n  webots:\n    build:\n      context: .\n";
+    BOOST_TEST(walls_file(built, walls).find(line) != std::string::npos);
+    BOOST_TEST(walls_file(std::string(built) + "      network: lab\n", walls).find(line) ==
+               std::string::npos);
+    BOOST_TEST(walls_file("services:\n  webots:\n    image: x\n", walls).find(line) == std::string::npos);
+    BOOST_TEST(walls_file(built, ContainerWalls()).find(line) == std::string::npos);
 }
 
 BOOST_AUTO_TEST_CASE(each_service_gets_the_limits_of_a_simulation)
