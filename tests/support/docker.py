@@ -39,9 +39,34 @@ def compose_command():
 
 
 def libraries_of(program):
-    """The libraries that a program loads."""
+    """The libraries that a program loads; none of a file that is no program."""
+    with open(program, "rb") as file:
+        if file.read(4) != b"\x7fELF":
+            return []
     said = subprocess.run(["ldd", program], capture_output=True, text=True, check=True).stdout
     return [word for word in said.split() if word.startswith("/")]
+
+
+def python_files(*modules):
+    """The machine's own Python, as far as a script with these modules needs it."""
+    list_them = f"""import sys, {', '.join(modules)}
+for each in list(sys.modules.values()):
+    print(getattr(each, '__file__', None) or '')"""
+    said = subprocess.run(["/usr/bin/python3", "-I", "-c", list_them], capture_output=True, text=True, check=True).stdout
+    return ["/usr/bin/python3", *sorted({path for path in said.split("\n") if path.startswith("/usr/lib/python3.")})]
+
+
+def files_below(folder):
+    return [os.path.join(path, name) for path, _, names in os.walk(folder) for name in names]
+
+
+def xvfb_files():
+    """What `xvfb-run` needs; SkipTest where it is not installed."""
+    programs = ("xvfb-run", "Xvfb", "xkbcomp", "xauth", "getopt", "mktemp", "mcookie", "touch", "rm")
+    found = {name: shutil.which(name, path=PATH) for name in programs}
+    if not all(found.values()):
+        raise unittest.SkipTest(f"{', '.join(name for name in found if not found[name])} is missing (packages xvfb and xauth)")
+    return [*found.values(), *files_below("/usr/share/X11/xkb")]
 
 
 class DockerDaemon(Startable):

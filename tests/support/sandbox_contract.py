@@ -380,7 +380,8 @@ class Contract:
         if seen:
             cls.judged[name] = DONE
         elif outcomes[name] == DONE:
-            cls.judged[name] = "private"
+            # Whether a container has a terminal of that name depends on how many terminals this machine has.
+            cls.judged[name] = "ENOENT" if name == "write_to_terminal" else "private"
 
     @classmethod
     def is_in_file(cls, path):
