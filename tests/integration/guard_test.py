@@ -238,8 +238,22 @@ def has_clone3():
     return ctypes.get_errno() == errno.EINVAL
 
 
+# Where all mounts are shared, as with systemd: prints how a program under a guard ended, and whether anything was mounted meanwhile.
+SEE_MOUNTS = """
+import select, subprocess, sys
+mounts = open("/proc/self/mountinfo")
+changes = select.poll()
+changes.register(mounts, select.POLLPRI)
+mounts.read()
+changes.poll(0)
+guard = subprocess.Popen(sys.argv[1:], stdin=subprocess.PIPE)
+guard.wait()
+print("mounted" if changes.poll(0) else "nothing mounted")
+"""
+
+
 class Networks(unittest.TestCase):
-    """What can't be made is named, and the program is not started."""
+    """What can't be made is named, and the program is not started. What is made is seen by nobody else."""
 
     def setUp(self):
         self.slirp, self.ip = (shutil.which(each, path="/usr/bin:/usr/sbin:/bin:/sbin") for each in ("slirp4netns", "ip"))
@@ -259,6 +273,16 @@ class Networks(unittest.TestCase):
 
     def test_a_slirp4netns_that_does_not_start(self):
         self.assertRegex(self.reason("/bin/false", ""), "slirp4netns does not work")
+
+    def test_a_network_mounts_nothing_that_others_see(self):
+        """slirp4netns covers /tmp, which would hide the files of everybody for a moment."""
+        shared = ["unshare", "--mount", "--propagation", "shared"]
+        if subprocess.run([*shared, "true"], stderr=subprocess.DEVNULL).returncode != 0:
+            self.skipTest("a mount namespace needs root")
+        with tempfile.NamedTemporaryFile("w") as rules:
+            guard = [program("webots-process-guard"), "--network", "internet", "0", self.slirp, self.ip, rules.name, "200", "/bin/echo", "ran"]
+            done = subprocess.run([*shared, sys.executable, "-c", SEE_MOUNTS, *guard], stdout=subprocess.PIPE, text=True, timeout=60)
+        self.assertEqual(done.stdout, "ran\nnothing mounted\n")
 
 
 class WithoutPrivileges(Guard):
