@@ -127,7 +127,7 @@ bool apply_rules_in(int other, Network const& network)
     else if (setns(other, CLONE_NEWNET) != 0)
         problem = std::strerror(errno);
     if (!problem)
-        relay(acceptor, network.port);
+        serve(acceptor, network);
     std::printf("can't make the network of the container: %s\n", problem);
     std::fflush(stdout);
     _exit(1);
@@ -163,7 +163,7 @@ void run_beside_container(Program const& program, Execute execute)
     auto const& container = program.container;
     // The server announces a simulator in a container by what it prints, which may come before its network is
     // complete: browsers wait meanwhile.
-    int const acceptor = bind_port(program.network.port);
+    int const acceptor = bind_for(program.network);
     if (acceptor < 0 || !start_listening(acceptor)) {
         std::printf("can't listen on port %d: %s\n", program.network.port, std::strerror(errno));
         finish(1);

@@ -2,7 +2,7 @@
 // the server that asked for it.
 //
 //     webots-process-guard [--cleanup COUNT WORD...] [--set-user-id]
-//                          [--network none PORT | --network internet PORT SLIRP IP RULES]
+//                          [--network none PORT | --network internet PORT SLIRP IP RULES] [--broker SOCKET]
 //                          [--group FOLDER]... [--limit NAME NUMBER]...
 //                          [--container DOCKER PROJECT SERVICE] [--own-sandbox FOLDER] [--own-displays]
 //                          [--open NUMBER FILE]...
@@ -37,7 +37,9 @@
 // --network gives the tree a network of its own: with "none" it reaches nothing, with "internet" what
 // slirp4netns (SLIRP) passes on and the lines of the file RULES, executed by `ip -batch` (IP) in that
 // network, do not forbid. Connections to PORT of the machine are relayed to the same port in there, once
-// somebody listens on it. If the network can't be made, the program is not started.
+// somebody listens on it. With --broker no port of the machine is opened: whoever connects to the Unix socket
+// SOCKET, which the guard makes and removes, is sent a socket that is connected to PORT in there. If the
+// network can't be made, the program is not started.
 //
 // --container: the program is compose, which has Docker start a container for SERVICE of PROJECT without a
 // network. The network is that container's: see container_network.hpp. The tree gets no namespaces, since
@@ -378,6 +380,15 @@ bool take_option(int& argc, char**& argv, char const* option)
     return given;
 }
 
+/// Takes an option with one word out of our command line.   Returns: the word, or null.
+char const* take_word(int& argc, char**& argv, char const* option)
+{
+    if (argc < 2 || !take_option(argc, argv, option))
+        return nullptr;
+    --argc;
+    return *argv++;
+}
+
 /// Takes the options of the network out of our command line.   Returns: false when they are malformed.
 bool take_network(int& argc, char**& argv, webots_cloud::guard::Network& network)
 {
@@ -399,16 +410,8 @@ bool take_network(int& argc, char**& argv, webots_cloud::guard::Network& network
     }
     argc -= words;
     argv += words;
+    network.broker = take_word(argc, argv, "--broker");
     return true;
-}
-
-/// Takes an option with one word out of our command line.   Returns: the word, or null.
-char const* take_word(int& argc, char**& argv, char const* option)
-{
-    if (argc < 2 || !take_option(argc, argv, option))
-        return nullptr;
-    --argc;
-    return *argv++;
 }
 
 /// Takes the options of a container out of our command line.   Returns: false when they are malformed.
@@ -572,6 +575,8 @@ int main(int argc, char** argv)
     }
     Guard guard(started, std::strtol(argv[0], nullptr, 10), owner);
     int const status = guard.watch(signals);
+    if (program.network.broker)
+        unlink(program.network.broker);
     if (guard.is_abandoned())
         webots_cloud::guard::remove_groups(program.limits);
     if (cleanup_command)

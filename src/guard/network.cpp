@@ -163,13 +163,25 @@ bool attach_slirp(Network const& network, pid_t inside)
     return attached;
 }
 
+int bind_for(Network const& network)
+{
+    return network.broker ? bind_broker(network.broker) : bind_port(network.port);
+}
+
+void serve(int acceptor, Network const& network)
+{
+    if (network.broker)
+        hand_out(acceptor, network.port);
+    relay(acceptor, network.port);
+}
+
 bool NetworkSetup::prepare()
 {
     if (!network_.is_own())
         return true;
     if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends_) != 0)
         return false;
-    acceptor_ = network_.port > 0 ? bind_port(network_.port) : -1;
+    acceptor_ = network_.port > 0 ? bind_for(network_) : -1;
     return network_.port == 0 || acceptor_ >= 0;
 }
 
@@ -195,7 +207,7 @@ NetworkFailure NetworkSetup::complete_inside()
     if (child == 0) {
         prctl(PR_SET_PDEATHSIG, SIGKILL); // without a PID namespace nothing else ends it with the tree
         let_go_of_input_and_output();
-        relay(acceptor_, network_.port);
+        serve(acceptor_, network_);
     }
     close(acceptor_);
     return child > 0 ? NetworkFailure::nothing : NetworkFailure::relay;

@@ -18,6 +18,9 @@ struct Network
     Reach reach = Reach::host;
     /// Connections to this port of the machine reach the same port of the program.
     int port = 0;
+    /// Instead of the machine's port: a Unix socket, to be made, that hands out sockets connected to the
+    /// program's. Null: there is none.
+    char const* broker = nullptr;
     char const* slirp = nullptr; ///< `slirp4netns`, absolute.
     char const* ip = nullptr;    ///< `ip` of iproute2, absolute.
     char const* rules = nullptr; ///< A file of lines for `ip -batch`, applied in the new network.
@@ -43,6 +46,12 @@ bool ends_well(pid_t child);
 
 /// Carries the lines of the file `rules` out in the network that we are in, as `ip -batch` does.
 bool apply_rules(char const* ip, char const* rules);
+
+/// The socket on which the program is reached from outside, bound.   -1: `errno` says why not.
+int bind_for(Network const& network);
+
+/// In the network of the program, on a socket of `bind_for`: `relay` or `hand_out`.
+[[noreturn]] void serve(int acceptor, Network const& network);
 
 /// Starts slirp4netns, which passes on what the processes of the network of `inside` send as connections of
 /// its own. It is our child, and ends with us. Returns when it works.

@@ -6,6 +6,7 @@
 #include <poll.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -14,6 +15,7 @@
 #include <csignal>
 #include <cstdint>
 #include <cstdio>
+#include <cstring>
 #include <memory>
 #include <vector>
 
@@ -23,6 +25,8 @@ namespace {
 // Webots serves a browser with a WebSocket, a stream of pictures and a few files at a time.
 constexpr std::size_t max_connections = 128;
 constexpr int listening_check_ms = 25;
+constexpr int connect_limit_ms = 10'000; // of a program that accepts nothing
+constexpr int pause_ms = 100;            // of descriptors, say, that are used up
 constexpr int backlog = 64;
 constexpr unsigned state_listen = 10; // TCP_LISTEN, as /proc/net/tcp has it
 
@@ -180,6 +184,50 @@ void accept_one(int acceptor, int port, std::vector<std::unique_ptr<Connection>>
         connections.push_back(std::make_unique<Connection>(outside, inside));
 }
 
+/// A socket that is connected to the program; -1: it does not answer.
+int connected_inside(int port)
+{
+    int const made = connect_inside(port);
+    pollfd watched{made, POLLOUT, 0};
+    int error = 0;
+    socklen_t size = sizeof error;
+    if (made >= 0 && poll(&watched, 1, connect_limit_ms) == 1 &&
+        getsockopt(made, SOL_SOCKET, SO_ERROR, &error, &size) == 0 && error == 0)
+        return made;
+    close(made);
+    return -1;
+}
+
+void send_descriptor(int to, int descriptor)
+{
+    char byte = 0;
+    iovec part{&byte, 1};
+    alignas(cmsghdr) char control[CMSG_SPACE(sizeof descriptor)] = {};
+    msghdr message{};
+    message.msg_iov = &part;
+    message.msg_iovlen = 1;
+    message.msg_control = control;
+    message.msg_controllen = sizeof control;
+    cmsghdr* const header = CMSG_FIRSTHDR(&message);
+    header->cmsg_level = SOL_SOCKET;
+    header->cmsg_type = SCM_RIGHTS;
+    header->cmsg_len = CMSG_LEN(sizeof descriptor);
+    std::memcpy(CMSG_DATA(header), &descriptor, sizeof descriptor);
+    sendmsg(to, &message, MSG_NOSIGNAL | MSG_DONTWAIT);
+}
+
+/// Of both ways to serve. Nobody may trace us, and we end with our namespace. Returns once the program
+/// listens.
+void begin_to_serve(int acceptor, int port)
+{
+    prctl(PR_SET_DUMPABLE, 0);
+    prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
+    std::signal(SIGTERM, SIG_IGN);
+    await_listener(static_cast<unsigned>(port));
+    if (!start_listening(acceptor))
+        _exit(1);
+}
+
 } // namespace
 
 int bind_port(int port)
@@ -203,6 +251,25 @@ int bind_port(int port)
     return -1;
 }
 
+int bind_broker(char const* path)
+{
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    if (std::strlen(path) >= sizeof address.sun_path) {
+        errno = ENAMETOOLONG;
+        return -1;
+    }
+    std::strcpy(address.sun_path, path);
+    unlink(path); // of a guard that was killed
+    int const made = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    if (made >= 0 && bind(made, reinterpret_cast<sockaddr const*>(&address), sizeof address) == 0)
+        return made;
+    int const error = errno;
+    close(made);
+    errno = error;
+    return -1;
+}
+
 bool start_listening(int acceptor)
 {
     int const on = 1;
@@ -212,12 +279,7 @@ bool start_listening(int acceptor)
 
 void relay(int acceptor, int port)
 {
-    prctl(PR_SET_DUMPABLE, 0);
-    prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
-    std::signal(SIGTERM, SIG_IGN); // it ends with its namespace
-    await_listener(static_cast<unsigned>(port));
-    if (!start_listening(acceptor))
-        _exit(1);
+    begin_to_serve(acceptor, port);
     std::vector<std::unique_ptr<Connection>> connections;
     std::vector<pollfd> watched;
     for (;;) {
@@ -234,6 +296,23 @@ void relay(int acceptor, int port)
         connections.erase(std::remove(connections.begin(), connections.end(), nullptr), connections.end());
         if ((watched.back().revents & POLLIN) != 0)
             accept_one(acceptor, port, connections);
+    }
+}
+
+void hand_out(int acceptor, int port)
+{
+    begin_to_serve(acceptor, port);
+    for (;;) {
+        int const asker = accept4(acceptor, nullptr, nullptr, SOCK_CLOEXEC);
+        if (asker < 0) {
+            poll(nullptr, 0, pause_ms);
+            continue;
+        }
+        int const inside = connected_inside(port);
+        if (inside >= 0)
+            send_descriptor(asker, inside);
+        close(inside);
+        close(asker);
     }
 }
 

@@ -1,4 +1,4 @@
-// Passes connections from a port of the machine on to the same port of the program's own network.
+// Leads from the machine to a port of the program's own network: passes connections on, or hands sockets out.
 #pragma once
 
 namespace webots_cloud::guard {
@@ -7,8 +7,12 @@ namespace webots_cloud::guard {
 /// it, and whoever connects is refused.   -1: `errno` says why not.
 int bind_port(int port);
 
-/// From now on connections to a socket of `bind_port` are made, and wait for `relay`, which calls this
-/// itself. False: `errno` says why not.
+/// Binds a Unix socket, and does not listen yet. What is there by that name is removed: its folder is the
+/// server's alone.   -1: `errno` says why not.
+int bind_broker(char const* path);
+
+/// From now on connections to a socket of `bind_port` or `bind_broker` are made, and wait for `relay` or
+/// `hand_out`, which call this themselves. False: `errno` says why not.
 bool start_listening(int acceptor);
 
 /// Waits until somebody listens on `port` in our own network namespace. Then accepts connections on
@@ -17,5 +21,10 @@ bool start_listening(int acceptor);
 ///
 /// Nobody may trace us from now on: who had our sockets would have the network of the machine.
 [[noreturn]] void relay(int acceptor, int port);
+
+/// As `relay`, on a socket of `bind_broker`; but whoever connects gets a socket that is connected to the
+/// program (SCM_RIGHTS), and then the end of the conversation; the end alone when the program can't be
+/// reached. No byte of theirs passes through us, and no port of the machine is open.
+[[noreturn]] void hand_out(int acceptor, int port);
 
 } // namespace webots_cloud::guard

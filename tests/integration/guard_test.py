@@ -5,6 +5,7 @@ Every case runs as the user of the tests, as an unprivileged user, and where PID
 Protocol section 6.5, quirk Q10.
 """
 
+import contextlib
 import ctypes
 import errno
 import os
@@ -223,12 +224,44 @@ class Guard(unittest.TestCase):
                              options=("--open", "7", file, "--open", "8", "/nowhere", "--open", "9", file))
         self.assertEqual(started.stdout.read(), "the text\nthe text beside\n0 1 2 3 7 8 9 ")
 
+    def test_a_program_with_a_network_of_its_own_is_reached_by_sockets_alone_that_are_handed_out(self):
+        self.require_namespace()
+        folder = tempfile.mkdtemp(prefix="broker_", dir=self.folder)
+        if self.user:
+            os.chown(folder, self.user, self.user)
+        broker = os.path.join(folder, "socket")
+        with socket.create_server(("127.0.0.1", 0)) as free:
+            port = free.getsockname()[1]  # nobody listens on it once this is closed
+        speak = f"import socket; s = socket.create_server(('127.0.0.1', {port})); c = s.accept()[0]; c.sendall(b'hello'); c.recv(1)"
+        started = self.start(f'exec /usr/bin/python3 -c "{speak}"', options=["--network", "none", str(port), "--broker", broker])
+        with contextlib.closing(wait_until(lambda: handed_out(broker), "no socket is handed out")) as inside:
+            with self.assertRaises(ConnectionRefusedError):
+                socket.create_connection(("127.0.0.1", port))
+            self.assertEqual(inside.recv(5, socket.MSG_WAITALL), b"hello")
+            inside.sendall(b"x")  # and the program ends
+            self.assertEqual(started.wait(30), 0)
+        self.assertEqual(os.listdir(folder), [])
+
     def test_the_programs_number_is_unique_outside(self):
         self.require_namespace()
         if not has_clone3():
             self.skipTest("clone3, which gives a process its number, is not allowed here")
         started = self.start("echo $$")
         self.assertEqual(started.stdout.read(), f"{started.pid}\n")
+
+
+def handed_out(broker):
+    """The socket that comes from a broker; None: it does not listen yet."""
+    with socket.socket(socket.AF_UNIX) as asker:
+        asker.settimeout(30)
+        try:
+            asker.connect(broker)
+        except OSError:
+            return None
+        _, descriptors, _, _ = socket.recv_fds(asker, 1, 1)
+        made = socket.socket(fileno=descriptors[0])
+        made.settimeout(30)
+        return made
 
 
 def has_clone3():

@@ -34,6 +34,10 @@ struct ProcessNetwork
     /// With a network of their own: connections to this port of the machine, on all of its IPv4 addresses,
     /// reach the same port in there, once somebody listens on it. 0: none do.
     std::uint16_t port = 0;
+    /// Not empty, with a network of their own: that port of the machine stays closed. Instead there is a Unix
+    /// socket of this name, from the time when somebody in there listens on `port`, that answers each
+    /// connection with a socket connected to it (SCM_RIGHTS). Only we may enter its folder; absolute.
+    std::filesystem::path broker;
     std::filesystem::path slirp; ///< `slirp4netns`, absolute; for `internet`.
     std::filesystem::path ip;    ///< `ip` of iproute2, absolute; for `internet`.
     std::filesystem::path rules; ///< A file of lines for `ip -batch`, carried out in there; for `internet`.
@@ -171,7 +175,8 @@ public:
     virtual void terminate() noexcept = 0;
 
     /// The lowest TCP port from `first` to `last` that some process of the tree listens on; 0: none. Only the
-    /// processes that are nearest to the root are looked at, in bounded number.
+    /// processes that are nearest to the root are looked at, in bounded number. Of a tree with a network of
+    /// its own only the port of that is known.
     virtual boost::asio::awaitable<std::uint16_t> listening_port(std::uint16_t first, std::uint16_t last) = 0;
 
     /// What the tree has consumed until now; once it is gone, what the kernel has refused it. The process may

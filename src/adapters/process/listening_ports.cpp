@@ -12,6 +12,7 @@
 
 #include <array>
 #include <charconv>
+#include <cstdio>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -145,6 +146,26 @@ std::uint16_t listening_port(pid_t root, std::uint16_t first, std::uint16_t last
 bool has_listener(std::uint16_t port)
 {
     return !listening_sockets(port, port).empty();
+}
+
+bool has_listener(std::string const& unix_socket)
+{
+    constexpr unsigned accepts = 1U << 16; // __SO_ACCEPTCON
+    std::unique_ptr<std::FILE, int (*)(std::FILE*)> const table(std::fopen("/proc/net/unix", "re"),
+                                                                std::fclose);
+    std::array<char, 512> line;
+    while (table && std::fgets(line.data(), line.size(), table.get())) {
+        unsigned flags = 0;
+        int name = 0;
+        if (std::sscanf(line.data(), "%*s %*x %*x %x %*x %*x %*u %n", &flags, &name) != 1 || name == 0)
+            continue;
+        std::string_view found(line.data() + name);
+        if (found.ends_with('\n'))
+            found.remove_suffix(1);
+        if ((flags & accepts) != 0 && found == unix_socket)
+            return true;
+    }
+    return false;
 }
 
 } // namespace webots_cloud::adapters

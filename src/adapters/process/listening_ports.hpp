@@ -4,6 +4,7 @@
 #include <sys/types.h>
 
 #include <cstdint>
+#include <string>
 
 namespace webots_cloud::adapters {
 
@@ -19,5 +20,8 @@ std::uint16_t listening_port(pid_t root, std::uint16_t first, std::uint16_t last
 
 /// Whether anybody listens on the port in our network.
 bool has_listener(std::uint16_t port);
+
+/// Whether anybody in our network listens on the Unix socket that was bound by this name.
+bool has_listener(std::string const& unix_socket);
 
 } // namespace webots_cloud::adapters

@@ -118,9 +118,11 @@ struct FindPort
 {
     std::uint16_t operator()() const
     {
-        return relayed == 0                      ? adapters::listening_port(root, first, last)
-               : adapters::has_listener(relayed) ? relayed
-                                                 : std::uint16_t{0};
+        if (relayed == 0)
+            return adapters::listening_port(root, first, last);
+        bool const listens =
+            broker.empty() ? adapters::has_listener(relayed) : adapters::has_listener(broker);
+        return listens ? relayed : std::uint16_t{0};
     }
 
     pid_t root;
@@ -129,6 +131,7 @@ struct FindPort
     /// Not 0: the port that the guard keeps for a tree with a network of its own, and listens on when the
     /// tree does. Nobody else can.
     std::uint16_t relayed;
+    std::string broker; ///< Not empty: the Unix socket that the guard listens on in place of the port.
 };
 
 struct TakeUsage
@@ -199,11 +202,13 @@ class GuardedProcess final : public Process
 {
 public:
     GuardedProcess(process::process guard, adapters::FileDescriptor control, asio::readable_pipe output,
-                   std::shared_ptr<InspectionThreads> inspection, std::uint16_t relayed_port,
+                   std::shared_ptr<InspectionThreads> inspection, ProcessNetwork const& network,
                    ProcessLimits const& limits, std::shared_ptr<OwnGroup const> group)
         : guard_(std::move(guard)), control_(std::move(control)), output_(std::move(output)),
-          inspection_(std::move(inspection)), relayed_port_(relayed_port), group_(std::move(group)),
-          limits_(limits), wake_calls_(std::make_shared<WakeCalls>(output_.get_executor(), guard_.id()))
+          inspection_(std::move(inspection)),
+          relayed_port_(network.reach == ProcessNetwork::Reach::host ? std::uint16_t{0} : network.port),
+          broker_(network.broker.native()), group_(std::move(group)), limits_(limits),
+          wake_calls_(std::make_shared<WakeCalls>(output_.get_executor(), guard_.id()))
     {}
 
     ~GuardedProcess() override
@@ -222,7 +227,8 @@ public:
     void terminate() noexcept override;
     asio::awaitable<std::uint16_t> listening_port(std::uint16_t first, std::uint16_t last) override
     {
-        return find_port(inspection_, FindPort{guard_.id(), first, last, relayed_port_});
+        FindPort work{guard_.id(), first, last, relayed_port_, broker_};
+        return find_port(inspection_, std::move(work));
     }
     asio::awaitable<ProcessUsage> usage() override
     {
@@ -237,6 +243,7 @@ private:
     asio::readable_pipe output_;
     std::shared_ptr<InspectionThreads> inspection_;
     std::uint16_t relayed_port_;
+    std::string broker_;
     std::shared_ptr<OwnGroup const> group_; ///< Null: it has none.
     ProcessLimits limits_;
     ProcessUsage refusals_; ///< Once it has ended.
@@ -339,6 +346,8 @@ void add_network(std::vector<std::string>& arguments, ProcessNetwork const& netw
     else
         arguments.insert(arguments.end(), {"--network", "internet", port, network.slirp.native(),
                                            network.ip.native(), network.rules.native()});
+    if (!network.broker.empty())
+        arguments.insert(arguments.end(), {"--broker", network.broker.native()});
 }
 
 void add_user(std::vector<std::string>& arguments, std::optional<ProcessUser> const& user)
@@ -461,10 +470,8 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
                           concat(spec.argv.front(), " can't be started: ",
                                  std::error_code(failure, std::generic_category()).message()));
     process::process guard(executor_, id);
-    auto const relayed =
-        spec.network.reach == ProcessNetwork::Reach::host ? std::uint16_t{0} : spec.network.port;
     co_return std::make_unique<GuardedProcess>(std::move(guard), std::move(control), std::move(output),
-                                               inspection_, relayed, spec.limits, std::move(group));
+                                               inspection_, spec.network, spec.limits, std::move(group));
 }
 
 result<std::unique_ptr<PortHold>> LocalProcessHost::hold_port(std::uint16_t port)
