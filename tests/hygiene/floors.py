@@ -14,7 +14,8 @@ VALUES = ['webots_cloud/error.hpp', 'webots_cloud/time.hpp', 'webots_cloud/load_
           'webots_cloud/project_ref.hpp', 'webots_cloud/website_project.hpp',
           'webots_cloud/config.hpp', 'webots_cloud/process_limits.hpp', 'webots_cloud/version.hpp', 'webots_cloud/scheduler.hpp',
           'webots_cloud/simulation_walls.hpp',
-          'webots_cloud/transport/http.hpp', 'webots_cloud/transport/host_metrics.hpp', 'webots_cloud/transport/logger.hpp']
+          'webots_cloud/transport/http.hpp', 'webots_cloud/transport/host_metrics.hpp', 'webots_cloud/transport/logger.hpp',
+          'webots_cloud/transport/tunnel_group.hpp']
 # What implements the services' seams, or puts everything together: none of the services' business.
 ABOVE_SERVICES = ['webots_cloud/adapters.hpp', 'webots_cloud/daemon.hpp', 'webots_cloud/instance_root.hpp', 'webots_cloud/servers.hpp']
 ASIO_CORE = ['boost/asio/' + name for name in (

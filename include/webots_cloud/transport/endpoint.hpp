@@ -4,10 +4,13 @@
 
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/transport/http.hpp>
+#include <webots_cloud/transport/tunnel_group.hpp>
 
 #include <boost/asio/awaitable.hpp>
 
 #include <cstdint>
+#include <filesystem>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -82,8 +85,38 @@ struct AcceptWebSocket
     AcceptWebSocket() = default;
 };
 
+/// Another server, to which requests are passed on.
+struct Upstream
+{
+    Upstream() = default;
+    Upstream(std::string host, std::uint16_t port) : host(std::move(host)), port(port) {}
+
+    std::string host; ///< A numeric address.
+    std::uint16_t port = 0;
+    /// Instead of both, unless empty: a Unix socket that answers each connection with one connected socket
+    /// (SCM_RIGHTS and a byte), or closes it where the server can't be reached.
+    std::filesystem::path broker;
+};
+
+/// Pass the request on to another server, and its answer to the browser.
+///
+/// A WebSocket handshake (`request.upgrade`) that the other server accepts becomes a tunnel: from then on
+/// both sides are sent what the other one says, as it is. Other answers go to the browser as they come; its
+/// connection lives on where they tell their length. The adapter answers 502 or 504 itself where the other
+/// server can't be reached or is late. The other server is told `X-Forwarded-For`, with the peer appended,
+/// and nothing that concerns the browser's connection alone (RFC 9110, 7.6.1).
+struct Forward
+{
+    Forward() = default;
+
+    Upstream upstream;
+    std::string target;                 ///< The path, and the query, that the other server is asked for.
+    HttpHeaders headers;                ///< Replace the request's headers of these names.
+    std::shared_ptr<TunnelGroup> group; ///< Null: of none.
+};
+
 /// What to do with a request.
-using Answer = std::variant<HttpResponse, AcceptWebSocket>;
+using Answer = std::variant<HttpResponse, AcceptWebSocket, Forward>;
 
 /// Who opened a channel; owned copies, unlike `IncomingRequest`.
 struct ChannelInfo
@@ -107,7 +140,7 @@ class Endpoint
 public:
     virtual ~Endpoint() = default;
 
-    /// Answers at once, from memory: a request never waits for anything. `AcceptWebSocket` is only for
+    /// Answers at once, from memory: a request never waits for anything here. `AcceptWebSocket` is only for
     /// `request.upgrade`.
     virtual Answer respond(IncomingRequest const& request) = 0;
 

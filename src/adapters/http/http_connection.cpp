@@ -154,6 +154,8 @@ HttpConnection::Next HttpConnection::answer()
     auto const answer = context_.endpoint->respond(request);
     if (auto const* response = std::get_if<HttpResponse>(&answer))
         return give(*response, request);
+    if (std::holds_alternative<Forward>(answer))
+        return give(HttpResponse(502, "text/html; charset=UTF-8", {}), request);
     if (!admit_client()) {
         HttpResponse refusal(429, "text/html; charset=UTF-8", std::string(too_many_connections));
         refusal.headers.emplace_back("Retry-After", "5");
