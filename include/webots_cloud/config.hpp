@@ -58,9 +58,12 @@ struct SessionConfig
     SessionConfig() = default;
 
     PublicAddress address; ///< `server`, `port` (required), `ssl` and `portRewrite`.
-    /// `simulationServers`: required; `"host:port"` or `"host/port"`, or objects with `address`, `weight` and
-    /// `drain`.
+    /// `simulationServers`: required; `"host:port"` or `"host/port"`, or objects with `address`, `weight`,
+    /// `drain`, `internal` and `ports`.
     std::vector<ServerSpec> simulation_servers;
+    /// `gateway`: requests for `/2000/...` are passed on to the simulation server `host/2000`. Default: where
+    /// an entry of `simulationServers` has `internal`.
+    bool gateway = false;
     NetworkConfig network;
     AccessConfig access;
     /// `administrator`: who gets e-mails. Empty: nobody; also when `mailServer` or `mailSender` is missing.

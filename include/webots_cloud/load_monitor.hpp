@@ -13,6 +13,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace webots_cloud {
@@ -29,6 +30,16 @@ struct LoadMonitorParams
     double threshold = 95;
     /// Polls go to `https://` instead of `http://`.
     bool tls = false;
+};
+
+/// A server to poll.
+struct PolledServer
+{
+    PolledServer() = default;
+    explicit PolledServer(std::string name) : address(std::move(name)) {}
+
+    std::string address;          ///< Its name, and where it is polled,
+    std::string internal_address; ///< unless this is given: then there, by plain HTTP.
 };
 
 /// Polls `GET /load` of every server, each on its own schedule: a slow server does not delay the polls of
@@ -58,6 +69,7 @@ public:
     /// The servers to poll from now on: added ones are polled at once, removed ones are forgotten, what is
     /// known of the others stays. Of equal addresses the first counts.
     void set_servers(std::vector<std::string> const& addresses);
+    void set_polled_servers(std::vector<PolledServer> const& servers);
 
     /// Cancellation: terminal; polls in flight are abandoned.
     /// Errors: `operation_aborted`.

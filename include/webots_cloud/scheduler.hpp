@@ -39,6 +39,13 @@ struct ServerSpec
     double weight = 1;
     /// It gets no new sessions; those that it has stay.
     bool drain = false;
+    /// Where the session server itself reaches it, by plain HTTP: `10.0.0.2:2000`, a numeric address. Polls
+    /// go there, and what the gateway passes on. Empty: it is polled at its address, and nothing is passed
+    /// on.
+    std::string internal_address;
+    /// More ports of that machine that the gateway passes on, the first and the last. 0: none.
+    std::uint16_t first_port = 0;
+    std::uint16_t last_port = 0;
 
     bool operator==(ServerSpec const&) const = default;
 };

@@ -31,7 +31,8 @@ struct Watch
     explicit Watch(std::string address) : address(std::move(address)) {}
 
     std::string address;
-    double phase = 0; ///< Where in the interval its polls lie, from 0 to 1.
+    std::string internal_address; ///< Instead of the address, by plain HTTP, unless it is empty.
+    double phase = 0;             ///< Where in the interval its polls lie, from 0 to 1.
     bool removed = false;
     std::optional<async::TaskGroup::Task> task;
 };
@@ -101,7 +102,9 @@ asio::awaitable<void> LoadMonitor::Impl::keep_polling(std::shared_ptr<Watch> wat
     auto due = began + std::chrono::duration_cast<Duration>(params.interval * watch->phase);
     due -= due.time_since_epoch() % moment;
     while (!watch->removed) {
-        HttpRequest request(server_url(watch->address, params.tls, "/load"));
+        HttpRequest request(watch->internal_address.empty()
+                                ? server_url(watch->address, params.tls, "/load")
+                                : server_url(watch->internal_address, false, "/load"));
         request.headers.emplace_back("Accept", "application/json, text/plain;q=0.5");
         request.timeout = params.timeout;
         auto const response = co_await http.send(std::move(request));
@@ -154,6 +157,20 @@ result<> LoadMonitor::apply(LoadMonitorParams params)
 
 void LoadMonitor::set_servers(std::vector<std::string> const& addresses)
 {
+    std::vector<PolledServer> servers;
+    for (auto const& address : addresses)
+        servers.emplace_back(address);
+    set_polled_servers(servers);
+}
+
+void LoadMonitor::set_polled_servers(std::vector<PolledServer> const& servers)
+{
+    std::vector<std::string> addresses;
+    std::map<std::string_view, std::string_view> internal;
+    for (auto const& server : servers) {
+        addresses.push_back(server.address);
+        internal.emplace(server.address, server.internal_address);
+    }
     std::map<std::string_view, std::shared_ptr<Watch>> known;
     for (auto const& watch : impl_->watches)
         known.emplace(watch->address, watch);
@@ -163,10 +180,12 @@ void LoadMonitor::set_servers(std::vector<std::string> const& addresses)
         auto const found = known.find(server.address);
         if (found == known.end()) {
             next.push_back(std::make_shared<Watch>(server.address));
+            next.back()->internal_address = internal.at(server.address);
             if (impl_->tasks)
                 impl_->start(next.back());
         } else {
             next.push_back(std::move(found->second)); // what stays in `known` was removed
+            next.back()->internal_address = internal.at(server.address);
         }
     }
     for (auto const& [address, watch] : known) {

@@ -156,11 +156,11 @@ void SessionService::apply(SessionServiceParams params)
 
 void SessionService::set_servers(std::vector<ServerSpec> const& servers)
 {
-    std::vector<std::string> addresses;
+    std::vector<PolledServer> polled;
     for (auto const& server : servers)
-        addresses.push_back(server.address);
+        polled.emplace_back(server.address).internal_address = server.internal_address;
     impl_->scheduler.set_servers(servers);
-    impl_->monitor.set_servers(addresses);
+    impl_->monitor.set_polled_servers(polled);
     impl_->board.list(impl_->monitor.servers());
     impl_->monitor_html.expire();
     impl_->monitor_json.expire();

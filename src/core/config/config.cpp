@@ -1,6 +1,7 @@
 #include <webots_cloud/config.hpp>
 
 #include "config_reader.hpp"
+#include "core/access/forwarding.hpp"
 #include "core/access/ip_address.hpp"
 #include "core/access/site_access.hpp"
 #include "core/docker/docker_project.hpp"
@@ -14,7 +15,9 @@
 
 #include <algorithm>
 #include <charconv>
+#include <map>
 #include <optional>
+#include <tuple>
 
 namespace webots_cloud {
 namespace {
@@ -158,6 +161,21 @@ void read_server_name(ConfigReader& reader, std::string_view key, std::string& s
         reader.refuse(key, "the name of a host, as in \"sim.example.org\"");
 }
 
+/// Where the session server itself reaches a machine, and which of its ports.
+void read_internal_address(ConfigReader& inner, ServerSpec& server)
+{
+    inner.read("internal", server.internal_address);
+    if (inner.has("internal") && !core::parse_numeric_address(server.internal_address))
+        inner.refuse("internal", "a numeric address and a port, as in \"10.0.0.2:2000\"");
+    std::string ports;
+    inner.read("ports", ports);
+    auto const range = core::parse_port_range(ports);
+    if (inner.has("ports") && !range)
+        inner.refuse("ports", "a port or a range of ports, as in \"2001-2100\"");
+    if (range)
+        std::tie(server.first_port, server.last_port) = *range;
+}
+
 /// An entry of `simulationServers`: an address, or an object with an address and how to treat it.
 void read_simulation_server(ConfigReader& reader, std::size_t number, boost::json::value const& entry,
                             ServerSpec& server)
@@ -173,6 +191,7 @@ void read_simulation_server(ConfigReader& reader, std::size_t number, boost::jso
         inner.read("address", server.address);
         inner.read_number("weight", server.weight, 0.001, 1'000'000);
         inner.read("drain", server.drain);
+        read_internal_address(inner, server);
         if (!inner.has("address"))
             inner.require("address", address);
         else if (!is_server_address(server.address))
@@ -196,6 +215,57 @@ void read_simulation_servers(ConfigReader& reader, std::vector<ServerSpec>& serv
     for (auto const& entry : found->get_array()) {
         auto& server = servers.emplace_back();
         read_simulation_server(reader, servers.size(), entry, server);
+    }
+}
+
+/// What the gateway passes on is known by its port alone, so no two machines may have the same.
+void refuse_ambiguous_ports(ConfigReader& reader, std::vector<ServerSpec> const& servers)
+{
+    std::map<std::uint16_t, std::size_t> owners;
+    for (std::size_t i = 0; i < servers.size(); ++i) {
+        auto const& server = servers[i];
+        std::vector<std::uint16_t> ports{core::public_port(server.address)};
+        for (int port = server.first_port; port != 0 && port <= server.last_port; ++port)
+            ports.push_back(static_cast<std::uint16_t>(port));
+        for (auto const port : ports)
+            if (auto const [owner, is_new] = owners.emplace(port, i + 1); port != 0 && !is_new)
+                return reader.refuse_entry("simulationServers", i + 1, boost::json::value(server.address),
+                                           concat("another port than ", std::to_string(port),
+                                                  ", which entry ", std::to_string(owner->second),
+                                                  " has as well: the gateway knows machines by their ports"));
+    }
+}
+
+void read_gateway(ConfigReader& reader, SessionConfig& config)
+{
+    auto& servers = config.simulation_servers;
+    config.gateway = std::any_of(servers.begin(), servers.end(), [](ServerSpec const& server) {
+        return !server.internal_address.empty() && core::public_port(server.address) != 0;
+    });
+    reader.read("gateway", config.gateway);
+    if (!config.gateway)
+        return;
+    for (auto& server : servers)
+        if (auto const port = core::public_port(server.address); port != 0 && server.internal_address.empty())
+            server.internal_address = concat("127.0.0.1:", std::to_string(port));
+    refuse_ambiguous_ports(reader, servers);
+}
+
+/// Simulation servers announce simulations below their own `port`.
+void warn_of_other_ports(SessionConfig const& config, fs::path const& origin,
+                         std::vector<std::string>& warnings)
+{
+    if (!config.gateway)
+        return;
+    for (auto const& server : config.simulation_servers) {
+        auto const port = core::public_port(server.address);
+        auto const machine = core::parse_numeric_address(server.internal_address);
+        if (machine && port != 0 && machine->port != port)
+            warnings.push_back(
+                concat(origin.string(), ": key \"simulationServers\": ", server.address, " is at ",
+                       server.internal_address,
+                       ", but a simulation server sends browsers to its own \"port\": set that to ",
+                       std::to_string(port), " there, in \"internal\" too"));
     }
 }
 
@@ -512,6 +582,7 @@ result<Configured<SessionConfig>> parse_session_config(std::string_view text,
     if (!reader->has("port"))
         reader->require("port", "an integer from 1 to 65535");
     read_simulation_servers(*reader, config.simulation_servers);
+    read_gateway(*reader, config);
     read_server_name(*reader, "server", config.address.host);
     reader->read("ssl", config.address.ssl);
     reader->read("portRewrite", config.address.port_rewrite);
@@ -533,6 +604,7 @@ result<Configured<SessionConfig>> parse_session_config(std::string_view text,
     configured.warnings = reader->unknown_keys();
     drop_administrator_without_mail(config, origin, configured.warnings);
     warn_of_assumed_tls(*reader, config, origin, configured.warnings);
+    warn_of_other_ports(config, origin, configured.warnings);
     warn_of_trust_in_everybody(config.network, origin, configured.warnings);
     make_printable(configured.warnings);
     return configured;

@@ -170,6 +170,26 @@ BOOST_AUTO_TEST_CASE(a_poll_asks_for_the_json_of_our_own_servers_and_takes_the_b
     BOOST_TEST(fixture.monitor.servers()[0].report.sessions.value() == 2);
 }
 
+// Issue 20, item 2.
+BOOST_AUTO_TEST_CASE(a_machine_behind_the_gateway_is_polled_inside)
+{
+    LoadMonitorParams params;
+    params.tls = true;
+    Fixture fixture({}, params);
+    fixture.http.expect("GET http://10.0.0.2:2000/load").reply(200, "7").always();
+    fixture.http.expect("GET http://10.0.0.3:2000/load").reply(200, "8").always();
+    std::vector<PolledServer> servers{PolledServer("sim.example.org/2000")};
+    servers[0].internal_address = "10.0.0.2:2000";
+    fixture.monitor.set_polled_servers(servers);
+    fixture.start();
+    BOOST_TEST(fixture.monitor.servers()[0].address == "sim.example.org/2000");
+    BOOST_TEST(fixture.monitor.servers()[0].report.load == 7);
+    servers[0].internal_address = "10.0.0.3:2000"; // it moves
+    fixture.monitor.set_polled_servers(servers);
+    fixture.world.advance(10s);
+    BOOST_TEST(fixture.monitor.servers()[0].report.load == 8);
+}
+
 BOOST_AUTO_TEST_CASE(the_totals_follow_every_poll_and_every_change_of_the_list)
 {
     Fixture fixture({"a:2000", "b:2000", "c:2000"});

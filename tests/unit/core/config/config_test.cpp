@@ -79,6 +79,65 @@ BOOST_AUTO_TEST_CASE(a_wrong_simulation_server_is_named_with_its_wrong_key)
     BOOST_TEST(error("\"host\"") == where + "expected " + address + ", found the string \"host\"");
 }
 
+// Issue 20, item 2.
+BOOST_AUTO_TEST_CASE(machines_behind_the_gateway_have_an_internal_address)
+{
+    auto const parse = [](std::string_view entries, std::string_view more = "") {
+        return parse_session_config(R"({"port":443,"simulationServers":[)" + std::string(entries) + "]" +
+                                        std::string(more) + "}",
+                                    "c.json");
+    };
+    auto const mapped =
+        parse(R"({"address":"s.org/2000","internal":"10.0.0.2:2000","ports":"2001-2100"})").value();
+    BOOST_TEST(mapped.warnings.empty());
+    BOOST_TEST(mapped.config.gateway);
+    auto const& server = mapped.config.simulation_servers[0];
+    BOOST_TEST(server.internal_address == "10.0.0.2:2000");
+    BOOST_TEST(server.first_port == 2001);
+    BOOST_TEST(server.last_port == 2100);
+
+    BOOST_TEST(!parse(R"("s.org/2000")")->config.gateway, "as ever");
+    BOOST_TEST(parse(R"("s.org/2000")")->config.simulation_servers[0].internal_address == "");
+    auto const local = parse(R"("s.org/2000","s.org:3000")", R"(,"gateway":true,"ssl":true)").value().config;
+    BOOST_TEST(local.simulation_servers[0].internal_address == "127.0.0.1:2000");
+    BOOST_TEST(local.simulation_servers[1].internal_address == "", "its port is open to the world");
+    auto const off =
+        parse(R"({"address":"s.org/2000","internal":"10.0.0.2:2000"})", R"(,"gateway":false)")->config;
+    BOOST_TEST(!off.gateway);
+    BOOST_TEST(off.simulation_servers[0].internal_address == "10.0.0.2:2000", "it is polled there");
+
+    BOOST_TEST(parse(R"({"address":"s.org/3000","internal":"10.0.0.2:2000"})")->warnings ==
+               std::vector<std::string>{
+                   "c.json: key \"simulationServers\": s.org/3000 is at 10.0.0.2:2000, but a simulation "
+                   "server sends "
+                   "browsers to its own \"port\": set that to 3000 there, in \"internal\" too"});
+}
+
+BOOST_AUTO_TEST_CASE(what_the_gateway_could_not_tell_apart_is_refused)
+{
+    auto const error = [](std::string_view entries, std::string_view more = "") {
+        return session_error(R"({"port":443,"simulationServers":[)" + std::string(entries) + "]" +
+                             std::string(more) + "}");
+    };
+    std::string const where = "c.json: key \"simulationServers\", entry ";
+    BOOST_TEST(error(R"({"address":"a/2000","internal":"sim2:2000"})") ==
+               where + "1: key \"internal\": expected a numeric address and a port, as in \"10.0.0.2:2000\", "
+                       "found the string \"sim2:2000\"");
+    BOOST_TEST(error(R"({"address":"a/2000","internal":"10.0.0.2:2000","ports":"9-1"})") ==
+               where + "1: key \"ports\": expected a port or a range of ports, as in \"2001-2100\", "
+                       "found the string \"9-1\"");
+    BOOST_TEST(
+        error(R"("a/2000","b/2000")", R"(,"gateway":true)") ==
+        where +
+            "2: expected another port than 2000, which entry 1 has as well: the gateway knows machines by "
+            "their ports, found the string \"b/2000\"");
+    BOOST_TEST(parse_session_config(R"({"port":443,"simulationServers":["a/2000","b/2000"]})", "c.json")
+                   .has_value());
+    BOOST_TEST(error(R"({"address":"a/2000","internal":"10.0.0.2:2000","ports":"2001-3100"},"a/3000")",
+                     R"(,"gateway":true)")
+                   .starts_with(where + "2: expected another port than 3000"));
+}
+
 BOOST_AUTO_TEST_CASE(an_address_of_a_simulation_server_is_a_host_and_a_port)
 {
     auto const is_good = [](std::string const& address) {

@@ -1,0 +1,132 @@
+#include "forwarding.hpp"
+
+#include "core/text.hpp"
+#include "ip_address.hpp"
+
+#include <algorithm>
+#include <charconv>
+
+namespace webots_cloud::core {
+namespace {
+
+/// Digits without a zero in front; 0: no port.
+std::uint16_t parse_port(std::string_view text) noexcept
+{
+    std::uint16_t port = 0;
+    auto const [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
+    bool const is_port = error == std::errc() && end == text.data() + text.size() && !text.starts_with('0');
+    return is_port ? port : 0;
+}
+
+} // namespace
+
+std::optional<NumericAddress> parse_numeric_address(std::string_view text)
+{
+    auto const colon = text.rfind(':');
+    if (colon == std::string_view::npos)
+        return std::nullopt;
+    auto host = text.substr(0, colon);
+    bool const has_brackets = host.starts_with('[') && host.ends_with(']');
+    if (has_brackets)
+        host = host.substr(1, host.size() - 2);
+    auto const address = IpAddress::parse(host);
+    NumericAddress parsed;
+    parsed.port = parse_port(text.substr(colon + 1));
+    if (!address || address->is_v4() == has_brackets || parsed.port == 0)
+        return std::nullopt;
+    parsed.host = host;
+    return parsed;
+}
+
+std::optional<std::pair<std::uint16_t, std::uint16_t>> parse_port_range(std::string_view text)
+{
+    auto const dash = std::min(text.size(), text.find('-'));
+    auto const first = parse_port(text.substr(0, dash));
+    auto const last = dash == text.size() ? first : parse_port(text.substr(dash + 1));
+    if (first == 0 || last < first)
+        return std::nullopt;
+    return std::pair(first, last);
+}
+
+std::optional<PortPath> split_port_path(std::string_view path) noexcept
+{
+    if (!path.starts_with('/'))
+        return std::nullopt;
+    auto const end = std::min(path.size(), path.find('/', 1));
+    PortPath split;
+    split.port = parse_port(path.substr(1, end - 1));
+    if (split.port == 0)
+        return std::nullopt;
+    split.rest = end == path.size() ? std::string_view("/") : path.substr(end);
+    return split;
+}
+
+bool is_operators_path(std::string_view path)
+{
+    // Our servers compare paths as they come. Others, and proxies in between, may tidy them up first.
+    std::string decoded;
+    if (!percent_decode(path, decoded))
+        decoded = path;
+    std::vector<std::string> segments;
+    for (auto const segment : split(decoded, '/')) {
+        if (segment.empty() || segment == ".")
+            continue;
+        if (segment != "..")
+            segments.push_back(lower_case(segment));
+        else if (!segments.empty())
+            segments.pop_back();
+    }
+    return !segments.empty() && (segments.front() == "metrics" || segments.front() == "api");
+}
+
+std::uint16_t public_port(std::string_view address) noexcept
+{
+    auto const slash = address.find('/');
+    return slash == std::string_view::npos ? 0 : parse_port(address.substr(slash + 1));
+}
+
+ForwardingTable::ForwardingTable(std::vector<ServerSpec> const& servers)
+{
+    for (auto const& server : servers) {
+        auto const machine = parse_numeric_address(server.internal_address);
+        auto const port = public_port(server.address);
+        if (!machine || port == 0)
+            continue;
+        Range range;
+        range.first = range.last = port;
+        range.target = machine->port;
+        range.host = machine->host;
+        ranges_.push_back(range);
+        if (server.first_port == 0)
+            continue;
+        range.first = range.target = server.first_port;
+        range.last = server.last_port;
+        ranges_.push_back(std::move(range));
+    }
+}
+
+/// One after the other: there are as many as machines, and each request of this kind opens a connection.
+ForwardingTable::Range const* ForwardingTable::range_of(std::uint16_t port) const noexcept
+{
+    auto const found = std::find_if(ranges_.begin(), ranges_.end(), [port](Range const& range) {
+        return range.first <= port && port <= range.last;
+    });
+    return found == ranges_.end() ? nullptr : &*found;
+}
+
+std::optional<ForwardTarget> ForwardingTable::find(std::string_view path, std::string_view query) const
+{
+    auto const split = split_port_path(path);
+    auto const* const range = split ? range_of(split->port) : nullptr;
+    if (!range || is_operators_path(split->rest))
+        return std::nullopt;
+    ForwardTarget target;
+    target.host = range->host;
+    target.port = static_cast<std::uint16_t>(range->target + (split->port - range->first));
+    target.target = split->rest;
+    if (!query.empty())
+        target.target.append("?").append(query);
+    return target;
+}
+
+} // namespace webots_cloud::core

@@ -1,0 +1,93 @@
+// What the gateway of the session server passes on, and where: `/2000/...` to the simulation server of that
+// port.
+#pragma once
+
+#include <webots_cloud/scheduler.hpp>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace webots_cloud::core {
+
+/// A numeric address and a port.
+struct NumericAddress
+{
+    NumericAddress() = default;
+
+    std::string host; ///< Without brackets.
+    std::uint16_t port = 0;
+};
+
+/// `10.0.0.2:2000` or `[2001:db8::2]:2000`.
+std::optional<NumericAddress> parse_numeric_address(std::string_view text);
+
+/// `2001` or `2001-2100`: the first and the last port.
+std::optional<std::pair<std::uint16_t, std::uint16_t>> parse_port_range(std::string_view text);
+
+/// A path that begins with a port.
+struct PortPath
+{
+    PortPath() = default;
+
+    std::uint16_t port = 0;
+    std::string_view rest; ///< What follows the port; starts with `/`.
+};
+
+/// `/2000/client`: 2000 and `/client`; `/2000`: 2000 and `/`.
+std::optional<PortPath> split_port_path(std::string_view path) noexcept;
+
+/// `/metrics` and all below `/api`, however it is spelled: the operator's, never passed on.
+bool is_operators_path(std::string_view path);
+
+/// The port behind the slash of `host/2000`; 0: there is none.
+std::uint16_t public_port(std::string_view address) noexcept;
+
+/// Where a request goes.
+struct ForwardTarget
+{
+    ForwardTarget() = default;
+
+    std::string host; ///< Numeric.
+    std::uint16_t port = 0;
+    std::string target; ///< Path and query.
+};
+
+/// The ports of all simulation servers behind the gateway. Nothing else is ever passed on: no part of a
+/// request becomes a host or a port.
+class ForwardingTable
+{
+public:
+    ForwardingTable() = default; ///< Passes nothing on.
+
+    /// Servers without an internal address are left out. Of equal ports the first counts.
+    explicit ForwardingTable(std::vector<ServerSpec> const& servers);
+
+    bool empty() const noexcept { return ranges_.empty(); }
+
+    /// Whether a port is a machine's, on any path.
+    bool knows(std::uint16_t port) const noexcept { return range_of(port) != nullptr; }
+
+    /// Empty: this is not passed on.
+    std::optional<ForwardTarget> find(std::string_view path, std::string_view query) const;
+
+private:
+    /// Ports that lie side by side in public paths and on a machine.
+    struct Range
+    {
+        Range() = default;
+
+        std::uint16_t first = 0; ///< In public paths.
+        std::uint16_t last = 0;
+        std::uint16_t target = 0; ///< What the first port is on the machine.
+        std::string host;
+    };
+
+    Range const* range_of(std::uint16_t port) const noexcept;
+
+    std::vector<Range> ranges_;
+};
+
+} // namespace webots_cloud::core

@@ -1,0 +1,97 @@
+#include "unit_test.hpp"
+
+#include "core/access/forwarding.hpp"
+
+using namespace webots_cloud;
+using core::ForwardingTable;
+
+namespace {
+
+ServerSpec server(std::string address, std::string internal)
+{
+    ServerSpec spec(std::move(address));
+    spec.internal_address = std::move(internal);
+    return spec;
+}
+
+ForwardingTable table()
+{
+    auto plain = server("sim.example.org/4000", "10.0.0.4:4000");
+    plain.first_port = 4001;
+    plain.last_port = 4003;
+    return ForwardingTable({server("sim.example.org/2000", "127.0.0.1:2000"),
+                            server("sim.example.org/3000", "[2001:db8::3]:8080"), plain,
+                            server("far.example.org:2000", ""), server("far.example.org/2500", "")});
+}
+
+/// `host port target`; nothing: not passed on.
+std::string found(std::string_view path, std::string_view query = "")
+{
+    auto const target = table().find(path, query);
+    return target ? target->host + " " + std::to_string(target->port) + " " + target->target : "";
+}
+
+} // namespace
+
+// Issue 20, item 2.
+BOOST_AUTO_TEST_SUITE(forwarding)
+
+BOOST_AUTO_TEST_CASE(a_port_leads_to_its_machine_and_is_taken_away)
+{
+    BOOST_TEST(found("/2000/client") == "127.0.0.1 2000 /client");
+    BOOST_TEST(found("/3000/") == "2001:db8::3 8080 /");
+    BOOST_TEST(found("/2000") == "127.0.0.1 2000 /");
+    BOOST_TEST(found("/2000/simulation/abc/2001/mjpeg", "x=/1&y") ==
+               "127.0.0.1 2000 /simulation/abc/2001/mjpeg?x=/1&y");
+    BOOST_TEST(found("/4000/load") == "10.0.0.4 4000 /load");
+}
+
+BOOST_AUTO_TEST_CASE(ports_of_simulators_lead_to_the_same_machine)
+{
+    BOOST_TEST(found("/4001/") == "10.0.0.4 4001 /");
+    BOOST_TEST(found("/4003/textures/a%20b.png") == "10.0.0.4 4003 /textures/a%20b.png");
+    BOOST_TEST(found("/4004/") == "");
+}
+
+BOOST_AUTO_TEST_CASE(nothing_else_is_passed_on)
+{
+    for (auto const* path : {"/", "/session", "/22/", "/2001/", "/2500/", "/2000x/", "/02000/", "/+2000/",
+                             "/67536/", "/0/", "//2000/", "/10.0.0.9:22/", "/http://10.0.0.9/",
+                             "/2000@10.0.0.9/", "2000/", "/ 2000/", "/%32000/", "/-2000/"})
+        BOOST_TEST(found(path) == "", path);
+    BOOST_TEST(!ForwardingTable().find("/2000/client", ""));
+    BOOST_TEST(ForwardingTable().empty());
+    BOOST_TEST(!table().empty());
+}
+
+BOOST_AUTO_TEST_CASE(what_is_the_operators_is_not_passed_on_however_it_is_spelled)
+{
+    for (auto const* path : {"/2000/metrics", "/2000//metrics", "/2000/metrics/", "/2000/METRICS",
+                             "/2000/%6detrics", "/2000/./metrics", "/2000/livez/../metrics", "/2000/api",
+                             "/2000/api/drain", "/2000/%2fapi/drain", "/2000/../../api/x"})
+        BOOST_TEST(found(path) == "", path);
+    BOOST_TEST(found("/2000/metrics2") != "");
+    BOOST_TEST(found("/2000/textures/metrics") != "");
+    BOOST_TEST(found("/2000/%zz") != "");
+}
+
+BOOST_AUTO_TEST_CASE(internal_addresses_are_numeric)
+{
+    for (auto const* good : {"10.0.0.2:2000", "[::1]:1", "127.0.0.1:65535"})
+        BOOST_TEST(core::parse_numeric_address(good).has_value(), good);
+    BOOST_TEST(core::parse_numeric_address("[2001:db8::2]:2000")->host == "2001:db8::2");
+    for (auto const* bad :
+         {"", ":2000", "localhost:2000", "10.0.0.2", "10.0.0.2:", "10.0.0.2:0", "10.0.0.2:65536", "::1:2000",
+          "[::1]", "[10.0.0.2]:2000", "10.0.0.2:2000/x", "10.0.0.2:+1"})
+        BOOST_TEST(!core::parse_numeric_address(bad), bad);
+}
+
+BOOST_AUTO_TEST_CASE(ports_are_one_or_a_range)
+{
+    BOOST_TEST((core::parse_port_range("2001") == std::pair<std::uint16_t, std::uint16_t>(2001, 2001)));
+    BOOST_TEST((core::parse_port_range("2001-2100") == std::pair<std::uint16_t, std::uint16_t>(2001, 2100)));
+    for (auto const* bad : {"", "-", "2001-", "-2001", "2100-2001", "0-5", "1-65536", "1-2-3", "1 - 2", "a"})
+        BOOST_TEST(!core::parse_port_range(bad), bad);
+}
+
+BOOST_AUTO_TEST_SUITE_END()
