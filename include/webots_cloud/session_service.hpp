@@ -33,6 +33,9 @@ struct SessionServiceParams
     /// many a second in the long run. Either 0: no limit.
     std::size_t session_burst = 0;
     double session_rate = 0;
+    /// Requests for `/2000/...` are passed on to the server of that port with an internal address (its
+    /// ServerSpec), unless the path is the operator's.
+    bool gateway = false;
     /// `GET /api/decisions` answers everybody, not the operator alone.
     bool decisions_for_all = false;
     /// What the viewer page suggests (JSON: url, mode, notice); empty: nothing.

@@ -112,6 +112,7 @@ SessionServiceParams session_service_params(SessionConfig const& config)
     params.history_step = config.load_refresh;
     params.session_burst = static_cast<std::size_t>(config.session_burst);
     params.session_rate = config.session_rate;
+    params.gateway = config.gateway;
     params.decisions_for_all = config.decisions_for_all;
     params.viewer_defaults = viewer_defaults(config);
     return params;

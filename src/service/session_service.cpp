@@ -1,5 +1,6 @@
 #include <webots_cloud/session_service.hpp>
 
+#include "core/access/forwarding.hpp"
 #include "core/access/token_buckets.hpp"
 #include "core/pages/http_pages.hpp"
 #include "core/pages/metrics_text.hpp"
@@ -18,6 +19,8 @@
 
 #include <array>
 #include <map>
+#include <memory>
+#include <optional>
 #include <span>
 #include <unordered_set>
 
@@ -90,6 +93,7 @@ struct SessionService::Impl
     bool may_ask(std::string_view quota_key, TimePoint now);
     std::string place(TimePoint now);
     HttpResponse too_many_asked() const;
+    std::optional<Forward> pass_on(IncomingRequest const& request) const;
 
     static std::span<Route<Impl> const> routes();
     bool may_read_decisions(IncomingRequest const& request) const;
@@ -127,6 +131,8 @@ struct SessionService::Impl
     std::uint64_t placed = 0;
     std::uint64_t refused = 0;
     std::uint64_t limited = 0;
+    core::ForwardingTable forwarding;
+    std::shared_ptr<TunnelGroup> tunnels = std::make_shared<TunnelGroup>(); // all that is passed on
     core::TokenBuckets asked; // requests of each client for a place
     std::uint64_t good_polls = 0;
     std::uint64_t failed_polls = 0;
@@ -161,6 +167,7 @@ void SessionService::set_servers(std::vector<ServerSpec> const& servers)
         polled.emplace_back(server.address).internal_address = server.internal_address;
     impl_->scheduler.set_servers(servers);
     impl_->monitor.set_polled_servers(polled);
+    impl_->forwarding = core::ForwardingTable(servers);
     impl_->board.list(impl_->monitor.servers());
     impl_->monitor_html.expire();
     impl_->monitor_json.expire();
@@ -418,11 +425,31 @@ Answer SessionService::Impl::metrics(IncomingRequest const&)
     text.family("polls_total", "counter", "Polls of simulation servers.")
         .add(static_cast<double>(good_polls), {{"result", "good"}})
         .add(static_cast<double>(failed_polls), {{"result", "failed"}});
+    text.family("gateway_connections", "gauge", "Connections to simulation servers for browsers.")
+        .add(static_cast<double>(tunnels->open()));
+    text.family("gateway_bytes_total", "counter", "Bytes relayed, by who sent them.")
+        .add(static_cast<double>(tunnels->received()), {{"from", "browsers"}})
+        .add(static_cast<double>(tunnels->sent()), {{"from", "servers"}});
     return core::metrics_page(text.take(), hooks.more_metrics);
+}
+
+/// To the simulation server whose port the path begins with.
+std::optional<Forward> SessionService::Impl::pass_on(IncomingRequest const& request) const
+{
+    auto target = params.gateway ? forwarding.find(request.path, request.query) : std::nullopt;
+    if (!target)
+        return std::nullopt;
+    Forward forward;
+    forward.upstream = Upstream(std::move(target->host), target->port);
+    forward.target = std::move(target->target);
+    forward.group = tunnels;
+    return forward;
 }
 
 Answer SessionService::respond(IncomingRequest const& request)
 {
+    if (auto forward = impl_->pass_on(request))
+        return std::move(*forward);
     return route_table::respond(Impl::routes(), *impl_, request);
 }
 

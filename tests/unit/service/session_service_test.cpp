@@ -648,6 +648,43 @@ BOOST_AUTO_TEST_CASE(decisions_are_shown_to_everybody_where_the_operator_says_so
     BOOST_TEST(fixture.get("/api/decisions").body == R"({"decisions":[]})");
 }
 
+// Issue 20, item 2.
+BOOST_AUTO_TEST_CASE(the_gateway_passes_requests_of_machines_on_and_no_others)
+{
+    SessionServiceParams params;
+    params.gateway = true;
+    Fixture fixture(params);
+    fixture.http.expect("GET http://10.0.0.2:2000/load").reply(200, "1").always();
+    fixture.start({});
+    ServerSpec server("sim.example.org/2000");
+    server.internal_address = "10.0.0.2:2000";
+    fixture.service.set_servers({server});
+    fixture.world.settle();
+    BOOST_TEST(fixture.get("/session").body == "wss://sim.example.org/2000");
+
+    IncomingRequest request;
+    request.method = "GET";
+    request.path = "/2000/client";
+    request.query = "a=b";
+    for (bool const upgrade : {true, false}) {
+        request.upgrade = upgrade;
+        auto const answer = fixture.service.respond(request);
+        auto const* const forward = std::get_if<Forward>(&answer);
+        BOOST_TEST_REQUIRE(forward);
+        BOOST_TEST(forward->upstream.host == "10.0.0.2");
+        BOOST_TEST(forward->upstream.port == 2000);
+        BOOST_TEST(forward->target == "/client?a=b");
+        BOOST_TEST(forward->group);
+    }
+    for (auto const* path : {"/2001/client", "/2000/metrics", "/2000/api/drain", "/22/", "/2000:80/"})
+        BOOST_TEST(fixture.get(path).status == 404, path);
+    BOOST_TEST(fixture.get("/load").body == "1.0");
+
+    params.gateway = false; // by a reload
+    fixture.service.apply(params);
+    BOOST_TEST(fixture.get("/2000/client").status == 404);
+}
+
 BOOST_AUTO_TEST_CASE(the_viewer_is_served_with_the_types_that_browsers_insist_on)
 {
     Fixture fixture;
