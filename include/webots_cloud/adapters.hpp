@@ -36,6 +36,9 @@ namespace webots_cloud {
 /// 32 hexadecimal digits from the random numbers of the operating system: nobody guesses them.
 std::string make_token();
 
+/// Bytes from the random numbers of the operating system.
+std::string random_bytes(std::size_t size);
+
 /// The clock of this computer.
 std::unique_ptr<Clock> make_steady_clock(boost::asio::any_io_executor executor);
 
@@ -168,6 +171,12 @@ result<std::string> ask_operator_socket(std::filesystem::path const& path, std::
 /// characters.
 result<std::function<bool(std::string_view token)>>
 make_operator_token_check(std::filesystem::path const& file);
+
+/// The code that authenticates tickets: HMAC-SHA256, 32 bytes, with the word in `file` as the secret.
+///
+/// Errors: `invalid_config`, as `make_operator_token_check`.
+result<std::function<std::string(std::string_view message)>>
+make_ticket_mac(std::filesystem::path const& file);
 
 /// All bytes of a regular file. Never waits for anybody, whatever stands there.
 ///

@@ -23,6 +23,11 @@ struct NetworkConfig
     /// `sslCertificate` and `sslKey`: PEM files, both or neither. Empty: plain HTTP, usually behind a proxy.
     std::filesystem::path ssl_certificate;
     std::filesystem::path ssl_key;
+    /// `redirectPort`: a port without TLS that leads to the one with TLS. 0: none.
+    std::uint16_t redirect_port = 0;
+    /// `challengeFolder`: what `certbot --webroot` writes into, for that port. Empty: none.
+    std::filesystem::path challenge_folder;
+    std::string listen_address = "::";  ///< `listenAddress`: `::` is every address, of IPv4 too.
     int connections_per_address = 1000; ///< `connectionsPerAddress`; trusted proxies have no limit.
     /// `pingTimeout`, in seconds: a WebSocket of which nothing is heard for so long, though it was pinged, is
     /// lost. 0: never.
@@ -47,6 +52,8 @@ struct AccessConfig
         monitor_password; ///< `monitorPassword`: of the user `operator`, for `/monitor` and `/metrics`.
     std::filesystem::path
         operator_token_file; ///< `operatorTokenFile`. Empty: no operator requests over the network.
+    /// `sessionSecret`: the file of a word that session and simulation servers share. Empty: no tickets.
+    std::filesystem::path session_secret;
     std::filesystem::path operator_socket; ///< `operatorSocket`. Empty: see docs/operations.md.
 
     bool operator==(AccessConfig const&) const = default;

@@ -15,6 +15,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace webots_cloud {
@@ -49,6 +50,9 @@ struct SessionServiceHooks
 
     /// Called for every change of a server. True: the operator will be told, so it is not logged.
     std::function<bool(LoadEvent const&)> tell_operator;
+    /// The ticket with which a browser comes to a server (its address, as in its ServerSpec): `/session`
+    /// answers `wss://host/2000/ticket/<ticket>`. Empty: there are no tickets.
+    std::function<std::string(std::string_view server)> make_ticket;
     /// More families for `GET /metrics`, in the text format of Prometheus, appended to the service's own.
     std::function<std::string()> more_metrics;
 };

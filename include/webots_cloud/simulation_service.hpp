@@ -21,6 +21,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace webots_cloud {
@@ -66,6 +67,9 @@ struct SimulationServiceHooks
 
     /// Makes the tokens with which browsers return, which nobody can guess. Required with `reconnect_grace`.
     std::function<std::string()> new_token;
+    /// Why a browser that came with a ticket may start no simulation, a sentence; empty: it may, this once.
+    /// The ticket is empty for browsers without one. Not set: tickets mean nothing.
+    std::function<std::string(std::string_view ticket)> refuse_ticket;
     /// Takes the lines of monitor.csv, without its heading, one each second.
     std::function<void(std::string line)> monitor_log;
     /// Keeps what simulators print; must outlive the service.

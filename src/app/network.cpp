@@ -10,6 +10,7 @@ namespace webots_cloud {
 HttpServerParams http_server_params(std::uint16_t port, NetworkConfig const& config)
 {
     HttpServerParams params;
+    params.address = config.listen_address;
     params.port = port;
     params.tls_certificate = config.ssl_certificate;
     params.tls_key = config.ssl_key;

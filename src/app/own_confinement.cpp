@@ -26,13 +26,14 @@ void add_targets(std::vector<fs::path>& files, fs::path const& file)
 result<> confine_session_server(SessionConfig config, fs::path const& config_file)
 {
     for (auto* path : {&config.log_dir, &config.network.ssl_certificate, &config.network.ssl_key,
-                       &config.access.operator_token_file})
+                       &config.access.operator_token_file, &config.access.session_secret,
+                       &config.network.challenge_folder})
         *path = app::absolute_path(*path);
     auto const file = app::absolute_path(config_file);
     auto const socket = app::operator_socket("session", config.address.port, config.access);
     auto files = core::session_server_files(config, file, socket);
-    for (auto const& each :
-         {file, config.network.ssl_certificate, config.network.ssl_key, config.access.operator_token_file})
+    for (auto const& each : {file, config.network.ssl_certificate, config.network.ssl_key,
+                             config.access.operator_token_file, config.access.session_secret})
         add_targets(files.read, each);
     for (auto const* name : {"SSL_CERT_FILE", "SSL_CERT_DIR", "CURL_CA_BUNDLE"})
         if (auto const value = app::environment(name); !value.empty())

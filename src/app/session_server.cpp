@@ -1,9 +1,11 @@
 #include "core/text.hpp"
 #include "current_notifier.hpp"
+#include "https_redirect.hpp"
 #include "log_summaries.hpp"
 #include "metrics.hpp"
 #include "operator_requests.hpp"
 #include "signals.hpp"
+#include "tickets.hpp"
 
 #include <webots_cloud/access_control.hpp>
 #include <webots_cloud/adapters.hpp>
@@ -147,7 +149,11 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
         co_return usable;
     auto const server =
         make_http_server(executor, http_server_params(config.address.port, config.network), log);
+    auto const tickets = app::ticket_maker(config, *clock);
+    if (!tickets)
+        co_return tickets.error();
     SessionServiceHooks hooks;
+    hooks.make_ticket = *tickets;
     hooks.tell_operator = [&administrator](LoadEvent const& event) { return administrator.mail.note(event); };
     hooks.more_metrics = [&server, &administrator] {
         return app::http_server_metrics(server->statistics()) +
@@ -160,7 +166,10 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     if (!token_check)
         co_return token_check.error();
     AccessControl access(session_access_params(config), service, log, *token_check);
+    app::HttpsRedirect redirect(executor, config.address, config.network, config.access, log);
     if (auto const listening = server->listen(); !listening)
+        co_return listening.error();
+    if (auto const listening = redirect.listen(); !listening)
         co_return listening.error();
     log.info(core::concat("Session server running on port ", std::to_string(config.address.port)));
     auto const socket_path = app::operator_socket("session", config.address.port, config.access);
@@ -183,7 +192,7 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
         return {};
     };
     auto const manager = make_service_manager();
-    auto const ended = co_await (server->run(access) || operators->run(access) ||
+    auto const ended = co_await (server->run(access) || redirect.run() || operators->run(access) ||
                                  report_to(*manager, *clock) || service.run() || monitor.run() ||
                                  administrator.mail.run() || app::sum_up_log(log, *clock) ||
                                  app::obey_sighup(executor, std::move(reload), config, apply, log));

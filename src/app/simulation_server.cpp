@@ -11,12 +11,14 @@
 #include "core/text.hpp"
 #include "display.hpp"
 #include "environment.hpp"
+#include "https_redirect.hpp"
 #include "log_summaries.hpp"
 #include "metrics.hpp"
 #include "operator_requests.hpp"
 #include "sandbox.hpp"
 #include "signals.hpp"
 #include "simulation_user.hpp"
+#include "tickets.hpp"
 
 #include <webots_cloud/access_control.hpp>
 #include <webots_cloud/adapters.hpp>
@@ -426,8 +428,12 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
         isolation_warning.empty() ? sandbox->warning : std::move(isolation_warning);
     service_settings.sandbox = config.docker ? container_network.description : sandbox->description;
     service_settings.display = display->description;
+    auto const tickets = app::ticket_check(config, *clock, log);
+    if (!tickets)
+        co_return tickets.error();
     SimulationServiceHooks hooks;
     hooks.new_token = make_token;
+    hooks.refuse_ticket = *tickets;
     if (config.monitor_log)
         hooks.monitor_log =
             make_line_file(executor, "Monitor log file", config.log_dir / "simulation" / "monitor.csv",
@@ -449,7 +455,10 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     if (!token_check)
         co_return token_check.error();
     AccessControl access(app::access_params(config.address.host, config.access), service, log, *token_check);
+    app::HttpsRedirect redirect(executor, config.address, config.network, config.access, log);
     if (auto const listening = server->listen(); !listening)
+        co_return listening.error();
+    if (auto const listening = redirect.listen(); !listening)
         co_return listening.error();
     log.info(concat("Running simulation server on port ", std::to_string(config.address.port)));
     auto const socket_path = app::operator_socket("simulation", config.address.port, config.access);
@@ -471,11 +480,11 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     };
     std::function<void()> const drain = [&service] { service.drain(false); };
     auto const manager = make_service_manager();
-    auto const ended =
-        co_await (server->run(access) || operators->run(access) || report_to(*manager, *clock) ||
-                  service.run() || registration.run() || run(docker.get(), *clock) ||
-                  app::obey_sigusr1(executor, drain) || app::sum_up_log(log, *clock) ||
-                  app::obey_sighup(executor, std::move(reload), config, apply, log) || logs->run());
+    auto const ended = co_await (
+        server->run(access) || redirect.run() || operators->run(access) || report_to(*manager, *clock) ||
+        service.run() || registration.run() || run(docker.get(), *clock) ||
+        app::obey_sigusr1(executor, drain) || app::sum_up_log(log, *clock) ||
+        app::obey_sighup(executor, std::move(reload), config, apply, log) || logs->run());
     co_return std::visit([](result<> const& outcome) { return outcome; }, ended);
 }
 

@@ -253,7 +253,10 @@ std::string SessionService::Impl::place(TimePoint now)
     ++(placement ? placed : refused);
     if (!placement)
         return "Error: no simulation server available at the moment.";
-    return concat(params.ssl ? "wss://" : "ws://", placement->address);
+    std::string_view const scheme = params.ssl ? "wss://" : "ws://";
+    if (!hooks.make_ticket)
+        return concat(scheme, placement->address);
+    return concat(scheme, placement->address, "/ticket/", hooks.make_ticket(placement->address));
 }
 
 /// With status 200, as every answer of /session: pages of before 2021 show nothing for any other status, and

@@ -1,6 +1,7 @@
 #include <webots_cloud/simulation_service.hpp>
 
 #include "async/deadline.hpp"
+#include "core/access/tickets.hpp"
 #include "core/pages/http_pages.hpp"
 #include "core/pages/monitor_sample.hpp"
 #include "core/projects/outside_projects.hpp"
@@ -61,6 +62,8 @@ struct SimulationService::Impl
 
     static std::span<Route<Impl> const> routes();
     Answer client_without_upgrade(IncomingRequest const& request);
+    bool has_ticket(IncomingRequest const& request) const;
+    bool admit(std::uint64_t id, std::string const& path, Channel& channel);
     void set_policy();
     void stop();
     void add_silent(std::uint64_t id, std::string const& quota_key, Channel& channel);
@@ -183,7 +186,10 @@ Answer SimulationService::respond(IncomingRequest const& request)
 std::span<Route<SimulationService::Impl> const> SimulationService::Impl::routes()
 {
     static constexpr auto table = std::to_array<Route<Impl>>({
-        {"/client", core::Methods::get, everybody, Upgrade::accepted, &Impl::client_without_upgrade},
+        // clang-format off
+        {"/client",  core::Methods::get, everybody,         Upgrade::accepted, &Impl::client_without_upgrade},
+        {"/ticket*", core::Methods::get, &Impl::has_ticket, Upgrade::accepted, &Impl::client_without_upgrade},
+        // clang-format on
     });
     return table;
 }
@@ -191,6 +197,22 @@ std::span<Route<SimulationService::Impl> const> SimulationService::Impl::routes(
 Answer SimulationService::Impl::client_without_upgrade(IncomingRequest const&)
 {
     return HttpResponse(400, std::string(core::html_type), "Can \"Upgrade\" only to \"WebSocket\".");
+}
+
+bool SimulationService::Impl::has_ticket(IncomingRequest const& request) const
+{
+    return !core::ticket_in(request.path).empty();
+}
+
+/// Whether the browser that connected to a path may start a simulation; otherwise it is told why not.
+bool SimulationService::Impl::admit(std::uint64_t id, std::string const& path, Channel& channel)
+{
+    auto const why = hooks.refuse_ticket ? hooks.refuse_ticket(core::ticket_in(path)) : std::string();
+    if (why.empty())
+        return true;
+    context.log.warning(LogCause("ticket"), concat("[", std::to_string(id), "] Refused: ", why));
+    (void)channel.send(core::error_message(why));
+    return false;
 }
 
 asio::awaitable<void> SimulationService::serve_websocket(ChannelInfo info, Channel& channel)
@@ -204,7 +226,8 @@ asio::awaitable<void> SimulationService::serve_websocket(ChannelInfo info, Chann
     impl_->add_silent(id, info.quota_key, channel);
     auto first = co_await impl_->receive_request(id, channel);
     impl_->remove_silent(id);
-    if (auto* request = std::get_if<core::SimulationRequest>(&first))
+    auto* const request = std::get_if<core::SimulationRequest>(&first);
+    if (request && impl_->admit(id, info.path, channel))
         co_await impl_->simulate(id, std::move(info.quota_key), std::move(*request), channel);
     else if (auto const* reconnect = std::get_if<core::ReconnectMessage>(&first))
         co_await impl_->reconnect(id, reconnect->token, channel);

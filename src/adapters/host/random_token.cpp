@@ -15,4 +15,13 @@ std::string make_token()
     return token;
 }
 
+std::string random_bytes(std::size_t size)
+{
+    std::random_device numbers("getentropy");
+    std::string bytes;
+    while (bytes.size() < size)
+        bytes += static_cast<char>(numbers() & 0xff);
+    return bytes;
+}
+
 } // namespace webots_cloud

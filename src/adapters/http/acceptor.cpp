@@ -53,7 +53,10 @@ result<> Acceptor::open(tcp::endpoint const& where)
     return Failure(
         errc::unavailable,
         concat("can't listen on port ", std::to_string(where.port()), ": ", error.message(),
-               error == asio::error::address_in_use ? ". Is a server running there already?" : ""));
+               error == asio::error::address_in_use ? ". Is a server running there already?"
+               : error == asio::error::access_denied
+                   ? ". Ports below 1024 are root's, or of services with the capability CAP_NET_BIND_SERVICE"
+                   : ""));
 }
 
 result<> Acceptor::listen(std::string const& address, std::uint16_t port)

@@ -1,4 +1,5 @@
-#include "adapters/files/regular_file.hpp"
+#include "secret_file.hpp"
+
 #include "core/text.hpp"
 
 #include <webots_cloud/adapters.hpp>
@@ -15,9 +16,6 @@ namespace {
 using core::concat;
 using Digest = std::array<unsigned char, 32>;
 
-constexpr std::size_t max_file = 4096;
-constexpr std::size_t min_token =
-    16; // characters: random ones of 4 bits each make 64 bits, too many to guess
 constexpr std::string_view hashed = "sha256:";
 
 Digest sha256(std::string_view text)
@@ -45,22 +43,14 @@ bool read_digits(std::string_view digits, Digest& digest)
 
 result<std::function<bool(std::string_view)>> make_operator_token_check(std::filesystem::path const& file)
 {
-    auto const refuse = [&file](std::string_view why) {
-        return Failure(errc::invalid_config, concat("the operator's token in ", file.string(), ": ", why));
-    };
-    std::error_code failed;
-    auto const others = std::filesystem::perms::group_all | std::filesystem::perms::others_all;
-    auto const text = adapters::read_regular_file(file, max_file);
+    auto const text = adapters::read_secret(file, "the operator's token");
     if (!text)
-        return refuse(text.error().message());
-    if ((std::filesystem::status(file, failed).permissions() & others) != std::filesystem::perms::none)
-        return refuse("others may read it too. Run: chmod 600 on it, and take a new token");
-    auto const word = core::trim(*text);
+        return text.error();
+    std::string_view const word = *text;
     Digest expected = sha256(word);
     if (word.starts_with(hashed) && !read_digits(word.substr(hashed.size()), expected))
-        return refuse("expected 64 hexadecimal digits after \"sha256:\"");
-    if (word.size() < min_token || word.find_first_of(" \t\r\n") != std::string_view::npos)
-        return refuse("expected one word of at least 16 characters, as openssl rand -hex 32 makes them");
+        return Failure(errc::invalid_config, concat("the operator's token in ", file.string(),
+                                                    ": expected 64 hexadecimal digits after \"sha256:\""));
     return [expected](std::string_view token) {
         auto const given = sha256(token);
         return CRYPTO_memcmp(given.data(), expected.data(), expected.size()) == 0;

@@ -63,7 +63,24 @@ void read_ping_timeout(ConfigReader& reader, Duration& timeout)
         reader.refuse("pingTimeout", "0, or a number from 2 to 10000000");
 }
 
-void read_network(ConfigReader& reader, NetworkConfig& network)
+/// `port`: the one with TLS.
+void read_redirect(ConfigReader& reader, std::uint16_t port, NetworkConfig& network)
+{
+    int redirect = 0;
+    reader.read_integer("redirectPort", redirect, 0, max_port);
+    network.redirect_port = static_cast<std::uint16_t>(redirect);
+    reader.read("challengeFolder", network.challenge_folder);
+    if (redirect != 0 && network.ssl_certificate.empty())
+        reader.refuse("redirectPort", "0, since without \"sslCertificate\" nothing is reached by https here");
+    if (redirect != 0 && redirect == port)
+        reader.refuse("redirectPort", "another port than \"port\"");
+    if (!network.challenge_folder.empty() && redirect == 0)
+        reader.refuse("challengeFolder",
+                      "no such key without \"redirectPort\", where challenges are answered");
+}
+
+/// `port`: that of this configuration.
+void read_network(ConfigReader& reader, std::uint16_t port, NetworkConfig& network)
 {
     reader.read("sslCertificate", network.ssl_certificate);
     reader.read("sslKey", network.ssl_key);
@@ -71,6 +88,11 @@ void read_network(ConfigReader& reader, NetworkConfig& network)
         reader.require("sslCertificate", "the file of the certificate that \"sslKey\" belongs to");
     if (network.ssl_key.empty() && reader.has("sslCertificate"))
         reader.require("sslKey", "the file of the key that \"sslCertificate\" belongs to");
+    read_redirect(reader, port, network);
+    reader.read("listenAddress", network.listen_address);
+    if (!core::IpAddress::parse(network.listen_address))
+        reader.refuse("listenAddress",
+                      "a numeric address of this machine, as in \"127.0.0.1\", or \"::\" for all");
     reader.read_integer("connectionsPerAddress", network.connections_per_address, 1, 1'000'000);
     read_networks(reader, "trustedProxies", network.trusted_proxies);
     read_ping_timeout(reader, network.ping_timeout);
@@ -84,6 +106,19 @@ void warn_of_trust_in_everybody(NetworkConfig const& network, fs::path const& or
             warnings.push_back(
                 concat(origin.string(), ": key \"trustedProxies\": \"", proxies,
                        "\" is everybody: no client is limited, and each can pass for another"));
+}
+
+/// A site that speaks TLS to the world has chosen who may use it, or is told how.
+void warn_of_open_site(PublicAddress const& address, NetworkConfig const& network, AccessConfig const& access,
+                       fs::path const& origin, std::vector<std::string>& warnings)
+{
+    if (network.ssl_certificate.empty() || access.allowed_origins ||
+        core::reach_of(address.host) != core::Reach::everybody)
+        return;
+    warnings.push_back(concat(origin.string(),
+                              ": pages of every site may use this server. For those of its own site and of "
+                              "webots.cloud alone add this line: \"allowedOrigins\": [\"https://",
+                              address.host, "\", \"https://webots.cloud\"],"));
 }
 
 bool is_port(std::string_view text)
@@ -131,6 +166,7 @@ void read_access(ConfigReader& reader, AccessConfig& access)
     reader.read_secret("monitorPassword", access.monitor_password);
     read_networks(reader, "monitorAddresses", access.monitor_addresses);
     reader.read("operatorTokenFile", access.operator_token_file);
+    reader.read("sessionSecret", access.session_secret);
     reader.read("operatorSocket", access.operator_socket);
 }
 
@@ -586,7 +622,7 @@ result<Configured<SessionConfig>> parse_session_config(std::string_view text,
     read_server_name(*reader, "server", config.address.host);
     reader->read("ssl", config.address.ssl);
     reader->read("portRewrite", config.address.port_rewrite);
-    read_network(*reader, config.network);
+    read_network(*reader, config.address.port, config.network);
     read_access(*reader, config.access);
     read_log(*reader, config);
     read_seconds(*reader, "loadRefresh", config.load_refresh, 0.1);
@@ -606,6 +642,7 @@ result<Configured<SessionConfig>> parse_session_config(std::string_view text,
     warn_of_assumed_tls(*reader, config, origin, configured.warnings);
     warn_of_other_ports(config, origin, configured.warnings);
     warn_of_trust_in_everybody(config.network, origin, configured.warnings);
+    warn_of_open_site(config.address, config.network, config.access, origin, configured.warnings);
     make_printable(configured.warnings);
     return configured;
 }
@@ -625,7 +662,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     // Simulations have the ports after it, and their editors those 500 above.
     read_port(*reader, config.address.port, max_port - 1 - (config.docker ? editor_distance : 0));
     reader->read("portRewrite", config.address.port_rewrite);
-    read_network(*reader, config.network);
+    read_network(*reader, config.address.port, config.network);
     read_access(*reader, config.access);
     read_docker(*reader, origin.parent_path(), config.containers);
     reader->read("allowedRepositories", config.allowed_repositories);
@@ -680,6 +717,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     warn_of_plain_simulators(config, origin, configured.warnings);
     warn_of_assumed_tls(*reader, config, origin, configured.warnings);
     warn_of_trust_in_everybody(config.network, origin, configured.warnings);
+    warn_of_open_site(config.address, config.network, config.access, origin, configured.warnings);
     warn_of_foreign("allowedRepositories", config.allowed_repositories, config, origin, configured.warnings);
     warn_of_foreign("blockedRepositories", config.blocked_repositories, config, origin, configured.warnings);
     if (config.timeout < std::chrono::seconds(360)) {

@@ -21,9 +21,13 @@ public:
         compare("port", running.address.port, next.address.port);
         compare("sslCertificate", running.network.ssl_certificate, next.network.ssl_certificate);
         compare("sslKey", running.network.ssl_key, next.network.ssl_key);
+        compare("redirectPort", running.network.redirect_port, next.network.redirect_port);
+        compare("challengeFolder", running.network.challenge_folder, next.network.challenge_folder);
+        compare("listenAddress", running.network.listen_address, next.network.listen_address);
         compare("connectionsPerAddress", running.network.connections_per_address,
                 next.network.connections_per_address);
         compare("pingTimeout", running.network.ping_timeout, next.network.ping_timeout);
+        compare("sessionSecret", running.access.session_secret, next.access.session_secret);
         compare("operatorSocket", running.access.operator_socket, next.access.operator_socket);
         compare("trustedProxies", running.network.trusted_proxies, next.network.trusted_proxies);
         compare("logDir", running.log_dir, next.log_dir);

@@ -18,9 +18,11 @@ OwnFiles session_server_files(SessionConfig const& config, std::filesystem::path
     OwnFiles files;
     files.read.assign(system_folders.begin(), system_folders.end());
     for (auto const& file : {config_file, config.network.ssl_certificate, config.network.ssl_key,
-                             config.access.operator_token_file})
+                             config.access.operator_token_file, config.access.session_secret})
         if (!file.empty())
             files.read.push_back(file.parent_path());
+    if (!config.network.challenge_folder.empty())
+        files.read.push_back(config.network.challenge_folder);
     files.write = {config.log_dir, socket.parent_path(), "/dev/null"};
     return files;
 }

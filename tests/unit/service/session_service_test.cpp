@@ -648,6 +648,23 @@ BOOST_AUTO_TEST_CASE(decisions_are_shown_to_everybody_where_the_operator_says_so
     BOOST_TEST(fixture.get("/api/decisions").body == R"({"decisions":[]})");
 }
 
+// Issue 20, item 4.
+BOOST_AUTO_TEST_CASE(a_browser_is_given_a_ticket_for_the_server_that_it_is_sent_to)
+{
+    SessionServiceHooks hooks;
+    hooks.make_ticket = [n = 0](std::string_view server) mutable {
+        return "ticket" + std::to_string(++n) + "-for-" + std::string(server);
+    };
+    Fixture fixture(SessionServiceParams(), hooks);
+    fixture.http.expect("GET http://a:2000/load").reply(200, "1").always();
+    BOOST_TEST(fixture.get("/session").body.starts_with("Error: "), "and no ticket where there is no server");
+    fixture.start({"a:2000"});
+    BOOST_TEST(fixture.get("/session").body == "wss://a:2000/ticket/ticket1-for-a:2000");
+    testing::LoopbackChannel browser(fixture.world.executor());
+    fixture.connect(browser, "/session");
+    BOOST_TEST(browser.sent.front() == "wss://a:2000/ticket/ticket2-for-a:2000");
+}
+
 // Issue 20, item 2.
 BOOST_AUTO_TEST_CASE(the_gateway_passes_requests_of_machines_on_and_no_others)
 {

@@ -102,11 +102,11 @@ struct SimulationFixture
     }
 
     /// A browser on /client. `client` is whose quota counts; empty: nobody's.
-    testing::LoopbackChannel& connect(std::string const& client = {})
+    testing::LoopbackChannel& connect(std::string const& client = {}, std::string path = "/client")
     {
         browsers.push_back(std::make_unique<testing::LoopbackChannel>(world.executor()));
         ChannelInfo info;
-        info.path = "/client";
+        info.path = std::move(path);
         info.client = info.quota_key = client;
         browsings.spawn(service.serve_websocket(std::move(info), *browsers.back()));
         world.settle();

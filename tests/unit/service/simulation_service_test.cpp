@@ -1139,4 +1139,53 @@ BOOST_AUTO_TEST_CASE(whatever_fails_exactly_one_error_is_told_and_nothing_is_lef
     }
 }
 
+// Issue 20, item 4.
+BOOST_AUTO_TEST_CASE(where_tickets_are_asked_for_each_starts_one_simulation)
+{
+    std::vector<std::string> shown;
+    auto hooks = simulation_service_hooks();
+    hooks.refuse_ticket = [&shown](std::string_view ticket) -> std::string {
+        bool const is_new = std::find(shown.begin(), shown.end(), ticket) == shown.end();
+        shown.emplace_back(ticket);
+        return ticket == "good" && is_new ? "" : "No ticket.";
+    };
+    Fixture fixture(simulation_service_params(30s), hooks);
+    constexpr auto start = R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/a.wbt"}})";
+    for (auto const* path : {"/client", "/ticket/bad/client"}) {
+        auto& stranger = fixture.connect("a", path);
+        stranger.browser_says(start);
+        fixture.world.settle();
+        BOOST_TEST(stranger.sent == std::vector<std::string>{"loading: Error: No ticket."});
+        BOOST_TEST(fixture.service.sessions() == 0u, path);
+    }
+    fixture.processes.expect().prints(".\n");
+    auto& browser = fixture.connect("a", "/ticket/good/client");
+    BOOST_TEST(shown.size() == 2u, "it counts when a simulation is asked for");
+    browser.browser_says(start);
+    fixture.world.settle();
+    BOOST_TEST(browser.was_told("webots:"));
+    // Its own token is enough for who lost the connection.
+    fixture.lose(browser);
+    auto& again = fixture.connect("a", "/ticket/good/client");
+    again.browser_says(R"({"reconnect":"token1"})");
+    fixture.world.settle();
+    BOOST_TEST(again.was_told("webots:"));
+    BOOST_TEST(shown.size() == 3u);
+    fixture.leave(again);
+}
+
+BOOST_AUTO_TEST_CASE(where_no_tickets_are_asked_for_they_mean_nothing)
+{
+    Fixture fixture(simulation_service_params());
+    IncomingRequest request;
+    request.method = "GET";
+    request.upgrade = true;
+    for (auto const* path : {"/ticket/any/client", "/client"}) {
+        request.path = path;
+        BOOST_TEST(std::holds_alternative<AcceptWebSocket>(fixture.service.respond(request)), path);
+    }
+    for (auto const* path : {"/ticket/any/load", "/ticket/client", "/ticket", "/ticket/a/b/client"})
+        BOOST_TEST(fixture.get(path).status == 404, path);
+}
+
 BOOST_AUTO_TEST_SUITE_END()

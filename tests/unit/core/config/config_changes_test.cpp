@@ -32,7 +32,7 @@ BOOST_AUTO_TEST_CASE(a_session_server_takes_over_servers_mail_polling_and_addres
         session(R"({"port":1,"simulationServers":["a:1"],"server":"s","ssl":false,"portRewrite":false,
         "administrator":"a@b","mailServer":"m","mailServerPort":25,"mailSender":"s@b","mailSenderUser":"u","mailSenderPassword":"p",
         "loadRefresh":1,"loadTimeout":1,"loadThreshold":50,"scheduling":"random","decisionsForAll":true,"viewerUrl":"u","sessionBurst":1,"sessionRate":1,
-        "hostNames":["h"],"allowedOrigins":["*"],"frameAncestors":[],"monitorAddresses":["10.0.0.1"],"monitorPassword":"p","operatorTokenFile":"t"})");
+        "hostNames":["h"],"allowedOrigins":["*"],"frameAncestors":[],"monitorAddresses":["10.0.0.1"],"monitorPassword":"p","operatorTokenFile":"t","gateway":true})");
     BOOST_TEST(keys_for_restart(running, next).empty());
 }
 
@@ -41,12 +41,13 @@ BOOST_AUTO_TEST_CASE(what_a_session_server_does_not_take_over_is_named)
     auto const running = session(R"({"port":1,"simulationServers":[]})");
     auto const next = session(
         R"({"port":2,"simulationServers":[],"sslCertificate":"c","sslKey":"k","connectionsPerAddress":5,"pingTimeout":9,
-        "trustedProxies":[],"operatorSocket":"/s",
+        "trustedProxies":[],"operatorSocket":"/s","sessionSecret":"/x","redirectPort":3,"challengeFolder":"/c","listenAddress":"::1",
         "logDir":"l","debug":true,"logFormat":"json","placementTimeout":1})");
     BOOST_TEST(
         keys_for_restart(running, next) ==
-            (Keys{"port", "sslCertificate", "sslKey", "connectionsPerAddress", "pingTimeout",
-                  "operatorSocket", "trustedProxies", "logDir", "debug", "logFormat", "placementTimeout"}),
+            (Keys{"port", "sslCertificate", "sslKey", "redirectPort", "challengeFolder", "listenAddress",
+                  "connectionsPerAddress", "pingTimeout", "sessionSecret", "operatorSocket", "trustedProxies",
+                  "logDir", "debug", "logFormat", "placementTimeout"}),
         boost::test_tools::per_element());
 }
 

@@ -3,6 +3,7 @@
 
 #include <webots_cloud/config.hpp>
 
+#include <algorithm>
 #include <cstdlib>
 
 using namespace webots_cloud;
@@ -238,7 +239,13 @@ BOOST_AUTO_TEST_CASE(every_session_key_of_the_reference_is_obeyed)
                              "c.json")
             .value();
     auto const& config = configured.config;
-    BOOST_TEST(configured.warnings.empty());
+    BOOST_TEST(
+        configured.warnings ==
+            (std::vector<std::string>{
+                "c.json: pages of every site may use this server. For those of its own site and of "
+                "webots.cloud "
+                "alone add this line: \"allowedOrigins\": [\"https://h.org\", \"https://webots.cloud\"],"}),
+        boost::test_tools::per_element());
     BOOST_TEST(config.address.host == "h.org");
     BOOST_TEST(!config.address.ssl);
     BOOST_TEST(config.network.ssl_key == "k");
@@ -791,6 +798,46 @@ BOOST_AUTO_TEST_CASE(forges_are_urls_or_folders_beside_the_file)
     BOOST_TEST(!parse_simulation_config(R"({"forges":"https://x"})", "c.json"));
 }
 
+// Issue 20, items 4 and 5.
+BOOST_AUTO_TEST_CASE(a_public_site_with_tls_is_told_how_to_choose_its_origins)
+{
+    auto const warnings = [](std::string_view keys) {
+        auto const text =
+            R"({"server":"sim.org","sslCertificate":"c","sslKey":"k")" + std::string(keys) + "}";
+        auto const found = parse_simulation_config(text, "c.json").value().warnings;
+        return std::count_if(found.begin(), found.end(), [](std::string const& each) {
+            return each.find("allowedOrigins") != std::string::npos;
+        });
+    };
+    BOOST_TEST(warnings("") == 1);
+    BOOST_TEST(warnings(R"(,"allowedOrigins": ["https://sim.org", "https://webots.cloud"])") == 0,
+               "the line itself");
+    BOOST_TEST(warnings(R"(,"allowedOrigins":["*"])") == 0);
+    for (auto const* quiet :
+         {R"({"server":"sim.org"})", R"({"server":"pc7.local","sslCertificate":"c","sslKey":"k"})"})
+        for (auto const& each : parse_simulation_config(quiet, "c.json").value().warnings)
+            BOOST_TEST(each.find("allowedOrigins") == std::string::npos, each);
+}
+
+BOOST_AUTO_TEST_CASE(a_port_without_tls_leads_to_the_one_with_it)
+{
+    auto const parse = [](std::string_view keys) {
+        return parse_session_config(R"({"port":443,"simulationServers":[])" + std::string(keys) + "}",
+                                    "c.json");
+    };
+    std::string const tls = R"(,"sslCertificate":"c","sslKey":"k")";
+    BOOST_TEST(parse(tls)->config.network.redirect_port == 0);
+    BOOST_TEST(parse(tls + R"(,"redirectPort":80)")->config.network.redirect_port == 80);
+    BOOST_TEST(parse(tls + R"(,"redirectPort":80,"challengeFolder":"/a")")->config.network.challenge_folder ==
+               "/a");
+    for (auto const& bad : {std::string(R"(,"redirectPort":80)"), tls + R"(,"redirectPort":443)",
+                            tls + R"(,"redirectPort":65536)", tls + R"(,"challengeFolder":"/a")"})
+        BOOST_TEST(!parse(bad), bad);
+    BOOST_TEST(parse("")->config.network.listen_address == "::");
+    BOOST_TEST(parse(R"(,"listenAddress":"127.0.0.1")")->config.network.listen_address == "127.0.0.1");
+    BOOST_TEST(!parse(R"(,"listenAddress":"localhost")"));
+}
+
 BOOST_AUTO_TEST_CASE(both_servers_know_who_may_ask_them)
 {
     auto const none =
@@ -799,7 +846,7 @@ BOOST_AUTO_TEST_CASE(both_servers_know_who_may_ask_them)
     BOOST_TEST(!none.allowed_origins.has_value());
     std::string const keys =
         R"("hostNames":["lab7"],"allowedOrigins":["https://*.example.org","null"],"frameAncestors":[],)"
-        R"("monitorPassword":"p","monitorAddresses":["10.0.0.0/8"],"operatorTokenFile":"/t","operatorSocket":"/s")";
+        R"("monitorPassword":"p","monitorAddresses":["10.0.0.0/8"],"operatorTokenFile":"/t","operatorSocket":"/s","sessionSecret":"/x")";
     auto const access = parse_simulation_config("{" + keys + "}", "c.json").value().config.access;
     BOOST_TEST(access.host_names == (std::vector<std::string>{"lab7"}));
     BOOST_TEST(*access.allowed_origins == (std::vector<std::string>{"https://*.example.org", "null"}));
@@ -808,6 +855,7 @@ BOOST_AUTO_TEST_CASE(both_servers_know_who_may_ask_them)
     BOOST_TEST(access.monitor_addresses == (std::vector<std::string>{"10.0.0.0/8"}));
     BOOST_TEST(access.operator_token_file == "/t");
     BOOST_TEST(access.operator_socket == "/s");
+    BOOST_TEST(access.session_secret == "/x");
     BOOST_TEST((parse_session_config(R"({"port":1,"simulationServers":[],)" + keys + "}", "c.json")
                     .value()
                     .config.access == access));

@@ -25,8 +25,11 @@ BOOST_AUTO_TEST_CASE(what_may_be_renewed_is_reached_by_its_folder)
     config.network.ssl_certificate = "/certs/live/cert.pem";
     config.network.ssl_key = "/keys/key.pem";
     config.access.operator_token_file = "/srv/token";
+    config.access.session_secret = "/secrets/session";
+    config.network.challenge_folder = "/var/www/acme";
     auto const files = session_server_files(config, "/opt/conf/session.json", "/run/w/session-1999.sock");
-    for (auto const* folder : {"/opt/conf", "/certs/live", "/keys", "/srv", "/etc"})
+    for (auto const* folder :
+         {"/opt/conf", "/certs/live", "/keys", "/srv", "/secrets", "/var/www/acme", "/etc"})
         BOOST_TEST(has(files.read, folder), folder);
     BOOST_TEST(has(files.write, "/var/log/webots"));
     BOOST_TEST(has(files.write, "/run/w"));

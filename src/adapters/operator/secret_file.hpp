@@ -1,0 +1,18 @@
+// Files with one secret word each, which only their owner may read.
+#pragma once
+
+#include <webots_cloud/error.hpp>
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace webots_cloud::adapters {
+
+/// The word in a file; `what` it is, for messages: "the operator's token".
+///
+/// Errors: `invalid_config`: the file can't be read, others may read it too, or there is no single word of at
+/// least 16 characters in it.
+result<std::string> read_secret(std::filesystem::path const& file, std::string_view what);
+
+} // namespace webots_cloud::adapters

@@ -1,0 +1,108 @@
+#include "https_redirect.hpp"
+
+#include "core/access/https_address.hpp"
+#include "core/text.hpp"
+#include "operator_requests.hpp"
+
+#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/servers.hpp>
+
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/use_awaitable.hpp>
+
+#include <optional>
+
+namespace webots_cloud::app {
+
+namespace asio = boost::asio;
+using core::concat;
+
+namespace {
+
+constexpr std::string_view html = "text/html; charset=UTF-8";
+constexpr std::size_t max_challenge = 4096;
+
+core::SiteAccess site_of(PublicAddress const& address, AccessConfig const& access)
+{
+    auto names = access_params(address.host, access).host_names;
+    names.push_back(address.host);
+    return {core::Reach::everybody, names, nullptr};
+}
+
+HttpServerParams plain_params(NetworkConfig network)
+{
+    auto const port = network.redirect_port;
+    network.ssl_certificate.clear();
+    network.ssl_key.clear();
+    return http_server_params(port, network);
+}
+
+} // namespace
+
+struct HttpsRedirect::Impl final : Endpoint
+{
+    Impl(asio::any_io_executor const& executor, PublicAddress public_address, NetworkConfig const& network,
+         AccessConfig const& access, Logger logger)
+        : address(std::move(public_address)), site(site_of(address, access)),
+          challenges(network.challenge_folder), log(std::move(logger)), forever(executor)
+    {
+        if (network.redirect_port != 0)
+            server = make_http_server(executor, plain_params(network), log);
+    }
+
+    Answer respond(IncomingRequest const& request) override
+    {
+        auto const challenge = core::challenge_in(request.path);
+        if (!challenge.empty() && !challenges.empty())
+            return answer_challenge(challenge);
+        auto const target =
+            request.query.empty() ? std::string(request.path) : concat(request.path, "?", request.query);
+        bool const keeps_method = request.method == "GET" || request.method == "HEAD"; // with any status
+        HttpResponse response(keeps_method ? 301 : 308, std::string(html), "This site speaks https.");
+        response.headers.emplace_back("Location", core::https_address(request.header("Host"), site,
+                                                                      address.host, address.port, target));
+        return response;
+    }
+
+    /// A small file on this machine, now and then: reading it keeps nobody waiting.
+    HttpResponse answer_challenge(std::string_view name) const
+    {
+        auto const text =
+            read_regular_file(challenges / ".well-known" / "acme-challenge" / name, max_challenge);
+        return text ? HttpResponse(200, "text/plain", *text)
+                    : HttpResponse(404, std::string(html), "There is no such challenge.");
+    }
+
+    asio::awaitable<void> serve_websocket(ChannelInfo, Channel&) override { co_return; }
+
+    PublicAddress const address;
+    core::SiteAccess const site;
+    std::filesystem::path const challenges;
+    Logger log;
+    asio::steady_timer forever;
+    std::unique_ptr<HttpServer> server; ///< Null: there is no such port.
+};
+
+HttpsRedirect::HttpsRedirect(asio::any_io_executor executor, PublicAddress const& address,
+                             NetworkConfig const& network, AccessConfig const& access, Logger log)
+    : impl_(std::make_unique<Impl>(executor, address, network, access, std::move(log)))
+{}
+
+HttpsRedirect::~HttpsRedirect() = default;
+
+result<> HttpsRedirect::listen()
+{
+    return impl_->server ? impl_->server->listen() : result<>();
+}
+
+asio::awaitable<result<>> HttpsRedirect::run()
+{
+    if (impl_->server)
+        co_return co_await impl_->server->run(*impl_);
+    impl_->forever.expires_at(asio::steady_timer::time_point::max());
+    (void)co_await impl_->forever.async_wait(asio::as_tuple(asio::use_awaitable));
+    co_return Failure(asio::error::operation_aborted);
+}
+
+} // namespace webots_cloud::app

@@ -1,0 +1,155 @@
+#include "tickets.hpp"
+
+#include "core/base64.hpp"
+#include "core/text.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+
+namespace webots_cloud::core {
+namespace {
+
+constexpr std::string_view purpose =
+    "webots_cloud ticket 1\n"; // the secret may be used for other things, too
+constexpr std::size_t expiry_size = 8;
+constexpr std::size_t mac_size = 32;
+constexpr std::size_t ticket_size = expiry_size + ticket_nonce_size + mac_size;
+constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
+// Clocks of two machines differ. A ticket from further in the future would have to be remembered for long.
+constexpr Duration max_clock_difference = std::chrono::minutes(5);
+
+std::string encode(std::string_view bytes)
+{
+    auto text = base64(bytes);
+    std::replace(text.begin(), text.end(), '+', '-');
+    std::replace(text.begin(), text.end(), '/', '_');
+    text.erase(std::min(text.size(), text.find('=')));
+    return text;
+}
+
+std::optional<std::string> decode(std::string_view text)
+{
+    std::string bytes;
+    std::uint32_t bits = 0;
+    int count = 0;
+    for (char const c : text) {
+        auto const digit = digits.find(c);
+        if (digit == std::string_view::npos)
+            return std::nullopt;
+        bits = (bits << 6) | static_cast<std::uint32_t>(digit);
+        count += 6;
+        if (count >= 8) {
+            count -= 8;
+            bytes += static_cast<char>((bits >> count) & 0xff);
+        }
+    }
+    return bytes;
+}
+
+/// Milliseconds since 1970, the highest byte first: the order of the texts is that of the times.
+std::string bytes_of(WallTime time)
+{
+    auto const milliseconds = static_cast<std::uint64_t>(
+        std::chrono::duration_cast<std::chrono::milliseconds>(time.time_since_epoch()).count());
+    std::string bytes;
+    for (int shift = 56; shift >= 0; shift -= 8)
+        bytes += static_cast<char>((milliseconds >> shift) & 0xff);
+    return bytes;
+}
+
+/// In constant time: how long it takes does not tell where they differ.
+bool is_same(std::string_view left, std::string_view right) noexcept
+{
+    if (left.size() != right.size())
+        return false;
+    unsigned difference = 0;
+    for (std::size_t i = 0; i < left.size(); ++i)
+        difference |= static_cast<unsigned char>(left[i]) ^ static_cast<unsigned char>(right[i]);
+    return difference == 0;
+}
+
+} // namespace
+
+std::string server_of_ticket(std::string_view address)
+{
+    auto name = lower_case(address);
+    std::replace(name.begin(), name.end(), '/', ':');
+    return name;
+}
+
+std::string make_ticket(Mac const& mac, std::string_view server, std::string_view nonce, WallTime now)
+{
+    auto const content =
+        concat(bytes_of(now + std::chrono::duration_cast<WallTime::duration>(ticket_lifetime)), nonce);
+    return encode(concat(content, mac(concat(purpose, content, server_of_ticket(server)))));
+}
+
+std::string_view ticket_in(std::string_view path) noexcept
+{
+    constexpr std::string_view before = "/ticket/";
+    constexpr std::string_view after = "/client";
+    if (!path.starts_with(before) || !path.ends_with(after) || path.size() <= before.size() + after.size())
+        return {};
+    auto const ticket = path.substr(before.size(), path.size() - before.size() - after.size());
+    return ticket.find('/') == std::string_view::npos ? ticket : std::string_view();
+}
+
+std::string_view refusal(TicketVerdict verdict) noexcept
+{
+    switch (verdict) {
+    case TicketVerdict::missing:
+        return "Simulations of this site start through its session server: please start again from the "
+               "site's own page.";
+    case TicketVerdict::unknown:
+        return "This machine does not know the ticket of its session server: its operator finds the reason "
+               "in the log.";
+    case TicketVerdict::expired:
+        return "The ticket for this simulation has expired: please start again.";
+    case TicketVerdict::used:
+        return "The ticket for this simulation has been used: please start again.";
+    case TicketVerdict::too_many:
+        return "Too many simulations were started in the last minute: please try again in a minute.";
+    case TicketVerdict::accepted:
+        break;
+    }
+    return {};
+}
+
+TicketBook::TicketBook(Mac mac, std::vector<std::string> names, std::size_t max_used)
+    : mac_(std::move(mac)), max_used_(max_used)
+{
+    for (auto const& name : names)
+        names_.push_back(server_of_ticket(name));
+}
+
+TicketVerdict TicketBook::redeem(std::string_view ticket, WallTime now)
+{
+    if (ticket.empty())
+        return TicketVerdict::missing;
+    auto const bytes = ticket.size() <= 2 * ticket_size ? decode(ticket) : std::nullopt;
+    if (!bytes || bytes->size() != ticket_size)
+        return TicketVerdict::unknown;
+    auto const content = std::string_view(*bytes).substr(0, expiry_size + ticket_nonce_size);
+    auto const given = std::string_view(*bytes).substr(content.size());
+    bool const is_ours = std::any_of(names_.begin(), names_.end(), [&](std::string const& name) {
+        return is_same(given, mac_(concat(purpose, content, name)));
+    });
+    if (!is_ours)
+        return TicketVerdict::unknown;
+    auto const expiry = content.substr(0, expiry_size);
+    auto const latest =
+        now + std::chrono::duration_cast<WallTime::duration>(ticket_lifetime + max_clock_difference);
+    if (expiry < bytes_of(now) || expiry > bytes_of(latest))
+        return TicketVerdict::expired;
+    used_.erase(used_.begin(), used_.lower_bound(std::pair(bytes_of(now), std::string())));
+    std::pair entry(std::string(expiry), std::string(content.substr(expiry_size)));
+    if (used_.contains(entry))
+        return TicketVerdict::used;
+    if (used_.size() >= max_used_)
+        return TicketVerdict::too_many;
+    used_.insert(std::move(entry));
+    return TicketVerdict::accepted;
+}
+
+} // namespace webots_cloud::core
