@@ -111,11 +111,12 @@ std::string fingerprint(std::string_view bytes)
     return text.data();
 }
 
+/// With a path, as gateways send it, from which this server is reached.
 bool is_host_name(std::string_view host)
 {
     return !host.empty() && host.size() < 260 && std::all_of(host.begin(), host.end(), [](unsigned char c) {
         return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-               std::string_view{".:-[]_"}.find(static_cast<char>(c)) != std::string_view::npos;
+               std::string_view{".:-[]_/"}.find(static_cast<char>(c)) != std::string_view::npos;
     });
 }
 

@@ -39,6 +39,10 @@ std::string make_token();
 /// Bytes from the random numbers of the operating system.
 std::string random_bytes(std::size_t size);
 
+/// As `make_token`, but 28 lower-case letters: for addresses of simulations, which may have no other digits
+/// than those of ports.
+std::string make_address_token();
+
 /// The clock of this computer.
 std::unique_ptr<Clock> make_steady_clock(boost::asio::any_io_executor executor);
 

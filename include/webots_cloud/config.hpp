@@ -179,6 +179,10 @@ struct SimulationConfig
     std::string network_reach = "internet"; ///< `network`: what simulations in a sandbox reach: `internet`
                                             ///< (public addresses), `none`, `host`.
     LimitsConfig limits;                    ///< `simulationMemory` and the like.
+    /// `gateway`: browsers reach simulations through this server's own port; `false`: at ports of theirs.
+    bool gateway = true;
+    std::uint64_t traffic_limit =
+        0; ///< `trafficLimit`: bytes per second of each simulation through the gateway; 0: any number.
     /// `simulatorEnvironment`: `NAME` and `PREFIX_*` of the server's environment, and `NAME=value`, for
     /// simulators.
     std::vector<std::string> simulator_environment;

@@ -31,9 +31,10 @@ public:
         may_be_link
     };
 
-    /// Makes `<state>/<name>/instances` if need be, locks it and removes what a dead predecessor left in it.
+    /// Makes `<state>/<name>/instances` and `<state>/<name>/brokers` if need be, locks the first
+    /// and removes what a dead predecessor left in it.
     ///
-    /// All three are ours: what is in the way of the inner two is set aside, and modes are mended, since
+    /// All are ours: what is in the way of the inner ones is set aside, and modes are mended, since
     /// simulations run as the same user. Nobody else can have put them there, or put something else in their
     /// place later.
     /// Errors: `invalid_argument`, its detail says what to do, when `state` is another user's, or everybody
@@ -44,13 +45,15 @@ public:
 
     InstanceRoot(InstanceRoot&& other) noexcept
         : lock_(std::exchange(other.lock_, -1)), left_overs_(other.left_overs_),
-          path_(std::move(other.path_)), notices_(std::move(other.notices_))
+          path_(std::move(other.path_)), brokers_(std::move(other.brokers_)),
+          notices_(std::move(other.notices_))
     {}
     InstanceRoot& operator=(InstanceRoot&& other) noexcept
     {
         std::swap(lock_, other.lock_);
         std::swap(left_overs_, other.left_overs_);
         std::swap(path_, other.path_);
+        std::swap(brokers_, other.brokers_);
         std::swap(notices_, other.notices_);
         return *this;
     }
@@ -58,6 +61,9 @@ public:
 
     /// The folder.
     std::filesystem::path const& path() const noexcept { return path_; }
+
+    /// Beside it: a folder for the sockets of brokers (`ProcessNetwork::broker`), ours alone.
+    std::filesystem::path const& brokers() const noexcept { return brokers_; }
 
     LeftOvers const& left_overs() const noexcept { return left_overs_; }
 
@@ -70,6 +76,7 @@ private:
     int lock_ = -1;
     LeftOvers left_overs_;
     std::filesystem::path path_;
+    std::filesystem::path brokers_;
     std::vector<std::string> notices_;
 };
 

@@ -38,8 +38,8 @@ boost::asio::awaitable<result<>> serve_sessions(boost::asio::any_io_executor exe
 /// Runs a simulation server until cancelled; then every simulation is ended first.
 ///
 /// SIGHUP applies new `allowedRepositories`, `blockedRepositories`, `shareIdleTime`, `simulationsPerAddress`,
-/// `title`, `description` and `AccessConfig`, but for `operatorSocket`; registries are told of the first and
-/// the third.
+/// `trafficLimit`, `title`, `description` and `AccessConfig`, but for `operatorSocket`; registries are told
+/// of the first and the third.
 ///
 /// `programs` is the folder of `webots-process-guard` and `webots-demo-simulator`.
 /// Errors: as `serve_sessions`; `not_found` when there is neither Webots nor the demo simulator.

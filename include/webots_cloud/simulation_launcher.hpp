@@ -57,6 +57,13 @@ struct SimulationLauncherParams
     std::vector<std::string> simulator_environment;
     /// How simulators are confined. Default: not at all. With containers Docker does it.
     SandboxParams sandbox;
+    /// Whether browsers reach simulators through the server alone, which then answers `Forward`; not those of
+    /// Webots R2021b and older with `old_webots_tls`. Default: no, since the adapter has to know `Forward`.
+    bool gateway = false;
+    /// With `gateway`: an absolute folder that only we may enter, of at most 100 bytes. Simulators with a
+    /// network of their own are reached through sockets in there, and no port of the machine is opened for
+    /// them. Empty: there is one for each, on all addresses.
+    std::filesystem::path brokers;
     /// Of each simulation. Who overruns one is ended, by the SimulationService. Default: none. With
     /// containers Docker keeps them.
     ProcessLimits limits;
@@ -91,12 +98,17 @@ struct SimulationProgress
 };
 
 /// The world is loaded, and the simulator listens on `port`.
+///
+/// With `through_gateway` browsers are to reach it through the server alone, which finds it at that port of
+/// 127.0.0.1 or, unless it is empty, through the socket `broker` (see `ProcessNetwork`).
 struct SimulationReady
 {
     SimulationReady() = default;
     explicit SimulationReady(std::uint16_t port) : port(port) {}
 
     std::uint16_t port = 0;
+    bool through_gateway = false;
+    std::filesystem::path broker;
 };
 
 /// The simulator's sign of life, every five seconds.

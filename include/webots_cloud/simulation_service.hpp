@@ -47,6 +47,9 @@ struct SimulationServiceParams
     std::size_t max_silent = 256;
     /// How long a simulation waits for a browser that lost its connection. Default 0: it ends at once.
     Duration reconnect_grace{};
+    /// Bytes per second, of all that browsers and one simulation say to each other through the server. 0: any
+    /// number.
+    std::uint64_t traffic_limit = 0;
     std::string title;               ///< Heading of the monitor page; empty: a standard one.
     std::string description;         ///< Paragraph of the monitor page.
     std::vector<std::string> notify; ///< URLs of registries, for the monitor page.
@@ -70,6 +73,9 @@ struct SimulationServiceHooks
     /// Why a browser that came with a ticket may start no simulation, a sentence; empty: it may, this once.
     /// The ticket is empty for browsers without one. Not set: tickets mean nothing.
     std::function<std::string(std::string_view ticket)> refuse_ticket;
+    /// Makes the tokens in the addresses of simulations, which nobody can guess: letters only. Required where
+    /// the launcher's `gateway` is true.
+    std::function<std::string()> new_address_token;
     /// Takes the lines of monitor.csv, without its heading, one each second.
     std::function<void(std::string line)> monitor_log;
     /// Keeps what simulators print; must outlive the service.
@@ -93,8 +99,8 @@ public:
                       SimulationServiceHooks hooks = SimulationServiceHooks());
     ~SimulationService() override;
 
-    /// Takes the repositories, `share_idle_time`, `simulations_per_address`, title and description from
-    /// `params`; running simulations go on.
+    /// Takes the repositories, `share_idle_time`, `simulations_per_address`, `traffic_limit`, title and
+    /// description from `params`; running simulations go on.
     void apply(SimulationServiceParams const& params);
 
     /// Takes no new simulations from now on, and logs that; with `exit_when_empty`, `run()` succeeds when the

@@ -216,11 +216,25 @@ void tell_limits(SimulationConfig const& config, ProcessLimits const& limits, Li
         log.warning(warning);
 }
 
+/// Where the sockets are by which simulations with a network of their own are reached. Empty: nowhere.
+fs::path broker_folder(SimulationConfig const& config, InstanceRoot const& root, Logger const& log)
+{
+    constexpr std::size_t longest = 100; // names of sockets have 107 bytes, and ports five digits
+    if (!config.gateway || root.brokers().native().size() <= longest)
+        return config.gateway ? root.brokers() : fs::path();
+    log.warning(concat("Simulations with a network of their own have open ports on this machine, although "
+                       "\"gateway\" is true: the name of ",
+                       root.brokers().native(), " is too long for sockets. Choose a shorter \"stateDir\"."));
+    return {};
+}
+
 SimulationLauncherParams launcher_params(SimulationConfig const& config, fs::path simulator,
                                          SandboxParams sandbox, app::ChosenDisplay const& display,
-                                         ProcessLimits const& limits)
+                                         ProcessLimits const& limits, fs::path brokers)
 {
     SimulationLauncherParams params;
+    params.gateway = config.gateway;
+    params.brokers = std::move(brokers);
     params.display = display.name;
     params.private_display = display.own;
     params.limits = limits;
@@ -303,6 +317,7 @@ SimulationServiceParams service_params(SimulationConfig const& config, Simulatio
     params.blocked_repositories = config.blocked_repositories;
     params.share_idle_time = config.share_idle_time;
     params.simulations_per_address = static_cast<std::size_t>(config.simulations_per_address);
+    params.traffic_limit = config.traffic_limit;
     params.notify = config.notify;
     params.walls = walls;
     params.strict_load = config.strict_load;
@@ -413,7 +428,8 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
                                                       *processes, *clock, log);
     if (!display)
         co_return display.error();
-    SimulationLauncher launcher(launcher_params(config, choice->program, sandbox->params, *display, limits),
+    SimulationLauncher launcher(launcher_params(config, choice->program, sandbox->params, *display, limits,
+                                                broker_folder(config, *root, log)),
                                 *processes, *clock, log, docker.get());
     if (!config.docker)
         tell_environment(launcher.params(), log);
@@ -434,6 +450,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     SimulationServiceHooks hooks;
     hooks.new_token = make_token;
     hooks.refuse_ticket = *tickets;
+    hooks.new_address_token = make_address_token;
     if (config.monitor_log)
         hooks.monitor_log =
             make_line_file(executor, "Monitor log file", config.log_dir / "simulation" / "monitor.csv",

@@ -4,6 +4,7 @@
 #include "core/access/site_access.hpp"
 #include "core/base64.hpp"
 #include "core/pages/http_pages.hpp"
+#include "core/simulation/gateway_address.hpp"
 #include "core/text.hpp"
 
 namespace webots_cloud {
@@ -145,7 +146,9 @@ std::optional<HttpResponse> AccessControl::Impl::refuse(IncomingRequest const& r
         return HttpResponse(421, std::string(core::html_type),
                             "This server has another name. Its operator can add this one to \"hostNames\".");
     }
-    if (request.upgrade && !site.accepts_origin(request.header("Origin"), host)) {
+    // Whoever knows the token of a simulation may use it, from whatever page, as with a port of its own.
+    bool const has_key = core::is_gateway_path(request.path);
+    if (request.upgrade && !has_key && !site.accepts_origin(request.header("Origin"), host)) {
         log.warning(LogCause("origin", request.client),
                     concat("Refused a WebSocket of a page of ",
                            core::printable(request.header("Origin"), 200),

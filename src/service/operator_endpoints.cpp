@@ -227,8 +227,28 @@ Answer OperatorEndpoints::figures(IncomingRequest const&)
         .add(params_.isolation_warning.empty() ? 1 : 0);
     if (context_.launcher.params().limits.any())
         write_consumption(text);
+    if (context_.launcher.params().gateway)
+        write_traffic(text);
     context_.starts.write(text);
     return core::metrics_page(text.take(), hooks_.more_metrics);
+}
+
+/// What has gone through the gateway.
+void OperatorEndpoints::write_traffic(core::MetricsText& text) const
+{
+    double connections = 0;
+    auto received = static_cast<double>(context_.received);
+    auto sent = static_cast<double>(context_.sent);
+    for (auto const& [id, session] : sessions_)
+        if (auto const* tunnels = session->tunnels()) {
+            connections += static_cast<double>(tunnels->open());
+            received += static_cast<double>(tunnels->received());
+            sent += static_cast<double>(tunnels->sent());
+        }
+    text.family("gateway_connections", "gauge", "Connections to simulations for browsers.").add(connections);
+    text.family("gateway_bytes_total", "counter", "Bytes relayed, by who sent them.")
+        .add(received, {{"from", "browsers"}})
+        .add(sent, {{"from", "simulations"}});
 }
 
 /// What simulations use, all together, and how many wanted more than they may have.

@@ -80,6 +80,7 @@ private:
     Answer load_answer(IncomingRequest const& request);
     Answer monitor_page(IncomingRequest const& request);
     void write_consumption(core::MetricsText& text) const;
+    void write_traffic(core::MetricsText& text) const;
     Answer figures(IncomingRequest const& request);
     Answer liveness(IncomingRequest const& request);
     Answer readiness(IncomingRequest const& request);

@@ -35,6 +35,12 @@ constexpr int ports_tried_by_webots = 10;
 
 constexpr auto restart_limit = std::chrono::seconds(30);
 
+/// Webots that speaks TLS itself is spoken to by browsers themselves.
+bool uses_gateway(SimulationLauncherParams const& params, LaunchSpec const& spec)
+{
+    return params.gateway && !(spec.old_command_line && params.old_webots_tls);
+}
+
 std::string describe(ExitStatus const& status)
 {
     return concat(status.signalled ? "it was ended by signal " : "it exited with status ",
@@ -90,8 +96,8 @@ public:
                       LaunchSpec spec, SimulatorRuntime& runtime, ContainerPlan plan)
         : lease_(std::move(lease)), process_(std::move(process)), processes_(processes), clock_(clock),
           log_(std::move(log)), label_(std::move(spec.label)), output_(std::move(spec.output)),
-          runtime_(runtime), plan_(std::move(plan)), limits_(params.limits),
-          state_(clock.now(), params.start_timeout, params.timeout)
+          runtime_(runtime), plan_(std::move(plan)), through_gateway_(uses_gateway(params, spec)),
+          limits_(params.limits), state_(clock.now(), params.start_timeout, params.timeout)
     {
         for (auto& note : plan_.notes)
             events_.emplace_back(SimulationProgress(std::move(note)));
@@ -131,6 +137,7 @@ private:
     std::function<void(std::string_view)> output_;
     SimulatorRuntime& runtime_;
     ContainerPlan plan_;
+    bool through_gateway_;
     ProcessLimits limits_;
     core::SimulatorState state_;
 
@@ -333,7 +340,11 @@ void RunningSimulation::note_activity(bool running)
 
 void RunningSimulation::announce(std::uint16_t port)
 {
-    events_.emplace_back(SimulationReady(port));
+    SimulationReady ready(port);
+    ready.through_gateway = through_gateway_;
+    if (through_gateway_)
+        ready.broker = plan_.process.network.broker;
+    events_.emplace_back(std::move(ready));
     if (auto const activity = state_.early_activity())
         note_activity(*activity);
 }
@@ -420,6 +431,9 @@ asio::awaitable<result<std::unique_ptr<Simulation>>> SimulationLauncher::launch(
         co_return plan.error();
     auto const command = plan->command.empty() ? in_one_line(plan->process.argv) : plan->command;
 
+    if (uses_gateway(impl_->params, spec) && !impl_->params.brokers.empty() &&
+        plan->process.network.reach != ProcessNetwork::Reach::host)
+        plan->process.network.broker = impl_->params.brokers / std::to_string(*port);
     hold.reset(); // as late as possible: from now on the simulator can take the port
     auto process = plan->process;
     auto started = co_await impl_->processes.start(std::move(process));

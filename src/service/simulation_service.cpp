@@ -6,6 +6,7 @@
 #include "core/pages/monitor_sample.hpp"
 #include "core/projects/outside_projects.hpp"
 #include "core/simulation/client_protocol.hpp"
+#include "core/simulation/gateway_address.hpp"
 #include "core/text.hpp"
 #include "limit_watch.hpp"
 #include "operator_endpoints.hpp"
@@ -17,6 +18,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <span>
 #include <unordered_map>
 #include <variant>
@@ -57,6 +59,7 @@ struct SimulationService::Impl
         context.simulation_logs = hooks.simulation_logs;
         context.reconnect_grace = params.reconnect_grace;
         context.new_token = hooks.new_token;
+        context.new_address_token = hooks.new_address_token;
         context.address = params.address;
     }
 
@@ -64,6 +67,9 @@ struct SimulationService::Impl
     Answer client_without_upgrade(IncomingRequest const& request);
     bool has_ticket(IncomingRequest const& request) const;
     bool admit(std::uint64_t id, std::string const& path, Channel& channel);
+    bool leads_to_simulation(IncomingRequest const& request) const;
+    Answer forward(IncomingRequest const& request);
+    std::optional<Forward> forward_of(IncomingRequest const& request) const;
     void set_policy();
     void stop();
     void add_silent(std::uint64_t id, std::string const& quota_key, Channel& channel);
@@ -117,6 +123,7 @@ void SimulationService::apply(SimulationServiceParams const& params)
     impl_->params.blocked_repositories = params.blocked_repositories;
     impl_->params.share_idle_time = params.share_idle_time;
     impl_->params.simulations_per_address = params.simulations_per_address;
+    impl_->params.traffic_limit = params.traffic_limit;
     impl_->params.title = params.title;
     impl_->params.description = params.description;
     impl_->operators.refresh_pages();
@@ -132,6 +139,9 @@ void SimulationService::Impl::set_policy()
     context.policy.walled = outside.accepted;
     context.policy.unwalled = std::move(outside.hint);
     context.admission.set_max_simulations_per_client(params.simulations_per_address);
+    context.traffic_limit = params.traffic_limit;
+    for (auto const& [id, session] : sessions)
+        session->limit_traffic();
 }
 
 asio::awaitable<result<>> SimulationService::run()
@@ -187,8 +197,10 @@ std::span<Route<SimulationService::Impl> const> SimulationService::Impl::routes(
 {
     static constexpr auto table = std::to_array<Route<Impl>>({
         // clang-format off
-        {"/client",  core::Methods::get, everybody,         Upgrade::accepted, &Impl::client_without_upgrade},
-        {"/ticket*", core::Methods::get, &Impl::has_ticket, Upgrade::accepted, &Impl::client_without_upgrade},
+        {"/client",       core::Methods::get,  everybody,                  Upgrade::accepted, &Impl::client_without_upgrade},
+        {"/ticket*",      core::Methods::get,  &Impl::has_ticket,          Upgrade::accepted, &Impl::client_without_upgrade},
+        // Who has no token finds nothing, whatever the method.
+        {"/simulation/*", core::Methods::read, &Impl::leads_to_simulation, Upgrade::ignored,  &Impl::forward},
         // clang-format on
     });
     return table;
@@ -213,6 +225,27 @@ bool SimulationService::Impl::admit(std::uint64_t id, std::string const& path, C
     context.log.warning(LogCause("ticket"), concat("[", std::to_string(id), "] Refused: ", why));
     (void)channel.send(core::error_message(why));
     return false;
+}
+
+std::optional<Forward> SimulationService::Impl::forward_of(IncomingRequest const& request) const
+{
+    auto const path = core::parse_gateway_path(request.path);
+    if (!path)
+        return std::nullopt;
+    for (auto const& [id, session] : sessions)
+        if (session->is_at(path->token))
+            return session->forward(*path, request);
+    return std::nullopt;
+}
+
+bool SimulationService::Impl::leads_to_simulation(IncomingRequest const& request) const
+{
+    return forward_of(request).has_value();
+}
+
+Answer SimulationService::Impl::forward(IncomingRequest const& request)
+{
+    return *forward_of(request);
 }
 
 asio::awaitable<void> SimulationService::serve_websocket(ChannelInfo info, Channel& channel)

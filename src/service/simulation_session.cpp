@@ -8,6 +8,8 @@
 #include <boost/asio/experimental/awaitable_operators.hpp>
 #include <boost/asio/this_coro.hpp>
 
+#include <algorithm>
+
 namespace webots_cloud {
 namespace asio = boost::asio;
 
@@ -253,6 +255,36 @@ void SimulationSession::log_loss(Life::Loss loss)
                                                loss_reason_, "; ", what_follows));
 }
 
+std::optional<Forward> SimulationSession::forward(core::GatewayPath const& path,
+                                                  IncomingRequest const& request) const
+{
+    Forward forward;
+    forward.upstream = Upstream("127.0.0.1", path.port);
+    forward.target = path.rest;
+    if (!request.query.empty())
+        forward.target.append("?").append(request.query);
+    forward.group = tunnels_;
+    if (path.port == ready_.port) {
+        forward.upstream.broker = ready_.broker;
+        // Webots names its own files in what it serves by http:// and this header.
+        if (!request.upgrade)
+            forward.headers.emplace_back(
+                "Host", core::gateway_authority(context_.address, address_token_, ready_.port));
+        return forward;
+    }
+    auto const& told = simulation_->announcements();
+    if (path.port == ready_.port + core::editor_distance &&
+        std::find(told.begin(), told.end(), core::editor_message) != told.end())
+        return forward; // Docker opens that port of the machine for the editor
+    return std::nullopt;
+}
+
+void SimulationSession::limit_traffic()
+{
+    if (tunnels_)
+        tunnels_->set_limit(context_.traffic_limit);
+}
+
 /// Answers the messages of the browser. Ends with its connection.
 asio::awaitable<void> SimulationSession::receive(Channel& channel)
 {
@@ -484,7 +516,10 @@ asio::awaitable<result<>> SimulationSession::launch(Channel& channel)
 /// The simulation is ready: sends its address, and the token with which the browser can return.
 void SimulationSession::announce(Channel& channel)
 {
-    (void)channel.send(core::webots_message(context_.address, port_));
+    auto const& address = context_.address;
+    (void)channel.send(ready_.through_gateway
+                           ? core::webots_gateway_message(address, address_token_, ready_.port)
+                           : core::webots_message(address, ready_.port));
     if (!token_.empty())
         (void)channel.send(core::reconnect_token_message(token_));
 }
@@ -502,7 +537,11 @@ asio::awaitable<void> SimulationSession::relay(Channel& channel)
             context_.starts.passed(core::StartStage::ready, life_.ready(context_.clock.now()));
             context_.log.info(LogCause("ready"),
                               concat(log_prefix(), "Webots world is loaded, ready to receive connections"));
-            port_ = ready->port;
+            ready_ = *ready;
+            if (ready_.through_gateway) {
+                address_token_ = context_.new_address_token();
+                tunnels_ = std::make_shared<TunnelGroup>(context_.traffic_limit);
+            }
             if (life_.has_grace())
                 token_ = context_.new_token();
             announce(channel);
@@ -524,8 +563,20 @@ asio::awaitable<void> SimulationSession::relay(Channel& channel)
     }
 }
 
+void SimulationSession::close_tunnels()
+{
+    address_token_.clear();
+    if (!tunnels_)
+        return;
+    tunnels_->close();
+    context_.received += tunnels_->received();
+    context_.sent += tunnels_->sent();
+    tunnels_.reset();
+}
+
 asio::awaitable<void> SimulationSession::clean_up(bool exited)
 {
+    close_tunnels();
     if (simulation_) {
         auto const process = concat("Webots [", std::to_string(simulation_->process_id()), "] ");
         context_.log.info(LogCause("end"), concat(log_prefix(), process, exited ? "exited" : "was killed"));

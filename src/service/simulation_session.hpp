@@ -6,6 +6,7 @@
 #include "core/pages/simulation_board.hpp"
 #include "core/projects/repository_policy.hpp"
 #include "core/simulation/client_protocol.hpp"
+#include "core/simulation/gateway_address.hpp"
 #include "core/simulation/service_state.hpp"
 #include "core/simulation/simulation_life.hpp"
 #include "core/simulation/start_figures.hpp"
@@ -26,6 +27,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 
 namespace webots_cloud {
 
@@ -45,12 +47,17 @@ struct SessionContext
     PublicAddress address;
     core::RepositoryPolicy policy;
     Duration reconnect_grace{}; ///< How long a simulation waits for a browser that lost its connection.
-    std::function<std::string()> new_token; ///< Not empty, unless the grace is 0.
+    std::function<std::string()> new_token;         ///< Not empty, unless the grace is 0.
+    std::function<std::string()> new_address_token; ///< Not empty where there is a gateway.
+    std::uint64_t traffic_limit = 0;                ///< Bytes per second of each simulation; 0: any number.
     core::ServiceState state;
     double load = 0; ///< Of this machine when it was last measured, in percent.
     core::Admission admission;
     core::StartFigures starts;
     std::map<Limit, std::uint64_t> overruns; ///< Simulations that were ended at a limit.
+    /// Bytes of simulations that have ended, from and to browsers.
+    std::uint64_t received = 0;
+    std::uint64_t sent = 0;
 };
 
 /// The simulation of one browser. One connection at a time owns it: the one that started it, or the last one
@@ -89,6 +96,21 @@ public:
     /// With which a browser that lost its connection returns; empty: it can't.
     std::string const& token() const noexcept { return token_; }
 
+    /// Whether this is the token in the address of the running simulation.
+    bool is_at(std::string_view address_token) const noexcept
+    {
+        return !address_token_.empty() && address_token_ == address_token;
+    }
+
+    /// What such a request is passed on to. None: there is no such port.
+    std::optional<Forward> forward(core::GatewayPath const& path, IncomingRequest const& request) const;
+
+    /// Takes over the limit of the context.
+    void limit_traffic();
+
+    /// Null: it is not reached through us.
+    TunnelGroup const* tunnels() const noexcept { return tunnels_.get(); }
+
     std::uint64_t id() const noexcept { return id_; }
 
     core::SimulationLife::Stage stage() const noexcept { return life_.stage(); }
@@ -126,6 +148,7 @@ private:
     boost::asio::awaitable<void> await_return(TimePoint until);
     void log_loss(core::SimulationLife::Loss loss);
     boost::asio::awaitable<void> clean_up(bool exited);
+    void close_tunnels();
     boost::asio::awaitable<void> reset_controller(std::string file, Channel& channel);
     void announce(Channel& channel);
     result<> check_policy() const;
@@ -147,7 +170,9 @@ private:
     std::optional<Project> project_;
     std::unique_ptr<SimulationLog> output_; ///< Outlives the simulation, which writes to it.
     std::unique_ptr<Simulation> simulation_;
-    std::uint16_t port_ = 0; ///< Where the simulator listens, once it does.
+    SimulationReady ready_;     ///< Where the simulator listens, once it does.
+    std::string address_token_; ///< In its address; empty: nobody reaches it through us.
+    std::shared_ptr<TunnelGroup> tunnels_;
 
     std::string token_;
     std::string loss_reason_;    ///< How the last connection ended.

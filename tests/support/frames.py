@@ -23,10 +23,11 @@ async def running(port):
 class Frames:
     """Pictures of the simulator at a port of this machine."""
 
-    def __init__(self, port):
+    def __init__(self, port, path="/mjpeg"):
         self.count = 0
+        self.received = 0  # bytes
         self.socket = socket.create_connection(("127.0.0.1", port), PATIENCE)
-        self.socket.sendall(b"GET /mjpeg HTTP/1.1\r\nHost: localhost\r\n\r\n")
+        self.socket.sendall(f"GET {path} HTTP/1.1\r\nHost: localhost\r\n\r\n".encode())
         self.thread = threading.Thread(target=self._receive, daemon=True)
         self.thread.start()
 
@@ -34,6 +35,7 @@ class Frames:
         last = b""
         try:
             while received := self.socket.recv(1 << 16):
+                self.received += len(received)
                 self.count += (last + received).count(PICTURE)
                 last = received[-len(PICTURE) + 1:]
         except OSError:

@@ -212,7 +212,8 @@ class SimulationServer(Server):
     PROGRAM = "webots-simulation-server"
 
     def __init__(self, port=0, faults="", environment=None, **config):
-        config = {"notify": [], "maxConnections": 20, "sandbox": "auto" if config.get("docker") else "none", "simulationUser": "none", **config}
+        config = {"notify": [], "maxConnections": 20, "sandbox": "auto" if config.get("docker") else "none", "simulationUser": "none",
+                  "gateway": False, **config}
         if is_sanitized(self.PROGRAM):  # what sanitizers reserve counts as memory where there are no control groups
             config.setdefault("simulationMemory", 0)
         port = port or free_port(following=config["maxConnections"] + 10)

@@ -484,6 +484,8 @@ class Addresses(ViewerTest):
              "world": "local:/o/r/blob/main/worlds/a.wbt"},
         " ws://h:2001/ ": {"kind": "simulator", "url": "ws://h:2001"},
         "wss://h/2001": {"kind": "simulator", "url": "wss://h/2001"},
+        "ws://h:2000/simulation/abc/2001/": {"kind": "simulator", "url": "ws://h:2000/simulation/abc/2001"},
+        "wss://h/2000/simulation/abc/2001": {"kind": "simulator", "url": "wss://h/2000/simulation/abc/2001"},
     }
     REFUSED = ("", "nonsense", "http://h:1999/session", "ftp://h/worlds/a.wbt", "https://h/page", "ws://h/p/worlds/a.wbt", "local:/session",
                "mailto:a.wbt")

@@ -1,5 +1,6 @@
 #include "http_connection.hpp"
 
+#include "core/simulation/gateway_address.hpp"
 #include "core/text.hpp"
 #include "http_response_text.hpp"
 #include "websocket_handshake.hpp"
@@ -202,7 +203,8 @@ HttpConnection::Next HttpConnection::give(HttpResponse const& response, Incoming
     if (response.status >= 400 && response.status != 429)
         context_.log.warning(LogCause("answer", client()),
                              concat(std::to_string(response.status), " ", request.method, " ",
-                                    core::printable(request.path, 200), " (", client(), ")"));
+                                    core::printable(core::without_token(request.path), 200), " (", client(),
+                                    ")"));
     bool const stays_open = reader_.keep_alive() && !stopping_;
     if (response.shared) {
         body_rest_ = encoded(*response.shared, request.header("Accept-Encoding"));

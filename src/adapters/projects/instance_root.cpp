@@ -158,6 +158,11 @@ result<InstanceRoot> InstanceRoot::open(fs::path const& state, std::string const
         adapters::open_own_folder(own->get(), root.path_, adapters::Foreign::set_aside, root.notices_);
     if (!taken)
         return taken.error();
+    root.brokers_ = state / name / "brokers";
+    auto const brokers =
+        adapters::open_own_folder(own->get(), root.brokers_, adapters::Foreign::set_aside, root.notices_);
+    if (!brokers)
+        return brokers.error();
     if (::flock(taken->get(), LOCK_EX | LOCK_NB) != 0)
         return Failure(boost::system::error_code(errno, boost::system::system_category()),
                        concat(root.path_.string(), purpose,

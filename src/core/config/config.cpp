@@ -7,6 +7,7 @@
 #include "core/docker/docker_project.hpp"
 #include "core/notices/mail_message.hpp"
 #include "core/projects/repository_policy.hpp"
+#include "core/simulation/gateway_address.hpp"
 #include "core/simulation/simulator_environment.hpp"
 #include "core/text.hpp"
 
@@ -29,7 +30,6 @@ namespace fs = std::filesystem;
 
 constexpr double max_seconds = 10'000'000;
 constexpr int max_port = 65535;
-constexpr int editor_distance = 500; ///< From the port of a simulation in a container to that of its editor.
 
 void read_seconds(ConfigReader& reader, std::string_view key, Duration& value, double min)
 {
@@ -418,7 +418,7 @@ void read_notify(ConfigReader& reader, std::vector<std::string>& registries)
 /// Simulations have the ports after the server's, and in containers editors those 500 above them.
 void limit_connections(SimulationConfig& config, fs::path const& origin, std::vector<std::string>& warnings)
 {
-    int const room = (config.docker ? max_port - editor_distance : max_port) - config.address.port;
+    int const room = (config.docker ? max_port - core::editor_distance : max_port) - config.address.port;
     if (config.max_connections <= room)
         return;
     warnings.push_back(concat(origin.string(), ": key \"maxConnections\": only ", std::to_string(room),
@@ -455,13 +455,14 @@ void warn_of_foreign(std::string_view key, std::vector<std::string> const& repos
 void warn_of_plain_simulators(SimulationConfig const& config, fs::path const& origin,
                               std::vector<std::string>& warnings)
 {
-    if (config.network.ssl_certificate.empty() || !config.address.ssl || config.address.port_rewrite)
+    if (config.gateway || config.network.ssl_certificate.empty() || !config.address.ssl ||
+        config.address.port_rewrite)
         return;
-    warnings.push_back(
-        concat(origin.string(), ": browsers are sent to wss://", config.address.host,
-               ":<port of the simulation>, but simulators speak no TLS, whatever \"sslCertificate\" says: no "
-               "simulation can be "
-               "shown. Let a proxy end TLS, as in config/nginx, and set \"portRewrite\" to true"));
+    warnings.push_back(concat(
+        origin.string(), ": browsers are sent to wss://", config.address.host,
+        ":<port of the simulation>, but simulators speak no TLS, whatever \"sslCertificate\" says: no "
+        "simulation can be shown. Set \"gateway\" to true, or let a proxy end TLS, as in config/nginx, and "
+        "set \"portRewrite\" to true"));
 }
 
 /// Until 2021 there was no such key, and plain http unless the server had a certificate.
@@ -489,6 +490,14 @@ void warn_of_assumed_tls(ConfigReader const& reader, SimulationConfig const& con
     bool const is_told = !config.network.ssl_certificate.empty(); // by warn_of_plain_simulators
     if (reader.has("ssl") || config.address.port_rewrite || is_told)
         return;
+    if (config.gateway) {
+        warnings.push_back(concat(
+            origin.string(), ": key \"ssl\" is missing and counts as true: browsers are sent to wss://",
+            config.address.host, ":", std::to_string(config.address.port),
+            ", where this server speaks plain http. Configurations of 2018 to 2021 have no such "
+            "key: set it to false, or to true if a proxy ends TLS on that port"));
+        return;
+    }
     warnings.push_back(concat(origin.string(),
                               ": key \"ssl\" is missing and counts as true: browsers are sent to wss://",
                               config.address.host,
@@ -660,7 +669,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     reader->read("ssl", config.address.ssl);
     read_sandbox(*reader, config);
     // Simulations have the ports after it, and their editors those 500 above.
-    read_port(*reader, config.address.port, max_port - 1 - (config.docker ? editor_distance : 0));
+    read_port(*reader, config.address.port, max_port - 1 - (config.docker ? core::editor_distance : 0));
     reader->read("portRewrite", config.address.port_rewrite);
     read_network(*reader, config.address.port, config.network);
     read_access(*reader, config.access);
@@ -680,9 +689,13 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     reader->read("simulationUser", config.simulation_user);
     reader->read_choice("network", config.network_reach, {"internet", "none", "host"});
     read_limits(*reader, config.limits);
+    reader->read("gateway", config.gateway);
+    double traffic = 0;
+    reader->read_number("trafficLimit", traffic, 0, 1e12);
+    config.traffic_limit = static_cast<std::uint64_t>(traffic);
     read_simulator_environment(*reader, config);
     reader->read_integer("maxConnections", config.max_connections, 1, 10'000);
-    if (config.docker && config.max_connections >= editor_distance)
+    if (config.docker && config.max_connections >= core::editor_distance)
         reader->refuse(
             "maxConnections",
             "at most 499 with \"docker\", since the port of an editor is 500 above that of its simulation");

@@ -80,6 +80,7 @@ std::vector<std::string_view> keys_for_restart(SimulationConfig const& running, 
     changes.compare("simulationProcesses", running.limits.processes, next.limits.processes);
     changes.compare("simulationFiles", running.limits.files, next.limits.files);
     changes.compare("simulationDisk", running.limits.disk, next.limits.disk);
+    changes.compare("gateway", running.gateway, next.gateway);
     changes.compare("simulatorEnvironment", running.simulator_environment, next.simulator_environment);
     changes.compare("maxConnections", running.max_connections, next.max_connections);
     changes.compare("timeout", running.timeout, next.timeout);

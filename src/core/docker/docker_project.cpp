@@ -1,6 +1,7 @@
 #include "docker_project.hpp"
 
 #include "container_walls.hpp"
+#include "core/simulation/client_protocol.hpp"
 #include "core/simulation/launch_plan.hpp"
 #include "core/simulation/simulator_environment.hpp"
 #include "core/text.hpp"
@@ -79,7 +80,7 @@ result<> read_docker_compose(std::string_view line, WebotsYml& yml)
                               "\". Expected dockerCompose:", kind == "competition" ? "competition" : "theia",
                               ":<folder>, for instance webots-project/controllers/"));
     yml.volume = folder;
-    yml.messages.emplace_back("ide: enable");
+    yml.messages.emplace_back(editor_message);
     return {};
 }
 

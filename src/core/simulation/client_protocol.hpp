@@ -78,6 +78,9 @@ std::string shutdown_timeout_message(std::int64_t seconds);
 /// `reset controller: <file>`
 std::string reset_controller_message(std::string_view file);
 
+/// There is an editor: for containers.
+inline constexpr std::string_view editor_message = "ide: enable";
+
 /// `reconnectToken: <token>`
 std::string reconnect_token_message(std::string_view token);
 

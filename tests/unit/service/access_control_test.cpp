@@ -116,6 +116,21 @@ BOOST_AUTO_TEST_CASE(a_site_reaches_as_far_as_its_machines_when_nobody_named_it)
     BOOST_TEST(fixture.get("/session", {{"Host", "sessions.example.org"}}).status == 421);
 }
 
+// Protocol section 13.12.
+BOOST_AUTO_TEST_CASE(who_knows_the_address_of_a_simulation_may_use_it_from_any_page)
+{
+    Fixture fixture(server("localhost"));
+    for (auto const path : {"/simulation/abc/2001/", "/2000/simulation/abc/2001/"}) {
+        BOOST_TEST(fixture.open(path, {{"Host", "localhost:2000"}, {"Origin", "https://webots.cloud"}}) ==
+                       101,
+                   path);
+        BOOST_TEST(fixture.open(path, {{"Host", "evil.example"}, {"Origin", "https://webots.cloud"}}) == 421,
+                   path);
+    }
+    BOOST_TEST(fixture.open("/2000/client",
+                            {{"Host", "localhost:2000"}, {"Origin", "https://evil.example"}}) == 403);
+}
+
 BOOST_AUTO_TEST_CASE(foreign_pages_open_no_web_socket_and_the_log_names_the_key)
 {
     Fixture fixture(server("localhost"));

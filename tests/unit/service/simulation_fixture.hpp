@@ -36,19 +36,24 @@ inline SimulationServiceParams simulation_service_params(Duration grace = {})
     return params;
 }
 
-/// Tokens are `token1`, `token2` and so on.
+/// Tokens are `token1`, `token2` and so on; those in addresses `secreta`, `secretb`.
 inline SimulationServiceHooks simulation_service_hooks(SimulationLogs* logs = nullptr)
 {
     SimulationServiceHooks hooks;
     hooks.new_token = [n = 0]() mutable { return "token" + std::to_string(++n); };
+    hooks.new_address_token = [n = 0]() mutable {
+        return "secret" + std::string(1, static_cast<char>('a' + n++));
+    };
     hooks.simulation_logs = logs;
     return hooks;
 }
 
 inline SimulationLauncherParams simulation_launcher_params(int max_simulations,
-                                                           ProcessLimits const& limits = ProcessLimits())
+                                                           ProcessLimits const& limits = ProcessLimits(),
+                                                           bool gateway = false)
 {
     SimulationLauncherParams params;
+    params.gateway = gateway;
     params.limits = limits;
     params.webots = "/opt/webots/webots";
     params.max_simulations = max_simulations;
@@ -73,10 +78,11 @@ struct SimulationFixture
 
     /// What simulators print is recorded in `logs`.
     SimulationFixture(SimulationServiceParams params, SimulationServiceHooks hooks, int max_simulations = 2,
-                      ProcessLimits const& limits = ProcessLimits())
+                      ProcessLimits const& limits = ProcessLimits(), bool gateway = false)
         : processes(world.clock), source(world.clock), logs(world.clock),
           fetcher(project_fetcher_params(), {Forge("https://github.com", source)}, log.logger(), &source),
-          launcher(simulation_launcher_params(max_simulations, limits), processes, world.clock, log.logger()),
+          launcher(simulation_launcher_params(max_simulations, limits, gateway), processes, world.clock,
+                   log.logger()),
           service(std::move(params), fetcher, launcher, metrics, world.clock, log.logger(),
                   with_logs(std::move(hooks))),
           tasks(world.executor())

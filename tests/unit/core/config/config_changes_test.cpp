@@ -55,7 +55,7 @@ BOOST_AUTO_TEST_CASE(a_simulation_server_takes_over_its_policy_and_texts)
 {
     auto const next = simulation(
         R"({"allowedRepositories":["https://a"],"blockedRepositories":["https://b"],"shareIdleTime":1,
-        "simulationsPerAddress":3,"title":"t","description":"d","monitorAddresses":["10.0.0.1"]})");
+        "simulationsPerAddress":3,"trafficLimit":5,"title":"t","description":"d","monitorAddresses":["10.0.0.1"]})");
     BOOST_TEST(keys_for_restart(SimulationConfig(), next).empty());
 }
 
@@ -65,7 +65,7 @@ BOOST_AUTO_TEST_CASE(what_a_simulation_server_does_not_take_over_is_named)
         R"({"port":2,"server":"s","ssl":false,"portRewrite":false,"docker":true,"dockerDir":"/d",
         "dockerImages":"i","projectDockerfiles":true,"persistantDockerImages":[],"forges":[],"notify":[],
         "cacheSize":1,"stateDir":"s","fetchMemory":256,"fetchDisk":1,"webotsHome":"w","display":":1","sandbox":"docker","simulationUser":"u","network":"host","simulationMemory":512,"simulationCpus":2,
-        "simulationProcesses":50,"simulationFiles":100,"simulationDisk":10,"simulatorEnvironment":["A"],"maxConnections":1,"timeout":400,
+        "simulationProcesses":50,"simulationFiles":100,"simulationDisk":10,"gateway":false,"simulatorEnvironment":["A"],"maxConnections":1,"timeout":400,
         "startTimeout":1,"reconnectGrace":5,
         "projectsDir":"p","keyDir":"k","multimediaServer":"m","multimediaStream":"s","simulationLogDays":1,"monitorLogEnabled":false,
         "loadFormula":"reference"})");
@@ -94,6 +94,7 @@ BOOST_AUTO_TEST_CASE(what_a_simulation_server_does_not_take_over_is_named)
                                                                    "simulationProcesses",
                                                                    "simulationFiles",
                                                                    "simulationDisk",
+                                                                   "gateway",
                                                                    "simulatorEnvironment",
                                                                    "maxConnections",
                                                                    "timeout",

@@ -345,6 +345,8 @@ BOOST_AUTO_TEST_CASE(simulation_defaults_of_our_own_are_those_of_the_readme)
     BOOST_TEST(config.containers.images == "cyberbotics/webots.cloud");
     BOOST_TEST(!config.containers.project_dockerfiles);
     BOOST_TEST(!config.json_log);
+    BOOST_TEST(config.gateway);
+    BOOST_TEST(config.traffic_limit == 0u);
 }
 
 BOOST_AUTO_TEST_CASE(folders_of_templates_and_keys_are_those_of_the_first_generations)
@@ -424,14 +426,16 @@ BOOST_AUTO_TEST_CASE(a_certificate_without_a_proxy_is_warned_of_since_simulators
             .value()
             .warnings;
     };
-    BOOST_TEST(warnings(R"("portRewrite":false)") ==
+    BOOST_TEST(warnings(R"("portRewrite":false,"gateway":false)") ==
                std::vector<std::string>{"c.json: browsers are sent to wss://h:<port of the simulation>, but "
                                         "simulators speak no TLS, whatever "
-                                        "\"sslCertificate\" says: no simulation can be shown. Let a proxy "
+                                        "\"sslCertificate\" says: no simulation can be shown. Set "
+                                        "\"gateway\" to true, or let a proxy "
                                         "end TLS, as in config/nginx, and set "
                                         "\"portRewrite\" to true"});
-    BOOST_TEST(warnings(R"("portRewrite":true)").empty());
-    BOOST_TEST(warnings(R"("portRewrite":false,"ssl":false)").empty());
+    BOOST_TEST(warnings(R"("portRewrite":false)").empty());
+    BOOST_TEST(warnings(R"("portRewrite":true,"gateway":false)").empty());
+    BOOST_TEST(warnings(R"("portRewrite":false,"ssl":false,"gateway":false)").empty());
 }
 
 // Protocol section 8.1: until 2021 there was no `ssl`, and the Python servers of today ask such machines by
@@ -465,6 +469,12 @@ BOOST_AUTO_TEST_CASE(who_has_no_ssl_key_and_no_proxy_is_told_where_browsers_are_
             .warnings;
     };
     BOOST_TEST(warnings(R"(,"portRewrite":false)") ==
+               std::vector<std::string>{"c.json: key \"ssl\" is missing and counts as true: browsers are "
+                                        "sent to wss://h:2000, "
+                                        "where this server speaks plain http. Configurations of 2018 to 2021 "
+                                        "have no such key: set it to false, or to "
+                                        "true if a proxy ends TLS on that port"});
+    BOOST_TEST(warnings(R"(,"portRewrite":false,"gateway":false)") ==
                std::vector<std::string>{"c.json: key \"ssl\" is missing and counts as true: browsers are "
                                         "sent to wss://h:<port of the simulation>, "
                                         "where simulators speak plain http. Configurations of 2018 to 2021 "
@@ -627,6 +637,8 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
          [](auto const& c) { return c.reconnect_grace == std::chrono::milliseconds(1500); }},
         {R"("simulationLogDays":0.5)",
          [](auto const& c) { return c.simulation_log_keep == std::chrono::hours(12); }},
+        {R"("gateway":false)", [](auto const& c) { return !c.gateway; }},
+        {R"("trafficLimit":2500000)", [](auto const& c) { return c.traffic_limit == 2'500'000; }},
         {R"("loadFormula":"reference")", [](auto const& c) { return !c.strict_load; }},
         {R"("fetchMemory":256)", [](auto const& c) { return c.fetch_memory == std::uint64_t{256} << 20; }},
         {R"("fetchDisk":0.5)", [](auto const& c) { return c.fetch_disk == std::uint64_t{512} << 20; }},
@@ -657,9 +669,9 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
 
 BOOST_AUTO_TEST_CASE(limits_that_no_simulation_could_start_with_are_refused)
 {
-    for (auto const* text :
-         {R"("simulationMemory":1)", R"("simulationCpus":0.001)", R"("simulationProcesses":3)",
-          R"("simulationFiles":3)", R"("simulationMemory":-1)", R"("simulationDisk":-1)"})
+    for (auto const* text : {R"("simulationMemory":1)", R"("simulationCpus":0.001)",
+                             R"("simulationProcesses":3)", R"("simulationFiles":3)",
+                             R"("simulationMemory":-1)", R"("simulationDisk":-1)", R"("trafficLimit":-1)"})
         BOOST_TEST(!parse_simulation_config(std::string("{") + text + "}", "c.json").has_value(), text);
     auto const refused = parse_simulation_config(R"({"simulationMemory":1})", "c.json");
     BOOST_TEST(

@@ -1,0 +1,79 @@
+#include "gateway_address.hpp"
+
+#include "core/text.hpp"
+
+#include <algorithm>
+#include <charconv>
+
+namespace webots_cloud::core {
+namespace {
+
+constexpr std::string_view folder = "/simulation/";
+
+/// Without zeros at its beginning, so that each simulation has one address.
+std::optional<std::uint16_t> read_port(std::string_view digits)
+{
+    std::uint16_t port = 0;
+    auto const* const end = digits.data() + digits.size();
+    auto const read = std::from_chars(digits.data(), end, port);
+    if (read.ec != std::errc() || read.ptr != end || digits.front() == '0')
+        return std::nullopt;
+    return port;
+}
+
+} // namespace
+
+std::optional<GatewayPath> parse_gateway_path(std::string_view path)
+{
+    if (!path.starts_with(folder))
+        return std::nullopt;
+    path.remove_prefix(folder.size());
+    auto const token_end = path.find('/');
+    if (token_end == std::string_view::npos)
+        return std::nullopt;
+    GatewayPath parsed;
+    parsed.token = path.substr(0, token_end);
+    path.remove_prefix(token_end + 1);
+    auto const port_end = std::min(path.find('/'), path.size());
+    auto const port = read_port(path.substr(0, port_end));
+    if (!is_gateway_token(parsed.token) || !port)
+        return std::nullopt;
+    parsed.port = *port;
+    parsed.rest = port_end < path.size() ? path.substr(port_end) : "/";
+    return parsed;
+}
+
+bool is_gateway_token(std::string_view token) noexcept
+{
+    return !token.empty() && std::all_of(token.begin(), token.end(), [](char c) {
+        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+    });
+}
+
+std::string gateway_authority(PublicAddress const& address, std::string_view token, std::uint16_t port)
+{
+    return concat(address.host, address.port_rewrite ? "/" : ":", std::to_string(address.port), folder, token,
+                  "/", std::to_string(port));
+}
+
+std::string webots_gateway_message(PublicAddress const& address, std::string_view token, std::uint16_t port)
+{
+    return concat("webots:", address.ssl ? "wss://" : "ws://", gateway_authority(address, token, port));
+}
+
+bool is_gateway_path(std::string_view path) noexcept
+{
+    if (path.starts_with(folder))
+        return true;
+    auto const digits_end = path.find_first_not_of("0123456789", 1);
+    return path.starts_with('/') && digits_end > 1 && digits_end != std::string_view::npos &&
+           path.substr(digits_end).starts_with(folder);
+}
+
+std::string_view without_token(std::string_view path) noexcept
+{
+    auto const found = path.find(folder);
+    return found == std::string_view::npos ? path : path.substr(0, found + folder.size());
+}
+
+} // namespace webots_cloud::core

@@ -1,0 +1,44 @@
+// The addresses of simulations that are reached through their server: /simulation/<token>/<port>/...
+#pragma once
+
+#include <webots_cloud/public_address.hpp>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace webots_cloud::core {
+
+/// The port of a simulation's editor is so far above its own.
+inline constexpr int editor_distance = 500;
+
+/// A path below `/simulation/`: views into the path.
+struct GatewayPath
+{
+    std::string_view token;
+    std::uint16_t port = 0;
+    std::string_view rest; ///< What the simulator is asked for: starts with `/`.
+};
+
+/// Reads the path of a request, as it was sent. None: it leads to no simulation.
+std::optional<GatewayPath> parse_gateway_path(std::string_view path);
+
+/// Whether a token can be part of an address. Letters only: clients make the address of an editor by adding
+/// 500 to the last number of the simulation's address, and replace that number where they first find it.
+bool is_gateway_token(std::string_view token) noexcept;
+
+/// What the simulator at `port` is behind: `<host><:|/><server's port>/simulation/<token>/<port>`.
+std::string gateway_authority(PublicAddress const& address, std::string_view token, std::uint16_t port);
+
+/// `webots:ws(s)://<host><:|/><server's port>/simulation/<token>/<port>`
+std::string webots_gateway_message(PublicAddress const& address, std::string_view token, std::uint16_t port);
+
+/// Whether a path lies below `/simulation/`, of this server or, with its port in front (`/2000/simulation/`),
+/// of one behind it.
+bool is_gateway_path(std::string_view path) noexcept;
+
+/// A path as it may be shown in logs: without what follows `/simulation/`, which is a key to a simulation.
+std::string_view without_token(std::string_view path) noexcept;
+
+} // namespace webots_cloud::core

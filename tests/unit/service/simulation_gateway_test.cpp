@@ -1,0 +1,208 @@
+#include "simulation_fixture.hpp"
+
+#include <webots_cloud/simulation_launcher.hpp>
+
+using namespace webots_cloud;
+using namespace std::chrono_literals;
+
+namespace {
+
+using Texts = std::vector<std::string>;
+using Headers = std::vector<std::pair<std::string_view, std::string_view>>;
+
+constexpr std::string_view begin = R"({"start":{"url":"https://github.com/o/r/blob/m/worlds/a.wbt"}})";
+
+/// A server whose simulations are reached through itself.
+struct Fixture : SimulationFixture
+{
+    explicit Fixture(SimulationServiceParams params = simulation_service_params())
+        : SimulationFixture(std::move(params), simulation_service_hooks(), 2, ProcessLimits(), true)
+    {}
+
+    /// A browser whose simulation is ready at once.
+    testing::LoopbackChannel& start()
+    {
+        processes.expect().prints(".\n");
+        return say("", std::string(begin));
+    }
+
+    Answer ask(std::string_view path, bool upgrade = false, std::string_view query = {},
+               std::string_view method = "GET")
+    {
+        IncomingRequest request;
+        request.method = method;
+        request.path = path;
+        request.query = query;
+        request.upgrade = upgrade;
+        return service.respond(request);
+    }
+
+    Forward forwarded(std::string_view path, bool upgrade = false, std::string_view query = {})
+    {
+        return std::get<Forward>(ask(path, upgrade, query));
+    }
+
+    /// What is answered is what an unknown path gets.
+    bool is_unknown(std::string_view path, bool upgrade = false, std::string_view method = "GET")
+    {
+        auto const answer = ask(path, upgrade, {}, method);
+        auto const* found = std::get_if<HttpResponse>(&answer);
+        auto const unknown = std::get<HttpResponse>(ask("/no/such/path", upgrade, {}, method));
+        return found && found->status == unknown.status && found->status == 404 &&
+               found->content_type == unknown.content_type && found->body == unknown.body &&
+               found->headers == unknown.headers && found->fixed_headers == unknown.fixed_headers;
+    }
+};
+
+} // namespace
+
+// Protocol section 13.12.
+BOOST_AUTO_TEST_SUITE(simulation_gateway)
+
+BOOST_AUTO_TEST_CASE(a_simulation_is_announced_with_its_token_and_reached_through_the_server)
+{
+    Fixture fixture;
+    auto& browser = fixture.start();
+    BOOST_TEST(browser.sent ==
+                   (Texts{"shutdownTimeout: 600", "webots:ws://host.org:2000/simulation/secreta/2001"}),
+               boost::test_tools::per_element());
+    auto const socket = fixture.forwarded("/simulation/secreta/2001/", true);
+    BOOST_TEST(socket.upstream.host == "127.0.0.1");
+    BOOST_TEST(socket.upstream.port == 2001);
+    BOOST_TEST(socket.upstream.broker == "");
+    BOOST_TEST(socket.target == "/");
+    BOOST_TEST(socket.headers.empty());
+    auto const file = fixture.forwarded("/simulation/secreta/2001/a/b.png", false, "x=1&y");
+    BOOST_TEST(file.target == "/a/b.png?x=1&y");
+    BOOST_TEST((file.headers == HttpHeaders{{"Host", "host.org:2000/simulation/secreta/2001"}}));
+    BOOST_TEST((file.group == socket.group && file.group));
+    fixture.leave(browser);
+}
+
+BOOST_AUTO_TEST_CASE(without_the_token_there_is_nothing)
+{
+    Fixture fixture;
+    auto& browser = fixture.start();
+    for (auto const* path :
+         {"/simulation/secretb/2001/", "/simulation/secreta/2002/", "/simulation/secreta/2501/",
+          "/simulation/secreta/", "/simulation/secret/2001/", "/simulation//2001/", "/simulation/"})
+        for (bool const upgrade : {false, true}) {
+            BOOST_TEST(fixture.is_unknown(path, upgrade), path);
+            BOOST_TEST(fixture.is_unknown(path, upgrade, "POST"), path);
+        }
+    fixture.leave(browser);
+}
+
+BOOST_AUTO_TEST_CASE(each_simulation_has_a_token_of_its_own)
+{
+    Fixture fixture;
+    auto& first = fixture.start();
+    auto& second = fixture.start();
+    BOOST_TEST(second.sent.back() == "webots:ws://host.org:2000/simulation/secretb/2002");
+    BOOST_TEST(fixture.forwarded("/simulation/secretb/2002/").upstream.port == 2002);
+    BOOST_TEST(fixture.is_unknown("/simulation/secreta/2002/"));
+    BOOST_TEST(fixture.is_unknown("/simulation/secretb/2001/"));
+    fixture.leave(first);
+    fixture.leave(second);
+}
+
+BOOST_AUTO_TEST_CASE(a_simulation_that_is_not_ready_has_no_address_and_one_that_has_ended_none_any_more)
+{
+    Fixture fixture;
+    fixture.processes.expect().after(2s).prints(".\n").after(5s).exits(0);
+    auto& browser = fixture.say("", std::string(begin));
+    BOOST_TEST(fixture.is_unknown("/simulation/secreta/2001/"));
+    fixture.world.advance(2s);
+    auto const group = fixture.forwarded("/simulation/secreta/2001/").group;
+    BOOST_TEST(!group->is_closed());
+    fixture.world.advance(5s);
+    BOOST_TEST(browser.sent.back() == "loading: Error: Webots has quit.");
+    BOOST_TEST(group->is_closed());
+    BOOST_TEST(fixture.is_unknown("/simulation/secreta/2001/"));
+}
+
+BOOST_AUTO_TEST_CASE(when_the_browser_leaves_the_tunnels_end_before_the_simulator_has)
+{
+    Fixture fixture;
+    fixture.processes.expect().prints(".\n").stubborn();
+    auto& browser = fixture.say("", std::string(begin));
+    auto const group = fixture.forwarded("/simulation/secreta/2001/").group;
+    fixture.leave(browser);
+    BOOST_TEST(fixture.processes.alive() == 1);
+    BOOST_TEST(group->is_closed());
+    BOOST_TEST(fixture.is_unknown("/simulation/secreta/2001/"));
+    fixture.world.advance(2s);
+}
+
+// Section 13.10.
+BOOST_AUTO_TEST_CASE(a_browser_that_returns_is_told_the_same_address_and_its_tunnels_live)
+{
+    Fixture fixture(simulation_service_params(30s));
+    auto& browser = fixture.start();
+    auto const group = fixture.forwarded("/simulation/secreta/2001/").group;
+    fixture.lose(browser);
+    BOOST_TEST(!group->is_closed());
+    BOOST_TEST(fixture.forwarded("/simulation/secreta/2001/").group == group);
+    auto& back = fixture.say("", R"({"reconnect":"token1"})");
+    BOOST_TEST(back.was_told("webots:ws://host.org:2000/simulation/secreta/2001"));
+    BOOST_TEST(!group->is_closed());
+    fixture.leave(back);
+    BOOST_TEST(group->is_closed());
+}
+
+BOOST_AUTO_TEST_CASE(files_are_read_only)
+{
+    Fixture fixture;
+    auto& browser = fixture.start();
+    BOOST_TEST(std::holds_alternative<Forward>(fixture.ask("/simulation/secreta/2001/x", false, {}, "HEAD")));
+    auto const refusal = std::get<HttpResponse>(fixture.ask("/simulation/secreta/2001/x", false, {}, "POST"));
+    BOOST_TEST(refusal.status == 405);
+    fixture.leave(browser);
+}
+
+BOOST_AUTO_TEST_CASE(the_limit_of_traffic_can_be_changed_while_a_simulation_runs)
+{
+    auto params = simulation_service_params();
+    params.traffic_limit = 1000;
+    Fixture fixture(params);
+    auto& browser = fixture.start();
+    auto const group = fixture.forwarded("/simulation/secreta/2001/").group;
+    auto const now = fixture.world.clock.now();
+    (void)group->allowance(now);
+    group->count_sent(1'000'000'000);
+    BOOST_TEST(group->allowance(now) == 0u);
+    params.traffic_limit = 0;
+    fixture.service.apply(params);
+    BOOST_TEST(group->allowance(now) > 0u);
+    fixture.leave(browser);
+}
+
+BOOST_AUTO_TEST_CASE(bytes_are_counted_also_of_simulations_that_have_ended)
+{
+    Fixture fixture;
+    auto& first = fixture.start();
+    auto& second = fixture.start();
+    fixture.forwarded("/simulation/secreta/2001/").group->count_sent(1000);
+    fixture.forwarded("/simulation/secretb/2002/").group->count_received(7);
+    fixture.leave(first);
+    auto const figures = fixture.get("/metrics").body;
+    BOOST_TEST(figures.find("webots_gateway_bytes_total{from=\"browsers\"} 7\n") != std::string::npos,
+               figures);
+    BOOST_TEST(figures.find("webots_gateway_bytes_total{from=\"simulations\"} 1000\n") != std::string::npos,
+               figures);
+    BOOST_TEST(figures.find("webots_gateway_connections 0\n") != std::string::npos, figures);
+    fixture.leave(second);
+}
+
+BOOST_AUTO_TEST_CASE(a_token_is_in_no_log_and_on_no_page)
+{
+    Fixture fixture;
+    auto& browser = fixture.start();
+    BOOST_TEST(fixture.forwarded("/simulation/secreta/2001/").target == "/");
+    BOOST_TEST(fixture.lines("secreta") == 0);
+    for (auto const* path : {"/monitor", "/metrics", "/load"})
+        BOOST_TEST(fixture.get(path).body.find("secreta") == std::string::npos, path);
+    fixture.leave(browser);
+}
+
+BOOST_AUTO_TEST_SUITE_END()
