@@ -51,6 +51,8 @@ struct DockerModeParams
     /// What simulators reach. Needs root, but for `host`, which is what Docker's own networks reach.
     ProcessNetwork network;
     std::string name_server; ///< Where they ask for names then; empty: nowhere.
+    /// Ports that Docker opens are reached from this machine alone: browsers come through the server.
+    bool gateway = false;
     /// The graphics device for the containers, or `/dev/null`.
     std::string graphics_device = "/dev/null";
     /// Our own environment, of which docker gets only what it needs.

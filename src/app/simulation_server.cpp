@@ -290,6 +290,7 @@ DockerModeParams docker_params(SimulationConfig const& config, fs::path const& i
         params.graphics_device = "/dev/dri";
     params.network = network.network;
     params.name_server = network.name_server;
+    params.gateway = config.gateway;
     params.own_displays = config.display == "private";
     if (params.own_displays || config.display == "none") {
         params.display.clear();

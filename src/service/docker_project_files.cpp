@@ -111,6 +111,8 @@ result<core::DockerEnvironment> DockerProjectFiles::environment(LaunchSpec const
     environment.own_display = params_.own_displays;
     environment.runtime = runtime;
     environment.graphics_device = params_.graphics_device;
+    if (params_.gateway)
+        environment.port_prefix = "127.0.0.1:";
     return environment;
 }
 

@@ -13,7 +13,7 @@ bool is_key_of_env_file(std::string_view key)
 {
     static auto const keys =
         core::split("IMAGE,PROJECT_PATH,MAKE,PORT,COMPOSE_PROJECT_NAME,WEBOTS,DISPLAY,SERVER,RUNTIME,"
-                    "GRAPHICS_DEVICE,THEIA_VOLUME,THEIA_PORT",
+                    "GRAPHICS_DEVICE,PORT_PREFIX,THEIA_VOLUME,THEIA_PORT",
                     ',');
     return std::find(keys.begin(), keys.end(), key) != keys.end();
 }
@@ -27,7 +27,7 @@ void check_env_file(core::DockerEnvironment const& environment)
     }
     auto const lines = core::split(*file, '\n');
     bool const standard = environment.yml.kind == core::ComposeTemplate::standard;
-    fuzz::require(lines.size() == (standard ? 11u : 13u) && lines.back().empty());
+    fuzz::require(lines.size() == (standard ? 12u : 14u) && lines.back().empty());
     for (std::size_t i = 0; i + 1 < lines.size(); ++i)
         fuzz::require(is_key_of_env_file(lines[i].substr(0, lines[i].find('='))));
     fuzz::require(std::count(file->begin(), file->end(), '"') == 2 && file->find('$') == std::string::npos);

@@ -9,7 +9,8 @@ import unittest
 
 TEMPLATES = os.path.join(os.path.dirname(__file__), "..", "..", "config", "simulation", "docker")
 # What the server writes into `.env`; the last two for an editor only.
-VALUES = {"IMAGE", "PROJECT_PATH", "MAKE", "PORT", "COMPOSE_PROJECT_NAME", "WEBOTS", "DISPLAY", "SERVER", "RUNTIME", "GRAPHICS_DEVICE"}
+VALUES = {"IMAGE", "PROJECT_PATH", "MAKE", "PORT", "COMPOSE_PROJECT_NAME", "WEBOTS", "DISPLAY", "SERVER", "RUNTIME", "GRAPHICS_DEVICE",
+          "PORT_PREFIX"}
 EDITOR_VALUES = {"THEIA_VOLUME", "THEIA_PORT"}
 IPC = "ipc:/tmp/webots-${PORT}/ipc/participant"
 
@@ -39,7 +40,7 @@ class Templates(unittest.TestCase):
     def test_the_simulator_has_its_port_its_screen_its_graphics_and_a_terminal(self):
         for kind in ("default", "theia", "competition"):
             simulator = services(kind)["webots"]
-            for line in ("    command: ${WEBOTS}\n", '      - "${PORT}:${PORT}"\n', "      DISPLAY: ${DISPLAY}\n",
+            for line in ("    command: ${WEBOTS}\n", '      - "${PORT_PREFIX}${PORT}:${PORT}"\n', "      DISPLAY: ${DISPLAY}\n",
                          "      - /tmp/.X11-unix:/tmp/.X11-unix\n", "      - ${GRAPHICS_DEVICE}\n", "    runtime: ${RUNTIME}\n",
                          "    stdin_open: true\n", "    tty: true\n"):
                 with self.subTest(kind=kind, line=line.strip()):
@@ -56,7 +57,7 @@ class Templates(unittest.TestCase):
     def test_an_editor_shares_the_project_with_the_simulator(self):
         for kind in ("theia", "competition"):
             with self.subTest(kind):
-                self.assertIn('      - "${THEIA_PORT}:3000"\n', services(kind)["theia"])
+                self.assertIn('      - "${PORT_PREFIX}${THEIA_PORT}:3000"\n', services(kind)["theia"])
                 self.assertIn("      - project:/home/project/${THEIA_VOLUME}\n", services(kind)["theia"])
                 self.assertIn("      - project:/usr/local/${THEIA_VOLUME}\n", services(kind)["webots"])
 

@@ -188,7 +188,7 @@ result<std::string> env_file(DockerEnvironment const& environment)
                        concat("The name of the world file has characters that containers can't be told: ",
                               printable(environment.world, 100), ". Use letters, digits, - _ . and spaces."));
     for (auto const& value : {environment.image, environment.project, environment.server, environment.display,
-                              environment.runtime, environment.graphics_device})
+                              environment.runtime, environment.graphics_device, environment.port_prefix})
         if (!is_harmless_name(value))
             return Failure(
                 errc::invalid_argument,
@@ -198,7 +198,8 @@ result<std::string> env_file(DockerEnvironment const& environment)
                        "\nCOMPOSE_PROJECT_NAME=", environment.project, "\nWEBOTS=\"",
                        webots_in_container_command(environment), "\"\nDISPLAY=", environment.display,
                        "\nSERVER=", environment.server, "\nRUNTIME=", environment.runtime,
-                       "\nGRAPHICS_DEVICE=", environment.graphics_device, "\n");
+                       "\nGRAPHICS_DEVICE=", environment.graphics_device,
+                       "\nPORT_PREFIX=", environment.port_prefix, "\n");
     if (environment.yml.kind != ComposeTemplate::standard)
         text += concat("THEIA_VOLUME=", environment.yml.volume,
                        "\nTHEIA_PORT=", std::to_string(environment.port + 500), "\n");
@@ -208,8 +209,8 @@ result<std::string> env_file(DockerEnvironment const& environment)
 bool is_set_for_compose(std::string_view name)
 {
     constexpr auto names = std::to_array<std::string_view>(
-        {"DISPLAY", "DOCKER_BUILDKIT", "GRAPHICS_DEVICE", "IMAGE", "MAKE", "PORT", "PROJECT_PATH",
-         "PYTHONUNBUFFERED", "RUNTIME", "SERVER", "THEIA_PORT", "THEIA_VOLUME", "WEBOTS"});
+        {"DISPLAY", "DOCKER_BUILDKIT", "GRAPHICS_DEVICE", "IMAGE", "MAKE", "PORT", "PORT_PREFIX",
+         "PROJECT_PATH", "PYTHONUNBUFFERED", "RUNTIME", "SERVER", "THEIA_PORT", "THEIA_VOLUME", "WEBOTS"});
     return name.starts_with("COMPOSE_") || std::find(names.begin(), names.end(), name) != names.end();
 }
 

@@ -77,6 +77,8 @@ struct DockerEnvironment
     bool own_display = false;     ///< The container starts an X server of its own, which its image must have.
     std::string runtime = "runc"; ///< What runs the containers: `nvidia` where there is such a processor.
     std::string graphics_device = "/dev/null";
+    /// What stands before the ports that Docker opens on the machine: `127.0.0.1:` for this machine alone.
+    std::string port_prefix;
     WebotsYml yml;
 };
 

@@ -144,7 +144,16 @@ BOOST_AUTO_TEST_CASE(the_env_file_holds_what_compose_puts_into_its_file)
                         "DISPLAY=:0\n"
                         "SERVER=webots-2000-1f3a9c4d\n"
                         "RUNTIME=runc\n"
-                        "GRAPHICS_DEVICE=/dev/null\n");
+                        "GRAPHICS_DEVICE=/dev/null\n"
+                        "PORT_PREFIX=\n");
+}
+
+BOOST_AUTO_TEST_CASE(behind_the_gateway_ports_are_open_to_this_machine_alone)
+{
+    auto values = environment();
+    values.port_prefix = "127.0.0.1:";
+    BOOST_TEST(env_line(values, "PORT_PREFIX") == "PORT_PREFIX=127.0.0.1:");
+    BOOST_TEST(env_line(values, "PORT") == "PORT=2001");
 }
 
 BOOST_AUTO_TEST_CASE(a_makefile_is_run_and_an_editor_gets_the_folder_and_a_port_500_above)
