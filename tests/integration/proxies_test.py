@@ -43,7 +43,8 @@ RULES_OF_THE_GUIDE = r"""
 class Site:
     """A session server and its one simulation server, each reachable only through a proxy."""
 
-    def __init__(self, folder, proxy):
+    def __init__(self, folder, proxy, gateway):
+        self.gateway = gateway
         self.certificate = Certificate(folder)
         self.context = ssl.create_default_context(cafile=self.certificate.authority)
         self.proxy = proxy
@@ -52,7 +53,7 @@ class Site:
     def __enter__(self):
         with contextlib.ExitStack() as stack:
             public = {"server": f"localhost:{self.port}", "ssl": True, "portRewrite": True}
-            self.simulation = SimulationServer(**public, **LOCAL)
+            self.simulation = SimulationServer(gateway=self.gateway, **public, **LOCAL)
             self.session = SessionServer([f"localhost:{self.port}/{self.simulation.port}"], **public)
             self.session.environment["SSL_CERT_FILE"] = self.certificate.authority
             simulation_ports = range(self.simulation.port, self.simulation.port + 21)
@@ -93,8 +94,8 @@ class BehindAProxy(unittest.IsolatedAsyncioTestCase):
         self.folder = tempfile.mkdtemp(prefix="webots_cloud_proxies_test_")
         self.addCleanup(shutil.rmtree, self.folder)
 
-    def site(self, proxy):
-        return self.enterContext(Site(self.folder, proxy))
+    def site(self, proxy, gateway=True):
+        return self.enterContext(Site(self.folder, proxy, gateway))
 
     async def check_a_visit(self, site):
         """The steps of a browser: check availability, get an address, start, watch, leave."""
@@ -107,6 +108,7 @@ class BehindAProxy(unittest.IsolatedAsyncioTestCase):
                 told = []
                 while not told or not told[-1].startswith("webots:"):
                     told.append(await hear(browser))
+                self.assertEqual("/simulation/" in told[-1], site.gateway)
                 async with site.follow(told[-1].removeprefix("webots:") + "/") as simulator:
                     await simulator.send("mjpeg: 320x240")
                     self.assertTrue(await hear(simulator))
@@ -168,6 +170,9 @@ class OurConfiguration:
 
     async def test_our_configuration_carries_a_whole_visit_and_opens_nothing_else(self):
         await self.check_our_configuration(self.site(self.proxy.site))
+
+    async def test_simulators_are_reached_at_their_own_ports_as_well(self):
+        await self.check_a_visit(self.site(self.proxy.site, gateway=False))
 
     async def test_availability_is_told_at_the_address_of_the_sites_own_page(self):
         await self.check_availability_beside_the_sites_own_page(self.site(self.proxy.site))
