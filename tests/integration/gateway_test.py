@@ -213,11 +213,11 @@ class Neighbours(unittest.IsolatedAsyncioTestCase):
         with server(gateway=True) as simulation:
             async with Browser(simulation) as browser:
                 address = await address_of(browser)
-                async with websockets.connect(address + "/", origin="https://webots.cloud", max_size=None) as viewer:
+                async with websockets.connect(address + "/", origin="https://another.example", max_size=None) as viewer:
                     await viewer.send("mjpeg: 320x240")
                     await hear(viewer, "scene load completed")
                 with self.assertRaises(websockets.InvalidStatusCode):
-                    await websockets.connect(f"ws://localhost:{simulation.port}/client", origin="https://webots.cloud")
+                    await websockets.connect(f"ws://localhost:{simulation.port}/client", origin="https://another.example")
 
 
 class Networks(unittest.IsolatedAsyncioTestCase):
@@ -239,7 +239,7 @@ class Networks(unittest.IsolatedAsyncioTestCase):
                 await asyncio.to_thread(see_pictures, address.replace("ws", "http", 1) + "/mjpeg")
                 token = (await browser.hear("reconnectToken: ")).split()[1]
                 browser.socket.transport.abort()
-                wait_until(lambda: "it may return for 60.0 s" in simulation.log(), "the loss went unnoticed")
+                await asyncio.to_thread(wait_until, lambda: "it may return for 60.0 s" in simulation.log(), "the loss went unnoticed")
                 async with Browser(simulation) as again:
                     await again.socket.send(json.dumps({"reconnect": token}))
                     self.assertEqual(await again.hear("webots:"), "webots:" + address)
