@@ -18,7 +18,7 @@ from support.docker import DockerDaemon, compose_command  # noqa: E402
 from support.frames import Frames, running  # noqa: E402
 from support.git_server import GitServer  # noqa: E402
 from support.projects import demo_project  # noqa: E402
-from support.servers import SimulationServer, main, program, wait_until  # noqa: E402
+from support.servers import SimulationServer, main, port_is_free, program, wait_until  # noqa: E402
 
 TEMPLATES = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", "config", "simulation", "docker"))
 IMAGES = "webots_cloud_test/webots"
@@ -60,10 +60,13 @@ class Network(unittest.IsolatedAsyncioTestCase):
         port = loopback.getsockname()[1]
         async with Browser(server) as browser:
             await browser.start(f"{git.url}/o/robots/blob/main/worlds/arena.wbt")
-            own = int((await browser.hear("webots:")).rpartition(":")[2])
+            # Its own port, or, through the gateway, the server's and a path.
+            own, _, path = (await browser.hear("webots:")).rpartition(":")[2].partition("/")
+            own, path = int(own), f"/{path}/" if path else "/"
+            self.assertEqual(port_is_free(server.port + 1), path != "/")
             container, = docker.run("ps", "--quiet", "--filter", "label=com.docker.compose.service=webots").split()
-            async with running(own):
-                await asyncio.to_thread(self.see_pictures, own)
+            async with running(own, path):
+                await asyncio.to_thread(self.see_pictures, own, path + "mjpeg")
             addresses = {"loopback": ("127.0.0.1", port), "own": (own_network.OWN, port), "gateway": ("10.0.2.2", port),
                          "resolver": ("10.0.2.3", port), "private": (own_network.PRIVATE, 80), "shared": (own_network.SHARED, 80),
                          "metadata": (own_network.METADATA, 80), "public": (own_network.PUBLIC, 80)}
@@ -75,8 +78,8 @@ class Network(unittest.IsolatedAsyncioTestCase):
         server.wait_until_clean()
 
     @staticmethod
-    def see_pictures(port):
-        frames = Frames(port)
+    def see_pictures(port, path):
+        frames = Frames(port, path)
         frames.wait_for_next("of a simulation in a container")
         frames.close()
 
@@ -86,7 +89,7 @@ class Network(unittest.IsolatedAsyncioTestCase):
         await self.check(server, {"public"})
 
     async def test_nothing(self):
-        server = self.server(network="none")
+        server = self.server(network="none", gateway=True)
         self.assertIn("Docker, no network", server.get("/monitor"))
         await self.check(server, set())
 

@@ -12,9 +12,9 @@ PICTURE = b"\xff\xd8\xff"  # how a JPEG begins
 
 
 @contextlib.asynccontextmanager
-async def running(port):
+async def running(port, path="/"):
     """Has the simulation at a port of this machine run, and make pictures."""
-    async with websockets.connect(f"ws://127.0.0.1:{port}/", max_size=None, max_queue=None) as viewer:
+    async with websockets.connect(f"ws://127.0.0.1:{port}{path}", max_size=None, max_queue=None) as viewer:
         await viewer.send("mjpeg: 320x240")
         await viewer.send("fast:-1")
         yield
