@@ -193,6 +193,19 @@ class Docker(unittest.IsolatedAsyncioTestCase):
                 self.assertEqual(len(docker.things()["volumes"]), 1)
             self.check_clean(simulation)
 
+    async def test_an_editor_is_passed_on_to_through_the_gateway_alone(self):
+        with server(gateway=True) as simulation:
+            async with Browser(simulation) as browser:
+                address = await self.start(browser, world("theia"))
+                wait_until(lambda: self.containers_of("theia"), "there is no editor")
+                editor, = self.containers_of("theia")
+                self.assertEqual(docker.run("port", editor, "3000").split(), [f"127.0.0.1:{simulation.port + 501}"])
+                path = address[len("webots:ws://localhost:") + len(str(simulation.port)):].rpartition("/")[0]
+                # Nothing listens in this editor; of other ports nobody learns even that.
+                self.assertEqual(simulation.ask(f"{path}/{simulation.port + 501}/")[0], 502)
+                self.assertEqual(simulation.ask(f"{path}/{simulation.port + 502}/")[0], 404)
+            self.check_clean(simulation)
+
     async def test_a_reset_in_a_competition_restarts_the_controller(self):
         with server() as simulation:
             async with Browser(simulation) as browser:
