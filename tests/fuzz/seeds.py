@@ -23,6 +23,9 @@ def world_url():
     yield b"https://github.com/o/r/tree/" + ID + b"/worlds/a.wbt"
     yield b"https://github.com.evil.org/o/r/blob/m/worlds/a.wbt"
     yield b"local:/demo_projects/robots/blob/main/worlds/arena.wbt"
+    for path in (b"", b"/", b"/mjpeg", b"//../%2e"):
+        yield b"/simulation/kqwzbfyhadnvtjgmxcrpeoulsiwy/2001" + path
+    yield b"/2000/simulation/a/65535/"
 
 
 def docker_project():

@@ -1,15 +1,34 @@
-// Addresses of worlds: what is understood stays inside, and says the same again.
+// Addresses of worlds: what is understood stays inside, and says the same again. Paths of simulations, too.
 #include "fuzz.hpp"
 
+#include "core/simulation/gateway_address.hpp"
 #include "core/text.hpp"
 
 #include <webots_cloud/project_ref.hpp>
 
 using namespace webots_cloud;
 
+namespace {
+
+void check_gateway_path(std::string_view path)
+{
+    auto const parsed = core::parse_gateway_path(path);
+    auto const shown = core::without_token(path);
+    fuzz::require(path.starts_with(shown));
+    if (!parsed)
+        return;
+    fuzz::require(core::is_gateway_token(parsed->token) && parsed->port > 0 && parsed->rest.starts_with('/'));
+    auto const said = core::concat("/simulation/", parsed->token, "/", std::to_string(parsed->port));
+    fuzz::require(path == said || path == core::concat(said, parsed->rest));
+    fuzz::require(core::is_gateway_path(path) && shown == "/simulation/");
+}
+
+} // namespace
+
 int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
 {
     auto const url = fuzz::text_of(data, size);
+    check_gateway_path(url);
     auto const project = parse_world_url(url, {"https://github.com", "local:"});
     if (!project) {
         fuzz::require(!project.error().message().empty());

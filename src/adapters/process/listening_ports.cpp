@@ -151,7 +151,7 @@ bool has_listener(std::uint16_t port)
 bool has_listener(std::string const& unix_socket)
 {
     constexpr unsigned accepts = 1U << 16; // __SO_ACCEPTCON
-    std::unique_ptr<std::FILE, int (*)(std::FILE*)> const table(std::fopen("/proc/net/unix", "re"),
+    std::unique_ptr<std::FILE, int (*)(std::FILE*)> const table(std::fopen("/proc/self/net/unix", "re"),
                                                                 std::fclose);
     std::array<char, 512> line;
     while (table && std::fgets(line.data(), line.size(), table.get())) {
