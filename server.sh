@@ -15,6 +15,8 @@ Usage: ./server.sh start|stop|restart [NAME]
 
   start    Install missing packages, build, and start the servers with config/simulation/NAME.json and
            config/session/NAME.json: both, or the one whose file exists. NAME is "local" unless given.
+           Where a configuration names a certificate in this folder that is not there, as "tls" does, one is made
+           that is signed by nobody: good for a try, until you have a real one.
   stop     Stop them. Simulations that run are ended in order. With NAME only the servers that run with it.
   restart  stop, whatever runs, and start.
 
@@ -53,8 +55,37 @@ prepare()
     build
     for kind in simulation session; do
         file=$(config "$kind" "$name")
+        [[ ! -e $file ]] || make_certificate "$file"
         [[ ! -e $file ]] || "$(program "$kind")" --check-config "$file" >/dev/null || exit 1
     done
+}
+
+# make_certificate FILE: for a configuration that names a certificate and a key in this folder, neither of which is there. Those of others,
+# in /etc/letsencrypt, say, are made by others.
+make_certificate()
+{
+    local certificate key name folder
+    certificate=$(setting "$1" sslCertificate)
+    key=$(setting "$1" sslKey)
+    [[ -n $certificate && -n $key && $certificate$key != *..* && $certificate != /* && $key != /* ]] || return 0
+    [[ ! -e $certificate && ! -L $certificate && ! -e $key && ! -L $key ]] || return 0
+    name=$(setting "$1" server)
+    name=${name:-localhost}
+    [[ $name =~ ^[A-Za-z0-9.-]+(:[0-9]+)?$ ]] || fail "No certificate is made for \"$name\": put one into $certificate, and its key into $key."
+    name=${name%%:*}
+    mkdir -p "$(dirname "$certificate")" "$(dirname "$key")"
+    folder=$(mktemp -d)
+    if ! openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes -days 365 -subj "/CN=$name" \
+        -addext "subjectAltName=DNS:$name,DNS:localhost,IP:127.0.0.1,IP:::1" \
+        -keyout "$folder/key" -out "$folder/certificate" 2>"$folder/log"; then
+        cat "$folder/log" >&2
+        rm -r "$folder"
+        fail "openssl could not make a certificate for $name."
+    fi
+    install -m 600 "$folder/key" "$key"
+    install -m 644 "$folder/certificate" "$certificate"
+    rm -r "$folder"
+    echo "Made $certificate for $name, valid for a year. Nobody vouches for it, so browsers warn: replace it and $key by real ones."
 }
 
 build()
@@ -132,8 +163,9 @@ await_machine()
     local name=$1 file port said= begin=$SECONDS
     file=$(config session "$name")
     port=$(setting "$file" port)
-    [[ -z $(setting "$file" sslCertificate) ]] || return 0 # that we can't ask
-    until answers "$port" /readyz; do
+    # Machines that are asked by https answer only who trusts their certificates.
+    [[ -z $(setting "$file" sslCertificate) || -n $(setting "$file" internal) ]] || return 0
+    until is_ready "$port" "$(setting "$file" sslCertificate)"; do
         if [[ $SECONDS -ge $((begin + calm)) ]]; then
             echo "No simulation server is free yet: $(address "$file")monitor shows their loads. The page says when one is."
             return
@@ -231,7 +263,7 @@ address()
     ssl=$(setting "$1" ssl)
     [[ $ssl != false ]] || scheme=http
     [[ $(setting "$1" portRewrite) != false ]] || separator=:
-    echo "$scheme://${server:-localhost}$separator$(setting "$1" port)/"
+    echo "$scheme://${server:-localhost}$separator$(setting "$1" port)/" | sed 's|^\(https://.*\):443/$|\1/|'
 }
 
 # Does anyone listen on the port?
@@ -251,6 +283,19 @@ answers()
             read -r -t 5 line <&3 && echo "$line"
         } 2>/dev/null
     ) && [[ $status == "HTTP/1.1 ${3-200}"* ]]
+}
+
+# is_ready PORT CERTIFICATE: could a session be placed? The certificate is empty where the server speaks no TLS.
+is_ready()
+{
+    local said
+    if [[ -z $2 ]]; then
+        answers "$1" /readyz
+        return
+    fi
+    said=$(printf 'GET /readyz HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n' |
+        timeout 5 openssl s_client -connect "127.0.0.1:$1" -quiet -ign_eof 2>/dev/null)
+    [[ $said == "HTTP/1.1 200"* ]]
 }
 
 main "$@"

@@ -9,6 +9,8 @@ import os
 import shutil
 import signal
 import socket
+import ssl
+import stat
 import subprocess
 import sys
 import tempfile
@@ -152,6 +154,55 @@ class Starting(ServerScriptTest):
         status, output, errors = self.run_script("start")
         self.assertEqual(status, 0, output + errors)
         self.assertIn(f"Open https://localhost:{self.ports['session']}/viewer/\n", output)
+
+    def configure_tls_site(self):
+        """config/*/tls.json of the repository, on other ports."""
+        self.ports["plain"] = free_port()
+        repository = os.path.dirname(SCRIPT)
+        settings = {}
+        for kind in ("session", "simulation"):
+            with open(os.path.join(repository, "config", kind, "tls.json")) as file:
+                settings[kind] = json.load(file)
+        os.symlink(os.path.join(repository, "examples"), self.path("examples"))
+        public = f"localhost:{self.ports['session']}"
+        self.assertEqual((settings["session"]["port"], settings["session"]["redirectPort"]), (443, 80))
+        settings["session"].update(port=self.ports["session"], redirectPort=self.ports["plain"], loadThreshold=1000, simulationServers=[
+            {"address": f"{public}/{self.ports['simulation']}", "internal": f"127.0.0.1:{self.ports['simulation']}"}])
+        settings["simulation"].update(port=self.ports["simulation"], server=public)
+        for kind, each in settings.items():
+            self.write(f"config/{kind}/tls.json", json.dumps(each, indent=2))
+
+    def test_a_site_with_tls_is_complete_and_its_first_certificate_is_made(self):
+        if not shutil.which("openssl"):
+            self.skipTest("openssl is missing (package openssl)")
+        self.configure_tls_site()
+        output = self.start("tls")
+        made = "Made tls/certificate.pem for localhost, valid for a year. Nobody vouches for it, so browsers warn: " \
+               "replace it and tls/key.pem by real ones."
+        self.assertEqual(output.splitlines(), [made, f"Started tls simulation server ({self.pid('simulation')})",
+                                               f"Started tls session server ({self.pid('session')})",
+                                               f"Open https://localhost:{self.ports['session']}/viewer/"])
+        self.assertEqual(stat.S_IMODE(os.stat(self.path("tls/key.pem")).st_mode), 0o600)
+        site = f"https://localhost:{self.ports['session']}"
+        trust = ssl.create_default_context(cafile=self.path("tls/certificate.pem"))
+
+        def get(address):
+            with urllib.request.urlopen(address, timeout=PATIENCE_SECONDS, context=trust) as answer:
+                return answer.read().decode()
+        self.assertIn("<html", get(f"{site}/viewer/"))
+        self.assertIn("<html", get(f"http://localhost:{self.ports['plain']}/viewer/"))  # is led to the other
+        self.assertEqual(get(f"{site}/session"), f"wss://localhost:{self.ports['session']}/{self.ports['simulation']}")
+        self.assertNotIn("Made", self.run_script("restart", "tls")[1])
+
+    def test_no_certificate_is_made_beside_half_of_one_or_in_a_folder_of_others(self):
+        self.configure_tls_site()
+        self.write("tls/key.pem", "somebody's")
+        status, output, errors = self.run_script("start", "tls")
+        self.assertEqual((status, output), (1, ""))
+        self.assertIn("the certificate tls/certificate.pem can't be used: No such file or directory", errors)
+        self.configure("certbot", sslCertificate=self.path("live/fullchain.pem"), sslKey=self.path("live/privkey.pem"))
+        self.assertEqual(self.run_script("start", "certbot")[0], 1)
+        self.assertFalse(os.path.exists(self.path("live")))
 
     def test_servers_hold_nothing_of_the_terminal_that_started_them(self):
         self.start()
