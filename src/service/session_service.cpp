@@ -19,7 +19,6 @@
 
 #include <array>
 #include <map>
-#include <memory>
 #include <optional>
 #include <span>
 #include <unordered_set>
@@ -132,7 +131,6 @@ struct SessionService::Impl
     std::uint64_t refused = 0;
     std::uint64_t limited = 0;
     core::ForwardingTable forwarding;
-    std::shared_ptr<TunnelGroup> tunnels = std::make_shared<TunnelGroup>(); // all that is passed on
     core::TokenBuckets asked; // requests of each client for a place
     std::uint64_t good_polls = 0;
     std::uint64_t failed_polls = 0;
@@ -428,11 +426,6 @@ Answer SessionService::Impl::metrics(IncomingRequest const&)
     text.family("polls_total", "counter", "Polls of simulation servers.")
         .add(static_cast<double>(good_polls), {{"result", "good"}})
         .add(static_cast<double>(failed_polls), {{"result", "failed"}});
-    text.family("gateway_connections", "gauge", "Connections to simulation servers for browsers.")
-        .add(static_cast<double>(tunnels->open()));
-    text.family("gateway_bytes_total", "counter", "Bytes relayed, by who sent them.")
-        .add(static_cast<double>(tunnels->received()), {{"from", "browsers"}})
-        .add(static_cast<double>(tunnels->sent()), {{"from", "servers"}});
     return core::metrics_page(text.take(), hooks.more_metrics);
 }
 
@@ -445,7 +438,6 @@ std::optional<Forward> SessionService::Impl::pass_on(IncomingRequest const& requ
     Forward forward;
     forward.upstream = Upstream(std::move(target->host), target->port);
     forward.target = std::move(target->target);
-    forward.group = tunnels;
     return forward;
 }
 
