@@ -69,6 +69,7 @@ struct HttpServerParams
     /// Addresses and networks, as in `10.0.0.0/8`, of proxies. The limit is not theirs, and what they say of
     /// their clients in X-Forwarded-For (or Forwarded) is believed. Default: this computer.
     std::vector<std::string> trusted_proxies{"127.0.0.0/8", "::1"};
+    std::size_t max_connections = SIZE_MAX; ///< Fewer where the limit of open files is lower.
     std::size_t spare_descriptors =
         64; ///< Of the limit of open files, kept for everything that is no connection.
     Duration header_timeout =

@@ -35,7 +35,9 @@ HttpServerParams plain_params(NetworkConfig network)
     auto const port = network.redirect_port;
     network.ssl_certificate.clear();
     network.ssl_key.clear();
-    return http_server_params(port, network);
+    auto params = http_server_params(port, network);
+    params.max_connections = max_redirected;
+    return params;
 }
 
 } // namespace

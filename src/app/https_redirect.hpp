@@ -9,9 +9,13 @@
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/awaitable.hpp>
 
+#include <cstddef>
 #include <memory>
 
 namespace webots_cloud::app {
+
+/// Connections to that port. They are answered at once, and must not take the descriptors of others.
+inline constexpr std::size_t max_redirected = 128;
 
 class HttpsRedirect
 {

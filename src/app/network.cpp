@@ -1,4 +1,6 @@
 // The network parameters of both configurations.
+#include "https_redirect.hpp"
+
 #include <webots_cloud/adapters.hpp>
 #include <webots_cloud/config.hpp>
 #include <webots_cloud/servers.hpp>
@@ -16,6 +18,8 @@ HttpServerParams http_server_params(std::uint16_t port, NetworkConfig const& con
     params.tls_key = config.ssl_key;
     params.connections_per_address = static_cast<std::size_t>(config.connections_per_address);
     params.trusted_proxies = config.trusted_proxies;
+    if (config.redirect_port != 0)
+        params.spare_descriptors += app::max_redirected;
     if (config.ping_timeout > Duration::zero()) {
         params.ping_after = std::min(params.ping_after, config.ping_timeout / 2);
         params.pong_timeout = config.ping_timeout - params.ping_after;

@@ -173,6 +173,22 @@ class PlainPort(unittest.TestCase):
                 finally:
                     other.close()
 
+    def test_who_holds_the_plain_port_keeps_nobody_from_the_other(self):
+        plain = free_port()
+        config = {**self.server.config, "redirectPort": plain}
+        config.pop("port")
+        server = SessionServer([], **config)
+        server.descriptors = 400
+        self.enterContext(server)
+        silent = []
+        self.addCleanup(lambda: [connection.close() for connection in silent])
+        for _ in range(500):
+            with contextlib.suppress(OSError):
+                silent.append(socket.create_connection(("localhost", plain), timeout=PATIENCE))
+        for _ in range(20):
+            self.assertTrue(shown(server))
+            self.assertEqual(self.ask("/", port=plain)[0], 301)
+
     def test_the_simulation_server_has_such_a_port_too(self):
         plain = free_port()
         with SimulationServer(sslCertificate=self.server.config["sslCertificate"], sslKey=self.server.config["sslKey"],

@@ -121,7 +121,8 @@ result<> NetworkServer::listen()
         if (auto const loaded = certificate_->load(); !loaded)
             return loaded;
     }
-    max_connections_ = adapters::affordable_connections(params_.spare_descriptors);
+    max_connections_ =
+        std::min(params_.max_connections, adapters::affordable_connections(params_.spare_descriptors));
     limit_.leave_room(max_connections_);
     return acceptor_.listen(params_.address, params_.port);
 }
