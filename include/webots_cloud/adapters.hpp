@@ -255,11 +255,17 @@ struct Account
 std::optional<Account> find_account(std::string const& name);
 
 /// From now on the calling thread, and every thread and program that it starts, can open no other files than
-/// these (Landlock), executes no programs, gains no privileges, and signals nobody outside. What is open
-/// already stays usable. Files that do not exist yet can't be among them; those in a folder may come later.
+/// these (Landlock), executes no programs, mounts nothing, gains no privileges, signals nobody outside unless
+/// that is asked for, and can't look into processes outside. What is open already stays usable. Files that do
+/// not exist yet can't be among them; those in a folder may come later. Other threads stay as they are.
 ///
 /// Errors: `unavailable`: the kernel can't do that, and nothing has changed.
 result<> confine_to_files(OwnFiles const& files);
+
+/// A thread that mounts and unmounts for all others while it exists, for which it has to be made before they
+/// are confined to files.
+class MountThread;
+std::shared_ptr<MountThread> make_mount_thread();
 
 /// Files of this computer, on a thread of its own.
 std::unique_ptr<TextFiles> make_text_files();

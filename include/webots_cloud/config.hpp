@@ -176,6 +176,9 @@ struct SimulationConfig
     std::string sandbox = "auto";
     /// `simulationUser`: who runs simulations: `auto`, `none` (the server's user), or the name of a user.
     std::string simulation_user = "auto";
+    /// `confineServer`: what handles requests and projects can open only the server's own files, where the
+    /// kernel has Landlock.
+    bool confine_server = true;
     std::string network_reach = "internet"; ///< `network`: what simulations in a sandbox reach: `internet`
                                             ///< (public addresses), `none`, `host`.
     LimitsConfig limits;                    ///< `simulationMemory` and the like.

@@ -42,9 +42,16 @@ boost::asio::awaitable<result<>> serve_sessions(boost::asio::any_io_executor exe
 /// of the first and the third.
 ///
 /// `programs` is the folder of `webots-process-guard` and `webots-demo-simulator`.
+///
+/// `config_file` is for programs that do nothing else: it is where the configuration comes from, and once
+/// everything is set up the calling thread, and those that it starts from then on, can open only the files
+/// that such a server needs (Landlock, where the kernel has it), and mount and execute nothing, until the
+/// program ends. Empty: the thread stays as it is.
+///
 /// Errors: as `serve_sessions`; `not_found` when there is neither Webots nor the demo simulator.
 boost::asio::awaitable<result<>> serve_simulations(boost::asio::any_io_executor executor,
                                                    SimulationConfig config, Reload<SimulationConfig> reload,
-                                                   std::filesystem::path programs, Logger log);
+                                                   std::filesystem::path programs, Logger log,
+                                                   std::filesystem::path config_file = {});
 
 } // namespace webots_cloud

@@ -1,3 +1,5 @@
+#include "own_confinement.hpp"
+
 #include "core/config/session_files.hpp"
 #include "environment.hpp"
 #include "operator_requests.hpp"
@@ -21,6 +23,41 @@ void add_targets(std::vector<fs::path>& files, fs::path const& file)
         files.push_back(target.parent_path());
 }
 
+/// Files and folders that certificates are found by.
+void add_authorities(std::vector<fs::path>& files)
+{
+    for (auto const* name : {"SSL_CERT_FILE", "SSL_CERT_DIR", "CURL_CA_BUNDLE"})
+        if (auto const value = app::environment(name); !value.empty())
+            files.push_back(app::absolute_path(value));
+}
+
+constexpr std::size_t max_links = 1000;
+
+/// Operators may have put links to projects and keys into their folders.
+void add_links(std::vector<fs::path>& files, fs::path const& folder, int depth)
+{
+    std::error_code failed;
+    for (auto const& entry : fs::directory_iterator(folder, failed)) {
+        if (files.size() > max_links)
+            return;
+        if (entry.is_symlink(failed)) {
+            if (auto target = fs::canonical(entry.path(), failed); !failed)
+                files.push_back(std::move(target));
+        }
+        if (depth > 1 && entry.is_directory(failed))
+            add_links(files, entry.path(), depth - 1);
+    }
+}
+
+/// Where a folder will be that somebody has yet to make.
+fs::path nearest(fs::path folder)
+{
+    std::error_code failed;
+    while (folder.has_relative_path() && !fs::exists(folder, failed))
+        folder = folder.parent_path();
+    return folder.has_relative_path() ? folder : fs::path();
+}
+
 } // namespace
 
 result<> confine_session_server(SessionConfig config, fs::path const& config_file)
@@ -35,9 +72,7 @@ result<> confine_session_server(SessionConfig config, fs::path const& config_fil
     for (auto const& each : {file, config.network.ssl_certificate, config.network.ssl_key,
                              config.access.operator_token_file, config.access.session_secret})
         add_targets(files.read, each);
-    for (auto const* name : {"SSL_CERT_FILE", "SSL_CERT_DIR", "CURL_CA_BUNDLE"})
-        if (auto const value = app::environment(name); !value.empty())
-            files.read.push_back(app::absolute_path(value));
+    add_authorities(files.read);
     // What is not there yet can have no rule.
     std::error_code failed;
     fs::create_directories(config.log_dir, failed);
@@ -45,4 +80,36 @@ result<> confine_session_server(SessionConfig config, fs::path const& config_fil
     return confine_to_files(files);
 }
 
+namespace app {
+
+result<> confine_simulation_server(SimulationConfig config, core::SimulationFilesContext context)
+{
+    context.config_file = absolute_path(context.config_file);
+    context.socket = operator_socket("simulation", config.address.port, config.access);
+    for (auto* path : {&config.log_dir, &config.network.ssl_certificate, &config.network.ssl_key,
+                       &config.access.operator_token_file, &config.key_dir, &config.containers.directory,
+                       &context.caches, &context.templates})
+        *path = absolute_path(*path);
+    for (auto& forge : config.forges)
+        forge.directory = nearest(absolute_path(forge.directory));
+    auto files = core::simulation_server_files(config, context);
+    for (auto const& each : {context.config_file, config.network.ssl_certificate, config.network.ssl_key,
+                             config.access.operator_token_file})
+        add_targets(files.read, each);
+    add_authorities(files.read);
+    for (auto const& forge : config.forges)
+        if (!forge.directory.empty())
+            add_links(files.read, forge.directory, 2); // <owner>/<repository>
+    if (!config.docker) {
+        add_links(files.read, config.key_dir, 1);
+        add_links(files.read, context.templates, 1);
+    }
+    std::error_code failed;
+    fs::create_directories(config.log_dir, failed);
+    fs::create_directories(context.caches, failed);
+    (void)!::mkdir(context.socket.parent_path().c_str(), 0700);
+    return confine_to_files(files);
+}
+
+} // namespace app
 } // namespace webots_cloud

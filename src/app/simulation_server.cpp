@@ -15,6 +15,7 @@
 #include "log_summaries.hpp"
 #include "metrics.hpp"
 #include "operator_requests.hpp"
+#include "own_confinement.hpp"
 #include "sandbox.hpp"
 #include "signals.hpp"
 #include "simulation_user.hpp"
@@ -347,6 +348,14 @@ SimulationLogsParams logs_params(SimulationConfig const& config)
     return params;
 }
 
+/// Tells the operator whether this server keeps to its own files.
+void tell_confinement(result<> const& confined, Logger const& log)
+{
+    log.info(confined ? "What handles requests and projects can open only the files that it needs (Landlock)."
+                      : concat("This server is not confined to the files that it needs: ",
+                               confined.error().message(), "."));
+}
+
 /// Without docker mode there is nothing to do until the end.
 asio::awaitable<result<>> run(DockerMode* docker, Clock& clock)
 {
@@ -362,7 +371,8 @@ asio::awaitable<result<>> run(DockerMode* docker, Clock& clock)
 } // namespace
 
 asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, SimulationConfig config,
-                                            Reload<SimulationConfig> reload, fs::path programs, Logger log)
+                                            Reload<SimulationConfig> reload, fs::path programs, Logger log,
+                                            fs::path config_file)
 {
     using namespace asio::experimental::awaitable_operators;
     programs = absolute_path(programs);
@@ -378,8 +388,6 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
 
     auto const clock = make_steady_clock(executor);
     auto const metrics = make_host_metrics();
-    auto const budget = make_fetch_budget(config.fetch_memory, config.fetch_disk);
-    Sources sources(executor, config, instances, budget, log);
     auto const guard = programs / "webots-process-guard";
     auto read_only = read_only_folders(config);
     auto const host = metrics->description();
@@ -390,29 +398,9 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     auto const limit_support_here = limit_support(*groups);
     tell_limits(config, limits, limit_support_here, log);
     auto const processes = make_process_host(executor, guard, read_only, groups);
-    ProjectFetcherParams fetching;
-    fetching.instances = instances;
-    std::unique_ptr<ProjectSource> websites; // the pages of websites know nothing of containers
-    if (!config.docker)
-        websites = make_website_source(website_params(config, choice->program), log, budget);
-    ProjectFetcher fetcher(fetching, sources.forges, log, websites.get());
-    std::unique_ptr<TextFiles> files;
-    std::unique_ptr<DockerMode> docker;
     app::ContainerNetwork container_network;
-    if (config.docker) {
-        files = make_text_files();
+    if (config.docker)
         container_network = app::choose_container_network(config, instances.parent_path(), log);
-        DockerModeHooks hooks;
-        hooks.exists = [](fs::path const& path) {
-            std::error_code ignored;
-            return fs::exists(path, ignored);
-        };
-        docker = std::make_unique<DockerMode>(docker_params(config, instances, container_network, limits),
-                                              *processes, *files, *clock, log, hooks);
-        auto const opened = co_await docker->open();
-        if (!opened)
-            co_return opened.error();
-    }
     app::SandboxContext sandbox_context;
     sandbox_context.simulator = choice->program;
     sandbox_context.guard = guard;
@@ -429,6 +417,45 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
                                                       *processes, *clock, log);
     if (!display)
         co_return display.error();
+    auto isolation_warning = co_await check_isolation(
+        config, guard, read_only, ::geteuid() == 0 && !sandbox->params.user.is_other(), *clock, log);
+
+    // What starts programs, looks at them, or mounts, has been made by now; what handles anything that comes
+    // from outside, has not.
+    std::shared_ptr<MountThread> mounts;
+    if (!config_file.empty() && config.confine_server) {
+        mounts = make_mount_thread();
+        core::SimulationFilesContext own;
+        own.config_file = std::move(config_file);
+        own.instances = instances;
+        own.caches = cache_folder(config).parent_path();
+        own.templates = website_params(config, choice->program).projects;
+        own.groups = group_folders;
+        tell_confinement(app::confine_simulation_server(config, std::move(own)), log);
+    }
+    auto const budget = make_fetch_budget(config.fetch_memory, config.fetch_disk);
+    Sources sources(executor, config, instances, budget, log);
+    ProjectFetcherParams fetching;
+    fetching.instances = instances;
+    std::unique_ptr<ProjectSource> websites; // the pages of websites know nothing of containers
+    if (!config.docker)
+        websites = make_website_source(website_params(config, choice->program), log, budget);
+    ProjectFetcher fetcher(fetching, sources.forges, log, websites.get());
+    std::unique_ptr<TextFiles> files;
+    std::unique_ptr<DockerMode> docker;
+    if (config.docker) {
+        files = make_text_files();
+        DockerModeHooks hooks;
+        hooks.exists = [](fs::path const& path) {
+            std::error_code ignored;
+            return fs::exists(path, ignored);
+        };
+        docker = std::make_unique<DockerMode>(docker_params(config, instances, container_network, limits),
+                                              *processes, *files, *clock, log, hooks);
+        auto const opened = co_await docker->open();
+        if (!opened)
+            co_return opened.error();
+    }
     SimulationLauncher launcher(launcher_params(config, choice->program, sandbox->params, *display, limits,
                                                 broker_folder(config, *root, log)),
                                 *processes, *clock, log, docker.get());
@@ -439,8 +466,6 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     walls.limits = config.docker || core::limits_hold(limits, limit_support_here);
     tell_outside_projects(config, walls, log);
     auto service_settings = service_params(config, walls, choice->notice);
-    auto isolation_warning = co_await check_isolation(
-        config, guard, read_only, ::geteuid() == 0 && !sandbox->params.user.is_other(), *clock, log);
     service_settings.isolation_warning =
         isolation_warning.empty() ? sandbox->warning : std::move(isolation_warning);
     service_settings.sandbox = config.docker ? container_network.description : sandbox->description;

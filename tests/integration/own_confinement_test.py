@@ -1,8 +1,12 @@
 #!/usr/bin/python3
-"""The session server can open only the files that it needs (Landlock), and does all its work within them."""
+"""The servers can open only the files that they need (Landlock), and do all their work within them: the session server as a whole, of the
+simulation server the threads that handle what comes from outside."""
 
+import asyncio
 import ctypes
+import glob
 import os
+import shutil
 import ssl
 import subprocess
 import sys
@@ -10,13 +14,19 @@ import tempfile
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
-from support.servers import SessionServer, main, wait_until  # noqa: E402
+from support.browser_client import EXAMPLES, WORLD, Browser  # noqa: E402
+from support.servers import SessionServer, SimulationServer, main, wait_until  # noqa: E402
 
 LANDLOCK_CREATE_RULESET = 444
+ABOUT_SIMULATION_SERVER = "What handles requests and projects can open only the files that it needs (Landlock)."
+
+
+def landlock_version():
+    return ctypes.CDLL(None, use_errno=True).syscall(LANDLOCK_CREATE_RULESET, None, 0, 1)
 
 
 def setUpModule():
-    if ctypes.CDLL(None, use_errno=True).syscall(LANDLOCK_CREATE_RULESET, None, 0, 1) < 1:
+    if landlock_version() < 1:
         raise unittest.SkipTest("this kernel has no Landlock")
 
 
@@ -87,6 +97,111 @@ class Confined(unittest.TestCase):
             server.start()  # which names it at the start
             server.reread()
             wait_until(lambda: "The configuration was read again" in self.log(server), lambda: self.log(server))
+
+
+def can_mount_overlays(folder):
+    paths = [os.path.join(folder, name) for name in ("lower", "upper", "work", "target")]
+    for path in paths:
+        os.makedirs(path)
+    options = "lowerdir={},upperdir={},workdir={}".format(*paths)
+    mounted = subprocess.run(["mount", "-t", "overlay", "overlay", "-o", options, paths[3]], capture_output=True).returncode == 0
+    if mounted:
+        subprocess.run(["umount", paths[3]], check=True)
+    return mounted
+
+
+class ConfinedSimulationServer(unittest.TestCase):
+    def setUp(self):
+        if landlock_version() < 2:
+            self.skipTest("this kernel's Landlock is too old")
+        self.folder = self.enterContext(tempfile.TemporaryDirectory(prefix="webots_cloud_elsewhere_"))
+        self.worlds = os.path.join(self.folder, "worlds")
+        self.elsewhere = os.path.join(self.folder, "elsewhere")
+        os.makedirs(os.path.join(self.worlds, "demo_projects"))
+        os.makedirs(self.elsewhere)
+        self.project = shutil.copytree(os.path.join(EXAMPLES, "robots"), os.path.join(self.elsewhere, "robots"))
+        self.link = os.path.join(self.worlds, "demo_projects", "robots")
+
+    def server(self, **config):
+        return SimulationServer(**{"forges": [{"url": "local:", "directory": self.worlds}], "allowedRepositories": ["local:/demo_projects"],
+                                   "debug": True, **config})
+
+    def start(self, server, ending="webots:"):
+        async def ask():
+            async with Browser(server) as browser:
+                await browser.start(WORLD)
+                return await browser.hear(ending)
+
+        told = asyncio.run(ask())
+        server.wait_until_clean()
+        return told
+
+    def threads(self, server):
+        """How many are confined, and how many are not."""
+        found = [0, 0]
+        for path in glob.glob(f"/proc/{server.process.pid}/task/*/status"):
+            with open(path) as status:
+                found["NoNewPrivs:\t0\n" in status.read()] += 1
+        return found
+
+    def test_the_event_loop_is_confined_and_what_starts_programs_is_not(self):
+        shutil.copytree(self.project, self.link)
+        with self.server() as server:
+            self.assertIn(ABOUT_SIMULATION_SERVER, server.log())
+            self.start(server)
+            with open(f"/proc/{server.process.pid}/status") as status:
+                self.assertIn("NoNewPrivs:\t1\n", status.read())
+            confined, others = self.threads(server)
+            self.assertGreater(confined, 3)
+            self.assertGreater(others, 0)
+
+    def test_a_link_of_the_operators_can_be_followed_if_it_was_there_at_the_start(self):
+        os.symlink(self.project, self.link)
+        with self.server() as server:
+            self.start(server)
+
+    def test_a_link_that_appears_later_leads_nowhere(self):
+        """Not even for root, and not even where nothing else would stop it."""
+        with self.server() as server:
+            os.symlink(self.project, self.link)
+            self.assertIn("Permission denied", self.start(server, "loading: Error: "))
+            server.stop()
+            server.config["confineServer"] = False
+            server.start()
+            self.start(server)
+
+    def test_nothing_is_written_elsewhere_when_somebody_has_put_a_link_in_place_of_the_projects(self):
+        shutil.copytree(self.project, self.link)
+        target = os.path.join(self.folder, "target")
+        os.makedirs(target)
+        with self.server() as server:
+            instances = server.instances_folder()
+            os.rename(instances, instances + ".away")
+            os.symlink(target, instances)
+            self.assertIn("Permission denied", self.start(server, "loading: Error: "))
+            self.assertEqual(os.listdir(target), [])
+
+    def test_a_configuration_is_read_again_but_no_token_elsewhere(self):
+        token = os.path.join(self.elsewhere, "token")
+        with open(token, "w", opener=lambda name, flags: os.open(name, flags, 0o600)) as file:
+            file.write("0123456789abcdef0123")
+        with self.server() as server:
+            server.reread(title="Another title")
+            wait_until(lambda: "The configuration was read again" in server.log(), lambda: server.log())
+            server.reread(operatorTokenFile=token)
+            wait_until(lambda: "Permission denied" in server.log(), lambda: server.log())
+
+    def test_projects_are_still_mounted_where_they_can_be(self):
+        """By a thread that was started before."""
+        with self.server(forges=["https://localhost:1"]) as server:
+            if not can_mount_overlays(os.path.join(server.state_folder(), "try")):
+                self.skipTest("this machine has no overlay mounts")
+            self.assertIn("Projects are handed out by overlay mounts.", server.log())
+
+    def test_it_can_be_turned_off(self):
+        with self.server(confineServer=False) as server:
+            self.assertNotIn("Landlock", server.log())
+            self.assertEqual(self.threads(server)[0], 0)
 
 
 if __name__ == "__main__":

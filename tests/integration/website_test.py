@@ -330,9 +330,13 @@ class Refusals(WebsiteTest):
 
     async def test_a_full_disk_is_told_and_the_next_start_has_room_again(self):
         instances = self.simulation.instances_folder()
+        self.simulation.stop()
+        self.addCleanup(self.simulation.start)
         mount_small_disk(self, instances, "16k")
+        self.addCleanup(self.simulation.stop)
+        self.simulation.start()  # which is confined to the folders that it has found
         self.assertEqual(await self.fails(user=VISITOR), "This server can't copy the project: No space left on device.")
-        subprocess.run(["umount", instances], check=True)
+        subprocess.run(["mount", "-o", "remount,size=16m", instances], check=True)
         async with Page(self.simulation) as browser:
             await browser.init(self.website.origin)
             await browser.hear("webots:")

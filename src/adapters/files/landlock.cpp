@@ -73,9 +73,11 @@ result<> confine_to_files(OwnFiles const& files)
     auto const version = ::syscall(SYS_landlock_create_ruleset, nullptr, 0, LANDLOCK_CREATE_RULESET_VERSION);
     if (version < 1)
         return Failure(errc::unavailable, "this kernel has no Landlock");
+    if (version < 2 && files.moves_files)
+        return Failure(errc::unavailable, "this kernel's Landlock is too old (Linux 5.19 is needed)");
     Ruleset wanted;
     wanted.files = rights_of_version(version);
-    wanted.scoped = version >= 6 ? scope_signals : 0;
+    wanted.scoped = version >= 6 && !files.signals ? scope_signals : 0;
     FileDescriptor const ruleset(
         static_cast<int>(::syscall(SYS_landlock_create_ruleset, &wanted, sizeof wanted, 0)));
     if (!ruleset)
@@ -85,6 +87,9 @@ result<> confine_to_files(OwnFiles const& files)
             return last_failure();
     for (auto const& path : files.write)
         if (!allow(ruleset.get(), path, writing & wanted.files))
+            return last_failure();
+    for (auto const& path : files.tidy)
+        if (!allow(ruleset.get(), path, LANDLOCK_ACCESS_FS_REMOVE_DIR))
             return last_failure();
     if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0 ||
         ::syscall(SYS_landlock_restrict_self, ruleset.get(), 0) != 0)

@@ -1,5 +1,7 @@
 #include "mounts.hpp"
 
+#include "mount_thread.hpp"
+
 #include "core/text.hpp"
 
 #include <sys/mount.h>
@@ -33,6 +35,13 @@ std::string unescaped(std::string_view text)
     return plain;
 }
 
+/// Returns: `errno`; 0: it is done.
+int unmount(std::string const& path)
+{
+    return mount_elsewhere(
+        [&] { return ::umount2(path.c_str(), MNT_DETACH | UMOUNT_NOFOLLOW) == 0 ? 0 : errno; });
+}
+
 } // namespace
 
 std::vector<std::string> mounts_below(std::string_view mountinfo, std::string_view directory)
@@ -61,10 +70,10 @@ result<> unmount_below(std::filesystem::path const& directory)
     std::ifstream file("/proc/self/mountinfo");
     std::string const mountinfo(std::istreambuf_iterator<char>(file), {});
     for (auto const& path : mounts_below(mountinfo, (parent / directory.filename()).string()))
-        if (::umount2(path.c_str(), MNT_DETACH | UMOUNT_NOFOLLOW) != 0)
+        if (int const error = unmount(path); error != 0)
             return Failure(errc::unavailable,
                            core::concat("can't unmount ", path, ": ",
-                                        std::error_code(errno, std::generic_category()).message()));
+                                        std::error_code(error, std::generic_category()).message()));
     return {};
 }
 

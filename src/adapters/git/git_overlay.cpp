@@ -1,5 +1,6 @@
 #include "git_overlay.hpp"
 
+#include "adapters/files/mount_thread.hpp"
 #include "adapters/files/project_files.hpp"
 #include "adapters/files/remove_tree.hpp"
 
@@ -26,7 +27,13 @@ std::string path_of(int folder)
 
 bool mount_with(std::string const& options, int target)
 {
-    return ::mount("overlay", path_of(target).c_str(), "overlay", MS_NOSUID | MS_NODEV, options.c_str()) == 0;
+    auto const path = path_of(target);
+    errno = mount_elsewhere([&] {
+        return ::mount("overlay", path.c_str(), "overlay", MS_NOSUID | MS_NODEV, options.c_str()) == 0
+                   ? 0
+                   : errno;
+    });
+    return errno == 0;
 }
 
 /// Removes a folder when it goes out of sight.

@@ -687,6 +687,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     reader->read("webotsHome", config.webots_home);
     reader->read("display", config.display);
     reader->read("simulationUser", config.simulation_user);
+    reader->read("confineServer", config.confine_server);
     reader->read_choice("network", config.network_reach, {"internet", "none", "host"});
     read_limits(*reader, config.limits);
     reader->read("gateway", config.gateway);

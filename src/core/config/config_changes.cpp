@@ -74,6 +74,7 @@ std::vector<std::string_view> keys_for_restart(SimulationConfig const& running, 
     changes.compare("display", running.display, next.display);
     changes.compare("sandbox", running.sandbox, next.sandbox);
     changes.compare("simulationUser", running.simulation_user, next.simulation_user);
+    changes.compare("confineServer", running.confine_server, next.confine_server);
     changes.compare("network", running.network_reach, next.network_reach);
     changes.compare("simulationMemory", running.limits.memory, next.limits.memory);
     changes.compare("simulationCpus", running.limits.processors, next.limits.processors);

@@ -1,22 +1,32 @@
 #include "session_files.hpp"
 
-#include <initializer_list>
+#include <array>
 
 namespace webots_cloud::core {
-namespace {
 
-// Libraries that are loaded late (names are resolved by some, certificates checked), time zones, name servers
-// and their caches, what the memory allocator and the metrics look at.
-constexpr std::initializer_list<char const*> system_folders = {
-    "/usr", "/lib", "/lib32", "/lib64", "/etc", "/run", "/proc", "/sys", "/dev/urandom", "/dev/random"};
-
-} // namespace
+std::span<char const* const> folders_of_libraries() noexcept
+{
+    // Some load libraries late; name servers have caches.
+    static constexpr std::array folders{"/usr",
+                                        "/lib",
+                                        "/lib32",
+                                        "/lib64",
+                                        "/etc",
+                                        "/run",
+                                        "/proc",
+                                        "/sys",
+                                        "/dev/urandom",
+                                        "/dev/random",
+                                        "/var/lib/ca-certificates"}; // openSUSE's
+    return folders;
+}
 
 OwnFiles session_server_files(SessionConfig const& config, std::filesystem::path const& config_file,
                               std::filesystem::path const& socket)
 {
     OwnFiles files;
-    files.read.assign(system_folders.begin(), system_folders.end());
+    auto const system = folders_of_libraries();
+    files.read.assign(system.begin(), system.end());
     for (auto const& file : {config_file, config.network.ssl_certificate, config.network.ssl_key,
                              config.access.operator_token_file, config.access.session_secret})
         if (!file.empty())

@@ -5,8 +5,13 @@
 #include <webots_cloud/own_files.hpp>
 
 #include <filesystem>
+#include <span>
 
 namespace webots_cloud::core {
+
+/// What libraries read when a name is resolved, a certificate checked, memory allocated or a machine
+/// measured.
+std::span<char const* const> folders_of_libraries() noexcept;
 
 /// The files and folders that a session server with this configuration opens while it runs. All paths must be
 /// absolute. `config_file` is where the configuration comes from, `socket` the operator's.

@@ -326,6 +326,7 @@ BOOST_AUTO_TEST_CASE(simulation_defaults_are_those_of_the_reference)
     BOOST_TEST(config.log_dir == "log");
     BOOST_TEST(!config.debug);
     BOOST_TEST(config.monitor_log);
+    BOOST_TEST(config.confine_server);
     BOOST_TEST(config.title.empty());
     BOOST_TEST(config.description.empty());
     BOOST_TEST(config.webots_home.empty());
@@ -615,6 +616,7 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
         {R"("maxConnections":7)", [](auto const& c) { return c.max_connections == 7; }},
         {R"("timeout":400)", [](auto const& c) { return c.timeout == std::chrono::seconds(400); }},
         {R"("logDir":"/l")", [](auto const& c) { return c.log_dir == "/l"; }},
+        {R"("confineServer":false)", [](auto const& c) { return !c.confine_server; }},
         {R"("monitorLogEnabled":false)", [](auto const& c) { return !c.monitor_log; }},
         {R"("debug":true)", [](auto const& c) { return c.debug; }},
         {R"("title":"t","description":"d")",
