@@ -10,9 +10,11 @@ OwnFiles simulation_server_files(SimulationConfig const& config, SimulationFiles
     auto const system = folders_of_libraries();
     files.read.assign(system.begin(), system.end());
     for (auto const& file : {context.config_file, config.network.ssl_certificate, config.network.ssl_key,
-                             config.access.operator_token_file})
+                             config.access.operator_token_file, config.access.session_secret})
         if (!file.empty())
             files.read.push_back(file.parent_path());
+    if (!config.network.challenge_folder.empty())
+        files.read.push_back(config.network.challenge_folder);
     for (auto const& forge : config.forges)
         if (!forge.directory.empty())
             files.read.push_back(forge.directory);

@@ -54,6 +54,19 @@ BOOST_AUTO_TEST_CASE(projects_are_written_logs_and_the_cache_and_nothing_that_ro
         BOOST_TEST((!has(files.read, folder) && !has(files.write, folder)), folder);
 }
 
+BOOST_AUTO_TEST_CASE(what_may_be_renewed_is_reached_by_its_folder)
+{
+    auto with_secrets = config();
+    with_secrets.network.ssl_certificate = "/certs/live/cert.pem";
+    with_secrets.network.ssl_key = "/keys/key.pem";
+    with_secrets.network.challenge_folder = "/srv/challenges";
+    with_secrets.access.operator_token_file = "/srv/t/token";
+    with_secrets.access.session_secret = "/srv/s/secret";
+    auto const files = simulation_server_files(with_secrets, context());
+    for (auto const* folder : {"/certs/live", "/keys", "/srv/challenges", "/srv/t", "/srv/s"})
+        BOOST_TEST(has(files.read, folder), folder);
+}
+
 BOOST_AUTO_TEST_CASE(control_groups_are_removed_but_not_changed)
 {
     auto const files = simulation_server_files(config(), context());
