@@ -9,7 +9,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 # Whatever starts threads has a row in "Threads". Add the file here together with the row.
 STARTS_THREADS = {
-    'adapters/git/git2_transport', 'adapters/git/git_checkout', 'adapters/git/git_coalesced_fetches', 'adapters/git/git_copy',
+    'adapters/files/mount_thread', 'adapters/git/git2_transport', 'adapters/git/git_checkout', 'adapters/git/git_coalesced_fetches', 'adapters/git/git_copy',
     'adapters/git/git_lfs', 'adapters/git/git_source', 'adapters/host/nvml', 'adapters/http/name_resolver', 'adapters/logs/line_file',
     'adapters/logs/simulation_logs', 'adapters/mail/curl_smtp', 'adapters/process/guard_probe', 'adapters/process/process_host',
     'adapters/projects/directory_source', 'adapters/projects/folder_meter', 'adapters/projects/text_files',
@@ -34,18 +34,22 @@ def differences(what, said, is_so):
             [f'{what}: {name} is missing' for name in sorted(is_so - said)])
 
 
+def short(name):
+    """Headers in folders are named together."""
+    return re.sub(r'/.*', '/*.hpp', name)
+
+
 def headers_said(text):
     """target -> headers; a row without a target belongs to the one above."""
     found, target = {}, ''
     for cells in table(text, '| target | headers |'):
         target = (QUOTED.findall(cells[0]) or [target])[0]
-        found.setdefault(target, set()).update(QUOTED.findall(cells[1]))
+        found.setdefault(target, set()).update(short(name) for name in QUOTED.findall(cells[1]))
     return found
 
 
 def headers_of(cmake):
     lists = re.findall(r'target_sources\((\w+) PUBLIC FILE_SET HEADERS [^)]*?FILES(.*?)\)', cmake, re.S)
-    short = lambda name: re.sub(r'/.*', '/*.hpp', name)
     return {'webots_cloud::' + target.removeprefix('webots_cloud_'): {short(name) for name in re.findall(r'\$\{headers\}/(\S+)', files)}
             for target, files in lists}
 
