@@ -1,14 +1,17 @@
 #!/usr/bin/python3
 """What the sandboxes of simulations cost: the table of docs/sandboxes.md. Each pair is measured in turns within one run.
 
-    WEBOTS_CLOUD_BIN=build/release/bin tests/bench/speed/sandbox_bench.py [--rounds 40]
+    WEBOTS_CLOUD_BIN=build/release/bin tests/bench/speed/sandbox_bench.py [--sandbox bubblewrap|firejail|docker] [--rounds 40]
 
 *Start*: until a program under the guard prints a line, with the very command line that the server has for a simulator, and without the sandbox.
-*Pictures*: those of a running demo simulator. *Relay*: a server behind the guard's relay, and the same server reached directly.
+*Simulation*: from the request of a browser until it is told the address of its simulator; of containers, whose image has been built before,
+no less is comparable. *Pictures*: those of a running demo simulator. *Relay*: a server behind the guard's relay, and the same server
+reached directly. Docker has a daemon of its own here (tests/support/docker.py).
 """
 
 import argparse
 import asyncio
+import contextlib
 import os
 import resource
 import shutil
@@ -21,12 +24,14 @@ import time
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), "../.."))
 from support.browser_client import LOCAL, Browser  # noqa: E402
+from support.docker import DockerDaemon, files_below  # noqa: E402
 from support.frames import Frames, running  # noqa: E402
 from support.ports import free_port  # noqa: E402
 from support.servers import SimulationServer, program  # noqa: E402
 
 PROGRAM = ("/bin/echo", "runs")
 NETWORKS = ("host", "none", "internet")
+IMAGES = "webots_cloud_bench/webots"
 ECHO = """
 import socket, sys
 data = bytes(1 << 20)
@@ -43,8 +48,25 @@ while True:
 """
 
 
-def server_with(sandbox, network):
-    return SimulationServer(**LOCAL, sandbox=sandbox, network=network)
+def server_with(sandbox, network, daemon=None):
+    if sandbox != "docker":
+        return SimulationServer(**LOCAL, sandbox=sandbox, network=network)
+    templates = os.path.join(os.path.dirname(__file__), "../../../config/simulation/docker")
+    return SimulationServer(**LOCAL, docker=True, network=network, display="none", dockerDir=os.path.abspath(templates), dockerImages=IMAGES,
+                            environment=daemon.environment)
+
+
+@contextlib.contextmanager
+def docker_daemon(sandbox):
+    """For containers; None for the others."""
+    if sandbox != "docker":
+        yield None
+        return
+    fonts = [path for folder in ("/etc/fonts", "/usr/share/fonts", "/var/cache/fontconfig") for path in files_below(folder)]
+    with DockerDaemon() as daemon:
+        daemon.import_image(f"{IMAGES}:R2025a-ubuntu22.04", {"/usr/local/webots/webots": program("webots-demo-simulator")},
+                            ["/bin/sh", *fonts])
+        yield daemon
 
 
 def guards_command_line(server):
@@ -64,7 +86,7 @@ def command_lines(server, folder):
             await browser.hear("webots:")
             return guards_command_line(server)
 
-    words = asyncio.run(look())
+    words = without(asyncio.run(look()), "--group")  # which the server removes after the simulation
     instance = os.path.join(server.instances_folder(), "1")
     words = [word.replace(instance, folder) for word in words]
     if "--network" in words:
@@ -75,7 +97,16 @@ def command_lines(server, folder):
     end = words.index("--filter") + 1
     grace = next(number for number, word in enumerate(words) if word.isdigit() and words[number + 1].startswith("/") and
                  words[number + 1].endswith(("/bwrap", "/firejail")))
-    return [*words[:grace + 1], *PROGRAM], [*words[:end], *PROGRAM]
+    return [*without(words[:grace + 1], "--own-sandbox"), *PROGRAM], [*words[:end], *PROGRAM]
+
+
+def without(words, option):
+    """A command line without an option, and the word after it, wherever it is."""
+    left = list(words)
+    while option in left:
+        place = left.index(option)
+        del left[place:place + 2]
+    return left
 
 
 def milliseconds(command):
@@ -99,11 +130,11 @@ def processor_seconds():
     return used.ru_utime + used.ru_stime
 
 
-def measure_start(network, rounds):
+def measure_start(sandbox, network, rounds):
     folder = tempfile.mkdtemp(prefix="webots_cloud_sandbox_bench_")
     os.mkdir(os.path.join(folder, "worlds"))
     try:
-        with server_with("bubblewrap", network) as server:
+        with server_with(sandbox, network) as server:
             pair = command_lines(server, folder)
             taken, used = ([], []), [0, 0]
             for number in range(rounds + 2):
@@ -115,10 +146,34 @@ def measure_start(network, rounds):
                         used[which] += (processor_seconds() - before) * 1e3 / rounds
     finally:
         shutil.rmtree(folder)
-    without, within = map(statistics.median, taken)
+    plain, within = map(statistics.median, taken)
     added = statistics.median(b - a for a, b in zip(*taken))
-    return f"| start, `{network}` | {without:.1f} ms | {within:.1f} ms | {added:+.1f} ms |\n" \
+    return f"| start, `{network}` | {plain:.1f} ms | {within:.1f} ms | {added:+.1f} ms |\n" \
            f"| processor time of a start, `{network}` | {used[0]:.1f} ms | {used[1]:.1f} ms | {used[1] - used[0]:+.1f} ms |"
+
+
+async def time_simulation(server):
+    """In milliseconds."""
+    async with Browser(server) as browser:
+        began = time.monotonic()
+        await browser.start()
+        await browser.hear("webots:")
+        took = (time.monotonic() - began) * 1e3
+    await asyncio.to_thread(server.wait_until_clean)
+    return took
+
+
+def measure_simulation(sandbox, daemon, network, rounds):
+    times = ([], [])
+    with server_with("none", network) as plain, server_with(sandbox, network, daemon) as walled:
+        for number in range(rounds + 1):
+            for server, taken in zip((plain, walled), times):
+                took = asyncio.run(time_simulation(server))
+                if number > 0:  # the first one builds the image
+                    taken.append(took)
+    plain, within = map(statistics.median, times)
+    added = statistics.median(b - a for a, b in zip(*times))
+    return f"| simulation, `{network}` | {plain:.0f} ms | {within:.0f} ms | {added:+.0f} ms |"
 
 
 async def pictures_per_second(port, seconds):
@@ -132,9 +187,9 @@ async def pictures_per_second(port, seconds):
         return rate
 
 
-async def measure_pictures(network, rounds):
+async def measure_pictures(sandbox, daemon, network, rounds):
     rates = ([], [])
-    with server_with("none", network) as plain, server_with("bubblewrap", network) as walled:
+    with server_with("none", network) as plain, server_with(sandbox, network, daemon) as walled:
         async with Browser(plain) as first, Browser(walled) as second:
             ports = []
             for browser in (first, second):
@@ -143,9 +198,9 @@ async def measure_pictures(network, rounds):
             for _ in range(rounds):
                 for port, rate in zip(ports, rates):
                     rate.append(await pictures_per_second(port, 2))
-    without, within = map(statistics.median, rates)
+    first, second = map(statistics.median, rates)
     ratio = statistics.median(b / a for a, b in zip(*rates))
-    return f"| pictures a second, `{network}` | {without:.2f} | {within:.2f} | × {ratio:.3f} |"
+    return f"| pictures a second, `{network}` | {first:.2f} | {second:.2f} | × {ratio:.3f} |"
 
 
 class Served:
@@ -207,9 +262,9 @@ def measure_relay(rounds):
             for _ in range(rounds):
                 for value, served in zip(values, (direct, relayed)):
                     value.append(figure(served))
-            without, within = map(statistics.median, values)
+            plain, within = map(statistics.median, values)
             ratio = statistics.median(b / a for a, b in zip(*values))
-            rows.append(f"| {name} through the relay | {without:.0f} {unit} | {within:.0f} {unit} | × {ratio:.2f} |")
+            rows.append(f"| {name} through the relay | {plain:.0f} {unit} | {within:.0f} {unit} | × {ratio:.2f} |")
     finally:
         direct.close()
         relayed.close()
@@ -218,14 +273,19 @@ def measure_relay(rounds):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--sandbox", choices=("bubblewrap", "firejail", "docker"), default="bubblewrap")
     parser.add_argument("--rounds", type=int, default=40)
-    rounds = parser.parse_args().rounds
-    print("| medians | without bubblewrap | with | medians of pairs |\n|---|---:|---:|---:|")
-    for network in NETWORKS:
-        print(measure_start(network, rounds), flush=True)
-    for network in NETWORKS:
-        print(asyncio.run(measure_pictures(network, max(3, rounds // 5))), flush=True)
-    print("\n".join(measure_relay(max(3, rounds // 5))))
+    chosen = parser.parse_args()
+    few = max(3, chosen.rounds // 5)
+    print(f"| medians | without {chosen.sandbox} | with | medians of pairs |\n|---|---:|---:|---:|")
+    with docker_daemon(chosen.sandbox) as daemon:
+        for network in NETWORKS:
+            print(measure_simulation(chosen.sandbox, daemon, network, few) if daemon else
+                  measure_start(chosen.sandbox, network, chosen.rounds), flush=True)
+        for network in NETWORKS:
+            print(asyncio.run(measure_pictures(chosen.sandbox, daemon, network, few)), flush=True)
+    if chosen.sandbox == "bubblewrap":
+        print("\n".join(measure_relay(few)))
 
 
 if __name__ == "__main__":
