@@ -43,8 +43,9 @@ RULES_OF_THE_GUIDE = r"""
 class Site:
     """A session server and its one simulation server, each reachable only through a proxy."""
 
-    def __init__(self, folder, proxy, gateway):
+    def __init__(self, folder, proxy, gateway, session_gateway):
         self.gateway = gateway
+        self.session_gateway = session_gateway
         self.certificate = Certificate(folder)
         self.context = ssl.create_default_context(cafile=self.certificate.authority)
         self.proxy = proxy
@@ -54,7 +55,7 @@ class Site:
         with contextlib.ExitStack() as stack:
             public = {"server": f"localhost:{self.port}", "ssl": True, "portRewrite": True}
             self.simulation = SimulationServer(gateway=self.gateway, **public, **LOCAL)
-            self.session = SessionServer([f"localhost:{self.port}/{self.simulation.port}"], **public)
+            self.session = SessionServer([f"localhost:{self.port}/{self.simulation.port}"], gateway=self.session_gateway, **public)
             self.session.environment["SSL_CERT_FILE"] = self.certificate.authority
             simulation_ports = range(self.simulation.port, self.simulation.port + 21)
             stack.enter_context(self.proxy(self.session.port, simulation_ports, self.port, self.certificate))
@@ -94,8 +95,8 @@ class BehindAProxy(unittest.IsolatedAsyncioTestCase):
         self.folder = tempfile.mkdtemp(prefix="webots_cloud_proxies_test_")
         self.addCleanup(shutil.rmtree, self.folder)
 
-    def site(self, proxy, gateway=True):
-        return self.enterContext(Site(self.folder, proxy, gateway))
+    def site(self, proxy, gateway=True, session_gateway=False):
+        return self.enterContext(Site(self.folder, proxy, gateway, session_gateway))
 
     async def check_a_visit(self, site):
         """The steps of a browser: check availability, get an address, start, watch, leave."""
@@ -103,19 +104,22 @@ class BehindAProxy(unittest.IsolatedAsyncioTestCase):
             self.assertEqual(await hear(availability), "1")
             place = f"wss://localhost:{site.port}/{site.simulation.port}"
             self.assertEqual(site.get(f"/session?url={WORLD}"), (200, place))
-            async with site.follow(f"{place}/client") as browser:
-                await browser.send(json.dumps({"start": {"url": WORLD, "mode": "mjpeg"}}))
-                told = []
-                while not told or not told[-1].startswith("webots:"):
-                    told.append(await hear(browser))
-                self.assertEqual("/simulation/" in told[-1], site.gateway)
-                async with site.follow(told[-1].removeprefix("webots:") + "/") as simulator:
-                    await simulator.send("mjpeg: 320x240")
-                    self.assertTrue(await hear(simulator))
-                self.assertIn("arena.wbt", site.get(f"/{site.simulation.port}/monitor")[1])
-            await asyncio.to_thread(site.simulation.wait_until_clean)
+            await self.check_a_session(site)
         self.assertRegex(site.get("/load")[1], r"^[0-9.]+$")
         self.assertIn("<h1>Webots session server</h1>", site.get("/monitor")[1])
+
+    async def check_a_session(self, site):
+        async with site.follow(f"wss://localhost:{site.port}/{site.simulation.port}/client") as browser:
+            await browser.send(json.dumps({"start": {"url": WORLD, "mode": "mjpeg"}}))
+            told = []
+            while not told or not told[-1].startswith("webots:"):
+                told.append(await hear(browser))
+            self.assertEqual("/simulation/" in told[-1], site.gateway)
+            async with site.follow(told[-1].removeprefix("webots:") + "/") as simulator:
+                await simulator.send("mjpeg: 320x240")
+                self.assertTrue(await hear(simulator))
+            self.assertIn("arena.wbt", site.get(f"/{site.simulation.port}/monitor")[1])
+        await asyncio.to_thread(site.simulation.wait_until_clean)
 
     async def check_live_monitor(self, site, path):
         async with site.websocket(path) as watcher:
@@ -173,6 +177,19 @@ class OurConfiguration:
 
     async def test_simulators_are_reached_at_their_own_ports_as_well(self):
         await self.check_a_visit(self.site(self.proxy.site, gateway=False))
+
+    async def test_simulations_behind_the_gateway_of_their_server_need_its_port_alone(self):
+        def proxy(session_port, simulation_ports, *rest):
+            return self.proxy.site(session_port, simulation_ports[:1], *rest)
+        await self.check_a_visit(self.site(proxy))
+
+    async def test_a_proxy_that_passes_all_on_to_the_session_servers_gateway_needs_one_rule(self):
+        site = self.site(self.proxy.one_rule, session_gateway=True)
+        async with site.websocket("/") as availability:
+            self.assertEqual(await hear(availability), "1")
+        self.assertEqual(site.get("/session"), (200, f"wss://localhost:{site.port}/{site.simulation.port}"))
+        await self.check_a_session(site)
+        self.assertEqual(site.get(f"/{site.simulation.port}/metrics")[0], 404)
 
     async def test_availability_is_told_at_the_address_of_the_sites_own_page(self):
         await self.check_availability_beside_the_sites_own_page(self.site(self.proxy.site))

@@ -192,6 +192,7 @@ class Starting(ServerScriptTest):
         self.assertIn("<html", get(f"{site}/viewer/"))
         self.assertIn("<html", get(f"http://localhost:{self.ports['plain']}/viewer/"))  # is led to the other
         self.assertEqual(get(f"{site}/session"), f"wss://localhost:{self.ports['session']}/{self.ports['simulation']}")
+        self.assertGreaterEqual(float(get(f"{site}/{self.ports['simulation']}/load")), 0)
         self.assertNotIn("Made", self.run_script("restart", "tls")[1])
 
     def test_no_certificate_is_made_beside_half_of_one_or_in_a_folder_of_others(self):

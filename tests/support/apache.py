@@ -41,6 +41,18 @@ def site(session_port, simulation_ports, port, certificate):
     return Apache(sample(session_port, simulation_ports) + "    RewriteRule ^/$ - [G]\n", port, certificate)
 
 
+def one_rule(session_port, _, port, certificate):
+    """Everything goes to the gateway of the session server."""
+    return Apache(f"""
+    ProxyPreserveHost On
+    RewriteEngine on
+    RewriteCond %{{HTTP:Upgrade}} websocket [NC]
+    RewriteCond %{{HTTP:Connection}} upgrade [NC]
+    RewriteRule ^/(.*)$ ws://127.0.0.1:{session_port}/$1 [P,L]
+    RewriteRule ^/(.*)$ http://127.0.0.1:{session_port}/$1 [P,L]
+""", port, certificate)
+
+
 class Apache(Startable):
     def __init__(self, rules, port, certificate):
         self.port = port

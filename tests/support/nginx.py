@@ -39,6 +39,27 @@ PASS_EVERYTHING_ON = """
     }}
 """
 
+ONE_RULE = """
+    map $http_upgrade $connection_of_upgrade {{
+        default upgrade;
+        "" "";
+    }}
+    server {{
+        listen 127.0.0.1:{port} ssl;
+        ssl_certificate {certificate};
+        ssl_certificate_key {key};
+        location / {{
+            proxy_pass http://127.0.0.1:{target};
+            proxy_http_version 1.1;
+            proxy_buffering off;
+            proxy_set_header Host $host:{port};
+            proxy_set_header Upgrade $http_upgrade;
+            proxy_set_header Connection $connection_of_upgrade;
+            proxy_set_header X-Forwarded-For $proxy_add_x_forwarded_for;
+        }}
+    }}
+"""
+
 SAMPLE = os.path.join(os.path.dirname(__file__), "..", "..", "config", "nginx", "webots_cloud.conf")
 
 
@@ -68,6 +89,11 @@ def site(session_port, simulation_ports, port, certificate):
         assert theirs in text, f"{SAMPLE} does not mention {theirs} any more"
         text = text.replace(theirs, ours)
     return _nginx(text, port)
+
+
+def one_rule(session_port, _, port, certificate):
+    """Everything goes to the gateway of the session server."""
+    return _nginx(ONE_RULE.format(port=port, target=session_port, certificate=certificate.certificate, key=certificate.key), port)
 
 
 @contextlib.contextmanager
