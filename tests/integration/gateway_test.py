@@ -162,6 +162,18 @@ class Sessions(unittest.IsolatedAsyncioTestCase):
         self.assertIn("webots_gateway_connections 0\n", figures)
 
 
+    async def test_a_server_that_stops_closes_everything(self):
+        async with Browser(self.simulation) as browser:
+            address = await self.open(browser, "mjpeg")
+            async with websockets.connect(address + "/", max_size=None, **trusting(address)) as viewer:
+                await viewer.send("mjpeg: 320x240")
+                await hear(viewer, "scene load completed")
+                self.assertEqual(await asyncio.to_thread(self.simulation.stop), 0)
+                with self.assertRaises(websockets.ConnectionClosed):
+                    await hear(viewer, "nothing of that kind")
+        self.assertEqual(self.simulation.instances(), [])
+
+
 class SessionsOverTls(Sessions):
     scheme = "wss"
 
@@ -221,15 +233,31 @@ class Neighbours(unittest.IsolatedAsyncioTestCase):
 
 
 class Networks(unittest.IsolatedAsyncioTestCase):
-    async def test_a_simulation_with_a_network_of_its_own_has_no_open_port_on_this_machine(self):
+    def sandboxed(self, **settings):
         if not shutil.which("bwrap"):
             self.skipTest("bubblewrap is not installed")
-        settings = {"sandbox": "bubblewrap", "network": "none", "reconnectGrace": 60}
-        simulation = self.enterContext(contextlib.closing(server(gateway=True, **settings)))
+        simulation = self.enterContext(contextlib.closing(server(gateway=True, sandbox="bubblewrap", network="none", **settings)))
         try:
             simulation.start()
         except AssertionError as failure:
             self.skipTest(f"no sandbox here: {failure}")
+        return simulation
+
+    async def test_where_names_of_sockets_would_be_too_long_there_is_a_port_and_a_warning(self):
+        folder = tempfile.mkdtemp(prefix="webots_cloud_gateway_")
+        self.addCleanup(shutil.rmtree, folder)
+        simulation = self.sandboxed(stateDir=os.path.join(folder, 100 * "x"))
+        self.assertIn("Choose a shorter \"stateDir\".", simulation.log())
+        async with Browser(simulation) as browser:
+            address = await address_of(browser)
+            self.assertFalse(port_is_free(simulation.port + 1))
+            async with websockets.connect(address + "/", max_size=None) as viewer:
+                await viewer.send("mjpeg: 320x240")
+                await hear(viewer, "scene load completed")
+        simulation.wait_until_clean()
+
+    async def test_a_simulation_with_a_network_of_its_own_has_no_open_port_on_this_machine(self):
+        simulation = self.sandboxed(reconnectGrace=60)
         async with Browser(simulation) as browser:
             address = await address_of(browser)
             self.assertTrue(port_is_free(simulation.port + 1))
