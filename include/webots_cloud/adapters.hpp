@@ -81,15 +81,23 @@ struct HttpServerParams
     Duration pong_timeout = std::chrono::seconds(30); ///< From the first ping to being dropped. 0: never.
     Duration stop_timeout =
         std::chrono::seconds(1); ///< For browsers to answer our close when the server stops.
+    // Of requests that are passed on (`Forward`)
+    Duration connect_timeout = std::chrono::seconds(5); ///< To reach the other server.
+    Duration answer_timeout = std::chrono::seconds(30); ///< For it to begin its answer.
+    /// A tunnel on which nobody says anything for that long is closed. A peer that has vanished is found out
+    /// within two minutes without it (TCP keepalive); and a side that does not take what it is sent, or
+    /// waits for the other one to end, has `write_timeout`.
+    Duration tunnel_idle_timeout = std::chrono::hours(1);
 };
 
-/// What a server has seen of the network. All but the first two are counts since it was made.
+/// What a server has seen of the network. All but the first three are counts since it was made.
 struct HttpServerStatistics
 {
     HttpServerStatistics() = default;
 
-    std::uint64_t connections = 0; ///< Open now, WebSockets included.
+    std::uint64_t connections = 0; ///< Open now, WebSockets and tunnels included.
     std::uint64_t websockets = 0;  ///< Open now.
+    std::uint64_t tunnels = 0;     ///< Open now: browsers that are relayed to other servers.
     std::uint64_t accepted = 0;
     std::uint64_t requests = 0; ///< Whose headers were complete and good; WebSocket handshakes too.
     // Connections refused or ended by us
@@ -107,6 +115,12 @@ struct HttpServerStatistics
     std::uint64_t long_headers = 0;       ///< 431
     std::uint64_t bad_handshakes = 0;     ///< 400 and 426 to those who want a WebSocket.
     std::uint64_t bad_frames = 0;         ///< WebSockets closed with 1002, 1007 or 1009.
+    // Passed on to other servers
+    std::uint64_t forwarded = 0;             ///< Requests.
+    std::uint64_t tunnel_bytes_received = 0; ///< From browsers, requests included.
+    std::uint64_t tunnel_bytes_sent = 0;     ///< To browsers, answers included.
+    std::uint64_t bad_gateways = 0;          ///< 502: the other server was not reached, or made no sense.
+    std::uint64_t late_gateways = 0;         ///< 504: it was too slow.
 };
 
 /// Serves an endpoint to the network.

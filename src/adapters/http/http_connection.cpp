@@ -9,6 +9,7 @@
 #include <boost/asio/deferred.hpp>
 #include <boost/asio/post.hpp>
 
+#include <algorithm>
 #include <ctime>
 #include <variant>
 
@@ -26,6 +27,15 @@ constexpr std::string_view speaks_https =
     "This port speaks HTTPS: put https:// (or wss://) in front of the address.\r\n";
 
 constexpr std::string_view too_many_connections = "Too many connections. Please try again in a moment.\r\n";
+
+constexpr std::string_view html = "text/html; charset=UTF-8";
+
+constexpr std::string_view gateway_closed =
+    "What you asked for has just ended. Please reload the page, or start again.\r\n";
+constexpr std::string_view bad_gateway =
+    "The server that has the answer can't be reached. Please try again in a moment.\r\n";
+constexpr std::string_view late_gateway =
+    "The server that has the answer does not give it. Please try again in a moment.\r\n";
 
 std::uint64_t& refusal_counter(HttpServerStatistics& statistics, int status)
 {
@@ -64,10 +74,14 @@ asio::awaitable<bool> HttpConnection::await_first_request()
     co_return complete;
 }
 
-asio::awaitable<bool> HttpConnection::answer_requests()
+asio::awaitable<HttpConnection::Outcome> HttpConnection::answer_requests()
 {
     for (;;) {
-        auto const next = answer();
+        auto next = answer();
+        if (next == Next::forward)
+            next = co_await forward();
+        if (next == Next::tunnel)
+            co_return Outcome::tunnel;
         bool const may_wait =
             next == Next::request && !body_ && reader_.rest().size() > 0 && out_.size() < flush_size;
         if (!may_wait) {
@@ -75,16 +89,16 @@ asio::awaitable<bool> HttpConnection::answer_requests()
             if (!sent)
                 sent = co_await flush();
             if (!sent || next == Next::close || stopping_)
-                co_return false;
+                co_return Outcome::over;
             if (next == Next::websocket)
-                co_return true;
+                co_return Outcome::websocket;
             if (reader_.rest().size() > 0) // who has sent many requests at once does not keep others waiting
                 co_await asio::post(asio::deferred);
         }
         reader_.next();
         bool const complete = co_await read_request(context_.params.idle_timeout);
         if (!complete)
-            co_return false;
+            co_return Outcome::over;
     }
 }
 
@@ -152,15 +166,16 @@ HttpConnection::Next HttpConnection::answer()
         }
         request.upgrade = true;
     }
-    auto const answer = context_.endpoint->respond(request);
+    auto answer = context_.endpoint->respond(request);
     if (auto const* response = std::get_if<HttpResponse>(&answer))
         return give(*response, request);
-    if (std::holds_alternative<Forward>(answer))
-        return give(HttpResponse(502, "text/html; charset=UTF-8", {}), request);
-    if (!admit_client()) {
-        HttpResponse refusal(429, "text/html; charset=UTF-8", std::string(too_many_connections));
-        refusal.headers.emplace_back("Retry-After", "5");
-        return give(refusal, request);
+    if (request.upgrade && !admit_client())
+        return refuse_connection(request);
+    if (auto* const forward = std::get_if<Forward>(&answer)) {
+        ++context_.statistics.forwarded;
+        forwarding_ = std::make_unique<Forwarding>(stream_.socket().get_executor(), context_.forwardings,
+                                                   std::move(*forward), reader_, request);
+        return Next::forward;
     }
     append_handshake_answer(out_, request.header("Sec-WebSocket-Key"));
     return Next::websocket;
@@ -195,6 +210,140 @@ void HttpConnection::read_forwarded(core::HeaderFields fields)
 bool HttpConnection::admit_client()
 {
     return !peer_.is_proxy() || context_.limit.admit(client_quota_key_, ticket_);
+}
+
+HttpConnection::Next HttpConnection::refuse_connection(IncomingRequest const& request)
+{
+    HttpResponse refusal(429, std::string(html), std::string(too_many_connections));
+    refusal.headers.emplace_back("Retry-After", "5");
+    return give(refusal, request);
+}
+
+/// Has another server answer the request.
+asio::awaitable<HttpConnection::Next> HttpConnection::forward()
+{
+    if (!out_.empty()) { // answers to earlier requests do not wait for another server
+        bool sent = flush_at_once();
+        if (!sent)
+            sent = co_await flush();
+        if (!sent)
+            co_return Next::close;
+    }
+    if (!context_.has_room())
+        co_return fail_to_forward(Failure(errc::unavailable, "there is no room for one more connection"));
+    awaiting_answer_ = true;
+    set_deadline(context_.params.connect_timeout);
+    auto reached = co_await forwarding_->connect();
+    if (reached && !is_cut_) {
+        set_deadline(context_.params.answer_timeout);
+        reached = co_await forwarding_->ask();
+        count_forwarded(forwarding_->request_size(), 0);
+    }
+    awaiting_answer_ = false;
+    if (is_cut_)
+        co_return Next::close;
+    if (!reached)
+        co_return fail_to_forward(reached.error());
+    auto const next = begin_answer();
+    if (next == Next::tunnel)
+        co_return next;
+    if (!forwarding_ || rest_of_answer_ == 0) {
+        forwarding_.reset();
+        co_return next;
+    }
+    auto plan = plan_tunnel();
+    plan.length = rest_of_answer_;
+    deadline_ = TimePoint::max(); // from here on the tunnel has its own
+    auto browser = co_await context_.tunnels.relay(std::move(plan), relay_);
+    if (browser.descriptor < 0 || is_cut_)
+        co_return Next::close;
+    stream_.restore(std::move(browser));
+    co_return next;
+}
+
+/// Says so to the browser, and why to the operator.
+HttpConnection::Next HttpConnection::fail_to_forward(Failure const& why)
+{
+    bool const is_late = why == errc::timed_out;
+    bool const is_full = why == errc::unavailable;
+    bool const is_closed = why == errc::closed;
+    if (!is_closed)
+        context_.log.warning(
+            LogCause("forward", forwarding_->destination()),
+            concat("Can't pass a request on to ", forwarding_->destination(), ": ", why.message()));
+    forwarding_.reset();
+    if (!is_full)
+        ++(is_late ? context_.statistics.late_gateways : context_.statistics.bad_gateways);
+    HttpResponse response(is_late   ? 504
+                          : is_full ? 503
+                                    : 502,
+                          std::string(html),
+                          std::string(is_late     ? late_gateway
+                                      : is_full   ? too_many_connections
+                                      : is_closed ? gateway_closed
+                                                  : bad_gateway));
+    if (is_full)
+        response.headers.emplace_back("Retry-After", "5");
+    return give(response, reader_.request());
+}
+
+/// Appends the other server's answer, as much of it as there is, to what is to be sent.
+HttpConnection::Next HttpConnection::begin_answer()
+{
+    using Body = ForwardedResponse::Body;
+    auto const& response = forwarding_->response();
+    bool const is_lasting = response.body() == Body::endless || response.body() == Body::websocket;
+    // Handshakes have been counted already.
+    if (is_lasting && !forwarding_->is_upgrade() && !admit_client()) {
+        forwarding_.reset();
+        return refuse_connection(reader_.request());
+    }
+    bool const stays_open = !is_lasting && reader_.keep_alive() && !stopping_;
+    response.append_head(out_, stays_open);
+    auto begun = forwarding_->begun_body();
+    rest_of_answer_ = TunnelPlan::until_the_end;
+    if (!is_lasting) {
+        begun = begun.substr(
+            0, static_cast<std::size_t>(std::min<std::uint64_t>(response.length(), begun.size())));
+        rest_of_answer_ = response.length() - begun.size();
+    }
+    out_.append(begun);
+    if (rest_of_answer_ == 0)
+        count_forwarded(0, out_.size());
+    return is_lasting ? Next::tunnel : stays_open ? Next::request : Next::close;
+}
+
+void HttpConnection::count_forwarded(std::size_t received, std::size_t sent)
+{
+    context_.statistics.tunnel_bytes_received += received;
+    context_.statistics.tunnel_bytes_sent += sent;
+    if (auto const& group = forwarding_->group()) {
+        group->count_received(received);
+        group->count_sent(sent);
+    }
+}
+
+TunnelPlan HttpConnection::plan_tunnel()
+{
+    TunnelPlan plan;
+    plan.browser = stream_.release();
+    plan.upstream = forwarding_->release_socket();
+    plan.to_browser = std::move(out_);
+    plan.group = forwarding_->group();
+    out_.clear();
+    forwarding_.reset();
+    return plan;
+}
+
+TunnelPlan HttpConnection::take_tunnel()
+{
+    bool const is_websocket = forwarding_->response().body() == ForwardedResponse::Body::websocket;
+    auto plan = plan_tunnel();
+    plan.is_two_way = is_websocket;
+    if (is_websocket)
+        plan.to_upstream = reader_.rest();
+    plan.ticket = std::move(ticket_);
+    return plan;
 }
 
 HttpConnection::Next HttpConnection::give(HttpResponse const& response, IncomingRequest const& request)
@@ -268,6 +417,10 @@ void HttpConnection::cut()
 {
     is_cut_ = true;
     stream_.close();
+    if (forwarding_)
+        forwarding_->end();
+    if (relay_)
+        context_.tunnels.cut(*relay_);
 }
 
 void HttpConnection::stop()
@@ -281,6 +434,8 @@ void HttpConnection::check(TimePoint now)
 {
     if (now < deadline_ || is_cut_)
         return;
+    if (awaiting_answer_) // it is not the browser that is late
+        return forwarding_->give_up();
     ++context_.statistics.timed_out;
     if (awaiting_request_ && reader_.has_begun()) {
         std::string text;

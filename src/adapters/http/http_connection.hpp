@@ -2,13 +2,17 @@
 #pragma once
 
 #include "connection_limit.hpp"
+#include "forwarding.hpp"
 #include "http_request_reader.hpp"
 #include "network_stream.hpp"
 #include "peer.hpp"
+#include "tunnels.hpp"
 
 #include <webots_cloud/adapters.hpp>
 #include <webots_cloud/time.hpp>
 
+#include <cstddef>
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -24,6 +28,9 @@ struct HttpConnectionContext
     HttpServerStatistics& statistics;
     core::IpNetworks const& proxies;
     ConnectionLimit& limit;
+    Tunnels& tunnels;
+    std::size_t& forwardings;       ///< How many requests are being passed on.
+    std::function<bool()> has_room; ///< For one more connection; may make some.
 };
 
 /// Reads requests and answers them in order, with a deadline for everything that the client does.
@@ -33,6 +40,13 @@ struct HttpConnectionContext
 class HttpConnection
 {
 public:
+    enum class Outcome
+    {
+        over,
+        websocket,
+        tunnel
+    };
+
     HttpConnection(NetworkStream stream, Peer peer, ConnectionLimit::Ticket ticket,
                    HttpConnectionContext const& context);
 
@@ -40,9 +54,9 @@ public:
     /// closed.
     boost::asio::awaitable<bool> await_first_request();
 
-    /// Answers the request that has been read, and those that follow; true when the last one has made it a
-    /// WebSocket.
-    boost::asio::awaitable<bool> answer_requests();
+    /// Answers the request that has been read, and those that follow, and says what the last one has made of
+    /// the connection.
+    boost::asio::awaitable<Outcome> answer_requests();
 
     /// Waits for a request between two of them.
     bool is_idle() const noexcept { return awaiting_request_ && !reader_.has_begun(); }
@@ -57,7 +71,10 @@ public:
     /// Ends it when the client took too long.
     void check(TimePoint now);
 
-    // What a WebSocket takes over, once `answer_requests` has returned true.
+    /// Once the outcome was `tunnel`.
+    TunnelPlan take_tunnel();
+
+    // What a WebSocket takes over, once the outcome was `websocket`.
     ChannelInfo channel_info() const;
     std::string_view rest() const noexcept { return reader_.rest(); }
     NetworkStream&& take_stream() noexcept { return std::move(stream_); }
@@ -68,7 +85,9 @@ private:
     {
         request,
         close,
-        websocket
+        websocket,
+        forward,
+        tunnel
     };
 
     boost::asio::awaitable<bool> read_request(Duration patience);
@@ -81,6 +100,12 @@ private:
     void read_forwarded(core::HeaderFields fields);
     std::string const& client() const noexcept { return client_.empty() ? peer_.address : client_; }
     Next give(HttpResponse const& response, IncomingRequest const& request);
+    Next refuse_connection(IncomingRequest const& request);
+    boost::asio::awaitable<Next> forward();
+    Next fail_to_forward(Failure const& why);
+    Next begin_answer();
+    void count_forwarded(std::size_t received, std::size_t sent);
+    TunnelPlan plan_tunnel();
     /// By what the client is counted.
     std::string const& quota_key() const noexcept
     {
@@ -96,12 +121,16 @@ private:
     std::string client_;
     std::string client_quota_key_;
     bool awaiting_request_ = true;
+    bool awaiting_answer_ = false; ///< Of another server.
     bool stopping_ = false;
     bool is_cut_ = false;
     HttpRequestReader reader_;
     std::string out_;
     std::shared_ptr<SharedBody const> body_; ///< Follows `out_`; null: nothing does.
     std::string_view body_rest_;             ///< What is still to be sent of it.
+    std::unique_ptr<Forwarding> forwarding_; ///< Null most of the time.
+    std::uint64_t rest_of_answer_ = 0;       ///< Of the other server, still to be relayed.
+    Tunnels::Tunnel* relay_ = nullptr;       ///< Has our stream meanwhile.
     TimePoint deadline_ = TimePoint::max();
 };
 

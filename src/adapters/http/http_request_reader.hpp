@@ -55,6 +55,8 @@ public:
     /// Whether the client wants to go on with this connection.
     bool keep_alive() const noexcept { return keep_alive_; }
 
+    bool is_http_1_0() const noexcept { return is_http_1_0_; }
+
     /// There is an Upgrade field that counts (HTTP/1.0 has none).
     bool wants_upgrade() const noexcept { return has_upgrade_ && !is_http_1_0_; }
 

@@ -62,9 +62,11 @@ class NetworkServer final : public HttpServer
 public:
     NetworkServer(asio::any_io_executor executor, HttpServerParams params, Logger log)
         : executor_(std::move(executor)), params_(std::move(params)), log_(std::move(log)),
-          proxies_(params_.trusted_proxies),
-          limit_(params_.connections_per_address, statistics_, log_), context_{params_,     nullptr,  log_,
-                                                                               statistics_, proxies_, limit_},
+          proxies_(params_.trusted_proxies), limit_(params_.connections_per_address, statistics_, log_),
+          tunnels_(executor_, params_, statistics_),
+          context_{params_,     nullptr,      log_,
+                   statistics_, proxies_,     limit_,
+                   tunnels_,    forwardings_, [this] { return has_room(1); }},
           acceptor_(executor_), sweeper_(executor_), tasks_(executor_)
     {}
 
@@ -89,7 +91,15 @@ private:
     bool make_room();
     bool cut_closing();
     void sweep();
-    std::size_t open() const noexcept { return silent_.size() + active_.size() + conversations_.size(); }
+    /// Whether there is one for one more connection, if need be at the expense of another; `counted` are in
+    /// `open()` already.
+    bool has_room(std::size_t counted = 0) { return open() < max_connections_ + counted || make_room(); }
+    /// Descriptors in use.
+    std::size_t open() const noexcept
+    {
+        return silent_.size() + active_.size() + conversations_.size() + forwardings_ +
+               tunnels_.descriptors();
+    }
 
     asio::any_io_executor executor_;
     HttpServerParams params_;
@@ -97,6 +107,9 @@ private:
     HttpServerStatistics statistics_;
     core::IpNetworks proxies_;
     ConnectionLimit limit_;
+    /// Requests on their way to other servers, each with a connection of its own.
+    std::size_t forwardings_ = 0;
+    adapters::Tunnels tunnels_;
     HttpConnectionContext context_;
     adapters::Acceptor acceptor_;
     std::optional<adapters::TlsCertificate> certificate_;
@@ -130,8 +143,9 @@ result<> NetworkServer::listen()
 HttpServerStatistics NetworkServer::statistics() const
 {
     auto statistics = statistics_;
-    statistics.connections = open();
+    statistics.connections = silent_.size() + active_.size() + conversations_.size() + tunnels_.open_ended();
     statistics.websockets = conversations_.size();
+    statistics.tunnels = tunnels_.open_ended();
     return statistics;
 }
 
@@ -192,12 +206,12 @@ void NetworkServer::admit(tcp::socket socket)
     Peer peer(address_of(socket), proxies_);
     ConnectionLimit::Ticket ticket;
     bool const is_admitted = limit_.admit(peer.quota_key, ticket);
-    bool const has_room = is_admitted && (open() < max_connections_ || make_room());
-    if (is_admitted && !has_room) {
+    bool const is_welcome = is_admitted && has_room();
+    if (is_admitted && !is_welcome) {
         ++statistics_.refused_no_room;
         complain("Connections are refused: there are as many as the limit of open files allows");
     }
-    if (!has_room) {
+    if (!is_welcome) {
         adapters::NetworkStream stream(std::move(socket), nullptr);
         boost::system::error_code ignored;
         if (!certificate_)
@@ -219,8 +233,10 @@ asio::awaitable<void> NetworkServer::serve(Connections::iterator connection)
         co_return;
     }
     active_.splice(active_.end(), silent_, connection);
-    bool const is_websocket = co_await connection->answer_requests();
-    if (!is_websocket) {
+    auto const outcome = co_await connection->answer_requests();
+    if (outcome == HttpConnection::Outcome::tunnel)
+        tunnels_.open(connection->take_tunnel());
+    if (outcome != HttpConnection::Outcome::websocket) {
         active_.erase(connection);
         co_return;
     }
@@ -286,6 +302,7 @@ void NetworkServer::sweep()
         connection.check(now);
     for (auto& conversation : conversations_)
         conversation.channel.check(now);
+    tunnels_.check(now);
     if (certificate_)
         certificate_->renew();
     sweeper_.expires_after(sweep_interval);
@@ -314,8 +331,10 @@ asio::awaitable<void> NetworkServer::stop()
                 connection.cut();
         for (auto& conversation : conversations_)
             conversation.channel.cut();
+        tunnels_.cut_all();
     });
     co_await tasks_.join();
+    co_await tunnels_.join();
     patience.cancel();
 }
 

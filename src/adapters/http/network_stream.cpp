@@ -13,6 +13,7 @@
 #include <cerrno>
 #include <climits>
 #include <sys/socket.h>
+#include <unistd.h>
 
 namespace webots_cloud::adapters {
 
@@ -178,6 +179,29 @@ std::size_t NetworkStream::try_write(std::string_view bytes, Error& error)
     return transfer([&](SSL* tls) { return SSL_write(tls, bytes.data(), clamped(bytes.size())); },
                     [&](int socket) { return ::send(socket, bytes.data(), bytes.size(), MSG_NOSIGNAL); },
                     write_needs_, error);
+}
+
+NetworkStream::Released NetworkStream::release() noexcept
+{
+    Released released;
+    Error error;
+    if (socket_.is_open())
+        released.descriptor = socket_.release(error);
+    if (error)
+        released.descriptor = -1;
+    released.tls = std::move(tls_);
+    return released;
+}
+
+void NetworkStream::restore(Released released) noexcept
+{
+    Error error;
+    socket_.assign(asio::ip::tcp::v6(), released.descriptor, error);
+    if (error)
+        ::close(released.descriptor); // no memory to watch it with
+    else
+        socket_.native_non_blocking(true, error);
+    tls_ = std::move(released.tls);
 }
 
 void NetworkStream::shut_down() noexcept

@@ -26,6 +26,18 @@ class NetworkStream
 public:
     using Error = boost::system::error_code;
 
+    struct TlsDeleter
+    {
+        void operator()(SSL* tls) const noexcept;
+    };
+
+    /// A connection that the event loop does not watch.
+    struct Released
+    {
+        int descriptor = -1; ///< Negative: none.
+        std::unique_ptr<SSL, TlsDeleter> tls;
+    };
+
     /// Plain without `tls`; with it, `handshake` must come first.
     NetworkStream(boost::asio::ip::tcp::socket socket, SSL_CTX* tls);
 
@@ -64,6 +76,12 @@ public:
         return socket_.async_wait(write_needs_, std::forward<Token>(token));
     }
 
+    /// Hands the connection over, for somebody else to watch and to close. This is closed then.
+    Released release() noexcept;
+
+    /// Takes it back.
+    void restore(Released released) noexcept;
+
     /// Tells the peer that nothing more will be written.
     void shut_down() noexcept;
 
@@ -75,11 +93,6 @@ public:
 
 private:
     using Direction = boost::asio::ip::tcp::socket::wait_type;
-
-    struct TlsDeleter
-    {
-        void operator()(SSL* tls) const noexcept;
-    };
 
     boost::asio::awaitable<std::pair<Error, std::size_t>> read_tls(boost::asio::mutable_buffer buffer);
     template<class TlsCall, class PlainCall>

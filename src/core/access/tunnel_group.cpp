@@ -5,17 +5,18 @@
 namespace webots_cloud {
 namespace {
 
-// What may pass at once after a silence: a quarter of a second's bytes. The least lets a small limit relay
-// whole messages instead of crumbs.
+// What may pass at once after a silence: a quarter of a second's bytes.
 constexpr double burst_seconds = 0.25;
-constexpr double min_burst = 4096;
+// Less is not worth a turn of the event loop: who is at the limit would otherwise relay a few bytes a turn,
+// without end.
+constexpr double min_portion = 4096;
 
 } // namespace
 
 void TunnelGroup::set_limit(std::uint64_t bytes_per_second) noexcept
 {
     bytes_per_second_ = static_cast<double>(bytes_per_second);
-    burst_ = std::max(min_burst, bytes_per_second_ * burst_seconds);
+    burst_ = std::max(min_portion, bytes_per_second_ * burst_seconds);
     tokens_ = burst_;
 }
 
@@ -45,7 +46,7 @@ std::size_t TunnelGroup::allowance(TimePoint now) noexcept
         tokens_ = std::min(burst_, tokens_ + bytes_per_second_ * std::max(0.0, passed.count()));
     }
     filled_ = now;
-    return tokens_ < 1 ? 0 : static_cast<std::size_t>(tokens_);
+    return tokens_ < min_portion ? 0 : static_cast<std::size_t>(tokens_);
 }
 
 void TunnelGroup::count_received(std::uint64_t bytes) noexcept

@@ -19,7 +19,9 @@
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <functional>
 #include <future>
+#include <optional>
 #include <string>
 #include <sys/socket.h>
 #include <sys/time.h>
@@ -37,6 +39,8 @@ class TestEndpoint final : public Endpoint
 public:
     Answer respond(IncomingRequest const& request) override
     {
+        if (forward && request.path.starts_with("/forward"))
+            return *forward;
         if (request.upgrade)
             return AcceptWebSocket();
         if (request.path == "/who")
@@ -76,6 +80,7 @@ public:
     std::atomic<int> messages = 0;              ///< On `/turns`.
     std::atomic<int> max_messages_per_turn = 0; ///< Of these, the most in one turn of the event loop.
     std::shared_ptr<SharedBody const> shared;
+    std::optional<Forward> forward; ///< Of `/forward` and what begins so.
 
 private:
     static std::string name(std::string_view client, std::string_view quota_key)
@@ -152,6 +157,23 @@ public:
         return has_ended && future.get() == result<>(Failure(boost::asio::error::operation_aborted));
     }
 
+    /// On the server's thread, soon.
+    void post(std::function<void()> what) { boost::asio::post(context_, std::move(what)); }
+
+    /// The same, and waits for it.
+    void run(std::function<void()> const& what)
+    {
+        std::promise<void> done;
+        boost::asio::post(context_, [&] {
+            what();
+            done.set_value();
+        });
+        done.get_future().get();
+    }
+
+    /// For its own thread.
+    HttpServerStatistics statistics_now() const { return server_->statistics(); }
+
     HttpServerStatistics statistics()
     {
         std::promise<HttpServerStatistics> answer;
@@ -176,39 +198,24 @@ private:
     std::thread thread_;
 };
 
-class Client
+/// A connection with a blocking socket.
+class BlockingConnection
 {
 public:
-    /// `receive_buffer` limits what the kernel buffers for a client that does not read.
-    explicit Client(RunningServer const& server, int receive_buffer = 0) : socket_(context_)
-    {
-        socket_.open(boost::asio::ip::tcp::v4());
-        if (receive_buffer > 0)
-            socket_.set_option(boost::asio::socket_base::receive_buffer_size(receive_buffer));
-        socket_.connect({boost::asio::ip::make_address("127.0.0.1"), server.port()});
-        timeval const limit{patience.count(), 0};
-        ::setsockopt(socket_.native_handle(), SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
-    }
-
     void say(std::string_view bytes)
     {
         boost::system::error_code ignored; // the server may close while we send
         boost::asio::write(socket_, boost::asio::buffer(bytes), ignored);
     }
 
-    /// Asks for a WebSocket. `fields`: more header fields, each with its line end.
-    void ask_upgrade(std::string const& path, std::string const& fields)
+    /// Says that nothing more will come.
+    void shut_down()
     {
-        say("GET " + path + " HTTP/1.1\r\nHost: h\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n" + fields +
-            "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n");
+        boost::system::error_code ignored;
+        socket_.shutdown(boost::asio::ip::tcp::socket::shutdown_send, ignored);
     }
 
-    /// The same, and reads the answer's headers.
-    void upgrade(std::string const& path, std::string const& fields = {})
-    {
-        ask_upgrade(path, fields);
-        BOOST_TEST_REQUIRE(read_to("\r\n\r\n").starts_with("HTTP/1.1 101 "));
-    }
+    int descriptor() { return socket_.native_handle(); }
 
     /// Reads up to and including `end`; less when the connection closes before.
     std::string read_to(std::string_view end)
@@ -243,9 +250,45 @@ public:
         }
     }
 
-private:
+protected:
+    BlockingConnection() : socket_(context_) {}
+
+    void limit_patience()
+    {
+        timeval const limit{patience.count(), 0};
+        ::setsockopt(socket_.native_handle(), SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
+    }
+
     boost::asio::io_context context_;
     boost::asio::ip::tcp::socket socket_;
+};
+
+class Client : public BlockingConnection
+{
+public:
+    /// `receive_buffer` limits what the kernel buffers for a client that does not read.
+    explicit Client(RunningServer const& server, int receive_buffer = 0)
+    {
+        socket_.open(boost::asio::ip::tcp::v4());
+        if (receive_buffer > 0)
+            socket_.set_option(boost::asio::socket_base::receive_buffer_size(receive_buffer));
+        socket_.connect({boost::asio::ip::make_address("127.0.0.1"), server.port()});
+        limit_patience();
+    }
+
+    /// Asks for a WebSocket. `fields`: more header fields, each with its line end.
+    void ask_upgrade(std::string const& path, std::string const& fields)
+    {
+        say("GET " + path + " HTTP/1.1\r\nHost: h\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n" + fields +
+            "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n");
+    }
+
+    /// The same, and reads the answer's headers.
+    void upgrade(std::string const& path, std::string const& fields = {})
+    {
+        ask_upgrade(path, fields);
+        BOOST_TEST_REQUIRE(read_to("\r\n\r\n").starts_with("HTTP/1.1 101 "));
+    }
 };
 
 } // namespace webots_cloud

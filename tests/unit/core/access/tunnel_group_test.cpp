@@ -106,6 +106,15 @@ BOOST_AUTO_TEST_CASE(what_passed_beyond_the_limit_is_made_up_for)
     BOOST_TEST(group.allowance(start + 200ms) == 100'000u);
 }
 
+BOOST_AUTO_TEST_CASE(who_is_at_the_limit_waits_until_a_portion_may_pass)
+{
+    TunnelGroup group(100'000);
+    group.count_sent(group.allowance(start));
+    BOOST_TEST(group.allowance(start + 1ms) == 0u);
+    BOOST_TEST(group.allowance(start + 40ms) == 0u);
+    BOOST_TEST(group.allowance(start + 50ms) >= 4096u);
+}
+
 BOOST_AUTO_TEST_CASE(a_limit_can_change)
 {
     TunnelGroup group(100);

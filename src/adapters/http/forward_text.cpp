@@ -1,0 +1,215 @@
+#include "forward_text.hpp"
+
+#include "core/text.hpp"
+
+#include <boost/beast/http/basic_parser.hpp>
+
+#include <algorithm>
+#include <array>
+#include <span>
+
+namespace webots_cloud::adapters {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = boost::beast::http;
+
+namespace {
+
+constexpr int first_final_status = 200;
+
+// RFC 9110, 7.6.1.
+constexpr std::array<std::string_view, 6> of_one_connection{"Connection", "Keep-Alive", "Proxy-Connection",
+                                                            "TE",         "Upgrade",    "Transfer-Encoding"};
+
+// What is written anew, or says something of a body that there is not.
+constexpr std::array<std::string_view, 5> rewritten{"X-Forwarded-For", "Forwarded", "Content-Length",
+                                                    "Expect", "Trailer"};
+
+bool is_among(std::span<std::string_view const> names, std::string_view name) noexcept
+{
+    return std::any_of(names.begin(), names.end(),
+                       [name](std::string_view other) { return equal_ignoring_case(name, other); });
+}
+
+void append_field(std::string& out, std::string_view name, std::string_view value)
+{
+    out.append(name).append(": ").append(value).append("\r\n");
+}
+
+/// The options of a Connection field.
+template<class Take>
+void for_each_option(std::string_view value, Take const& take)
+{
+    for (auto const part : core::split(value, ','))
+        if (auto const option = core::trim(part); !option.empty())
+            take(option);
+}
+
+/// Whom the request has come from so far: what proxies said, then the peer.
+std::string forwarded_for(IncomingRequest const& request)
+{
+    std::string list;
+    for (auto const& [name, value] : request.headers)
+        if (equal_ignoring_case(name, "X-Forwarded-For") && !value.empty())
+            list.append(value).append(", ");
+    if (list.empty() && request.client != request.peer) // a proxy that has said so with "Forwarded"
+        list.append(request.client).append(", ");
+    return list.append(request.peer);
+}
+
+} // namespace
+
+std::string forwarded_request(HttpRequestReader const& reader, IncomingRequest const& request,
+                              Forward const& forward)
+{
+    std::vector<std::string_view> left_out;
+    bool has_length = false;
+    for (auto const& [name, value] : request.headers) {
+        if (equal_ignoring_case(name, "Connection"))
+            for_each_option(value, [&](std::string_view option) { left_out.push_back(option); });
+        has_length = has_length || equal_ignoring_case(name, "Content-Length");
+    }
+    std::string out;
+    out.append(request.method).append(" ").append(forward.target);
+    out.append(reader.is_http_1_0() ? " HTTP/1.0\r\n" : " HTTP/1.1\r\n");
+    auto const is_replaced = [&forward](std::string_view name) {
+        return std::any_of(forward.headers.begin(), forward.headers.end(),
+                           [name](auto const& header) { return equal_ignoring_case(header.first, name); });
+    };
+    for (auto const& [name, value] : request.headers)
+        if (!is_among(of_one_connection, name) && !is_among(rewritten, name) && !is_among(left_out, name) &&
+            !is_replaced(name))
+            append_field(out, name, value);
+    for (auto const& [name, value] : forward.headers)
+        append_field(out, name, value);
+    if (has_length)
+        append_field(out, "Content-Length", "0"); // the reader takes no other
+    append_field(out, "X-Forwarded-For", forwarded_for(request));
+    out.append(request.upgrade ? "Upgrade: websocket\r\nConnection: Upgrade\r\n\r\n"
+                               : "Connection: close\r\n\r\n");
+    return out;
+}
+
+/// What Beast finds, for one answer.
+class ForwardedResponse::Parser final : public http::basic_parser<false>
+{
+public:
+    explicit Parser(ForwardedResponse& response) : response_(response)
+    {
+        header_limit(max_response_head);
+        body_limit(boost::none);
+        skip(true);
+    }
+
+    bool read(std::string_view head)
+    {
+        boost::system::error_code error;
+        put(asio::buffer(head), error);
+        return !error && is_header_done();
+    }
+
+private:
+    void on_response_impl(int status, beast::string_view reason, int, boost::system::error_code&) override
+    {
+        response_.status_ = status;
+        response_.reason_ = reason;
+    }
+
+    void on_field_impl(http::field field, beast::string_view name, beast::string_view value,
+                       boost::system::error_code&) override
+    {
+        if (field == http::field::connection)
+            for_each_option(value, [this](std::string_view option) {
+                response_.connection_options_.emplace_back(option);
+            });
+        response_.fields_.emplace_back(name, value);
+    }
+
+    void on_request_impl(http::verb, beast::string_view, beast::string_view, int,
+                         boost::system::error_code&) override
+    {}
+    void on_header_impl(boost::system::error_code&) override {}
+    void on_body_init_impl(boost::optional<std::uint64_t> const&, boost::system::error_code&) override {}
+    std::size_t on_body_impl(beast::string_view, boost::system::error_code&) override { return 0; }
+    void on_chunk_header_impl(std::uint64_t, beast::string_view, boost::system::error_code&) override {}
+    std::size_t on_chunk_body_impl(std::uint64_t, beast::string_view, boost::system::error_code&) override
+    {
+        return 0;
+    }
+    void on_finish_impl(boost::system::error_code&) override {}
+
+    ForwardedResponse& response_;
+};
+
+ForwardedResponse::Progress ForwardedResponse::parse(std::string_view received)
+{
+    constexpr std::string_view end_of_head = "\r\n\r\n";
+    for (;;) {
+        auto const rest = received.substr(head_size_);
+        auto const end = rest.find(end_of_head);
+        auto const size = end == std::string_view::npos ? rest.size() : end + end_of_head.size();
+        if (head_size_ + size > max_response_head)
+            return Progress::malformed;
+        if (end == std::string_view::npos)
+            return Progress::need_more;
+        fields_.clear();
+        connection_options_.clear();
+        Parser parser(*this);
+        if (!parser.read(rest.substr(0, size)))
+            return Progress::malformed;
+        head_size_ += size;
+        bool const accepts = status_ == 101;
+        if (accepts && !is_upgrade_)
+            return Progress::malformed;
+        if (status_ >= first_final_status || accepts) {
+            auto const length = parser.content_length();
+            find_body(parser.chunked(),
+                      length ? std::optional<std::uint64_t>(*length) : std::optional<std::uint64_t>());
+            return Progress::complete;
+        }
+        // An interim answer (RFC 9110, 15.2) to something that the browser did not ask for.
+    }
+}
+
+void ForwardedResponse::find_body(bool is_chunked, std::optional<std::uint64_t> length)
+{
+    auto const has = [this](std::string_view name) {
+        return std::any_of(fields_.begin(), fields_.end(),
+                           [name](auto const& field) { return equal_ignoring_case(field.first, name); });
+    };
+    length_ = 0;
+    if (status_ == 101)
+        body_ = Body::websocket;
+    else if (is_head_ || status_ == 204 || status_ == 304)
+        body_ = Body::none;
+    else if (is_chunked || has("Transfer-Encoding") || !length)
+        body_ = Body::endless;
+    else {
+        body_ = Body::counted;
+        length_ = *length;
+    }
+}
+
+void ForwardedResponse::append_head(std::string& out, bool keep_alive) const
+{
+    out.append("HTTP/1.1 ").append(std::to_string(status_)).append(" ").append(reason_).append("\r\n");
+    // An endless body goes on as it is, with what says how it is encoded.
+    bool const is_coded = body_ == Body::endless;
+    for (auto const& [name, value] : fields_) {
+        bool const is_coding = equal_ignoring_case(name, "Transfer-Encoding");
+        bool const is_misleading = is_coded && equal_ignoring_case(name, "Content-Length"); // RFC 9112, 6.3
+        bool const is_named =
+            std::any_of(connection_options_.begin(), connection_options_.end(),
+                        [&name](std::string_view option) { return equal_ignoring_case(name, option); });
+        bool const is_local = is_named || is_among(of_one_connection, name);
+        if ((is_coding && is_coded) || (!is_local && !is_misleading))
+            append_field(out, name, value);
+    }
+    if (body_ == Body::websocket)
+        out.append("Upgrade: websocket\r\nConnection: Upgrade\r\n\r\n");
+    else
+        out.append(keep_alive ? "Connection: keep-alive\r\n\r\n" : "Connection: close\r\n\r\n");
+}
+
+} // namespace webots_cloud::adapters

@@ -1,0 +1,78 @@
+// The heads of requests that are passed on to another server, and of its answers. No sockets.
+#pragma once
+
+#include "http_request_reader.hpp"
+
+#include <webots_cloud/transport/endpoint.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace webots_cloud::adapters {
+
+/// What another server may say before the body of its answer: more than any that people use.
+inline constexpr std::size_t max_response_head = 32 * 1024;
+
+/// The head that the other server is sent: written anew from what the reader has understood, so that the two
+/// can't disagree about where the request ends. `request` is the reader's, and says who asks.
+std::string forwarded_request(HttpRequestReader const& reader, IncomingRequest const& request,
+                              Forward const& forward);
+
+/// The head of the other server's answer.
+class ForwardedResponse
+{
+public:
+    enum class Progress
+    {
+        need_more,
+        complete,
+        malformed ///< Or too large.
+    };
+    /// How the end of the body is told.
+    enum class Body
+    {
+        none,
+        counted,  ///< `length()` bytes.
+        endless,  ///< By itself (chunks), or by the end of the connection.
+        websocket ///< It is none: both sides may say what they like.
+    };
+
+    /// `is_head`: the request was HEAD; `is_upgrade`: a WebSocket handshake.
+    ForwardedResponse(bool is_head, bool is_upgrade) : is_head_(is_head), is_upgrade_(is_upgrade) {}
+
+    /// Tries to complete the head with all that was received so far. The text must outlive the use of what it
+    /// finds.
+    Progress parse(std::string_view received);
+
+    int status() const noexcept { return status_; }
+    Body body() const noexcept { return body_; }
+    std::uint64_t length() const noexcept { return length_; }
+
+    /// How much of what was received is head.
+    std::size_t head_size() const noexcept { return head_size_; }
+
+    /// Appends the head for the browser, whose connection stays open or not.
+    void append_head(std::string& out, bool keep_alive) const;
+
+private:
+    class Parser;
+
+    void find_body(bool is_chunked, std::optional<std::uint64_t> length);
+
+    bool is_head_;
+    bool is_upgrade_;
+    int status_ = 0;
+    Body body_ = Body::none;
+    std::uint64_t length_ = 0;
+    std::size_t head_size_ = 0;
+    std::string reason_;
+    std::vector<std::pair<std::string, std::string>> fields_;
+    std::vector<std::string> connection_options_;
+};
+
+} // namespace webots_cloud::adapters

@@ -1,0 +1,113 @@
+// Relays bytes between browsers and other servers.
+#pragma once
+
+#include "async/wakeup.hpp"
+#include "connection_limit.hpp"
+#include "tunnel_end.hpp"
+
+#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/time.hpp>
+
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/steady_timer.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <list>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace webots_cloud::adapters {
+
+/// What a tunnel begins with.
+struct TunnelPlan
+{
+    static constexpr std::uint64_t until_the_end = UINT64_MAX;
+
+    NetworkStream::Released browser;
+    int upstream = -1;       ///< Descriptor of the other server's connection.
+    std::string to_browser;  ///< Is sent before anything that is relayed.
+    std::string to_upstream; ///< As well.
+    /// What the browser says is passed on, too. If not, it is not even read: it is the browser's next
+    /// request.
+    bool is_two_way = false;
+    /// After so many bytes of the other server the browser's connection is free again.
+    std::uint64_t length = until_the_end;
+    std::shared_ptr<TunnelGroup> group;
+    ConnectionLimit::Ticket ticket;
+};
+
+/// All tunnels of a server.
+///
+/// The kernel reports the events of tunnels to a queue of their own (epoll), of which the event loop knows
+/// only that it is not empty: each turn moves a bounded number of bytes, however many tunnels have some, and
+/// everybody else has a turn in between. So a tunnel needs neither operations of the event loop nor a
+/// coroutine, and moving a chunk allocates nothing. Tunnels hold no buffers but for what the kernel did not
+/// take; they share one.
+///
+/// Lifetime: `join` must have completed before it goes.   Thread-safety: one executor.
+class Tunnels
+{
+public:
+    class Tunnel;
+
+    /// `params` and `statistics` must outlive it.
+    Tunnels(boost::asio::any_io_executor executor, HttpServerParams const& params,
+            HttpServerStatistics& statistics);
+    ~Tunnels();
+
+    /// Relays until both sides have ended.
+    void open(TunnelPlan plan);
+
+    /// Relays `plan.length` bytes, and returns the browser's connection; none where either side, the group or
+    /// we have ended it before. Meanwhile `tunnel` is set, and can be cut.
+    boost::asio::awaitable<NetworkStream::Released> relay(TunnelPlan plan, Tunnel*& tunnel);
+    void cut(Tunnel& tunnel);
+
+    /// Those of `open`.
+    std::size_t open_ended() const noexcept { return open_ended_; }
+
+    /// That are in use, but for those of the connections that `relay` gives back.
+    std::size_t descriptors() const noexcept { return tunnels_.size() + open_ended_; }
+
+    /// Ends those that have been silent, or have not taken what they were sent, for too long.
+    void check(TimePoint now);
+
+    void cut_all();
+
+    /// Waits until there is none. Afterwards none can be opened.
+    boost::asio::awaitable<void> join();
+
+private:
+    using List = std::list<Tunnel>;
+
+    bool start();
+    Tunnel& add(TunnelPlan plan);
+    void watch(Tunnel& tunnel);
+    void schedule(Tunnel& tunnel);
+    void arm();
+    void await_events();
+    std::size_t collect();
+    void turn();
+    void bury(Tunnel& tunnel);
+    void pause(Tunnel& tunnel);
+
+    boost::asio::any_io_executor executor_;
+    HttpServerParams const& params_;
+    HttpServerStatistics& statistics_;
+    boost::asio::posix::stream_descriptor events_; ///< Of all tunnels.
+    boost::asio::steady_timer pause_;
+    List tunnels_;
+    std::vector<Tunnel*> ready_;  ///< May have something to do; each is there once.
+    std::vector<Tunnel*> paused_; ///< Over the limit of their groups.
+    TimePoint now_;
+    std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+    async::Wakeup ended_;
+    std::size_t open_ended_ = 0;
+    bool is_waiting_ = false;
+    bool is_posted_ = false;
+};
+
+} // namespace webots_cloud::adapters
