@@ -15,9 +15,11 @@ double figure(std::uint64_t count) noexcept
 std::string http_server_metrics(HttpServerStatistics const& statistics)
 {
     core::MetricsText text;
-    text.family("http_connections", "gauge", "Connections that are open, WebSockets included.")
+    text.family("http_connections", "gauge", "Connections that are open, WebSockets and tunnels included.")
         .add(figure(statistics.connections));
     text.family("http_websockets", "gauge", "WebSockets that are open.").add(figure(statistics.websockets));
+    text.family("http_tunnels", "gauge", "Browsers that are relayed to other servers now.")
+        .add(figure(statistics.tunnels));
     text.family("http_connections_accepted_total", "counter", "Connections that came.")
         .add(figure(statistics.accepted));
     text.family("http_connections_refused_total", "counter",
@@ -41,6 +43,16 @@ std::string http_server_metrics(HttpServerStatistics const& statistics)
         .add(figure(statistics.long_request_lines), {{"reason", "long_request_line"}})
         .add(figure(statistics.long_headers), {{"reason", "long_headers"}})
         .add(figure(statistics.bad_handshakes), {{"reason", "bad_handshake"}});
+    text.family("http_requests_forwarded_total", "counter", "Requests that were passed on to other servers.")
+        .add(figure(statistics.forwarded));
+    text.family("http_forwarding_failures_total", "counter",
+                "Requests that the other server did not answer, by reason.")
+        .add(figure(statistics.bad_gateways), {{"reason", "unreachable"}})
+        .add(figure(statistics.late_gateways), {{"reason", "timed_out"}});
+    text.family("http_tunnel_bytes_total", "counter",
+                "Bytes that were relayed, from browsers (received) and to them (sent).")
+        .add(figure(statistics.tunnel_bytes_received), {{"direction", "received"}})
+        .add(figure(statistics.tunnel_bytes_sent), {{"direction", "sent"}});
     return text.take();
 }
 

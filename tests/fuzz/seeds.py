@@ -141,6 +141,20 @@ def archive():
     yield zip64_of({"worlds/a.wbt": "#VRML_SIM R2021b utf8\n"})
 
 
+def forward():
+    """Bits of the first byte: a request; an answer to HEAD; an answer to a handshake."""
+    for request in http_request():
+        yield b"\1" + request
+    yield b"\1GET / HTTP/1.1\r\nHost: h\r\nConnection: X-Forwarded-For, Host\r\nTE: trailers\r\nContent-Length: 0\r\n\r\n"
+    for kind in b"\0\2\4":
+        for answer in (b"HTTP/1.1 200 OK\r\nContent-Length: 4\r\nConnection: close, X\r\nX: y\r\n\r\nbody",
+                       b"HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\nTrailer: X\r\n\r\n0\r\n\r\n",
+                       b"HTTP/1.0 304 Not Modified\r\nContent-Length: 4\r\n\r\n",
+                       b"HTTP/1.1 103 Early Hints\r\nLink: x\r\n\r\nHTTP/1.1 200 OK\r\nX: folded\r\n value\r\n\r\n",
+                       b"HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: x\r\n\r\n"):
+            yield bytes([kind]) + answer
+
+
 def http_request():
     yield b"GET / HTTP/1.1\r\nHost: h\r\n\r\n"
     yield b"GET /session?url=x HTTP/1.1\r\nHost: h\r\nAccept: */*\r\n\r\nGET /load HTTP/1.0\r\n\r\n"
@@ -267,6 +281,6 @@ def smtp_reply():
     yield b"\0\r\n\r\n999\r\n"
 
 
-SEEDS = {each.__name__: each for each in (archive, client_message, configuration, docker_listing, docker_project, git_layout, git_lfs, git_pack, git_protocol,
+SEEDS = {each.__name__: each for each in (archive, client_message, configuration, docker_listing, docker_project, forward, git_layout, git_lfs, git_pack, git_protocol,
                                           http_answer, http_request, load_report, mail, mount_table, policy, simulator_output, smtp_reply,
                                           websocket_frames, world_url)}
