@@ -1,0 +1,291 @@
+#!/usr/bin/python3
+"""What the gateway costs beside nginx and HAProxy, which relay the same streams on the same machine in the same run: the table of docs/gateway.md.
+
+    cmake --build --preset release --target bench
+    WEBOTS_CLOUD_BIN=build/release/bin tests/bench/speed/gateway_bench.py [--runs 3] [--only WORD] [--quick]
+
+The gateway in question has one core; the simulations and the viewers share the other. *Streams*: WebSockets that are sent 64 kB messages as fast
+as they take them. *Pictures*: messages of 10 kB, 20 a second for each of up to 100 viewers, 3 a second for each of 1,000. *Files* of 1 MB over
+connections that are kept. Added latency is from the simulation to the viewer, less what it is without a gateway. Packages: nginx-light, haproxy.
+"""
+
+import argparse
+import contextlib
+import os
+import resource
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path.insert(0, os.path.join(HERE, "..", ".."))
+sys.path[:0] = [HERE, os.path.join(HERE, "..")]
+from peers import SERVER_CORE, Tool, cpu_seconds, find, memory, on_core, wait_for_port  # noqa: E402
+from speed_bench import machine, shown  # noqa: E402
+from support.ports import free_port  # noqa: E402
+from support.servers import PATIENCE, program  # noqa: E402
+
+# As people configure them for WebSockets, with room for 1,000 viewers.
+NGINX = """
+worker_processes 1; daemon off; master_process off; pid {folder}/pid; error_log {folder}/error; worker_rlimit_nofile 8192;
+events {{ worker_connections 8192; multi_accept on; }}
+http {{
+    access_log off; keepalive_requests 1000000000;
+    client_body_temp_path {folder}; proxy_temp_path {folder}; fastcgi_temp_path {folder}; uwsgi_temp_path {folder};
+    scgi_temp_path {folder};
+    map $http_upgrade $connection_upgrade {{ default upgrade; "" close; }}
+    server {{
+        listen 127.0.0.1:{port} {tls}; {certificate}
+        location / {{
+            proxy_pass http://127.0.0.1:{upstream};
+            proxy_http_version 1.1; proxy_set_header Host $host;
+            proxy_set_header Upgrade $http_upgrade; proxy_set_header Connection $connection_upgrade;
+            proxy_set_header X-Forwarded-For $proxy_add_x_forwarded_for;
+            proxy_buffering off; proxy_read_timeout 600s;
+        }}
+    }}
+}}
+"""
+
+HAPROXY = """
+global
+    nbthread 1
+    maxconn 8192
+defaults
+    mode http
+    timeout client 60s
+    timeout server 60s
+    timeout connect 5s
+    timeout tunnel 1h
+    option forwardfor
+frontend viewers
+    bind 127.0.0.1:{port} {tls}
+    default_backend simulations
+backend simulations
+    http-reuse never
+    server simulation 127.0.0.1:{upstream}
+"""
+
+
+class Certificate:
+    def __init__(self, folder):
+        self.certificate, self.key, self.both = (os.path.join(folder, name) for name in ("certificate.pem", "key.pem", "both.pem"))
+        subprocess.run([find("openssl"), "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes", "-days", "2",
+                        "-subj", "/CN=localhost", "-out", self.certificate, "-keyout", self.key], check=True, capture_output=True)
+        with open(self.both, "w") as both:
+            for path in (self.certificate, self.key):
+                with open(path) as part:
+                    both.write(part.read())
+
+
+class Gateway:
+    """Ours, nginx or HAProxy, in front of `upstream`."""
+
+    def __init__(self, name, upstream, certificate, folder):
+        self.port = free_port()
+        home = os.path.join(folder, f"{name}_{self.port}")
+        os.mkdir(home)
+        command = {
+            "ours": lambda: [program("speed_gateway"), str(self.port), str(upstream),
+                             *((certificate.certificate, certificate.key) if certificate else ())],
+            "nginx": lambda: [find("nginx"), "-p", home, "-c", self.write(home, NGINX.format(
+                folder=home, port=self.port, upstream=upstream, tls="ssl" if certificate else "",
+                certificate=f"ssl_certificate {certificate.certificate}; ssl_certificate_key {certificate.key};" if certificate else ""))],
+            "HAProxy": lambda: [find("haproxy"), "-db", "-f", self.write(home, HAPROXY.format(
+                port=self.port, upstream=upstream, tls=f"ssl crt {certificate.both}" if certificate else ""))],
+        }[name]()
+        self.process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, preexec_fn=on_core(SERVER_CORE))
+        wait_for_port(self.port)
+
+    @staticmethod
+    def write(home, text):
+        path = os.path.join(home, "configuration")
+        with open(path, "w") as file:
+            file.write(text)
+        return path
+
+    @property
+    def pid(self):
+        return self.process.pid
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.process.terminate()
+        self.process.wait(PATIENCE)
+
+
+class Direct:
+    """No gateway: what the simulations and viewers need by themselves."""
+
+    pid = None
+
+    def __init__(self, port):
+        self.port = port
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        pass
+
+
+class Bench:
+    def __init__(self, folder, seconds):
+        self.folder = folder
+        self.seconds = seconds
+        self.certificate = Certificate(folder)
+        self.port = free_port()
+        self.simulations = Tool("simulations", self.port)
+        wait_for_port(self.port)
+
+    def gateway(self, name, tls):
+        if name == "direct":
+            return Direct(self.port)
+        return Gateway(name, self.port, self.certificate if tls else None, self.folder)
+
+    @contextlib.contextmanager
+    def viewers(self, gateway, count, target, tls):
+        with Tool("viewers", gateway.port, count, target, "tls" if tls else "plain") as viewers:
+            viewers.hear("connected")
+            time.sleep(0.5)  # the first messages find cold caches
+            yield viewers
+
+    def load(self, name, count, target, tls):
+        """Bytes, messages, median and 99th percentile in microseconds, and the gateway's seconds of processor."""
+        with self.gateway(name, tls) as gateway, self.viewers(gateway, count, target, tls and name != "direct") as viewers:
+            viewers.ask("begin")
+            spent = cpu_seconds(gateway.pid) if gateway.pid else 0
+            time.sleep(self.seconds)
+            answer = viewers.ask("end", "bytes")
+            return answer, (cpu_seconds(gateway.pid) - spent if gateway.pid else 0)
+
+    def throughput(self, name, count, target, tls):
+        """MB per second of the gateway's processor."""
+        (transferred, *_), spent = self.load(name, count, target, tls)
+        return transferred / 1e6 / spent
+
+    def latency(self, name, count, tls, direct):
+        period = 333_333 if count >= 1000 else 50_000
+        (_, messages, median, worst), spent = self.load(name, count, f"/pictures?10000,{period}", tls)
+        if not messages:
+            raise SystemExit(f"{name}: no pictures arrived")
+        return {"median": median - direct["median"], "p99": worst - direct["p99"], "cpu": spent * 1e6 / messages} if direct else \
+            {"median": median, "p99": worst}
+
+    def idle_memory(self, name, count, tls):
+        """kB for each tunnel: not counted what the first few need."""
+        with self.gateway(name, tls) as gateway, self.viewers(gateway, 10, "/idle", tls):
+            before = memory(gateway.pid)
+            with self.viewers(gateway, count, "/idle", tls):
+                return (memory(gateway.pid) - before) / count / 1e3
+
+    def stalled_memory(self, name, count, tls):
+        """kB for each viewer that has stopped to read: after a second, and how much was added in the following seconds."""
+        with self.gateway(name, tls) as gateway, self.viewers(gateway, 10, "/idle", tls):
+            before = memory(gateway.pid)
+            with self.viewers(gateway, count, "/pictures?10000,333333" if count >= 1000 else "/flood", tls) as viewers:
+                viewers.ask("stall")
+                time.sleep(self.seconds + 4)  # until all buffers of the kernel are full
+                first = memory(gateway.pid)
+                time.sleep(self.seconds)
+                return {"first": (first - before) / count / 1e3, "growth": (memory(gateway.pid) - first) / count / 1e3}
+
+
+NAMES = ("ours", "nginx", "HAProxy")
+
+
+def row(work, unit, samples, goal, better):
+    """`samples`: of each name a list; `better(ours, theirs)`: the ratio of one run that should be at least one."""
+    peers = {name: values for name, values in samples.items() if name != "ours"}
+    ratios = [min(better(ours, values[run]) for values in peers.values()) for run, ours in enumerate(samples["ours"])]
+    reached = "yes" if statistics.median(ratios) >= 1 else "**no**"
+    print(f"| {work} | {unit} | {shown(samples['ours'])} | " + " | ".join(shown(values) for values in peers.values()) +
+          f" | {goal} | {shown(ratios)} | {reached} |", flush=True)
+
+
+def more(ours, theirs):
+    return ours / theirs
+
+
+def less(ours, theirs):
+    return theirs / ours if ours > 0 else 1.0
+
+
+def turns(runs, measure):
+    samples = {name: [] for name in NAMES}
+    for _ in range(runs):
+        for name in NAMES:
+            samples[name].append(measure(name))
+    return samples
+
+
+def throughput_rows(bench, options, tls, label):
+    targets = [("streams", "/flood", count) for count in (1, 100, 1000)] + [("files of 1 MB", "/file?1000000", count) for count in (1, 100)]
+    for kind, target, count in targets:
+        work = f"{label}, {kind}, {count:,} viewer{'s' if count > 1 else ''}"
+        if options.only not in work:
+            continue
+        row(work, "MB per second of processor", turns(options.runs, lambda name: bench.throughput(name, count, target, tls)),
+            "at least the better", more)
+
+
+def latency_rows(bench, options, tls, label):
+    for count in (1, 100, 1000):
+        work = f"{label}, pictures, {count:,} viewer{'s' if count > 1 else ''}"
+        if options.only not in work:
+            continue
+        samples = []
+        for _ in range(options.runs):
+            direct = bench.latency("direct", count, tls, None)
+            samples.append({name: bench.latency(name, count, tls, direct) for name in NAMES})
+        for key, unit in (("median", "added µs, median"), ("p99", "added µs, 99th percentile"), ("cpu", "µs of processor for each")):
+            row(work, unit, {name: [sample[name][key] for sample in samples] for name in NAMES}, "at most the better", less)
+
+
+def memory_rows(bench, options, tls, label):
+    work = f"{label}, idle tunnels, 1,000"
+    if options.only in work:
+        row(work, "kB for each", turns(options.runs, lambda name: bench.idle_memory(name, 1000, tls)), "at most the better", less)
+    work = f"{label}, viewers that stopped to read, 100"
+    if options.only in work:
+        samples = turns(options.runs, lambda name: bench.stalled_memory(name, 100, tls))
+        row(work, "kB for each", {name: [value["first"] for value in values] for name, values in samples.items()}, "at most the better", less)
+    work = f"{label}, viewers that stopped to read, 1,000"
+    if options.only in work:
+        samples = turns(options.runs, lambda name: bench.stalled_memory(name, 1000, tls))
+        row(work, "kB for each", {name: [value["first"] for value in values] for name, values in samples.items()}, "at most the better", less)
+        growth = [value["growth"] for value in samples["ours"]]
+        print(f"| {work} | kB more for each, later | {shown(growth)} | | | flat | | {'yes' if max(growth) < 0.1 else '**no**'} |", flush=True)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--runs", type=int, default=3)
+    parser.add_argument("--seconds", type=float, default=3)
+    parser.add_argument("--only", metavar="WORD", default="", help="rows whose name contains the word")
+    parser.add_argument("--quick", action="store_true", help="one short run, to see that everything works")
+    options = parser.parse_args()
+    if options.quick:
+        options.runs, options.seconds = 1, 0.5
+    resource.setrlimit(resource.RLIMIT_NOFILE, (resource.getrlimit(resource.RLIMIT_NOFILE)[1],) * 2)
+    folder = tempfile.mkdtemp(prefix="webots_cloud_gateway_")
+    try:
+        bench = Bench(folder, options.seconds)
+        with bench.simulations:
+            print(machine() + "\n")
+            print("| what | unit | ours | nginx | HAProxy | goal | ratio | reached |\n|---|---|---:|---:|---:|---|---:|---|", flush=True)
+            for tls, label in ((False, "plain"), (True, "TLS")):
+                throughput_rows(bench, options, tls, label)
+                latency_rows(bench, options, tls, label)
+                memory_rows(bench, options, tls, label)
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+if __name__ == "__main__":
+    main()
