@@ -729,6 +729,9 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     limit_connections(config, origin, configured.warnings);
     share_connections(*reader, config);
     warn_of_plain_simulators(config, origin, configured.warnings);
+    if (!config.gateway && config.traffic_limit > 0)
+        configured.warnings.push_back(
+            concat(origin.string(), ": key \"trafficLimit\" has no effect, since \"gateway\" is false"));
     warn_of_assumed_tls(*reader, config, origin, configured.warnings);
     warn_of_trust_in_everybody(config.network, origin, configured.warnings);
     warn_of_open_site(config.address, config.network, config.access, origin, configured.warnings);

@@ -418,6 +418,14 @@ BOOST_AUTO_TEST_CASE(no_more_simulations_are_taken_than_there_are_ports)
     BOOST_TEST(enough.warnings.empty());
 }
 
+BOOST_AUTO_TEST_CASE(a_limit_of_traffic_that_nothing_keeps_is_warned_of)
+{
+    auto const configured =
+        parse_simulation_config(R"({"server":"h","gateway":false,"trafficLimit":1})", "c.json").value();
+    BOOST_TEST(configured.warnings == std::vector<std::string>{"c.json: key \"trafficLimit\" has no effect, "
+                                                               "since \"gateway\" is false"});
+}
+
 BOOST_AUTO_TEST_CASE(a_certificate_without_a_proxy_is_warned_of_since_simulators_speak_no_tls)
 {
     auto const warnings = [](std::string_view keys) {
