@@ -86,15 +86,16 @@ result<> confine_simulation_server(SimulationConfig config, core::SimulationFile
 {
     context.config_file = absolute_path(context.config_file);
     context.socket = operator_socket("simulation", config.address.port, config.access);
-    for (auto* path : {&config.log_dir, &config.network.ssl_certificate, &config.network.ssl_key,
-                       &config.access.operator_token_file, &config.key_dir, &config.containers.directory,
-                       &context.caches, &context.templates})
+    for (auto* path :
+         {&config.log_dir, &config.network.ssl_certificate, &config.network.ssl_key,
+          &config.access.operator_token_file, &config.access.session_secret, &config.network.challenge_folder,
+          &config.key_dir, &config.containers.directory, &context.caches, &context.templates})
         *path = absolute_path(*path);
     for (auto& forge : config.forges)
         forge.directory = nearest(absolute_path(forge.directory));
     auto files = core::simulation_server_files(config, context);
     for (auto const& each : {context.config_file, config.network.ssl_certificate, config.network.ssl_key,
-                             config.access.operator_token_file})
+                             config.access.operator_token_file, config.access.session_secret})
         add_targets(files.read, each);
     add_authorities(files.read);
     for (auto const& forge : config.forges)
