@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <utility>
 
 namespace webots_cloud::core {
 namespace {
@@ -67,16 +68,22 @@ bool is_operators_path(std::string_view path)
     std::string decoded;
     if (!percent_decode(path, decoded))
         decoded = path;
+    auto const is_operators = [](std::string_view segment) {
+        return segment == "metrics" || segment == "api";
+    };
     std::vector<std::string> segments;
+    bool is_first = true;
     for (auto const segment : split(decoded, '/')) {
         if (segment.empty() || segment == ".")
             continue;
+        if (std::exchange(is_first, false) && is_operators(lower_case(segment)))
+            return true; // wherever it leads from there
         if (segment != "..")
             segments.push_back(lower_case(segment));
         else if (!segments.empty())
             segments.pop_back();
     }
-    return !segments.empty() && (segments.front() == "metrics" || segments.front() == "api");
+    return !segments.empty() && is_operators(segments.front());
 }
 
 std::uint16_t public_port(std::string_view address) noexcept
