@@ -28,6 +28,12 @@ def world_url():
     yield b"/2000/simulation/a/65535/"
 
 
+def port_path():
+    yield from (b"/2000/client", b"/2009", b"/2000/metrics", b"/2000//%6detrics", b"/2005/a/../api/x", b"/2000/api//../x", b"/22/", b"//10.0.0.9:22/",
+                b"/ticket/" + b"A" * 75 + b"/client", b"/ticket/x/y/client", b"/.well-known/acme-challenge/a-B_1", b"/.well-known/acme-challenge/../x",
+                b"sim.example.org:80", b"[::1]:80", b"someone@sim.example.org", b"127.0.0.1")
+
+
 def docker_project():
     for world, header, text in ((b"a.wbt", b"#VRML_SIM R2025a utf8", b"type: demo\ndockerCompose:theia:webots-project/controllers/\n"),
                                 (b"a b.wbt", b"#VRML_SIM R2022b utf8", b"dockerCompose: competition:webots-project/controllers/participant/\n"),
@@ -282,5 +288,5 @@ def smtp_reply():
 
 
 SEEDS = {each.__name__: each for each in (archive, client_message, configuration, docker_listing, docker_project, forward, git_layout, git_lfs, git_pack, git_protocol,
-                                          http_answer, http_request, load_report, mail, mount_table, policy, simulator_output, smtp_reply,
+                                          http_answer, http_request, load_report, mail, mount_table, policy, port_path, simulator_output, smtp_reply,
                                           websocket_frames, world_url)}

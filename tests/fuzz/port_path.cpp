@@ -1,0 +1,46 @@
+// Paths that name a port or carry a ticket, and the Host of those who are led to https: they lead to a listed
+// machine or nowhere, and start nothing without the secret.
+#include "fuzz.hpp"
+
+#include "core/access/forwarding.hpp"
+#include "core/access/https_address.hpp"
+#include "core/access/tickets.hpp"
+
+using namespace webots_cloud;
+
+namespace {
+
+core::ForwardingTable table()
+{
+    ServerSpec server("sim.example.org/2000");
+    server.internal_address = "10.0.0.2:2000";
+    server.first_port = 2001;
+    server.last_port = 2009;
+    return core::ForwardingTable({server});
+}
+
+} // namespace
+
+int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
+{
+    static auto const machines = table();
+    static core::TicketBook book([](std::string_view) { return std::string(32, 'x'); },
+                                 {"sim.example.org:2000"});
+    static core::SiteAccess const site(core::Reach::everybody, {"sim.example.org"}, nullptr);
+    auto const path = fuzz::text_of(data, size);
+    if (auto const target = machines.find(path, "")) {
+        fuzz::require(target->host == "10.0.0.2" && target->port >= 2000 && target->port <= 2009);
+        fuzz::require(target->target == "/" || std::string_view(path).ends_with(target->target));
+        fuzz::require(!target->target.starts_with("/metrics") || target->target.size() > 8);
+        fuzz::require(target->target != "/api" && !target->target.starts_with("/api/"));
+    } else if (!path.empty()) {
+        fuzz::require(path != "/2000/client");
+    }
+    auto const verdict = book.redeem(core::ticket_in(path), WallTime(std::chrono::hours(400'000)));
+    fuzz::require(verdict != core::TicketVerdict::accepted || core::ticket_in(path).size() == 75);
+    fuzz::require(core::challenge_in(path).find_first_of("./%") == std::string_view::npos);
+    auto const address = core::https_address(path, site, "sim.example.org", 443, "/x");
+    fuzz::require(address.starts_with("https://") && address.ends_with("/x"));
+    fuzz::require(address.find_first_of("@ \r\n") == std::string::npos);
+    return 0;
+}
