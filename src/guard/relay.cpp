@@ -24,7 +24,10 @@ namespace {
 
 // Webots serves a browser with a WebSocket, a stream of pictures and a few files at a time.
 constexpr std::size_t max_connections = 128;
-constexpr int listening_check_ms = 25;
+// Between two looks for the listener. The kernel walks all its connections for each, which takes
+// milliseconds: a program that loads for long is looked at less often.
+constexpr int first_look_ms = 25;
+constexpr int max_look_ms = 250;
 constexpr int connect_limit_ms = 10'000; // of a program that accepts nothing
 constexpr int pause_ms = 100;            // of descriptors, say, that are used up
 constexpr int backlog = 64;
@@ -59,8 +62,11 @@ bool has_listener(char const* table, unsigned port)
 
 void await_listener(unsigned port)
 {
-    while (!has_listener("/proc/self/net/tcp", port) && !has_listener("/proc/self/net/tcp6", port))
-        poll(nullptr, 0, listening_check_ms);
+    int pause = first_look_ms;
+    while (!has_listener("/proc/self/net/tcp", port) && !has_listener("/proc/self/net/tcp6", port)) {
+        poll(nullptr, 0, pause);
+        pause = std::min(pause + pause / 10, max_look_ms);
+    }
 }
 
 /// Bytes on their way from one socket to another.
