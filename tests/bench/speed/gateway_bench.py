@@ -6,8 +6,8 @@
 
 The gateway in question has one core; the simulations and the viewers share the other. *Streams*: WebSockets that are sent 64 kB messages as fast
 as they take them. *Pictures*: messages of 10 kB, 20 a second for each of up to 100 viewers, 3 a second for each of 1,000. *Files* of 1 MB over
-connections that are kept. As root all of it runs in a network namespace whose sockets have small buffers: else viewers would still read, while we
-measure, what the kernel kept for them before. Added latency is from the simulation to the viewer, less what it is without a gateway. Packages: nginx-light, haproxy.
+connections that are kept. Streams need small buffers, and so root and a network namespace of their own: else viewers would still read, while we measure,
+what the kernel kept for them before. Added latency is from the simulation to the viewer, less what it is without a gateway. Packages: nginx-light, haproxy.
 """
 
 import argparse
@@ -158,7 +158,8 @@ class Bench:
 
     def load(self, name, count, target, tls):
         """Bytes, messages, median and 99th percentile in microseconds, and the gateway's seconds of processor."""
-        with self.gateway(name, tls) as gateway, self.viewers(gateway, count, target, tls and name != "direct") as viewers:
+        buffers = small_buffers() if target == "/flood" else contextlib.nullcontext()
+        with buffers, self.gateway(name, tls) as gateway, self.viewers(gateway, count, target, tls and name != "direct") as viewers:
             viewers.ask("begin")
             spent = cpu_seconds(gateway.pid) if gateway.pid else 0
             time.sleep(self.seconds)
@@ -187,7 +188,7 @@ class Bench:
 
     def stalled_memory(self, name, count, tls):
         """kB for each viewer that has stopped to read: after a second, and how much was added in the following seconds."""
-        with self.gateway(name, tls) as gateway, self.viewers(gateway, 10, "/idle", tls):
+        with small_buffers(), self.gateway(name, tls) as gateway, self.viewers(gateway, 10, "/idle", tls):
             before = memory(gateway.pid)
             with self.viewers(gateway, count, "/flood", tls) as viewers:
                 viewers.ask("stall")
@@ -197,8 +198,8 @@ class Bench:
                 return {"first": (first - before) / count / 1e3, "growth": (memory(gateway.pid) - first) / count / 1e3}
 
 
-def use_small_buffers():
-    """In a network namespace of our own, since buffers are the kernel's for all."""
+def enter_own_network():
+    """Buffers of sockets are the kernel's for all of a network."""
     if os.geteuid() != 0:
         print("Not run as root: what sockets buffer is not limited, and rows with many streams are too high.\n")
     elif os.environ.get("WEBOTS_CLOUD_BENCH_NETWORK") != "own":
@@ -206,9 +207,26 @@ def use_small_buffers():
         os.execvp("unshare", ["unshare", "--net", sys.executable, *sys.argv])
     else:
         subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
-        for name in ("tcp_rmem", "tcp_wmem"):
-            with open(f"/proc/sys/net/ipv4/{name}", "w") as setting:
-                setting.write("4096 65536 262144")
+
+
+@contextlib.contextmanager
+def small_buffers():
+    """Of sockets that are made meanwhile."""
+    if os.environ.get("WEBOTS_CLOUD_BENCH_NETWORK") != "own":
+        yield
+        return
+    paths = [f"/proc/sys/net/ipv4/{name}" for name in ("tcp_rmem", "tcp_wmem")]
+    kept = []
+    for path in paths:
+        with open(path, "r+") as setting:
+            kept.append(setting.read())
+            setting.write("4096 65536 262144")
+    try:
+        yield
+    finally:
+        for path, value in zip(paths, kept):
+            with open(path, "w") as setting:
+                setting.write(value)
 
 
 NAMES = ("ours", "nginx", "HAProxy")
@@ -287,7 +305,7 @@ def main():
     options = parser.parse_args()
     if options.quick:
         options.runs, options.seconds = 1, 0.5
-    use_small_buffers()
+    enter_own_network()
     resource.setrlimit(resource.RLIMIT_NOFILE, (resource.getrlimit(resource.RLIMIT_NOFILE)[1],) * 2)
     folder = tempfile.mkdtemp(prefix="webots_cloud_gateway_")
     try:
