@@ -444,8 +444,8 @@ void Tunnels::pause(Tunnel& tunnel)
             return;
         auto paused = std::move(paused_);
         paused_.clear();
-        for (auto* const tunnel : paused)
-            schedule(*tunnel);
+        for (auto* const each : paused)
+            schedule(*each);
     });
 }
 
