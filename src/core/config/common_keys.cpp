@@ -1,0 +1,167 @@
+#include "common_keys.hpp"
+
+#include "core/access/ip_address.hpp"
+#include "core/access/site_access.hpp"
+#include "core/text.hpp"
+
+#include <boost/url/authority_view.hpp>
+#include <boost/url/parse.hpp>
+
+#include <algorithm>
+#include <charconv>
+#include <optional>
+
+namespace webots_cloud::core {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double max_seconds = 10'000'000;
+
+void read_ping_timeout(ConfigReader& reader, Duration& timeout)
+{
+    constexpr Duration min = std::chrono::seconds(2); // connections are looked at once a second
+    read_seconds(reader, "pingTimeout", timeout, 0);
+    if (timeout > Duration::zero() && timeout < min)
+        reader.refuse("pingTimeout", "0, or a number from 2 to 10000000");
+}
+
+/// `port`: the one with TLS.
+void read_redirect(ConfigReader& reader, std::uint16_t port, NetworkConfig& network)
+{
+    int redirect = 0;
+    reader.read_integer("redirectPort", redirect, 0, max_port);
+    network.redirect_port = static_cast<std::uint16_t>(redirect);
+    reader.read("challengeFolder", network.challenge_folder);
+    if (redirect != 0 && network.ssl_certificate.empty())
+        reader.refuse("redirectPort", "0, since without \"sslCertificate\" nothing is reached by https here");
+    if (redirect != 0 && redirect == port)
+        reader.refuse("redirectPort", "another port than \"port\"");
+    if (!network.challenge_folder.empty() && redirect == 0)
+        reader.refuse("challengeFolder",
+                      "no such key without \"redirectPort\", where challenges are answered");
+}
+
+/// Lists of origins, which are left alone when they are absent.
+void read_origins(ConfigReader& reader, std::string_view key,
+                  std::optional<std::vector<std::string>>& origins)
+{
+    if (!reader.has(key))
+        return reader.ignore({key});
+    origins.emplace();
+    reader.read(key, *origins);
+    if (!std::all_of(origins->begin(), origins->end(), core::is_origin_pattern))
+        reader.refuse(key,
+                      "a list of sites, as in \"https://example.org\", \"https://*.example.org\" or \"*\"");
+}
+
+} // namespace
+
+void read_seconds(ConfigReader& reader, std::string_view key, Duration& value, double min)
+{
+    double seconds = std::chrono::duration<double>(value).count();
+    reader.read_number(key, seconds, min, max_seconds);
+    value = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seconds));
+}
+
+void read_port(ConfigReader& reader, std::uint16_t& value, int highest)
+{
+    int port = value;
+    reader.read_integer("port", port, 1, highest);
+    value = static_cast<std::uint16_t>(port);
+}
+
+void read_networks(ConfigReader& reader, std::string_view key, std::vector<std::string>& networks)
+{
+    constexpr std::string_view wanted =
+        "an address or a network without bits set beyond it, as in \"127.0.0.1\", \"10.0.0.0/8\" or \"::1\"";
+    reader.read(key, networks);
+    for (std::size_t i = 0; i < networks.size(); ++i)
+        if (!core::IpNetwork::parse(networks[i]))
+            reader.refuse_entry(key, i + 1, boost::json::value(networks[i]), wanted);
+}
+
+void read_network(ConfigReader& reader, std::uint16_t port, NetworkConfig& network)
+{
+    reader.read("sslCertificate", network.ssl_certificate);
+    reader.read("sslKey", network.ssl_key);
+    if (network.ssl_certificate.empty() && reader.has("sslKey"))
+        reader.require("sslCertificate", "the file of the certificate that \"sslKey\" belongs to");
+    if (network.ssl_key.empty() && reader.has("sslCertificate"))
+        reader.require("sslKey", "the file of the key that \"sslCertificate\" belongs to");
+    read_redirect(reader, port, network);
+    reader.read("listenAddress", network.listen_address);
+    if (!core::IpAddress::parse(network.listen_address))
+        reader.refuse("listenAddress",
+                      "a numeric address of this machine, as in \"127.0.0.1\", or \"::\" for all");
+    reader.read_integer("connectionsPerAddress", network.connections_per_address, 1, 1'000'000);
+    read_networks(reader, "trustedProxies", network.trusted_proxies);
+    read_ping_timeout(reader, network.ping_timeout);
+}
+
+void warn_of_trust_in_everybody(NetworkConfig const& network, fs::path const& origin,
+                                std::vector<std::string>& warnings)
+{
+    for (auto const& proxies : network.trusted_proxies)
+        if (core::IpNetwork::parse(proxies)->is_everybody())
+            warnings.push_back(
+                concat(origin.string(), ": key \"trustedProxies\": \"", proxies,
+                       "\" is everybody: no client is limited, and each can pass for another"));
+}
+
+void warn_of_open_site(PublicAddress const& address, NetworkConfig const& network, AccessConfig const& access,
+                       fs::path const& origin, std::vector<std::string>& warnings)
+{
+    if (network.ssl_certificate.empty() || access.allowed_origins ||
+        core::reach_of(address.host) != core::Reach::everybody)
+        return;
+    warnings.push_back(concat(origin.string(),
+                              ": pages of every site may use this server. For those of its own site and of "
+                              "webots.cloud alone add this line: \"allowedOrigins\": [\"https://",
+                              address.host, "\", \"https://webots.cloud\"],"));
+}
+
+bool is_port(std::string_view text)
+{
+    std::uint16_t port = 0;
+    auto const [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
+    return error == std::errc() && end == text.data() + text.size() && port != 0;
+}
+
+bool is_authority(std::string_view text, Port port)
+{
+    auto const authority = boost::urls::parse_authority(text);
+    return authority && !authority->encoded_host().empty() && !authority->has_userinfo() &&
+           (authority->has_port() ? is_port(authority->port()) : port == Port::optional);
+}
+
+void read_access(ConfigReader& reader, AccessConfig& access)
+{
+    reader.read("hostNames", access.host_names);
+    if (!std::all_of(access.host_names.begin(), access.host_names.end(),
+                     [](std::string const& name) { return is_authority(name); }))
+        reader.refuse("hostNames", "a list of names of this machine, as in \"lab7.example.org\"");
+    read_origins(reader, "allowedOrigins", access.allowed_origins);
+    read_origins(reader, "frameAncestors", access.frame_ancestors);
+    reader.read_secret("monitorPassword", access.monitor_password);
+    read_networks(reader, "monitorAddresses", access.monitor_addresses);
+    reader.read("operatorTokenFile", access.operator_token_file);
+    reader.read("sessionSecret", access.session_secret);
+    reader.read("operatorSocket", access.operator_socket);
+}
+
+void read_server_name(ConfigReader& reader, std::string_view key, std::string& server)
+{
+    reader.read(key, server);
+    if (reader.has(key) && !server.empty() && !is_authority(server))
+        reader.refuse(key, "the name of a host, as in \"sim.example.org\"");
+}
+
+void make_printable(std::vector<std::string>& warnings)
+{
+    constexpr std::size_t max_warning_length = 4096;
+    for (auto& warning : warnings)
+        warning = core::printable(warning, max_warning_length);
+}
+
+} // namespace webots_cloud::core

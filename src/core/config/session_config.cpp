@@ -1,0 +1,244 @@
+#include <webots_cloud/config.hpp>
+
+#include "common_keys.hpp"
+#include "core/access/forwarding.hpp"
+#include "core/access/ip_address.hpp"
+#include "core/notices/mail_message.hpp"
+#include "core/text.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <map>
+#include <optional>
+#include <tuple>
+
+namespace webots_cloud {
+namespace {
+
+using namespace core;
+
+namespace fs = std::filesystem;
+
+bool is_server_address(std::string_view text)
+{
+    auto const slash = text.find('/');
+    return slash == std::string_view::npos
+               ? is_authority(text, Port::required)
+               : is_authority(text.substr(0, slash)) && is_port(text.substr(slash + 1));
+}
+
+/// Where the session server itself reaches a machine, and which of its ports.
+void read_internal_address(ConfigReader& inner, ServerSpec& server)
+{
+    inner.read("internal", server.internal_address);
+    if (inner.has("internal") && !core::parse_numeric_address(server.internal_address))
+        inner.refuse("internal", "a numeric address and a port, as in \"10.0.0.2:2000\"");
+    std::string ports;
+    inner.read("ports", ports);
+    auto const range = core::parse_port_range(ports);
+    if (inner.has("ports") && !range)
+        inner.refuse("ports", "a port or a range of ports, as in \"2001-2100\"");
+    if (range)
+        std::tie(server.first_port, server.last_port) = *range;
+}
+
+/// An entry of `simulationServers`: an address, or an object with an address and how to treat it.
+void read_simulation_server(ConfigReader& reader, std::size_t number, boost::json::value const& entry,
+                            ServerSpec& server)
+{
+    constexpr std::string_view key = "simulationServers";
+    constexpr std::string_view address = "\"host:port\" or \"host/port\", with a port from 1 to 65535";
+    if (auto const* text = entry.if_string()) {
+        server.address = *text;
+        if (!is_server_address(server.address))
+            reader.refuse_entry(key, number, entry, address);
+    } else if (auto const* object = entry.if_object()) {
+        auto inner = reader.entry(key, number, *object);
+        inner.read("address", server.address);
+        inner.read_number("weight", server.weight, 0.001, 1'000'000);
+        inner.read("drain", server.drain);
+        read_internal_address(inner, server);
+        if (!inner.has("address"))
+            inner.require("address", address);
+        else if (!is_server_address(server.address))
+            inner.refuse("address", address);
+        reader.take_over(inner);
+    } else {
+        reader.refuse_entry(key, number, entry,
+                            concat(address, ", or {\"address\": ..., \"weight\": 2, \"drain\": true}"));
+    }
+}
+
+void read_simulation_servers(ConfigReader& reader, std::vector<ServerSpec>& servers)
+{
+    constexpr std::string_view wanted = "a list of \"host:port\" or \"host/port\", or of objects "
+                                        "{\"address\": ..., \"weight\": 2, \"drain\": true}";
+    auto const* found = reader.find("simulationServers");
+    if (!found)
+        return reader.require("simulationServers", wanted);
+    if (!found->is_array())
+        return reader.refuse("simulationServers", wanted);
+    for (auto const& entry : found->get_array()) {
+        auto& server = servers.emplace_back();
+        read_simulation_server(reader, servers.size(), entry, server);
+    }
+}
+
+/// What the gateway passes on is known by its port alone, so no two machines may have the same.
+void refuse_ambiguous_ports(ConfigReader& reader, std::vector<ServerSpec> const& servers)
+{
+    std::map<std::uint16_t, std::size_t> owners;
+    for (std::size_t i = 0; i < servers.size(); ++i) {
+        auto const& server = servers[i];
+        std::vector<std::uint16_t> ports{core::public_port(server.address)};
+        for (int port = server.first_port; port != 0 && port <= server.last_port; ++port)
+            ports.push_back(static_cast<std::uint16_t>(port));
+        for (auto const port : ports)
+            if (auto const [owner, is_new] = owners.emplace(port, i + 1); port != 0 && !is_new)
+                return reader.refuse_entry("simulationServers", i + 1, boost::json::value(server.address),
+                                           concat("another port than ", std::to_string(port),
+                                                  ", which entry ", std::to_string(owner->second),
+                                                  " has as well: the gateway knows machines by their ports"));
+    }
+}
+
+void read_gateway(ConfigReader& reader, SessionConfig& config)
+{
+    auto& servers = config.simulation_servers;
+    config.gateway = std::any_of(servers.begin(), servers.end(), [](ServerSpec const& server) {
+        return !server.internal_address.empty() && core::public_port(server.address) != 0;
+    });
+    reader.read("gateway", config.gateway);
+    if (!config.gateway)
+        return;
+    for (auto& server : servers)
+        if (auto const port = core::public_port(server.address); port != 0 && server.internal_address.empty())
+            server.internal_address = concat("127.0.0.1:", std::to_string(port));
+    refuse_ambiguous_ports(reader, servers);
+}
+
+/// Simulation servers announce simulations below their own `port`.
+void warn_of_other_ports(SessionConfig const& config, fs::path const& origin,
+                         std::vector<std::string>& warnings)
+{
+    if (!config.gateway)
+        return;
+    for (auto const& server : config.simulation_servers) {
+        auto const port = core::public_port(server.address);
+        auto const machine = core::parse_numeric_address(server.internal_address);
+        if (machine && port != 0 && machine->port != port)
+            warnings.push_back(
+                concat(origin.string(), ": key \"simulationServers\": ", server.address, " is at ",
+                       server.internal_address,
+                       ", but a simulation server sends browsers to its own \"port\": set that to ",
+                       std::to_string(port), " there, in \"internal\" too"));
+    }
+}
+
+void read_session_budget(ConfigReader& reader, SessionConfig& config)
+{
+    constexpr int max = 100'000;
+    constexpr double slowest = 0.01;
+    reader.read_integer("sessionBurst", config.session_burst, 0, max);
+    reader.read_number("sessionRate", config.session_rate, 0, max);
+    if (config.session_rate > 0 && config.session_rate < slowest)
+        reader.refuse("sessionRate", "0, or a number from 0.01 to 100000");
+}
+
+/// Empty counts as absent: operators switch mails off like that.
+void read_mail(ConfigReader& reader, SessionConfig& config)
+{
+    reader.read_text("administrator", config.administrator);
+    reader.read_text("mailServer", config.mail_server);
+    int port = config.mail_server_port;
+    reader.read_integer("mailServerPort", port, 0, 65535);
+    config.mail_server_port = static_cast<std::uint16_t>(port);
+    reader.read_text("mailSender", config.mail_sender);
+    reader.read("mailSenderUser", config.mail_sender_user);
+    reader.read_secret("mailSenderPassword", config.mail_sender_password);
+    if (config.mail_sender_user.empty())
+        config.mail_sender_user = config.mail_sender;
+    if (!config.administrator.empty() && !core::is_mail_address(config.administrator))
+        reader.refuse("administrator", "an e-mail address");
+    if (!config.mail_sender.empty() && !core::is_mail_address(config.mail_sender))
+        reader.refuse("mailSender", "an e-mail address");
+    if (!config.mail_server.empty() && !core::is_mail_host(config.mail_server))
+        reader.refuse("mailServer", "the name of a host");
+}
+
+void drop_administrator_without_mail(SessionConfig& config, fs::path const& origin,
+                                     std::vector<std::string>& warnings)
+{
+    auto const missing = config.mail_server.empty()   ? "mailServer"
+                         : config.mail_sender.empty() ? "mailSender"
+                                                      : "";
+    if (config.administrator.empty() || !*missing)
+        return;
+    warnings.push_back(
+        concat(origin.string(), ": key \"administrator\" is ignored: no e-mails without \"", missing, "\""));
+    config.administrator.clear();
+}
+
+/// Until 2021 there was no such key, and plain http unless the server had a certificate.
+void warn_of_assumed_tls(ConfigReader const& reader, SessionConfig const& config, fs::path const& origin,
+                         std::vector<std::string>& warnings)
+{
+    auto const has_port = [](ServerSpec const& server) {
+        return server.address.find('/') == std::string::npos;
+    };
+    auto const& servers = config.simulation_servers;
+    auto const direct = std::find_if(servers.begin(), servers.end(), has_port);
+    if (reader.has("ssl") || direct == servers.end())
+        return;
+    warnings.push_back(
+        concat(origin.string(),
+               ": key \"ssl\" is missing and counts as true: simulation servers are asked by https (https://",
+               core::printable(direct->address, 200),
+               "/load) and browsers sent to wss://. Configurations of 2018 to 2021 "
+               "have no such key, and their machines speak plain http: then set it to false; else to true"));
+}
+
+} // namespace
+
+result<Configured<SessionConfig>> parse_session_config(std::string_view text,
+                                                       std::filesystem::path const& origin)
+{
+    auto reader = ConfigReader::parse(text, origin);
+    if (!reader)
+        return reader.error();
+    Configured<SessionConfig> configured;
+    auto& config = configured.config;
+    read_port(*reader, config.address.port, 65535);
+    if (!reader->has("port"))
+        reader->require("port", "an integer from 1 to 65535");
+    read_simulation_servers(*reader, config.simulation_servers);
+    read_gateway(*reader, config);
+    read_server_name(*reader, "server", config.address.host);
+    reader->read("ssl", config.address.ssl);
+    reader->read("portRewrite", config.address.port_rewrite);
+    read_network(*reader, config.address.port, config.network);
+    read_access(*reader, config.access);
+    read_log(*reader, config);
+    read_seconds(*reader, "loadRefresh", config.load_refresh, 0.1);
+    read_seconds(*reader, "loadTimeout", config.load_timeout, 0.1);
+    reader->read_number("loadThreshold", config.load_threshold, 1, 1000);
+    reader->read_choice("scheduling", config.scheduling,
+                        {"least_committed", "least_reported", "random", "power_of_two"});
+    read_seconds(*reader, "placementTimeout", config.placement_timeout, 0);
+    read_session_budget(*reader, config);
+    reader->read("decisionsForAll", config.decisions_for_all);
+    reader->read("viewerUrl", config.viewer_url);
+    read_mail(*reader, config);
+    if (auto const failure = reader->failure())
+        return *failure;
+    configured.warnings = reader->unknown_keys();
+    drop_administrator_without_mail(config, origin, configured.warnings);
+    warn_of_assumed_tls(*reader, config, origin, configured.warnings);
+    warn_of_other_ports(config, origin, configured.warnings);
+    warn_of_trust_in_everybody(config.network, origin, configured.warnings);
+    warn_of_open_site(config.address, config.network, config.access, origin, configured.warnings);
+    make_printable(configured.warnings);
+    return configured;
+}
+
+} // namespace webots_cloud

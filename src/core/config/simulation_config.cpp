@@ -1,0 +1,353 @@
+#include <webots_cloud/config.hpp>
+
+#include "common_keys.hpp"
+#include "core/docker/docker_project.hpp"
+#include "core/projects/repository_policy.hpp"
+#include "core/simulation/gateway_address.hpp"
+#include "core/simulation/simulator_environment.hpp"
+#include "core/text.hpp"
+
+#include <boost/url/authority_view.hpp>
+#include <boost/url/parse.hpp>
+
+#include <algorithm>
+#include <optional>
+
+namespace webots_cloud {
+namespace {
+
+using namespace core;
+
+namespace fs = std::filesystem;
+
+std::string without_final_slash(std::string url)
+{
+    while (url.ends_with('/'))
+        url.pop_back();
+    return url;
+}
+
+bool is_web_address(std::string_view url)
+{
+    for (std::string_view const scheme : {"https://", "http://"})
+        if (url.starts_with(scheme) && core::is_printable(url))
+            return is_authority(url.substr(scheme.size(), url.find('/', scheme.size()) - scheme.size()));
+    return false;
+}
+
+void read_forge(ConfigReader& reader, std::size_t number, boost::json::value const& entry,
+                fs::path const& folder, ForgeConfig& forge)
+{
+    if (auto const* url = entry.if_string()) {
+        forge.url = without_final_slash(std::string(*url));
+        bool const is_web = forge.url.starts_with("https://") || forge.url.starts_with("http://");
+        if (!is_web || !core::is_printable(forge.url))
+            reader.refuse_entry("forges", number, entry, "a URL that starts with https:// or http://");
+    } else if (auto const* object = entry.if_object()) {
+        auto inner = reader.entry("forges", number, *object);
+        inner.read("url", forge.url);
+        inner.read("directory", forge.directory);
+        if (!inner.has("url"))
+            inner.require("url", "the beginning of the addresses of its worlds, as in \"local:\"");
+        if (!inner.has("directory"))
+            inner.require("directory", "a folder");
+        forge.url = without_final_slash(std::move(forge.url));
+        forge.directory = (folder / forge.directory).lexically_normal();
+        reader.take_over(inner);
+    } else {
+        reader.refuse_entry("forges", number, entry, "a base URL, or {\"url\": ..., \"directory\": ...}");
+    }
+}
+
+void read_forges(ConfigReader& reader, fs::path const& folder, std::vector<ForgeConfig>& forges)
+{
+    auto const* found = reader.find("forges");
+    if (!found)
+        return;
+    auto const* list = found->if_array();
+    if (!list)
+        return reader.refuse("forges",
+                             "a list of base URLs, or of objects {\"url\": ..., \"directory\": ...}");
+    forges.clear();
+    for (auto const& entry : *list) {
+        auto& forge = forges.emplace_back();
+        read_forge(reader, forges.size(), entry, folder, forge);
+    }
+}
+
+void read_notify(ConfigReader& reader, std::vector<std::string>& registries)
+{
+    auto const* found = reader.find("notify");
+    if (found && found->is_string())
+        registries = {std::string(found->get_string())};
+    else
+        reader.read("notify", registries);
+    if (found && !std::all_of(registries.begin(), registries.end(), is_web_address))
+        reader.refuse("notify", "addresses that start with https:// or http://, or [] for none");
+}
+
+/// Simulations have the ports after the server's, and in containers editors those 500 above them.
+void limit_connections(SimulationConfig& config, fs::path const& origin, std::vector<std::string>& warnings)
+{
+    int const room = (config.docker ? max_port - core::editor_distance : max_port) - config.address.port;
+    if (config.max_connections <= room)
+        return;
+    warnings.push_back(concat(origin.string(), ": key \"maxConnections\": only ", std::to_string(room),
+                              " simulations at once instead of ", std::to_string(config.max_connections),
+                              ", since there are no more ports above \"port\" (",
+                              std::to_string(config.address.port), ")"));
+    config.max_connections = room;
+}
+
+/// Unless the operator has said it: a class behind one address has room, and leaves some to others.
+void share_connections(ConfigReader const& reader, SimulationConfig& config)
+{
+    if (!reader.has("simulationsPerAddress"))
+        config.simulations_per_address = (3 * config.max_connections + 3) / 4;
+}
+
+/// Repositories that are on none of the forges have no effect.
+void warn_of_foreign(std::string_view key, std::vector<std::string> const& repositories,
+                     SimulationConfig const& config, fs::path const& origin,
+                     std::vector<std::string>& warnings)
+{
+    for (auto const& repository : repositories) {
+        auto const is_there = [&repository](ForgeConfig const& forge) {
+            return core::is_on_forge(repository, forge.url);
+        };
+        if (std::none_of(config.forges.begin(), config.forges.end(), is_there))
+            warnings.push_back(
+                concat(origin.string(), ": key \"", key, "\": \"", core::printable(repository, 200),
+                       "\" has no effect: it is on none of the \"forges\", for instance ",
+                       config.forges.empty() ? "https://github.com" : config.forges.front().url, "/<owner>"));
+    }
+}
+
+void warn_of_plain_simulators(SimulationConfig const& config, fs::path const& origin,
+                              std::vector<std::string>& warnings)
+{
+    if (config.gateway || config.network.ssl_certificate.empty() || !config.address.ssl ||
+        config.address.port_rewrite)
+        return;
+    warnings.push_back(concat(
+        origin.string(), ": browsers are sent to wss://", config.address.host,
+        ":<port of the simulation>, but simulators speak no TLS, whatever \"sslCertificate\" says: no "
+        "simulation can be shown. Set \"gateway\" to true, or let a proxy end TLS, as in config/nginx, and "
+        "set \"portRewrite\" to true"));
+}
+
+void warn_of_assumed_tls(ConfigReader const& reader, SimulationConfig const& config, fs::path const& origin,
+                         std::vector<std::string>& warnings)
+{
+    bool const is_told = !config.network.ssl_certificate.empty(); // by warn_of_plain_simulators
+    if (reader.has("ssl") || config.address.port_rewrite || is_told)
+        return;
+    if (config.gateway) {
+        warnings.push_back(concat(
+            origin.string(), ": key \"ssl\" is missing and counts as true: browsers are sent to wss://",
+            config.address.host, ":", std::to_string(config.address.port),
+            ", where this server speaks plain http. Configurations of 2018 to 2021 have no such "
+            "key: set it to false, or to true if a proxy ends TLS on that port"));
+        return;
+    }
+    warnings.push_back(concat(origin.string(),
+                              ": key \"ssl\" is missing and counts as true: browsers are sent to wss://",
+                              config.address.host,
+                              ":<port of the simulation>, where simulators speak plain http. Configurations "
+                              "of 2018 to 2021 have no such "
+                              "key: set it to false, or to true if a proxy ends TLS on those ports"));
+}
+
+/// Both end up in one option of Webots, which takes them apart again.
+void read_multimedia(ConfigReader& reader, SimulationConfig& config)
+{
+    reader.read("multimediaServer", config.multimedia_server);
+    reader.read("multimediaStream", config.multimedia_stream);
+    constexpr auto* separators = " \t\";";
+    if (config.multimedia_server.find_first_of(separators) != std::string::npos)
+        reader.refuse("multimediaServer", "an address without spaces, quotes and semicolons");
+    if (config.multimedia_stream.find_first_of(separators) != std::string::npos)
+        reader.refuse("multimediaStream", "an address without spaces, quotes and semicolons");
+}
+
+void read_simulator_environment(ConfigReader& reader, SimulationConfig& config)
+{
+    constexpr std::string_view key = "simulatorEnvironment";
+    constexpr std::size_t longest = 128 * 1024; // of all entries: no program is started with much more
+    auto& entries = config.simulator_environment;
+    reader.read(key, entries);
+    std::size_t size = 0;
+    for (std::size_t i = 0; i < entries.size(); ++i) {
+        std::string_view const entry = entries[i];
+        auto wanted = core::wanted_instead(entry);
+        auto const name = core::name_of_entry(entry);
+        if (config.docker && core::is_set_for_compose(name))
+            wanted = "no variable that the server sets for compose itself (see docs/docker.md)";
+        if (!wanted.empty()) // and no value, which may be long, or better not on the terminal
+            reader.refuse_entry(
+                key, i + 1,
+                boost::json::value(name.size() < entry.size() ? concat(name, "=...") : std::string(name)),
+                wanted);
+        size += entry.size();
+    }
+    if (size > longest)
+        reader.refuse(key, "at most 131072 characters in all");
+}
+
+void read_fetch_budget(ConfigReader& reader, SimulationConfig& config)
+{
+    constexpr double min_megabytes = 192; // less, and not even a small project could be fetched
+    double megabytes = static_cast<double>(config.fetch_memory >> 20);
+    reader.read_number("fetchMemory", megabytes, min_megabytes, 1'000'000);
+    config.fetch_memory = static_cast<std::uint64_t>(megabytes * (1 << 20));
+    double gigabytes = static_cast<double>(config.fetch_disk >> 30);
+    reader.read_number("fetchDisk", gigabytes, 0.1, 100'000);
+    config.fetch_disk = static_cast<std::uint64_t>(gigabytes * (1 << 30));
+}
+
+/// Containers are one of the sandboxes; `docker`, the older key, chooses the same.
+void read_sandbox(ConfigReader& reader, SimulationConfig& config)
+{
+    reader.read("docker", config.docker);
+    reader.read_choice("sandbox", config.sandbox, {"auto", "none", "bubblewrap", "firejail", "docker"});
+    bool const wants_docker = config.sandbox == "docker";
+    if (wants_docker && reader.has("docker") && !config.docker)
+        reader.refuse("sandbox", "another one than \"docker\", since \"docker\" is false");
+    if (config.docker && !wants_docker && config.sandbox != "auto")
+        reader.refuse("sandbox", "\"docker\" or \"auto\", since \"docker\" is true");
+    config.docker = config.docker || wants_docker;
+}
+
+std::uint64_t megabytes_of(double megabytes)
+{
+    return static_cast<std::uint64_t>(megabytes * (1 << 20));
+}
+
+/// Limits, of which 0 is none, and less than `min` would let no simulation start.
+void read_limits(ConfigReader& reader, LimitsConfig& limits)
+{
+    constexpr double max = 1'000'000'000;
+    auto const read = [&reader](std::string_view key, double value, double min, std::string_view least) {
+        reader.read_number(key, value, 0, max);
+        if (value > 0 && value < min)
+            reader.refuse(key, concat("0 for no limit, or at least ", least));
+        return value;
+    };
+    auto const memory = read("simulationMemory", 0, 64, "64");
+    if (reader.has("simulationMemory"))
+        limits.memory = megabytes_of(memory);
+    limits.processors = read("simulationCpus", limits.processors, 0.01, "0.01");
+    auto const processes = read("simulationProcesses", 0, 10, "10");
+    if (reader.has("simulationProcesses"))
+        limits.processes = static_cast<std::uint64_t>(processes);
+    limits.files =
+        static_cast<std::uint64_t>(read("simulationFiles", static_cast<double>(limits.files), 64, "64"));
+    limits.disk = megabytes_of(read("simulationDisk", static_cast<double>(limits.disk >> 20), 0.1, "0.1"));
+}
+
+void read_docker(ConfigReader& reader, fs::path const& folder, DockerConfig& docker)
+{
+    reader.read("dockerDir", docker.directory);
+    docker.directory = (folder / docker.directory).lexically_normal();
+    reader.read("dockerImages", docker.images);
+    reader.read("projectDockerfiles", docker.project_dockerfiles);
+    if (!reader.has("persistantDockerImages"))
+        return reader.ignore({"persistantDockerImages"});
+    docker.persistent_images.emplace();
+    reader.read("persistantDockerImages", *docker.persistent_images);
+}
+
+} // namespace
+
+result<Configured<SimulationConfig>> parse_simulation_config(std::string_view text,
+                                                             std::filesystem::path const& origin)
+{
+    auto reader = ConfigReader::parse(text, origin);
+    if (!reader)
+        return reader.error();
+    Configured<SimulationConfig> configured;
+    auto& config = configured.config;
+    read_server_name(*reader, "fullyQualifiedDomainName", config.address.host);
+    read_server_name(*reader, "server", config.address.host);
+    reader->read("ssl", config.address.ssl);
+    read_sandbox(*reader, config);
+    // Simulations have the ports after it, and their editors those 500 above.
+    read_port(*reader, config.address.port, max_port - 1 - (config.docker ? core::editor_distance : 0));
+    reader->read("portRewrite", config.address.port_rewrite);
+    read_network(*reader, config.address.port, config.network);
+    read_access(*reader, config.access);
+    read_docker(*reader, origin.parent_path(), config.containers);
+    reader->read("allowedRepositories", config.allowed_repositories);
+    reader->read("blockedRepositories", config.blocked_repositories);
+    reader->read_number("shareIdleTime", config.share_idle_time, 0, 100);
+    read_forges(*reader, origin.parent_path(), config.forges);
+    read_notify(*reader, config.notify);
+    double gigabytes = static_cast<double>(config.cache_bytes >> 30);
+    reader->read_number("cacheSize", gigabytes, 0.1, 100'000);
+    config.cache_bytes = static_cast<std::uint64_t>(gigabytes * (1 << 30));
+    reader->read("stateDir", config.state_dir);
+    read_fetch_budget(*reader, config);
+    reader->read("webotsHome", config.webots_home);
+    reader->read("display", config.display);
+    reader->read("simulationUser", config.simulation_user);
+    reader->read("confineServer", config.confine_server);
+    reader->read_choice("network", config.network_reach, {"internet", "none", "host"});
+    read_limits(*reader, config.limits);
+    reader->read("gateway", config.gateway);
+    double traffic = 0;
+    reader->read_number("trafficLimit", traffic, 0, 1e12);
+    config.traffic_limit = static_cast<std::uint64_t>(traffic);
+    read_simulator_environment(*reader, config);
+    reader->read_integer("maxConnections", config.max_connections, 1, 10'000);
+    if (config.docker && config.max_connections >= core::editor_distance)
+        reader->refuse(
+            "maxConnections",
+            "at most 499 with \"docker\", since the port of an editor is 500 above that of its simulation");
+    reader->read_integer("simulationsPerAddress", config.simulations_per_address, 0, 10'000);
+    read_seconds(*reader, "timeout", config.timeout, 0);
+    read_seconds(*reader, "startTimeout", config.start_timeout, 1);
+    read_seconds(*reader, "reconnectGrace", config.reconnect_grace, 0);
+    read_log(*reader, config);
+    reader->read_text("title", config.title);
+    reader->read_text("description", config.description);
+    std::string formula = "strict";
+    reader->read_choice("loadFormula", formula, {"strict", "reference"});
+    config.strict_load = formula == "strict";
+    reader->read("monitorLogEnabled", config.monitor_log);
+    double days = 7;
+    reader->read_number("simulationLogDays", days, 0, 3650);
+    config.simulation_log_keep =
+        std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::ratio<86400>>(days));
+    reader->read("projectsDir", config.projects_dir);
+    reader->read("keyDir", config.key_dir);
+    read_multimedia(*reader, config);
+    reader->ignore({"publicPort"});
+    if (auto const failure = reader->failure())
+        return *failure;
+    configured.warnings = reader->unknown_keys();
+    if (!reader->find("server") && !reader->find("fullyQualifiedDomainName"))
+        configured.warnings.push_back(
+            concat(origin.string(), ": key \"server\" is missing: browsers are sent to \"localhost\", which "
+                                    "is right only on this machine"));
+    limit_connections(config, origin, configured.warnings);
+    share_connections(*reader, config);
+    warn_of_plain_simulators(config, origin, configured.warnings);
+    if (!config.gateway && config.traffic_limit > 0)
+        configured.warnings.push_back(
+            concat(origin.string(), ": key \"trafficLimit\" has no effect, since \"gateway\" is false"));
+    warn_of_assumed_tls(*reader, config, origin, configured.warnings);
+    warn_of_trust_in_everybody(config.network, origin, configured.warnings);
+    warn_of_open_site(config.address, config.network, config.access, origin, configured.warnings);
+    warn_of_foreign("allowedRepositories", config.allowed_repositories, config, origin, configured.warnings);
+    warn_of_foreign("blockedRepositories", config.blocked_repositories, config, origin, configured.warnings);
+    if (config.timeout < std::chrono::seconds(360)) {
+        config.timeout =
+            std::chrono::seconds(7200); // as the Python server does, odd as it is: old files rely on it
+        configured.warnings.push_back(
+            concat(origin.string(), ": key \"timeout\": less than 360 counts as 7200"));
+    }
+    make_printable(configured.warnings);
+    return configured;
+}
+
+} // namespace webots_cloud
