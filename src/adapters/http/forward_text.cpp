@@ -199,9 +199,9 @@ void ForwardedResponse::append_head(std::string& out, bool keep_alive) const
     for (auto const& [name, value] : fields_) {
         bool const is_coding = equal_ignoring_case(name, "Transfer-Encoding");
         bool const is_misleading = is_coded && equal_ignoring_case(name, "Content-Length"); // RFC 9112, 6.3
-        bool const is_named =
-            std::any_of(connection_options_.begin(), connection_options_.end(),
-                        [&name](std::string_view option) { return equal_ignoring_case(name, option); });
+        bool const is_named = std::any_of(
+            connection_options_.begin(), connection_options_.end(),
+            [&name = name](std::string_view option) { return equal_ignoring_case(name, option); });
         bool const is_local = is_named || is_among(of_one_connection, name);
         if ((is_coding && is_coded) || (!is_local && !is_misleading))
             append_field(out, name, value);
