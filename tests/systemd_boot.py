@@ -183,7 +183,7 @@ class Units(unittest.IsolatedAsyncioTestCase):
     async def test_a_browser_starts_a_simulation_which_lives_in_namespaces_of_its_own_and_ends_with_it(self):
         async with Browser(self.simulation) as browser:
             address = await self.start(browser)
-            self.assertEqual(address, "ws://localhost:2001")
+            self.assertRegex(address, "^ws://localhost:2000/simulation/[a-z]{28}/2001$")
             guard, *others = self.simulation.simulators()
             named = {}
             for process in others:
