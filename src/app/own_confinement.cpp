@@ -7,6 +7,7 @@
 #include <webots_cloud/adapters.hpp>
 #include <webots_cloud/daemon.hpp>
 
+#include <initializer_list>
 #include <sys/stat.h>
 
 namespace webots_cloud {
@@ -58,21 +59,37 @@ fs::path nearest(fs::path folder)
     return folder.has_relative_path() ? folder : fs::path();
 }
 
+void make_absolute(std::initializer_list<fs::path*> paths)
+{
+    for (auto* const path : paths)
+        *path = app::absolute_path(*path);
+}
+
+void make_absolute(NetworkConfig& network, AccessConfig& access)
+{
+    make_absolute({&network.ssl_certificate, &network.ssl_key, &network.challenge_folder,
+                   &access.operator_token_file, &access.session_secret});
+}
+
+/// What the paths of these lead to, and what certificates are found by.
+void add_targets(std::vector<fs::path>& files, fs::path const& config_file, NetworkConfig const& network,
+                 AccessConfig const& access)
+{
+    for (auto const& file : core::files_of_configuration(config_file, network, access))
+        add_targets(files, file);
+    add_authorities(files);
+}
+
 } // namespace
 
 result<> confine_session_server(SessionConfig config, fs::path const& config_file)
 {
-    for (auto* path : {&config.log_dir, &config.network.ssl_certificate, &config.network.ssl_key,
-                       &config.access.operator_token_file, &config.access.session_secret,
-                       &config.network.challenge_folder})
-        *path = app::absolute_path(*path);
+    make_absolute({&config.log_dir});
+    make_absolute(config.network, config.access);
     auto const file = app::absolute_path(config_file);
     auto const socket = app::operator_socket("session", config.address.port, config.access);
     auto files = core::session_server_files(config, file, socket);
-    for (auto const& each : {file, config.network.ssl_certificate, config.network.ssl_key,
-                             config.access.operator_token_file, config.access.session_secret})
-        add_targets(files.read, each);
-    add_authorities(files.read);
+    add_targets(files.read, file, config.network, config.access);
     // What is not there yet can have no rule.
     std::error_code failed;
     fs::create_directories(config.log_dir, failed);
@@ -86,18 +103,13 @@ result<> confine_simulation_server(SimulationConfig config, core::SimulationFile
 {
     context.config_file = absolute_path(context.config_file);
     context.socket = operator_socket("simulation", config.address.port, config.access);
-    for (auto* path :
-         {&config.log_dir, &config.network.ssl_certificate, &config.network.ssl_key,
-          &config.access.operator_token_file, &config.access.session_secret, &config.network.challenge_folder,
-          &config.key_dir, &config.containers.directory, &context.caches, &context.templates})
-        *path = absolute_path(*path);
+    make_absolute({&config.log_dir, &config.key_dir, &config.containers.directory, &context.caches,
+                   &context.templates});
+    make_absolute(config.network, config.access);
     for (auto& forge : config.forges)
         forge.directory = nearest(absolute_path(forge.directory));
     auto files = core::simulation_server_files(config, context);
-    for (auto const& each : {context.config_file, config.network.ssl_certificate, config.network.ssl_key,
-                             config.access.operator_token_file, config.access.session_secret})
-        add_targets(files.read, each);
-    add_authorities(files.read);
+    add_targets(files.read, context.config_file, config.network, config.access);
     for (auto const& forge : config.forges)
         if (!forge.directory.empty())
             add_links(files.read, forge.directory, 2); // <owner>/<repository>

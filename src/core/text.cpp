@@ -225,6 +225,23 @@ int hex_digit(char c) noexcept
     return -1;
 }
 
+std::uint16_t parse_port(std::string_view text) noexcept
+{
+    std::uint16_t port = 0;
+    auto const [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
+    bool const is_port = error == std::errc() && end == text.data() + text.size() && !text.starts_with('0');
+    return is_port ? port : 0;
+}
+
+bool equal_in_constant_time(std::string_view left, std::string_view right) noexcept
+{
+    unsigned difference = left.size() == right.size() ? 0 : 1;
+    for (std::size_t i = 0; i < left.size() && !right.empty(); ++i)
+        difference |=
+            static_cast<unsigned char>(left[i]) ^ static_cast<unsigned char>(right[i % right.size()]);
+    return difference == 0;
+}
+
 bool percent_decode(std::string_view text, std::string& decoded)
 {
     decoded.clear();

@@ -55,6 +55,12 @@ std::string gigabytes(std::uint64_t bytes);
 /// The value of a hexadecimal digit; -1 for anything else.
 int hex_digit(char c) noexcept;
 
+/// The number of a port, from 1 to 65535, without zeros at its beginning; 0: `text` is none.
+std::uint16_t parse_port(std::string_view text) noexcept;
+
+/// In constant time: how long it takes does not tell where they differ.
+bool equal_in_constant_time(std::string_view left, std::string_view right) noexcept;
+
 /// `text` with each `%XX` replaced by its byte, or nothing when an escape is malformed.
 bool percent_decode(std::string_view text, std::string& decoded);
 

@@ -45,16 +45,6 @@ bool is_monitoring(std::string_view path) noexcept
     return path == "/monitor" || path == "/metrics";
 }
 
-/// In constant time: how long it takes does not tell where they differ.
-bool equal_in_constant_time(std::string_view left, std::string_view right) noexcept
-{
-    unsigned difference = left.size() == right.size() ? 0 : 1;
-    for (std::size_t i = 0; i < left.size() && !right.empty(); ++i)
-        difference |=
-            static_cast<unsigned char>(left[i]) ^ static_cast<unsigned char>(right[i % right.size()]);
-    return difference == 0;
-}
-
 HttpResponse password_wanted()
 {
     HttpResponse response(401, std::string(core::html_type),
@@ -130,7 +120,7 @@ bool AccessControl::Impl::may_monitor(IncomingRequest const& request) const
     if (monitor_authorization.empty() && monitors.empty())
         return true;
     if (!monitor_authorization.empty() &&
-        equal_in_constant_time(request.header("Authorization"), monitor_authorization))
+        core::equal_in_constant_time(request.header("Authorization"), monitor_authorization))
         return true;
     auto const client = core::IpAddress::parse(request.client);
     return client && monitors.contains(*client);

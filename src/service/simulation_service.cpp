@@ -18,7 +18,6 @@
 
 #include <algorithm>
 #include <array>
-#include <optional>
 #include <span>
 #include <unordered_map>
 #include <variant>
@@ -69,7 +68,7 @@ struct SimulationService::Impl
     bool admit(std::uint64_t id, std::string const& path, Channel& channel);
     bool leads_to_simulation(IncomingRequest const& request) const;
     Answer forward(IncomingRequest const& request);
-    std::optional<Forward> forward_of(IncomingRequest const& request) const;
+    SimulationSession const* simulation_at(core::GatewayPath const& path) const;
     void set_policy();
     void stop();
     void add_silent(std::uint64_t id, std::string const& quota_key, Channel& channel);
@@ -227,25 +226,26 @@ bool SimulationService::Impl::admit(std::uint64_t id, std::string const& path, C
     return false;
 }
 
-std::optional<Forward> SimulationService::Impl::forward_of(IncomingRequest const& request) const
+/// Null: there is no simulation with such a token and port.
+SimulationSession const* SimulationService::Impl::simulation_at(core::GatewayPath const& path) const
 {
-    auto const path = core::parse_gateway_path(request.path);
-    if (!path)
-        return std::nullopt;
     for (auto const& [id, session] : sessions)
-        if (session->is_at(path->token))
-            return session->forward(*path, request);
-    return std::nullopt;
+        if (session->is_at(path.token))
+            return session->has_port(path.port) ? session.get() : nullptr;
+    return nullptr;
 }
 
 bool SimulationService::Impl::leads_to_simulation(IncomingRequest const& request) const
 {
-    return forward_of(request).has_value();
+    auto const path = core::parse_gateway_path(request.path);
+    return path && simulation_at(*path);
 }
 
+/// Asked only where the request leads to a simulation.
 Answer SimulationService::Impl::forward(IncomingRequest const& request)
 {
-    return *forward_of(request);
+    auto const path = core::parse_gateway_path(request.path);
+    return simulation_at(*path)->forward(*path, request);
 }
 
 asio::awaitable<void> SimulationService::serve_websocket(ChannelInfo info, Channel& channel)

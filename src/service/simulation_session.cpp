@@ -255,8 +255,16 @@ void SimulationSession::log_loss(Life::Loss loss)
                                                loss_reason_, "; ", what_follows));
 }
 
-std::optional<Forward> SimulationSession::forward(core::GatewayPath const& path,
-                                                  IncomingRequest const& request) const
+bool SimulationSession::has_port(std::uint16_t port) const
+{
+    if (port == ready_.port)
+        return true;
+    auto const& told = simulation_->announcements();
+    return port == ready_.port + core::editor_distance &&
+           std::find(told.begin(), told.end(), core::editor_message) != told.end();
+}
+
+Forward SimulationSession::forward(core::GatewayPath const& path, IncomingRequest const& request) const
 {
     Forward forward;
     forward.upstream = Upstream("127.0.0.1", path.port);
@@ -264,19 +272,14 @@ std::optional<Forward> SimulationSession::forward(core::GatewayPath const& path,
     if (!request.query.empty())
         forward.target.append("?").append(request.query);
     forward.group = tunnels_;
-    if (path.port == ready_.port) {
-        forward.upstream.broker = ready_.broker;
-        // Webots names its own files in what it serves by http:// and this header.
-        if (!request.upgrade)
-            forward.headers.emplace_back(
-                "Host", core::gateway_authority(context_.address, address_token_, ready_.port));
-        return forward;
-    }
-    auto const& told = simulation_->announcements();
-    if (path.port == ready_.port + core::editor_distance &&
-        std::find(told.begin(), told.end(), core::editor_message) != told.end())
+    if (path.port != ready_.port)
         return forward; // Docker opens that port of the machine for the editor
-    return std::nullopt;
+    forward.upstream.broker = ready_.broker;
+    // Webots names its own files in what it serves by http:// and this header.
+    if (!request.upgrade)
+        forward.headers.emplace_back("Host",
+                                     core::gateway_authority(context_.address, address_token_, ready_.port));
+    return forward;
 }
 
 void SimulationSession::limit_traffic()

@@ -102,8 +102,12 @@ public:
         return !address_token_.empty() && address_token_ == address_token;
     }
 
-    /// What such a request is passed on to. None: there is no such port.
-    std::optional<Forward> forward(core::GatewayPath const& path, IncomingRequest const& request) const;
+    /// Whether that is a port of the simulation, which is ready, or of its editor.
+    bool has_port(std::uint16_t port) const;
+
+    /// What such a request is passed on to.
+    /// Precondition: the simulation has the port.
+    Forward forward(core::GatewayPath const& path, IncomingRequest const& request) const;
 
     /// Takes over the limit of the context.
     void limit_traffic();

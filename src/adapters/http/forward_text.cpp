@@ -1,8 +1,7 @@
 #include "forward_text.hpp"
 
 #include "core/text.hpp"
-
-#include <boost/beast/http/basic_parser.hpp>
+#include "head_parser.hpp"
 
 #include <algorithm>
 #include <array>
@@ -92,7 +91,7 @@ std::string forwarded_request(HttpRequestReader const& reader, IncomingRequest c
 }
 
 /// What Beast finds, for one answer.
-class ForwardedResponse::Parser final : public http::basic_parser<false>
+class ForwardedResponse::Parser final : public HeadParser<false>
 {
 public:
     explicit Parser(ForwardedResponse& response) : response_(response)
@@ -125,19 +124,6 @@ private:
             });
         response_.fields_.emplace_back(name, value);
     }
-
-    void on_request_impl(http::verb, beast::string_view, beast::string_view, int,
-                         boost::system::error_code&) override
-    {}
-    void on_header_impl(boost::system::error_code&) override {}
-    void on_body_init_impl(boost::optional<std::uint64_t> const&, boost::system::error_code&) override {}
-    std::size_t on_body_impl(beast::string_view, boost::system::error_code&) override { return 0; }
-    void on_chunk_header_impl(std::uint64_t, beast::string_view, boost::system::error_code&) override {}
-    std::size_t on_chunk_body_impl(std::uint64_t, beast::string_view, boost::system::error_code&) override
-    {
-        return 0;
-    }
-    void on_finish_impl(boost::system::error_code&) override {}
 
     ForwardedResponse& response_;
 };

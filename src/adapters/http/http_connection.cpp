@@ -264,26 +264,20 @@ asio::awaitable<HttpConnection::Next> HttpConnection::forward()
 /// Says so to the browser, and why to the operator.
 HttpConnection::Next HttpConnection::fail_to_forward(Failure const& why)
 {
-    bool const is_late = why == errc::timed_out;
-    bool const is_full = why == errc::unavailable;
-    bool const is_closed = why == errc::closed;
-    if (!is_closed)
-        context_.log.warning(
-            LogCause("forward", forwarding_->destination()),
-            concat("Can't pass a request on to ", forwarding_->destination(), ": ", why.message()));
+    auto const destination = forwarding_->destination();
     forwarding_.reset();
-    if (!is_full)
-        ++(is_late ? context_.statistics.late_gateways : context_.statistics.bad_gateways);
-    HttpResponse response(is_late   ? 504
-                          : is_full ? 503
-                                    : 502,
-                          std::string(html),
-                          std::string(is_late     ? late_gateway
-                                      : is_full   ? too_many_connections
-                                      : is_closed ? gateway_closed
-                                                  : bad_gateway));
-    if (is_full)
+    if (why != errc::closed)
+        context_.log.warning(LogCause("forward", destination),
+                             concat("Can't pass a request on to ", destination, ": ", why.message()));
+    if (why == errc::unavailable) {
+        HttpResponse response(503, std::string(html), std::string(too_many_connections));
         response.headers.emplace_back("Retry-After", "5");
+        return give(response, reader_.request());
+    }
+    bool const is_late = why == errc::timed_out;
+    ++(is_late ? context_.statistics.late_gateways : context_.statistics.bad_gateways);
+    auto const sentence = is_late ? late_gateway : why == errc::closed ? gateway_closed : bad_gateway;
+    HttpResponse const response(is_late ? 504 : 502, std::string(html), std::string(sentence));
     return give(response, reader_.request());
 }
 

@@ -1,8 +1,7 @@
 #include "http_request_reader.hpp"
 
 #include "core/text.hpp"
-
-#include <boost/beast/http/basic_parser.hpp>
+#include "head_parser.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -32,7 +31,7 @@ bool names_other_version(std::string_view line) noexcept
 } // namespace
 
 /// What Beast finds, for one request.
-class HttpRequestReader::Parser final : public http::basic_parser<true>
+class HttpRequestReader::Parser final : public HeadParser<true>
 {
 public:
     explicit Parser(HttpRequestReader& reader) : reader_(reader)
@@ -145,18 +144,6 @@ private:
         request.query = question == target.size() ? std::string_view() : target.substr(question + 1);
         return 0;
     }
-
-    // Of answers and bodies, which are none here.
-    void on_response_impl(int, beast::string_view, int, boost::system::error_code&) override {}
-    void on_header_impl(boost::system::error_code&) override {}
-    void on_body_init_impl(boost::optional<std::uint64_t> const&, boost::system::error_code&) override {}
-    std::size_t on_body_impl(beast::string_view, boost::system::error_code&) override { return 0; }
-    void on_chunk_header_impl(std::uint64_t, beast::string_view, boost::system::error_code&) override {}
-    std::size_t on_chunk_body_impl(std::uint64_t, beast::string_view, boost::system::error_code&) override
-    {
-        return 0;
-    }
-    void on_finish_impl(boost::system::error_code&) override {}
 
     HttpRequestReader& reader_;
     std::string_view text_;

@@ -4,22 +4,9 @@
 #include "ip_address.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <utility>
 
 namespace webots_cloud::core {
-namespace {
-
-/// Digits without a zero in front; 0: no port.
-std::uint16_t parse_port(std::string_view text) noexcept
-{
-    std::uint16_t port = 0;
-    auto const [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
-    bool const is_port = error == std::errc() && end == text.data() + text.size() && !text.starts_with('0');
-    return is_port ? port : 0;
-}
-
-} // namespace
 
 std::optional<NumericAddress> parse_numeric_address(std::string_view text)
 {

@@ -58,17 +58,6 @@ std::string bytes_of(WallTime time)
     return bytes;
 }
 
-/// In constant time: how long it takes does not tell where they differ.
-bool is_same(std::string_view left, std::string_view right) noexcept
-{
-    if (left.size() != right.size())
-        return false;
-    unsigned difference = 0;
-    for (std::size_t i = 0; i < left.size(); ++i)
-        difference |= static_cast<unsigned char>(left[i]) ^ static_cast<unsigned char>(right[i]);
-    return difference == 0;
-}
-
 } // namespace
 
 std::string server_of_ticket(std::string_view address)
@@ -133,7 +122,7 @@ TicketVerdict TicketBook::redeem(std::string_view ticket, WallTime now)
     auto const content = std::string_view(*bytes).substr(0, expiry_size + ticket_nonce_size);
     auto const given = std::string_view(*bytes).substr(content.size());
     bool const is_ours = std::any_of(names_.begin(), names_.end(), [&](std::string const& name) {
-        return is_same(given, mac_(concat(purpose, content, name)));
+        return equal_in_constant_time(given, mac_(concat(purpose, content, name)));
     });
     if (!is_ours)
         return TicketVerdict::unknown;

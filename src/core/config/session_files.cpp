@@ -21,18 +21,33 @@ std::span<char const* const> folders_of_libraries() noexcept
     return folders;
 }
 
+std::vector<std::filesystem::path> files_of_configuration(std::filesystem::path const& config_file,
+                                                          NetworkConfig const& network,
+                                                          AccessConfig const& access)
+{
+    return {config_file, network.ssl_certificate, network.ssl_key, access.operator_token_file,
+            access.session_secret};
+}
+
+std::vector<std::filesystem::path> read_by_each_server(std::filesystem::path const& config_file,
+                                                       NetworkConfig const& network,
+                                                       AccessConfig const& access)
+{
+    auto const system = folders_of_libraries();
+    std::vector<std::filesystem::path> read(system.begin(), system.end());
+    for (auto const& file : files_of_configuration(config_file, network, access))
+        if (!file.empty())
+            read.push_back(file.parent_path());
+    if (!network.challenge_folder.empty())
+        read.push_back(network.challenge_folder);
+    return read;
+}
+
 OwnFiles session_server_files(SessionConfig const& config, std::filesystem::path const& config_file,
                               std::filesystem::path const& socket)
 {
     OwnFiles files;
-    auto const system = folders_of_libraries();
-    files.read.assign(system.begin(), system.end());
-    for (auto const& file : {config_file, config.network.ssl_certificate, config.network.ssl_key,
-                             config.access.operator_token_file, config.access.session_secret})
-        if (!file.empty())
-            files.read.push_back(file.parent_path());
-    if (!config.network.challenge_folder.empty())
-        files.read.push_back(config.network.challenge_folder);
+    files.read = read_by_each_server(config_file, config.network, config.access);
     files.write = {config.log_dir, socket.parent_path(), "/dev/null"};
     return files;
 }

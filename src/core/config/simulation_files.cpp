@@ -7,14 +7,7 @@ namespace webots_cloud::core {
 OwnFiles simulation_server_files(SimulationConfig const& config, SimulationFilesContext const& context)
 {
     OwnFiles files;
-    auto const system = folders_of_libraries();
-    files.read.assign(system.begin(), system.end());
-    for (auto const& file : {context.config_file, config.network.ssl_certificate, config.network.ssl_key,
-                             config.access.operator_token_file, config.access.session_secret})
-        if (!file.empty())
-            files.read.push_back(file.parent_path());
-    if (!config.network.challenge_folder.empty())
-        files.read.push_back(config.network.challenge_folder);
+    files.read = read_by_each_server(context.config_file, config.network, config.access);
     for (auto const& forge : config.forges)
         if (!forge.directory.empty())
             files.read.push_back(forge.directory);

@@ -3,23 +3,11 @@
 #include "core/text.hpp"
 
 #include <algorithm>
-#include <charconv>
 
 namespace webots_cloud::core {
 namespace {
 
 constexpr std::string_view folder = "/simulation/";
-
-/// Without zeros at its beginning, so that each simulation has one address.
-std::optional<std::uint16_t> read_port(std::string_view digits)
-{
-    std::uint16_t port = 0;
-    auto const* const end = digits.data() + digits.size();
-    auto const read = std::from_chars(digits.data(), end, port);
-    if (read.ec != std::errc() || read.ptr != end || digits.front() == '0')
-        return std::nullopt;
-    return port;
-}
 
 } // namespace
 
@@ -35,10 +23,9 @@ std::optional<GatewayPath> parse_gateway_path(std::string_view path)
     parsed.token = path.substr(0, token_end);
     path.remove_prefix(token_end + 1);
     auto const port_end = std::min(path.find('/'), path.size());
-    auto const port = read_port(path.substr(0, port_end));
-    if (!is_gateway_token(parsed.token) || !port)
+    parsed.port = parse_port(path.substr(0, port_end)); // no zeros before it: each simulation has one address
+    if (!is_gateway_token(parsed.token) || parsed.port == 0)
         return std::nullopt;
-    parsed.port = *port;
     parsed.rest = port_end < path.size() ? path.substr(port_end) : "/";
     return parsed;
 }
