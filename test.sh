@@ -23,6 +23,7 @@ main()
             ;;
     esac
     install_packages cmake/packages/build.txt cmake/packages/test.txt
+    install_node_packages tests/viewer || echo "The tests of pages that need Playwright will be skipped: npm could not install it." >&2
     for preset in "${presets[@]}"; do
         SECONDS=0
         test_preset "$preset" || failed=yes

@@ -127,3 +127,23 @@ without_services()
         fi
         "$@"' sh "$@"
 }
+
+# install_node_packages FOLDER: what FOLDER/package.json asks for, as its package-lock.json pins it, into build/node/FOLDER. Fast
+# when it is there already. Fails where there is no npm, or npm can't be reached; nothing is left behind then.
+install_node_packages()
+{
+    local folder=$1 target=build/node/$1
+    ! cmp -s "$folder/package-lock.json" "$target/package-lock.json" || return 0
+    if ! command -v npm >/dev/null; then
+        echo "Installing npm"
+        as_root apt-get update -q && without_services apt-get install -y -q --no-install-recommends npm || return
+    fi
+    rm -rf "$target" "$target.new"
+    mkdir -p "$target.new"
+    cp "$folder/package.json" "$folder/package-lock.json" "$target.new/"
+    if ! (cd "$target.new" && npm ci --ignore-scripts --no-audit --no-fund --loglevel=error); then
+        rm -rf "$target.new"
+        return 1
+    fi
+    mv "$target.new" "$target"
+}

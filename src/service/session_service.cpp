@@ -100,7 +100,7 @@ struct SessionService::Impl
     Answer availability(IncomingRequest const& request);
     Answer mean_load(IncomingRequest const& request);
     Answer monitor_page(IncomingRequest const& request);
-    Answer viewer(IncomingRequest const& request);
+    Answer web_file(IncomingRequest const& request);
     Answer decisions(IncomingRequest const& request);
     Answer metrics(IncomingRequest const& request);
     Answer liveness(IncomingRequest const& request);
@@ -126,7 +126,8 @@ struct SessionService::Impl
     core::TimedPage monitor_json;
     /// The first text for browsers that connect before the next update; empty: not made yet.
     std::string greeting;
-    std::map<char const*, core::SharedPage> files; // of the viewer, by the address of their embedded contents
+    std::map<char const*, core::SharedPage>
+        files; // below /viewer and /view, by the address of their embedded contents
     std::uint64_t placed = 0;
     std::uint64_t refused = 0;
     std::uint64_t limited = 0;
@@ -282,7 +283,8 @@ std::span<Route<SessionService::Impl> const> SessionService::Impl::routes()
         {"/livez",         Methods::read,             everybody,                 ignored,  &Impl::liveness},
         {"/readyz",        Methods::read,             everybody,                 ignored,  &Impl::readiness},
         {"/api/decisions", Methods::read,             &Impl::may_read_decisions, ignored,  &Impl::decisions},
-        {"/viewer*",       Methods::read,             everybody,                 ignored,  &Impl::viewer},
+        {"/viewer*",       Methods::read,             everybody,                 ignored,  &Impl::web_file},
+        {"/view/*",        Methods::read,             everybody,                 ignored,  &Impl::web_file, any_origin},
         // clang-format on
     });
     return table;
@@ -374,7 +376,8 @@ std::string SessionService::Impl::monitor_text() const
     return core::session_monitor_page(view);
 }
 
-Answer SessionService::Impl::viewer(IncomingRequest const& request)
+/// The viewer page, and the modules from which it and pages of other sites are made.
+Answer SessionService::Impl::web_file(IncomingRequest const& request)
 {
     auto const path = request.path;
     if (path == "/viewer") {
@@ -391,7 +394,10 @@ Answer SessionService::Impl::viewer(IncomingRequest const& request)
     auto& page = files[asset->content.data()];
     if (page.empty())
         page.set(std::string(asset->content));
-    return page.answer(asset->content_type, request.header("If-None-Match"));
+    auto response = page.answer(asset->content_type, request.header("If-None-Match"));
+    if (path.starts_with("/view/")) // modules that pages of other sites import
+        response.headers.emplace_back("Access-Control-Allow-Origin", "*");
+    return response;
 }
 
 bool SessionService::Impl::may_read_decisions(IncomingRequest const& request) const

@@ -16,8 +16,8 @@ from websockets.legacy import server as legacy  # the one that answers plain req
 
 import moving_picture
 
-PAGE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../src/web/viewer")
-TYPES = {".html": "text/html; charset=utf-8", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
+WEB = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../src/web")
+TYPES = {".json": "application/json", ".html": "text/html; charset=utf-8", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
 ROLES = {"1999": "session", "2000": "simulation", "2001": "simulator"}
 FRAME_SECONDS = 0.05
 STEP_MS = 32
@@ -200,8 +200,8 @@ class FakeCloud:
             return respond(200, "text/html; charset=UTF-8", text.encode())
         if path == "/viewer/defaults.json" and self.defaults is not None:
             return respond(200, "application/json", json.dumps(self.defaults).encode())
-        name = re.fullmatch(r"/viewer/([a-z]*\.?[a-z]*)", path)
-        file = os.path.join(PAGE, (name[1] or "index.html") if name else "none")
+        name = re.fullmatch(r"/(viewer/|view/(?:texts/)?)([a-z_]*\.?[a-z]*)", path)
+        file = os.path.join(WEB, name[1] + (name[2] or "index.html") if name else "none")
         if not os.path.isfile(file):
             return respond(404, "text/plain", b"not found")
         with open(file, "rb") as content:

@@ -3,16 +3,18 @@
 //   data-state         idle | starting | paused | running | fast | ended (lost after it ran) | failed (never ran)
 //   data-time          simulated time in milliseconds
 
-import { parseAddress, sessionServerOf, webToSocket } from './address.js';
-import { Availability } from './availability.js';
-import { Console } from './console.js';
-import { Picture } from './picture.js';
-import { Session } from './session.js';
+import { parseAddress, sessionServerOf, webToSocket } from '../view/address.js';
+import { Availability } from '../view/availability.js';
+import { Console } from '../view/console.js';
+import { Picture } from '../view/picture.js';
+import { Session } from '../view/session.js';
+import { loadTexts, say } from '../view/texts.js';
 
-const LIGHT = { available: 'A machine is available', full: 'No machine is free', unknown: 'Availability unknown' };
 const MODE = { paused: 'The simulation is paused.', running: 'The simulation is running.', fast: 'The simulation is running as fast as it can.' };
 const SETTLING_MS = 3000; // the server updates its availability once a second
 const COMMANDS = ['play', 'pause', 'step', 'fast', 'reset', 'reload'];
+
+await loadTexts();
 
 const page = document.body;
 const ownServer = sessionServerOf(new URL('..', location.href));
@@ -26,10 +28,18 @@ const output = new Console(element('console'));
 const picture = new Picture(element('picture'), element('screen'), (size) => session?.resize(size));
 const availability = new Availability((value) => {
   page.dataset.availability = value;
-  setText('light-text', LIGHT[value]);
+  setText('light-text', light(value));
   if (value === 'available')
     takeBackRefusal();
 });
+
+function light(value) {
+  switch (value) {
+    case 'available': return say('light.available');
+    case 'full': return say('light.full');
+    default: return say('light.unknown');
+  }
+}
 
 // Writes only text that differs: a screen reader would read equal text out again.
 function setText(id, text) {
