@@ -11,12 +11,14 @@ calm=15     # seconds for a machine to be free: loads are means of 5 s, and aske
 usage()
 {
     cat <<'END'
-Usage: ./server.sh start|stop|restart [NAME]
+Usage: ./server.sh start|stop|restart [NAME|--lan]
 
   start    Install missing packages, build, and start the servers with config/simulation/NAME.json and
            config/session/NAME.json: both, or the one whose file exists. NAME is "local" unless given.
            Where a configuration names a certificate in this folder that is not there, as "tls" does, one is made
            that is signed by nobody: good for a try, until you have a real one.
+           --lan is short for "lan": a site for a class, which every machine of the network reaches; the address for
+           the others is printed, with a QR code for phones.
   stop     Stop them. Simulations that run are ended in order. With NAME only the servers that run with it.
   restart  stop, whatever runs, and start.
 
@@ -26,6 +28,7 @@ END
 
 main()
 {
+    [[ ${2-} != --lan ]] || set -- "$1" lan "${@:3}"
     local verb=${1-} name=${2-local}
     [[ $verb != -h && $verb != --help ]] || { usage && exit 0; }
     [[ $verb =~ ^(start|stop|restart)$ && $# -le 2 ]] || { usage >&2 && exit 2; }
@@ -101,7 +104,28 @@ start()
         [[ ! -e $(config "$kind" "$name") ]] || start_server "$kind" "$name"
     done
     [[ -z $started || ! -e $(config session "$name") || ! -e $(config simulation "$name") ]] || await_machine "$name"
-    [[ ! -e $(config session "$name") ]] || echo "Open $(address "$(config session "$name")")viewer/"
+    [[ -e $(config session "$name") ]] || return 0
+    echo "Open $(address "$(config session "$name")")viewer/"
+    [[ $(setting "$(config session "$name")" server) != '*' ]] || show_network_addresses "$(config session "$name")"
+}
+
+# show_network_addresses FILE: of a site without a name, where the other machines of our networks find it.
+show_network_addresses()
+{
+    local own found=
+    for own in $(network_addresses); do
+        found=$(address "$1" "$own")viewer/
+        echo "From other machines of the network: $found"
+    done
+    [[ -n $found ]] || { echo "This machine is in no network: others can't reach it." && return; }
+    [[ ! -t 1 ]] || ! command -v qrencode >/dev/null || qrencode -t ANSIUTF8 "$found"
+    echo "If they can't reach it, a firewall keeps them out: port $(setting "$1" port) has to be open."
+}
+
+# Ours in the networks that we share with other machines, not in those of containers and virtual machines.
+network_addresses()
+{
+    ip -4 -o address show up scope global | awk '$2 !~ /^(docker|br-|veth|virbr|lxc|podman|cni)/ { sub("/.*", "", $4); print $4 }'
 }
 
 stop()
@@ -255,7 +279,7 @@ setting()
     tr '\n\t' '  ' <"$1" | sed -n 's/.*"'"$2"'" *: *"\{0,1\}\([^",} ]*\).*/\1/p'
 }
 
-# Where browsers find the server of a configuration, with a slash at the end.
+# address FILE [HOST]: where browsers find the server of a configuration, with a slash at the end. The host counts for one that has no name.
 address()
 {
     local server ssl scheme=https separator=/
@@ -263,6 +287,7 @@ address()
     ssl=$(setting "$1" ssl)
     [[ $ssl != false ]] || scheme=http
     [[ $(setting "$1" portRewrite) != false ]] || separator=:
+    [[ $server != '*' ]] || { server=${2-localhost} && separator=:; }
     echo "$scheme://${server:-localhost}$separator$(setting "$1" port)/" | sed 's|^\(https://.*\):443/$|\1/|'
 }
 

@@ -11,7 +11,7 @@ struct PublicAddress
 {
     PublicAddress() = default;
 
-    std::string host = "localhost"; ///< As browsers know it.
+    std::string host = "localhost"; ///< As browsers know it; `*`: as each of them calls it.
     std::uint16_t port = 0;         ///< The server's own.
     bool ssl = true;                ///< `https://` and `wss://` instead of `http://` and `ws://`.
     bool port_rewrite = true;       ///< `/` instead of `:` before a port: a proxy in front looks there.

@@ -1,5 +1,6 @@
 #include "https_redirect.hpp"
 
+#include "core/access/asked_name.hpp"
 #include "core/access/https_address.hpp"
 #include "core/text.hpp"
 #include "operator_requests.hpp"
@@ -62,8 +63,10 @@ struct HttpsRedirect::Impl final : Endpoint
             request.query.empty() ? std::string(request.path) : concat(request.path, "?", request.query);
         bool const keeps_method = request.method == "GET" || request.method == "HEAD"; // with any status
         HttpResponse response(keeps_method ? 301 : 308, std::string(html), "This site speaks https.");
-        response.headers.emplace_back("Location", core::https_address(request.header("Host"), site,
-                                                                      address.host, address.port, target));
+        auto const host = request.header("Host");
+        auto const name = core::reached_at(address, host).host;
+        response.headers.emplace_back("Location",
+                                      core::https_address(host, site, name, address.port, target));
         return response;
     }
 

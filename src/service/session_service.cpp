@@ -1,5 +1,6 @@
 #include <webots_cloud/session_service.hpp>
 
+#include "core/access/asked_name.hpp"
 #include "core/access/forwarding.hpp"
 #include "core/access/token_buckets.hpp"
 #include "core/pages/http_pages.hpp"
@@ -90,7 +91,7 @@ struct SessionService::Impl
     void take(LoadEvent const& event);
     void update_availability(TimePoint now);
     bool may_ask(std::string_view quota_key, TimePoint now);
-    std::string place(TimePoint now);
+    std::string place(TimePoint now, std::string_view host);
     HttpResponse too_many_asked() const;
     std::optional<Forward> pass_on(IncomingRequest const& request) const;
 
@@ -245,7 +246,8 @@ bool SessionService::Impl::may_ask(std::string_view quota_key, TimePoint now)
     return false;
 }
 
-std::string SessionService::Impl::place(TimePoint now)
+/// `host`: the request's header.
+std::string SessionService::Impl::place(TimePoint now, std::string_view host)
 {
     auto const placement = scheduler.place(now);
     update_availability(now);
@@ -253,9 +255,10 @@ std::string SessionService::Impl::place(TimePoint now)
     if (!placement)
         return "Error: no simulation server available at the moment.";
     std::string_view const scheme = params.ssl ? "wss://" : "ws://";
+    auto const address = core::machine_reached_at(placement->address, host);
     if (!hooks.make_ticket)
-        return concat(scheme, placement->address);
-    return concat(scheme, placement->address, "/ticket/", hooks.make_ticket(placement->address));
+        return concat(scheme, address);
+    return concat(scheme, address, "/ticket/", hooks.make_ticket(placement->address));
 }
 
 /// With status 200, as every answer of /session: pages of before 2021 show nothing for any other status, and
@@ -296,7 +299,7 @@ Answer SessionService::Impl::session(IncomingRequest const& request)
         auto const now = clock.now();
         if (!may_ask(request.quota_key, now))
             return too_many_asked();
-        HttpResponse response(200, {}, place(now));
+        HttpResponse response(200, {}, place(now, request.header("Host")));
         response.fixed_headers = html_for_any_origin;
         return response;
     }
@@ -369,6 +372,7 @@ std::string SessionService::Impl::monitor_text() const
     view.started = started;
     view.now = clock.now();
     view.ssl = params.ssl;
+    view.gateway = params.gateway;
     view.threshold = params.threshold;
     for (auto const& server : monitor.servers())
         view.servers.push_back(core::session_row(server, scheduler.placed(server.address)));
@@ -465,7 +469,7 @@ asio::awaitable<void> SessionService::serve_websocket(ChannelInfo info, Channel&
     }
     if (info.path == "/session") {
         auto const now = impl_->clock.now();
-        return impl_->say_place(impl_->may_ask(info.quota_key, now) ? impl_->place(now)
+        return impl_->say_place(impl_->may_ask(info.quota_key, now) ? impl_->place(now, info.host)
                                                                     : std::string(too_many_sessions),
                                 channel);
     }

@@ -76,9 +76,9 @@ struct SimulationService::Impl
     asio::awaitable<result<>> measure();
     asio::awaitable<result<>> watch_limits();
     asio::awaitable<FirstRequest> receive_request(std::uint64_t id, Channel& channel);
-    asio::awaitable<void> simulate(std::uint64_t id, std::string quota_key, core::SimulationRequest request,
+    asio::awaitable<void> simulate(std::uint64_t id, ChannelInfo info, core::SimulationRequest request,
                                    Channel& channel);
-    asio::awaitable<void> reconnect(std::uint64_t id, std::string token, Channel& channel);
+    asio::awaitable<void> reconnect(std::uint64_t id, std::string host, std::string token, Channel& channel);
     std::shared_ptr<SimulationSession> find_session(std::string_view token) const;
 
     SimulationServiceParams params;
@@ -261,9 +261,9 @@ asio::awaitable<void> SimulationService::serve_websocket(ChannelInfo info, Chann
     impl_->remove_silent(id);
     auto* const request = std::get_if<core::SimulationRequest>(&first);
     if (request && impl_->admit(id, info.path, channel))
-        co_await impl_->simulate(id, std::move(info.quota_key), std::move(*request), channel);
+        co_await impl_->simulate(id, std::move(info), std::move(*request), channel);
     else if (auto const* reconnect = std::get_if<core::ReconnectMessage>(&first))
-        co_await impl_->reconnect(id, reconnect->token, channel);
+        co_await impl_->reconnect(id, std::move(info.host), reconnect->token, channel);
     --impl_->clients;
     impl_->context.log.info(LogCause("client"), concat(name, "Client disconnected"));
 }
@@ -333,12 +333,13 @@ asio::awaitable<FirstRequest> SimulationService::Impl::receive_request(std::uint
     }
 }
 
-asio::awaitable<void> SimulationService::Impl::simulate(std::uint64_t id, std::string quota_key,
+asio::awaitable<void> SimulationService::Impl::simulate(std::uint64_t id, ChannelInfo info,
                                                         core::SimulationRequest request, Channel& channel)
 {
     auto const executor = co_await asio::this_coro::executor;
-    auto const session =
-        std::make_shared<SimulationSession>(context, executor, id, std::move(quota_key), std::move(request));
+    auto const session = std::make_shared<SimulationSession>(context, executor, id, std::move(info.quota_key),
+                                                             std::move(request));
+    session->set_asked_host(std::move(info.host));
     sessions.emplace(id, session);
     co_await session->run(channel);
     if (session->is_over())
@@ -353,8 +354,8 @@ std::shared_ptr<SimulationSession> SimulationService::Impl::find_session(std::st
     return found == sessions.end() ? nullptr : found->second;
 }
 
-asio::awaitable<void> SimulationService::Impl::reconnect(std::uint64_t id, std::string token,
-                                                         Channel& channel)
+asio::awaitable<void> SimulationService::Impl::reconnect(std::uint64_t id, std::string host,
+                                                         std::string token, Channel& channel)
 {
     auto const session = find_session(token);
     bool taken = false;
@@ -366,6 +367,7 @@ asio::awaitable<void> SimulationService::Impl::reconnect(std::uint64_t id, std::
     }
     context.log.info(LogCause("return"), concat("[", std::to_string(id), "] Returned to simulation ",
                                                 std::to_string(session->id())));
+    session->set_asked_host(std::move(host));
     co_await session->resume(channel);
     if (session->is_over())
         sessions.erase(session->id());

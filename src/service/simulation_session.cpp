@@ -1,6 +1,7 @@
 #include "simulation_session.hpp"
 
 #include "async/cancellation.hpp"
+#include "core/access/asked_name.hpp"
 #include "core/sandbox/limits.hpp"
 #include "core/simulation/port_pool.hpp"
 #include "core/text.hpp"
@@ -278,7 +279,9 @@ Forward SimulationSession::forward(core::GatewayPath const& path, IncomingReques
     // Webots names its own files in what it serves by http:// and this header.
     if (!request.upgrade)
         forward.headers.emplace_back("Host",
-                                     core::gateway_authority(context_.address, address_token_, ready_.port));
+                                     core::gateway_authority(
+                                         core::reached_at(context_.address, request.header("Host")),
+                                         address_token_, ready_.port));
     return forward;
 }
 
@@ -519,7 +522,7 @@ asio::awaitable<result<>> SimulationSession::launch(Channel& channel)
 /// The simulation is ready: sends its address, and the token with which the browser can return.
 void SimulationSession::announce(Channel& channel)
 {
-    auto const& address = context_.address;
+    auto const address = core::reached_at(context_.address, asked_host_);
     (void)channel.send(ready_.through_gateway
                            ? core::webots_gateway_message(address, address_token_, ready_.port)
                            : core::webots_message(address, ready_.port));

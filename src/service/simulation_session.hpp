@@ -93,6 +93,9 @@ public:
     /// No browser can return to it. Once `run` or `resume` has ended as well, nothing is left of it.
     bool is_over() const noexcept { return life_.is_over(); }
 
+    /// How its browser calls this server: the Host header of its connection.
+    void set_asked_host(std::string host) { asked_host_ = std::move(host); }
+
     /// With which a browser that lost its connection returns; empty: it can't.
     std::string const& token() const noexcept { return token_; }
 
@@ -166,6 +169,7 @@ private:
     SessionContext& context_;
     std::uint64_t id_;
     std::string quota_key_; ///< Of the client that started it, also when it returns from elsewhere.
+    std::string asked_host_;
     core::SimulationRequest request_;
     core::SimulationLife life_;
     Channel* channel_ = nullptr; ///< To the browser, while `run` uses it.

@@ -1,5 +1,6 @@
 #include "site_access.hpp"
 
+#include "asked_name.hpp"
 #include "core/text.hpp"
 
 #include <boost/url/authority_view.hpp>
@@ -149,9 +150,11 @@ SiteAccess::SiteAccess(Reach reach, std::vector<std::string> const& names,
                        std::vector<std::string> const* origins)
     : reach_(reach), any_origin_(!origins && reach == Reach::everybody)
 {
-    for (auto const& name : names)
+    for (auto const& name : names) {
+        any_private_name_ = any_private_name_ || name == asked_name;
         if (auto const host = parse_host(name))
             names_.push_back(host->name);
+    }
     if (!origins && !any_origin_)
         origins_.emplace_back(registry);
     if (!origins)
@@ -173,7 +176,8 @@ bool SiteAccess::knows_host(std::string_view host) const
         return true;
     auto const parsed = parse_host(host);
     return parsed &&
-           (is_address(*parsed) || parsed->reach == Reach::this_machine || is_own_name(parsed->name));
+           (is_address(*parsed) || parsed->reach == Reach::this_machine || is_own_name(parsed->name) ||
+            (any_private_name_ && parsed->reach == Reach::private_network));
 }
 
 bool SiteAccess::accepts_origin(std::string_view origin, std::string_view host) const
@@ -193,7 +197,9 @@ bool SiteAccess::accepts_origin(std::string_view origin, std::string_view host) 
     if (page->reach == Reach::this_machine)
         return reach_ != Reach::everybody;
     auto const asked = parse_host(host);
-    return is_address(*page) && asked && asked->name == page->name;
+    bool const may_be_ours =
+        is_address(*page) || (any_private_name_ && page->reach == Reach::private_network);
+    return may_be_ours && asked && asked->name == page->name;
 }
 
 std::string SiteAccess::frame_ancestors() const

@@ -1,6 +1,7 @@
 #include <webots_cloud/config.hpp>
 
 #include "common_keys.hpp"
+#include "core/access/asked_name.hpp"
 #include "core/access/forwarding.hpp"
 #include "core/access/ip_address.hpp"
 #include "core/notices/mail_message.hpp"
@@ -102,6 +103,16 @@ void refuse_ambiguous_ports(ConfigReader& reader, std::vector<ServerSpec> const&
     }
 }
 
+/// `*` is where browsers ask us: that says nothing about where we ask a machine.
+void require_internal_addresses(ConfigReader& reader, std::vector<ServerSpec> const& servers)
+{
+    for (std::size_t i = 0; i < servers.size(); ++i)
+        if (servers[i].address.starts_with(core::asked_name) && servers[i].internal_address.empty())
+            return reader.refuse_entry("simulationServers", i + 1, boost::json::value(servers[i].address),
+                                       "{\"address\": \"*/2000\", \"internal\": \"127.0.0.1:2000\"}: with the "
+                                       "name \"*\" an entry has to say where the machine is");
+}
+
 void read_gateway(ConfigReader& reader, SessionConfig& config)
 {
     auto& servers = config.simulation_servers;
@@ -110,10 +121,11 @@ void read_gateway(ConfigReader& reader, SessionConfig& config)
     });
     reader.read("gateway", config.gateway);
     if (!config.gateway)
-        return;
+        return require_internal_addresses(reader, servers);
     for (auto& server : servers)
         if (auto const port = core::public_port(server.address); port != 0 && server.internal_address.empty())
             server.internal_address = concat("127.0.0.1:", std::to_string(port));
+    require_internal_addresses(reader, servers);
     refuse_ambiguous_ports(reader, servers);
 }
 

@@ -1,6 +1,7 @@
 #include <webots_cloud/config.hpp>
 
 #include "common_keys.hpp"
+#include "core/access/asked_name.hpp"
 #include "core/docker/docker_project.hpp"
 #include "core/projects/repository_policy.hpp"
 #include "core/simulation/gateway_address.hpp"
@@ -282,6 +283,8 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     reader->read_number("shareIdleTime", config.share_idle_time, 0, 100);
     read_forges(*reader, origin.parent_path(), config.forges);
     read_notify(*reader, config.notify);
+    if (config.address.host == core::asked_name)
+        config.notify.clear(); // there is no address that could be registered
     double gigabytes = static_cast<double>(config.cache_bytes >> 30);
     reader->read_number("cacheSize", gigabytes, 0.1, 100'000);
     config.cache_bytes = static_cast<std::uint64_t>(gigabytes * (1 << 30));

@@ -59,7 +59,9 @@ News::News(LoadEvent const& event, WallTime moment) : when(moment)
 
 std::string monitor_url(PublicAddress const& address)
 {
-    return concat(address.ssl ? "https://" : "http://", printable(address.host, max_address_length),
+    // Nobody has asked yet who reads a mail: on this machine the link leads somewhere.
+    auto const host = address.host == "*" ? "localhost" : printable(address.host, max_address_length);
+    return concat(address.ssl ? "https://" : "http://", host,
                   address.port_rewrite ? "/" : ":", std::to_string(address.port), "/monitor");
 }
 

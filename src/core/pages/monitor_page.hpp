@@ -22,6 +22,7 @@ struct SessionMonitorView
     WallTime started;
     TimePoint now;
     bool ssl = true;
+    bool gateway = false; ///< Machines `host/port` are reached below this server.
     double threshold = 95;
     std::vector<SessionRow> servers;
     PageAssets assets;

@@ -6,11 +6,21 @@
 namespace webots_cloud::core {
 namespace {
 
+/// Where a machine's own page is. Behind the gateway it is below ours, whatever browsers call us.
+std::string monitor_link(std::string_view address, SessionMonitorView const& view)
+{
+    auto const slash = address.find('/');
+    if (view.gateway && slash != std::string_view::npos)
+        return concat(address.substr(slash + 1), "/monitor");
+    return concat(view.ssl ? "https://" : "http://", address, "/monitor");
+}
+
 /// A row of the table. The page's script shows the column `line` and the keys of the chart, which mean
 /// nothing without it.
 std::string server_row(std::size_t number, SessionRow const& server, SessionMonitorView const& view)
 {
     auto const address = escape_html(server.address);
+    auto const link = escape_html(monitor_link(server.address, view));
     bool const is_full = server.load && *server.load >= view.threshold;
     std::string report = "waiting";
     if (server.load)
@@ -20,7 +30,7 @@ std::string server_row(std::size_t number, SessionRow const& server, SessionMoni
     return concat(
         "<tr", server.load ? "" : " class=\"down\"", "><td class=\"number\">", std::to_string(number),
         "</td><td class=\"name\"><span class=\"key\" hidden></span><a href=\"",
-        view.ssl ? "https://" : "http://", address, "/monitor\">", address, "</a></td><td class=\"number",
+        link, "\">", address, "</a></td><td class=\"number",
         is_full ? " full" : "", "\" data-label=\"load\">",
         server.load ? concat(rounded(*server.load), "%") : "N/A",
         "</td><td class=\"line\"><svg viewBox=\"0 0 600 100\" preserveAspectRatio=\"none\"><path/></svg>"
@@ -65,7 +75,9 @@ std::string session_monitor_page(SessionMonitorView const& view)
         concat("<p>Started on ", long_local_time(view.started),
                "</p>\n<section id=\"charts\" hidden></section>\n<section>\n<p id=\"managing\">Managing ",
                std::to_string(count), count > 1 ? " simulation servers:" : " simulation server:",
-               "</p>\n<div class=\"scroll\"><table class=\"bordered\" id=\"servers\">\n<thead><tr><th>#</th>"
+               "</p>\n<div class=\"scroll\"><table class=\"bordered\" id=\"servers\"",
+               view.gateway ? " data-gateway" : "",
+               ">\n<thead><tr><th>#</th>"
                "<th>simulation server</th><th>load</th><th class=\"line\">last 10 minutes</th>"
                "<th>sessions</th><th>placed here</th><th>last report</th></tr></thead>\n<tbody>\n");
     std::size_t number = 0;

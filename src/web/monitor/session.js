@@ -66,7 +66,7 @@
       const row = monitor.newRow();
       const cell = label => row.querySelector(`[data-label="${label}"]`);
       const link = row.querySelector("a");
-      link.setAttribute("href", link.getAttribute("href").replace("{address}", server.address));
+      link.setAttribute("href", monitorOf(server.address, link.getAttribute("href")));
       link.textContent = server.address;
       row.cells[0].textContent = String(index + 1);
       server.cells = {row, key: row.querySelector(".key"), path: row.querySelector("path"), load: cell("load"),
@@ -78,6 +78,18 @@
     paintKeys();
     const count = servers.length;
     write(document.getElementById("managing"), `Managing ${count} simulation server${count > 1 ? "s" : ""}:`);
+  }
+
+  // `template`: the link for machines that browsers reach directly. Those that the session server calls localhost are on the machine
+  // that this page comes from.
+  function monitorOf(address, template) {
+    const port = address.split("/")[1];
+    if (table.hasAttribute("data-gateway") && port)
+      return `${port}/monitor`;
+    const link = new URL(template.replace("{address}", address));
+    if (/^(localhost|127\.[\d.]+|\[::1\])$/.test(link.hostname))
+      link.hostname = location.hostname;
+    return link.href;
   }
 
   function paintKeys() {

@@ -1,4 +1,5 @@
 #include "core/access/site_access.hpp"
+#include "core/text.hpp"
 #include "unit_test.hpp"
 
 using namespace webots_cloud;
@@ -46,6 +47,19 @@ BOOST_AUTO_TEST_CASE(a_rebound_name_is_not_ours)
          {"evil.example", "localhost.evil.example", "127.0.0.1.evil.example", "evil.example:2000",
           "teacher-pc.evil.example", "user@localhost", "local host", "localhost:x", "0x7f.1"})
         BOOST_TEST(!access.knows_host(host), host);
+}
+
+BOOST_AUTO_TEST_CASE(a_server_without_a_name_has_every_name_of_its_network)
+{
+    SiteAccess const access(core::reach_of("*"), {"*"}, nullptr);
+    for (auto const* host : {"192.168.1.5:1999", "pc7", "pc7.local:1999", "localhost"}) {
+        BOOST_TEST(access.knows_host(host), host);
+        BOOST_TEST(access.accepts_origin(core::concat("http://", host), host), host);
+    }
+    BOOST_TEST(!access.knows_host("evil.example"));
+    BOOST_TEST(!access.accepts_origin("http://evil.example", "evil.example"));
+    BOOST_TEST(!access.accepts_origin("http://printer.local", "pc7.local"));
+    BOOST_TEST(!SiteAccess(Reach::private_network, {"pc7"}, nullptr).accepts_origin("http://pc8", "pc8"));
 }
 
 BOOST_AUTO_TEST_CASE(only_a_server_of_this_machine_checks_the_host_of_every_request)

@@ -787,6 +787,26 @@ BOOST_AUTO_TEST_CASE(the_older_name_of_server_is_an_alias)
                    ->config.address.host == "s");
 }
 
+BOOST_AUTO_TEST_CASE(a_site_without_a_name_says_where_its_machines_are)
+{
+    auto const parse = [](std::string_view entry, std::string_view more = "") {
+        return parse_session_config(
+            core::concat(R"({"server":"*","ssl":false,"port":1999,"simulationServers":[)", entry, "]", more,
+                         "}"),
+            "c.json");
+    };
+    auto const site = parse(R"({"address":"*/2000","internal":"127.0.0.1:2000"})").value();
+    BOOST_TEST(site.warnings.empty());
+    BOOST_TEST(site.config.gateway);
+    BOOST_TEST(parse(R"("*/2000")", R"(,"gateway":true)").has_value(), "the gateway knows that it is here");
+    for (auto const* entry : {R"("*/2000")", R"("*:2000")"}) {
+        auto const refused = parse(entry);
+        BOOST_TEST_REQUIRE(!refused, entry);
+        BOOST_TEST(refused.error().message().find("has to say where the machine is") != std::string::npos,
+                   refused.error().message());
+    }
+}
+
 BOOST_AUTO_TEST_CASE(registries_are_a_string_or_a_list)
 {
     auto const notify = [](std::string_view text) {
@@ -797,6 +817,7 @@ BOOST_AUTO_TEST_CASE(registries_are_a_string_or_a_list)
     BOOST_TEST(notify(R"({"notify":"http://a"})") == std::vector<std::string>{"http://a"},
                boost::test_tools::per_element());
     BOOST_TEST(notify(R"({"notify":[]})").empty());
+    BOOST_TEST(notify(R"({"server":"*"})").empty(), "it has no address that could be registered");
     BOOST_TEST(!parse_simulation_config(R"({"notify":5})", "c.json"));
     BOOST_TEST(
         parse_simulation_config(R"({"notify":["https://a","webots.cloud"]})", "c.json").error().message() ==

@@ -87,6 +87,8 @@ BOOST_AUTO_TEST_CASE(the_link_says_https_iff_ssl_and_a_slash_iff_ports_are_rewri
     address.port = 80;
     address.ssl = false;
     BOOST_TEST(core::monitor_url(address) == "http://localhost/80/monitor");
+    address.host = "*";
+    BOOST_TEST(core::monitor_url(address) == "http://localhost/80/monitor");
 }
 
 BOOST_AUTO_TEST_CASE(an_address_can_add_no_line)

@@ -72,6 +72,21 @@ BOOST_AUTO_TEST_CASE(the_table_has_links_loads_and_an_average_with_one_percent_s
     BOOST_TEST(!contains(page, "%%"));
 }
 
+BOOST_AUTO_TEST_CASE(the_page_of_a_machine_behind_the_gateway_is_below_ours)
+{
+    SessionMonitorView view;
+    view.gateway = true;
+    view.servers = {row("*/2000", 1), row("b:3000", 1)};
+    auto const page = session_monitor_page(view);
+    BOOST_TEST(contains(page, "data-gateway"));
+    BOOST_TEST(contains(page, "<a href=\"2000/monitor\">*/2000</a>"));
+    BOOST_TEST(contains(page, "<a href=\"https://b:3000/monitor\">b:3000</a>"));
+    view.gateway = false;
+    view.servers = {row("h/2000", 1)};
+    BOOST_TEST(contains(session_monitor_page(view), "<a href=\"https://h/2000/monitor\">h/2000</a>"));
+    BOOST_TEST(!contains(session_monitor_page(view), "data-gateway"));
+}
+
 BOOST_AUTO_TEST_CASE(a_full_server_is_marked)
 {
     SessionMonitorView view;

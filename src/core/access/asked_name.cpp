@@ -1,0 +1,43 @@
+#include "asked_name.hpp"
+
+#include "core/text.hpp"
+
+#include <boost/url/authority_view.hpp>
+#include <boost/url/parse.hpp>
+
+namespace webots_cloud::core {
+namespace {
+
+enum class Port
+{
+    kept,
+    dropped
+};
+
+std::string host_of(std::string_view header, Port port)
+{
+    auto const authority = boost::urls::parse_authority(header);
+    if (!authority || authority->has_userinfo() || authority->encoded_host().empty())
+        return "localhost";
+    auto const host = port == Port::kept ? authority->encoded_host_and_port() : authority->encoded_host();
+    return std::string(host.data(), host.size());
+}
+
+} // namespace
+
+PublicAddress reached_at(PublicAddress address, std::string_view host)
+{
+    if (address.host == asked_name)
+        address.host = host_of(host, address.port_rewrite ? Port::kept : Port::dropped);
+    return address;
+}
+
+std::string machine_reached_at(std::string_view machine, std::string_view host)
+{
+    if (!machine.starts_with(asked_name))
+        return std::string(machine);
+    machine.remove_prefix(asked_name.size());
+    return concat(host_of(host, machine.starts_with('/') ? Port::kept : Port::dropped), machine);
+}
+
+} // namespace webots_cloud::core
