@@ -391,7 +391,11 @@ Answer SessionService::Impl::web_file(IncomingRequest const& request)
     }
     if (path == "/viewer/defaults.json" && !params.viewer_defaults.empty())
         return core::json_page(params.viewer_defaults);
-    auto const name = path == "/viewer/" ? std::string_view("viewer/index.html") : path.substr(1);
+    constexpr std::string_view page_folder = "/viewer/";
+    auto name = path == page_folder ? std::string_view("viewer/index.html") : path.substr(1);
+    // The page finds the modules below itself, so that proxies need one rule for both.
+    if (path.starts_with("/viewer/view/"))
+        name = path.substr(page_folder.size());
     auto const asset = web::find_asset(name);
     if (!asset)
         return core::not_found_page();

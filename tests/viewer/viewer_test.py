@@ -492,7 +492,7 @@ class Addresses(ViewerTest):
 
     def parse(self, address):
         return self.driver.execute_async_script(
-            "const [address, done] = arguments; import('../view/address.js').then(({ parseAddress }) => {"
+            "const [address, done] = arguments; import('./view/address.js').then(({ parseAddress }) => {"
             "  try { done(parseAddress(address, 'http://own/')); } catch (error) { done(error.message); } })", address)
 
     def test_each_kind_of_address_is_understood(self):

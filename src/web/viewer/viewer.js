@@ -3,12 +3,12 @@
 //   data-state         idle | starting | paused | running | fast | ended (lost after it ran) | failed (never ran)
 //   data-time          simulated time in milliseconds
 
-import { parseAddress, sessionServerOf, webToSocket } from '../view/address.js';
-import { Availability } from '../view/availability.js';
-import { Console } from '../view/console.js';
-import { Picture } from '../view/picture.js';
-import { Session } from '../view/session.js';
-import { loadTexts, say } from '../view/texts.js';
+import { parseAddress, sessionServerOf, webToSocket } from './view/address.js';
+import { Availability } from './view/availability.js';
+import { Console } from './view/console.js';
+import { Picture } from './view/picture.js';
+import { Session } from './view/session.js';
+import { loadTexts, say } from './view/texts.js';
 
 const MODE = { paused: 'The simulation is paused.', running: 'The simulation is running.', fast: 'The simulation is running as fast as it can.' };
 const SETTLING_MS = 3000; // the server updates its availability once a second

@@ -708,6 +708,10 @@ BOOST_AUTO_TEST_CASE(the_viewer_is_served_with_the_types_that_browsers_insist_on
     BOOST_TEST(header(fixture.get("/viewer"), "Location") == "viewer/");
     BOOST_TEST(fixture.get("/viewer/").content_type == "text/html; charset=UTF-8");
     BOOST_TEST(fixture.get("/viewer/viewer.js").content_type == "text/javascript");
+    BOOST_TEST(fixture.get("/viewer/view/session.js").content_type == "text/javascript");
+    BOOST_TEST(header(fixture.get("/viewer/view/session.js"), "Access-Control-Allow-Origin").empty());
+    BOOST_TEST(header(fixture.get("/view/session.js"), "Access-Control-Allow-Origin") == "*");
+    BOOST_TEST(fixture.get("/viewer/view/../viewer.js").status == 404);
     BOOST_TEST(
         (fixture.get("/viewer/viewer.js").shared == fixture.get("/viewer/viewer.js").shared)); // made once
     BOOST_TEST(header(fixture.get("/viewer/viewer.js"), "ETag") != header(fixture.get("/viewer/"), "ETag"));
