@@ -18,7 +18,7 @@ export class Lease extends EventTarget {
   #brokenSince = null;
   #retry = 0;
 
-  // Connects at once, and then sends `start`.
+  // Connects at once, and then sends `start`: an object, or the text of one.
   constructor(url, start) {
     super();
     this.#url = url;
@@ -29,6 +29,11 @@ export class Lease extends EventTarget {
   get lasting() { return this.#token !== ''; }
 
   get connected() { return this.#socket.readyState === WebSocket.OPEN; }
+
+  send(text) {
+    if (this.connected)
+      this.#socket.send(text);
+  }
 
   // Ends the simulation. No event follows.
   close() {
@@ -41,7 +46,7 @@ export class Lease extends EventTarget {
     this.#socket = new WebSocket(this.#url);
     this.#socket.onopen = () => {
       this.#opened = true;
-      this.#socket.send(JSON.stringify(opening));
+      this.#socket.send(typeof opening === 'string' ? opening : JSON.stringify(opening));
     };
     this.#socket.onmessage = ({ data }) => typeof data === 'string' && this.#receive(data);
     this.#socket.onclose = ({ code }) => this.#lose(code);

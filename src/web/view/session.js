@@ -4,6 +4,7 @@
 // Events (CustomEvents): those of Simulator except "closed", and
 //   notice {text}            something to tell while the session goes on
 //   problem {text}           an error that the server reported; the session may or may not end after it
+//   message {from, text}     a message as it came, `from` the 'server' of simulations or the 'simulator'
 //   ended {text, failed, full}  the last event; `failed` when the simulation never became ready, `full` when no machine was free
 // A connection that broke is restored where the simulation server allows it: "progress" tells so, and "ready" when it is.
 
@@ -16,7 +17,7 @@ const SHUTDOWN_WARNING_S = 300;
 const LOSSES = 60;
 const NO_MACHINE = /no simulation server available/i; // part of the session server's message
 const RETURNING = 'The connection was lost. Returning to the simulation';
-const RELAYED = ['picture', 'ready', 'mode', 'time', 'progress', 'world', 'output'];
+const RELAYED = ['message', 'picture', 'ready', 'mode', 'time', 'progress', 'world', 'output'];
 
 export class Session extends EventTarget {
   #target;
@@ -31,7 +32,11 @@ export class Session extends EventTarget {
   #losses = 0; // of the connection to the simulator, since it was last ready
   #timers = [];
 
-  // `target` comes from parseAddress(), `size` is {width, height} of the picture in pixels.
+  // `target` comes from parseAddress() or parseViewAddress(); pages may add to it
+  //   opening    the text to start the simulation with, instead of a `start` message (a website's project)
+  //   paused     true: a simulation that is started here waits for play(), instead of running at once
+  //   broadcast  true: only watches, and sends the simulator nothing but the line that says so
+  // `size` is {width, height} of the picture in pixels.
   constructor(target, size) {
     super();
     this.#target = target;
@@ -43,6 +48,9 @@ export class Session extends EventTarget {
 
   // Whether the simulation was started for this session, and ends with it.
   get owned() { return this.#lease !== null; }
+
+  // To the simulation server, which holds the lease; ignored when there is none.
+  sendToServer(text) { this.#lease?.send(text); }
 
   // The picture's size, used when connecting and told to a simulator that is already there.
   resize(size) {
@@ -108,7 +116,7 @@ export class Session extends EventTarget {
   #takeLease(machine) {
     this.#tell('progress', { text: 'Connecting to the simulation server', percent: null });
     try {
-      this.#lease = new Lease(`${machine}/client`, { start: { url: this.#target.world, mode: 'mjpeg' } });
+      this.#lease = new Lease(`${machine}/client`, this.#target.opening ?? { start: { url: this.#target.world, mode: 'mjpeg' } });
     } catch {
       throw new Error(refusedSocket(machine));
     }
@@ -119,6 +127,7 @@ export class Session extends EventTarget {
   }
 
   #receive(message) {
+    this.#tell('message', { from: 'server', text: message });
     const [, prefix, rest] = /^([a-zA-Z]+):\s?([^]*)/.exec(message) ?? [null, '', ''];
     switch (prefix) {
       case 'loading': case 'docker': return this.#load(rest.trim());
@@ -156,6 +165,7 @@ export class Session extends EventTarget {
     this.#tell('progress', { text: this.#ready ? RETURNING : 'Connecting to the simulator', percent: null });
     try {
       this.#simulator = new Simulator(url.replace(/\/+$/, ''), this.#size);
+      this.#simulator.silent = this.#target.broadcast === true;
     } catch {
       return this.#end(refusedSocket(url));
     }
@@ -167,7 +177,7 @@ export class Session extends EventTarget {
 
   #becomeReady() {
     // A simulation that was started for this page runs at once; somebody else's is left as it is.
-    if (!this.#ready && this.owned)
+    if (!this.#ready && this.owned && !this.#target.paused)
       this.#simulator.play();
     this.#ready = true;
     this.#problem = this.#lastWord = '';

@@ -7,21 +7,24 @@ export class Simulator extends EventTarget {
   #socket;
   #size;
 
+  // Of somebody who only watches: nothing follows the first message, which says so in the modes that know it (`;broadcast`).
+  silent = false;
+
   // Connects at once. `url` has no trailing slash; `size` is {width, height} of the wanted picture in pixels.
-  // Events: picture {url, viewOnly}, ready, mode ('paused' | 'running' | 'fast'), time (ms), progress {text, percent},
+  // Events: message {from: 'simulator', text} (each as it came), picture {url, viewOnly}, ready, mode ('paused' | 'running' | 'fast'), time (ms), progress {text, percent},
   // world (file name), output {stream, line}, closed {code}. All arrive as CustomEvents.
   constructor(url, size) {
     super();
     this.#url = url;
     this.#size = size;
     this.#socket = new WebSocket(`${url}/`);
-    this.#socket.onopen = () => this.send(`mjpeg: ${text(this.#size)}`);
+    this.#socket.onopen = () => this.#socket.send(`mjpeg: ${text(this.#size)}`);
     this.#socket.onmessage = ({ data }) => typeof data === 'string' && this.#receive(data);
     this.#socket.onclose = ({ code }) => this.#tell('closed', { code });
   }
 
   send(message) {
-    if (this.#socket.readyState === WebSocket.OPEN)
+    if (!this.silent && this.#socket.readyState === WebSocket.OPEN)
       this.#socket.send(message);
   }
 
@@ -48,6 +51,7 @@ export class Simulator extends EventTarget {
   }
 
   #receive(message) {
+    this.#tell('message', { from: 'simulator', text: message });
     const [, prefix, rest] = /^([a-z -]+?)(?:: ?|$)([^]*)/i.exec(message) ?? [null, '', ''];
     switch (prefix) {
       case 'multimedia': return this.#showPicture(rest);
