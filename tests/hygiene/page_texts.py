@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 """What pages say exists in every language, with the same values, and is said somewhere.
 
-Keys are used as say('key') in scripts, and as data-say="key", data-say-label="key" or data-say-placeholder="key" in pages.
+Keys are used as say('key') in scripts, and as data-say="key", data-say-label="key", data-say-placeholder="key" or
+data-say-title="key" in pages.
 """
 
 import glob
@@ -11,7 +12,7 @@ import re
 import sys
 
 WEB = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../src/web")
-USE = re.compile(r"""\bsay\(\s*'([^']+)'|\bdata-say(?:-label|-placeholder)?="([^"]+)\"""")
+USE = re.compile(r"""\bsay\(\s*'([^']+)'|\bdata-say(?:-label|-placeholder|-title)?="([^"]+)\"""")
 
 
 def read(path):
@@ -44,7 +45,7 @@ def values_of(text):
 def problems():
     languages = texts()
     english = languages["en"]
-    announced = set(re.findall(r"'(\w\w)'", re.search(r"LANGUAGES = \[(.*)\]", read(os.path.join(WEB, "view/texts.js")))[1]))
+    announced = set(re.findall(r"(\w\w): '", re.search(r"LANGUAGES = \{(.*)\}", read(os.path.join(WEB, "view/texts.js")))[1]))
     if announced != set(languages):
         yield f"texts.js knows {sorted(announced)}, there are files for {sorted(languages)}"
     for language, said in languages.items():

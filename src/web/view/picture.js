@@ -1,51 +1,83 @@
-// The live picture: a multipart image in an <img>, and the mouse and fingers on it.
+// The live picture of a simulation, in device pixels, and the mouse, fingers and keys on it. Touches the DOM.
+
+import { CameraInput } from './camera_input.js';
+import { say } from './texts.js';
 
 const FIRST_RETRY_MS = 500;
 const LONGEST_RETRY_MS = 8000;
 const RESIZE_REST_MS = 200;
-const ZOOM_PER_SQUARE_PIXEL = 0.015; // The unit in which simulators expect a pinch.
+const MAX_PIXELS = 1920 * 1200; // More costs the simulator and the network much, and shows little.
 
 export class Picture {
-  #image;
-  #frame;
+  #container;
+  #surface = document.createElement('div');
+  #image = document.createElement('img');
+  #input;
   #url = '';
   #failures = 0;
   #retry = 0;
-  #send = () => {};
-  #fingers = [];
-  #pressed = 0;
 
-  // `frame` is the box whose size the picture takes; `resized` is called with {width, height} when that has changed.
-  constructor(image, frame, resized) {
-    this.#image = image;
-    this.#frame = frame;
-    image.onerror = () => this.#tryAgain();
-    image.onload = () => { this.#failures = 0; };
+  // Makes an element in `container`, whose size the picture takes. `resized` is called with {width, height} when that has changed.
+  constructor(container, { resized = () => {} } = {}) {
+    this.#container = container;
+    this.#surface.hidden = true;
+    Object.assign(this.#surface.style, { width: '100%', height: '100%', touchAction: 'none', userSelect: 'none' });
+    Object.assign(this.#image.style, { display: 'block', width: '100%', height: '100%', objectFit: 'contain' });
+    this.#image.alt = '';
+    this.#image.draggable = false;
+    this.#image.onerror = () => this.#tryAgain();
+    this.#image.onload = () => { this.#failures = 0; };
+    this.#surface.append(this.#image);
+    this.#input = new CameraInput(this.#surface, () => this.#pixels());
+    container.prepend(this.#surface);
     this.#watchSize(resized);
-    this.#watchMouse();
-    this.#watchTouch();
   }
 
+  // The element that shows the picture: for an id, a class or a description.
+  get element() { return this.#surface; }
+
+  // The size to ask the simulator for, in device pixels.
   get size() {
-    return { width: Math.round(this.#frame.clientWidth), height: Math.round(this.#frame.clientHeight) };
+    const { width, height } = this.#pixels();
+    return { width, height };
   }
 
-  // `send` gets the input messages; null for a spectator, whose input is not wanted.
-  show(url, send) {
-    this.hide();
+  // `source` is {url, viewOnly}; `send` gets the messages that move the camera, but not those of a spectator (`viewOnly`).
+  show({ url, viewOnly = false }, send) {
+    this.#forgetSource();
     this.#url = url;
-    this.#send = send ?? (() => {});
+    this.#input.send = viewOnly ? null : send;
+    this.#describe(viewOnly);
+    this.sayName();
     this.#image.src = url;
-    this.#image.hidden = false;
+    this.#surface.hidden = false;
+  }
+
+  // Says what the picture is, in the language of the page.
+  sayName() {
+    this.#surface.setAttribute('aria-label', say('picture.name'));
   }
 
   hide() {
+    this.#forgetSource();
+    this.#surface.hidden = true;
+    this.#image.removeAttribute('src');
+  }
+
+  #forgetSource() {
     clearTimeout(this.#retry);
     this.#url = '';
     this.#failures = 0;
-    this.#send = () => {};
-    this.#image.hidden = true;
-    this.#image.removeAttribute('src');
+    this.#input.send = null;
+  }
+
+  // Who can move the camera must reach the picture with the keyboard, and screen readers must leave its keys to it.
+  #describe(viewOnly) {
+    this.#surface.setAttribute('role', viewOnly ? 'img' : 'application');
+    if (viewOnly)
+      this.#surface.removeAttribute('tabindex');
+    else
+      this.#surface.tabIndex = 0;
   }
 
   #tryAgain() {
@@ -55,96 +87,33 @@ export class Picture {
     this.#retry = setTimeout(() => { this.#image.src = this.#url; }, delay);
   }
 
+  #pixels() {
+    const { clientWidth, clientHeight } = this.#container;
+    const scale = Math.min(devicePixelRatio, Math.sqrt(MAX_PIXELS / Math.max(1, clientWidth * clientHeight)));
+    return { scale, width: Math.max(1, Math.round(clientWidth * scale)), height: Math.max(1, Math.round(clientHeight * scale)) };
+  }
+
   #watchSize(resized) {
     let timer = 0;
     let last = JSON.stringify(this.size);
-    new ResizeObserver(() => {
+    const look = () => {
       clearTimeout(timer);
       timer = setTimeout(() => {
         const now = JSON.stringify(this.size);
-        if (now !== last)
+        if (now !== last && this.#container.clientWidth > 0)
           resized(this.size);
         last = now;
       }, RESIZE_REST_MS);
-    }).observe(this.#frame);
-  }
-
-  #watchMouse() {
-    const image = this.#image;
-    const mouse = (handler) => (event) => {
-      if (event.pointerType !== 'touch')
-        handler(event);
     };
-    image.addEventListener('pointerdown', mouse((event) => {
-      image.setPointerCapture(event.pointerId); // A drag goes on outside the picture.
-      this.#pressed = event.buttons;
-      this.#sendMouse(-1, event, 0);
-    }));
-    image.addEventListener('pointermove', mouse((event) => event.buttons !== 0 && this.#sendMouse(0, event, 0)));
-    image.addEventListener('pointerup', mouse((event) => this.#sendMouse(1, event, 0)));
-    image.addEventListener('pointercancel', mouse((event) => this.#sendMouse(1, event, 0)));
-    image.addEventListener('contextmenu', (event) => event.preventDefault());
-    image.addEventListener('dragstart', (event) => event.preventDefault());
-    image.addEventListener('wheel', (event) => {
-      event.preventDefault();
-      this.#sendMouse(2, event, Math.sign(event.deltaY));
-    }, { passive: false });
-  }
-
-  // mouse <press -1, move 0, release 1, wheel 2> <button> <buttons> <x> <y> <modifiers> <wheel>
-  // A release still names the buttons that were held, as simulators know it from other clients.
-  #sendMouse(type, event, wheel) {
-    const { x, y } = this.#position(event);
-    const modifiers = (event.shiftKey ? 1 : 0) + (event.ctrlKey ? 2 : 0) + (event.altKey ? 4 : 0);
-    const button = Math.max(0, event.button); // The browser says -1 for "no change".
-    const buttons = event.buttons || (type === 1 ? this.#pressed : 0);
-    this.#send(`mouse ${type} ${button} ${buttons} ${x} ${y} ${modifiers} ${wheel}`);
-  }
-
-  #watchTouch() {
-    const listen = (type, handler) => this.#image.addEventListener(type, (event) => {
-      event.preventDefault();
-      handler([...event.targetTouches].slice(0, 2).map((touch) => this.#position(touch)));
-    }, { passive: false });
-    listen('touchstart', (fingers) => this.#touch(fingers));
-    listen('touchend', (fingers) => { this.#fingers = fingers; });
-    listen('touchcancel', (fingers) => { this.#fingers = fingers; });
-    listen('touchmove', (fingers) => this.#moveFingers(fingers));
-  }
-
-  #touch(fingers) {
-    this.#fingers = fingers;
-    const { x, y } = middle(fingers);
-    this.#send(`touch -1 ${fingers.length} ${x} ${y}`);
-  }
-
-  // One finger rotates the view; two zoom it by moving apart and tilt it (radians) by turning around each other.
-  #moveFingers(fingers) {
-    const before = this.#fingers;
-    this.#fingers = fingers;
-    if (before.length !== fingers.length)
-      return;
-    if (fingers.length === 1)
-      this.#send(`touch 0 1 ${fingers[0].x - before[0].x} ${fingers[0].y - before[0].y}`);
-    else
-      this.#send(`touch 0 2 ${turn(before, fingers)} ${pinch(before, fingers)}`);
-  }
-
-  #position({ clientX, clientY }) {
-    const box = this.#image.getBoundingClientRect();
-    return { x: Math.round(clientX - box.left), y: Math.round(clientY - box.top) };
+    new ResizeObserver(look).observe(this.#container);
+    watchPixelRatio(look);
   }
 }
 
-const mean = (numbers) => Math.round(numbers.reduce((sum, number) => sum + number, 0) / numbers.length);
-const middle = (fingers) => ({ x: mean(fingers.map(({ x }) => x)), y: mean(fingers.map(({ y }) => y)) });
-const squaredDistance = ([a, b]) => (a.x - b.x) ** 2 + (a.y - b.y) ** 2;
-const angle = ([a, b]) => Math.atan2(b.y - a.y, b.x - a.x);
-const pinch = (before, after) => decimal(ZOOM_PER_SQUARE_PIXEL * (squaredDistance(before) - squaredDistance(after)));
-
-function turn(before, after) {
-  const difference = angle(after) - angle(before);
-  return decimal(Math.atan2(Math.sin(difference), Math.cos(difference)));
+// Calls `changed` when the window moves to another screen, or the page is zoomed.
+function watchPixelRatio(changed) {
+  matchMedia(`(resolution: ${devicePixelRatio}dppx)`).addEventListener('change', () => {
+    changed();
+    watchPixelRatio(changed);
+  }, { once: true });
 }
-
-const decimal = (number) => Number(number.toFixed(4));

@@ -6,15 +6,16 @@
 import { parseAddress, sessionServerOf, webToSocket } from './view/address.js';
 import { Availability } from './view/availability.js';
 import { Console } from './view/console.js';
+import { loadPageTexts, offerLanguages } from '../view/page_texts.js';
 import { Picture } from './view/picture.js';
 import { Session } from './view/session.js';
-import { loadTexts, say } from './view/texts.js';
+import { say } from './view/texts.js';
+import { WakeLock } from '../view/wake_lock.js';
 
-const MODE = { paused: 'The simulation is paused.', running: 'The simulation is running.', fast: 'The simulation is running as fast as it can.' };
 const SETTLING_MS = 3000; // the server updates its availability once a second
 const COMMANDS = ['play', 'pause', 'step', 'fast', 'reset', 'reload'];
 
-await loadTexts();
+await loadPageTexts();
 
 const page = document.body;
 const ownServer = sessionServerOf(new URL('..', location.href));
@@ -24,17 +25,20 @@ let session = null;
 let ready = false;
 let lastMode = 'paused';
 let refused = false; // the last start found no free machine
+let saidStatus = () => say('viewer.idle'); // said again when the language changes
 const output = new Console(element('console'));
-const picture = new Picture(element('picture'), element('screen'), (size) => session?.resize(size));
+const wakeLock = new WakeLock();
+const picture = new Picture(element('screen'), { resized: (size) => session?.resize(size) });
+picture.element.id = 'picture';
 const availability = new Availability((value) => {
   page.dataset.availability = value;
-  setText('light-text', light(value));
+  setText('light-text', light());
   if (value === 'available')
     takeBackRefusal();
 });
 
-function light(value) {
-  switch (value) {
+function light() {
+  switch (page.dataset.availability) {
     case 'available': return say('light.available');
     case 'full': return say('light.full');
     default: return say('light.unknown');
@@ -47,8 +51,10 @@ function setText(id, text) {
     element(id).textContent = text;
 }
 
+// `text` is a text, or a function that says it in the language of the page.
 function setStatus(text, problem = false) {
-  setText('status', text);
+  saidStatus = typeof text === 'function' ? text : () => text;
+  setText('status', saidStatus());
   element('status').classList.toggle('problem', problem);
 }
 
@@ -58,7 +64,7 @@ function takeBackRefusal() {
     return;
   refused = false;
   setState('idle');
-  setStatus('A machine is available now: press Start simulation.');
+  setStatus(() => say('viewer.machine_again'));
 }
 
 // A machine may be available again before the indicator has shown that none was: then there will be no change to react to.
@@ -91,14 +97,44 @@ function setTime(milliseconds) {
 function setState(state) {
   page.dataset.state = state;
   const active = session !== null;
-  const start = element('start');
-  start.textContent = !active ? (state === 'idle' ? 'Start simulation' : 'Start again') : ready ? 'Disconnect' : 'Cancel';
-  start.classList.toggle('leave', active);
+  setText('start', startText());
+  element('start').classList.toggle('leave', active);
   element('connect-to').readOnly = active;
   for (const id of COMMANDS)
     element(id).disabled = !ready;
   for (const [id, pressed] of [['play', 'running'], ['pause', 'paused'], ['fast', 'fast']])
     element(id).setAttribute('aria-pressed', String(state === pressed));
+  wakeLock.wanted = state === 'running' || state === 'fast';
+}
+
+function startText() {
+  if (session !== null)
+    return ready ? say('viewer.disconnect') : say('viewer.cancel');
+  return page.dataset.state === 'idle' ? say('viewer.start') : say('viewer.start_again');
+}
+
+// What stands where the picture will be.
+function sayWithoutPicture() {
+  setText('no-picture', session === null ? say('viewer.no_simulation') : say('viewer.picture_comes'));
+}
+
+function sayMode() {
+  switch (lastMode) {
+    case 'running': return say('viewer.running');
+    case 'fast': return say('viewer.running_fast');
+    default: return say('viewer.paused');
+  }
+}
+
+// What scripts and styles say, in the language of the page.
+function sayAll() {
+  setText('light-text', light());
+  setText('status', saidStatus());
+  setText('start', startText());
+  sayWithoutPicture();
+  picture.sayName();
+  element('console').style.setProperty('--empty', JSON.stringify(say('viewer.nothing_printed')));
+  element('console').style.setProperty('--error', JSON.stringify(say('viewer.error_line')));
 }
 
 // The indicator shows the session server of the address, or else the one that serves this page.
@@ -131,7 +167,7 @@ function start() {
   setTime(0);
   setText('world', '');
   setWarning('');
-  setText('no-picture', 'The picture appears when the simulation is ready.');
+  sayWithoutPicture();
   setState('starting');
   session.start();
 }
@@ -142,7 +178,7 @@ function leave(state, text) {
   picture.hide();
   setWarning('');
   setProgress(undefined);
-  setText('no-picture', 'No simulation is running.');
+  sayWithoutPicture();
   setState(state);
   setStatus(text, state !== 'idle');
 }
@@ -150,7 +186,7 @@ function leave(state, text) {
 function disconnect() {
   const owned = session.owned;
   session.stop();
-  leave('idle', owned ? 'Disconnected. The simulation has been stopped.' : 'Disconnected.');
+  leave('idle', owned ? () => say('viewer.stopped') : () => say('viewer.left'));
 }
 
 function listen(to) {
@@ -164,7 +200,7 @@ function listen(to) {
   on('output', ({ stream, line }) => output.print(stream, line));
   on('time', setTime);
   on('world', (name) => setText('world', name.split('/').pop()));
-  on('picture', ({ url, viewOnly }) => picture.show(url, viewOnly ? null : (message) => to.simulator.send(message)));
+  on('picture', (source) => picture.show(source, (message) => to.simulator.send(message)));
   on('mode', (mode) => {
     lastMode = mode;
     showMode();
@@ -176,7 +212,7 @@ function listen(to) {
   });
   on('ended', ({ text, failed, full }) => {
     const awaited = full && page.dataset.availability !== 'unknown';
-    leave(failed ? 'failed' : 'ended', awaited ? `${text} This page says when there is one.` : text);
+    leave(failed ? 'failed' : 'ended', awaited ? () => `${text} ${say('viewer.will_tell')}` : text);
     if (awaited)
       awaitMachine();
   });
@@ -186,7 +222,20 @@ function showMode() {
   if (!ready)
     return;
   setState(lastMode);
-  setStatus(MODE[lastMode]);
+  setStatus(sayMode);
+}
+
+// Telephones by Apple show nothing but films in full screen: then there is no button.
+function offerFullscreen(panel, button) {
+  button.hidden = !document.fullscreenEnabled;
+  button.addEventListener('click', () => {
+    if (document.fullscreenElement === null)
+      panel.requestFullscreen().catch(() => {}); // The browser asked, and people said no.
+    else
+      document.exitFullscreen();
+  });
+  document.addEventListener('fullscreenchange', () =>
+    button.setAttribute('aria-pressed', String(document.fullscreenElement === panel)));
 }
 
 // What the server suggests to a visitor: an address to start with, and a notice about itself.
@@ -225,5 +274,8 @@ element('clear').addEventListener('click', () => output.clear());
 element('dismiss').addEventListener('click', () => setWarning(''));
 for (const id of COMMANDS)
   element(id).addEventListener('click', () => session?.simulator?.[id]());
+offerLanguages(element('language'), sayAll);
+offerFullscreen(element('simulation'), element('fullscreen'));
+sayAll();
 window.addEventListener('pagehide', () => session !== null && disconnect());
 loadDefaults();
