@@ -79,7 +79,7 @@ struct LaunchSpec
     std::filesystem::path world;    ///< The world file, absolute.
     std::string world_header;       ///< The first line of the world file, which names a release of Webots.
     std::string mode;               ///< As requested by the browser: empty, `x3d`, `w3d` or `mjpeg`.
-    /// Start Webots R2021b or older, for a browser that expects that; it has no modes.
+    /// Start Webots R2021b or older, for a browser that expects that; of the modes it knows `mjpeg`.
     bool old_command_line = false;
     bool controller_edit = false; ///< With the old command line: the browser may edit controllers.
     std::string label;            ///< A prefix of log lines, and of container names.

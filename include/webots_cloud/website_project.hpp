@@ -25,6 +25,8 @@ struct WebsiteProject
     std::string user2_id;
     std::string user2_name;
     std::string custom_data;
+    /// In which its page shows the simulation: `mjpeg`; `w3d`, `x3d` or empty, in which the page draws.
+    std::string mode;
 
     /// The website's name without scheme and port: what its key is filed under.
     std::string host() const;

@@ -494,6 +494,7 @@ LaunchSpec SimulationSession::launch_spec() const
     if (auto const* website = std::get_if<WebsiteProject>(&request_)) {
         spec.old_command_line = true;
         spec.controller_edit = website->may_edit();
+        spec.mode = website->mode;
     } else {
         spec.mode = std::get<core::StartMessage>(request_).mode;
     }

@@ -55,7 +55,7 @@ ClientMessage read_reconnect(json::value const& value)
     return ReconnectMessage{std::string(*token)};
 }
 
-ClientMessage read_init(json::value const& value)
+ClientMessage read_init(json::value const& value, json::value const* mode)
 {
     auto const* list = value.if_array();
     if (!list || !std::all_of(list->begin(), list->end(),
@@ -67,6 +67,11 @@ ClientMessage read_init(json::value const& value)
     auto project = parse_init(elements);
     if (!project)
         return MalformedMessage{project.error().message()};
+    if (mode && !mode->is_null()) {
+        if (!mode->is_string())
+            return MalformedMessage{"the \"mode\" of \"init\" must be a string"};
+        project->mode = mode->get_string();
+    }
     return SimulationRequest(std::move(*project));
 }
 
@@ -86,7 +91,7 @@ ClientMessage parse_client_message(std::string_view text)
     if (auto const* reconnect = object->if_contains("reconnect"))
         return read_reconnect(*reconnect);
     if (auto const* init = object->if_contains("init"))
-        return read_init(*init);
+        return read_init(*init, object->if_contains("mode"));
     if (auto const* start = object->if_contains("start"))
         return read_start(*start);
     return UnknownMessage{};

@@ -32,11 +32,14 @@ std::vector<std::string> old_webots_command(std::filesystem::path const& webots,
         return value.empty() ? std::string() : concat(";", name, "=", value);
     };
     auto const options = concat(
-        "--stream=\"port=", std::to_string(port), ";monitorActivity",
+        "--stream=\"port=", std::to_string(port), ";monitorActivity", stream.picture ? ";mode=mjpeg" : "",
         stream.controller_edit ? ";controllerEdit" : "", named("multimediaServer", stream.multimedia_server),
         named("multimediaStream", stream.multimedia_stream), stream.ssl ? ";ssl" : "", "\"");
-    return {webots.string(),  "--batch", "--mode=pause", "--minimize",
-            "--no-rendering", options,   world.string()};
+    std::vector<std::string> argv{webots.string(), "--batch", "--mode=pause"};
+    if (!stream.picture)
+        argv.insert(argv.end(), {"--minimize", "--no-rendering"});
+    argv.insert(argv.end(), {options, world.string()});
+    return argv;
 }
 
 } // namespace webots_cloud::core

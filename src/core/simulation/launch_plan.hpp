@@ -18,6 +18,7 @@ struct OldStream
 {
     OldStream() = default;
 
+    bool picture = false;          ///< Webots sends a picture, instead of a scene that the browser draws.
     bool controller_edit = false;  ///< The browser may edit controllers.
     std::string multimedia_server; ///< Where browsers find the video; empty: there is none.
     std::string multimedia_stream; ///< Where Webots sends it.

@@ -67,6 +67,15 @@ BOOST_AUTO_TEST_CASE(init_messages_are_lists_of_strings)
 }
 
 // Protocol 4.1.1.
+BOOST_AUTO_TEST_CASE(init_may_have_a_mode_beside_it)
+{
+    auto const message =
+        parse_client_message(R"({ "init" : [ "https://w.org", "p", "a.wbt" ], "mode" : "mjpeg" })");
+    BOOST_TEST(std::get<webots_cloud::WebsiteProject>(std::get<SimulationRequest>(message)).mode == "mjpeg");
+    BOOST_TEST((parse_client_message(R"({"init":["https://w.org","p","a.wbt"],"mode":5})") ==
+                ClientMessage(MalformedMessage{"the \"mode\" of \"init\" must be a string"})));
+}
+
 BOOST_AUTO_TEST_CASE(init_goes_before_start)
 {
     auto const message = parse_client_message(R"({"start":{"url":"u"},"init":["h"]})");

@@ -57,6 +57,15 @@ BOOST_AUTO_TEST_CASE(the_old_command_line_has_one_stream_option_in_literal_quote
                "--stream=\"port=2003;monitorActivity;controllerEdit;ssl\"");
 }
 
+BOOST_AUTO_TEST_CASE(the_old_command_line_renders_where_the_page_wants_a_picture)
+{
+    OldStream stream;
+    stream.picture = true;
+    BOOST_TEST(
+        joined(old_webots_command("/w/webots", stream, 2003, "/p/worlds/a.wbt")) ==
+        "/w/webots|--batch|--mode=pause|--stream=\"port=2003;monitorActivity;mode=mjpeg\"|/p/worlds/a.wbt");
+}
+
 BOOST_AUTO_TEST_CASE(the_old_command_line_names_the_multimedia_server_and_stream_of_the_operator)
 {
     OldStream stream;
