@@ -1,8 +1,6 @@
-// Parses the "Connect to" field. No DOM, no network.
+// Parses the addresses that people and pages enter. No DOM, no network.
 
-const EXPECTED =
-  'Expected the address of a world (https://github.com/<owner>/<repository>/blob/<branch>/worlds/<file>.wbt), ' +
-  'of a session server (http://<host>:1999/session?url=<world>) or of a running simulator (ws://<host>:<port>).';
+import { say } from './texts.js';
 
 // The servers' addresses keep everything before the last path segment, so that "https://host/1999/viewer/" and
 // "https://host/1999/session" (ports rewritten to paths by a proxy) both lead to "https://host/1999/".
@@ -19,25 +17,27 @@ export const socketToWeb = (url) => url.replace(/^ws/i, 'http');
 export function parseAddress(text, ownServer) {
   const address = text.trim();
   if (address === '')
-    throw new Error(`The address is empty. ${EXPECTED}`);
+    throw new Error(withExpected(say('address.empty')));
   const url = parseUrl(address);
   if (url.protocol === 'ws:' || url.protocol === 'wss:')
     return simulator(url, address);
   const isWeb = url.protocol === 'http:' || url.protocol === 'https:';
   if (!isWeb && !isFolder(url))
-    throw new Error(`An address cannot start with "${url.protocol}". ${EXPECTED}`);
+    throw new Error(withExpected(say('address.scheme', { scheme: url.protocol })));
   if (isWeb && /\/session(\.php)?$/.test(url.pathname))
     return sessionRequest(url, address);
   if (isWorld(url.pathname))
     return { kind: 'session', server: ownServer, request: `${ownServer}session?url=${address}`, world: address };
-  throw new Error(`"${address}" names neither a world nor a session server. ${EXPECTED}`);
+  throw new Error(withExpected(say('address.unknown', { address })));
 }
+
+const withExpected = (problem) => `${problem} ${say('address.expected')}`;
 
 function parseUrl(address) {
   try {
     return new URL(address);
   } catch {
-    throw new Error(`"${address}" is not a complete address. ${EXPECTED}`);
+    throw new Error(withExpected(say('address.incomplete', { address })));
   }
 }
 
@@ -48,7 +48,7 @@ const isWorld = (path) => path.toLowerCase().endsWith('.wbt');
 
 function simulator(url, address) {
   if (isWorld(url.pathname))
-    throw new Error(`"${address}" is the address of a project on a web site, which this page cannot start. ${EXPECTED}`);
+    throw new Error(withExpected(say('address.website', { address })));
   return { kind: 'simulator', url: `${url.protocol}//${url.host}${url.pathname}`.replace(/\/+$/, '') };
 }
 
@@ -58,6 +58,28 @@ function sessionRequest(url, address) {
   const literal = /[?&]url=([^&#]*)/.exec(address)?.[1] ?? '';
   const world = /^[a-z][a-z0-9+.-]*%3a/i.test(literal) ? url.searchParams.get('url') : literal;
   if (world === '')
-    throw new Error(`"${address}" does not say which world to start: "?url=<world>" is missing. ${EXPECTED}`);
+    throw new Error(withExpected(say('address.no_world', { address })));
   return { kind: 'session', server: sessionServerOf(url), request: address, world };
+}
+
+// Parses what View.open() takes, on a page at the address `page`. Returns what parseAddress() returns, or
+//   {kind: 'session', server, request, world, project, file}  a project of the page's own website, below a session server:
+//                                                              ws://host:port/<project>/worlds/<file>.wbt
+//   {kind: 'scene', url}                                       an exported scene: file.x3d, file.w3d
+export function parseViewAddress(text, ownServer, page) {
+  const address = text.trim();
+  if (/\.[wx]3d([?#].*)?$/i.test(address))
+    return { kind: 'scene', url: new URL(address, page).href };
+  if (!/^wss?:/i.test(address))
+    return parseAddress(address, ownServer);
+  const url = parseUrl(address);
+  if (/[?&]url=/.test(url.search)) // ws://host:port/session?url=<world>, as pages of 2021 have it
+    return sessionRequest(parseUrl(socketToWeb(address)), socketToWeb(address));
+  if (!isWorld(url.pathname))
+    return simulator(url, address);
+  const [, project, file] = /^wss?:\/\/[^/]+\/(.+)\/worlds\/([^/?#]+)$/i.exec(address) ?? []; // sent as it was entered
+  if (project === undefined)
+    throw new Error(say('address.no_project', { address }));
+  const server = `${socketToWeb(url.protocol)}//${url.host}/`;
+  return { kind: 'session', server, request: `${server}session`, world: address, project, file };
 }

@@ -11,8 +11,9 @@ export class Simulator extends EventTarget {
   silent = false;
 
   // Connects at once. `url` has no trailing slash; `size` is {width, height} of the wanted picture in pixels.
-  // Events: message {from: 'simulator', text} (each as it came), picture {url, viewOnly}, ready, mode ('paused' | 'running' | 'fast'), time (ms), progress {text, percent},
-  // world (file name), output {stream, line}, closed {code}. All arrive as CustomEvents.
+  // Events: message {from: 'simulator', text} (each as it came), picture {url, viewOnly}, ready,
+  // mode ('paused' | 'running' | 'fast'), time (ms), progress {text, percent}, world (file name),
+  // output {stream, line}, closed {code}. All arrive as CustomEvents.
   constructor(url, size) {
     super();
     this.#url = url;

@@ -1,0 +1,551 @@
+// The public entry: shows a Webots simulation in any page. Touches the DOM.
+//
+//   <script type="module" src="https://HOST/view/webots_view.js"></script>
+//   <webots-view data-server="https://github.com/owner/repository/blob/main/worlds/world.wbt"></webots-view>
+//
+// class View has the interface that Webots documents for its own class; the module also sets `webots.View`.
+//   new View(element, mobile)
+//   open(url[, mode])   ws://host:1999/project/worlds/world.wbt   a project of the page's own website
+//                       ws://host:1999/session?url=world          a world of a repository (http: and .../session.php too)
+//                       https://github.com/...wbt                 the same, at the server that this file comes from
+//                       ws://host:2001                            a simulator that runs
+//                       file.x3d                                  an exported scene
+//                       mode: 'mjpeg' (a picture), 'w3d' or 'x3d' (the browser draws); by default it draws, if this build can
+//   close()             ends what open() started
+//   setTimeout(seconds) how much simulated time runs without the user; negative: any (60 unless said otherwise)
+//   setWebotsDocUrl(url)
+//   broadcast           true, set before open(): only watches
+//   showRevert, showReload, showQuit, showRun, showPlay, showStep, showReset, showTerminal, showRobotWindow,
+//   showWorldSelection  whether the toolbar has them; set on the view, or on `webots`, before open()
+//   play(), pause(), step(), fast(), reset(), reload(), loadWorld(name), send(text), sendRobotMessage(robot, message)
+//   state               'idle' | 'starting' | 'paused' | 'running' | 'fast' | 'ended' | 'failed'
+//   time                simulated milliseconds
+//   project             of ws://host/project/worlds/world.wbt; otherwise ''
+//   runOnLoad           true: plays as soon as it can
+//
+// Handlers, which pages set: onready(), onclose(), onerror(text), onstdout(text), onstderr(text), onquit(), onstate(state),
+// onworldloaded(), onrobotmessage(robot, message), oncontroller({controller, file, content}).
+//
+// For pages with an editor (Webots up to R2021b, and those that keep its messages):
+//   getController(name)                         the simulator's files arrive at oncontroller, the main one first
+//   setController(name, file, content)          gives the simulator a file, until the simulation ends
+//   syncController(name, file)                  asks the simulator for one of its files
+//   resetController(name, file)                 the file as the project has it, also in the simulator
+//   saveController(name, file, content)         stores the file at the website if a user is logged in, then setController(); rejects
+//                                               with an Error whose message can be shown
+//   getControllers()                            the names that the scene's robots have; [] while it is a picture
+//
+// `webots.User1Id`, `User1Name`, `User1Authentication`, `User2Id`, `User2Name`, `CustomData`: what the website's page knows
+// of its user; sent with a project of the website.
+//
+// <webots-view> has the attributes data-server (or src), data-mode, data-broadcast, data-timeout, data-thumbnail, data-autoplay,
+// data-is-mobile-device, data-scene and data-animation, which are read once; and connect(server, mode, broadcast,
+// isMobileDevice, timeout, thumbnail), close(), hasView(), loadScene(), loadAnimation(), sendMessage(), showToolbar(),
+// hideToolbar(), resize(), setAmbientOcclusion(), setWebotsMessageCallback(), setWebotsErrorMessageCallback(), onready,
+// ondisconnect, view.
+
+import { parseViewAddress, sessionServerOf, socketToWeb } from './address.js';
+import { Labels } from './labels.js';
+import { Picture } from './picture.js';
+import { RobotWindows } from './robot_windows.js';
+import { Session } from './session.js';
+import { loadTexts, say } from './texts.js';
+import { ViewFrame } from './view_frame.js';
+import { adopt, ELEMENT_STYLE } from './view_style.js';
+import { fileMessage, initMessage, parseFileMessage, upload } from './website.js';
+
+const DEFAULT_TIMEOUT_S = 60;
+const ACTIVE = ['paused', 'running', 'fast'];
+const DRAWN = ['w3d', 'x3d'];
+const NOT_WANTED = { Scene: null, missing: '' };
+const OLD_MODES = { x3dom: 'x3d', video: 'mjpeg' }; // of 2018 and 2019
+const SHOWN = { showPlay: true, showStep: true, showRun: true, showReset: true, showReload: false, showQuit: true, showRobotWindow: true,
+  showTerminal: true, showWorldSelection: true };
+
+const ownServer = sessionServerOf(new URL('..', import.meta.url));
+
+// Pages set members of `webots` before or after this module is loaded.
+export const webots = globalThis.webots ??= {};
+
+let texts = null;
+
+export class View {
+  broadcast = false;
+  runOnLoad = false;
+  thumbnail = '';
+  onready = null;
+  onclose = null;
+  onerror = (text) => console.warn(text);
+  onstdout = null;
+  onstderr = null;
+  onstate = null;
+  onworldloaded = null;
+  onrobotmessage = null;
+  oncontroller = null;
+  // As Webots' own class does: https://host/folder/page.html leads to https://host/folder/.
+  onquit = () => location.assign(location.href.slice(0, location.href.lastIndexOf('/', location.href.length - 2) + 1));
+
+  #container;
+  #mobile;
+  #frame = null;
+  #labels = null;
+  #windows = null;
+  #display = null;
+  #drawn = false; // the browser draws the scene
+  #session = null;
+  #target = null;
+  #attempt = 0; // of open() and close(): what was awaited for an earlier one is out of date
+  #timeout = DEFAULT_TIMEOUT_S * 1000;
+  #docUrl = '';
+  #toolbar = true;
+  #state = 'idle';
+  #time = 0;
+  #base = ''; // of the simulator, http:
+  #heard = false; // whether anything came from the server or the simulator
+  #model = '';
+  #animation = null;
+
+  constructor(view3D, mobile = matchMedia('(pointer: coarse)').matches) {
+    this.#container = view3D;
+    this.#mobile = mobile === true;
+    webots.currentView = this;
+  }
+
+  get state() { return this.#state; }
+  get time() { return this.#time; }
+  get project() { return this.#target?.project ?? ''; }
+
+  // Never rejects: what goes wrong is shown, and told to onerror.
+  async open(url, mode) {
+    this.#leave();
+    const attempt = ++this.#attempt;
+    await (texts ??= loadTexts());
+    if (attempt !== this.#attempt)
+      return;
+    this.#build();
+    try {
+      const target = parseViewAddress(url, ownServer, document.baseURI);
+      const wanted = OLD_MODES[mode] ?? mode;
+      const drawing = target.kind !== 'scene' && wanted === 'mjpeg' ? NOT_WANTED : await findDrawing();
+      if (attempt === this.#attempt)
+        this.#start(target, wanted, drawing);
+    } catch (error) {
+      if (attempt === this.#attempt)
+        this.#fail(error.message);
+    }
+  }
+
+  close() {
+    this.#attempt++;
+    if (this.#state === 'idle')
+      return;
+    this.#leave();
+    this.#frame?.setMessage(say('view.closed'));
+    this.onclose?.();
+  }
+
+  // Takes everything out of the page again.
+  remove() {
+    this.close();
+    this.#frame?.remove();
+    this.#frame = null;
+  }
+
+  setTimeout(seconds) { this.#timeout = seconds < 0 ? -1 : seconds * 1000; }
+
+  setWebotsDocUrl(url) {
+    this.#docUrl = url ?? '';
+    this.#frame?.setHelp(this.#docUrl);
+  }
+
+  setToolbar(shown) {
+    this.#toolbar = shown;
+    this.#frame?.setToolbar(shown);
+  }
+
+  // Of the scene that is opened next: the file with its movements. `gui`: 'play' or 'pause'.
+  setAnimation(url, gui = 'play', loop = true) { this.#animation = { url, play: gui === 'play', loop }; }
+
+  play() { this.send(`real-time:${this.#timeLimit}`); }
+  fast() { this.send(`fast:${this.#timeLimit}`); }
+  pause() { this.send('pause'); }
+  step() { this.send('step'); }
+  reset() { this.send('reset'); }
+  // Simulators up to R2021b know only the old name.
+  reload() { this.send(this.#target?.project === undefined ? 'reload' : 'revert'); }
+  loadWorld(name) { this.send(`load:${name}`); }
+
+  send(text) { this.#session?.simulator?.send(text); }
+
+  sendRobotMessage(robot, message) { this.send(`robot:${robot}:${message}`); }
+
+  // The picture follows the size of its element by itself.
+  resize() {}
+
+  getController(name) { this.send(`get controller:${name}`); }
+  syncController(name, file) { this.send(`sync controller:${name}/${file}`); }
+  setController(controller, file, content) { this.send(fileMessage({ controller, file, content })); }
+  resetController(name, file) { this.#session?.sendToServer(JSON.stringify({ 'reset controller': `${name}/${file}` })); }
+
+  async saveController(name, file, content) {
+    if (this.project !== '' && webots.User1Id && webots.User1Authentication)
+      await upload(`${this.project}/controllers/${name}`, file, content);
+    this.setController(name, file, content);
+  }
+
+  getControllers() {
+    const names = elementsWith(this.#model, 'controller').map((element) => element.getAttribute('controller'));
+    return [...new Set(names)].filter((name) => name !== '' && !name.startsWith('<')); // <none>, <generic>, <extern>
+  }
+
+  openRobotWindow(robot) { this.#windows?.open(robot); }
+
+  get #timeLimit() { return this.broadcast ? -1 : this.#timeout; }
+
+  #shown(name) { return this[name] ?? webots[name] ?? SHOWN[name]; }
+
+  #build() {
+    this.#frame?.remove();
+    const options = { broadcast: this.broadcast, mobile: this.#mobile };
+    for (const [option, name] of [['play', 'showPlay'], ['step', 'showStep'], ['run', 'showRun'], ['reset', 'showReset'], ['quit', 'showQuit'],
+      ['robotWindow', 'showRobotWindow'], ['terminal', 'showTerminal'], ['worldSelection', 'showWorldSelection']])
+      options[option] = this.#shown(name);
+    options.reload = this.showRevert ?? webots.showRevert ?? this.#shown('showReload');
+    this.#frame = new ViewFrame(this.#container, options);
+    this.#frame.addEventListener('command', ({ detail }) => (detail.name === 'quit' ? this.onquit?.() : this[detail.name]()));
+    this.#frame.addEventListener('world', ({ detail }) => this.loadWorld(detail.name));
+    this.#frame.addEventListener('window', ({ detail }) => this.#toggleWindow(detail.robot));
+    this.#frame.setToolbar(this.#toolbar);
+    this.#frame.setHelp(this.#docUrl);
+    this.#frame.setThumbnail(this.thumbnail);
+    this.#labels = new Labels(this.#frame.labels);
+    this.#windows = new RobotWindows((...panel) => this.#frame.showPanel(...panel), () => this.#frame.setWindows(this.#windows?.list ?? []));
+    this.#setTime(0);
+  }
+
+  // A simulation that is started here can be shown in either way; a simulator that runs, and a scene, in one alone.
+  #start(target, mode, { Scene, missing }) {
+    if (Scene === null && (target.kind === 'scene' || (DRAWN.includes(mode) && target.kind === 'simulator')))
+      return this.#fail(missing);
+    const drawn = target.kind === 'scene' || (Scene !== null && mode !== 'mjpeg');
+    this.#drawn = drawn;
+    this.#target = target;
+    this.#setState('starting');
+    if (drawn)
+      this.#display = new Scene(this.#frame.display, { told: (text) => this.#tellProblem(text) });
+    else
+      this.#display = new Picture(this.#frame.display, { resized: (size) => this.#session?.resize(size) });
+    if (target.kind === 'scene')
+      return this.#openScene(target.url);
+    const wanted = drawn ? (mode ?? 'w3d') : 'mjpeg';
+    this.#base = target.kind === 'simulator' ? socketToWeb(target.url) : '';
+    this.#listen(this.#session = new Session({ ...target, opening: this.#opening(target, wanted), mode: wanted, paused: true,
+      broadcast: this.broadcast === true }, this.#display.size));
+    this.#session.start();
+  }
+
+  #opening(target, mode) {
+    return target.project === undefined ? undefined : initMessage(target, location.origin, webots, mode);
+  }
+
+  async #openScene(url) {
+    const attempt = this.#attempt;
+    try {
+      await this.#display.open(url, this.#animation);
+      if (attempt === this.#attempt)
+        this.#becomeReady();
+    } catch (error) {
+      if (attempt === this.#attempt)
+        this.#fail(error.message);
+    }
+  }
+
+  #listen(session) {
+    const on = (type, handler) => session.addEventListener(type, ({ detail }) => session === this.#session && handler(detail));
+    on('progress', ({ text, percent }) => this.#frame.setMessage(text, { percent }));
+    on('problem', ({ text }) => this.#tellProblem(text));
+    on('notice', ({ text }) => this.#frame.setMessage(text));
+    on('output', ({ stream, line }) => this.#print(stream, line));
+    on('time', (time) => this.#setTime(time));
+    on('picture', (source) => this.#display.show({ ...source, viewOnly: source.viewOnly || this.broadcast },
+      (message) => this.send(message)));
+    on('message', ({ from, text }) => (from === 'server' ? this.#hearServer(text) : this.#hearSimulator(text)));
+    on('mode', (mode) => this.#takeMode(mode));
+    on('ready', () => this.#becomeReady());
+    on('ended', ({ text, failed }) => this.#end(text, failed));
+  }
+
+  #hearServer(text) {
+    this.#heard = true;
+    const [, prefix, rest] = /^(webots|reset controller):\s?(.*)$/s.exec(text) ?? [];
+    if (prefix === 'webots')
+      this.#base = socketToWeb(rest.trim().replace(/\/+$/, ''));
+    else if (prefix === 'reset controller')
+      this.send(`sync controller:${rest.trim()}`);
+  }
+
+  #hearSimulator(text) {
+    this.#heard = true;
+    if (!this.#drawn) // scenes have their own
+      this.#labels.receive(text);
+    if (text.startsWith('world:'))
+      this.#takeWorlds(text.slice('world:'.length));
+    else if (text.startsWith('robot window:'))
+      this.#windows.announce(parseObject(text.slice('robot window:'.length)), this.#base);
+    else if (text.startsWith('world info:'))
+      this.#takeWorldInfo(parseObject(text.slice('world info:'.length)));
+    else if (text.startsWith('set controller:'))
+      this.#takeFile(parseFileMessage(text));
+    else if (text.startsWith('model:'))
+      this.#takeModel(text.slice('model:'.length));
+    else if (text.startsWith('delete world'))
+      this.#windows.clear();
+    else if (/^(robot|stdout|stderr):/.test(text))
+      text.split('\n').filter((line) => line.startsWith('robot:')).forEach((line) => this.#takeRobotMessage(line.slice('robot:'.length)));
+  }
+
+  // "<current>:<world>;<world>"
+  #takeWorlds(rest) {
+    const [current, list = ''] = rest.split(/:(.*)/s);
+    this.#frame.setWorlds(current.trim(), list.split(';').filter((world) => world !== ''));
+  }
+
+  #takeWorldInfo({ title, window }) {
+    if (typeof window === 'string' && window !== '')
+      this.#windows.announceOld(String(title || window), window, (message, robot) => this.sendRobotMessage(robot, message));
+  }
+
+  #takeFile(file) {
+    if (file !== null)
+      this.oncontroller?.(file);
+  }
+
+  #takeModel(model) {
+    this.#model = model;
+    if (!/\bwindow=/.test(model))
+      return;
+    for (const element of elementsWith(model, 'window'))
+      if (element.hasAttribute('name'))
+        this.#windows.announceOld(element.getAttribute('name'), element.getAttribute('window'),
+          (message, robot) => this.sendRobotMessage(robot, message));
+  }
+
+  // {"message":"...","name":"..."}, or of old simulators "<robot>:<text>"
+  #takeRobotMessage(rest) {
+    const { name, message } = parseObject(rest);
+    const [robot, text] = name === undefined ? rest.split(/:(.*)/s) : [name, message];
+    this.#windows.receive(robot, text ?? '');
+    this.onrobotmessage?.(robot, text ?? '');
+  }
+
+  #print(stream, line) {
+    this.#frame.print(stream, line);
+    (stream === 'stderr' ? this.onstderr : this.onstdout)?.(line);
+  }
+
+  #takeMode(mode) {
+    if (ACTIVE.includes(this.#state))
+      this.#setState(mode);
+    this.#mode = mode;
+    if (mode !== 'paused' && this.#timeLimit >= 0)
+      this.send(`timeout:${this.#timeLimit}`);
+  }
+
+  #mode = 'paused';
+
+  #becomeReady() {
+    this.#frame.setMessage('');
+    this.#setState(this.#mode);
+    this.onready?.();
+    this.onworldloaded?.();
+    if (this.runOnLoad && !this.broadcast)
+      this.play();
+  }
+
+  #setTime(milliseconds) {
+    this.#time = milliseconds;
+    this.#frame.setTime(milliseconds);
+  }
+
+  #setState(state) {
+    if (state === this.#state)
+      return;
+    this.#state = state;
+    this.#frame?.setState(state);
+    this.onstate?.(state);
+  }
+
+  #toggleWindow(robot) {
+    if (this.#windows.list.find((window) => window.robot === robot)?.open)
+      this.#windows.close(robot);
+    else
+      this.#windows.open(robot);
+  }
+
+  #tellProblem(text) {
+    this.#frame.setMessage(text, { problem: true });
+    this.onerror?.(text);
+  }
+
+  #fail(text) {
+    this.#leave('failed');
+    this.#tellProblem(text);
+  }
+
+  #end(text, failed) {
+    const hint = failed && !this.#heard && this.#isElsewhere ? ` ${say('view.origin', { origin: location.origin })}` : '';
+    this.#leave(failed ? 'failed' : 'ended');
+    this.#tellProblem(text + hint);
+    this.onclose?.();
+  }
+
+  // Scripts are not told why a WebSocket was refused. A server of another site may not know the page's.
+  get #isElsewhere() {
+    return new URL(this.#target.request ?? socketToWeb(this.#target.url)).origin !== location.origin;
+  }
+
+  #leave(state = 'idle') {
+    const session = this.#session;
+    this.#session = null;
+    session?.stop();
+    this.#display?.hide();
+    this.#display = null;
+    this.#windows?.clear();
+    this.#labels?.clear();
+    this.#mode = 'paused';
+    this.#heard = false;
+    this.#model = '';
+    this.#setState(state);
+  }
+}
+
+// {Scene, missing}: the class that draws, or null, and the sentence that says why there is none.
+async function findDrawing() {
+  try {
+    const { Scene } = await import('./scene.js');
+    const missing = await Scene.missing();
+    return { Scene: missing === '' ? Scene : null, missing };
+  } catch {
+    return { Scene: null, missing: say('view.no_scene') };
+  }
+}
+
+// Simulators are not ours: whatever is no object counts as one without members.
+function parseObject(json) {
+  try {
+    const value = JSON.parse(json);
+    return typeof value === 'object' && value !== null ? value : {};
+  } catch {
+    return {};
+  }
+}
+
+function elementsWith(model, attribute) {
+  if (model === '')
+    return [];
+  return [...new DOMParser().parseFromString(model, 'text/xml').querySelectorAll(`[${attribute}]`)];
+}
+
+const isTrue = (text) => text !== undefined && text !== 'false';
+
+export class WebotsView extends HTMLElement {
+  onready = null;
+  ondisconnect = null;
+
+  #view = null;
+  #toolbar = true;
+  #printed = null;
+  #complained = null;
+  #hasRead = false; // the attributes
+
+  constructor() {
+    super();
+    const root = this.attachShadow({ mode: 'open' });
+    adopt(root, ELEMENT_STYLE);
+    root.append(document.createElement('slot'));
+  }
+
+  // The View, with all that it has; null before connect().
+  get view() { return this.#view; }
+
+  connectedCallback() {
+    if (this.#hasRead)
+      return;
+    this.#hasRead = true;
+    const { scene, animation, server, src, mode, timeout, thumbnail } = this.dataset;
+    const mobile = this.dataset.isMobileDevice ?? this.dataset.ismobiledevice; // HTML lowers "data-isMobileDevice"
+    const broadcast = this.dataset.broadcast ?? this.dataset.isBroadcast ?? this.dataset.isbroadcast;
+    const address = server ?? src ?? this.getAttribute('src') ?? '';
+    if (scene !== undefined && animation !== undefined)
+      this.loadAnimation(scene, animation, this.dataset.autoplay !== 'false', isTrue(mobile), thumbnail);
+    else if (scene !== undefined)
+      this.loadScene(scene, isTrue(mobile), thumbnail);
+    else if (address !== '')
+      this.connect(address, mode, isTrue(broadcast), mobile === undefined ? undefined : isTrue(mobile), Number(timeout ?? -1), thumbnail);
+  }
+
+  // Unless it has only been moved to another place.
+  disconnectedCallback() { queueMicrotask(() => this.isConnected || this.close()); }
+
+  connect(server, mode, broadcast, isMobileDevice, timeout = -1, thumbnail = '') {
+    const view = this.#renew(isMobileDevice, thumbnail);
+    view.broadcast = broadcast === true || broadcast === 'true';
+    view.setTimeout(Number.isFinite(Number(timeout)) ? Number(timeout) : -1);
+    view.runOnLoad = isTrue(this.dataset.autoplay);
+    view.open(server, mode || undefined);
+  }
+
+  loadScene(scene, isMobileDevice, thumbnail = '') { this.#renew(isMobileDevice, thumbnail).open(scene); }
+
+  loadAnimation(scene, animation, play = true, isMobileDevice = undefined, thumbnail = '') {
+    const view = this.#renew(isMobileDevice, thumbnail);
+    view.setAnimation(animation, play ? 'play' : 'pause');
+    view.open(scene);
+  }
+
+  close() {
+    this.#view?.remove();
+    this.#view = null;
+  }
+
+  hasView() { return this.#view !== null; }
+  resize() { this.#view?.resize(); }
+  setAmbientOcclusion() {} // a level of Webots' own drawing, which ours has not
+  sendMessage(message) { this.#view?.send(message); }
+
+  showToolbar() { this.#setToolbar(true); }
+  hideToolbar() { this.#setToolbar(false); }
+
+  // Lines that the simulation prints, and those that it prints as errors.
+  setWebotsMessageCallback(callback) { this.#printed = callback; }
+  setWebotsErrorMessageCallback(callback) { this.#complained = callback; }
+
+  #setToolbar(shown) {
+    this.#toolbar = shown;
+    this.#view?.setToolbar(shown);
+  }
+
+  #renew(isMobileDevice, thumbnail) {
+    this.close();
+    const view = this.#view = new View(this, isMobileDevice);
+    for (const name of ['showRevert', ...Object.keys(SHOWN)])
+      view[name] = this[name] ?? readFlag(this.dataset[name]);
+    view.thumbnail = thumbnail ?? '';
+    view.setToolbar(this.#toolbar);
+    view.onready = () => this.onready?.();
+    view.onclose = () => this.ondisconnect?.();
+    view.onquit = () => this.close();
+    view.onstdout = (line) => this.#printed?.(line);
+    view.onstderr = (line) => this.#complained?.(line);
+    view.onstate = (state) => { this.dataset.state = state; };
+    return view;
+  }
+}
+
+const readFlag = (text) => (text === undefined ? undefined : text !== 'false');
+
+webots.View ??= View;
+if (customElements.get('webots-view') === undefined)
+  customElements.define('webots-view', WebotsView);
+
+export default WebotsView;

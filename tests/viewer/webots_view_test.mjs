@@ -1,0 +1,526 @@
+// class View and <webots-view>, in headless Chromium on pages of other sites. The servers are played by Playwright: no port is
+// opened. Exit code 77: nothing could be tested.
+
+import assert from 'node:assert/strict';
+import { existsSync } from 'node:fs';
+import { readFile } from 'node:fs/promises';
+import { createRequire } from 'node:module';
+import { after, before, beforeEach, describe, test } from 'node:test';
+import { fileURLToPath } from 'node:url';
+
+const HERE = new URL('.', import.meta.url);
+const PACKAGES = new URL('../../build/node/tests/viewer/', HERE);
+const CHROMIUM = '/usr/bin/chromium';
+
+function skip(why) {
+  console.log(`skipped: ${why}`);
+  process.exit(77);
+}
+
+if (!existsSync(new URL('node_modules/', PACKAGES)))
+  skip('Playwright is not installed (./test.sh does it, with npm)');
+if (!existsSync(CHROMIUM))
+  skip(`${CHROMIUM} is missing (package chromium)`);
+const packages = createRequire(new URL('package.json', PACKAGES));
+const { chromium } = packages('playwright-core');
+
+const HOST = 'https://cloud.test'; // the session server, whose /view/ has the modules
+const SITE = 'https://www.website.test'; // the page of somebody else
+const MACHINE = 'wss://machine.test/2000';
+const SIMULATOR = 'wss://machine.test/2001';
+const PROJECT = 'wss://cloud.test/student/simple/worlds/simple.wbt';
+const WORLD = 'https://github.com/owner/repository/blob/main/worlds/arena.wbt';
+const PICTURE = Buffer.from('iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg==', 'base64');
+const DEADLINE_MS = 10000;
+
+const TEN_LINES = (attributes) => `<!DOCTYPE html>
+<html lang="en">
+<head><meta charset="utf-8"><title>My robot</title></head>
+<body><main>
+<h1>My robot</h1>
+<script type="module" src="${HOST}/view/webots_view.js"></script>
+<webots-view ${attributes}></webots-view>
+</main></body>
+</html>`;
+
+const WITH_CLASS = (before = '') => `<!DOCTYPE html>
+<html lang="en">
+<head><meta charset="utf-8"><title>My robot</title><script>${before}</script></head>
+<body><main><h1>My robot</h1><div id="here"></div></main>
+<script type="module">
+import '${HOST}/view/webots_view.js';
+const view = globalThis.view = new webots.View(document.getElementById('here'), false);
+globalThis.told = [];
+for (const name of ['onready', 'onclose', 'onerror', 'onstdout', 'onstderr', 'onrobotmessage', 'oncontroller', 'onquit', 'onstate'])
+  view[name] = (...values) => told.push([name, ...values]);
+</script></body></html>`;
+
+// What a test says of the servers, and what they have heard.
+class Cloud {
+  session = MACHINE; // the answer of /session
+  leases = []; // messages on /client
+  controls = []; // messages to the simulator
+  windows = []; // messages of robot windows
+  requests = []; // addresses, but those of modules
+  uploads = [];
+  origins = new Set(); // hosts asked for anything
+  refuse = false; // the WebSocket of the simulation server
+  world = ['world:worlds/arena.wbt:worlds/arena.wbt;worlds/corridor.wbt'];
+  upload = 'OK';
+  lease = null;
+  simulator = null;
+  pages = {};
+
+  sendLease(text) { this.lease.send(text); }
+  send(text) { this.simulator.send(text); }
+
+  async serve(route) {
+    const url = new URL(route.request().url());
+    this.origins.add(url.origin);
+    if (url.origin === HOST && url.pathname.startsWith('/view/'))
+      return serveModule(route, url.pathname);
+    this.requests.push(url.href);
+    if (url.pathname === '/session')
+      return route.fulfill({ contentType: 'text/html; charset=UTF-8', headers: { 'Access-Control-Allow-Origin': '*' }, body: this.session });
+    if (url.pathname.endsWith('/mjpeg'))
+      return route.fulfill({ contentType: 'image/png', body: PICTURE });
+    if (url.pathname === '/ajax/upload-file.php') {
+      this.uploads.push(route.request().postData());
+      return route.fulfill({ contentType: 'text/html', body: this.upload });
+    }
+    const page = this.pages[url.origin + url.pathname];
+    if (page === undefined)
+      return route.fulfill({ status: 404, body: '' });
+    return route.fulfill({ contentType: 'text/html; charset=utf-8', ...page });
+  }
+
+  connect(socket) {
+    const url = new URL(socket.url());
+    if (url.pathname === '/2000/client')
+      return this.#takeLease(socket);
+    this.#simulate(socket);
+  }
+
+  #takeLease(socket) {
+    if (this.refuse)
+      return socket.close({ code: 1011 });
+    this.lease = socket;
+    socket.onMessage((message) => {
+      this.leases.push(message);
+      if (this.leases.length === 1)
+        ['shutdownTimeout: 7200', `webots:${SIMULATOR}`].forEach((line) => socket.send(line));
+    });
+  }
+
+  #simulate(socket) {
+    socket.onMessage((message) => {
+      if (message.startsWith('robot:') && message.endsWith(':init robot window')) {
+        this.windows.push(message);
+        return socket.send('robot: {"message":"hello","name":"e-puck"}');
+      }
+      this.controls.push(message);
+      if (message.startsWith('mjpeg: ')) {
+        this.simulator = socket;
+        return ['multimedia: mjpeg pause ', 'pause: 0', ...this.world, 'scene load completed'].forEach((line) => socket.send(line));
+      }
+      const verb = message.split(':')[0];
+      if (verb === 'real-time' || verb === 'fast')
+        socket.send(verb);
+      else if (verb === 'pause' || verb === 'step')
+        socket.send('paused by client');
+      else if (verb === 'reset')
+        socket.send('reset finished');
+    });
+  }
+}
+
+const TYPES = { js: 'text/javascript', json: 'application/json' };
+
+async function serveModule(route, path) {
+  const file = fileURLToPath(new URL(`../../src/web${path}`, HERE));
+  if (!existsSync(file))
+    return route.fulfill({ status: 404, headers: { 'Access-Control-Allow-Origin': '*' }, body: '' });
+  return route.fulfill({ contentType: TYPES[path.split('.').pop()], headers: { 'Access-Control-Allow-Origin': '*' }, body: await readFile(file) });
+}
+
+let browser;
+let cloud;
+let page;
+
+async function openPage(options) {
+  const context = await browser.newContext({ viewport: { width: 900, height: 700 }, ...options });
+  await context.route('**/*', (route) => cloud.serve(route));
+  await context.routeWebSocket(/.*/, (socket) => cloud.connect(socket));
+  const opened = await context.newPage();
+  opened.setDefaultTimeout(DEADLINE_MS);
+  opened.on('pageerror', (error) => assert.fail(`the page threw ${error.stack}`));
+  return opened;
+}
+
+before(async () => {
+  browser = await chromium.launch({ executablePath: CHROMIUM, args: ['--no-sandbox', '--disable-gpu', '--disable-dev-shm-usage', '--no-proxy-server'] });
+  page = await openPage({ locale: 'en-US' });
+});
+after(() => browser?.close());
+
+beforeEach(async () => {
+  cloud = new Cloud();
+  await page.goto('about:blank');
+});
+
+async function show(html, path = '/lesson/page.html', headers = {}) {
+  cloud.pages[SITE + path] = { body: html, headers };
+  await page.goto(SITE + path);
+}
+
+// Waits until `condition` (a function, which may be asynchronous) is truthy, and returns its value.
+async function until(condition, what) {
+  const end = Date.now() + DEADLINE_MS;
+  for (;;) {
+    const value = await condition();
+    if (value)
+      return value;
+    if (Date.now() > end)
+      assert.fail(`there was never ${typeof what === 'function' ? await what() : what}`);
+    await new Promise((resolve) => setImmediate(resolve));
+  }
+}
+
+const state = (name) => page.waitForFunction((wanted) => (globalThis.view?.state ?? document.querySelector('webots-view').dataset.state) === wanted, name);
+const heard = (message) => until(() => cloud.controls.includes(message), () => `${message} among ${JSON.stringify(cloud.controls)}`);
+const told = (name) => page.evaluate((wanted) => globalThis.told.filter(([called]) => called === wanted).map(([, ...values]) => values), name);
+const button = (name) => page.getByRole('button', { name, exact: true });
+const controlsAfterOpening = () => cloud.controls.filter((message) => !/^(mjpeg|resize):/.test(message));
+
+async function open(url = PROJECT, before = '', mode = 'mjpeg') {
+  await show(WITH_CLASS(before));
+  await page.evaluate(([address, how]) => globalThis.view.open(address, how), [url, mode]);
+}
+
+describe('The three forms of open', () => {
+  test('a project of the website is started with its nine strings, byte for byte', async () => {
+    await open(PROJECT, `globalThis.webots = { User1Id: 12, User1Name: 'Ada', User1Authentication: '$2y$10$abc', User2Id: 7, User2Name: 'Zoë', CustomData: 'lap=2' };`);
+    await state('paused');
+    assert.deepEqual(cloud.leases, ['{ "init" : [ "https://website.test", "student/simple", "simple.wbt", "12", "Ada", "$2y$10$abc", "7", "Zoë", "lap=2" ], "mode" : "mjpeg" }']);
+    assert.ok(cloud.requests.includes(`${HOST}/session`), JSON.stringify(cloud.requests));
+    assert.deepEqual(await told('onready'), [[]]);
+    assert.deepEqual(controlsAfterOpening(), [], 'it waits for the user');
+  });
+
+  test('what is unset is empty, 0 is nobody, and quotes are escaped but never twice', async () => {
+    await open(PROJECT, `globalThis.webots = { User1Id: 0, User1Name: 'a "quoted" name', CustomData: '{\\\\"lap\\\\":2}' };`);
+    await state('paused');
+    assert.equal(cloud.leases[0], '{ "init" : [ "https://website.test", "student/simple", "simple.wbt", "", "a \\"quoted\\" name", "", "", "", "{\\"lap\\":2}" ], "mode" : "mjpeg" }');
+  });
+
+  test('a world of a repository is started with its address, in each way to say it', async () => {
+    for (const url of [`wss://cloud.test/session?url=${WORLD}`, `${HOST}/session?url=${WORLD}`, WORLD]) {
+      cloud.leases = [];
+      await open(url);
+      await state('paused');
+      assert.equal(JSON.parse(cloud.leases[0]).start.url, WORLD);
+      assert.equal(JSON.parse(cloud.leases[0]).start.mode, 'mjpeg');
+      assert.equal(cloud.requests.at(-2).split('?')[0], `${HOST}/session`);
+    }
+  });
+
+  test('a simulator is shown without a server of sessions', async () => {
+    await open(SIMULATOR);
+    await state('paused');
+    assert.deepEqual(cloud.leases, []);
+    assert.match(cloud.controls[0], /^mjpeg: \d+x\d+$/);
+    assert.deepEqual(controlsAfterOpening(), []);
+  });
+
+  test('a wrong address is said in a sentence', async () => {
+    for (const [url, sentence] of [['wss://cloud.test/simple.wbt', /does not name a project and a world/], ['nonsense', /is not a complete address/]]) {
+      await open(url);
+      await state('failed');
+      assert.match((await told('onerror'))[0][0], sentence);
+    }
+  });
+});
+
+describe('What the user does', () => {
+  test('the buttons say what to do, and the time limit follows a start', async () => {
+    await open();
+    await state('paused');
+    await page.evaluate(() => globalThis.view.setTimeout(300));
+    await button('Play').click();
+    await state('running');
+    await heard('timeout:300000');
+    await button('Fast').click();
+    await state('fast');
+    await button('Pause').click();
+    await state('paused');
+    await button('Step').click();
+    await button('Reset').click();
+    await heard('reset');
+    assert.deepEqual(controlsAfterOpening(), ['real-time:300000', 'timeout:300000', 'fast:300000', 'timeout:300000', 'pause', 'step', 'reset']);
+  });
+
+  test('one minute is the limit where the page sets none, and a negative one is none', async () => {
+    await open();
+    await state('paused');
+    await page.evaluate(() => globalThis.view.play());
+    await heard('timeout:60000');
+    cloud.controls = [];
+    await page.evaluate(() => {
+      globalThis.view.setTimeout(-1);
+      globalThis.view.fast();
+    });
+    await state('fast');
+    await page.evaluate(() => globalThis.view.send('step'));
+    await heard('step');
+    assert.deepEqual(cloud.controls, ['fast:-1', 'step']);
+  });
+
+  test('who broadcasts only watches', async () => {
+    await show(WITH_CLASS());
+    await page.evaluate((url) => {
+      globalThis.view.broadcast = true;
+      globalThis.view.runOnLoad = true;
+      globalThis.view.setTimeout(10);
+      globalThis.view.open(url, 'mjpeg');
+    }, SIMULATOR);
+    await state('paused');
+    cloud.send('real-time');
+    await state('running');
+    await page.evaluate(() => ['play', 'pause', 'reset'].forEach((name) => globalThis.view[name]()));
+    assert.ok(await button('Play').isDisabled());
+    await page.mouse.click(450, 300);
+    await page.setViewportSize({ width: 700, height: 500 });
+    await page.setViewportSize({ width: 900, height: 700 });
+    cloud.send('pause: 5');
+    await state('paused');
+    assert.match(cloud.controls[0], /^mjpeg: /);
+    assert.equal(cloud.controls.length, 1, JSON.stringify(cloud.controls));
+  });
+
+  test('the other worlds are offered, and the toolbar has what the page wants', async () => {
+    await show(WITH_CLASS('globalThis.webots = { showQuit: false, showRevert: true, showRun: false };'));
+    await page.evaluate((url) => globalThis.view.open(url, 'mjpeg'), PROJECT);
+    await state('paused');
+    assert.equal(await button('Quit').count(), 0);
+    assert.equal(await button('Fast').count(), 0);
+    await button('Reload').click();
+    await heard('revert');
+    await page.getByRole('combobox', { name: 'World' }).selectOption('corridor.wbt');
+    await heard('load:worlds/corridor.wbt');
+  });
+
+  test('quit is what the page says it is', async () => {
+    await open();
+    await state('paused');
+    await button('Quit').click();
+    await until(async () => (await told('onquit')).length === 1, 'a call of onquit');
+    await page.evaluate(() => globalThis.view.close());
+    await state('idle');
+    assert.deepEqual(await told('onclose'), [[]]);
+  });
+});
+
+describe('What the simulation says', () => {
+  test('lines arrive at the page and in the console', async () => {
+    await open();
+    await state('paused');
+    cloud.send('stdout:first\nstderr:\u001b[31moops\u001b[0m\nrobot: {"message":"hi","name":"e-puck"}\nstdout:<b>last</b>');
+    await until(async () => (await told('onstdout')).length === 2, 'two lines');
+    assert.deepEqual(await told('onstdout'), [['first'], ['<b>last</b>']]);
+    assert.deepEqual(await told('onstderr'), [['\u001b[31moops\u001b[0m']]);
+    assert.deepEqual(await told('onrobotmessage'), [['e-puck', 'hi']]);
+    await button('Console').click();
+    const log = page.getByRole('log', { name: 'Console' });
+    await log.getByText('<b>last</b>').waitFor();
+    assert.match(await log.innerText(), /^first\noops\n<b>last<\/b>$/);
+  });
+
+  test('labels lie over the picture, in their place and colour', async () => {
+    await open();
+    await state('paused');
+    cloud.send('label:1;Arial;1,0,0,1;0.1;0.25;0.5;Lap; 2');
+    const first = page.getByText('Lap; 2');
+    await first.waitFor();
+    const [place, stage, colour] = await first.evaluate((element) => [element.getBoundingClientRect(), element.parentElement.getBoundingClientRect(), getComputedStyle(element).color]);
+    assert.ok(Math.abs((place.x - stage.x) / stage.width - 0.25) < 0.01 && Math.abs((place.y - stage.y) / stage.height - 0.5) < 0.01);
+    assert.equal(colour, 'rgb(255, 0, 0)');
+    cloud.send('application/json:{"time":64,"labels":[{"id":1,"font":"Arial","rgba":"0,0,1,1","size":0.1,"x":0,"y":0,"text":"<img src=x>"},{"id":2,"font":"Lucida Console","rgba":"0,1,0,0.5","size":0.05,"x":0.5,"y":0.1,"text":"two"}]}');
+    await page.getByText('<img src=x>').waitFor();
+    cloud.send('application/json:{"time":96,"labels":[{"id":1,"font":"Arial","rgba":"0,0,1,1","size":0.1,"x":0,"y":0,"text":""}]}');
+    await page.getByText('<img src=x>').waitFor({ state: 'detached' });
+    assert.equal(await page.getByText('two').count(), 1);
+  });
+
+  test('a window of a robot opens in a frame, and its socket talks', async () => {
+    cloud.pages['https://machine.test/2001/robot_windows/panel/panel.html'] = { body: `<!DOCTYPE html><html lang="en"><title>w</title><p id="p">-</p><script>
+      const name = new URLSearchParams(location.search).get('name');
+      const socket = new WebSocket(location.href.replace('http', 'ws').replace(/robot_windows.*/, ''));
+      socket.onopen = () => socket.send('robot:' + name + ':init robot window');
+      socket.onmessage = ({ data }) => { document.getElementById('p').textContent = data; };
+    </script>` };
+    await open();
+    await state('paused');
+    cloud.send('robot window: {"robot":"e-puck","window":"panel"}');
+    cloud.send('robot window: {"robot":"e-puck","window":"panel"}');
+    assert.equal(await page.locator('iframe').count(), 0);
+    await button('Window of e-puck').click();
+    await page.frameLocator('iframe[title="e-puck"]').getByText('"message":"hello"').waitFor();
+    assert.deepEqual(cloud.windows, ['robot:e-puck:init robot window']);
+    await button('Window of e-puck').click();
+    await page.locator('iframe').waitFor({ state: 'detached' });
+    cloud.send('robot window: {"remove":true,"robot":"e-puck","window":"panel"}');
+    await button('Window of e-puck').waitFor({ state: 'detached' });
+  });
+
+  test('a window from the origin of the page cannot reach the page', async () => {
+    await show(WITH_CLASS());
+    cloud.pages[`${SITE}/2001/robot_windows/evil/evil.html`] = { body: `<!DOCTYPE html><html lang="en"><title>w</title><p id="p">-</p><script>
+      try { parent.document.title = 'stolen'; p.textContent = 'reached'; } catch (error) { p.textContent = error.name; }
+    </script>` };
+    await page.evaluate((url) => globalThis.view.open(url, 'mjpeg'), 'wss://www.website.test/2001');
+    await state('paused');
+    cloud.send('robot window: {"robot":"evil","visible":true,"window":"evil"}');
+    await page.frameLocator('iframe[title="evil"]').getByText('SecurityError').waitFor();
+    assert.equal(await page.title(), 'My robot');
+  });
+
+  test('a window of an old simulation lies beside the page and gets its messages', async () => {
+    cloud.pages[`${SITE}/lesson/window/info/info.html`] = { body: '<!DOCTYPE html><html lang="en"><title>w</title><p id="p">-</p>' };
+    cloud.pages[`${SITE}/lesson/window/info/info.js`] = { contentType: 'text/javascript', body: `
+      webots.window('info').receive = (message, robot) => {
+        document.getElementById('p').textContent = robot + ' ' + message;
+        webots.window('info').send('thanks', robot);
+      };` };
+    await open();
+    await state('paused');
+    cloud.send('world info: {"title":"Square","window":"info"}');
+    await button('Window of Square').click();
+    cloud.send('robot:Square:lap 3');
+    await page.frameLocator('iframe[title="Square"]').getByText('Square lap 3').waitFor();
+    await heard('robot:Square:thanks');
+  });
+});
+
+describe('The editor of a page', () => {
+  const USER = `globalThis.webots = { User1Id: 12, User1Name: 'Ada', User1Authentication: 'x' };`;
+
+  test('gets the files of a controller and gives them back', async () => {
+    await open();
+    await state('paused');
+    await page.evaluate(() => globalThis.view.getController('line'));
+    await heard('get controller:line');
+    cloud.send('set controller:line/line.py:2\nimport robot\nrun()');
+    await until(async () => (await told('oncontroller')).length === 1, 'a file');
+    assert.deepEqual(await told('oncontroller'), [[{ controller: 'line', file: 'line.py', content: 'import robot\nrun()' }]]);
+    await page.evaluate(() => globalThis.view.setController('line', 'line.py', 'a\nb\nc'));
+    await heard('set controller:line/line.py:3\na\nb\nc');
+    await page.evaluate(() => globalThis.view.resetController('line', 'line.py'));
+    await until(() => cloud.leases.includes('{"reset controller":"line/line.py"}'), 'a message to the simulation server');
+    cloud.sendLease('reset controller: line/line.py');
+    await heard('sync controller:line/line.py');
+  });
+
+  test('saves at the website what a user has written, and only then in the simulator', async () => {
+    await open(PROJECT, USER);
+    await state('paused');
+    await page.evaluate(() => globalThis.view.saveController('line', 'line.py', 'x = 1'));
+    await heard('set controller:line/line.py:1\nx = 1');
+    for (const part of ['name="dirname"\r\n\r\nstudent/simple/controllers/line\r\n', 'name="filename"\r\n\r\nline.py\r\n', 'name="content"\r\n\r\nx = 1\r\n'])
+      assert.ok(cloud.uploads[0].includes(part), cloud.uploads[0]);
+    cloud.controls = [];
+    cloud.upload = 'Error: Disk quota exceeded:<br>10 MB';
+    const problem = await page.evaluate(() => globalThis.view.saveController('line', 'line.py', 'x = 2').catch((error) => error.message));
+    assert.equal(problem, 'Disk quota exceeded: 10 MB');
+    assert.deepEqual(cloud.controls, []);
+  });
+});
+
+describe('What can go wrong', () => {
+  test('a refusal of the server is shown and told', async () => {
+    cloud.session = 'Error: no simulation server available at the moment.';
+    await open();
+    await state('failed');
+    const [[text]] = await told('onerror');
+    assert.ok(text.length > 20, text);
+    assert.equal(await page.getByRole('status').innerText(), text);
+  });
+
+  test('a server of another site that lets nobody in is said to perhaps not know the page', async () => {
+    cloud.refuse = true;
+    await open();
+    await state('failed');
+    const [[text]] = await told('onerror');
+    assert.match(text, /https:\/\/www\.website\.test.*"allowedOrigins"/);
+  });
+
+  test('the end of the simulation is said', async () => {
+    await open();
+    await state('paused');
+    await cloud.lease.close();
+    await state('ended');
+    assert.deepEqual(await told('onclose'), [[]]);
+  });
+
+  test('a scene without 3D in the build is said in a sentence', { skip: existsSync(new URL('../../src/web/view/scene.js', HERE)) && 'this build has 3D' }, async () => {
+    await open('robot.x3d', '', undefined);
+    await state('failed');
+    assert.match((await told('onerror'))[0][0], /no 3D/);
+  });
+});
+
+describe('Ten lines of another site', () => {
+  test('show a simulation, without a finding of axe-core and without a request to anybody else', async () => {
+    await show(TEN_LINES(`data-server="${WORLD}" data-mode="mjpeg" data-autoplay data-timeout="120"`), '/', {
+      'Content-Security-Policy': `default-src 'none'; script-src ${HOST}; style-src 'none'; img-src https://machine.test; connect-src ${HOST} wss://machine.test` });
+    await state('running');
+    await heard('timeout:120000');
+    await button('Console').click();
+    const size = await page.locator('webots-view').boundingBox();
+    assert.ok(size.width > 800 && size.height > 400, JSON.stringify(size));
+    const inside = await page.locator('webots-view .view').boundingBox();
+    assert.ok(Math.abs(inside.height - size.height) < 2 && Math.abs(inside.width - size.width) < 2, JSON.stringify([size, inside]));
+    assert.deepEqual([...cloud.origins].sort(), [HOST, 'https://machine.test', SITE].sort());
+    if (process.env.SCREENSHOTS)
+      await page.screenshot({ path: `${process.env.SCREENSHOTS}/ten-lines.png` });
+    await page.evaluate(await readFile(packages.resolve('axe-core/axe.min.js'), 'utf8'));
+    const { violations } = await page.evaluate(() => globalThis.axe.run());
+    assert.deepEqual(violations.map(({ id, nodes }) => [id, nodes.map(({ html }) => html)]), []);
+  });
+
+  test('have the attributes and methods that pages of today use', async () => {
+    await show(TEN_LINES(`data-server="${SIMULATOR}" data-mode="mjpeg" data-isBroadcast="true" data-thumbnail="${SITE}/t.png" data-show-step="false"`));
+    await state('paused');
+    assert.equal(await button('Step').count(), 0);
+    assert.ok(await button('Play').isDisabled());
+    const element = page.locator('webots-view');
+    assert.ok(await element.evaluate((view) => view.hasView()));
+    await element.evaluate((view) => view.hideToolbar());
+    assert.equal(await page.getByRole('toolbar').count(), 0);
+    await element.evaluate((view, url) => {
+      globalThis.calls = [];
+      view.onready = () => globalThis.calls.push('ready');
+      view.ondisconnect = () => globalThis.calls.push('disconnect');
+      view.showToolbar();
+      view.setWebotsMessageCallback((text) => globalThis.calls.push(text));
+      view.connect(url, 'mjpeg', false, false, -1);
+    }, SIMULATOR);
+    await page.waitForFunction(() => globalThis.calls.includes('ready'));
+    await element.evaluate((view) => view.sendMessage('robot:{"name":"supervisor","message":"reset"}'));
+    await heard('robot:{"name":"supervisor","message":"reset"}');
+    cloud.send('stdout:hello');
+    await page.waitForFunction(() => globalThis.calls.includes('hello'));
+    await element.evaluate((view) => view.remove());
+    await page.waitForFunction(() => globalThis.calls.at(-1) === 'disconnect');
+    assert.deepEqual(await page.evaluate(() => globalThis.calls), ['disconnect', 'ready', 'hello', 'disconnect'], 'connect() leaves what was there');
+  });
+
+  test('say it in the language of the browser', async () => {
+    const english = page;
+    page = await openPage({ locale: 'de-CH' });
+    await show(TEN_LINES(`src="${SIMULATOR}" data-mode="mjpeg"`));
+    await state('paused');
+    await button('Konsole').waitFor();
+    await page.context().close();
+    page = english;
+  });
+});
