@@ -22,7 +22,7 @@ CONFIG = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "c
 def picture(browser):
     """The pixels of the stream as the page shows them now; empty before the first frame."""
     image = browser.find_element("id", "picture")
-    return image.screenshot_as_png if int(image.get_property("naturalWidth") or 0) > 0 else b""
+    return image.screenshot_as_png if image.get_attribute("data-live") is not None else b""
 
 
 def await_motion(browser):

@@ -54,7 +54,7 @@ fetch('/session').then(answer => answer.text()).then(place => {
 def picture(browser):
     """The pixels of the stream as the page shows them now; empty before the first frame."""
     image = browser.find_element("id", "picture")
-    return image.screenshot_as_png if int(image.get_property("naturalWidth") or 0) > 0 else b""
+    return image.screenshot_as_png if image.get_attribute("data-live") is not None else b""
 
 
 class OnePort(unittest.TestCase):
@@ -79,7 +79,7 @@ class OnePort(unittest.TestCase):
         self.assertEqual(body.get_attribute("data-state"), "running", self.browser.find_element("id", "status").text)
         first = wait_until(lambda: picture(self.browser), "no picture came")
         wait_until(lambda: picture(self.browser) != first, "the picture stands still")
-        source = self.browser.find_element("id", "picture").get_property("src")
+        source = self.browser.find_element("id", "picture").get_attribute("data-source")
         self.assertRegex(source, rf"^(blob:)?https://{self.site}/")
         loaded = self.browser.execute_script("return performance.getEntriesByType('resource').map(each => each.name)")
         self.assertTrue(loaded)

@@ -9,6 +9,7 @@ import http
 import json
 import os
 import re
+import sys
 import threading
 
 import websockets
@@ -96,6 +97,10 @@ class FakeCloud:
     def drop(self, role):
         """Breaks every connection of `role`, without a word, and goes on listening."""
         self._run(self._drop(role))
+
+    def break_stream(self):
+        """Ends every picture that is being streamed."""
+        self._run(self._end_streams())
 
     def _run(self, coroutine):
         return asyncio.run_coroutine_threadsafe(coroutine, self._loop).result(20)
@@ -242,3 +247,34 @@ def respond(status, content_type, body):
     headers = [("Content-Type", content_type), ("Access-Control-Allow-Origin", "*"), ("Connection", "close"),
                ("Content-Length", str(len(body)))]
     return http.HTTPStatus(status), headers, body
+
+
+def serve():
+    """For tests in other languages: a question a line on standard input, as JSON, and its answer on standard output.
+
+    {"new": true} begins anew with fresh servers; {"get": name}, {"set": name, "to": value} and {"call": name, "with": [...]} use the
+    members of FakeCloud. An answer is {"value": ...} or {"error": ...}.
+    """
+    cloud = FakeCloud().__enter__()
+    for line in sys.stdin:
+        question = json.loads(line)
+        try:
+            value = None
+            if "new" in question:
+                cloud.__exit__()
+                cloud = FakeCloud().__enter__()
+            elif "get" in question:
+                value = getattr(cloud, question["get"])
+            elif "set" in question:
+                setattr(cloud, question["set"], question["to"])
+            else:
+                value = getattr(cloud, question["call"])(*question["with"])
+            answer = {"value": value}
+        except Exception as error:  # the test has to know
+            answer = {"error": repr(error)}
+        print(json.dumps(answer), flush=True)
+    cloud.__exit__()
+
+
+if __name__ == "__main__":
+    serve()

@@ -26,14 +26,15 @@ export class Picture {
     this.#image.alt = '';
     this.#image.draggable = false;
     this.#image.onerror = () => this.#tryAgain();
-    this.#image.onload = () => { this.#failures = 0; };
+    this.#image.onload = () => this.#arrive();
     this.#surface.append(this.#image);
     this.#input = new CameraInput(this.#surface, () => this.#pixels());
     container.prepend(this.#surface);
     this.#watchSize(resized);
   }
 
-  // The element that shows the picture: for an id, a class or a description.
+  // The element that shows the picture: for an id, a class or a description. It has data-source, the address of the pictures, and
+  // data-live once the first one is there.
   get element() { return this.#surface; }
 
   // The size to ask the simulator for, in device pixels.
@@ -49,6 +50,7 @@ export class Picture {
     this.#input.send = viewOnly ? null : send;
     this.#describe(viewOnly);
     this.sayName();
+    this.#surface.dataset.source = url;
     this.#image.src = url;
     this.#surface.hidden = false;
   }
@@ -61,6 +63,7 @@ export class Picture {
   hide() {
     this.#forgetSource();
     this.#surface.hidden = true;
+    delete this.#surface.dataset.live;
     this.#image.removeAttribute('src');
   }
 
@@ -78,6 +81,11 @@ export class Picture {
       this.#surface.removeAttribute('tabindex');
     else
       this.#surface.tabIndex = 0;
+  }
+
+  #arrive() {
+    this.#failures = 0;
+    this.#surface.dataset.live = '';
   }
 
   #tryAgain() {

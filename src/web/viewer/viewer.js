@@ -96,6 +96,7 @@ function setTime(milliseconds) {
 
 function setState(state) {
   page.dataset.state = state;
+  page.classList.toggle('watching', ready); // small screens show little else then
   const active = session !== null;
   setText('start', startText());
   element('start').classList.toggle('leave', active);
@@ -226,16 +227,16 @@ function showMode() {
 }
 
 // Telephones by Apple show nothing but films in full screen: then there is no button.
-function offerFullscreen(panel, button) {
+function offerFullscreen(button) {
   button.hidden = !document.fullscreenEnabled;
   button.addEventListener('click', () => {
     if (document.fullscreenElement === null)
-      panel.requestFullscreen().catch(() => {}); // The browser asked, and people said no.
+      document.documentElement.requestFullscreen().catch(() => {}); // The browser asked, and people said no.
     else
       document.exitFullscreen();
   });
   document.addEventListener('fullscreenchange', () =>
-    button.setAttribute('aria-pressed', String(document.fullscreenElement === panel)));
+    button.setAttribute('aria-pressed', String(document.fullscreenElement !== null)));
 }
 
 // What the server suggests to a visitor: an address to start with, and a notice about itself.
@@ -275,7 +276,7 @@ element('dismiss').addEventListener('click', () => setWarning(''));
 for (const id of COMMANDS)
   element(id).addEventListener('click', () => session?.simulator?.[id]());
 offerLanguages(element('language'), sayAll);
-offerFullscreen(element('simulation'), element('fullscreen'));
+offerFullscreen(element('fullscreen'));
 sayAll();
 window.addEventListener('pagehide', () => session !== null && disconnect());
 loadDefaults();

@@ -1,0 +1,76 @@
+// Chromium for tests of pages: one for each file of tests, and a new context, as fresh as a new profile, for each page.
+//
+//   const browser = await openBrowser();     // ends with the tests of the file
+//   test('…', async (t) => { const page = await openPage(t, browser, { viewport: { width: 360, height: 740 } }); … });
+//
+// When a test ends, its page has asked no other host for anything, or the test fails.
+
+import assert from 'node:assert/strict';
+import { createRequire } from 'node:module';
+import { after } from 'node:test';
+
+// Installed by test.sh; not beside this file, which may be read-only.
+const require = createRequire(new URL('../../build/node/tests/viewer/package.json', import.meta.url));
+
+const PATIENCE_MS = 15000;
+const ARGUMENTS = ['--disable-gpu', '--disable-dev-shm-usage', '--disable-quic', '--no-proxy-server', '--hide-scrollbars'];
+
+export async function openBrowser({ args = [] } = {}) {
+  const { chromium } = require('playwright-core');
+  const browser = await chromium.launch({
+    executablePath: '/usr/bin/chromium',
+    chromiumSandbox: false, // It refuses to start as root.
+    args: [...ARGUMENTS, ...args],
+  });
+  after(() => browser.close());
+  return browser;
+}
+
+// Opens an empty page. `options` are those of Playwright's newContext().
+export async function openPage(t, browser, options = {}) {
+  const context = await browser.newContext({ locale: 'en-US', viewport: { width: 1280, height: 800 }, ...options });
+  context.setDefaultTimeout(PATIENCE_MS);
+  const page = await context.newPage();
+  const foreign = foreignRequests(page);
+  const complaints = [];
+  page.on('pageerror', (error) => complaints.push(`${error}`));
+  t.after(async () => {
+    await context.close();
+    assert.deepEqual(foreign, [], 'requests to other hosts');
+    assert.deepEqual(complaints, [], 'errors in scripts');
+  });
+  return page;
+}
+
+// What the page asks of other hosts than this machine, as a list that grows.
+function foreignRequests(page) {
+  const foreign = [];
+  const look = (address) => {
+    const { protocol, hostname } = new URL(address);
+    if (!['data:', 'blob:', 'about:'].includes(protocol) && !['127.0.0.1', 'localhost'].includes(hostname))
+      foreign.push(address);
+  };
+  page.on('request', (request) => look(request.url()));
+  page.on('websocket', (socket) => look(socket.url()));
+  return foreign;
+}
+
+// Waits until `condition` (which may be asynchronous) returns something true, and returns that.
+export async function until(condition, what) {
+  const deadline = Date.now() + PATIENCE_MS;
+  for (;;) {
+    const found = await condition();
+    if (found)
+      return found;
+    assert.ok(Date.now() < deadline, `waited in vain for ${what}`);
+    await new Promise((resolve) => setTimeout(resolve, 20));
+  }
+}
+
+// What axe-core has to say against the page as it is now: a list of sentences.
+export async function accessibilityFindings(page) {
+  await page.evaluate(`${require('axe-core').source}; 0`);
+  const { violations } = await page.evaluate('axe.run()');
+  return violations.flatMap(({ id, help, nodes }) => nodes.map((node) => `${id}: ${help}: ${node.html.slice(0, 200)} ${node.failureSummary ?? ''}`));
+}
+

@@ -1,0 +1,148 @@
+// The viewer page in its sizes and languages, against fake servers.
+
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { until } from './page.mjs';
+import { LANDSCAPE, PHONE, cloud, openViewer, runSimulation, state } from './viewer_page.mjs';
+
+const sent = async (prefix) => (await cloud.get('controls')).filter((message) => message.startsWith(prefix));
+const box = (page, selector) => page.locator(selector).evaluate((element) => element.getBoundingClientRect().toJSON());
+
+test('the picture is asked for in device pixels, at most 1920x1200 of them', async (t) => {
+  for (const [deviceScaleFactor, viewport] of [[1, { width: 1280, height: 800 }], [2, { width: 768, height: 1024 }], [3, { width: 2560, height: 1440 }]]) {
+    const page = await runSimulation(t, { deviceScaleFactor, viewport });
+    const { width, height } = await page.evaluate(() => {
+      const { clientWidth, clientHeight } = document.getElementById('screen');
+      return { width: clientWidth, height: clientHeight };
+    });
+    const scale = Math.min(deviceScaleFactor, Math.sqrt(1920 * 1200 / (width * height)));
+    const [asked] = await sent('mjpeg: ');
+    assert.equal(asked, `mjpeg: ${Math.round(width * scale)}x${Math.round(height * scale)}`);
+    await cloud.renew();
+  }
+});
+
+test('the mouse is where the simulator thinks it is', async (t) => {
+  const page = await runSimulation(t, { deviceScaleFactor: 2 });
+  const screen = await box(page, '#picture');
+  await page.mouse.move(Math.round(screen.x) + 100, Math.round(screen.y) + 60);
+  await page.mouse.wheel(0, 100);
+  const [, , , , x, y, , wheel] = (await until(async () => (await sent('mouse 2 '))[0], 'the wheel')).split(' ').map(Number);
+  assert.ok(Math.abs(x - 200) <= 2 && Math.abs(y - 120) <= 2, `${x} ${y}`);
+  assert.equal(wheel, 1);
+});
+
+test('fingers turn the view as far on every screen', async (t) => {
+  const page = await runSimulation(t, PHONE);
+  await page.locator('#picture').evaluate((picture) => {
+    const { left, top } = picture.getBoundingClientRect();
+    const touch = (type, x, y) => {
+      const finger = new Touch({ identifier: 1, target: picture, clientX: left + x, clientY: top + y });
+      picture.dispatchEvent(new TouchEvent(type, { targetTouches: [finger], touches: [finger], cancelable: true }));
+    };
+    touch('touchstart', 50, 40);
+    touch('touchmove', 60, 45);
+  });
+  await until(async () => (await sent('touch 0 ')).length, 'the movement');
+  assert.deepEqual(await sent('touch '), ['touch -1 1 150 120', 'touch 0 1 10 5']);
+});
+
+test('keys move the camera of a picture that has the focus, and nothing else', async (t) => {
+  const page = await runSimulation(t);
+  const [asked] = await sent('mjpeg: ');
+  const [x, y] = asked.slice(7).split('x').map((size) => Math.round(size / 2));
+  await page.keyboard.press('ArrowRight');
+  await page.focus('#picture');
+  for (const key of ['ArrowLeft', 'Shift+ArrowUp', '+', '-', 'Control+ArrowLeft'])
+    await page.keyboard.press(key);
+  await until(async () => (await sent('mouse 2 ')).length === 2, 'the last key');
+  assert.deepEqual(await sent('mouse '), [
+    `mouse -1 0 1 ${x} ${y} 0 0`, `mouse 0 0 1 ${x - 20} ${y} 0 0`, `mouse 1 0 1 ${x - 20} ${y} 0 0`,
+    `mouse -1 2 2 ${x} ${y} 0 0`, `mouse 0 2 2 ${x} ${y - 20} 0 0`, `mouse 1 2 2 ${x} ${y - 20} 0 0`,
+    `mouse 2 0 0 ${x} ${y} 0 -1`, `mouse 2 0 0 ${x} ${y} 0 1`]);
+});
+
+test("a spectator's picture takes no focus and sends nothing", async (t) => {
+  await cloud.set('multimedia', 'multimedia: mjpeg pause 640 480');
+  const page = await runSimulation(t);
+  assert.equal(await page.getAttribute('#picture', 'role'), 'img');
+  await page.evaluate(() => document.getElementById('picture').focus());
+  await page.keyboard.press('ArrowLeft');
+  await page.click('#pause');
+  await state(page, 'paused');
+  assert.deepEqual(await sent('mouse '), []);
+});
+
+test('full screen shows the picture, its controls and what happens', async (t) => {
+  const page = await runSimulation(t);
+  const before = (await box(page, '#screen')).height;
+  await page.click('#fullscreen');
+  await page.waitForFunction(() => document.fullscreenElement !== null);
+  await page.waitForFunction((height) => document.getElementById('screen').clientHeight > height, before);
+  await page.waitForSelector('#fullscreen[aria-pressed="true"]');
+  for (const id of ['status', 'pause', 'start'])
+    assert.ok(await inSight(page, id), `${id} is out of sight`);
+  await until(async () => (await sent('resize: ')).length === 2, 'the new size');
+  await page.click('#fullscreen');
+  await page.waitForFunction(() => document.fullscreenElement === null);
+});
+
+test('a telephone on its side shows the picture on most of its screen, with the controls beside it', async (t) => {
+  const page = await runSimulation(t, LANDSCAPE);
+  const { width, height } = LANDSCAPE.viewport;
+  const screen = await box(page, '#screen');
+  assert.ok(screen.height >= 0.8 * height, `the picture is ${screen.height} high`);
+  assert.ok(screen.width >= 0.75 * width, `the picture is ${screen.width} wide`);
+  for (const id of ['status', 'start', 'play', 'pause', 'reload', 'fullscreen', 'time'])
+    assert.ok(await inSight(page, id), `${id} is out of sight`);
+});
+
+test('an upright telephone shows picture and controls at once', async (t) => {
+  const page = await runSimulation(t, PHONE);
+  const screen = await box(page, '#screen');
+  assert.ok(screen.height >= 0.4 * PHONE.viewport.height, `the picture is ${screen.height} high`);
+  for (const id of ['status', 'start', 'play', 'reload', 'time'])
+    assert.ok(await inSight(page, id), `${id} is out of sight`);
+});
+
+const inSight = (page, id) => page.locator(`#${id}`).evaluate((element) => {
+  const { left, top, right, bottom } = element.getBoundingClientRect();
+  const found = document.elementFromPoint((left + right) / 2, (top + bottom) / 2);
+  return left >= 0 && top >= 0 && right <= innerWidth && bottom <= innerHeight && found !== null && element.contains(found);
+});
+
+test('the language is that of the browser, or the one that was chosen, which is remembered', async (t) => {
+  const page = await openViewer(t, { locale: 'de-CH' });
+  assert.equal(await page.textContent('#start'), 'Simulation starten');
+  assert.equal(await page.getAttribute('html', 'lang'), 'de');
+  await page.selectOption('#language', 'fr');
+  await page.waitForFunction(() => document.getElementById('start').textContent === 'Lancer la simulation');
+  assert.equal(await page.textContent('#light-text'), 'Une machine est disponible');
+  assert.equal(await page.textContent('#status'), 'Tout est prêt.');
+  await page.reload();
+  await page.waitForSelector('html[lang="fr"]');
+  assert.equal(await page.textContent('#start'), 'Lancer la simulation');
+});
+
+test('a language that there is none of is English', async (t) => {
+  const page = await openViewer(t, { locale: 'fi-FI' });
+  assert.equal(await page.textContent('#start'), 'Start simulation');
+});
+
+test('in every language nothing is left unsaid, and a telephone needs no scrolling sideways', async (t) => {
+  const page = await runSimulation(t, PHONE);
+  const languages = await page.locator('#language option').evaluateAll((options) => options.map(({ value }) => value));
+  assert.equal(languages.length, 7);
+  for (const language of languages) {
+    await page.locator('#language').evaluate((select, value) => { // It is out of the way while there is a simulation.
+      select.value = value;
+      select.dispatchEvent(new Event('change'));
+    }, language);
+    await page.waitForSelector(`html[lang="${language}"]`);
+    const { silent, width } = await page.evaluate(() => ({
+      silent: [...document.querySelectorAll('[data-say]')].filter(({ textContent, dataset }) => textContent === '' || textContent === dataset.say).length,
+      width: document.documentElement.scrollWidth,
+    }));
+    assert.deepEqual([language, silent, width], [language, 0, PHONE.viewport.width]);
+  }
+});
