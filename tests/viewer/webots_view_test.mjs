@@ -1,29 +1,14 @@
-// class View and <webots-view>, in headless Chromium on pages of other sites. The servers are played by Playwright: no port is
-// opened. Exit code 77: nothing could be tested.
+// class View and <webots-view>, in Chromium on pages of other sites. The servers are played by Playwright: no port is opened.
 
 import assert from 'node:assert/strict';
 import { existsSync } from 'node:fs';
 import { readFile } from 'node:fs/promises';
-import { createRequire } from 'node:module';
-import { after, before, beforeEach, describe, test } from 'node:test';
+import { before, beforeEach, describe, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
 
+import { accessibilityFindings, openBrowser, until } from './page.mjs';
+
 const HERE = new URL('.', import.meta.url);
-const PACKAGES = new URL('../../build/node/tests/viewer/', HERE);
-const CHROMIUM = '/usr/bin/chromium';
-
-function skip(why) {
-  console.log(`skipped: ${why}`);
-  process.exit(77);
-}
-
-if (!existsSync(new URL('node_modules/', PACKAGES)))
-  skip('Playwright is not installed (./test.sh does it, with npm)');
-if (!existsSync(CHROMIUM))
-  skip(`${CHROMIUM} is missing (package chromium)`);
-const packages = createRequire(new URL('package.json', PACKAGES));
-const { chromium } = packages('playwright-core');
-
 const HOST = 'https://cloud.test'; // the session server, whose /view/ has the modules
 const SITE = 'https://www.website.test'; // the page of somebody else
 const MACHINE = 'wss://machine.test/2000';
@@ -143,7 +128,7 @@ async function serveModule(route, path) {
   return route.fulfill({ contentType: TYPES[path.split('.').pop()], headers: { 'Access-Control-Allow-Origin': '*' }, body: await readFile(file) });
 }
 
-let browser;
+const browser = await openBrowser();
 let cloud;
 let page;
 
@@ -157,11 +142,7 @@ async function openPage(options) {
   return opened;
 }
 
-before(async () => {
-  browser = await chromium.launch({ executablePath: CHROMIUM, args: ['--no-sandbox', '--disable-gpu', '--disable-dev-shm-usage', '--no-proxy-server'] });
-  page = await openPage({ locale: 'en-US' });
-});
-after(() => browser?.close());
+before(async () => { page = await openPage({ locale: 'en-US' }); });
 
 beforeEach(async () => {
   cloud = new Cloud();
@@ -173,21 +154,8 @@ async function show(html, path = '/lesson/page.html', headers = {}) {
   await page.goto(SITE + path);
 }
 
-// Waits until `condition` (a function, which may be asynchronous) is truthy, and returns its value.
-async function until(condition, what) {
-  const end = Date.now() + DEADLINE_MS;
-  for (;;) {
-    const value = await condition();
-    if (value)
-      return value;
-    if (Date.now() > end)
-      assert.fail(`there was never ${typeof what === 'function' ? await what() : what}`);
-    await new Promise((resolve) => setImmediate(resolve));
-  }
-}
-
 const state = (name) => page.waitForFunction((wanted) => (globalThis.view?.state ?? document.querySelector('webots-view').dataset.state) === wanted, name);
-const heard = (message) => until(() => cloud.controls.includes(message), () => `${message} among ${JSON.stringify(cloud.controls)}`);
+const heard = (message) => until(() => cloud.controls.includes(message), `${message} among the messages to the simulator`);
 const told = (name) => page.evaluate((wanted) => globalThis.told.filter(([called]) => called === wanted).map(([, ...values]) => values), name);
 const button = (name) => page.getByRole('button', { name, exact: true });
 const controlsAfterOpening = () => cloud.controls.filter((message) => !/^(mjpeg|resize):/.test(message));
@@ -482,9 +450,7 @@ describe('Ten lines of another site', () => {
     assert.deepEqual([...cloud.origins].sort(), [HOST, 'https://machine.test', SITE].sort());
     if (process.env.SCREENSHOTS)
       await page.screenshot({ path: `${process.env.SCREENSHOTS}/ten-lines.png` });
-    await page.evaluate(await readFile(packages.resolve('axe-core/axe.min.js'), 'utf8'));
-    const { violations } = await page.evaluate(() => globalThis.axe.run());
-    assert.deepEqual(violations.map(({ id, nodes }) => [id, nodes.map(({ html }) => html)]), []);
+    assert.deepEqual(await accessibilityFindings(page), []);
   });
 
   test('have the attributes and methods that pages of today use', async () => {

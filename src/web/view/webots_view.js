@@ -269,6 +269,9 @@ export class View {
     on('time', (time) => this.#setTime(time));
     on('picture', (source) => this.#display.show({ ...source, viewOnly: source.viewOnly || this.broadcast },
       (message) => this.send(message)));
+    on('scene', (source) => this.#display.show(source, (message) => this.send(message)));
+    for (const type of ['model', 'update', 'label', 'node', 'delete'])
+      on(type, (detail) => this.#display.receive?.(type, detail));
     on('message', ({ from, text }) => (from === 'server' ? this.#hearServer(text) : this.#hearSimulator(text)));
     on('mode', (mode) => this.#takeMode(mode));
     on('ready', () => this.#becomeReady());
