@@ -421,6 +421,35 @@ describe('What can go wrong', () => {
     assert.match(text, /https:\/\/www\.website\.test.*"allowedOrigins"/);
   });
 
+  test('what the page opened ends when it goes, and is opened again when the browser brings it back', async () => {
+    await open();
+    await state('paused');
+    const closed = new Promise((resolve) => { cloud.lease.onClose(resolve); });
+    await page.evaluate(() => dispatchEvent(new PageTransitionEvent('pagehide', { persisted: true })));
+    await closed;
+    cloud.leases = [];
+    await page.evaluate(() => dispatchEvent(new PageTransitionEvent('pageshow', { persisted: true })));
+    await until(() => cloud.leases.length === 1, 'another start');
+    await state('paused');
+  });
+
+  test('a world that is loaded again is ready again', async () => {
+    await open();
+    await state('paused');
+    cloud.send('robot window: {"robot":"e-puck","window":"panel"}');
+    await button('Window of e-puck').waitFor();
+    for (const message of ['delete world', 'loading:Creating nodes:65'])
+      cloud.send(message);
+    await button('Window of e-puck').waitFor({ state: 'detached' });
+    await page.getByRole('progressbar').waitFor();
+    cloud.send('scene load completed');
+    await until(async () => (await told('onready')).length === 2, 'a second call of onready');
+    cloud.send('scene load completed');
+    cloud.send('stdout:done');
+    await until(async () => (await told('onstdout')).length === 1, 'a line');
+    assert.equal((await told('onready')).length, 2, 'once for each world');
+  });
+
   test('the end of the simulation is said', async () => {
     await open();
     await state('paused');

@@ -38,6 +38,8 @@ export class RobotWindows {
 
   // A window of an old simulation: a page beside the page around it, to which `send(message, robot)` belongs.
   announceOld(robot, window, send) {
+    if (this.#windows.has(robot) && this.#windows.get(robot).script === undefined)
+      return; // the simulator has a newer one
     const name = encodeURIComponent(window);
     const url = new URL(`window/${name}/${name}.html`, document.baseURI).href;
     this.#add(robot, { url, script: url.replace(/html$/, 'js'), name: window, send });

@@ -18,7 +18,7 @@
 //   showRevert, showReload, showQuit, showRun, showPlay, showStep, showReset, showTerminal, showRobotWindow,
 //   showWorldSelection  whether the toolbar has them; set on the view, or on `webots`, before open()
 //   play(), pause(), step(), fast(), reset(), reload(), loadWorld(name), send(text), sendRobotMessage(robot, message)
-//   state               'idle' | 'starting' | 'paused' | 'running' | 'fast' | 'ended' | 'failed'
+//   state               'idle' | 'starting' | 'paused' | 'running' | 'fast' | 'lost' (nothing arrives) | 'ended' | 'failed'
 //   time                simulated milliseconds
 //   project             of ws://host/project/worlds/world.wbt; otherwise ''
 //   runOnLoad           true: plays as soon as it can
@@ -104,6 +104,8 @@ export class View {
   #heard = false; // whether anything came from the server or the simulator
   #model = '';
   #animation = null;
+  #loaded = false; // the world; pages have been told
+  #page = null; // an AbortController: while something is open, the view follows the page's going and coming
 
   constructor(view3D, mobile = matchMedia('(pointer: coarse)').matches) {
     this.#container = view3D;
@@ -127,8 +129,10 @@ export class View {
       const target = parseViewAddress(url, ownServer, document.baseURI);
       const wanted = OLD_MODES[mode] ?? mode;
       const drawing = target.kind !== 'scene' && wanted === 'mjpeg' ? NOT_WANTED : await findDrawing();
-      if (attempt === this.#attempt)
+      if (attempt === this.#attempt) {
         this.#start(target, wanted, drawing);
+        this.#followPage(() => this.open(url, mode));
+      }
     } catch (error) {
       if (attempt === this.#attempt)
         this.#fail(error.message);
@@ -244,6 +248,14 @@ export class View {
     this.#session.start();
   }
 
+  // What was opened ends with the page. Browsers may keep the page for the button Back: then it is opened again.
+  #followPage(openAgain) {
+    this.#page = new AbortController();
+    const { signal } = this.#page;
+    addEventListener('pagehide', () => this.#session?.stop(), { signal });
+    addEventListener('pageshow', ({ persisted }) => persisted && openAgain(), { signal });
+  }
+
   #opening(target, mode) {
     return target.project === undefined ? undefined : initMessage(target, location.origin, webots, mode);
   }
@@ -263,6 +275,7 @@ export class View {
   #listen(session) {
     const on = (type, handler) => session.addEventListener(type, ({ detail }) => session === this.#session && handler(detail));
     on('progress', ({ text, percent }) => this.#frame.setMessage(text, { percent }));
+    on('lost', ({ text }) => this.#lose(text));
     on('problem', ({ text }) => this.#tellProblem(text));
     on('notice', ({ text }) => this.#frame.setMessage(text));
     on('output', ({ stream, line }) => this.#print(stream, line));
@@ -302,9 +315,14 @@ export class View {
     else if (text.startsWith('model:'))
       this.#takeModel(text.slice('model:'.length));
     else if (text.startsWith('delete world'))
-      this.#windows.clear();
+      this.#deleteWorld();
     else if (/^(robot|stdout|stderr):/.test(text))
       text.split('\n').filter((line) => line.startsWith('robot:')).forEach((line) => this.#takeRobotMessage(line.slice('robot:'.length)));
+  }
+
+  #deleteWorld() {
+    this.#windows.clear();
+    this.#loaded = false;
   }
 
   // "<current>:<world>;<world>"
@@ -359,10 +377,20 @@ export class View {
   #becomeReady() {
     this.#frame.setMessage('');
     this.#setState(this.#mode);
+    if (this.#loaded)
+      return; // a connection was restored
+    this.#loaded = true;
     this.onready?.();
     this.onworldloaded?.();
     if (this.runOnLoad && !this.broadcast)
       this.play();
+  }
+
+  // Until "ready" or "ended" what is shown is old.
+  #lose(text) {
+    if (ACTIVE.includes(this.#state))
+      this.#setState('lost');
+    this.#frame.setMessage(text, { problem: true });
   }
 
   #setTime(milliseconds) {
@@ -417,7 +445,9 @@ export class View {
     this.#labels?.clear();
     this.#mode = 'paused';
     this.#heard = false;
+    this.#loaded = false;
     this.#model = '';
+    this.#page?.abort();
     this.#setState(state);
   }
 }
