@@ -201,6 +201,8 @@ struct SimulationConfig
     Duration timeout = std::chrono::hours(2); ///< `timeout`, in seconds; less than 360 counts as 7200.
     Duration start_timeout = std::chrono::minutes(5); ///< `startTimeout`, in seconds.
     Duration reconnect_grace{}; ///< `reconnectGrace`, in seconds: how long a lost browser may return.
+    /// The same for browsers that say that they return. Without the key they may, and others may not.
+    Duration return_grace = std::chrono::seconds(30);
     std::filesystem::path log_dir = "log"; ///< `logDir`
     bool debug = false;                    ///< `debug`: log to standard output instead of the file.
     bool json_log = false;                 ///< `logFormat`: `text`, or `json` for programs that collect logs.

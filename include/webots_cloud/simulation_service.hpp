@@ -47,6 +47,9 @@ struct SimulationServiceParams
     std::size_t max_silent = 256;
     /// How long a simulation waits for a browser that lost its connection. Default 0: it ends at once.
     Duration reconnect_grace{};
+    /// The same for browsers that have said in `start` that they return, also when their page was reloaded;
+    /// at least `reconnect_grace`. Default 0.
+    Duration return_grace{};
     /// Bytes per second, of all that browsers and one simulation say to each other through the server. 0: any
     /// number.
     std::uint64_t traffic_limit = 0;
@@ -68,7 +71,7 @@ struct SimulationServiceHooks
 {
     SimulationServiceHooks() = default;
 
-    /// Makes the tokens with which browsers return, which nobody can guess. Required with `reconnect_grace`.
+    /// Makes the tokens with which browsers return, which nobody can guess. Required with a grace.
     std::function<std::string()> new_token;
     /// Why a browser that came with a ticket may start no simulation, a sentence; empty: it may, this once.
     /// The ticket is empty for browsers without one. Not set: tickets mean nothing.

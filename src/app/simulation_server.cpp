@@ -326,6 +326,7 @@ SimulationServiceParams service_params(SimulationConfig const& config, Simulatio
     params.title = config.title;
     params.description = config.description;
     params.reconnect_grace = config.reconnect_grace;
+    params.return_grace = config.return_grace;
     params.notice = std::move(notice);
     return params;
 }

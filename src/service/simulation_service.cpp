@@ -57,6 +57,7 @@ struct SimulationService::Impl
         set_policy();
         context.simulation_logs = hooks.simulation_logs;
         context.reconnect_grace = params.reconnect_grace;
+        context.return_grace = params.return_grace;
         context.new_token = hooks.new_token;
         context.new_address_token = hooks.new_address_token;
         context.address = params.address;
@@ -179,6 +180,8 @@ asio::awaitable<result<>> SimulationService::Impl::measure()
             co_return waited;
         }
         operators.measure(next, clients);
+        for (auto const& [id, session] : sessions)
+            session->send_heartbeat();
         if (operators.has_finished())
             co_return result<>();
     }

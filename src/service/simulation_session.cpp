@@ -68,12 +68,18 @@ public:
     void close(std::uint16_t, std::string) override {}
 };
 
+Duration grace_for(SessionContext const& context, core::SimulationRequest const& request)
+{
+    return core::can_return(request) ? std::max(context.return_grace, context.reconnect_grace)
+                                     : context.reconnect_grace;
+}
+
 } // namespace
 
 SimulationSession::SimulationSession(SessionContext& context, asio::any_io_executor const& executor,
                                      std::uint64_t id, std::string quota_key, core::SimulationRequest request)
     : context_(context), id_(id), quota_key_(std::move(quota_key)), request_(std::move(request)),
-      life_(context.reconnect_grace, context.clock.now(), context.state.is_stopping()),
+      life_(grace_for(context, request_), context.clock.now(), context.state.is_stopping()),
       started_(context.clock.now()), life_changed_(executor), released_(executor)
 {
     context.starts.arrived();
@@ -162,7 +168,7 @@ asio::awaitable<void> SimulationSession::run(Channel& channel)
 {
     // Whichever ends first cancels the others: the simulation, the browser's connection, or the wait for
     // another connection that takes over.
-    channel_ = &channel;
+    greet(channel);
     co_await (simulate(channel) || receive(channel) || await_takeover());
     channel_ = nullptr;
     co_await finish(channel);
@@ -170,11 +176,26 @@ asio::awaitable<void> SimulationSession::run(Channel& channel)
 
 asio::awaitable<void> SimulationSession::resume(Channel& channel)
 {
+    greet(channel);
     auto const left = std::chrono::duration_cast<std::chrono::seconds>(life_.time_left(context_.clock.now()));
     (void)channel.send(core::shutdown_timeout_message(left.count()));
     announce(channel);
     co_await (relay(channel) || receive(channel) || await_takeover());
+    channel_ = nullptr;
     co_await finish(channel);
+}
+
+void SimulationSession::greet(Channel& channel)
+{
+    channel_ = &channel;
+    if (core::wants_heartbeat(request_))
+        (void)channel.send(std::string(core::heartbeat_promise));
+}
+
+void SimulationSession::send_heartbeat()
+{
+    if (channel_ && core::wants_heartbeat(request_))
+        (void)channel_->send(std::string(core::heartbeat_message));
 }
 
 asio::awaitable<bool> SimulationSession::take_over()
@@ -210,7 +231,11 @@ asio::awaitable<void> SimulationSession::await_takeover()
 /// cleans up unless another connection takes over.
 asio::awaitable<void> SimulationSession::finish(Channel& channel)
 {
-    channel.close(); // what was sent is still delivered; the browser need not wait for the clean-up
+    // What was sent is still delivered; the browser need not wait for the clean-up.
+    if (life_.state() == Life::State::handing_over && core::can_return(request_))
+        channel.close(core::taken_over_code, "another page has taken the simulation over");
+    else
+        channel.close();
     auto next = end_connection();
     if (next.action == Life::Action::await_return) {
         co_await await_return(next.until);
@@ -246,7 +271,7 @@ void SimulationSession::log_loss(Life::Loss loss)
                           concat(log_prefix(), "The browser has not returned: the simulation is ended"));
         return;
     }
-    auto const grace = std::chrono::duration<double>(context_.reconnect_grace).count();
+    auto const grace = std::chrono::duration<double>(life_.grace()).count();
     std::string what_follows = "it was not ready yet, and is ended";
     if (loss == Life::Loss::awaited)
         what_follows = concat("it may return for ", core::python_float(grace), " s");
@@ -291,6 +316,21 @@ void SimulationSession::limit_traffic()
         tunnels_->set_limit(context_.traffic_limit);
 }
 
+void SimulationSession::note_leaving(Failure const& failure, Channel const& channel)
+{
+    using Leaving = Life::Leaving;
+    auto const code = channel.farewell();
+    if (failure == errc::unreachable) {
+        life_.browser_left(Leaving::lost);
+        loss_reason_ = failure.message();
+    } else if (core::can_return(request_) && !core::is_final(code)) {
+        life_.browser_left(Leaving::page_left);
+        loss_reason_ = concat("its page was left or reloaded (close code ", std::to_string(code), ")");
+    } else {
+        life_.browser_left(Leaving::for_good);
+    }
+}
+
 /// Answers the messages of the browser. Ends with its connection.
 asio::awaitable<void> SimulationSession::receive(Channel& channel)
 {
@@ -301,8 +341,7 @@ asio::awaitable<void> SimulationSession::receive(Channel& channel)
             co_return;
         auto const text = co_await channel.receive();
         if (!text) {
-            life_.browser_left(text.error() == errc::unreachable);
-            loss_reason_ = text.error().message();
+            note_leaving(text.error(), channel);
             co_return;
         }
         auto const message = core::parse_client_message(*text);

@@ -47,7 +47,8 @@ struct SessionContext
     PublicAddress address;
     core::RepositoryPolicy policy;
     Duration reconnect_grace{}; ///< How long a simulation waits for a browser that lost its connection.
-    std::function<std::string()> new_token;         ///< Not empty, unless the grace is 0.
+    Duration return_grace{};    ///< The same, for a browser that has said that it returns.
+    std::function<std::string()> new_token;         ///< Not empty, unless both are 0.
     std::function<std::string()> new_address_token; ///< Not empty where there is a gateway.
     std::uint64_t traffic_limit = 0;                ///< Bytes per second of each simulation; 0: any number.
     core::ServiceState state;
@@ -86,6 +87,9 @@ public:
 
     /// Goes on as `run` does, with the running simulation.
     boost::asio::awaitable<void> resume(Channel& channel);
+
+    /// Shows a browser that asked for it that we live: to be called every second.
+    void send_heartbeat();
 
     /// The server stops: waits for no browser any more, and tells a browser whose simulation has not started.
     void on_server_stop();
@@ -151,12 +155,14 @@ private:
     boost::asio::awaitable<void> relay(Channel& channel);
     boost::asio::awaitable<void> await_takeover();
     boost::asio::awaitable<void> finish(Channel& channel);
+    void note_leaving(Failure const& failure, Channel const& channel);
     core::SimulationLife::Next end_connection();
     boost::asio::awaitable<void> await_return(TimePoint until);
     void log_loss(core::SimulationLife::Loss loss);
     boost::asio::awaitable<void> clean_up(bool exited);
     void close_tunnels();
     boost::asio::awaitable<void> reset_controller(std::string file, Channel& channel);
+    void greet(Channel& channel);
     void announce(Channel& channel);
     result<> check_policy() const;
     result<> admit();
@@ -172,7 +178,7 @@ private:
     std::string asked_host_;
     core::SimulationRequest request_;
     core::SimulationLife life_;
-    Channel* channel_ = nullptr; ///< To the browser, while `run` uses it.
+    Channel* channel_ = nullptr; ///< To the browser, while `run` or `resume` uses it.
     TimePoint started_;
     core::Admission::Place place_;
     std::optional<Project> project_;

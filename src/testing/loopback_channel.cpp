@@ -14,6 +14,7 @@ struct LoopbackChannel::Inbox
     std::deque<std::string> messages;
     bool closed = false;
     bool lost = false;
+    std::uint16_t farewell = 0;
     async::Wakeup happened;
 };
 
@@ -29,8 +30,10 @@ void LoopbackChannel::browser_says(std::string text)
     inbox_->happened.notify();
 }
 
-void LoopbackChannel::browser_leaves()
+void LoopbackChannel::browser_leaves(std::uint16_t code)
 {
+    if (!inbox_->closed)
+        inbox_->farewell = code;
     inbox_->closed = true;
     inbox_->happened.notify();
 }
@@ -68,6 +71,11 @@ void LoopbackChannel::close(std::uint16_t code, std::string)
     if (!close_code)
         close_code = code;
     browser_leaves();
+}
+
+std::uint16_t LoopbackChannel::farewell() const noexcept
+{
+    return inbox_->farewell;
 }
 
 bool LoopbackChannel::was_told(std::string_view text) const

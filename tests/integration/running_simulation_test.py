@@ -77,6 +77,36 @@ class LostConnections(unittest.IsolatedAsyncioTestCase):
             simulation.wait_until_clean()  # it closed, in order
             self.assertFalse([pid for pid in processes if is_alive(pid)])
 
+    async def test_a_page_that_can_return_is_waited_for_also_when_it_is_reloaded_and_without_any_configuration(self):
+        with server() as simulation:
+            async with Browser(simulation) as browser:
+                await browser.start(reconnect=True, heartbeat=True)
+                token = (await browser.hear("reconnectToken: ")).split()[1]
+                self.assertEqual(browser.told[0], "heartbeat: 1")
+                await browser.hear(".")
+                processes = simulation.simulators()
+                await browser.socket.close(1001)
+            wait_until(lambda: "it may return for 30.0 s" in simulation.log(), "nobody waits for it")
+            async with Browser(simulation) as browser, Browser(simulation) as other:
+                await browser.socket.send(json.dumps({"reconnect": token}))
+                await browser.hear("reconnectToken: ")
+                self.assertEqual(simulation.simulators(), processes)
+                await other.socket.send(json.dumps({"reconnect": token}))
+                await other.hear("reconnectToken: ")
+                await browser.hear_all()
+                self.assertEqual(browser.socket.close_code, 4001)
+                await other.socket.close(1000)
+            simulation.wait_until_clean()
+
+    async def test_a_page_that_does_not_say_so_is_not_waited_for(self):
+        with server() as simulation:
+            async with Browser(simulation) as browser:
+                await browser.start()
+                await browser.hear("webots:")
+                await self.lose(browser)
+            simulation.wait_until_clean()
+            self.assertIn("it is ended at once, since there is no \"reconnectGrace\"", simulation.log())
+
     async def test_who_does_not_return_loses_the_simulation(self):
         with server(reconnectGrace=0.2) as simulation:
             async with Browser(simulation) as browser:

@@ -38,8 +38,8 @@ class Browser:
     async def __aexit__(self, *_):
         await self.socket.close()
 
-    async def start(self, url=WORLD, mode="mjpeg"):
-        await self.socket.send(json.dumps({"start": {"url": url, "mode": mode}}))
+    async def start(self, url=WORLD, mode="mjpeg", **more):
+        await self.socket.send(json.dumps({"start": {"url": url, "mode": mode, **more}}))
 
     async def hear(self, beginning):
         """Waits for a message that begins so, and returns it."""

@@ -21,12 +21,13 @@ public:
     ~LoopbackChannel() override;
 
     void browser_says(std::string text);
-    void browser_leaves();
-    void browser_is_lost(); ///< Its connection breaks without a close frame.
+    void browser_leaves(std::uint16_t code = 0); ///< It closes the connection.
+    void browser_is_lost();                      ///< Its connection breaks without a close frame.
 
     result<> send(std::string text) override;
     boost::asio::awaitable<result<std::string>> receive() override;
     void close(std::uint16_t code = 0, std::string reason = {}) override;
+    std::uint16_t farewell() const noexcept override;
 
     /// True when `sent` has a message that starts with `text`.
     bool was_told(std::string_view text) const;

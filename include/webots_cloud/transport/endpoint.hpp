@@ -77,6 +77,9 @@ public:
     /// Starts to close: queued messages are sent first. `code` 0 sends an empty close frame. A second call
     /// does nothing.
     virtual void close(std::uint16_t code = 0, std::string reason = {}) = 0;
+
+    /// The code with which the browser has closed it; 0: none, or it has not.
+    virtual std::uint16_t farewell() const noexcept { return 0; }
 };
 
 /// Accept the WebSocket handshake, then call `Endpoint::serve_websocket`.

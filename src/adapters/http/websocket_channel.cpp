@@ -134,6 +134,7 @@ void WebSocketChannel::obey(WebSocketEvent event)
         break;
     case WebSocketEvent::Kind::close:
         close_received_ = true;
+        farewell_ = closing_ ? std::uint16_t{0} : static_cast<std::uint16_t>(event.code);
         begin_close(static_cast<std::uint16_t>(event.code), {});
         break;
     case WebSocketEvent::Kind::fault:

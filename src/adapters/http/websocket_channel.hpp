@@ -35,6 +35,7 @@ public:
     result<> send(std::string text) override;
     boost::asio::awaitable<result<std::string>> receive() override;
     void close(std::uint16_t code = 0, std::string reason = {}) override;
+    std::uint16_t farewell() const noexcept override { return farewell_; }
 
     /// Closes, and waits until no operation is pending. Not cancellable.
     boost::asio::awaitable<void> finish();
@@ -79,6 +80,7 @@ private:
     bool awaiting_write_ = false;
     bool closing_ = false;        ///< The close frame is queued: nothing may follow it.
     bool close_received_ = false; ///< The browser's close frame has come.
+    std::uint16_t farewell_ = 0;  ///< Its code.
     bool broken_ = false; ///< The browser broke the protocol: what it says is not understood any more.
     bool lost_ = false;   ///< The connection has ended.
     bool silent_ = false; ///< It was ended since the browser did not answer.

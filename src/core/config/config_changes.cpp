@@ -1,5 +1,7 @@
 #include "config_changes.hpp"
 
+#include <utility>
+
 namespace webots_cloud::core {
 namespace {
 
@@ -86,7 +88,8 @@ std::vector<std::string_view> keys_for_restart(SimulationConfig const& running, 
     changes.compare("maxConnections", running.max_connections, next.max_connections);
     changes.compare("timeout", running.timeout, next.timeout);
     changes.compare("startTimeout", running.start_timeout, next.start_timeout);
-    changes.compare("reconnectGrace", running.reconnect_grace, next.reconnect_grace);
+    changes.compare("reconnectGrace", std::pair(running.reconnect_grace, running.return_grace),
+                    std::pair(next.reconnect_grace, next.return_grace));
     changes.compare("projectsDir", running.projects_dir, next.projects_dir);
     changes.compare("keyDir", running.key_dir, next.key_dir);
     changes.compare("multimediaServer", running.multimedia_server, next.multimedia_server);

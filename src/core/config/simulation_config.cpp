@@ -309,7 +309,10 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     reader->read_integer("simulationsPerAddress", config.simulations_per_address, 0, 10'000);
     read_seconds(*reader, "timeout", config.timeout, 0);
     read_seconds(*reader, "startTimeout", config.start_timeout, 1);
-    read_seconds(*reader, "reconnectGrace", config.reconnect_grace, 0);
+    auto grace = config.return_grace;
+    read_seconds(*reader, "reconnectGrace", grace, 0);
+    if (reader->has("reconnectGrace"))
+        config.reconnect_grace = config.return_grace = grace;
     read_log(*reader, config);
     reader->read_text("title", config.title);
     reader->read_text("description", config.description);

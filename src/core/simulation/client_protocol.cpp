@@ -18,6 +18,13 @@ std::string authority(PublicAddress const& address, std::uint16_t port)
     return concat(address.host, address.port_rewrite ? "/" : ":", std::to_string(port));
 }
 
+/// Members that were added later: whoever means something else by them is not refused.
+bool is_true(json::object const& object, std::string_view key)
+{
+    auto const* value = object.if_contains(key);
+    return value && value->is_bool() && value->get_bool();
+}
+
 ClientMessage read_start(json::value const& value)
 {
     auto const* start = value.if_object();
@@ -33,6 +40,8 @@ ClientMessage read_start(json::value const& value)
             return MalformedMessage{"the \"mode\" of \"start\" must be a string"};
         message.mode = mode->get_string();
     }
+    message.can_return = is_true(*start, "reconnect");
+    message.wants_heartbeat = is_true(*start, "heartbeat");
     return SimulationRequest(std::move(message));
 }
 
@@ -95,6 +104,25 @@ ClientMessage parse_client_message(std::string_view text)
     if (auto const* start = object->if_contains("start"))
         return read_start(*start);
     return UnknownMessage{};
+}
+
+bool can_return(SimulationRequest const& request)
+{
+    auto const* start = std::get_if<StartMessage>(&request);
+    return start && start->can_return;
+}
+
+bool wants_heartbeat(SimulationRequest const& request)
+{
+    auto const* start = std::get_if<StartMessage>(&request);
+    return start && start->wants_heartbeat;
+}
+
+bool is_final(std::uint16_t close_code) noexcept
+{
+    constexpr std::uint16_t none = 0;
+    constexpr std::uint16_t normal = 1000;
+    return close_code == none || close_code == normal;
 }
 
 std::string world_of(SimulationRequest const& request)

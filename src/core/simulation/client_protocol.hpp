@@ -18,6 +18,9 @@ struct StartMessage
 
     std::string url;
     std::string mode; ///< Empty when the browser named none.
+    /// Whether the browser returns after it has lost its connection, or was reloaded.
+    bool can_return = false;
+    bool wants_heartbeat = false;
 
     bool operator==(StartMessage const&) const = default;
 };
@@ -63,6 +66,19 @@ using ClientMessage = std::variant<SimulationRequest, ReconnectMessage, ResetCon
 /// Reads any bytes.
 ClientMessage parse_client_message(std::string_view text);
 
+/// Whether the browser has said that it returns after it has lost its connection, or was reloaded.
+bool can_return(SimulationRequest const& request);
+
+/// Whether the browser wants to hear from us all the time, to know that it still could.
+bool wants_heartbeat(SimulationRequest const& request);
+
+/// Whether a browser that closes its connection with this code, and can return, has gone for good: not when
+/// its page was only left or reloaded.
+bool is_final(std::uint16_t close_code) noexcept;
+
+/// The code with which a connection is closed since another one has taken the simulation over.
+inline constexpr std::uint16_t taken_over_code = 4001;
+
 /// The requested world, as the browser wrote it.
 std::string world_of(SimulationRequest const& request);
 
@@ -77,6 +93,12 @@ std::string shutdown_timeout_message(std::int64_t seconds);
 
 /// `reset controller: <file>`
 std::string reset_controller_message(std::string_view file);
+
+/// A sign of life, like those that simulators print.
+inline constexpr std::string_view heartbeat_message = ".";
+
+/// From now on there is a sign of life at least so often, in seconds.
+inline constexpr std::string_view heartbeat_promise = "heartbeat: 1";
 
 /// There is an editor: for containers.
 inline constexpr std::string_view editor_message = "ide: enable";

@@ -57,7 +57,9 @@ bool SimulationLife::must_let_go() const noexcept
 
 SimulationLife::Next SimulationLife::connection_ended(TimePoint now)
 {
-    bool const lost = std::exchange(lost_, false) && !stopping_;
+    auto const leaving = std::exchange(leaving_, Leaving::for_good);
+    bool const lost = leaving == Leaving::lost && !stopping_;
+    bool const may_return = leaving != Leaving::for_good && !stopping_;
     switch (state_) {
     case State::handing_over: {
         state_ = State::serving;
@@ -68,7 +70,7 @@ SimulationLife::Next SimulationLife::connection_ended(TimePoint now)
     case State::waiting:
         return end(stopping_ ? Loss::none : Loss::not_returned);
     case State::serving:
-        if (lost && has_grace()) {
+        if (may_return && has_grace()) {
             state_ = State::waiting;
             Next next;
             next.action = Action::await_return;

@@ -84,8 +84,15 @@ public:
     /// The simulator has ended by itself.
     void exited() { state_ = State::exited; }
 
-    /// The browser closed its connection, or lost it.
-    void browser_left(bool lost) { lost_ = lost; }
+    /// How a browser leaves.
+    enum class Leaving
+    {
+        for_good,
+        page_left, ///< Its page was left or reloaded, or will try another connection: it may return.
+        lost       ///< Its connection broke without a close frame.
+    };
+
+    void browser_left(Leaving leaving) { leaving_ = leaving; }
 
     /// A browser returned.   Returns: whether it takes over, once the connection that owns the simulation has
     /// ended.
@@ -109,6 +116,7 @@ public:
 
     /// Browsers get a token with which they can return.
     bool has_grace() const noexcept { return grace_ > Duration::zero(); }
+    Duration grace() const noexcept { return grace_; }
 
     /// The connection must end although its browser has not left.
     bool must_let_go() const noexcept;
@@ -133,8 +141,8 @@ private:
     Start start_ = Start::under_way;
     TimePoint stage_began_;
     TimePoint ends_at_;
-    bool lost_ = false; ///< The connection broke without a close frame.
-    bool stopping_;     ///< The server.
+    Leaving leaving_ = Leaving::for_good;
+    bool stopping_; ///< The server.
 };
 
 } // namespace webots_cloud::core

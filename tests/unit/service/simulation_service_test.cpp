@@ -12,6 +12,9 @@ namespace {
 constexpr auto start_message =
     R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/a.wbt","mode":"mjpeg"}})";
 
+constexpr auto returning_start =
+    R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/a.wbt","reconnect":true,"heartbeat":true}})";
+
 constexpr auto init_message =
     R"({ "init" : [ "https://w.org", "robots", "a.wbt", "", "", "", "", "", "" ] })";
 
@@ -954,6 +957,63 @@ BOOST_AUTO_TEST_CASE(without_a_grace_no_token_is_given_and_a_lost_browser_ends_i
     BOOST_TEST(fixture.log.contains(
         "[1] The simulation has lost its browser: the peer can't be reached; it is ended at once, "
         "since there is no \"reconnectGrace\""));
+}
+
+// Protocol 4.1.4, 13.10.
+BOOST_AUTO_TEST_CASE(who_can_return_is_waited_for_when_its_page_is_left_and_others_are_not)
+{
+    SimulationServiceParams params = simulation_service_params();
+    params.return_grace = 30s;
+    Fixture fixture(std::move(params));
+    for (int i = 0; i < 4; ++i)
+        fixture.processes.expect().prints(".\n");
+    auto& old = fixture.start();
+    BOOST_TEST(!old.was_told("reconnectToken:"));
+    old.browser_leaves(1001);
+    fixture.world.settle();
+    BOOST_TEST(fixture.service.sessions() == 0u);
+    fixture.lose(fixture.start());
+    BOOST_TEST(fixture.service.sessions() == 0u);
+
+    auto& page = fixture.start(returning_start);
+    page.browser_leaves(1001);
+    fixture.world.advance(29s);
+    BOOST_TEST(fixture.log.contains("[3] The simulation has lost its browser: its page was left or reloaded "
+                                    "(close code 1001); it may return for "
+                                    "30.0 s"));
+    auto& back = fixture.reconnect("token1");
+    BOOST_TEST(back.was_told("webots:"));
+    auto& elsewhere = fixture.reconnect("token1");
+    BOOST_TEST((back.close_code == std::uint16_t{4001}));
+    elsewhere.browser_leaves(1000);
+    fixture.world.settle();
+    BOOST_TEST(fixture.service.sessions() == 0u);
+}
+
+// Protocol 4.1.3.
+BOOST_AUTO_TEST_CASE(who_asks_for_heartbeats_hears_one_every_second_and_others_none)
+{
+    Fixture fixture(30s);
+    fixture.processes.expect().prints(".\n");
+    fixture.processes.expect().prints(".\n");
+    auto& old = fixture.start();
+    auto& page = fixture.start(returning_start);
+    BOOST_TEST(page.sent.front() == "heartbeat: 1");
+    BOOST_TEST(!old.was_told("heartbeat:"));
+    auto const told = old.sent.size();
+    auto const count = [](auto const& browser) {
+        return std::count(browser.sent.begin(), browser.sent.end(), std::string("."));
+    };
+    fixture.world.advance(4500ms);
+    BOOST_TEST(count(page) >= 4);
+    BOOST_TEST(old.sent.size() == told);
+    fixture.lose(page);
+    auto& back = fixture.reconnect("token2");
+    fixture.world.advance(2500ms);
+    BOOST_TEST(back.sent.front() == "heartbeat: 1");
+    BOOST_TEST(count(back) >= 2);
+    fixture.leave(back);
+    fixture.leave(old);
 }
 
 BOOST_AUTO_TEST_CASE(a_lost_browser_returns_within_the_grace_and_finds_its_simulation)

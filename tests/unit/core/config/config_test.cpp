@@ -338,7 +338,8 @@ BOOST_AUTO_TEST_CASE(simulation_defaults_of_our_own_are_those_of_the_readme)
 {
     auto const config = parse_simulation_config("{}", "/etc/c.json").value().config;
     BOOST_TEST((config.start_timeout == std::chrono::seconds(300)));
-    BOOST_TEST((config.reconnect_grace == Duration::zero()));
+    BOOST_TEST((config.reconnect_grace == Duration::zero())); // as the Python servers, for their pages
+    BOOST_TEST((config.return_grace == std::chrono::seconds(30)));
     BOOST_TEST(config.strict_load);
     BOOST_TEST((config.simulation_log_keep == std::chrono::hours(24 * 7)));
     BOOST_TEST(config.cache_bytes == std::uint64_t{10} << 30);
@@ -644,7 +645,11 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
         {R"("stateDir":"/s")", [](auto const& c) { return c.state_dir == "/s"; }},
         {R"("startTimeout":20)", [](auto const& c) { return c.start_timeout == std::chrono::seconds(20); }},
         {R"("reconnectGrace":1.5)",
-         [](auto const& c) { return c.reconnect_grace == std::chrono::milliseconds(1500); }},
+         [](auto const& c) {
+             return c.reconnect_grace == std::chrono::milliseconds(1500) &&
+                    c.return_grace == c.reconnect_grace;
+         }},
+        {R"("reconnectGrace":0)", [](auto const& c) { return c.return_grace == Duration::zero(); }},
         {R"("simulationLogDays":0.5)",
          [](auto const& c) { return c.simulation_log_keep == std::chrono::hours(12); }},
         {R"("gateway":false)", [](auto const& c) { return !c.gateway; }},

@@ -28,6 +28,33 @@ BOOST_AUTO_TEST_CASE(the_shipped_clients_start_messages_are_understood)
     BOOST_TEST(start_of(video).mode == "mjpeg");
 }
 
+// Protocol 4.1.1.
+BOOST_AUTO_TEST_CASE(a_start_says_what_the_page_can_do)
+{
+    auto const request = [](std::string const& members) {
+        return std::get<SimulationRequest>(parse_client_message(R"({"start":{"url":"u")" + members + "}}"));
+    };
+    BOOST_TEST(!can_return(request("")));
+    BOOST_TEST(!wants_heartbeat(request("")));
+    BOOST_TEST(can_return(request(R"(,"reconnect":true)")));
+    BOOST_TEST(wants_heartbeat(request(R"(,"heartbeat":true)")));
+    for (auto const* other : {"false", "null", "1", R"("true")", "{}"}) {
+        BOOST_TEST(!can_return(request(std::string(R"(,"reconnect":)") + other)), other);
+        BOOST_TEST(!wants_heartbeat(request(std::string(R"(,"heartbeat":)") + other)), other);
+    }
+    auto const old = parse_client_message(R"({"init":["https://w.org","p","a.wbt"]})");
+    BOOST_TEST(!can_return(std::get<SimulationRequest>(old)));
+}
+
+// Protocol 4.1.4.
+BOOST_AUTO_TEST_CASE(only_a_normal_close_or_one_without_a_code_is_final)
+{
+    BOOST_TEST(is_final(0));
+    BOOST_TEST(is_final(1000));
+    for (std::uint16_t const code : {1001, 1011, 4000, taken_over_code + 0})
+        BOOST_TEST(!is_final(code), code);
+}
+
 // Protocol 4.1.1; quirk Q26.
 BOOST_AUTO_TEST_CASE(a_controller_file_is_named_without_a_way_out_of_its_folder)
 {

@@ -42,8 +42,12 @@ void tell(SimulationLife& life, std::string_view event)
         (void)life.failed();
     else if (event == "exited")
         life.exited();
-    else if (event == "left" || event == "lost")
-        life.browser_left(event == "lost");
+    else if (event == "left")
+        life.browser_left(SimulationLife::Leaving::for_good);
+    else if (event == "reloaded")
+        life.browser_left(SimulationLife::Leaving::page_left);
+    else if (event == "lost")
+        life.browser_left(SimulationLife::Leaving::lost);
     else if (event == "taken")
         BOOST_TEST(life.take_over());
     else if (event == "refused")
@@ -127,6 +131,23 @@ BOOST_AUTO_TEST_CASE(the_end_of_each_conversation_leads_to_one_thing)
         {30s, {"fetched", "launched", "ready", "lost", "stop"}, clean_up, none, false, false, State::ending},
         {30s, {"fetched", "launched", "ready", "exited"}, clean_up, none, false, true, State::ending},
         {30s, {"fetched", "launched", "ready", "lost", "exited"}, clean_up, none, false, true, State::ending},
+        // So is one whose page was left or reloaded: it may come back.
+        {30s,
+         {"fetched", "launched", "ready", "reloaded"},
+         await_return,
+         awaited,
+         false,
+         false,
+         State::waiting},
+        {no_grace, {"fetched", "launched", "ready", "reloaded"}, clean_up, none, false, false, State::ending},
+        {30s, {"fetched", "reloaded"}, clean_up, none, true, false, State::ending},
+        {30s,
+         {"fetched", "launched", "ready", "reloaded", "stop"},
+         clean_up,
+         none,
+         false,
+         false,
+         State::ending},
         // The wait for a browser ends as a connection does.
         {30s,
          {"fetched", "launched", "ready", "lost", "parted"},
