@@ -21,6 +21,7 @@ WEB = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../src/web")
 TYPES = {".json": "application/json", ".html": "text/html; charset=utf-8", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
 ROLES = {"1999": "session", "2000": "simulation", "2001": "simulator"}
 FRAME_SECONDS = 0.05
+HEARTBEAT_SECONDS = 0.5
 STEP_MS = 32
 
 
@@ -37,6 +38,10 @@ class FakeCloud:
         self.started = []  # "start" messages as received.
         self.controls = []  # Texts from the page to the simulator.
         self.leases = 0  # Sockets open on /client now.
+        self.farewells = []  # Close codes of sockets on /client.
+        self.keeps = False  # The simulation goes on where it was when a page connects again.
+        self.heartbeats = False  # Sent every half a second on /client.
+        self.mute = set()  # Roles that say nothing any more, and read nothing, on connections that stay open.
         self._streaming = set()
         self._sockets = {"session": set(), "simulation": set(), "simulator": set()}
         self._available = "1"
@@ -90,9 +95,9 @@ class FakeCloud:
         """Sends `text` on every open socket of `role`."""
         self._run(self._send(role, text))
 
-    def close(self, role):
+    def close(self, role, code=1000):
         """Closes every open socket of `role` and goes on listening."""
-        self._run(self._close(role))
+        self._run(self._close(role, code))
 
     def drop(self, role):
         """Breaks every connection of `role`, without a word, and goes on listening."""
@@ -129,11 +134,12 @@ class FakeCloud:
 
     async def _send(self, role, text):
         for socket in list(self._sockets[role]):
-            await socket.send(text)
+            if role not in self.mute:
+                await socket.send(text)
 
-    async def _close(self, role):
+    async def _close(self, role, code):
         for socket in list(self._sockets[role]):
-            await socket.close()
+            await socket.close(code)
 
     async def _drop(self, role):
         for socket in list(self._sockets[role]):
@@ -155,27 +161,42 @@ class FakeCloud:
 
     async def _talk_simulation(self, socket):
         self.leases += 1
+        beating = asyncio.ensure_future(self._beat(socket))
         try:
             async for message in socket:
                 self.started.append(message)
                 for line in self.launch if self.launch is not None else self.good_start():
-                    await socket.send(line)
+                    if "simulation" not in self.mute:
+                        await socket.send(line)
         finally:
+            beating.cancel()
             self.leases -= 1
+            self.farewells.append(socket.close_code)
+
+    async def _beat(self, socket):
+        while True:
+            if self.heartbeats and "simulation" not in self.mute:
+                await socket.send(".")
+            await asyncio.sleep(HEARTBEAT_SECONDS)
 
     def good_start(self):
-        return ["shutdownTimeout: 7200", f"webots:{self.address('simulator')}"]
+        promise = ["heartbeat: 1"] if self.heartbeats else []
+        return [*promise, "shutdownTimeout: 7200", f"webots:{self.address('simulator')}"]
 
     async def _talk_simulator(self, socket):
         async for message in socket:
+            if "simulator" in self.mute:
+                continue
             self.controls.append(message)
             for line in self._answers(message):
                 await socket.send(line)
 
     def _answers(self, message):
         if message.startswith("mjpeg: "):
-            self._mode, self._time = "pause", 0
-            return [self.multimedia, "pause: 0", *self.world, "scene load completed"]
+            if not self.keeps:
+                self._mode, self._time = "pause", 0
+            state = f"pause: {self._time}" if self._mode == "pause" else self._mode
+            return [self.multimedia, state, *self.world, "scene load completed"]
         verb = message.split(":")[0]
         if verb in ("real-time", "fast"):
             self._mode = verb
@@ -218,6 +239,9 @@ class FakeCloud:
                         b"Content-Type: multipart/x-mixed-replace; boundary=WebotsFrame\r\n\r\n")
         try:
             while not transport.is_closing():
+                if "simulator" in self.mute:
+                    await asyncio.sleep(FRAME_SECONDS)
+                    continue
                 if self._mode != "pause":
                     self._time += STEP_MS
                     await self._send("simulator", f"time: {self._time}")

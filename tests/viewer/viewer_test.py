@@ -23,6 +23,8 @@ except ImportError as error:
 
 WORLD = "https://github.com/owner/repository/blob/main/worlds/arena.wbt"
 
+START = {"url": WORLD, "mode": "mjpeg", "reconnect": True, "heartbeat": True}
+
 
 class ViewerTest(unittest.TestCase):
     @classmethod
@@ -103,7 +105,7 @@ class Availability(ViewerTest):
 class Start(ViewerTest):
     def test_one_press_starts_a_moving_picture_and_advancing_time(self):
         self.run_simulation()
-        self.assertEqual(self.cloud.started, [json.dumps({"start": {"url": WORLD, "mode": "mjpeg"}}, separators=(",", ":"))])
+        self.assertEqual(self.cloud.started, [json.dumps({"start": START}, separators=(",", ":"))])
         self.assertRegex(self.cloud.controls[0], r"^mjpeg: \d+x\d+$")
         self.assertEqual(self.cloud.controls[1], self.cloud.controls[0].replace("mjpeg", "resize"))
         first = self.picture()

@@ -1,23 +1,30 @@
 // One session, from pressing Start to the end: ask the session server for a machine, hold the lease on it, show its
 // progress, and connect to the simulator when it is ready. No DOM.
 //
-// Events (CustomEvents): those of Simulator except "closed", and
+// Events (CustomEvents): those of Simulator except "silent", "heard" and "closed", and
 //   notice {text}            something to tell while the session goes on
 //   problem {text}           an error that the server reported; the session may or may not end after it
+//   lost {text}              nothing arrives, or a connection broke: what is shown is old. `text` says why. A connection is
+//                            restored where the simulation server allows it; then come "picture" and "ready"
+//   ticket (ticket)          with which another session, also of a reloaded page, can return to the simulation
 //   message {from, text}     a message as it came, `from` the 'server' of simulations or the 'simulator'
 //   ended {text, failed, full}  the last event; `failed` when the simulation never became ready, `full` when no machine was free
-// A connection that broke is restored where the simulation server allows it: "progress" tells so, and "ready" when it is.
 
 import { Lease } from './lease.js';
 import { Simulator } from './simulator.js';
+import { say } from './texts.js';
+import { SILENT_MS } from './watch.js';
 
 const SESSION_ANSWER_MS = 30000;
 const LAST_WORD_MS = 1000;
 const SHUTDOWN_WARNING_S = 300;
 const LOSSES = 60;
 const NO_MACHINE = /no simulation server available/i; // part of the session server's message
-const RETURNING = 'The connection was lost. Returning to the simulation';
-const RELAYED = ['message', 'picture', 'ready', 'mode', 'time', 'progress', 'world', 'output'];
+const PATIENCE_MS = 10000; // with a simulator that is silent; doubled each time
+const SERVER_STOPS = 1001;
+const BROKEN = 1006;
+const TAKEN_OVER = 4001;
+const RELAYED = ['message', 'mode', 'time', 'progress', 'world', 'output'];
 
 export class Session extends EventTarget {
   #target;
@@ -30,17 +37,27 @@ export class Session extends EventTarget {
   #simulator = null;
   #lastWord = '';
   #losses = 0; // of the connection to the simulator, since it was last ready
+  #patience = PATIENCE_MS;
+  #silence = 0;
+  #url = '';
+  #picture = null;
+  #controls = false; // this page was the simulator's first, and controls the view
+  #lost = false;
+  #ticket;
+  #returns;
   #timers = [];
 
   // `target` comes from parseAddress() or parseViewAddress(); pages may add to it
   //   opening    the text to start the simulation with, instead of a `start` message (a website's project)
   //   paused     true: a simulation that is started here waits for play(), instead of running at once
   //   broadcast  true: only watches, and sends the simulator nothing but the line that says so
-  // `size` is {width, height} of the picture in pixels.
-  constructor(target, size) {
+  // `size` is {width, height} of the picture in pixels. `ticket`: of an earlier session, to whose simulation this one returns.
+  constructor(target, size, ticket = null) {
     super();
     this.#target = target;
     this.#size = size;
+    this.#ticket = ticket;
+    this.#returns = ticket !== null;
   }
 
   // Null until the simulator's address is known.
@@ -59,11 +76,19 @@ export class Session extends EventTarget {
       this.#simulator.resize(size);
   }
 
+  get target() { return this.#target; }
+
+  // Whether nothing arrives at the moment.
+  get lost() { return this.#lost; }
+
+  // Whether the simulation goes on for a while without this page, which can return to it with the ticket.
+  get lasting() { return this.#lease?.lasting ?? false; }
+
   async start() {
     if (this.#target.kind === 'simulator')
       return this.#connect(this.#target.url);
     try {
-      const machine = await this.#askForMachine();
+      const machine = this.#ticket?.machine ?? await this.#askForMachine();
       if (!this.#over)
         this.#takeLease(machine);
     } catch (error) {
@@ -73,11 +98,24 @@ export class Session extends EventTarget {
 
   // Ends the session for the user: no "ended" event follows.
   stop() {
+    this.#finish();
+    this.#lease?.close();
+  }
+
+  // The page goes away, and may return with the ticket. No event follows.
+  leave() {
+    if (!this.lasting)
+      return this.stop();
+    this.#finish();
+    this.#lease.leave();
+  }
+
+  #finish() {
     this.#over = true;
     this.#abort.abort();
+    clearTimeout(this.#silence);
     this.#timers.forEach(clearTimeout);
     this.#simulator?.close();
-    this.#lease?.close();
   }
 
   #tell(type, detail) {
@@ -97,33 +135,40 @@ export class Session extends EventTarget {
 
   async #askForMachine() {
     const { server, request } = this.#target;
-    this.#tell('progress', { text: 'Asking the session server for a machine', percent: null });
-    this.#after(SESSION_ANSWER_MS, () => this.#end(`The session server at ${server} does not answer.`));
+    this.#tell('progress', { text: say('session.asking'), percent: null });
+    this.#after(SESSION_ANSWER_MS, () => this.#end(say('session.silent', { server })));
     const response = await fetch(request, { cache: 'no-store', signal: this.#abort.signal }).catch(() => {
-      throw new Error(`The session server at ${server} cannot be reached. Is it running?`);
+      throw new Error(say('session.unreachable', { server }));
     });
     const answer = (await response.text()).trim();
     this.#timers.splice(0).forEach(clearTimeout);
     if (!response.ok)
-      throw new Error(`The session server at ${server} answered with HTTP status ${response.status}.`);
+      throw new Error(say('session.status', { server, status: response.status }));
     if (answer.startsWith('Error:'))
       throw new Error(sentence(answer.slice('Error:'.length)));
     if (!/^wss?:\/\/./.test(answer))
-      throw new Error(`The session server at ${server} did not answer with the address of a machine.`);
+      throw new Error(say('session.noAddress', { server }));
     return answer.replace(/\/+$/, '');
   }
 
   #takeLease(machine) {
-    this.#tell('progress', { text: 'Connecting to the simulation server', percent: null });
+    const text = this.#ticket === null ? say('session.connecting') : say('lease.returning');
+    this.#tell('progress', { text, percent: null });
+    const start = { url: this.#target.world, mode: 'mjpeg', reconnect: true, heartbeat: true };
     try {
-      this.#lease = new Lease(`${machine}/client`, this.#target.opening ?? { start: { url: this.#target.world, mode: 'mjpeg' } });
+      this.#lease = new Lease(`${machine}/client`, this.#target.opening ?? { start }, this.#ticket?.token);
     } catch {
       throw new Error(refusedSocket(machine));
     }
     this.#lease.addEventListener('message', ({ detail }) => this.#receive(detail.text));
-    this.#lease.addEventListener('broken', () => this.#tell('progress', { text: RETURNING, percent: null }));
+    this.#lease.addEventListener('token', () => {
+      this.#ticket = { machine, token: this.#lease.token };
+      this.#tell('ticket', this.#ticket);
+    });
+    this.#lease.addEventListener('lost', ({ detail }) => this.#lose(detail.silent ? say('lease.silent') : say('lease.returning')));
+    this.#lease.addEventListener('restored', () => this.#verifySimulator());
     this.#lease.addEventListener('closed', ({ detail }) =>
-      this.#end(this.#lastWord || leaseLoss(detail.opened, this.#ready, detail.code, machine)));
+      this.#end(this.#lastWord || leaseLoss(detail, this.#ready, machine)));
   }
 
   #receive(message) {
@@ -133,7 +178,7 @@ export class Session extends EventTarget {
       case 'loading': case 'docker': return this.#load(rest.trim());
       case 'Error': case 'error': return this.#report(rest);
       case 'shutdownTimeout': return this.#planShutdown(Number(rest));
-      case 'queue': return this.#tell('progress', { text: `Waiting: ${Number(rest)} before you`, percent: null });
+      case 'queue': return this.#tell('progress', { text: say('session.queue', { count: Number(rest) }), percent: null });
       case 'webots': return this.#connect(rest.trim());
     }
   }
@@ -157,12 +202,10 @@ export class Session extends EventTarget {
   }
 
   #connect(url) {
-    if (this.#simulator !== null) { // the lease is restored; the connection to the simulator had not broken
-      if (this.#ready)
-        this.#tell('ready');
-      return;
-    }
-    this.#tell('progress', { text: this.#ready ? RETURNING : 'Connecting to the simulator', percent: null });
+    this.#url = url;
+    if (this.#simulator !== null)
+      return; // the lease is restored; the connection to the simulator had not broken
+    this.#tell('progress', { text: this.#ready ? say('lease.returning') : say('simulator.connecting'), percent: null });
     try {
       this.#simulator = new Simulator(url.replace(/\/+$/, ''), this.#size);
       this.#simulator.silent = this.#target.broadcast === true;
@@ -171,23 +214,80 @@ export class Session extends EventTarget {
     }
     for (const type of RELAYED)
       this.#simulator.addEventListener(type, ({ detail }) => this.#tell(type, detail));
+    this.#simulator.addEventListener('picture', ({ detail }) => this.#showPicture(detail));
     this.#simulator.addEventListener('ready', () => this.#becomeReady());
+    this.#simulator.addEventListener('silent', () => this.#noteSilence());
+    this.#simulator.addEventListener('heard', () => this.#noteSound());
     this.#simulator.addEventListener('closed', () => this.#loseSimulator(url));
   }
 
+  // After a return the simulator may still take the connection that was lost for its first page.
+  #showPicture(picture) {
+    this.#controls ||= this.owned && (!picture.viewOnly || this.#returns);
+    this.#picture = this.#controls ? { ...picture, viewOnly: false } : picture;
+    this.#tell('picture', this.#picture);
+  }
+
   #becomeReady() {
-    // A simulation that was started for this page runs at once; somebody else's is left as it is.
-    if (!this.#ready && this.owned && !this.#target.paused)
+    // A simulation that was started for this page runs at once; one that was there before is left as it is.
+    if (!this.#ready && this.owned && !this.#returns && !this.#target.paused)
       this.#simulator.play();
     this.#ready = true;
+    this.#lost = false;
     this.#problem = this.#lastWord = '';
     this.#losses = 0;
+    this.#tell('ready');
+  }
+
+  // What is shown is old from now on.
+  #lose(text) {
+    this.#lost = true;
+    this.#tell('progress', { text, percent: null });
+    this.#tell('lost', { text });
+  }
+
+  // The simulator has something else to do, or the connection to it is dead although it seems to be open.
+  #noteSilence() {
+    if (this.#lost)
+      return;
+    this.#lose(say('simulator.silent'));
+    if (this.lasting)
+      this.#replaceSimulatorIn(this.#patience);
+    this.#patience *= 2;
+  }
+
+  #noteSound() {
+    clearTimeout(this.#silence);
+    if (!this.#lost || !this.#ready || (this.owned && !this.#lease.connected))
+      return;
+    this.#lost = false;
+    this.#tell('picture', this.#picture); // that of a broken connection stands still
+    this.#tell('ready');
+  }
+
+  // The lease is restored. Whether the connection to the simulator is alive as well only its answer can tell.
+  #verifySimulator() {
+    if (!this.#simulator?.loaded)
+      return; // it is being connected anew
+    this.#simulator.probe();
+    this.#replaceSimulatorIn(SILENT_MS);
+  }
+
+  #replaceSimulatorIn(milliseconds) {
+    clearTimeout(this.#silence);
+    this.#silence = setTimeout(() => {
+      this.#simulator.close();
+      this.#simulator = null;
+      if (this.#lease.connected)
+        this.#connect(this.#url);
+    }, milliseconds);
   }
 
   // The simulation server knows why the simulator ended, and gets a moment to say so. If it says nothing and the simulation
   // outlives lost connections, only our connection to the simulator was lost.
   #loseSimulator(url) {
-    this.#lastWord = this.#ready ? 'The simulator has closed the connection.' : `The simulator at ${url} cannot be reached.`;
+    clearTimeout(this.#silence);
+    this.#lastWord = this.#ready ? say('simulator.closed') : say('simulator.unreachable', { url });
     if (this.#lease === null)
       return this.#end(this.#lastWord);
     this.#after(LAST_WORD_MS, () => {
@@ -195,21 +295,26 @@ export class Session extends EventTarget {
         return this.#end(this.#lastWord);
       this.#simulator = null;
       this.#lastWord = '';
+      if (!this.#lost)
+        this.#lose(say('lease.returning'));
       if (this.#lease.connected)
         this.#connect(url);
     });
   }
 }
 
-const refusedSocket = (url) =>
-  `The browser refuses to connect to ${url}. A page loaded by https: can only use wss: addresses.`;
+const refusedSocket = (url) => say('session.refusedSocket', { url });
 
-function leaseLoss(opened, ready, code, machine) {
+function leaseLoss({ opened, code }, ready, machine) {
   if (!opened)
-    return `The simulation server at ${machine} cannot be reached.`;
+    return say('lease.unreachable', { machine });
+  if (code === TAKEN_OVER)
+    return say('lease.takenOver');
+  if (code === SERVER_STOPS)
+    return say('lease.serverStops');
   if (!ready)
-    return 'The simulation server closed the connection before the simulation was ready.';
-  return code === 1006 ? 'The connection to the simulation server was lost.' : 'The simulation server ended the session.';
+    return say('lease.closedEarly');
+  return code === BROKEN ? say('lease.lost') : say('lease.closed');
 }
 
 const shutdownWarning = (seconds) =>

@@ -1,11 +1,12 @@
 // Joins the page's controls to the session. The state is kept on <body>:
 //   data-availability  available | full | unknown
-//   data-state         idle | starting | paused | running | fast | ended (lost after it ran) | failed (never ran)
+//   data-state         idle | starting | paused | running | fast | lost (nothing arrives) | ended (after it ran) | failed (never ran)
 //   data-time          simulated time in milliseconds
 
 import { parseAddress, sessionServerOf, webToSocket } from './view/address.js';
 import { Availability } from './view/availability.js';
 import { Console } from './view/console.js';
+import { forget, recall, remember } from '../view/memory.js';
 import { loadPageTexts, offerLanguages } from '../view/page_texts.js';
 import { Picture } from './view/picture.js';
 import { Session } from './view/session.js';
@@ -102,7 +103,7 @@ function setState(state) {
   element('start').classList.toggle('leave', active);
   element('connect-to').readOnly = active;
   for (const id of COMMANDS)
-    element(id).disabled = !ready;
+    element(id).disabled = !ready || state === 'lost';
   for (const [id, pressed] of [['play', 'running'], ['pause', 'paused'], ['fast', 'fast']])
     element(id).setAttribute('aria-pressed', String(state === pressed));
   wakeLock.wanted = state === 'running' || state === 'fast';
@@ -160,9 +161,14 @@ function start() {
     setState('failed');
     return setStatus(error.message, true);
   }
+  begin(target);
+}
+
+// `ticket`: to return to a simulation.
+function begin(target, ticket = null) {
   followAvailability();
   lastMode = 'paused';
-  session = new Session(target, picture.size);
+  session = new Session(target, picture.size, ticket);
   listen(session);
   output.clear();
   setTime(0);
@@ -174,6 +180,7 @@ function start() {
 }
 
 function leave(state, text) {
+  forget();
   session = null;
   ready = false;
   picture.hide();
@@ -197,6 +204,13 @@ function listen(to) {
     setProgress(percent);
   });
   on('problem', ({ text }) => setStatus(text, true));
+  on('ticket', (ticket) => remember({ target: to.target, address: element('connect-to').value, ticket }));
+  on('lost', ({ text }) => {
+    if (!ready)
+      return;
+    setState('lost');
+    setStatus(text, true);
+  });
   on('notice', ({ text }) => setWarning(text));
   on('output', ({ stream, line }) => output.print(stream, line));
   on('time', setTime);
@@ -220,7 +234,7 @@ function listen(to) {
 }
 
 function showMode() {
-  if (!ready)
+  if (!ready || session.lost)
     return;
   setState(lastMode);
   setStatus(sayMode);
@@ -278,5 +292,12 @@ for (const id of COMMANDS)
 offerLanguages(element('language'), sayAll);
 offerFullscreen(element('fullscreen'));
 sayAll();
-window.addEventListener('pagehide', () => session !== null && disconnect());
-loadDefaults();
+// Who comes back, by a reload or with the button Back, finds the simulation again.
+window.addEventListener('pagehide', () => session?.leave());
+window.addEventListener('pageshow', ({ persisted }) => persisted && session !== null && location.reload());
+const kept = await recall();
+await loadDefaults();
+if (kept !== null && session === null) {
+  element('connect-to').value = kept.address;
+  begin(kept.target, kept.ticket);
+}

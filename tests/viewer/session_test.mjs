@@ -1,0 +1,375 @@
+// What a session does when its connections are silent or break: minutes of it, with a clock that does not wait. No browser is
+// needed: session_test.sh runs it.
+
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { after, beforeEach, test } from 'node:test';
+
+const VIEW = new URL('../../src/web/view/', import.meta.url);
+
+// --- the clock ---
+
+let now = 0;
+let timers = [];
+let lastTimer = 0;
+
+const addTimer = (action, delay, period) => {
+  timers.push({ id: ++lastTimer, due: now + delay, action, period });
+  return lastTimer;
+};
+const removeTimer = (id) => { timers = timers.filter((timer) => timer.id !== id); };
+
+// Lets `milliseconds` pass, in the order of what is due.
+async function pass(milliseconds) {
+  const end = now + milliseconds;
+  for (;;) {
+    await settle();
+    const next = timers.filter(({ due }) => due <= end).sort((a, b) => a.due - b.due || a.id - b.id)[0];
+    if (next === undefined)
+      break;
+    now = Math.max(now, next.due);
+    if (next.period === undefined)
+      removeTimer(next.id);
+    else
+      next.due = now + next.period;
+    next.action();
+  }
+  now = end;
+  await settle();
+}
+
+async function settle() {
+  for (let i = 0; i < 20; ++i)
+    await null;
+}
+
+// --- the network and what is behind it ---
+
+let up = true; // the link
+let sockets = [];
+
+class FakeSocket {
+  static CONNECTING = 0;
+  static OPEN = 1;
+  static CLOSED = 3;
+
+  constructor(url) {
+    this.url = url;
+    this.readyState = FakeSocket.CONNECTING;
+    this.sent = [];
+    sockets.push(this);
+    this.tryToOpen();
+  }
+
+  // As TCP does: again and again, while nobody answers.
+  tryToOpen() {
+    if (this.readyState !== FakeSocket.CONNECTING)
+      return;
+    if (!up) {
+      addTimer(() => this.tryToOpen(), 1000);
+      return;
+    }
+    addTimer(() => {
+      if (this.readyState !== FakeSocket.CONNECTING)
+        return;
+      this.readyState = FakeSocket.OPEN;
+      this.onopen?.();
+    }, 10);
+  }
+
+  send(text) {
+    this.sent.push(text);
+    if (up)
+      addTimer(() => server.hears(this, text), 5);
+  }
+
+  says(text) {
+    if (up && this.readyState === FakeSocket.OPEN)
+      this.onmessage?.({ data: text });
+  }
+
+  // With a link that is down nobody hears of it.
+  close(code) {
+    this.readyState = FakeSocket.CLOSED;
+    this.farewell = code;
+    if (up)
+      server.loses(this, code);
+  }
+
+  breaks(code = 1006) {
+    this.readyState = FakeSocket.CLOSED;
+    this.onclose?.({ code });
+  }
+}
+
+// A simulation server and its simulator, as docs/protocol.md describes them.
+class Server {
+  constructor({ grace = 30000, promises = true, running = true } = {}) {
+    Object.assign(this, { grace, promises, mode: running ? 'real-time' : 'pause', lease: null, ended: false, quiet: false, time: 0 });
+    this.simulators = new Set();
+    addTimer(() => this.beat(), 1000, 1000);
+    addTimer(() => this.draw(), 100, 100);
+    this.heard = now; // from the browser, which answers pings
+    this.ending = 0;
+  }
+
+  hears(socket, text) {
+    if (socket.url.endsWith('/client'))
+      return this.serve(socket, JSON.parse(text));
+    this.simulators.add(socket);
+    if (text.startsWith('mjpeg: ')) {
+      for (const line of [`multimedia: mjpeg ${this.mode} `, this.mode === 'pause' ? `pause: ${this.time}` : this.mode, 'scene load completed'])
+        socket.says(line);
+    } else if (text.startsWith('real-time')) {
+      this.mode = 'real-time';
+      socket.says('real-time');
+    } else if (text.startsWith('resize')) {
+      socket.says('resize: 1 1');
+    }
+  }
+
+  serve(socket, message) {
+    if ('reconnect' in message && this.ended)
+      return this.refuse(socket);
+    if (this.lease !== null && this.lease !== socket && this.lease.readyState === FakeSocket.OPEN)
+      this.lease.readyState = FakeSocket.CLOSED;
+    removeTimer(this.ending);
+    this.lease = socket;
+    this.heard = now;
+    const lines = [...(this.promises ? ['heartbeat: 1'] : []), 'shutdownTimeout: 7200', 'webots:ws://machine:2001', 'reconnectToken: secret'];
+    lines.forEach((line) => socket.says(line));
+  }
+
+  refuse(socket) {
+    socket.says('loading: Error: This simulation has ended. Please start it again.');
+    socket.breaks(1005);
+  }
+
+  loses(socket, code) {
+    this.simulators.delete(socket);
+    if (socket !== this.lease)
+      return;
+    this.lease = null;
+    if (code === 1000)
+      this.ended = true;
+    else
+      this.wait();
+  }
+
+  wait() {
+    this.ending = addTimer(() => { this.ended = true; }, this.grace);
+  }
+
+  beat() {
+    if (up)
+      this.heard = now;
+    if (this.lease !== null && this.promises && !this.quiet)
+      this.lease.says('.');
+    if (this.lease !== null && now - this.heard >= 60000) { // pingTimeout
+      this.lease = null;
+      this.wait();
+    }
+  }
+
+  draw() {
+    if (this.mode !== 'real-time' || this.quiet)
+      return;
+    this.time += 100;
+    for (const socket of this.simulators)
+      socket.says(`time: ${this.time}`);
+  }
+}
+
+let server = null;
+
+// --- the pages' modules, in this world ---
+
+const real = { fetch: globalThis.fetch, setTimeout: globalThis.setTimeout, clearTimeout: globalThis.clearTimeout };
+globalThis.CustomEvent ??= class extends Event {
+  constructor(type, { detail = null } = {}) {
+    super(type);
+    this.detail = detail;
+  }
+};
+globalThis.fetch = async (address) => ({
+  ok: true,
+  json: async () => JSON.parse(readFileSync(new URL(address), 'utf-8')),
+  text: async () => 'ws://machine:2000'
+});
+globalThis.WebSocket = FakeSocket;
+Object.defineProperty(globalThis, 'performance', { value: { now: () => now }, configurable: true, writable: true });
+const listeners = new Map();
+globalThis.addEventListener = (type, action) => listeners.set(type, action);
+globalThis.removeEventListener = (type) => listeners.delete(type);
+
+const { loadTexts, say } = await import(new URL('texts.js', VIEW));
+const { Session } = await import(new URL('session.js', VIEW));
+await loadTexts(['en']);
+
+const TARGET = { kind: 'session', server: 'http://s/', request: 'http://s/session?url=w', world: 'w' };
+let events = [];
+let session = null;
+
+beforeEach(() => {
+  now = 1000;
+  timers = [];
+  sockets = [];
+  events = [];
+  up = true;
+  globalThis.setTimeout = (action, delay = 0) => addTimer(action, delay);
+  globalThis.setInterval = (action, delay) => addTimer(action, delay, delay);
+  globalThis.clearTimeout = globalThis.clearInterval = removeTimer;
+});
+
+after(() => Object.assign(globalThis, real));
+
+async function run(options, ticket = null) {
+  server ??= new Server(options);
+  session = new Session(TARGET, { width: 1, height: 1 }, ticket);
+  for (const type of ['ready', 'lost', 'ended', 'picture', 'ticket'])
+    session.addEventListener(type, ({ detail }) => events.push([type, detail, now]));
+  session.start();
+  await pass(2000);
+  assert.equal(last('ready', 'lost', 'ended')[0], 'ready');
+}
+
+const last = (...types) => events.filter(([type]) => types.includes(type)).at(-1);
+const count = (type) => events.filter(([other]) => other === type).length;
+
+function fresh(options) {
+  server = new Server(options);
+}
+
+for (const seconds of [10, 40, 90]) {
+  test(`a link that is down for ${seconds} s is told within 3 s, and what follows is true`, async () => {
+    fresh();
+    await run();
+    const down = now;
+    up = false;
+    await pass(3000);
+    assert.equal(last('ready', 'lost', 'ended')[0], 'lost');
+    assert.ok(last('lost')[2] - down <= 3000);
+    assert.equal(last('lost')[1].text, say('lease.silent'));
+    await pass(seconds * 1000 - 3000);
+    assert.equal(last('ready', 'lost', 'ended')[0], 'lost');
+    up = true;
+    await pass(10000);
+    const [state, detail] = last('ready', 'lost', 'ended');
+    if (server.ended)
+      assert.match(detail.text, /^This simulation has ended/);
+    else
+      assert.equal(state, 'ready');
+    assert.equal(server.ended, seconds > 60 + 30 - 1);
+    assert.equal(count('ended'), server.ended ? 1 : 0);
+  });
+}
+
+test('a link that is down for two minutes is survived where the operator lets simulations wait longer', async () => {
+  fresh({ grace: 600000 });
+  await run();
+  up = false;
+  await pass(120000);
+  up = true;
+  await pass(10000);
+  assert.equal(last('ready', 'lost', 'ended')[0], 'ready');
+});
+
+test('a paused simulation is not missed, and is found again after the link was down', async () => {
+  fresh({ running: false });
+  await run();
+  server.mode = 'pause';
+  sockets.at(-1).says('paused by client');
+  await pass(60000);
+  assert.equal(count('lost'), 0);
+  up = false;
+  await pass(10000);
+  assert.equal(last('ready', 'lost')[0], 'lost');
+  up = true;
+  await pass(10000);
+  assert.equal(last('ready', 'lost')[0], 'ready');
+});
+
+test('the event that the network is back shortens the wait', async () => {
+  fresh();
+  await run();
+  up = false;
+  await pass(20000);
+  up = true;
+  listeners.get('online')();
+  await pass(200);
+  assert.equal(last('ready', 'lost', 'ended')[0], 'ready');
+});
+
+test('a computer that wakes up handles what has arrived before it judges', async () => {
+  fresh();
+  await run();
+  now += 3600000; // timers did not run, and are late all at once
+  await pass(100);
+  assert.equal(count('lost'), 0);
+});
+
+test('a simulator that is silent while its server is not is told, and connected to anew', async () => {
+  fresh();
+  await run();
+  const before = sockets.length;
+  server.mode = 'busy';
+  await pass(3000);
+  assert.equal(last('ready', 'lost')[1].text, say('simulator.silent'));
+  await pass(10000);
+  assert.equal(sockets.length, before + 1);
+  server.mode = 'real-time';
+  await pass(30000);
+  assert.equal(last('ready', 'lost')[0], 'ready');
+  assert.equal(server.ended, false);
+});
+
+test('a connection to the simulator that died with the link is replaced, though it seems to be open', async () => {
+  fresh();
+  await run();
+  const simulator = sockets.at(-1);
+  up = false;
+  await pass(5000);
+  server.simulators.delete(simulator); // what it says is lost from now on
+  simulator.send = () => {};
+  up = true;
+  await pass(15000);
+  assert.equal(last('ready', 'lost')[0], 'ready');
+  assert.equal(simulator.readyState, FakeSocket.CLOSED);
+  assert.equal(last('picture')[2] >= last('ready')[2] - 100, true); // with a picture of the new connection
+});
+
+test('a server that promised no heartbeats may be silent', async () => {
+  fresh({ promises: false, running: false });
+  await run();
+  sockets.at(-1).says('paused by client');
+  await pass(600000);
+  assert.equal(count('lost'), 0);
+});
+
+test('the old connection is closed with a code that lets the simulation wait, and Disconnect with one that ends it', async () => {
+  fresh();
+  await run();
+  const first = server.lease;
+  server.quiet = true;
+  await pass(4000);
+  assert.equal(first.farewell, 4000);
+  server.quiet = false;
+  await pass(10000);
+  assert.equal(last('ready', 'lost')[0], 'ready');
+  session.stop();
+  assert.equal(server.ended, true);
+});
+
+test('a session of a reloaded page returns with the ticket, and does not press play', async () => {
+  fresh({ running: false });
+  await run();
+  const ticket = last('ticket')[1];
+  assert.deepEqual(ticket, { machine: 'ws://machine:2000', token: 'secret' });
+  session.leave();
+  server.loses(server.lease, 1001); // the browser does that
+  sockets = [];
+  server.mode = 'pause';
+  await run({}, ticket);
+  assert.deepEqual(sockets[0].sent, ['{"reconnect":"secret"}']);
+  assert.ok(!sockets[1].sent.some((text) => text.startsWith('real-time')));
+});
