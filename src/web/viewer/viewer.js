@@ -6,12 +6,12 @@
 import { parseAddress, sessionServerOf, webToSocket } from './view/address.js';
 import { Availability } from './view/availability.js';
 import { Console } from './view/console.js';
-import { forget, recall, remember } from '../view/memory.js';
-import { loadPageTexts, offerLanguages } from '../view/page_texts.js';
+import { forget, recall, remember } from './view/memory.js';
+import { loadPageTexts, offerLanguages } from './view/page_texts.js';
 import { Picture } from './view/picture.js';
 import { Session } from './view/session.js';
 import { say } from './view/texts.js';
-import { WakeLock } from '../view/wake_lock.js';
+import { WakeLock } from './view/wake_lock.js';
 
 const SETTLING_MS = 3000; // the server updates its availability once a second
 const COMMANDS = ['play', 'pause', 'step', 'fast', 'reset', 'reload'];
