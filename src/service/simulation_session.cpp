@@ -303,10 +303,9 @@ Forward SimulationSession::forward(core::GatewayPath const& path, IncomingReques
     forward.upstream.broker = ready_.broker;
     // Webots names its own files in what it serves by http:// and this header.
     if (!request.upgrade)
-        forward.headers.emplace_back("Host",
-                                     core::gateway_authority(
-                                         core::reached_at(context_.address, request.header("Host")),
-                                         address_token_, ready_.port));
+        forward.headers.emplace_back(
+            "Host", core::gateway_authority(core::reached_at(context_.address, request.header("Host")),
+                                            address_token_, ready_.port));
     return forward;
 }
 
