@@ -56,6 +56,42 @@ class Silence(ConnectionTest):
         self.assertEqual(len(self.cloud.started), 1)
 
 
+class HiddenPages(ConnectionTest):
+    HIDE = """Object.defineProperty(document, 'hidden', { value: arguments[0], configurable: true });
+        Object.defineProperty(document, 'visibilityState', { value: arguments[0] ? 'hidden' : 'visible', configurable: true });
+        document.dispatchEvent(new Event('visibilitychange'));"""
+
+    def hide(self, hidden):
+        self.driver.execute_script(self.HIDE, hidden)
+
+    def test_a_hidden_page_gets_no_pictures_and_is_paused_where_the_operator_wants_that(self):
+        self.cloud.defaults = {"pauseHidden": 1}
+        self.run_lasting_simulation()
+        self.wait(lambda: self.cloud.streams == 1, "the picture")
+        self.hide(True)
+        self.wait(lambda: self.cloud.streams == 0, "the end of the stream")
+        self.wait_control("pause")
+        self.wait_state("paused")
+        self.hide(False)
+        self.wait(lambda: self.cloud.streams == 1, "the picture")
+        self.wait_state("running")
+
+
+class TimeLimit(ConnectionTest):
+    def test_the_time_that_is_left_is_shown_and_extended_by_a_button(self):
+        self.run_lasting_simulation()
+        self.wait(lambda: self.text("left").startswith(("2:00:00", "1:59:")), "two hours")
+        self.assertFalse(self.element("extend").is_displayed())
+        self.cloud.launch = ["shutdownTimeout: 1100", "extendable: 0"]
+        self.cloud.send("simulation", "shutdownTimeout: 200")
+        self.cloud.send("simulation", "extendable: 900")
+        self.wait_text("warning-text", "3 minutes")
+        self.click("extend")
+        self.wait(lambda: json.dumps({"extend": 900}, separators=(",", ":")) in self.cloud.started, "the request")
+        self.wait(lambda: self.text("left").startswith("0:18:"), "the new limit")
+        self.wait(lambda: not self.element("extend").is_displayed() and not self.element("warning").is_displayed(), "no warning")
+
+
 class Pages(ConnectionTest):
     def test_a_reload_and_the_button_back_return_to_the_simulation(self):
         self.run_lasting_simulation()

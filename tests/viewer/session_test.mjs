@@ -129,6 +129,8 @@ class Server {
   }
 
   serve(socket, message) {
+    if ('extend' in message)
+      return; // tests answer it
     if ('reconnect' in message && this.ended)
       return this.refuse(socket);
     if (this.lease !== null && this.lease !== socket && this.lease.readyState === FakeSocket.OPEN)
@@ -372,4 +374,70 @@ test('a session of a reloaded page returns with the ticket, and does not press p
   await run({}, ticket);
   assert.deepEqual(sockets[0].sent, ['{"reconnect":"secret"}']);
   assert.ok(!sockets[1].sent.some((text) => text.startsWith('real-time')));
+});
+
+// --- what people are told ---
+
+const { explain } = await import(new URL('refusals.js', VIEW));
+
+// Every sentence that section 4.1.2 has for a start that fails, those of 2.1 and 6.5, with something in place of <what varies>. Those
+// about a server that is configured badly are for its operator, and shown as they are.
+function sentences() {
+  const protocol = readFileSync(new URL('../../docs/protocol.md', import.meta.url), 'utf-8');
+  const section = (name, next) => protocol.slice(protocol.indexOf(name), protocol.indexOf(next));
+  const rows = [section('#### 4.1.2', '#### 4.1.3'), section('### 6.5', '## 7')].join('\n').split('\n')
+    .filter((line) => /^\| (\d|`(?:Unable|Webots|The simulation))/.test(line))
+    .map((line) => line.replace(/^\| [\d, ]+ \|/, '').replace(/\(.*?\)/g, ''));
+  const told = rows.flatMap((line) => [...line.matchAll(/`([^`]+)`/g)].map(([, text]) => text))
+    .filter((text) => /^[A-Z<]/.test(text) && text.includes(' ') && !/^<|^\.\.\./.test(text.replace(/^<(?:forge|file)>/, '')));
+  return told.map((text) => text.replace(/<(?:n|s|max|load)>/g, '7').replace(/<[^<>]+>/g, 'thing'));
+}
+
+test('every sentence of the protocol about a start is said in the words of people, with what to do', () => {
+  const told = sentences();
+  assert.ok(told.length >= 30, `only ${told.length} were found: ${told}`);
+  const unsaid = told.filter((text) => explain(text) === text && !text.startsWith('Unsupported client mode')); // for authors of pages
+  assert.deepEqual(unsaid, []);
+  assert.equal(explain('no such world.'), 'No such world.'); // of another server
+  assert.equal(explain('my_world is empty.'), 'my_world is empty.');
+});
+
+test('the end is announced, and put off where the operator allows it', async () => {
+  fresh();
+  await run();
+  const told = [];
+  session.addEventListener('notice', ({ detail }) => told.push(detail.text));
+  session.addEventListener('deadline', ({ detail }) => told.push(detail.extendable));
+  const { lease } = server;
+  session.extend(); // there is nothing to extend yet
+  lease.says('shutdownTimeout: 400');
+  lease.says('extendable: 1200');
+  await pass(101000);
+  assert.deepEqual(told, [0, 1200, say('session.endsInMinutes', { minutes: 5 })]);
+  session.extend();
+  assert.deepEqual(lease.sent.slice(1), ['{"extend":900}']);
+  lease.says('shutdownTimeout: 1199');
+  lease.says('extendable: 300');
+  assert.deepEqual(told.slice(3), [1200, '', 300]); // the warning is taken back
+  await pass(898000);
+  assert.deepEqual(told.slice(6), []);
+  await pass(2000);
+  assert.equal(told.at(-1), say('session.endsInMinutes', { minutes: 5 }));
+  session.extend();
+  assert.equal(lease.sent.at(-1), '{"extend":300}');
+});
+
+test('a hidden page gets no pictures, is missed by nobody, and has one at once when it is seen again', async () => {
+  fresh();
+  await run();
+  let rests = 0;
+  session.addEventListener('rest', () => { rests += 1; });
+  session.hidden = true;
+  assert.equal(rests, 1);
+  server.simulators.clear(); // simulators tell the time of pictures, and draw none that nobody gets
+  const pictures = count('picture');
+  await pass(60000);
+  assert.equal(count('lost'), 0);
+  session.hidden = false;
+  assert.equal(count('picture'), pictures + 1);
 });

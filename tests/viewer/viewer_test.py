@@ -23,7 +23,7 @@ except ImportError as error:
 
 WORLD = "https://github.com/owner/repository/blob/main/worlds/arena.wbt"
 
-START = {"url": WORLD, "mode": "mjpeg", "reconnect": True, "heartbeat": True}
+START = {"url": WORLD, "mode": "mjpeg", "reconnect": True, "heartbeat": True, "extend": True}
 
 
 class ViewerTest(unittest.TestCase):
@@ -167,7 +167,7 @@ class Failures(ViewerTest):
         self.cloud.answer = "Error: no simulation server available at the moment."
         self.start()
         self.wait_state("failed")
-        self.assertTrue(self.text("status").startswith("No simulation server available at the moment."))
+        self.assertTrue(self.text("status").startswith("No machine is free at the moment."))
         self.assertEqual(self.text("start"), "Start again")
 
     NO_MACHINE = "Error: no simulation server available at the moment."
@@ -177,7 +177,7 @@ class Failures(ViewerTest):
         self.cloud.set_available(available)
         self.start()
         self.wait_state("failed")
-        self.assertEqual(self.text("status"), "No simulation server available at the moment. This page says when there is one.")
+        self.assertEqual(self.text("status"), "No machine is free at the moment. Please try again in a few minutes. This page says when there is one.")
         self.assertIn("problem", self.element("status").get_attribute("class"))
 
     def wait_for_the_offer(self):
@@ -205,10 +205,10 @@ class Failures(ViewerTest):
         self.wait(lambda: self.data()["availability"] == "full", "a full light")
         self.cloud.set_available("1")
         self.wait(lambda: self.data()["availability"] == "available", "a light")
-        self.wait_text("status", "Too many sessions")
+        self.wait_text("status", "Too many simulations were asked for")
         self.cloud.answer = self.NO_MACHINE
         self.click("start")
-        self.wait_text("status", "No simulation server")
+        self.wait_text("status", "No machine")
         self.cloud.answer = None
         self.click("start")
         self.wait_state("running")
@@ -220,10 +220,10 @@ class Failures(ViewerTest):
     def test_the_simulation_servers_error_survives_the_close_that_follows(self):
         self.cloud.launch = ["loading: Error: Wrong Webots simulation URL"]
         self.start()
-        self.wait_text("status", "Wrong Webots simulation URL")
+        self.wait_text("status", "not the address of a world")
         self.cloud.close("simulation")
         self.wait_state("failed")
-        self.assertEqual(self.text("status"), "Wrong Webots simulation URL")
+        self.assertIn("not the address of a world", self.text("status"))
 
     def test_an_error_without_the_loading_prefix_is_shown_too(self):
         self.cloud.launch = ["Error: no such world."]

@@ -13,6 +13,8 @@ export class Availability {
   // `report` is called with 'available', 'full' or 'unknown' whenever a new value is known.
   constructor(report) {
     this.#report = report;
+    for (const type of ['offline', 'online'])
+      globalThis.addEventListener?.(type, () => this.recheck());
   }
 
   // Follows the socket at `url`; null follows none. The same address again changes nothing.
@@ -25,6 +27,15 @@ export class Availability {
     this.#report('unknown');
     if (url !== null)
       this.#connect();
+  }
+
+  // Nothing else arrives from the network, or it has come back: what was reported may be old, and the socket dead without a word.
+  recheck() {
+    if (this.#url === null)
+      return;
+    this.#disconnect();
+    this.#report('unknown');
+    this.#connect();
   }
 
   #connect() {

@@ -6,11 +6,15 @@
 //   problem {text}           an error that the server reported; the session may or may not end after it
 //   lost {text}              nothing arrives, or a connection broke: what is shown is old. `text` says why. A connection is
 //                            restored where the simulation server allows it; then come "picture" and "ready"
+//   deadline {ends, extendable}  when the simulation will be ended, as Date.now() counts, and by how many seconds extend() can
+//                            put that off
+//   rest                     the page is hidden: show no picture; "picture" comes when it is seen again
 //   ticket (ticket)          with which another session, also of a reloaded page, can return to the simulation
 //   message {from, text}     a message as it came, `from` the 'server' of simulations or the 'simulator'
 //   ended {text, failed, full}  the last event; `failed` when the simulation never became ready, `full` when no machine was free
 
 import { Lease } from './lease.js';
+import { explain, isFull } from './refusals.js';
 import { Simulator } from './simulator.js';
 import { say } from './texts.js';
 import { SILENT_MS } from './watch.js';
@@ -18,8 +22,9 @@ import { SILENT_MS } from './watch.js';
 const SESSION_ANSWER_MS = 30000;
 const LAST_WORD_MS = 1000;
 const SHUTDOWN_WARNING_S = 300;
+const LONGEST_TIMER_S = 2 ** 31 / 1000;
 const LOSSES = 60;
-const NO_MACHINE = /no simulation server available/i; // part of the session server's message
+const EXTENSION_S = 900; // at once
 const PATIENCE_MS = 10000; // with a simulator that is silent; doubled each time
 const SERVER_STOPS = 1001;
 const BROKEN = 1006;
@@ -43,6 +48,11 @@ export class Session extends EventTarget {
   #picture = null;
   #controls = false; // this page was the simulator's first, and controls the view
   #lost = false;
+  #hidden = false;
+  #ends = Infinity;
+  #extendable = 0;
+  #warning = 0;
+  #warned = false;
   #ticket;
   #returns;
   #timers = [];
@@ -84,6 +94,25 @@ export class Session extends EventTarget {
   // Whether the simulation goes on for a while without this page, which can return to it with the ticket.
   get lasting() { return this.#lease?.lasting ?? false; }
 
+  // Whether nobody sees the page: then there is no picture.
+  set hidden(hidden) {
+    if (hidden === this.#hidden)
+      return;
+    this.#hidden = hidden;
+    if (this.#simulator !== null)
+      this.#simulator.hidden = hidden;
+    if (hidden)
+      this.#tell('rest');
+    else
+      this.#tellPicture();
+  }
+
+  // Asks for more time, as far as the operator allows it: the event "deadline" answers.
+  extend() {
+    if (this.#extendable > 0)
+      this.sendToServer(JSON.stringify({ extend: Math.min(this.#extendable, EXTENSION_S) }));
+  }
+
   async start() {
     if (this.#target.kind === 'simulator')
       return this.#connect(this.#target.url);
@@ -92,7 +121,7 @@ export class Session extends EventTarget {
       if (!this.#over)
         this.#takeLease(machine);
     } catch (error) {
-      this.#end(error.message, NO_MACHINE.test(error.message));
+      this.#end(error.message, error.full === true);
     }
   }
 
@@ -114,6 +143,7 @@ export class Session extends EventTarget {
     this.#over = true;
     this.#abort.abort();
     clearTimeout(this.#silence);
+    clearTimeout(this.#warning);
     this.#timers.forEach(clearTimeout);
     this.#simulator?.close();
   }
@@ -145,7 +175,7 @@ export class Session extends EventTarget {
     if (!response.ok)
       throw new Error(say('session.status', { server, status: response.status }));
     if (answer.startsWith('Error:'))
-      throw new Error(sentence(answer.slice('Error:'.length)));
+      throw refusal(answer.slice('Error:'.length));
     if (!/^wss?:\/\/./.test(answer))
       throw new Error(say('session.noAddress', { server }));
     return answer.replace(/\/+$/, '');
@@ -154,7 +184,7 @@ export class Session extends EventTarget {
   #takeLease(machine) {
     const text = this.#ticket === null ? say('session.connecting') : say('lease.returning');
     this.#tell('progress', { text, percent: null });
-    const start = { url: this.#target.world, mode: 'mjpeg', reconnect: true, heartbeat: true };
+    const start = { url: this.#target.world, mode: 'mjpeg', reconnect: true, heartbeat: true, extend: true };
     try {
       this.#lease = new Lease(`${machine}/client`, this.#target.opening ?? { start }, this.#ticket?.token);
     } catch {
@@ -178,6 +208,7 @@ export class Session extends EventTarget {
       case 'loading': case 'docker': return this.#load(rest.trim());
       case 'Error': case 'error': return this.#report(rest);
       case 'shutdownTimeout': return this.#planShutdown(Number(rest));
+      case 'extendable': return this.#setExtendable(Number(rest));
       case 'queue': return this.#tell('progress', { text: say('session.queue', { count: Number(rest) }), percent: null });
       case 'webots': return this.#connect(rest.trim());
     }
@@ -190,15 +221,38 @@ export class Session extends EventTarget {
   }
 
   #report(text) {
-    this.#problem = sentence(text);
+    this.#problem = explain(text);
     this.#tell('problem', { text: this.#problem });
   }
 
+  // A new limit takes back the warning of the one before.
   #planShutdown(seconds) {
-    if (!(seconds > 0) || seconds > 2 ** 31 / 1000)
+    if (!(seconds > 0))
       return;
+    this.#ends = Date.now() + seconds * 1000;
+    this.#tellDeadline();
+    clearTimeout(this.#warning);
+    if (this.#warned && seconds > SHUTDOWN_WARNING_S)
+      this.#tell('notice', { text: '' });
+    this.#warned = false;
     const left = Math.min(seconds, SHUTDOWN_WARNING_S);
-    this.#after((seconds - left) * 1000, () => this.#tell('notice', { text: shutdownWarning(left) }));
+    if (seconds <= LONGEST_TIMER_S)
+      this.#warning = setTimeout(() => this.#warn(left), (seconds - left) * 1000);
+  }
+
+  #warn(seconds) {
+    this.#warned = true;
+    const text = seconds >= 120 ? say('session.endsInMinutes', { minutes: Math.round(seconds / 60) }) : say('session.endsInSeconds', { seconds });
+    this.#tell('notice', { text });
+  }
+
+  #setExtendable(seconds) {
+    this.#extendable = seconds > 0 ? seconds : 0;
+    this.#tellDeadline();
+  }
+
+  #tellDeadline() {
+    this.#tell('deadline', { ends: this.#ends, extendable: this.#extendable });
   }
 
   #connect(url) {
@@ -209,6 +263,7 @@ export class Session extends EventTarget {
     try {
       this.#simulator = new Simulator(url.replace(/\/+$/, ''), this.#size);
       this.#simulator.silent = this.#target.broadcast === true;
+      this.#simulator.hidden = this.#hidden;
     } catch {
       return this.#end(refusedSocket(url));
     }
@@ -225,7 +280,12 @@ export class Session extends EventTarget {
   #showPicture(picture) {
     this.#controls ||= this.owned && (!picture.viewOnly || this.#returns);
     this.#picture = this.#controls ? { ...picture, viewOnly: false } : picture;
-    this.#tell('picture', this.#picture);
+    this.#tellPicture();
+  }
+
+  #tellPicture() {
+    if (this.#picture !== null && !this.#hidden)
+      this.#tell('picture', this.#picture);
   }
 
   #becomeReady() {
@@ -261,7 +321,7 @@ export class Session extends EventTarget {
     if (!this.#lost || !this.#ready || (this.owned && !this.#lease.connected))
       return;
     this.#lost = false;
-    this.#tell('picture', this.#picture); // that of a broken connection stands still
+    this.#tellPicture(); // that of a broken connection stands still
     this.#tell('ready');
   }
 
@@ -317,11 +377,7 @@ function leaseLoss({ opened, code }, ready, machine) {
   return code === BROKEN ? say('lease.lost') : say('lease.closed');
 }
 
-const shutdownWarning = (seconds) =>
-  `The server will stop this simulation in ${seconds >= 120 ? `${Math.round(seconds / 60)} minutes` : `${seconds} seconds`}.`;
-
-// With a capital letter, unless the first word is a file name or an address.
-export const sentence = (text) => text.trim().replace(/^[a-z]+(?= |$)/, (word) => word[0].toUpperCase() + word.slice(1));
+const refusal = (text) => Object.assign(new Error(explain(text)), { full: isFull(text) });
 
 // A percentage written in the line, or an estimate from what docker compose prints; null when there is none.
 export function percentOf(line) {

@@ -26,6 +26,10 @@ let session = null;
 let ready = false;
 let lastMode = 'paused';
 let refused = false; // the last start found no free machine
+let deadline = { ends: Infinity, extendable: 0 };
+let pauseHidden = 0; // seconds
+let resting = 0; // the timer that pauses the simulation of a hidden page
+let interrupted = ''; // its mode before that
 let saidStatus = () => say('viewer.idle'); // said again when the language changes
 const output = new Console(element('console'));
 const wakeLock = new WakeLock();
@@ -169,6 +173,9 @@ function begin(target, ticket = null) {
   followAvailability();
   lastMode = 'paused';
   session = new Session(target, picture.size, ticket);
+  session.hidden = document.hidden;
+  deadline = { ends: Infinity, extendable: 0 };
+  interrupted = '';
   listen(session);
   output.clear();
   setTime(0);
@@ -179,12 +186,40 @@ function begin(target, ticket = null) {
   session.start();
 }
 
+// How much time is left, and whether there can be more.
+function showDeadline() {
+  const left = Math.max(0, Math.round((deadline.ends - Date.now()) / 1000));
+  element('deadline').hidden = session === null || !Number.isFinite(left);
+  element('extend').hidden = element('deadline').hidden || deadline.extendable === 0;
+  const two = (number) => String(number % 60).padStart(2, '0');
+  setText('left', `${Math.floor(left / 3600)}:${two(Math.floor(left / 60))}:${two(left)}`);
+}
+
+// With `pauseHidden` in the server's configuration, a simulation of this page does not run for long while nobody sees it.
+function setHidden() {
+  clearTimeout(resting);
+  const mode = page.dataset.state;
+  if (session !== null)
+    session.hidden = document.hidden;
+  if (document.hidden && pauseHidden > 0 && session?.owned && ['running', 'fast'].includes(mode)) {
+    resting = setTimeout(() => {
+      interrupted = mode;
+      session?.simulator?.pause();
+    }, pauseHidden * 1000);
+  }
+  if (document.hidden || interrupted === '')
+    return;
+  session?.simulator?.[interrupted === 'fast' ? 'fast' : 'play']();
+  interrupted = '';
+}
+
 function leave(state, text) {
   forget();
   session = null;
   ready = false;
   picture.hide();
   setWarning('');
+  showDeadline();
   setProgress(undefined);
   sayWithoutPicture();
   setState(state);
@@ -209,9 +244,15 @@ function listen(to) {
     if (!ready)
       return;
     setState('lost');
+    availability.recheck();
     setStatus(text, true);
   });
   on('notice', ({ text }) => setWarning(text));
+  on('deadline', (told) => {
+    deadline = told;
+    showDeadline();
+  });
+  on('rest', () => picture.hide());
   on('output', ({ stream, line }) => output.print(stream, line));
   on('time', setTime);
   on('world', (name) => setText('world', name.split('/').pop()));
@@ -263,6 +304,8 @@ async function loadDefaults() {
     .catch(() => ({}));
   if (field.value === '' && typeof defaults.url === 'string')
     field.value = defaults.url;
+  if (Number.isFinite(defaults.pauseHidden))
+    pauseHidden = defaults.pauseHidden;
   if (typeof defaults.notice === 'string' && defaults.notice !== '') {
     setText('notice', defaults.notice);
     element('notice').hidden = false;
@@ -292,6 +335,9 @@ for (const id of COMMANDS)
 offerLanguages(element('language'), sayAll);
 offerFullscreen(element('fullscreen'));
 sayAll();
+element('extend').addEventListener('click', () => session?.extend());
+document.addEventListener('visibilitychange', setHidden);
+setInterval(() => session !== null && showDeadline(), 1000);
 // Who comes back, by a reload or with the button Back, finds the simulation again.
 window.addEventListener('pagehide', () => session?.leave());
 window.addEventListener('pageshow', ({ persisted }) => persisted && session !== null && location.reload());
