@@ -34,6 +34,9 @@ class FakeCloud:
         self.launch = None  # Messages of the simulation server after "start"; None: the shortest good start.
         self.world = ["world:worlds/arena.wbt:worlds/arena.wbt"]  # The simulator's messages before it is loaded.
         self.multimedia = "multimedia: mjpeg pause "
+        self.picture_headers = "Access-Control-Allow-Origin: *\r\n"  # Webots sends none, our gateways do.
+        self.slow = False  # The network brings a quarter of the pictures; the others wait on the way.
+        self.opened_streams = 0
         self.requests = []  # Paths asked of the session server.
         self.started = []  # "start" messages as received.
         self.controls = []  # Texts from the page to the simulator.
@@ -235,7 +238,10 @@ class FakeCloud:
 
     async def _stream(self, transport):
         self._streaming.add(transport)
-        transport.write(b"HTTP/1.0 200 OK\r\nServer: Webots\r\nConnection: close\r\nCache-Control: no-cache, private\r\n"
+        self.opened_streams += 1
+        waiting, ticks = [], 0
+        transport.write(b"HTTP/1.0 200 OK\r\nServer: Webots\r\nConnection: close\r\nCache-Control: no-cache, private\r\n" +
+                        self.picture_headers.encode() +
                         b"Content-Type: multipart/x-mixed-replace; boundary=WebotsFrame\r\n\r\n")
         try:
             while not transport.is_closing():
@@ -246,8 +252,12 @@ class FakeCloud:
                     self._time += STEP_MS
                     await self._send("simulator", f"time: {self._time}")
                 frame = self._frames[self._time // STEP_MS % len(self._frames)]
-                for _ in range(2 if self._mode == "pause" else 1):  # Browsers show a part when the next one starts.
-                    transport.write(part(frame))
+                waiting += [part(frame)] * (2 if self._mode == "pause" else 1)  # Browsers show a part when the next one starts.
+                ticks += 1
+                if not self.slow or ticks % 4 == 0:
+                    transport.write(waiting.pop(0) if self.slow else b"".join(waiting))
+                    if not self.slow:
+                        waiting.clear()
                 await asyncio.sleep(FRAME_SECONDS)
         except websockets.ConnectionClosed:
             pass

@@ -62,6 +62,24 @@ test('keys move the camera of a picture that has the focus, and nothing else', a
     `mouse 2 0 0 ${x} ${y} 0 -1`, `mouse 2 0 0 ${x} ${y} 0 1`]);
 });
 
+test('a slow network is asked for smaller pictures, and old ones are not waited for', async (t) => {
+  const page = await runSimulation(t);
+  const { width } = await page.locator('#screen').evaluate(({ clientWidth, clientHeight }) => ({ width: clientWidth, height: clientHeight }));
+  await cloud.set('slow', true);
+  const smaller = (message) => Number(/(\d+)x/.exec(message)[1]) < width;
+  await until(async () => (await sent('resize: ')).some(smaller), 'a smaller size');
+  await until(async () => await cloud.get('opened_streams') === 2, 'a new stream');
+});
+
+test('the pictures of simulators that do not let scripts read them are shown by the browser', async (t) => {
+  await cloud.set('picture_headers', '');
+  const page = await runSimulation(t);
+  assert.equal(await page.locator('#picture > img').count(), 1);
+  await page.click('#start');
+  await state(page, 'idle');
+  await until(async () => await cloud.get('streams') === 0, 'the end of the stream');
+});
+
 test("a spectator's picture takes no focus and sends nothing", async (t) => {
   await cloud.set('multimedia', 'multimedia: mjpeg pause 640 480');
   const page = await runSimulation(t);

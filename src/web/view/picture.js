@@ -1,36 +1,56 @@
 // The live picture of a simulation, in device pixels, and the mouse, fingers and keys on it. Touches the DOM.
+//
+// Pictures are read by fetch(), where that is allowed: then their size follows the network (picture_pace.js). Otherwise the browser
+// shows the stream by itself, in an <img>, in its full size.
 
 import { CameraInput } from './camera_input.js';
+import { PicturePace } from './picture_pace.js';
+import { PictureStream } from './picture_stream.js';
 import { say } from './texts.js';
 
 const FIRST_RETRY_MS = 500;
 const LONGEST_RETRY_MS = 8000;
 const RESIZE_REST_MS = 200;
+const PACE_MS = 250;
 const MAX_PIXELS = 1920 * 1200; // More costs the simulator and the network much, and shows little.
 
 export class Picture {
   #container;
+  #resized;
   #surface = document.createElement('div');
+  #canvas = document.createElement('canvas');
   #image = document.createElement('img');
   #input;
-  #url = '';
+  #stream = null;
+  #pace = new PicturePace();
+  #pacing = 0;
+  #source = null; // {url, viewOnly} while it is shown
+  #next = null; // the last picture that arrived while another was decoded
+  #decoding = false;
+  #unreadable = new Set(); // origins whose pictures the browser shows, but scripts may not read
   #failures = 0;
   #retry = 0;
 
-  // Makes an element in `container`, whose size the picture takes. `resized` is called with {width, height} when that has changed.
+  // Makes an element in `container`, whose size the picture takes. `resized` is called with {width, height} when that has changed,
+  // or the network asks for another.
   constructor(container, { resized = () => {} } = {}) {
     this.#container = container;
+    this.#resized = resized;
     this.#surface.hidden = true;
     Object.assign(this.#surface.style, { width: '100%', height: '100%', touchAction: 'none', userSelect: 'none' });
-    Object.assign(this.#image.style, { display: 'block', width: '100%', height: '100%', objectFit: 'contain' });
+    for (const element of [this.#canvas, this.#image])
+      Object.assign(element.style, { display: 'block', width: '100%', height: '100%', objectFit: 'contain' });
     this.#image.alt = '';
     this.#image.draggable = false;
     this.#image.onerror = () => this.#tryAgain();
-    this.#image.onload = () => this.#arrive();
-    this.#surface.append(this.#image);
+    this.#image.onload = () => {
+      this.#unreadable.add(new URL(this.#image.src).origin);
+      this.#arrive();
+    };
+    this.#surface.append(this.#canvas);
     this.#input = new CameraInput(this.#surface, () => this.#pixels());
     container.prepend(this.#surface);
-    this.#watchSize(resized);
+    this.#watchSize();
   }
 
   // The element that shows the picture: for an id, a class or a description. It has data-source, the address of the pictures, and
@@ -44,15 +64,17 @@ export class Picture {
   }
 
   // `source` is {url, viewOnly}; `send` gets the messages that move the camera, but not those of a spectator (`viewOnly`).
-  show({ url, viewOnly = false }, send) {
+  // The last picture stays until the first of the source is there.
+  show(source, send) {
     this.#forgetSource();
-    this.#url = url;
-    this.#input.send = viewOnly ? null : send;
-    this.#describe(viewOnly);
+    this.#source = source;
+    this.#input.send = source.viewOnly ? null : send;
+    this.#describe(source.viewOnly);
     this.sayName();
-    this.#surface.dataset.source = url;
-    this.#image.src = url;
+    this.#surface.dataset.source = source.url;
     this.#surface.hidden = false;
+    this.#open();
+    this.#pacing = setInterval(() => this.#keepPace(), PACE_MS);
   }
 
   // Says what the picture is, in the language of the page.
@@ -60,16 +82,26 @@ export class Picture {
     this.#surface.setAttribute('aria-label', say('picture.name'));
   }
 
+  // What the session tells: "time" announces a picture.
+  receive(type) {
+    if (type === 'time')
+      this.#pace.announce(performance.now());
+  }
+
   hide() {
     this.#forgetSource();
     this.#surface.hidden = true;
     delete this.#surface.dataset.live;
-    this.#image.removeAttribute('src');
+    this.#canvas.width = this.#canvas.height = 0;
+    this.#pace = new PicturePace();
   }
 
   #forgetSource() {
     clearTimeout(this.#retry);
-    this.#url = '';
+    clearInterval(this.#pacing);
+    this.#stream?.close();
+    this.#stream = this.#source = this.#next = null;
+    this.#image.removeAttribute('src');
     this.#failures = 0;
     this.#input.send = null;
   }
@@ -83,25 +115,85 @@ export class Picture {
       this.#surface.tabIndex = 0;
   }
 
+  #open() {
+    const { url } = this.#source;
+    if (this.#unreadable.has(new URL(url).origin))
+      return this.#leaveToBrowser();
+    this.#stream?.close();
+    this.#next = null;
+    this.#pace.begin(performance.now());
+    this.#stream = new PictureStream(url, {
+      arrived: (part) => this.#take(part),
+      ended: ({ readable }) => (readable ? this.#tryAgain() : this.#leaveToBrowser()),
+    });
+  }
+
+  #leaveToBrowser() {
+    this.#stream = null;
+    if (this.#surface.firstChild !== this.#image)
+      this.#surface.replaceChildren(this.#image);
+    this.#image.src = this.#source.url;
+  }
+
+  #tryAgain() {
+    if (this.#source === null)
+      return;
+    const delay = Math.min(LONGEST_RETRY_MS, FIRST_RETRY_MS * 2 ** this.#failures++);
+    this.#retry = setTimeout(() => (this.#stream === null ? this.#leaveToBrowser() : this.#open()), delay);
+  }
+
   #arrive() {
     this.#failures = 0;
     this.#surface.dataset.live = '';
   }
 
-  #tryAgain() {
-    if (this.#url === '')
+  // Only the last picture is decoded: the others of a burst would be replaced before anybody saw them.
+  #take(part) {
+    this.#pace.arrive(performance.now());
+    this.#next = part;
+    if (!this.#decoding)
+      this.#decode();
+  }
+
+  async #decode() {
+    this.#decoding = true;
+    while (this.#next !== null) {
+      const { type, bytes } = this.#next;
+      this.#next = null;
+      const bitmap = await createImageBitmap(new Blob([bytes], { type })).catch(() => null); // A broken one is left out.
+      if (bitmap !== null && this.#stream !== null)
+        this.#draw(bitmap);
+    }
+    this.#decoding = false;
+  }
+
+  #draw(bitmap) {
+    if (this.#canvas.width !== bitmap.width || this.#canvas.height !== bitmap.height)
+      Object.assign(this.#canvas, { width: bitmap.width, height: bitmap.height });
+    this.#canvas.getContext('bitmaprenderer').transferFromImageBitmap(bitmap);
+    if (this.#surface.firstChild !== this.#canvas)
+      this.#surface.replaceChildren(this.#canvas);
+    this.#arrive();
+  }
+
+  #keepPace() {
+    if (this.#stream === null || document.hidden)
       return;
-    const delay = Math.min(LONGEST_RETRY_MS, FIRST_RETRY_MS * 2 ** this.#failures++);
-    this.#retry = setTimeout(() => { this.#image.src = this.#url; }, delay);
+    const decision = this.#pace.decide(performance.now(), this.#source.viewOnly);
+    if (decision === 'shrink' || decision === 'grow')
+      this.#resized(this.size);
+    if (decision === 'shrink' || decision === 'renew')
+      this.#open();
   }
 
   #pixels() {
     const { clientWidth, clientHeight } = this.#container;
-    const scale = Math.min(devicePixelRatio, Math.sqrt(MAX_PIXELS / Math.max(1, clientWidth * clientHeight)));
+    const largest = Math.min(devicePixelRatio, Math.sqrt(MAX_PIXELS / Math.max(1, clientWidth * clientHeight)));
+    const scale = largest * this.#pace.scale;
     return { scale, width: Math.max(1, Math.round(clientWidth * scale)), height: Math.max(1, Math.round(clientHeight * scale)) };
   }
 
-  #watchSize(resized) {
+  #watchSize() {
     let timer = 0;
     let last = JSON.stringify(this.size);
     const look = () => {
@@ -109,7 +201,7 @@ export class Picture {
       timer = setTimeout(() => {
         const now = JSON.stringify(this.size);
         if (now !== last && this.#container.clientWidth > 0)
-          resized(this.size);
+          this.#resized(this.size);
         last = now;
       }, RESIZE_REST_MS);
     };

@@ -254,7 +254,10 @@ function listen(to) {
   });
   on('rest', () => picture.hide());
   on('output', ({ stream, line }) => output.print(stream, line));
-  on('time', setTime);
+  on('time', (milliseconds) => {
+    setTime(milliseconds);
+    picture.receive('time');
+  });
   on('world', (name) => setText('world', name.split('/').pop()));
   on('picture', (source) => picture.show(source, (message) => to.simulator.send(message)));
   on('mode', (mode) => {
