@@ -44,6 +44,7 @@ for (const name of ['onready', 'onclose', 'onerror', 'onstdout', 'onstderr', 'on
 class Cloud {
   session = MACHINE; // the answer of /session
   leases = []; // messages on /client
+  launch = ['shutdownTimeout: 7200', `webots:${SIMULATOR}`]; // the answer to the first of them
   controls = []; // messages to the simulator
   windows = []; // messages of robot windows
   requests = []; // addresses, but those of modules
@@ -93,7 +94,7 @@ class Cloud {
     socket.onMessage((message) => {
       this.leases.push(message);
       if (this.leases.length === 1)
-        ['shutdownTimeout: 7200', `webots:${SIMULATOR}`].forEach((line) => socket.send(line));
+        this.launch.forEach((line) => socket.send(line));
     });
   }
 
@@ -301,6 +302,18 @@ describe('What the simulation says', () => {
     const log = page.getByRole('log', { name: 'Console' });
     await log.getByText('<b>last</b>').waitFor();
     assert.match(await log.innerText(), /^first\noops\n<b>last<\/b>$/);
+  });
+
+  test('a coming end is announced, and an editor beside the simulation has a link', async () => {
+    cloud.launch = ['ide: enable', 'type:demo\n', 'shutdownTimeout: 299', `webots:${SIMULATOR}`];
+    await open();
+    await state('paused');
+    const notice = page.getByRole('alert');
+    await notice.waitFor();
+    assert.ok((await notice.innerText()).length > 10);
+    await button('Close').click();
+    await notice.waitFor({ state: 'hidden' });
+    assert.equal(await page.getByRole('link', { name: 'Editor' }).getAttribute('href'), 'https://machine.test/2501/#/home/project/webots-project/');
   });
 
   test('labels lie over the picture, in their place and colour', async () => {

@@ -56,6 +56,13 @@ export class ViewFrame extends EventTarget {
       bar.removeAttribute('value');
   }
 
+  // Something to know while the simulation goes on.
+  setNotice(text) {
+    const { notice, noticeText } = this.#parts;
+    notice.hidden = text === '';
+    noticeText.textContent = text;
+  }
+
   setThumbnail(url) {
     const { thumbnail } = this.#parts;
     thumbnail.hidden = url === '';
@@ -103,12 +110,9 @@ export class ViewFrame extends EventTarget {
 
   setToolbar(shown) { this.#parts.toolbar.hidden = !shown; }
 
-  setHelp(url) {
-    const { help } = this.#parts;
-    help.hidden = url === '';
-    if (url !== '')
-      help.href = url;
-  }
+  setHelp(url) { setLink(this.#parts.help, url); }
+
+  setEditor(url) { setLink(this.#parts.editor, this.#options.ide ? url : ''); }
 
   // Shows `content` below the picture; `closed` is called when its button is pressed. Returns what takes it away.
   showPanel(title, content, closed) {
@@ -141,6 +145,9 @@ export class ViewFrame extends EventTarget {
     const message = make('div', 'message', stage, { hidden: true });
     make('p', 'text', message).setAttribute('role', 'status');
     make('progress', 'bar', message, { max: 100, hidden: true }).setAttribute('aria-label', say('viewer.progress'));
+    const notice = make('div', 'notice', view, { hidden: true });
+    make('p', 'noticeText', notice).setAttribute('role', 'alert');
+    notice.append(this.#button(say('view.close'), () => this.setNotice('')));
     this.#buildToolbar(make, view);
     make('div', 'panels', view);
     const list = Object.assign(document.createElement('div'), { className: 'console', tabIndex: 0 });
@@ -167,6 +174,7 @@ export class ViewFrame extends EventTarget {
     const full = this.#button(say('viewer.fullscreen'), () => this.#toggleFullscreen());
     full.hidden = !document.fullscreenEnabled;
     toolbar.append(full);
+    make('a', 'editor', toolbar, { target: '_blank', rel: 'noopener', hidden: true, textContent: say('view.editor') });
     make('a', 'help', toolbar, { target: '_blank', rel: 'noopener', hidden: true, textContent: say('view.help') });
     make('time', 'time', toolbar).setAttribute('aria-label', say('viewer.simulated_time'));
     this.#addCommand(toolbar, 'quit', this.#options.quit);
@@ -205,6 +213,12 @@ export class ViewFrame extends EventTarget {
   #tell(type, detail) {
     this.dispatchEvent(new CustomEvent(type, { detail }));
   }
+}
+
+function setLink(link, url) {
+  link.hidden = url === '';
+  if (url !== '')
+    link.href = url;
 }
 
 function label(name) {

@@ -37,6 +37,8 @@ export const STYLE = `
 .message p { margin: 0; overflow-wrap: anywhere; }
 .message.problem p { color: var(--bad); font-weight: 600; }
 .message progress { width: 100%; margin-top: 0.5rem; accent-color: var(--accent); }
+.notice { display: flex; gap: 0.5rem; align-items: center; padding: 0.35rem 0.5rem; border-top: 1px solid var(--line); }
+.notice p { flex: 1; margin: 0; font-weight: 600; }
 .toolbar { display: flex; flex-wrap: wrap; gap: 0.25rem; align-items: center; padding: 0.35rem; border-top: 1px solid var(--line); }
 .toolbar time { margin: 0 0.5rem 0 auto; font-variant-numeric: tabular-nums; }
 button, select { font: inherit; min-height: 2rem; padding: 0.2rem 0.6rem; color: inherit; background: transparent; border: 1px solid var(--line); border-radius: 4px; }

@@ -16,7 +16,7 @@
 //   setWebotsDocUrl(url)
 //   broadcast           true, set before open(): only watches
 //   showRevert, showReload, showQuit, showRun, showPlay, showStep, showReset, showTerminal, showRobotWindow,
-//   showWorldSelection  whether the toolbar has them; set on the view, or on `webots`, before open()
+//   showWorldSelection, showIde  whether the toolbar has them; set on the view, or on `webots`, before open()
 //   play(), pause(), step(), fast(), reset(), reload(), loadWorld(name), send(text), sendRobotMessage(robot, message)
 //   state               'idle' | 'starting' | 'paused' | 'running' | 'fast' | 'lost' (nothing arrives) | 'ended' | 'failed'
 //   time                simulated milliseconds
@@ -60,7 +60,7 @@ const DRAWN = ['w3d', 'x3d'];
 const NOT_WANTED = { Scene: null, missing: '' };
 const OLD_MODES = { x3dom: 'x3d', video: 'mjpeg' }; // of 2018 and 2019
 const SHOWN = { showPlay: true, showStep: true, showRun: true, showReset: true, showReload: false, showQuit: true, showRobotWindow: true,
-  showTerminal: true, showWorldSelection: true };
+  showTerminal: true, showWorldSelection: true, showIde: true };
 
 const ownServer = sessionServerOf(new URL('..', import.meta.url));
 
@@ -102,6 +102,7 @@ export class View {
   #time = 0;
   #base = ''; // of the simulator, http:
   #heard = false; // whether anything came from the server or the simulator
+  #hasEditor = false; // the simulation has one, in a container beside it
   #model = '';
   #animation = null;
   #loaded = false; // the world; pages have been told
@@ -212,7 +213,7 @@ export class View {
     this.#frame?.remove();
     const options = { broadcast: this.broadcast, mobile: this.#mobile };
     for (const [option, name] of [['play', 'showPlay'], ['step', 'showStep'], ['run', 'showRun'], ['reset', 'showReset'], ['quit', 'showQuit'],
-      ['robotWindow', 'showRobotWindow'], ['terminal', 'showTerminal'], ['worldSelection', 'showWorldSelection']])
+      ['robotWindow', 'showRobotWindow'], ['terminal', 'showTerminal'], ['ide', 'showIde'], ['worldSelection', 'showWorldSelection']])
       options[option] = this.#shown(name);
     options.reload = this.showRevert ?? webots.showRevert ?? this.#shown('showReload');
     this.#frame = new ViewFrame(this.#container, options);
@@ -277,7 +278,7 @@ export class View {
     on('progress', ({ text, percent }) => this.#frame.setMessage(text, { percent }));
     on('lost', ({ text }) => this.#lose(text));
     on('problem', ({ text }) => this.#tellProblem(text));
-    on('notice', ({ text }) => this.#frame.setMessage(text));
+    on('notice', ({ text }) => this.#frame.setNotice(text));
     on('output', ({ stream, line }) => this.#print(stream, line));
     on('time', (time) => this.#setTime(time));
     on('picture', (source) => this.#display.show({ ...source, viewOnly: source.viewOnly || this.broadcast },
@@ -294,10 +295,18 @@ export class View {
   #hearServer(text) {
     this.#heard = true;
     const [, prefix, rest] = /^(webots|reset controller):\s?(.*)$/s.exec(text) ?? [];
-    if (prefix === 'webots')
-      this.#base = socketToWeb(rest.trim().replace(/\/+$/, ''));
+    if (text.trim() === 'ide: enable')
+      this.#hasEditor = true;
+    else if (prefix === 'webots')
+      this.#takeAddress(socketToWeb(rest.trim().replace(/\/+$/, '')));
     else if (prefix === 'reset controller')
       this.send(`sync controller:${rest.trim()}`);
+  }
+
+  #takeAddress(base) {
+    this.#base = base;
+    if (this.#hasEditor)
+      this.#frame.setEditor(editorAddress(base));
   }
 
   #hearSimulator(text) {
@@ -445,6 +454,7 @@ export class View {
     this.#labels?.clear();
     this.#mode = 'paused';
     this.#heard = false;
+    this.#hasEditor = false;
     this.#loaded = false;
     this.#model = '';
     this.#page?.abort();
@@ -461,6 +471,13 @@ async function findDrawing() {
   } catch {
     return { Scene: null, missing: say('view.no_scene') };
   }
+}
+
+// The editor's port is the simulator's plus 500. The number that stands last may stand in the address more than once: as in the
+// pages of today, where it first stands it is replaced.
+function editorAddress(base) {
+  const number = /\d+(?=\D*$)/.exec(base)?.[0];
+  return number === undefined ? '' : `${base.replace(number, String(Number(number) + 500))}/#/home/project/webots-project/`;
 }
 
 // Simulators are not ours: whatever is no object counts as one without members.
