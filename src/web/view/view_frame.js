@@ -6,8 +6,8 @@ import { adopt, STYLE } from './view_style.js';
 
 // The toolbar's buttons: name, the option that shows it, whether it says which state it is.
 const COMMANDS = [
-  ['play', 'play', 'running'], ['pause', 'play', 'paused'], ['step', 'step', null], ['fast', 'run', 'fast'],
-  ['reset', 'reset', null], ['reload', 'reload', null],
+  ['play', 'showPlay', 'running'], ['pause', 'showPlay', 'paused'], ['step', 'showStep', null], ['fast', 'showRun', 'fast'],
+  ['reset', 'showReset', null], ['reload', 'showReload', null],
 ];
 const ACTIVE = ['paused', 'running', 'fast'];
 
@@ -21,7 +21,7 @@ export class ViewFrame extends EventTarget {
   #close = { console: null };
 
   // Events: command {name} (the buttons of COMMANDS, and quit), world {name}, window {robot}.
-  // `options` are those that View describes.
+  // `options`: showPlay and the others that View describes, `mobile` (larger buttons), `broadcast` (buttons have no effect).
   constructor(container, options) {
     super();
     this.#options = options;
@@ -95,13 +95,13 @@ export class ViewFrame extends EventTarget {
   setWorlds(current, worlds) {
     const { worlds: select } = this.#parts;
     select.replaceChildren(...worlds.map((world) => new Option(world.split('/').pop(), world, false, world === current)));
-    select.hidden = worlds.length < 2 || !this.#options.worldSelection;
+    select.hidden = worlds.length < 2 || !this.#options.showWorldSelection;
   }
 
   // [{robot, open}]
   setWindows(windows) {
     const { windows: group } = this.#parts;
-    group.replaceChildren(...(this.#options.robotWindow ? windows : []).map(({ robot, open }) => {
+    group.replaceChildren(...(this.#options.showRobotWindow ? windows : []).map(({ robot, open }) => {
       const button = this.#button(say('view.robot_window', { robot }), () => this.#tell('window', { robot }));
       button.setAttribute('aria-pressed', String(open));
       return button;
@@ -112,7 +112,7 @@ export class ViewFrame extends EventTarget {
 
   setHelp(url) { setLink(this.#parts.help, url); }
 
-  setEditor(url) { setLink(this.#parts.editor, this.#options.ide ? url : ''); }
+  setEditor(url) { setLink(this.#parts.editor, this.#options.showIde ? url : ''); }
 
   // Shows `content` below the picture; `closed` is called when its button is pressed. Returns what takes it away.
   showPanel(title, content, closed) {
@@ -168,7 +168,7 @@ export class ViewFrame extends EventTarget {
     this.#parts.worlds.addEventListener('change', () => this.#tell('world', { name: this.#parts.worlds.value }));
     make('span', 'windows', toolbar);
     const terminal = this.#button(say('viewer.console'), () => this.#toggleConsole(terminal));
-    terminal.hidden = !this.#options.terminal;
+    terminal.hidden = !this.#options.showTerminal;
     terminal.setAttribute('aria-pressed', 'false');
     toolbar.append(terminal);
     const full = this.#button(say('viewer.fullscreen'), () => this.#toggleFullscreen());
@@ -177,7 +177,7 @@ export class ViewFrame extends EventTarget {
     make('a', 'editor', toolbar, { target: '_blank', rel: 'noopener', hidden: true, textContent: say('view.editor') });
     make('a', 'help', toolbar, { target: '_blank', rel: 'noopener', hidden: true, textContent: say('view.help') });
     make('time', 'time', toolbar).setAttribute('aria-label', say('viewer.simulated_time'));
-    this.#addCommand(toolbar, 'quit', this.#options.quit);
+    this.#addCommand(toolbar, 'quit', this.#options.showQuit);
   }
 
   #addCommand(toolbar, name, shown) {

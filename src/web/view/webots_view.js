@@ -99,6 +99,7 @@ export class View {
   #docUrl = '';
   #toolbar = true;
   #state = 'idle';
+  #mode = 'paused'; // of the simulator, also while it is not ready
   #time = 0;
   #base = ''; // of the simulator, http:
   #heard = false; // whether anything came from the server or the simulator
@@ -212,10 +213,9 @@ export class View {
   #build() {
     this.#frame?.remove();
     const options = { broadcast: this.broadcast, mobile: this.#mobile };
-    for (const [option, name] of [['play', 'showPlay'], ['step', 'showStep'], ['run', 'showRun'], ['reset', 'showReset'], ['quit', 'showQuit'],
-      ['robotWindow', 'showRobotWindow'], ['terminal', 'showTerminal'], ['ide', 'showIde'], ['worldSelection', 'showWorldSelection']])
-      options[option] = this.#shown(name);
-    options.reload = this.showRevert ?? webots.showRevert ?? this.#shown('showReload');
+    for (const name of Object.keys(SHOWN))
+      options[name] = this.#shown(name);
+    options.showReload = this.showRevert ?? webots.showRevert ?? options.showReload; // the old name
     this.#frame = new ViewFrame(this.#container, options);
     this.#frame.addEventListener('command', ({ detail }) => (detail.name === 'quit' ? this.onquit?.() : this[detail.name]()));
     this.#frame.addEventListener('world', ({ detail }) => this.loadWorld(detail.name));
@@ -380,8 +380,6 @@ export class View {
     if (mode !== 'paused' && this.#timeLimit >= 0)
       this.send(`timeout:${this.#timeLimit}`);
   }
-
-  #mode = 'paused';
 
   #becomeReady() {
     this.#frame.setMessage('');
