@@ -1,5 +1,5 @@
 // How View looks: a style sheet of its own, which the page around it neither sees nor changes, but for the properties
-// --webots-... and the font. No DOM.
+// --webots-accent, -panel, -text and -line, and its color-scheme. No DOM.
 
 export const STYLE = `
 :host {
@@ -13,16 +13,16 @@ export const STYLE = `
   height: 100%;
   min-height: 14rem;
   color: var(--text);
-  color-scheme: light dark;
   font: 0.9375rem/1.4 system-ui, "Segoe UI", Roboto, "Noto Sans", "DejaVu Sans", sans-serif;
 }
-@media (prefers-color-scheme: dark) {
+/* Dark where the page is: its \`color-scheme\` is inherited. */
+@supports (color: light-dark(#000, #fff)) {
   :host {
-    --accent: var(--webots-accent, #7fb0ff);
-    --panel: var(--webots-panel, #1b212a);
-    --text: var(--webots-text, #e6eaf0);
-    --line: var(--webots-line, #5a6675);
-    --bad: #ff8a80;
+    --accent: var(--webots-accent, light-dark(#1f5fbf, #7fb0ff));
+    --panel: var(--webots-panel, light-dark(#ffffff, #1b212a));
+    --text: var(--webots-text, light-dark(#1b2430, #e6eaf0));
+    --line: var(--webots-line, light-dark(#aab4c2, #5a6675));
+    --bad: light-dark(#b3261e, #ff8a80);
   }
 }
 * { box-sizing: border-box; }
