@@ -280,7 +280,10 @@ export class View {
     on('problem', ({ text }) => this.#tellProblem(text));
     on('notice', ({ text }) => this.#frame.setNotice(text));
     on('output', ({ stream, line }) => this.#print(stream, line));
-    on('time', (time) => this.#setTime(time));
+    on('time', (time) => {
+      this.#setTime(time);
+      this.#display.receive?.('time'); // pictures are announced by it
+    });
     on('picture', (source) => this.#display.show({ ...source, viewOnly: source.viewOnly || this.broadcast },
       (message) => this.send(message)));
     on('scene', (source) => this.#display.show(source, (message) => this.send(message)));
