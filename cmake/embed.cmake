@@ -1,6 +1,6 @@
 # Embeds files into the binary:  webots_cloud_embed(OUTPUT file.cpp ROOT folder FILES a b ... [EXTERNAL name=path ...])
 # The generated source defines webots_cloud::web::find_asset for them (src/web/assets.hpp). EXTERNAL files lie outside of ROOT:
-# libraries that the system's packages install, under a name of ours.
+# libraries from elsewhere, under a name of ours. Compressed copies are made beside OUTPUT.
 set(WEBOTS_CLOUD_EMBED_SCRIPT ${CMAKE_CURRENT_LIST_DIR}/embed_files.cmake)
 
 function(webots_cloud_embed)
@@ -14,4 +14,6 @@ function(webots_cloud_embed)
                 -P ${WEBOTS_CLOUD_EMBED_SCRIPT}
         DEPENDS ${paths} ${external_paths} ${WEBOTS_CLOUD_EMBED_SCRIPT}
         COMMENT "Embedding the web pages")
+    # The compiler does not tell that the assembler reads these files, too.
+    set_source_files_properties(${EMBED_OUTPUT} PROPERTIES OBJECT_DEPENDS "${paths};${external_paths}")
 endfunction()

@@ -401,7 +401,7 @@ Answer SessionService::Impl::web_file(IncomingRequest const& request)
         return core::not_found_page();
     auto& page = files[asset->content.data()];
     if (page.empty())
-        page.set(std::string(asset->content));
+        page.set(std::string(asset->content), std::string(asset->gzip));
     auto response = page.answer(asset->content_type, request.header("If-None-Match"));
     if (path.starts_with("/view/")) // modules that pages of other sites import
         response.headers.emplace_back("Access-Control-Allow-Origin", "*");

@@ -10,9 +10,11 @@ namespace webots_cloud::web {
 struct Asset
 {
     std::string_view content;
+    /// The same compressed, for who takes gzip; empty where that is not worth it.
+    std::string_view gzip;
     std::string_view content_type;
-    /// SHA-256 of a newline and the content, in hexadecimal: it allows the script, embedded in a page, in the
-    /// page's Content-Security-Policy.
+    /// Of texts: SHA-256 of a newline and the content, in hexadecimal. It allows the script, embedded in a
+    /// page, in the page's Content-Security-Policy.
     std::string_view inline_hash;
 };
 

@@ -19,8 +19,8 @@ struct SharedBody
     explicit SharedBody(std::string body) : text(std::move(body)) {}
 
     std::string const text;
-    mutable std::string
-        gzip; ///< The same compressed, made by the adapter for the first client that takes it.
+    /// The same compressed. Where it is empty the adapter makes it, for the first client that takes it.
+    mutable std::string gzip;
 };
 
 /// A response. The adapter adds `Content-Length`, `Date`, `Server` and `Connection`.

@@ -138,10 +138,10 @@ void append_shared_head(std::string& out, HttpResponse const& response, bool kee
 
 std::string_view encoded(SharedBody const& body, std::string_view accept_encoding)
 {
-    if (body.text.size() < worth_compressing || body.text.size() > max_compressed ||
-        !takes_gzip(accept_encoding))
+    if (!takes_gzip(accept_encoding))
         return body.text;
-    if (body.gzip.empty())
+    bool const worth_it = body.text.size() >= worth_compressing && body.text.size() <= max_compressed;
+    if (body.gzip.empty() && worth_it)
         body.gzip = compress(body.text);
     return body.gzip.empty() ? body.text : body.gzip;
 }

@@ -36,12 +36,14 @@ bool is_listed(std::string_view if_none_match, std::string_view tag)
 
 } // namespace
 
-void SharedPage::set(std::string text)
+void SharedPage::set(std::string text, std::string gzip)
 {
     if (body_ && body_->text == text)
         return;
     tag_ = tag_of(text);
-    body_ = std::make_shared<SharedBody const>(std::move(text));
+    auto const body = std::make_shared<SharedBody>(std::move(text));
+    body->gzip = std::move(gzip);
+    body_ = body;
 }
 
 HttpResponse SharedPage::answer(std::string_view content_type, std::string_view if_none_match) const

@@ -19,8 +19,9 @@ class SharedPage
 public:
     SharedPage() = default;
 
-    /// Its text from now on. The same text stays the same body, compressed as it may be.
-    void set(std::string text);
+    /// Its text from now on, and the same compressed where that is at hand. The same text stays the same
+    /// body, compressed as it may be.
+    void set(std::string text, std::string gzip = {});
 
     bool empty() const noexcept { return !body_; }
 

@@ -36,6 +36,15 @@ BOOST_AUTO_TEST_CASE(all_who_ask_share_one_body)
     BOOST_TEST((page.answer("text/html", "").shared == first.shared)); // nothing has changed
 }
 
+BOOST_AUTO_TEST_CASE(a_page_can_bring_its_compressed_form)
+{
+    SharedPage page;
+    page.set("text", "compressed");
+    BOOST_TEST(page.answer("text/html", "").shared->gzip == "compressed");
+    page.set("other");
+    BOOST_TEST(page.answer("text/html", "").shared->gzip.empty());
+}
+
 BOOST_AUTO_TEST_CASE(who_has_the_page_is_told_so_until_it_changes)
 {
     SharedPage page;
