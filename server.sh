@@ -55,6 +55,7 @@ prepare()
         fail "Expected the name of a configuration, found \"$name\":" \
             "there is neither $(config session "$name") nor $(config simulation "$name")."
     install_packages cmake/packages/build.txt
+    install_scene_library
     build
     for kind in simulation session; do
         file=$(config "$kind" "$name")
@@ -91,9 +92,17 @@ make_certificate()
     echo "Made $certificate for $name, valid for a year. Nobody vouches for it, so browsers warn: replace it and $key by real ones."
 }
 
+# The library that shows 3D scenes. Where it can't be had, the first build is made without, and later starts do not wait for it again.
+install_scene_library()
+{
+    [[ ! -e build/release/build.ninja ]] || command -v npm >/dev/null || return 0
+    install_node_packages src/web/view || echo "The viewer will show pictures only: npm could not install the library for 3D." >&2
+}
+
 build()
 {
-    [[ -e build/release/build.ninja ]] || cmake --preset release
+    # Also when the library for 3D has come since.
+    [[ -e build/release/build.ninja && ! build/node/src/web/view -nt build/release/build.ninja ]] || cmake --preset release
     cmake --build --preset release --target installable # so that cmake --install works, too
 }
 

@@ -29,7 +29,7 @@ const PATIENCE_MS = 10000; // with a simulator that is silent; doubled each time
 const SERVER_STOPS = 1001;
 const BROKEN = 1006;
 const TAKEN_OVER = 4001;
-const RELAYED = ['message', 'mode', 'time', 'progress', 'world', 'output'];
+const RELAYED = ['message', 'scene', 'model', 'update', 'label', 'node', 'delete', 'mode', 'time', 'progress', 'world', 'output'];
 
 export class Session extends EventTarget {
   #target;
@@ -61,6 +61,7 @@ export class Session extends EventTarget {
   //   opening    the text to start the simulation with, instead of a `start` message (a website's project)
   //   paused     true: a simulation that is started here waits for play(), instead of running at once
   //   broadcast  true: only watches, and sends the simulator nothing but the line that says so
+  //   mode       'mjpeg' (pictures, unless given), 'w3d' or 'x3d' (the scene)
   // `size` is {width, height} of the picture in pixels. `ticket`: of an earlier session, to whose simulation this one returns.
   constructor(target, size, ticket = null) {
     super();
@@ -184,7 +185,7 @@ export class Session extends EventTarget {
   #takeLease(machine) {
     const text = this.#ticket === null ? say('session.connecting') : say('lease.returning');
     this.#tell('progress', { text, percent: null });
-    const start = { url: this.#target.world, mode: 'mjpeg', reconnect: true, heartbeat: true, extend: true };
+    const start = { url: this.#target.world, mode: this.#target.mode ?? 'mjpeg', reconnect: true, heartbeat: true, extend: true };
     try {
       this.#lease = new Lease(`${machine}/client`, this.#target.opening ?? { start }, this.#ticket?.token);
     } catch {
@@ -261,7 +262,7 @@ export class Session extends EventTarget {
       return; // the lease is restored; the connection to the simulator had not broken
     this.#tell('progress', { text: this.#ready ? say('lease.returning') : say('simulator.connecting'), percent: null });
     try {
-      this.#simulator = new Simulator(url.replace(/\/+$/, ''), this.#size);
+      this.#simulator = new Simulator(url.replace(/\/+$/, ''), this.#size, this.#target.mode);
       this.#simulator.silent = this.#target.broadcast === true;
       this.#simulator.hidden = this.#hidden;
     } catch {
@@ -321,7 +322,8 @@ export class Session extends EventTarget {
     if (!this.#lost || !this.#ready || (this.owned && !this.#lease.connected))
       return;
     this.#lost = false;
-    this.#tellPicture(); // that of a broken connection stands still
+    if (this.#picture !== null)
+      this.#tellPicture(); // that of a broken connection stands still
     this.#tell('ready');
   }
 

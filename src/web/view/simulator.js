@@ -1,13 +1,18 @@
-// The connection to one simulator, in its "mjpeg" mode: text messages both ways, the picture by HTTP. No DOM.
+// The connection to one simulator: text messages both ways; in its mode "mjpeg" the picture by HTTP, in its modes "w3d" and "x3d" the
+// scene as messages. No DOM.
 
 import { socketToWeb } from './address.js';
 import { say } from './texts.js';
 import { Watch } from './watch.js';
 
+const OTHER_SPELLING_MS = 3000;
+
 export class Simulator extends EventTarget {
   #url;
   #socket;
   #size;
+  #stream;
+  #spelling = 0; // the timer of trying the other one
   #watch = new Watch(() => this.#fallSilent());
   #loaded = false;
   #mode = 'paused';
@@ -21,13 +26,16 @@ export class Simulator extends EventTarget {
   // Events: message {from: 'simulator', text} (each as it came), picture {url, viewOnly}, ready,
   // mode ('paused' | 'running' | 'fast'), time (ms), progress {text, percent}, world (file name),
   // output {stream, line}, silent (nothing arrives, though it runs), heard (something does again, also
-  // after probe()), closed {code}. All arrive as CustomEvents.
-  constructor(url, size) {
+  // after probe()), closed {code}. With the `stream` 'w3d' or 'x3d' instead of picture: scene {url}, where the files of the
+  // scene are, and then what Scene.receive() takes: model {text} (empty: the world is deleted), update {time, updates, labels},
+  // label {id, ...}, node {parent, text}, delete {id}. All arrive as CustomEvents.
+  constructor(url, size, stream = 'mjpeg') {
     super();
     this.#url = url;
     this.#size = size;
     this.#socket = new WebSocket(`${url}/`);
-    this.#socket.onopen = () => this.#socket.send(`mjpeg: ${text(this.#size)}`);
+    this.#stream = stream;
+    this.#socket.onopen = () => this.#join();
     this.#socket.onmessage = ({ data }) => typeof data === 'string' && this.#receive(data);
     this.#socket.onclose = ({ code }) => {
       this.#watch.stop();
@@ -50,7 +58,8 @@ export class Simulator extends EventTarget {
 
   resize(size) {
     this.#size = size;
-    this.send(`resize: ${text(size)}`);
+    if (this.#stream === 'mjpeg')
+      this.send(`resize: ${text(size)}`);
   }
 
   get loaded() { return this.#loaded; }
@@ -68,9 +77,21 @@ export class Simulator extends EventTarget {
   }
 
   close() {
+    clearTimeout(this.#spelling);
     this.#watch.stop();
     this.#socket.onopen = this.#socket.onmessage = this.#socket.onclose = null;
     this.#socket.close();
+  }
+
+  #join() {
+    if (this.#stream === 'mjpeg')
+      return this.#socket.send(`mjpeg: ${text(this.#size)}`);
+    // Without "broadcast" a simulation that runs would pause. Webots up to R2023b says x3d, newer ones w3d; each ignores the
+    // other's word.
+    this.#socket.send(`${this.#stream};broadcast`);
+    const other = this.#stream === 'w3d' ? 'x3d' : 'w3d';
+    this.#spelling = setTimeout(() => this.#socket.send(`${other};broadcast`), OTHER_SPELLING_MS);
+    this.#tell('scene', { url: `${socketToWeb(this.#url)}/` });
   }
 
   #tell(type, detail) {
@@ -102,8 +123,14 @@ export class Simulator extends EventTarget {
   #receive(message) {
     this.#tell('message', { from: 'simulator', text: message });
     this.#hear();
-    const [, prefix, rest] = /^([a-z -]+?)(?:: ?|$)([^]*)/i.exec(message) ?? [null, '', ''];
+    clearTimeout(this.#spelling);
+    const [, prefix, rest] = /^([a-z/ -]+?)(?:: ?|$)([^]*)/i.exec(message) ?? [null, '', ''];
     switch (prefix) {
+      case 'model': return this.#tell('model', { text: rest });
+      case 'application/json': return this.#update(rest);
+      case 'label': return this.#label(rest);
+      case 'node': return this.#addNode(rest);
+      case 'delete': return this.#tell('delete', { id: Number(rest) });
       case 'multimedia': return this.#showPicture(rest);
       case 'scene load completed': return this.#finishLoading();
       case 'pause': case 'paused by client': return this.#pausedAt(rest);
@@ -116,6 +143,33 @@ export class Simulator extends EventTarget {
       case 'world': return this.#tell('world', rest.split(':')[0]);
       case 'stdout': case 'stderr': return this.#print(message);
     }
+  }
+
+  // The changes since the last one; "poses" is what they were called before R2023.
+  #update(rest) {
+    let state;
+    try {
+      state = JSON.parse(rest);
+    } catch {
+      return;
+    }
+    const list = (value) => (Array.isArray(value) ? value.filter((item) => typeof item === 'object' && item !== null) : []);
+    const { time, updates, poses, labels } = state ?? {};
+    this.#tell('update', { time, updates: list(updates ?? poses), labels: list(labels) });
+    if (typeof time === 'number')
+      this.#tell('time', time);
+  }
+
+  // As it was up to 2020: "<id>;<font>;<colour>;<size>;<x>;<y>;<text>".
+  #label(rest) {
+    const [id, font, color, size, x, y, ...words] = rest.split(';');
+    this.#tell('label', { id, font, color, size, x, y, text: words.join(';') });
+  }
+
+  // "<parent>:<xml>"
+  #addNode(rest) {
+    const colon = rest.indexOf(':');
+    this.#tell('node', { parent: Number(rest.slice(0, colon)), text: rest.slice(colon + 1) });
   }
 
   // "mjpeg <mode> " makes this page the one that controls the view; "mjpeg <mode> <width> <height>" a spectator.
@@ -136,6 +190,8 @@ export class Simulator extends EventTarget {
   #unload() {
     this.#loaded = false;
     this.#watchOver();
+    if (this.#stream !== 'mjpeg')
+      this.#tell('model', { text: '' });
     this.#tell('progress', { text: say('simulator.loading'), percent: null });
   }
 

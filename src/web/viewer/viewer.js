@@ -9,6 +9,7 @@ import { Console } from './view/console.js';
 import { forget, recall, remember } from './view/memory.js';
 import { loadPageTexts, offerLanguages } from './view/page_texts.js';
 import { Picture } from './view/picture.js';
+import { Scene } from './view/scene.js';
 import { Session } from './view/session.js';
 import { say } from './view/texts.js';
 import { WakeLock } from './view/wake_lock.js';
@@ -35,6 +36,8 @@ const output = new Console(element('console'));
 const wakeLock = new WakeLock();
 const picture = new Picture(element('screen'), { resized: (size) => session?.resize(size) });
 picture.element.id = 'picture';
+const scene = new Scene(element('screen'), { told: setWarning });
+scene.element.id = 'scene';
 const availability = new Availability((value) => {
   page.dataset.availability = value;
   setText('light-text', light());
@@ -106,6 +109,7 @@ function setState(state) {
   setText('start', startText());
   element('start').classList.toggle('leave', active);
   element('connect-to').readOnly = active;
+  element('show').disabled = active;
   for (const id of COMMANDS)
     element(id).disabled = !ready || state === 'lost';
   for (const [id, pressed] of [['play', 'running'], ['pause', 'paused'], ['fast', 'fast']])
@@ -139,6 +143,8 @@ function sayAll() {
   setText('start', startText());
   sayWithoutPicture();
   picture.sayName();
+  scene.sayName();
+  offerScene();
   element('console').style.setProperty('--empty', JSON.stringify(say('viewer.nothing_printed')));
   element('console').style.setProperty('--error', JSON.stringify(say('viewer.error_line')));
 }
@@ -165,6 +171,7 @@ function start() {
     setState('failed');
     return setStatus(error.message, true);
   }
+  target.mode = element('show').value;
   begin(target);
 }
 
@@ -218,6 +225,7 @@ function leave(state, text) {
   session = null;
   ready = false;
   picture.hide();
+  scene.hide();
   setWarning('');
   showDeadline();
   setProgress(undefined);
@@ -260,6 +268,9 @@ function listen(to) {
   });
   on('world', (name) => setText('world', name.split('/').pop()));
   on('picture', (source) => picture.show(source, (message) => to.simulator.send(message)));
+  on('scene', (source) => scene.show(source));
+  for (const type of ['model', 'update', 'label', 'node', 'delete'])
+    on(type, (detail) => scene.receive(type, detail));
   on('mode', (mode) => {
     lastMode = mode;
     showMode();
@@ -282,6 +293,16 @@ function showMode() {
     return;
   setState(lastMode);
   setStatus(sayMode);
+}
+
+// Offers the scene, or says why there is none.
+async function offerScene() {
+  const missing = await Scene.missing();
+  setText('no-scene', missing);
+  element('no-scene').hidden = missing === '';
+  element('show').querySelector('[value="w3d"]').disabled = missing !== '';
+  if (missing !== '')
+    element('show').value = 'mjpeg';
 }
 
 // Telephones by Apple show nothing but films in full screen: then there is no button.
@@ -337,6 +358,8 @@ for (const id of COMMANDS)
   element(id).addEventListener('click', () => session?.simulator?.[id]());
 offerLanguages(element('language'), sayAll);
 offerFullscreen(element('fullscreen'));
+// Links may ask for the scene.
+element('show').value = new URLSearchParams(location.search).get('mode') === 'w3d' ? 'w3d' : 'mjpeg';
 sayAll();
 element('extend').addEventListener('click', () => session?.extend());
 document.addEventListener('visibilitychange', setHidden);
@@ -348,5 +371,6 @@ const kept = await recall();
 await loadDefaults();
 if (kept !== null && session === null) {
   element('connect-to').value = kept.address;
+  element('show').value = kept.target.mode ?? 'mjpeg';
   begin(kept.target, kept.ticket);
 }

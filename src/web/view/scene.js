@@ -1,0 +1,348 @@
+// The live 3D scene of a simulation, or one from a file, drawn in the browser. Touches the DOM.
+//
+// The library that draws, X_ITE, is fetched when the first scene is shown; a build may lack it. See docs/decisions/012-3d.md.
+
+import { fieldOf, MATERIAL, SceneTranslation } from './x3d_scene.js';
+import { say } from './texts.js';
+
+const LIBRARY = new URL('x_ite/x_ite.min.mjs', import.meta.url);
+const MAX_PIXELS = 1920 * 1200; // As of pictures: more costs much, and shows little.
+const MAX_LABELS = 1000;
+const MAX_WAITING = 100000; // nodes with updates that are not shown yet, and nodes to add or to remove
+const FILL = 0.4; // of the light that comes from all sides; Webots takes that from the background
+
+let library = null; // a promise
+let drawable; // whether the browser has WebGL 2
+let embedded; // whether the server has the library
+
+export class Scene {
+  #container;
+  #surface = document.createElement('div');
+  #labels = document.createElement('div');
+  #problem = document.createElement('p');
+  #told;
+  #X3D = null;
+  #browser = null;
+  #canvas = null;
+  #base = '';
+  #translation = null;
+  #world = null;
+  #nodes = new Map(); // by their names
+  #updates = new Map(); // fields by the number of the node, to be shown in the next frame
+  #frame = 0;
+  #work = Promise.resolve(); // what is loaded, added and removed, one after the other
+  #waiting = 0;
+  #shown = 0; // counts what is shown and hidden: work for an earlier one is dropped
+
+  // Makes an element in `container`, whose size the scene takes. `told` is called with a sentence when something cannot be shown.
+  constructor(container, { told = () => {} } = {}) {
+    this.#container = container;
+    this.#told = told;
+    this.#surface.hidden = true;
+    Object.assign(this.#surface.style, { position: 'relative', width: '100%', height: '100%', overflow: 'hidden', touchAction: 'none' });
+    Object.assign(this.#labels.style, { position: 'absolute', inset: '0', pointerEvents: 'none', overflow: 'hidden' });
+    Object.assign(this.#problem.style, { position: 'absolute', inset: '0', margin: '0', padding: '1rem', display: 'grid', placeItems: 'center', textAlign: 'center' });
+    this.#problem.hidden = true;
+    this.#labels.setAttribute('role', 'presentation');
+    this.#surface.setAttribute('role', 'application');
+    this.#surface.append(this.#labels, this.#problem);
+    container.prepend(this.#surface);
+    new ResizeObserver(() => this.#fit()).observe(container);
+  }
+
+  // The element that shows the scene: for an id, a class or a description.
+  get element() { return this.#surface; }
+
+  // In device pixels.
+  get size() {
+    const { clientWidth: width, clientHeight: height } = this.#container;
+    const scale = this.#scale();
+    return { width: Math.max(1, Math.round(width * scale)), height: Math.max(1, Math.round(height * scale)) };
+  }
+
+  // Resolves to a sentence that says why this build or this browser cannot show scenes, or to an empty one.
+  static async missing() {
+    drawable ??= document.createElement('canvas').getContext('webgl2') !== null;
+    if (!drawable)
+      return say('scene.no_webgl');
+    embedded ??= await fetch(LIBRARY, { method: 'HEAD' }).then(({ ok }) => ok, () => undefined);
+    return embedded ? '' : say('scene.no_library');
+  }
+
+  // `source` is {url}: the address of the simulator, which the files of the scene are relative to. The scene comes by receive().
+  // `send` is not used: everybody has a camera of their own.
+  show({ url }) {
+    this.#forget();
+    this.#base = new URL('./', `${url.replace(/\/*$/, '/')}`).href;
+    this.sayName();
+    this.#surface.hidden = false;
+    this.#do((shown) => this.#prepare(shown));
+  }
+
+  // Says what this is, in the language of the page.
+  sayName() {
+    this.#surface.setAttribute('aria-label', say('scene.name'));
+  }
+
+  hide() {
+    this.#forget();
+    this.#surface.hidden = true;
+  }
+
+  // An event of Simulator: model {text}, update {updates, labels}, label {id, ...}, node {parent, text}, delete {id}.
+  receive(type, detail) {
+    switch (type) {
+      case 'model': return this.#do((shown) => this.#load(detail.text, shown));
+      case 'node': return this.#do(() => this.#add(detail.parent, detail.text));
+      case 'delete': return this.#do(() => this.#remove(detail.id));
+      case 'label': return this.#label(detail);
+      case 'update':
+        detail.labels.forEach((label) => this.#label(label));
+        return detail.updates.forEach((update) => this.#note(update));
+    }
+  }
+
+  // --- what is done one after the other
+
+  #do(action) {
+    if (this.#waiting >= MAX_WAITING)
+      return;
+    ++this.#waiting;
+    const shown = this.#shown;
+    this.#work = this.#work.then(async () => {
+      if (shown === this.#shown)
+        await action(shown);
+    }).catch((error) => this.#fail(error, shown)).finally(() => {
+      --this.#waiting;
+      this.#askForFrame();
+    });
+  }
+
+  #fail(error, shown) {
+    if (shown !== this.#shown)
+      return;
+    this.#problem.textContent = error instanceof SceneError ? error.message : say('scene.unreadable');
+    this.#problem.hidden = false;
+    this.#told(this.#problem.textContent);
+    console.error(error);
+  }
+
+  async #prepare(shown) {
+    if (this.#browser !== null)
+      return;
+    if (document.createElement('canvas').getContext('webgl2') === null)
+      throw new SceneError(say('scene.no_webgl'));
+    library ??= import(LIBRARY).then(withoutFonts, () => {
+      library = null;
+      throw new SceneError(say('scene.no_library'));
+    });
+    const { default: X3D } = await library;
+    if (shown !== this.#shown)
+      return;
+    this.#X3D = X3D;
+    this.#canvas = document.createElement('x3d-canvas');
+    for (const name of ['splashScreen', 'notifications', 'contextMenu', 'timings', 'cache'])
+      this.#canvas.setAttribute(name, 'false');
+    Object.assign(this.#canvas.style, { display: 'block', width: '100%', height: '100%', border: 'none', outline: 'none' });
+    this.#surface.prepend(this.#canvas);
+    this.#browser = X3D.getBrowser(this.#canvas);
+    this.#browser.setBrowserOption('StraightenHorizon', false);
+  }
+
+  async #load(text, shown) {
+    this.#clear();
+    if (text.trim() === '' || this.#browser === null)
+      return;
+    const translation = new SceneTranslation(this.#base);
+    const world = await this.#read(translation.world(text));
+    if (shown !== this.#shown)
+      return world.dispose();
+    const old = this.#world;
+    this.#translation = translation;
+    this.#world = world;
+    this.#remember(world);
+    this.#light();
+    this.#fit();
+    await this.#browser.replaceWorld(world);
+    old?.dispose();
+    if (translation.unknown.size !== 0)
+      this.#told(say('scene.partly', { nodes: [...translation.unknown].join(', ') }));
+  }
+
+  #read(text) {
+    return this.#browser.createX3DFromString(text);
+  }
+
+  // Without a light of its own a world is lit from the camera; otherwise a little from all sides, as Webots does.
+  #light() {
+    const navigation = this.#world.createNode('NavigationInfo');
+    navigation.type = new this.#X3D.MFString('EXAMINE', 'ANY');
+    navigation.headlight = !this.#translation.hasLights;
+    this.#world.rootNodes.push(navigation);
+    if (navigation.headlight)
+      return;
+    for (const side of [1, -1]) {
+      const light = this.#world.createNode('DirectionalLight');
+      light.direction = new this.#X3D.SFVec3f(side * 0.8, side * 0.5, side * -0.3);
+      light.intensity = FILL;
+      light.global = true;
+      this.#world.rootNodes.push(light);
+    }
+  }
+
+  // Adds what the server has made, to the node `parent`, or to the world (0).
+  async #add(parent, text) {
+    if (this.#world === null)
+      return;
+    const added = await this.#read(this.#translation.nodes(text));
+    const children = parent === 0 ? this.#world.rootNodes : this.#node(`n${parent}`)?.children;
+    if (children === undefined)
+      return added.dispose();
+    this.#remember(added);
+    children.push(...added.rootNodes);
+  }
+
+  #remove(id) {
+    const name = `n${id}`;
+    const node = this.#node(name);
+    if (node === null)
+      return;
+    this.#nodes.delete(name);
+    this.#updates.delete(id);
+    node.dispose();
+  }
+
+  // --- updates: only the latest of each field is shown
+
+  #note({ id, ...fields }) {
+    const known = this.#updates.get(id);
+    if (known !== undefined)
+      Object.assign(known, fields);
+    else if (this.#updates.size < MAX_WAITING)
+      this.#updates.set(id, fields);
+    this.#askForFrame();
+  }
+
+  #askForFrame() {
+    if (this.#frame === 0 && this.#updates.size !== 0 && this.#waiting === 0)
+      this.#frame = requestAnimationFrame(() => this.#apply());
+  }
+
+  #apply() {
+    this.#frame = 0;
+    if (this.#waiting !== 0 || this.#world === null)
+      return; // #do() asks for a frame again
+    for (const [id, fields] of this.#updates)
+      for (const name in fields)
+        this.#set(`n${id}`, name, fields[name]);
+    this.#updates.clear();
+  }
+
+  #set(name, webotsField, text) {
+    const target = fieldOf(webotsField);
+    const node = target === null ? null : this.#node(name + target.suffix) ?? this.#node(name);
+    if (node === null || !(target.field in node))
+      return;
+    node[target.field] = this.#value(target, String(text));
+  }
+
+  #value({ field, kind }, text) {
+    const X3D = this.#X3D;
+    if (kind === 'flag')
+      return !/^(false|0)$/i.test(text.trim());
+    if (kind === 'orientation')
+      return new X3D.SFRotation(...numbers(this.#translation.orientation(text)));
+    const values = numbers(text);
+    switch (kind) {
+      case 'rotation': return new X3D.SFRotation(...values);
+      case 'colour': return field === 'skyColor' ? new X3D.MFColor(new X3D.SFColor(...values)) : new X3D.SFColor(...values);
+      case 'vector': return new X3D.SFVec3f(...values);
+      default: return values[0];
+    }
+  }
+
+  #node(name) {
+    return this.#nodes.get(name) ?? null;
+  }
+
+  #remember(scene) {
+    for (const node of scene.namedNodes)
+      this.#nodes.set(node.getNodeName(), node);
+  }
+
+  // --- labels: texts before the scene
+
+  #label({ id, text, x, y, size, rgba, color, font }) {
+    const key = `label-${id}`;
+    let label = [...this.#labels.children].find(({ dataset }) => dataset.label === key);
+    if (text === undefined || text === '')
+      return label?.remove();
+    if (label === undefined) {
+      if (this.#labels.childElementCount >= MAX_LABELS)
+        return;
+      label = document.createElement('div');
+      label.dataset.label = key;
+      this.#labels.append(label);
+    }
+    label.textContent = text;
+    Object.assign(label.style, {
+      position: 'absolute', whiteSpace: 'pre', left: `${100 * Number(x)}%`, top: `${100 * Number(y)}%`,
+      fontSize: `${Math.min(1, Math.max(0.01, Number(size) || 0.1)) * 0.45 * this.#container.clientHeight}px`,
+      fontFamily: `${JSON.stringify(String(font ?? 'Arial'))}, sans-serif`, color: colour(rgba ?? color),
+    });
+  }
+
+  // ---
+
+  #clear() {
+    cancelAnimationFrame(this.#frame);
+    this.#frame = 0;
+    this.#updates.clear();
+    this.#nodes.clear();
+    this.#labels.replaceChildren();
+    this.#problem.hidden = true;
+  }
+
+  #forget() {
+    ++this.#shown;
+    this.#clear();
+    const [browser, world] = [this.#browser, this.#world];
+    this.#world = this.#translation = null;
+    if (world !== null)
+      this.#work = this.#work.then(() => browser.replaceWorld(null)).then(() => world.dispose(), console.error);
+  }
+
+  #scale() {
+    const { clientWidth, clientHeight } = this.#container;
+    return Math.min(devicePixelRatio, Math.sqrt(MAX_PIXELS / Math.max(1, clientWidth * clientHeight)));
+  }
+
+  // Webots' angle of view is that of the longer side, X3D's that of the shorter.
+  #fit() {
+    const { clientWidth: width, clientHeight: height } = this.#container;
+    if (this.#browser === null || width === 0 || height === 0)
+      return;
+    this.#browser.setBrowserOption('ContentScale', this.#scale());
+    const viewpoint = this.#translation?.viewpoint;
+    const node = viewpoint ? this.#node(viewpoint.name) : null;
+    if (node !== null)
+      node.fieldOfView = 2 * Math.atan(Math.tan(viewpoint.fieldOfView / 2) * Math.min(width, height) / Math.max(width, height));
+  }
+}
+
+// The fonts of the library's own menus, which are not shown, need not be fetched.
+function withoutFonts(module) {
+  for (const font of [...document.fonts])
+    if (font.family.includes('X_ITE'))
+      document.fonts.delete(font);
+  return module;
+}
+
+class SceneError extends Error {}
+
+const numbers = (text) => text.trim().split(/[\s,]+/).map(Number);
+
+function colour(rgba) {
+  const [red = 1, green = 1, blue = 1, alpha = 1] = String(rgba ?? '').split(/[\s,]+/).filter(Boolean).map(Number);
+  return `rgba(${255 * red}, ${255 * green}, ${255 * blue}, ${alpha})`;
+}
