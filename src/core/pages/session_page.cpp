@@ -29,9 +29,8 @@ std::string server_row(std::size_t number, SessionRow const& server, SessionMoni
         report = escape_html(server.problem);
     return concat(
         "<tr", server.load ? "" : " class=\"down\"", "><td class=\"number\">", std::to_string(number),
-        "</td><td class=\"name\"><span class=\"key\" hidden></span><a href=\"",
-        link, "\">", address, "</a></td><td class=\"number",
-        is_full ? " full" : "", "\" data-label=\"load\">",
+        "</td><td class=\"name\"><span class=\"key\" hidden></span><a href=\"", link, "\">", address,
+        "</a></td><td class=\"number", is_full ? " full" : "", "\" data-label=\"load\">",
         server.load ? concat(rounded(*server.load), "%") : "N/A",
         "</td><td class=\"line\"><svg viewBox=\"0 0 600 100\" preserveAspectRatio=\"none\"><path/></svg>"
         "</td><td class=\"number\" data-label=\"sessions\">",
@@ -71,15 +70,14 @@ std::string session_monitor_page(SessionMonitorView const& view)
 {
     auto const count = view.servers.size();
     auto html = page_begin("session", "Webots session server", view.assets);
-    html +=
-        concat("<p>Started on ", long_local_time(view.started),
-               "</p>\n<section id=\"charts\" hidden></section>\n<section>\n<p id=\"managing\">Managing ",
-               std::to_string(count), count > 1 ? " simulation servers:" : " simulation server:",
-               "</p>\n<div class=\"scroll\"><table class=\"bordered\" id=\"servers\"",
-               view.gateway ? " data-gateway" : "",
-               ">\n<thead><tr><th>#</th>"
-               "<th>simulation server</th><th>load</th><th class=\"line\">last 10 minutes</th>"
-               "<th>sessions</th><th>placed here</th><th>last report</th></tr></thead>\n<tbody>\n");
+    html += concat("<p>Started on ", long_local_time(view.started),
+                   "</p>\n<section id=\"charts\" hidden></section>\n<section>\n<p id=\"managing\">Managing ",
+                   std::to_string(count), count > 1 ? " simulation servers:" : " simulation server:",
+                   "</p>\n<div class=\"scroll\"><table class=\"bordered\" id=\"servers\"",
+                   view.gateway ? " data-gateway" : "",
+                   ">\n<thead><tr><th>#</th>"
+                   "<th>simulation server</th><th>load</th><th class=\"line\">last 10 minutes</th>"
+                   "<th>sessions</th><th>placed here</th><th>last report</th></tr></thead>\n<tbody>\n");
     std::size_t number = 0;
     for (auto const& server : view.servers)
         html += server_row(++number, server, view);
