@@ -5,10 +5,9 @@
 // The demo simulator is reached through a proxy that passes so much on, and no more. Every picture is announced (`time:`); a second
 // page, which is not slowed down, notes when. A picture's age is how long after its announcement its first byte leaves the proxy.
 
-import { spawn } from 'node:child_process';
 import { connect, createServer } from 'node:net';
 import { after, test } from 'node:test';
-import { fileURLToPath } from 'node:url';
+import { startDemoSimulator } from './demo_simulator.mjs';
 import { FakeCloud } from './fake_cloud.mjs';
 import { openBrowser, openPage, until } from './page.mjs';
 
@@ -17,9 +16,6 @@ const DEVICES = {
   phone: { viewport: { width: 360, height: 740 }, deviceScaleFactor: 3, hasTouch: true, isMobile: true },
   desktop: { viewport: { width: 1280, height: 800 } },
 };
-const ROOT = new URL('../../', import.meta.url);
-const SIMULATOR = fileURLToPath(new URL('build/release/bin/webots-demo-simulator', ROOT));
-const WORLD = fileURLToPath(new URL('examples/demo_projects/robots/worlds/arena.wbt', ROOT));
 const MARK = Buffer.from('--WebotsFrame');
 const BUFFER = 64 * 1024; // bytes that wait on the way, as in a router
 const TICK_MS = 10;
@@ -89,23 +85,12 @@ class SlowNetwork {
   }
 }
 
-const freePort = () => new Promise((resolve) => {
-  const server = createServer().listen(0, '127.0.0.1', () => {
-    const { port } = server.address();
-    server.close(() => resolve(port));
-  });
-});
-
 const rank = (numbers, part) => [...numbers].sort((a, b) => a - b)[Math.floor(part * (numbers.length - 1))] ?? NaN;
 
 const browser = await openBrowser({ args: ['--disable-web-security'] }); // The simulator lets no other page read its pictures.
 const cloud = new FakeCloud();
-const port = await freePort();
-const simulator = spawn(SIMULATOR, [`--port=${port}`, '--stream=mjpeg', '--heartbeat=5000', '--batch', '--mode=pause', WORLD], { stdio: ['ignore', 'pipe', 'inherit'] });
-after(() => {
-  simulator.kill();
-  return cloud.close();
-});
+const port = await startDemoSimulator();
+after(() => cloud.close());
 
 test('pictures through a slow network', async (t) => {
   let announced = []; // when each picture was
@@ -125,7 +110,6 @@ test('pictures through a slow network', async (t) => {
   });
   t.after(() => network.close());
   const slow = await network.listen();
-  await new Promise((resolve) => simulator.stdout.on('data', resolve));
 
   const page = await openPage(t, browser, DEVICES[device]);
   await page.goto(`${await cloud.get('page')}?url=ws://127.0.0.1:${slow}`);

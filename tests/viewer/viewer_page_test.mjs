@@ -8,14 +8,14 @@ import { LANDSCAPE, PHONE, cloud, openViewer, runSimulation, state } from './vie
 const sent = async (prefix) => (await cloud.get('controls')).filter((message) => message.startsWith(prefix));
 const box = (page, selector) => page.locator(selector).evaluate((element) => element.getBoundingClientRect().toJSON());
 
-test('the picture is asked for in device pixels, at most 1920x1200 of them', async (t) => {
+test('the picture is asked for in device pixels, at most 1920x1200', async (t) => {
   for (const [deviceScaleFactor, viewport] of [[1, { width: 1280, height: 800 }], [2, { width: 768, height: 1024 }], [3, { width: 2560, height: 1440 }]]) {
     const page = await runSimulation(t, { deviceScaleFactor, viewport });
     const { width, height } = await page.evaluate(() => {
       const { clientWidth, clientHeight } = document.getElementById('screen');
       return { width: clientWidth, height: clientHeight };
     });
-    const scale = Math.min(deviceScaleFactor, Math.sqrt(1920 * 1200 / (width * height)));
+    const scale = Math.min(deviceScaleFactor, 1920 / width, 1200 / height);
     const [asked] = await sent('mjpeg: ');
     assert.equal(asked, `mjpeg: ${Math.round(width * scale)}x${Math.round(height * scale)}`);
     await cloud.renew();
@@ -33,7 +33,7 @@ test('the mouse is where the simulator thinks it is', async (t) => {
 });
 
 test('fingers turn the view as far on every screen', async (t) => {
-  const page = await runSimulation(t, PHONE);
+  const page = await runSimulation(t, { ...PHONE, deviceScaleFactor: 2 });
   await page.locator('#picture').evaluate((picture) => {
     const { left, top } = picture.getBoundingClientRect();
     const touch = (type, x, y) => {
@@ -44,7 +44,7 @@ test('fingers turn the view as far on every screen', async (t) => {
     touch('touchmove', 60, 45);
   });
   await until(async () => (await sent('touch 0 ')).length, 'the movement');
-  assert.deepEqual(await sent('touch '), ['touch -1 1 150 120', 'touch 0 1 10 5']);
+  assert.deepEqual(await sent('touch '), ['touch -1 1 100 80', 'touch 0 1 10 5']);
 });
 
 test('keys move the camera of a picture that has the focus, and nothing else', async (t) => {

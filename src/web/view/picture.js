@@ -12,7 +12,8 @@ const FIRST_RETRY_MS = 500;
 const LONGEST_RETRY_MS = 8000;
 const RESIZE_REST_MS = 200;
 const PACE_MS = 250;
-const MAX_PIXELS = 1920 * 1200; // More costs the simulator and the network much, and shows little.
+const MAX_WIDTH = 1920; // More costs the simulator and the network much, and shows little.
+const MAX_HEIGHT = 1200;
 
 export class Picture {
   #container;
@@ -188,7 +189,7 @@ export class Picture {
 
   #pixels() {
     const { clientWidth, clientHeight } = this.#container;
-    const largest = Math.min(devicePixelRatio, Math.sqrt(MAX_PIXELS / Math.max(1, clientWidth * clientHeight)));
+    const largest = Math.min(devicePixelRatio, MAX_WIDTH / Math.max(1, clientWidth), MAX_HEIGHT / Math.max(1, clientHeight));
     const scale = largest * this.#pace.scale;
     return { scale, width: Math.max(1, Math.round(clientWidth * scale)), height: Math.max(1, Math.round(clientHeight * scale)) };
   }
