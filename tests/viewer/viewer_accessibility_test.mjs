@@ -37,11 +37,19 @@ const STATES = {
     await state(page, 'running');
     await page.waitForSelector('#picture[data-live]');
   },
+  'full screen': async (page) => {
+    await page.click('#fullscreen');
+    await page.waitForFunction(() => document.fullscreenElement !== null);
+  },
   'console and warning': async (page) => {
     await cloud.call('send', 'simulation', 'shutdownTimeout: 60');
     await page.waitForSelector('#warning:not([hidden])');
     await cloud.call('send', 'simulator', 'stdout:hello\nstderr:bad\n');
-    await page.waitForSelector('#console .stderr');
+    await page.waitForSelector('#console .stderr', { state: 'attached' });
+  },
+  'no longer full screen': async (page) => {
+    await page.click('#fullscreen');
+    await page.waitForFunction(() => document.fullscreenElement === null);
   },
   fast: async (page) => {
     await page.click('#fast');

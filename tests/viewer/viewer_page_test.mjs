@@ -91,6 +91,38 @@ test("a spectator's picture takes no focus and sends nothing", async (t) => {
   assert.deepEqual(await sent('mouse '), []);
 });
 
+test('the screen stays on while a simulation runs, and no longer', async (t) => {
+  const page = await openViewer(t);
+  await page.evaluate(() => {
+    window.locks = 0;
+    navigator.wakeLock.request = async (type) => {
+      window.locks += type === 'screen' ? 1 : 0;
+      return { released: false, release() { window.locks--; } };
+    };
+  });
+  await page.click('#start');
+  await page.waitForFunction(() => window.locks === 1);
+  await page.click('#pause');
+  await page.waitForFunction(() => window.locks === 0);
+  await page.click('#fast');
+  await page.waitForFunction(() => window.locks === 1);
+  await page.click('#start');
+  await page.waitForFunction(() => window.locks === 0);
+});
+
+test('the last picture stays while the page returns to the simulator', async (t) => {
+  await cloud.set('launch', [...await cloud.call('good_start'), 'reconnectToken: a1b2']);
+  const page = await runSimulation(t);
+  await page.locator('#picture').evaluate((picture) => {
+    window.gone = 0;
+    new MutationObserver(() => { window.gone += picture.hidden || !('live' in picture.dataset) ? 1 : 0; }).observe(picture, { attributes: true });
+  });
+  await cloud.call('drop', 'simulator');
+  await until(async () => (await sent('mjpeg: ')).length === 2, 'the return');
+  await until(async () => await cloud.get('opened_streams') === 2, 'the new stream');
+  assert.equal(await page.evaluate(() => window.gone), 0);
+});
+
 test('full screen shows the picture, its controls and what happens', async (t) => {
   const page = await runSimulation(t);
   const before = (await box(page, '#screen')).height;
