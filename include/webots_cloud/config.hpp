@@ -92,6 +92,7 @@ struct SessionConfig
     double session_rate = 10;       ///< `sessionRate`: of one client, a second; 0: any number.
     bool decisions_for_all = false; ///< `decisionsForAll`: `/api/decisions` answers everybody.
     std::string viewer_url;         ///< `viewerUrl`: the world that the viewer page proposes.
+    Duration pause_hidden{};        ///< `pauseHidden`, in seconds; 0: simulations of hidden pages run on.
 };
 
 /// A forge of the configuration: where world URLs may point.
@@ -199,6 +200,7 @@ struct SimulationConfig
     /// quarters.
     int simulations_per_address = 75;
     Duration timeout = std::chrono::hours(2); ///< `timeout`, in seconds; less than 360 counts as 7200.
+    Duration extendable{}; ///< In seconds: by how much browsers may extend `timeout`, in all.
     Duration start_timeout = std::chrono::minutes(5); ///< `startTimeout`, in seconds.
     Duration reconnect_grace{}; ///< `reconnectGrace`, in seconds: how long a lost browser may return.
     /// The same for browsers that say that they return. Without the key they may, and others may not.

@@ -36,6 +36,8 @@ struct SimulationLauncherParams
     int max_simulations = 100;
     /// How long a simulation may run. Default 2 hours; the browser is told.
     Duration timeout = std::chrono::hours(2);
+    /// By how much the browser may extend that, in all. Default 0: not at all.
+    Duration extendable{};
     /// From the start of the program until it is ready. Default 5 min: some worlds take minutes to load. With
     /// containers, from the last line that compose printed, since it may have to pull an image and to build.
     Duration start_timeout = std::chrono::minutes(5);
@@ -161,6 +163,13 @@ public:
 
     /// When it reaches its time limit.
     virtual TimePoint ends_at() const noexcept = 0;
+
+    /// Puts off its time limit by what is asked for, or by what is left of
+    /// `SimulationLauncherParams::extendable`. Returns: by how much.
+    virtual Duration extend(Duration asked) noexcept = 0;
+
+    /// By how much its time limit can still be put off.
+    virtual Duration extendable() const noexcept = 0;
 
     /// Whole messages of the project's `webots.yml`, which the browser gets before all others. Containers
     /// only.

@@ -55,6 +55,8 @@ std::string viewer_defaults(SessionConfig const& config)
     boost::json::object defaults;
     if (!config.viewer_url.empty())
         defaults["url"] = config.viewer_url;
+    if (config.pause_hidden > Duration::zero())
+        defaults["pauseHidden"] = std::chrono::duration<double>(config.pause_hidden).count();
     return boost::json::serialize(defaults);
 }
 

@@ -248,6 +248,7 @@ SimulationLauncherParams launcher_params(SimulationConfig const& config, fs::pat
     params.first_port = static_cast<std::uint16_t>(config.address.port + 1);
     params.max_simulations = config.max_connections;
     params.timeout = config.timeout;
+    params.extendable = config.extendable;
     params.start_timeout = config.start_timeout;
     params.old_webots_tls = !config.network.ssl_certificate.empty() && !config.address.port_rewrite;
     params.old_webots_multimedia_server = config.multimedia_server;

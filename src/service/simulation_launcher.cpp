@@ -97,7 +97,7 @@ public:
         : lease_(std::move(lease)), process_(std::move(process)), processes_(processes), clock_(clock),
           log_(std::move(log)), label_(std::move(spec.label)), output_(std::move(spec.output)),
           runtime_(runtime), plan_(std::move(plan)), through_gateway_(uses_gateway(params, spec)),
-          limits_(params.limits), state_(clock.now(), params.start_timeout, params.timeout)
+          limits_(params.limits), state_(clock.now(), params.start_timeout, params.timeout, params.extendable)
     {
         for (auto& note : plan_.notes)
             events_.emplace_back(SimulationProgress(std::move(note)));
@@ -108,6 +108,8 @@ public:
     void terminate_at(Limit limit) noexcept override;
     int process_id() const noexcept override { return process_->id(); }
     TimePoint ends_at() const noexcept override { return state_.ends_at(); }
+    Duration extend(Duration asked) noexcept override { return state_.extend(asked); }
+    Duration extendable() const noexcept override { return state_.extendable(); }
     std::vector<std::string> const& announcements() const noexcept override { return plan_.announcements; }
     asio::awaitable<ProcessUsage> usage() override { return process_->usage(); }
 

@@ -327,6 +327,8 @@ asio::awaitable<FirstRequest> SimulationService::Impl::receive_request(std::uint
         if (std::holds_alternative<core::ResetControllerMessage>(message))
             (void)channel.send(
                 core::error_message("No simulation was started: there is no controller to reset."));
+        if (std::holds_alternative<core::ExtendMessage>(message))
+            (void)channel.send(core::error_message("No simulation was started: there is none to extend."));
         if (auto const* malformed = std::get_if<core::MalformedMessage>(&message)) {
             context.log.warning(LogCause("message"),
                                 concat("[", std::to_string(id), "] Malformed message: ", malformed->reason));

@@ -5,6 +5,7 @@
 #include "core/sandbox/limits.hpp"
 #include "core/simulation/port_pool.hpp"
 #include "core/text.hpp"
+#include "core/time_text.hpp"
 
 #include <boost/asio/experimental/awaitable_operators.hpp>
 #include <boost/asio/this_coro.hpp>
@@ -177,8 +178,7 @@ asio::awaitable<void> SimulationSession::run(Channel& channel)
 asio::awaitable<void> SimulationSession::resume(Channel& channel)
 {
     greet(channel);
-    auto const left = std::chrono::duration_cast<std::chrono::seconds>(life_.time_left(context_.clock.now()));
-    (void)channel.send(core::shutdown_timeout_message(left.count()));
+    tell_time(channel, life_.time_left(context_.clock.now()));
     announce(channel);
     co_await (relay(channel) || receive(channel) || await_takeover());
     channel_ = nullptr;
@@ -346,6 +346,8 @@ asio::awaitable<void> SimulationSession::receive(Channel& channel)
         auto const message = core::parse_client_message(*text);
         if (auto const* reset = std::get_if<core::ResetControllerMessage>(&message))
             co_await reset_controller(reset->file, channel);
+        else if (auto const* wish = std::get_if<core::ExtendMessage>(&message))
+            extend(wish->by, channel);
         else if (auto const* malformed = std::get_if<core::MalformedMessage>(&message))
             (void)channel.send(core::error_message(concat("Wrong message: ", malformed->reason, ".")));
         else if (!std::holds_alternative<core::UnknownMessage>(message))
@@ -549,13 +551,37 @@ asio::awaitable<result<>> SimulationSession::launch(Channel& channel)
     simulation_ = std::move(*simulation);
     measured_ = context_.clock.now();
     context_.starts.passed(core::StartStage::launch, life_.launched(measured_, simulation_->ends_at()));
-    auto const timeout = std::chrono::duration_cast<std::chrono::seconds>(context_.launcher.params().timeout);
     for (auto const& announcement : simulation_->announcements())
         (void)channel.send(announcement);
     // Browsers that send `init` don't know the message.
     if (std::holds_alternative<core::StartMessage>(request_))
-        (void)channel.send(core::shutdown_timeout_message(timeout.count()));
+        tell_time(channel, context_.launcher.params().timeout);
     co_return result<>();
+}
+
+/// `left`: of the time limit of the simulation.
+void SimulationSession::tell_time(Channel& channel, Duration left)
+{
+    auto const seconds = [](Duration time) {
+        return std::chrono::duration_cast<std::chrono::seconds>(time).count();
+    };
+    (void)channel.send(core::shutdown_timeout_message(seconds(left)));
+    if (core::can_extend(request_) && context_.launcher.params().extendable > Duration::zero())
+        (void)channel.send(core::extendable_message(seconds(simulation_->extendable())));
+}
+
+void SimulationSession::extend(Duration by, Channel& channel)
+{
+    auto const granted = simulation_ ? simulation_->extend(by) : Duration::zero();
+    if (granted <= Duration::zero()) {
+        (void)channel.send(core::error_message("The time of this simulation can't be extended any more."));
+        return;
+    }
+    life_.extended(simulation_->ends_at());
+    context_.log.info(LogCause("extend", std::to_string(id_)),
+                      concat(log_prefix(), "The browser has extended the simulation by ",
+                             core::seconds_text(granted), " s"));
+    tell_time(channel, life_.time_left(context_.clock.now()));
 }
 
 /// The simulation is ready: sends its address, and the token with which the browser can return.

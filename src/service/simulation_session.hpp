@@ -163,6 +163,8 @@ private:
     void close_tunnels();
     boost::asio::awaitable<void> reset_controller(std::string file, Channel& channel);
     void greet(Channel& channel);
+    void tell_time(Channel& channel, Duration left);
+    void extend(Duration by, Channel& channel);
     void announce(Channel& channel);
     result<> check_policy() const;
     result<> admit();

@@ -87,6 +87,7 @@ std::vector<std::string_view> keys_for_restart(SimulationConfig const& running, 
     changes.compare("simulatorEnvironment", running.simulator_environment, next.simulator_environment);
     changes.compare("maxConnections", running.max_connections, next.max_connections);
     changes.compare("timeout", running.timeout, next.timeout);
+    changes.compare("extendable", running.extendable, next.extendable);
     changes.compare("startTimeout", running.start_timeout, next.start_timeout);
     changes.compare("reconnectGrace", std::pair(running.reconnect_grace, running.return_grace),
                     std::pair(next.reconnect_grace, next.return_grace));

@@ -240,6 +240,7 @@ result<Configured<SessionConfig>> parse_session_config(std::string_view text,
     read_session_budget(*reader, config);
     reader->read("decisionsForAll", config.decisions_for_all);
     reader->read("viewerUrl", config.viewer_url);
+    read_seconds(*reader, "pauseHidden", config.pause_hidden, 0);
     read_mail(*reader, config);
     if (auto const failure = reader->failure())
         return *failure;

@@ -308,6 +308,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
             "at most 499 with \"docker\", since the port of an editor is 500 above that of its simulation");
     reader->read_integer("simulationsPerAddress", config.simulations_per_address, 0, 10'000);
     read_seconds(*reader, "timeout", config.timeout, 0);
+    read_seconds(*reader, "extendable", config.extendable, 0);
     read_seconds(*reader, "startTimeout", config.start_timeout, 1);
     auto grace = config.return_grace;
     read_seconds(*reader, "reconnectGrace", grace, 0);

@@ -42,6 +42,7 @@ ClientMessage read_start(json::value const& value)
     }
     message.can_return = is_true(*start, "reconnect");
     message.wants_heartbeat = is_true(*start, "heartbeat");
+    message.can_extend = is_true(*start, "extend");
     return SimulationRequest(std::move(message));
 }
 
@@ -62,6 +63,16 @@ ClientMessage read_reconnect(json::value const& value)
     if (!token)
         return MalformedMessage{"\"reconnect\" must be the token that the server gave"};
     return ReconnectMessage{std::string(*token)};
+}
+
+ClientMessage read_extend(json::value const& value)
+{
+    constexpr double longest = 1e7; // a third of a year
+    boost::system::error_code error;
+    auto const seconds = value.to_number<double>(error);
+    if (error || !(seconds >= 1))
+        return MalformedMessage{"\"extend\" must be a number of seconds, at least 1"};
+    return ExtendMessage{std::chrono::seconds(static_cast<std::int64_t>(std::min(seconds, longest)))};
 }
 
 ClientMessage read_init(json::value const& value, json::value const* mode)
@@ -99,6 +110,8 @@ ClientMessage parse_client_message(std::string_view text)
         return read_reset_controller(*reset);
     if (auto const* reconnect = object->if_contains("reconnect"))
         return read_reconnect(*reconnect);
+    if (auto const* extend = object->if_contains("extend"))
+        return read_extend(*extend);
     if (auto const* init = object->if_contains("init"))
         return read_init(*init, object->if_contains("mode"));
     if (auto const* start = object->if_contains("start"))
@@ -116,6 +129,12 @@ bool wants_heartbeat(SimulationRequest const& request)
 {
     auto const* start = std::get_if<StartMessage>(&request);
     return start && start->wants_heartbeat;
+}
+
+bool can_extend(SimulationRequest const& request)
+{
+    auto const* start = std::get_if<StartMessage>(&request);
+    return start && start->can_extend;
 }
 
 bool is_final(std::uint16_t close_code) noexcept
@@ -145,6 +164,11 @@ std::string loading_message(std::string_view text)
 std::string shutdown_timeout_message(std::int64_t seconds)
 {
     return concat("shutdownTimeout: ", std::to_string(seconds));
+}
+
+std::string extendable_message(std::int64_t seconds)
+{
+    return concat("extendable: ", std::to_string(seconds));
 }
 
 std::string reset_controller_message(std::string_view file)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <webots_cloud/public_address.hpp>
+#include <webots_cloud/time.hpp>
 #include <webots_cloud/website_project.hpp>
 
 #include <cstdint>
@@ -21,6 +22,7 @@ struct StartMessage
     /// Whether the browser returns after it has lost its connection, or was reloaded.
     bool can_return = false;
     bool wants_heartbeat = false;
+    bool can_extend = false; ///< Its page has a button for `extend`.
 
     bool operator==(StartMessage const&) const = default;
 };
@@ -55,12 +57,20 @@ struct ReconnectMessage
     bool operator==(ReconnectMessage const&) const = default;
 };
 
+/// `{"extend":<seconds>}`: the time limit of the simulation is to be put off.
+struct ExtendMessage
+{
+    Duration by{};
+
+    bool operator==(ExtendMessage const&) const = default;
+};
+
 /// All messages that request a simulation: `start`, or
 /// `{"init":["<host>","<project>","<file>.wbt",...]}`, which browsers sent until 2021 and the pages of
 /// websites still do.
 using SimulationRequest = std::variant<StartMessage, WebsiteProject>;
 
-using ClientMessage = std::variant<SimulationRequest, ReconnectMessage, ResetControllerMessage,
+using ClientMessage = std::variant<SimulationRequest, ReconnectMessage, ExtendMessage, ResetControllerMessage,
                                    UnknownMessage, MalformedMessage>;
 
 /// Reads any bytes.
@@ -71,6 +81,9 @@ bool can_return(SimulationRequest const& request);
 
 /// Whether the browser wants to hear from us all the time, to know that it still could.
 bool wants_heartbeat(SimulationRequest const& request);
+
+/// Whether the browser has said that it can extend simulations.
+bool can_extend(SimulationRequest const& request);
 
 /// Whether a browser that closes its connection with this code, and can return, has gone for good: not when
 /// its page was only left or reloaded.
@@ -90,6 +103,9 @@ std::string loading_message(std::string_view text);
 
 /// `shutdownTimeout: <seconds>`
 std::string shutdown_timeout_message(std::int64_t seconds);
+
+/// `extendable: <seconds>`: by how much the time limit can still be put off.
+std::string extendable_message(std::int64_t seconds);
 
 /// `reset controller: <file>`
 std::string reset_controller_message(std::string_view file);

@@ -72,6 +72,9 @@ public:
     /// The simulator has been started, and runs until `ends_at` at the latest.   Returns: how long that took.
     Duration launched(TimePoint now, TimePoint ends_at);
 
+    /// It runs until then at the latest, since it was extended.
+    void extended(TimePoint ends_at) { ends_at_ = ends_at; }
+
     /// The world is loaded.   Returns: how long that took.
     Duration ready(TimePoint now);
 

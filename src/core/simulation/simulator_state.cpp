@@ -46,6 +46,20 @@ bool SimulatorState::take_restart()
     return !stops && std::exchange(restart_wanted_, false);
 }
 
+Duration SimulatorState::extend(Duration asked) noexcept
+{
+    auto const granted = std::clamp(asked, Duration::zero(), extendable());
+    extendable_ -= granted;
+    timeout_ += granted;
+    ends_at_ += granted;
+    return granted;
+}
+
+Duration SimulatorState::extendable() const noexcept
+{
+    return state_ == State::stopping || state_ == State::ended ? Duration::zero() : extendable_;
+}
+
 bool SimulatorState::stop(std::string reason) noexcept
 {
     if (state_ == State::stopping || state_ == State::ended)

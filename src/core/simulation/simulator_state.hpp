@@ -47,9 +47,10 @@ public:
     /// How long to wait between looks for the port.
     static constexpr auto port_check_interval = std::chrono::milliseconds(200);
 
-    /// `start_timeout` begins now, and again with each `start_goes_on`; `timeout` is the longest life.
-    SimulatorState(TimePoint now, Duration start_timeout, Duration timeout)
-        : start_timeout_(start_timeout), timeout_(timeout), ends_at_(now + timeout)
+    /// `start_timeout` begins now, and again with each `start_goes_on`; `timeout` is the longest life, which
+    /// can be extended by `extendable` in all.
+    SimulatorState(TimePoint now, Duration start_timeout, Duration timeout, Duration extendable = {})
+        : start_timeout_(start_timeout), timeout_(timeout), extendable_(extendable), ends_at_(now + timeout)
     {
         start_goes_on(now);
     }
@@ -78,6 +79,13 @@ public:
     /// Whether to restart the controller now; true once for each `reset`, or several.
     bool take_restart();
 
+    /// Extends the longest life by what is asked for, or by what is left of what it can be extended by.
+    /// Returns: by how much.
+    Duration extend(Duration asked) noexcept;
+
+    /// By how much it can still be extended.
+    Duration extendable() const noexcept;
+
     /// `reason` is a sentence for the browser.   Returns: false when the simulator is being stopped already,
     /// or has ended; then the first reason stays.
     bool stop(std::string reason) noexcept;
@@ -105,6 +113,7 @@ public:
 private:
     Duration start_timeout_;
     Duration timeout_;
+    Duration extendable_;
     TimePoint ends_at_;
     TimePoint ready_by_;
     TimePoint next_look_ = TimePoint::max();

@@ -114,6 +114,7 @@ function setState(state) {
     element(id).disabled = !ready || state === 'lost';
   for (const [id, pressed] of [['play', 'running'], ['pause', 'paused'], ['fast', 'fast']])
     element(id).setAttribute('aria-pressed', String(state === pressed));
+  element('extend').disabled = state === 'lost'; // nobody would hear it
   wakeLock.wanted = state === 'running' || state === 'fast';
 }
 

@@ -76,13 +76,23 @@ struct SimulationFixture
         : SimulationFixture(std::move(params), simulation_service_hooks(), max_simulations)
     {}
 
+    /// With what the launcher needs beyond `simulation_launcher_params`.
+    SimulationFixture(SimulationServiceParams params, SimulationLauncherParams launching)
+        : SimulationFixture(std::move(params), simulation_service_hooks(), std::move(launching))
+    {}
+
     /// What simulators print is recorded in `logs`.
     SimulationFixture(SimulationServiceParams params, SimulationServiceHooks hooks, int max_simulations = 2,
                       ProcessLimits const& limits = ProcessLimits(), bool gateway = false)
+        : SimulationFixture(std::move(params), std::move(hooks),
+                            simulation_launcher_params(max_simulations, limits, gateway))
+    {}
+
+    SimulationFixture(SimulationServiceParams params, SimulationServiceHooks hooks,
+                      SimulationLauncherParams launching)
         : processes(world.clock), source(world.clock), logs(world.clock),
           fetcher(project_fetcher_params(), {Forge("https://github.com", source)}, log.logger(), &source),
-          launcher(simulation_launcher_params(max_simulations, limits, gateway), processes, world.clock,
-                   log.logger()),
+          launcher(std::move(launching), processes, world.clock, log.logger()),
           service(std::move(params), fetcher, launcher, metrics, world.clock, log.logger(),
                   with_logs(std::move(hooks))),
           tasks(world.executor())

@@ -1016,6 +1016,56 @@ BOOST_AUTO_TEST_CASE(who_asks_for_heartbeats_hears_one_every_second_and_others_n
     fixture.leave(old);
 }
 
+// Protocol 4.1.1, 4.1.3.
+BOOST_AUTO_TEST_CASE(a_browser_extends_its_simulation_as_far_as_the_operator_allows)
+{
+    auto launching = simulation_launcher_params(2);
+    launching.extendable = 500s;
+    Fixture fixture(simulation_service_params(30s), std::move(launching));
+    fixture.processes.expect().prints(".\n");
+    auto& browser =
+        fixture.start(R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/a.wbt","extend":true}})");
+    BOOST_TEST(browser.sent == (Texts{"shutdownTimeout: 600", "extendable: 500", "webots:ws://host.org:2001",
+                                      "reconnectToken: token1"}),
+               boost::test_tools::per_element());
+    fixture.world.advance(100s);
+    browser.sent.clear();
+    browser.browser_says(R"({"extend":300})");
+    browser.browser_says(R"({"extend":300})");
+    browser.browser_says(R"({"extend":300})");
+    fixture.world.settle();
+    BOOST_TEST(browser.sent ==
+                   (Texts{"shutdownTimeout: 800", "extendable: 200", "shutdownTimeout: 1000", "extendable: 0",
+                          "loading: Error: The time of this simulation can't be extended any more."}),
+               boost::test_tools::per_element());
+    BOOST_TEST(fixture.lines("The browser has extended the simulation by 300 s") == 1);
+    fixture.lose(browser);
+    auto& back = fixture.reconnect("token1");
+    BOOST_TEST(back.sent.front() == "shutdownTimeout: 1000");
+    fixture.world.advance(999s);
+    BOOST_TEST(fixture.service.sessions() == 1u);
+    fixture.world.advance(2s);
+    BOOST_TEST(back.was_told("loading: Error: The simulation reached its time limit of 1100 s."));
+    BOOST_TEST(fixture.service.sessions() == 0u);
+}
+
+BOOST_AUTO_TEST_CASE(without_the_operators_leave_nothing_is_extended_and_nobody_told)
+{
+    Fixture fixture;
+    fixture.processes.expect().prints(".\n");
+    auto& browser =
+        fixture.start(R"({"start":{"url":"https://github.com/o/r/blob/main/worlds/a.wbt","extend":true}})");
+    BOOST_TEST(!browser.was_told("extendable:"));
+    browser.browser_says(R"({"extend":300})");
+    fixture.world.settle();
+    BOOST_TEST(browser.sent.back() ==
+               "loading: Error: The time of this simulation can't be extended any more.");
+    fixture.leave(browser);
+    auto& early = fixture.start(R"({"extend":300})");
+    BOOST_TEST(early.sent.back() == "loading: Error: No simulation was started: there is none to extend.");
+    fixture.leave(early);
+}
+
 BOOST_AUTO_TEST_CASE(a_lost_browser_returns_within_the_grace_and_finds_its_simulation)
 {
     Fixture fixture(30s);

@@ -31,7 +31,7 @@ BOOST_AUTO_TEST_CASE(a_session_server_takes_over_servers_mail_polling_and_addres
     auto const next =
         session(R"({"port":1,"simulationServers":["a:1"],"server":"s","ssl":false,"portRewrite":false,
         "administrator":"a@b","mailServer":"m","mailServerPort":25,"mailSender":"s@b","mailSenderUser":"u","mailSenderPassword":"p",
-        "loadRefresh":1,"loadTimeout":1,"loadThreshold":50,"scheduling":"random","decisionsForAll":true,"viewerUrl":"u","sessionBurst":1,"sessionRate":1,
+        "loadRefresh":1,"loadTimeout":1,"loadThreshold":50,"scheduling":"random","decisionsForAll":true,"viewerUrl":"u","pauseHidden":9,"sessionBurst":1,"sessionRate":1,
         "hostNames":["h"],"allowedOrigins":["*"],"frameAncestors":[],"monitorAddresses":["10.0.0.1"],"monitorPassword":"p","operatorTokenFile":"t","gateway":true})");
     BOOST_TEST(keys_for_restart(running, next).empty());
 }
@@ -66,7 +66,7 @@ BOOST_AUTO_TEST_CASE(what_a_simulation_server_does_not_take_over_is_named)
         "dockerImages":"i","projectDockerfiles":true,"persistantDockerImages":[],"forges":[],"notify":[],
         "cacheSize":1,"stateDir":"s","fetchMemory":256,"fetchDisk":1,"webotsHome":"w","display":":1","sandbox":"docker","simulationUser":"u","confineServer":false,"network":"host","simulationMemory":512,"simulationCpus":2,
         "simulationProcesses":50,"simulationFiles":100,"simulationDisk":10,"gateway":false,"simulatorEnvironment":["A"],"maxConnections":1,"timeout":400,
-        "startTimeout":1,"reconnectGrace":5,
+        "extendable":60,"startTimeout":1,"reconnectGrace":5,
         "projectsDir":"p","keyDir":"k","multimediaServer":"m","multimediaStream":"s","simulationLogDays":1,"monitorLogEnabled":false,
         "loadFormula":"reference"})");
     BOOST_TEST(keys_for_restart(SimulationConfig(), next) == (Keys{"port",
@@ -99,6 +99,7 @@ BOOST_AUTO_TEST_CASE(what_a_simulation_server_does_not_take_over_is_named)
                                                                    "simulatorEnvironment",
                                                                    "maxConnections",
                                                                    "timeout",
+                                                                   "extendable",
                                                                    "startTimeout",
                                                                    "reconnectGrace",
                                                                    "projectsDir",

@@ -270,10 +270,12 @@ BOOST_AUTO_TEST_CASE(every_session_key_of_our_own_about_polls_placement_and_page
     BOOST_TEST((defaults.config.placement_timeout == std::chrono::seconds(60)));
     BOOST_TEST(!defaults.config.decisions_for_all);
     BOOST_TEST(defaults.config.viewer_url.empty());
+    BOOST_TEST((defaults.config.pause_hidden == Duration::zero()));
 
     auto const configured = parse_session_config(
         R"({"port":7,"simulationServers":[],"loadRefresh":0.5,"loadTimeout":2,"loadThreshold":80,
-        "scheduling":"random","placementTimeout":0,"decisionsForAll":true,"viewerUrl":"https://a/b.wbt"})",
+        "scheduling":"random","placementTimeout":0,"decisionsForAll":true,"viewerUrl":"https://a/b.wbt",
+        "pauseHidden":60})",
         "c.json");
     BOOST_TEST(configured->warnings.empty());
     auto const& config = configured->config;
@@ -284,10 +286,11 @@ BOOST_AUTO_TEST_CASE(every_session_key_of_our_own_about_polls_placement_and_page
     BOOST_TEST((config.placement_timeout == Duration::zero()));
     BOOST_TEST(config.decisions_for_all);
     BOOST_TEST(config.viewer_url == "https://a/b.wbt");
+    BOOST_TEST((config.pause_hidden == std::chrono::seconds(60)));
 
     for (auto const* const wrong :
          {R"("loadRefresh":0.01)", R"("loadTimeout":0)", R"("loadThreshold":0)", R"("scheduling":"best")",
-          R"("placementTimeout":-1)", R"("decisionsForAll":1)", R"("viewerUrl":1)"})
+          R"("placementTimeout":-1)", R"("decisionsForAll":1)", R"("viewerUrl":1)", R"("pauseHidden":-1)"})
         BOOST_TEST(!parse_session_config(R"({"port":7,"simulationServers":[],)" + std::string(wrong) + "}",
                                          "c.json"),
                    wrong << " should be refused");
@@ -643,6 +646,7 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
         {R"("publicPort":80)", [](auto const&) { return true; }},
         // ours
         {R"("stateDir":"/s")", [](auto const& c) { return c.state_dir == "/s"; }},
+        {R"("extendable":900)", [](auto const& c) { return c.extendable == std::chrono::seconds(900); }},
         {R"("startTimeout":20)", [](auto const& c) { return c.start_timeout == std::chrono::seconds(20); }},
         {R"("reconnectGrace":1.5)",
          [](auto const& c) {

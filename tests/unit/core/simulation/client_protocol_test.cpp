@@ -36,6 +36,8 @@ BOOST_AUTO_TEST_CASE(a_start_says_what_the_page_can_do)
     };
     BOOST_TEST(!can_return(request("")));
     BOOST_TEST(!wants_heartbeat(request("")));
+    BOOST_TEST(!can_extend(request("")));
+    BOOST_TEST(can_extend(request(R"(,"extend":true)")));
     BOOST_TEST(can_return(request(R"(,"reconnect":true)")));
     BOOST_TEST(wants_heartbeat(request(R"(,"heartbeat":true)")));
     for (auto const* other : {"false", "null", "1", R"("true")", "{}"}) {
@@ -74,6 +76,21 @@ BOOST_AUTO_TEST_CASE(a_browser_returns_with_a_token)
 {
     BOOST_TEST(std::get<ReconnectMessage>(parse_client_message(R"({"reconnect":"abc"})")).token == "abc");
     BOOST_TEST(std::holds_alternative<MalformedMessage>(parse_client_message(R"({"reconnect":{}})")));
+}
+
+// Protocol 4.1.1.
+BOOST_AUTO_TEST_CASE(a_browser_asks_for_more_time)
+{
+    auto const by = [](std::string const& seconds) {
+        return std::get<ExtendMessage>(parse_client_message(R"({"extend":)" + seconds + "}")).by;
+    };
+    BOOST_TEST((by("600") == std::chrono::seconds(600)));
+    BOOST_TEST((by("1.9") == std::chrono::seconds(1)));
+    BOOST_TEST((by("1e300") == std::chrono::seconds(10'000'000)));
+    for (auto const* wrong : {"0", "-5", "true", "null", R"("600")", "{}"}) {
+        auto const message = parse_client_message(std::string(R"({"extend":)") + wrong + "}");
+        BOOST_TEST(std::holds_alternative<MalformedMessage>(message), wrong);
+    }
 }
 
 // Section 5.1.

@@ -197,4 +197,26 @@ BOOST_AUTO_TEST_CASE(the_controller_is_restarted_once_however_often_the_simulati
     BOOST_TEST(!simulator.take_restart());
 }
 
+BOOST_AUTO_TEST_CASE(the_time_limit_is_put_off_by_what_is_left_of_the_extension_at_most)
+{
+    SimulatorState simulator(at(0s), start_timeout, timeout, 100s);
+    tell(simulator, "heartbeat");
+    tell(simulator, "port");
+    BOOST_TEST((simulator.extend(-50s) == 0s));
+    BOOST_TEST((simulator.extend(60s) == 60s));
+    BOOST_TEST((simulator.extendable() == 40s));
+    BOOST_TEST((simulator.extend(60s) == 40s));
+    BOOST_TEST((simulator.extend(60s) == 0s));
+    BOOST_TEST((simulator.ends_at() == at(700s)));
+    BOOST_TEST((simulator.deadline() == at(700s)));
+    BOOST_TEST((simulator.due(at(699s)) == Due::nothing));
+    BOOST_TEST((simulator.due(at(700s)) == Due::stop_at_time_limit));
+    BOOST_TEST(simulator.stop_reason(Due::stop_at_time_limit) ==
+               "The simulation reached its time limit of 700 s.");
+    SimulatorState stopping(at(0s), start_timeout, timeout, 100s);
+    tell(stopping, "stop");
+    BOOST_TEST((stopping.extend(60s) == 0s));
+    BOOST_TEST((started().extendable() == 0s));
+}
+
 BOOST_AUTO_TEST_SUITE_END()
