@@ -306,12 +306,14 @@ describe('What the simulation says', () => {
   });
 
   test('a coming end is announced, and an editor beside the simulation has a link', async () => {
-    cloud.launch = ['ide: enable', 'type:demo\n', 'shutdownTimeout: 299', `webots:${SIMULATOR}`];
+    cloud.launch = ['ide: enable', 'type:demo\n', 'shutdownTimeout: 299', 'extendable: 600', `webots:${SIMULATOR}`];
     await open();
     await state('paused');
     const notice = page.getByRole('alert');
     await notice.waitFor();
     assert.ok((await notice.innerText()).length > 10);
+    await button('More time').click();
+    await until(() => cloud.leases.includes('{"extend":600}'), 'a request for more time');
     await button('Close').click();
     await notice.waitFor({ state: 'hidden' });
     assert.equal(await page.getByRole('link', { name: 'Editor' }).getAttribute('href'), 'https://machine.test/2501/#/home/project/webots-project/');
@@ -375,11 +377,13 @@ describe('What the simulation says', () => {
       };` };
     await open();
     await state('paused');
+    cloud.send('world info: {"title":"Other","window":"<none>"}');
     cloud.send('world info: {"title":"Square","window":"info"}');
     await button('Window of Square').click();
     cloud.send('robot:Square:lap 3');
     await page.frameLocator('iframe[title="Square"]').getByText('Square lap 3').waitFor();
     await heard('robot:Square:thanks');
+    assert.equal(await button('Window of Other').count(), 0);
   });
 });
 
@@ -472,10 +476,33 @@ describe('What can go wrong', () => {
     assert.deepEqual(await told('onclose'), [[]]);
   });
 
-  test('a scene without 3D in the build is said in a sentence', { skip: existsSync(new URL('../../src/web/view/scene.js', HERE)) && 'this build has 3D' }, async () => {
-    await open('robot.x3d', '', undefined);
-    await state('failed');
-    assert.match((await told('onerror'))[0][0], /no 3D/);
+  test('without 3D, simulations are shown as pictures, and what can only be drawn is explained', async () => {
+    await open(PROJECT, '', undefined);
+    await state('paused');
+    assert.match(cloud.controls[0], /^mjpeg: /);
+    for (const [url, mode] of [['robot.x3d', undefined], [SIMULATOR, 'w3d']]) {
+      await open(url, '', mode);
+      await state('failed');
+      assert.ok((await told('onerror'))[0][0].length > 30, JSON.stringify(await told('onerror')));
+    }
+  });
+
+  test('nobody is sent pictures that nobody sees', async () => {
+    await open(SIMULATOR);
+    await state('paused');
+    const picture = page.getByRole('application');
+    await picture.waitFor();
+    await page.evaluate(() => {
+      Object.defineProperty(document, 'hidden', { configurable: true, get: () => globalThis.unseen });
+      globalThis.unseen = true;
+      document.dispatchEvent(new Event('visibilitychange'));
+    });
+    await picture.waitFor({ state: 'hidden' });
+    await page.evaluate(() => {
+      globalThis.unseen = false;
+      document.dispatchEvent(new Event('visibilitychange'));
+    });
+    await picture.waitFor();
   });
 });
 

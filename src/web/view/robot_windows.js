@@ -26,7 +26,7 @@ export class RobotWindows {
 
   // What the simulator says of a window: {robot, window, main, visible, remove}; `base` is the address of the simulator.
   announce({ robot, window, visible, remove }, base) {
-    if (typeof robot !== 'string' || typeof window !== 'string')
+    if (typeof robot !== 'string' || typeof window !== 'string' || window === '<none>')
       return;
     if (remove === true)
       return this.#forget(robot);
@@ -38,8 +38,8 @@ export class RobotWindows {
 
   // A window of an old simulation: a page beside the page around it, to which `send(message, robot)` belongs.
   announceOld(robot, window, send) {
-    if (this.#windows.has(robot) && this.#windows.get(robot).script === undefined)
-      return; // the simulator has a newer one
+    if (/^(<|$)/.test(window) || (this.#windows.has(robot) && this.#windows.get(robot).script === undefined))
+      return; // <none>, <generic>; or the simulator has a newer one
     const name = encodeURIComponent(window);
     const url = new URL(`window/${name}/${name}.html`, document.baseURI).href;
     this.#add(robot, { url, script: url.replace(/html$/, 'js'), name: window, send });

@@ -20,7 +20,7 @@ export class ViewFrame extends EventTarget {
   #output;
   #close = { console: null };
 
-  // Events: command {name} (the buttons of COMMANDS, and quit), world {name}, window {robot}.
+  // Events: command {name} (the buttons of COMMANDS, quit, and extend), world {name}, window {robot}.
   // `options`: showPlay and the others that View describes, `mobile` (larger buttons), `broadcast` (buttons have no effect).
   constructor(container, options) {
     super();
@@ -62,6 +62,12 @@ export class ViewFrame extends EventTarget {
     notice.hidden = text === '';
     noticeText.textContent = text;
   }
+
+  // Whether the notice has a button for more time.
+  setExtendable(extendable) { this.#buttons.get('extend').hidden = !extendable; }
+
+  // For what has no commands.
+  hideCommands() { COMMANDS.forEach(([name]) => { this.#buttons.get(name).hidden = true; }); }
 
   setThumbnail(url) {
     const { thumbnail } = this.#parts;
@@ -147,6 +153,7 @@ export class ViewFrame extends EventTarget {
     make('progress', 'bar', message, { max: 100, hidden: true }).setAttribute('aria-label', say('viewer.progress'));
     const notice = make('div', 'notice', view, { hidden: true });
     make('p', 'noticeText', notice).setAttribute('role', 'alert');
+    this.#addCommand(notice, 'extend', false);
     notice.append(this.#button(say('view.close'), () => this.setNotice('')));
     this.#buildToolbar(make, view);
     make('div', 'panels', view);
@@ -229,6 +236,7 @@ function label(name) {
     case 'fast': return say('viewer.fast');
     case 'reset': return say('viewer.reset');
     case 'reload': return say('viewer.reload');
+    case 'extend': return say('lease.extend');
     default: return say('view.quit');
   }
 }

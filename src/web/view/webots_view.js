@@ -17,7 +17,8 @@
 //   broadcast           true, set before open(): only watches
 //   showRevert, showReload, showQuit, showRun, showPlay, showStep, showReset, showTerminal, showRobotWindow,
 //   showWorldSelection, showIde  whether the toolbar has them; set on the view, or on `webots`, before open()
-//   play(), pause(), step(), fast(), reset(), reload(), loadWorld(name), send(text), sendRobotMessage(robot, message)
+//   play(), pause(), step(), fast(), reset(), reload(), loadWorld(name), send(text), sendRobotMessage(robot, message),
+//   extend()            more time, as far as the operator allows it
 //   state               'idle' | 'starting' | 'paused' | 'running' | 'fast' | 'lost' (nothing arrives) | 'ended' | 'failed'
 //   time                simulated milliseconds
 //   project             of ws://host/project/worlds/world.wbt; otherwise ''
@@ -179,6 +180,7 @@ export class View {
   reset() { this.send('reset'); }
   // Simulators up to R2021b know only the old name.
   reload() { this.send(this.#target?.project === undefined ? 'reload' : 'revert'); }
+  extend() { this.#session?.extend(); }
   loadWorld(name) { this.send(`load:${name}`); }
 
   send(text) { this.#session?.simulator?.send(text); }
@@ -217,7 +219,7 @@ export class View {
       options[name] = this.#shown(name);
     options.showReload = this.showRevert ?? webots.showRevert ?? options.showReload; // the old name
     this.#frame = new ViewFrame(this.#container, options);
-    this.#frame.addEventListener('command', ({ detail }) => (detail.name === 'quit' ? this.onquit?.() : this[detail.name]()));
+    this.#frame.addEventListener('command', ({ detail }) => this.#obey(detail.name));
     this.#frame.addEventListener('world', ({ detail }) => this.loadWorld(detail.name));
     this.#frame.addEventListener('window', ({ detail }) => this.#toggleWindow(detail.robot));
     this.#frame.setToolbar(this.#toolbar);
@@ -240,12 +242,15 @@ export class View {
       this.#display = new Scene(this.#frame.display, { told: (text) => this.#tellProblem(text) });
     else
       this.#display = new Picture(this.#frame.display, { resized: (size) => this.#session?.resize(size) });
-    if (target.kind === 'scene')
+    if (target.kind === 'scene') {
+      this.#frame.hideCommands();
       return this.#openScene(target.url);
+    }
     const wanted = drawn ? (mode ?? 'w3d') : 'mjpeg';
     this.#base = target.kind === 'simulator' ? socketToWeb(target.url) : '';
     this.#listen(this.#session = new Session({ ...target, opening: this.#opening(target, wanted), mode: wanted, paused: true,
       broadcast: this.broadcast === true }, this.#display.size));
+    this.#session.hidden = document.hidden;
     this.#session.start();
   }
 
@@ -254,6 +259,7 @@ export class View {
     this.#page = new AbortController();
     const { signal } = this.#page;
     addEventListener('pagehide', () => this.#session?.stop(), { signal });
+    document.addEventListener('visibilitychange', () => this.#session !== null && (this.#session.hidden = document.hidden), { signal });
     addEventListener('pageshow', ({ persisted }) => persisted && openAgain(), { signal });
   }
 
@@ -279,6 +285,7 @@ export class View {
     on('lost', ({ text }) => this.#lose(text));
     on('problem', ({ text }) => this.#tellProblem(text));
     on('notice', ({ text }) => this.#frame.setNotice(text));
+    on('deadline', ({ extendable }) => this.#frame.setExtendable(extendable > 0));
     on('output', ({ stream, line }) => this.#print(stream, line));
     on('time', (time) => {
       this.#setTime(time);
@@ -286,6 +293,7 @@ export class View {
     });
     on('picture', (source) => this.#display.show({ ...source, viewOnly: source.viewOnly || this.broadcast },
       (message) => this.send(message)));
+    on('rest', () => this.#drawn || this.#display.hide());
     on('scene', (source) => this.#display.show(source, (message) => this.send(message)));
     for (const type of ['model', 'update', 'label', 'node', 'delete'])
       on(type, (detail) => this.#display.receive?.(type, detail));
@@ -344,7 +352,7 @@ export class View {
   }
 
   #takeWorldInfo({ title, window }) {
-    if (typeof window === 'string' && window !== '')
+    if (typeof window === 'string')
       this.#windows.announceOld(String(title || window), window, (message, robot) => this.sendRobotMessage(robot, message));
   }
 
@@ -414,6 +422,13 @@ export class View {
     this.#state = state;
     this.#frame?.setState(state);
     this.onstate?.(state);
+  }
+
+  #obey(command) {
+    if (command === 'quit')
+      this.onquit?.();
+    else
+      this[command]();
   }
 
   #toggleWindow(robot) {
