@@ -15,8 +15,13 @@ const MACHINE = 'wss://machine.test/2000';
 const SIMULATOR = 'wss://machine.test/2001';
 const PROJECT = 'wss://cloud.test/student/simple/worlds/simple.wbt';
 const WORLD = 'https://github.com/owner/repository/blob/main/worlds/arena.wbt';
+const LIBRARY = '/build/node/src/web/view/node_modules/x_ite/dist/'; // installed by ./test.sh
 const PICTURE = Buffer.from('iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg==', 'base64');
 const DEADLINE_MS = 10000;
+
+const SCENE = `<?xml version="1.0" encoding="UTF-8"?><Scene><WorldInfo id="n1"/><Viewpoint id="n2" position="0 0 5"/>
+<Transform id="n3" name="e-puck" controller="line" window="panel"><Shape><Appearance><Material diffuseColor="1 0 0"/></Appearance><Box size="1 1 1"/></Shape></Transform>
+<Transform id="n4" name="other" controller="&lt;extern&gt;"/></Scene>`;
 
 const TEN_LINES = (attributes) => `<!DOCTYPE html>
 <html lang="en">
@@ -56,6 +61,7 @@ class Cloud {
   lease = null;
   simulator = null;
   pages = {};
+  hasLibrary = false; // of 3D
 
   sendLease(text) { this.lease.send(text); }
   send(text) { this.simulator.send(text); }
@@ -64,7 +70,7 @@ class Cloud {
     const url = new URL(route.request().url());
     this.origins.add(url.origin);
     if (url.origin === HOST && url.pathname.startsWith('/view/'))
-      return serveModule(route, url.pathname);
+      return serveModule(route, this.hasLibrary ? url.pathname.replace('/view/x_ite/', LIBRARY) : url.pathname);
     this.requests.push(url.href);
     if (url.pathname === '/session')
       return route.fulfill({ contentType: 'text/html; charset=UTF-8', headers: { 'Access-Control-Allow-Origin': '*' }, body: this.session });
@@ -109,6 +115,10 @@ class Cloud {
         this.simulator = socket;
         return ['multimedia: mjpeg pause ', 'pause: 0', ...this.world, 'scene load completed'].forEach((line) => socket.send(line));
       }
+      if (/^[wx]3d/.test(message)) {
+        this.simulator = socket;
+        return [...this.world, `model:${SCENE}`, 'application/json:{"time":0}', 'scene load completed', 'pause: 0'].forEach((line) => socket.send(line));
+      }
       const verb = message.split(':')[0];
       if (verb === 'real-time' || verb === 'fast')
         socket.send(verb);
@@ -120,16 +130,16 @@ class Cloud {
   }
 }
 
-const TYPES = { js: 'text/javascript', json: 'application/json' };
+const TYPES = { js: 'text/javascript', mjs: 'text/javascript', json: 'application/json', css: 'text/css', wasm: 'application/wasm' };
 
 async function serveModule(route, path) {
-  const file = fileURLToPath(new URL(`../../src/web${path}`, HERE));
+  const file = fileURLToPath(path.startsWith(LIBRARY) ? new URL(`../..${path}`, HERE) : new URL(`../../src/web${path}`, HERE));
   if (!existsSync(file))
     return route.fulfill({ status: 404, headers: { 'Access-Control-Allow-Origin': '*' }, body: '' });
   return route.fulfill({ contentType: TYPES[path.split('.').pop()], headers: { 'Access-Control-Allow-Origin': '*' }, body: await readFile(file) });
 }
 
-const browser = await openBrowser();
+const browser = await openBrowser({ args: ['--use-angle=swiftshader', '--enable-unsafe-swiftshader'] });
 let cloud;
 let page;
 
@@ -163,7 +173,7 @@ const controlsAfterOpening = () => cloud.controls.filter((message) => !/^(mjpeg|
 
 async function open(url = PROJECT, before = '', mode = 'mjpeg') {
   await show(WITH_CLASS(before));
-  await page.evaluate(([address, how]) => globalThis.view.open(address, how), [url, mode]);
+  await page.evaluate(([address, how]) => globalThis.view.open(address, how ?? undefined), [url, mode]);
 }
 
 describe('The three forms of open', () => {
@@ -477,14 +487,37 @@ describe('What can go wrong', () => {
   });
 
   test('without 3D, simulations are shown as pictures, and what can only be drawn is explained', async () => {
-    await open(PROJECT, '', undefined);
+    await open(PROJECT, '', null);
     await state('paused');
     assert.match(cloud.controls[0], /^mjpeg: /);
-    for (const [url, mode] of [['robot.x3d', undefined], [SIMULATOR, 'w3d']]) {
+    for (const [url, mode] of [['robot.x3d', null], [SIMULATOR, 'w3d']]) {
       await open(url, '', mode);
       await state('failed');
       assert.ok((await told('onerror'))[0][0].length > 30, JSON.stringify(await told('onerror')));
     }
+  });
+
+  test('with 3D, the browser draws the scene where the page does not say otherwise', async (t) => {
+    if (!existsSync(new URL(`../..${LIBRARY}x_ite.min.mjs`, HERE)))
+      return t.skip('x_ite is not installed (./test.sh does it, with npm)');
+    cloud.hasLibrary = true;
+    await open(PROJECT, '', null);
+    await state('paused');
+    assert.match(cloud.leases[0], /"simple.wbt", "", "", "", "", "", "" \] }$/, 'without a mode, as ever');
+    assert.match(cloud.controls[0], /^w3d\b/);
+    await page.locator('canvas').waitFor();
+    assert.deepEqual(await page.evaluate(() => globalThis.view.getControllers()), ['line']);
+    cloud.send('application/json:{"time":64,"updates":[{"id":3,"translation":"1 0 0"}],"labels":[{"id":1,"font":"Arial","rgba":"0,0,1,1","size":0.1,"x":0,"y":0,"text":"Lap"}]}');
+    await page.getByText('Lap', { exact: true }).waitFor();
+    await page.waitForFunction(() => globalThis.view.time === 64);
+    await button('Window of e-puck').waitFor(); // of an old simulation: its scene names it
+    cloud.controls = [];
+    await page.evaluate((url) => {
+      globalThis.view.broadcast = true;
+      globalThis.view.open(url, 'w3d');
+    }, SIMULATOR);
+    await until(() => cloud.controls.length > 0, 'a watcher');
+    assert.deepEqual(cloud.controls, ['w3d;broadcast']);
   });
 
   test('nobody is sent pictures that nobody sees', async () => {
