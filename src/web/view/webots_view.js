@@ -449,15 +449,16 @@ export class View {
   }
 
   #end(text, failed) {
-    const hint = failed && !this.#heard && this.#isElsewhere ? ` ${say('view.origin', { origin: location.origin })}` : '';
+    const hint = failed && this.#mayBeRefused ? ` ${say('view.origin', { origin: location.origin })}` : '';
     this.#leave(failed ? 'failed' : 'ended');
     this.#tellProblem(text + hint);
     this.onclose?.();
   }
 
   // Scripts are not told why a WebSocket was refused. A server of another site may not know the page's.
-  get #isElsewhere() {
-    return new URL(this.#target.request ?? socketToWeb(this.#target.url)).origin !== location.origin;
+  get #mayBeRefused() {
+    const hasSocket = this.#session.owned || this.#target.kind === 'simulator';
+    return hasSocket && !this.#heard && new URL(this.#target.request ?? socketToWeb(this.#target.url)).origin !== location.origin;
   }
 
   #leave(state = 'idle') {
