@@ -287,6 +287,9 @@ describe('What the user does', () => {
     await heard('revert');
     await page.getByRole('combobox', { name: 'World' }).selectOption('corridor.wbt');
     await heard('load:worlds/corridor.wbt');
+    assert.equal(await page.getByRole('link', { name: 'Help' }).count(), 0);
+    await page.evaluate(() => globalThis.view.setWebotsDocUrl('https://www.website.test/help/'));
+    assert.equal(await page.getByRole('link', { name: 'Help' }).getAttribute('href'), 'https://www.website.test/help/');
   });
 
   test('quit is what the page says it is', async () => {
