@@ -25,6 +25,12 @@ export class Labels {
       this.clear();
   }
 
+  // Labels of a state, as objects; one without a text is taken away.
+  show(labels) {
+    for (const { id, font, rgba, color, size, x, y, text } of labels)
+      this.#set(label(id, font, rgba ?? color, size, x, y, text));
+  }
+
   clear() {
     this.#labels.clear();
     this.#layer.replaceChildren();
@@ -43,7 +49,7 @@ export class Labels {
       this.#labels.set(id, element);
     }
     element.textContent = text.slice(0, LONGEST);
-    Object.assign(element.style, { left: `${100 * x}%`, top: `${100 * y}%`, color: colour, fontFamily: `${JSON.stringify(font)}, sans-serif`,
+    Object.assign(element.style, { position: 'absolute', whiteSpace: 'pre', left: `${100 * x}%`, top: `${100 * y}%`, color: colour, fontFamily: `${JSON.stringify(font)}, sans-serif`,
       fontSize: `${100 * size}cqh` }); // set from a script, which a Content-Security-Policy allows
   }
 }

@@ -2,12 +2,14 @@
 //
 // The library that draws, X_ITE, is fetched when the first scene is shown; a build may lack it. See docs/decisions/012-3d.md.
 
-import { fieldOf, MATERIAL, SceneTranslation } from './x3d_scene.js';
+import { Animation } from './animation.js';
+import { Labels } from './labels.js';
+import { Player } from './player.js';
 import { say } from './texts.js';
+import { fieldOf, SceneTranslation } from './x3d_scene.js';
 
 const LIBRARY = new URL('x_ite/x_ite.min.mjs', import.meta.url);
 const MAX_PIXELS = 1920 * 1200; // As of pictures: more costs much, and shows little.
-const MAX_LABELS = 1000;
 const MAX_WAITING = 100000; // nodes with updates that are not shown yet, and nodes to add or to remove
 const FILL = 0.4; // of the light that comes from all sides; Webots takes that from the background
 
@@ -18,9 +20,12 @@ let embedded; // whether the server has the library
 export class Scene {
   #container;
   #surface = document.createElement('div');
-  #labels = document.createElement('div');
+  #layer = document.createElement('div');
+  #labels = new Labels(this.#layer);
+  #player = null;
   #problem = document.createElement('p');
   #told;
+  #showsLabels;
   #X3D = null;
   #browser = null;
   #canvas = null;
@@ -35,17 +40,18 @@ export class Scene {
   #shown = 0; // counts what is shown and hidden: work for an earlier one is dropped
 
   // Makes an element in `container`, whose size the scene takes. `told` is called with a sentence when something cannot be shown.
-  constructor(container, { told = () => {} } = {}) {
+  // `labels`: false where somebody else shows those of simulations.
+  constructor(container, { told = () => {}, labels = true } = {}) {
     this.#container = container;
     this.#told = told;
+    this.#showsLabels = labels;
     this.#surface.hidden = true;
     Object.assign(this.#surface.style, { position: 'relative', width: '100%', height: '100%', overflow: 'hidden', touchAction: 'none' });
-    Object.assign(this.#labels.style, { position: 'absolute', inset: '0', pointerEvents: 'none', overflow: 'hidden' });
+    Object.assign(this.#layer.style, { position: 'absolute', inset: '0', pointerEvents: 'none', overflow: 'hidden', containerType: 'size' });
     Object.assign(this.#problem.style, { position: 'absolute', inset: '0', margin: '0', padding: '1rem', display: 'grid', placeItems: 'center', textAlign: 'center' });
     this.#problem.hidden = true;
-    this.#labels.setAttribute('role', 'presentation');
     this.#surface.setAttribute('role', 'application');
-    this.#surface.append(this.#labels, this.#problem);
+    this.#surface.append(this.#layer, this.#problem);
     container.prepend(this.#surface);
     new ResizeObserver(() => this.#fit()).observe(container);
   }
@@ -70,18 +76,40 @@ export class Scene {
   }
 
   // `source` is {url}: the address of the simulator, which the files of the scene are relative to. The scene comes by receive().
-  // `send` is not used: everybody has a camera of their own.
+  // Messages need not be sent: everybody has a camera of their own.
   show({ url }) {
-    this.#forget();
-    this.#base = new URL('./', `${url.replace(/\/*$/, '/')}`).href;
-    this.sayName();
-    this.#surface.hidden = false;
+    this.#begin(new URL('./', url.replace(/\/*$/, '/')).href);
     this.#do((shown) => this.#prepare(shown));
   }
+
+  // Shows an exported scene, and the animation beside it (file.json for file.x3d), if there is one. `animation` may name another
+  // one: {url, play, loop}. Resolves when the scene is shown; an Error has a sentence for people.
+  open(url, animation = null) {
+    const address = new URL(url, document.baseURI);
+    this.#begin(new URL('./', address).href);
+    const shown = this.#shown;
+    return new Promise((resolve, reject) => {
+      this.#do(async () => {
+        try {
+          await this.#prepare(shown);
+          await this.#load(await read(address), shown);
+          await this.#animate(address, animation, shown);
+          resolve();
+        } catch (error) {
+          reject(new Error(sentence(error)));
+          throw error;
+        }
+      });
+    });
+  }
+
+  // Of what open() has opened; null without an animation.
+  get player() { return this.#player; }
 
   // Says what this is, in the language of the page.
   sayName() {
     this.#surface.setAttribute('aria-label', say('scene.name'));
+    this.#player?.sayNames();
   }
 
   hide() {
@@ -95,9 +123,10 @@ export class Scene {
       case 'model': return this.#do((shown) => this.#load(detail.text, shown));
       case 'node': return this.#do(() => this.#add(detail.parent, detail.text));
       case 'delete': return this.#do(() => this.#remove(detail.id));
-      case 'label': return this.#label(detail);
+      case 'label': return this.#showsLabels && this.#labels.show([detail]);
       case 'update':
-        detail.labels.forEach((label) => this.#label(label));
+        if (this.#showsLabels)
+          this.#labels.show(detail.labels);
         return detail.updates.forEach((update) => this.#note(update));
     }
   }
@@ -121,7 +150,7 @@ export class Scene {
   #fail(error, shown) {
     if (shown !== this.#shown)
       return;
-    this.#problem.textContent = error instanceof SceneError ? error.message : say('scene.unreadable');
+    this.#problem.textContent = sentence(error);
     this.#problem.hidden = false;
     this.#told(this.#problem.textContent);
     console.error(error);
@@ -240,10 +269,15 @@ export class Scene {
 
   #set(name, webotsField, text) {
     const target = fieldOf(webotsField);
+    const node = this.#target(name, target);
+    if (node !== null)
+      node[target.field] = this.#value(target, String(text));
+  }
+
+  // The node that has the field, if there is one.
+  #target(name, target) {
     const node = target === null ? null : this.#node(name + target.suffix) ?? this.#node(name);
-    if (node === null || !(target.field in node))
-      return;
-    node[target.field] = this.#value(target, String(text));
+    return node !== null && target.field in node ? node : null;
   }
 
   #value({ field, kind }, text) {
@@ -270,26 +304,34 @@ export class Scene {
       this.#nodes.set(node.getNodeName(), node);
   }
 
-  // --- labels: texts before the scene
+  // --- an animation
 
-  #label({ id, text, x, y, size, rgba, color, font }) {
-    const key = `label-${id}`;
-    let label = [...this.#labels.children].find(({ dataset }) => dataset.label === key);
-    if (text === undefined || text === '')
-      return label?.remove();
-    if (label === undefined) {
-      if (this.#labels.childElementCount >= MAX_LABELS)
-        return;
-      label = document.createElement('div');
-      label.dataset.label = key;
-      this.#labels.append(label);
+  async #animate(address, animation, shown) {
+    const file = animation?.url === undefined ? new URL(address) : new URL(animation.url, document.baseURI);
+    if (animation?.url === undefined)
+      file.pathname = file.pathname.replace(/\.[^./]*$/, '.json');
+    const response = await fetch(file).catch(() => null);
+    if (animation?.url === undefined && !response?.ok)
+      return; // there is none
+    let moves;
+    try {
+      moves = new Animation(await response.json(), (id, name) => this.#written(id, name));
+    } catch {
+      throw new SceneError(say('scene.no_animation', { file: file.href }));
     }
-    label.textContent = text;
-    Object.assign(label.style, {
-      position: 'absolute', whiteSpace: 'pre', left: `${100 * Number(x)}%`, top: `${100 * Number(y)}%`,
-      fontSize: `${Math.min(1, Math.max(0.01, Number(size) || 0.1)) * 0.45 * this.#container.clientHeight}px`,
-      fontFamily: `${JSON.stringify(String(font ?? 'Arial'))}, sans-serif`, color: colour(rgba ?? color),
-    });
+    if (shown !== this.#shown)
+      return;
+    this.#player = new Player(this.#surface, moves, ({ updates, labels }) => {
+      this.#labels.show(labels);
+      updates.forEach((update) => this.#note(update));
+    }, animation ?? {});
+  }
+
+  // A field of a node as it is now, as updates have it.
+  #written(id, webotsField) {
+    const target = fieldOf(webotsField);
+    const node = this.#target(`n${id}`, target);
+    return node === null || target.kind === 'orientation' ? undefined : String(node[target.field]);
   }
 
   // ---
@@ -299,12 +341,21 @@ export class Scene {
     this.#frame = 0;
     this.#updates.clear();
     this.#nodes.clear();
-    this.#labels.replaceChildren();
+    this.#labels.clear();
     this.#problem.hidden = true;
+  }
+
+  #begin(base) {
+    this.#forget();
+    this.#base = base;
+    this.sayName();
+    this.#surface.hidden = false;
   }
 
   #forget() {
     ++this.#shown;
+    this.#player?.close();
+    this.#player = null;
     this.#clear();
     const [browser, world] = [this.#browser, this.#world];
     this.#world = this.#translation = null;
@@ -342,7 +393,11 @@ class SceneError extends Error {}
 
 const numbers = (text) => text.trim().split(/[\s,]+/).map(Number);
 
-function colour(rgba) {
-  const [red = 1, green = 1, blue = 1, alpha = 1] = String(rgba ?? '').split(/[\s,]+/).filter(Boolean).map(Number);
-  return `rgba(${255 * red}, ${255 * green}, ${255 * blue}, ${alpha})`;
+const sentence = (error) => (error instanceof SceneError ? error.message : say('scene.unreadable'));
+
+async function read(address) {
+  const response = await fetch(address).catch(() => null);
+  if (!response?.ok)
+    throw new SceneError(say('scene.no_file', { file: address.href }));
+  return response.text();
 }

@@ -3,7 +3,7 @@
 //   data-state         idle | starting | paused | running | fast | lost (nothing arrives) | ended (after it ran) | failed (never ran)
 //   data-time          simulated time in milliseconds
 
-import { parseAddress, sessionServerOf, webToSocket } from './view/address.js';
+import { parseAddress, parseViewAddress, sessionServerOf, webToSocket } from './view/address.js';
 import { Availability } from './view/availability.js';
 import { Console } from './view/console.js';
 import { forget, recall, remember } from './view/memory.js';
@@ -164,7 +164,7 @@ function start() {
   const field = element('connect-to');
   let target;
   try {
-    target = parseAddress(field.value, ownServer);
+    target = /^https?:/i.test(field.value.trim()) ? parseViewAddress(field.value, ownServer, location) : parseAddress(field.value, ownServer);
     field.removeAttribute('aria-invalid');
   } catch (error) {
     field.setAttribute('aria-invalid', 'true');
@@ -172,13 +172,30 @@ function start() {
     setState('failed');
     return setStatus(error.message, true);
   }
+  if (target.kind === 'scene')
+    return openScene(target.url);
   target.mode = element('show').value;
   begin(target);
+}
+
+// A file, not a simulation: nothing runs and nothing ends.
+async function openScene(url) {
+  setWarning('');
+  setText('no-picture', '');
+  setState('idle');
+  try {
+    await scene.open(url);
+    setStatus(() => say('viewer.scene_file'));
+  } catch (error) {
+    setState('failed');
+    setStatus(error.message, true);
+  }
 }
 
 // `ticket`: to return to a simulation.
 function begin(target, ticket = null) {
   followAvailability();
+  scene.hide();
   lastMode = 'paused';
   session = new Session(target, picture.size, ticket);
   session.hidden = document.hidden;
