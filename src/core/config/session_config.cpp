@@ -108,9 +108,10 @@ void require_internal_addresses(ConfigReader& reader, std::vector<ServerSpec> co
 {
     for (std::size_t i = 0; i < servers.size(); ++i)
         if (servers[i].address.starts_with(core::asked_name) && servers[i].internal_address.empty())
-            return reader.refuse_entry("simulationServers", i + 1, boost::json::value(servers[i].address),
-                                       "{\"address\": \"*/2000\", \"internal\": \"127.0.0.1:2000\"}: with the "
-                                       "name \"*\" an entry has to say where the machine is");
+            return reader.refuse_entry(
+                "simulationServers", i + 1, boost::json::value(servers[i].address),
+                "{\"address\": \"*/2000\", \"internal\": \"127.0.0.1:2000\"}: with the "
+                "name \"*\" an entry has to say where the machine is");
 }
 
 void read_gateway(ConfigReader& reader, SessionConfig& config)

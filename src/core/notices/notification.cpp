@@ -61,8 +61,8 @@ std::string monitor_url(PublicAddress const& address)
 {
     // Nobody has asked yet who reads a mail: on this machine the link leads somewhere.
     auto const host = address.host == "*" ? "localhost" : printable(address.host, max_address_length);
-    return concat(address.ssl ? "https://" : "http://", host,
-                  address.port_rewrite ? "/" : ":", std::to_string(address.port), "/monitor");
+    return concat(address.ssl ? "https://" : "http://", host, address.port_rewrite ? "/" : ":",
+                  std::to_string(address.port), "/monitor");
 }
 
 Notice news_notice(News const& news, std::string_view monitor)
