@@ -28,6 +28,10 @@ const BOX = `<X3D><head><meta name="version" content="R2025a"/></head><Scene>
 const BALL = `<nodes><Solid id="n20" translation="0 -1 0"><Shape id="n21"><PBRAppearance id="n22" baseColor="0 1 0" roughness="1" metalness="0"/>
 <Sphere id="n23" radius="0.3"/></Shape></Solid></nodes>`;
 
+const GREEN = Buffer.from('iVBORw0KGgoAAAANSUhEUgAAAAgAAAAICAIAAABLbSncAAAAEElEQVR4nGNg+M+AHQ0tCQDpMD/B9YBzjgAAAABJRU5ErkJggg==', 'base64');
+const TEXTURED = BOX.replace('baseColor="1 0 0" roughness="1" metalness="0"/>',
+  'roughness="1" metalness="0"><ImageTexture id="n17" role="baseColorMap" url="&quot;textures/green.png&quot;"/></PBRAppearance>');
+
 // --- servers
 
 const folder = await mkdtemp(join(tmpdir(), 'webots_cloud_scene_'));
@@ -247,8 +251,21 @@ test('what cannot be drawn is told in a sentence', async (t) => {
   await show(page, BOX.replace('</Scene>', '<Solid id="n30"><CadShape id="n31" url="&quot;chair.obj&quot;"/></Solid></Scene>'));
   await until(() => page.evaluate('told.length'), 'a sentence');
   assert.match((await page.evaluate('told'))[0], /CadShape/);
+  await show(page, TEXTURED.replace('textures/green.png', 'https://tracker.example/pixel.png'));
+  await until(() => page.evaluate('told.length > 1'), 'another sentence'); // and no request, which openPage() would find
+  assert.match((await page.evaluate('told'))[1], /ImageTexture/);
   await show(page, '<Scene><Solid></Scene>');
   await page.getByText('The scene could not be shown.').waitFor();
+});
+
+test('textures come from the simulator', async (t) => {
+  const page = await openScene(t, (it) => it.route('**/2001/textures/green.png', (route) => route.fulfill({ contentType: 'image/png', body: GREEN })));
+  await page.evaluate((text) => {
+    scene.show({ url: `${location.origin}/2001` });
+    scene.receive('model', { text });
+  }, TEXTURED);
+  await seen(page, (picture) => like(picture.at(200, 200), [0, 1, 0]) || picture.at(200, 200), 'the box in green');
+  assert.deepEqual(await page.evaluate('told'), []);
 });
 
 test('a scene from a file plays the animation beside it, and can be wound', async (t) => {

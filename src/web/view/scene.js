@@ -170,7 +170,7 @@ export class Scene {
       return;
     this.#X3D = X3D;
     this.#canvas = document.createElement('x3d-canvas');
-    for (const name of ['splashScreen', 'notifications', 'contextMenu', 'timings', 'cache'])
+    for (const name of ['splashScreen', 'notifications', 'contextMenu', 'timings'])
       this.#canvas.setAttribute(name, 'false');
     Object.assign(this.#canvas.style, { display: 'block', width: '100%', height: '100%', border: 'none', outline: 'none' });
     this.#surface.prepend(this.#canvas);

@@ -233,16 +233,25 @@ export class SceneTranslation {
   }
 
   #texture(node, place = '') {
-    const url = /[^"'\s][^"']*/.exec(node.getAttribute('url') ?? '')?.[0].trim();
-    if (url === undefined)
+    const url = this.#address(/[^"'\s][^"']*/.exec(node.getAttribute('url') ?? '')?.[0].trim() ?? '');
+    if (url === null)
       return '';
     const repeat = ['repeatS', 'repeatT'].map((name) => ` ${name}="${node.getAttribute(name)?.toLowerCase() !== 'false'}"`).join('');
-    return `<ImageTexture${this.#name(node, 'ImageTexture')} url="&quot;${escaped(this.address(url))}&quot;"${repeat}${place}></ImageTexture>`;
+    return `<ImageTexture${this.#name(node, 'ImageTexture')} url="&quot;${escaped(url)}&quot;"${repeat}${place}></ImageTexture>`;
   }
 
-  // Where a file of the world is: Webots serves the files of its own installation, too.
-  address(url) {
-    return new URL(url.replace(/^webots:\/\//, ''), this.#base).href;
+  // Where a file of the world is, or null: Webots serves the files of its own installation, too, and no other host is asked for
+  // anything. Otherwise whoever writes a world would learn who looks at it.
+  #address(url) {
+    if (url === '')
+      return null;
+    try {
+      const found = new URL(url.replace(/^webots:\/\//, ''), this.#base);
+      if (found.origin === new URL(this.#base).origin)
+        return found.href;
+    } catch { /* no address */ }
+    this.unknown.add('ImageTexture');
+    return null;
   }
 }
 
