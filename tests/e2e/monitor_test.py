@@ -10,7 +10,7 @@ import threading
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
-from support.browser import console_messages, open_browser, resize, screenshot  # noqa: E402
+from support.browser import accessibility_findings, console_messages, open_browser, resize, screenshot  # noqa: E402
 from support.projects import EXAMPLES  # noqa: E402
 from support.servers import SessionServer, SimulationServer, main, wait_until  # noqa: E402
 
@@ -142,6 +142,7 @@ class SessionMonitor(unittest.TestCase):
             first.load = {"load": 1, "sessions": 0}
             wait_until(lambda: not browser.find_elements("css selector", ".full"), "it stays red")
             shot(browser, "session_2")
+            self.assertFalse(accessibility_findings(browser))
             self.assertTrue(browser.execute_script("return window.neverReloaded"))
             self.assertEqual(console_messages(browser, "SEVERE"), [])
 
@@ -281,6 +282,9 @@ class SimulationMonitor(unittest.TestCase):
             idle = "const chart = monitor.charts[1]; return chart.getValue(chart.numRows() - 1, 1) + chart.getValue(chart.numRows() - 1, 2)"
             wait_until(lambda: browser.execute_script(idle) == 2, "the simulations are not drawn")
             shot(browser, "simulation")
+            for percent in (0, 50, 100):  # each figure has a colour of its own
+                browser.execute_script("for (const each of document.querySelectorAll('.percent')) each.style.setProperty('--value', arguments[0])", percent)
+                self.assertFalse(accessibility_findings(browser), f"at {percent} %")
             resize(browser, 360, 740)
             self.assertLessEqual(overflow(browser), 0)
             resize(browser, 1280, 900)

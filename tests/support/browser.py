@@ -8,6 +8,7 @@ import unittest
 
 DRIVER = "/usr/bin/chromedriver"
 CHROMIUM = "/usr/bin/chromium"
+AXE = os.path.join(os.path.dirname(__file__), "../../build/node/tests/viewer/node_modules/axe-core/axe.min.js")
 
 ARGUMENTS = (
     "--headless=new",
@@ -62,6 +63,21 @@ def screenshot(driver, path):
     os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
     if not driver.save_screenshot(path):
         raise OSError(f"cannot write the screenshot {path}")
+
+
+def accessibility_findings(driver):
+    """What axe-core has to say against the page as it is, in light and dark: a list of sentences. Null: test.sh did not install it."""
+    if not os.path.isfile(AXE):
+        return None
+    with open(AXE, encoding="utf-8") as file:
+        driver.execute_script(file.read())
+    found = []
+    for dark in (False, True):
+        _prefer_dark(driver, dark)
+        violations = driver.execute_async_script("axe.run().then(({violations}) => arguments[0](violations))")
+        found += [f"{rule['id']}: {rule['help']}: {node['html'][:200]} {node.get('failureSummary', '')}" for rule in violations for node in rule["nodes"]]
+    _prefer_dark(driver, False)
+    return found
 
 
 def console_messages(driver, level=None):
