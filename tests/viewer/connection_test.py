@@ -34,8 +34,8 @@ class Silence(ConnectionTest):
     def test_a_silent_server_is_told_and_returned_to_when_it_answers_again(self):
         self.run_lasting_simulation()
         self.cloud.mute = {"simulation", "simulator"}
-        self.wait_state("lost")
-        self.assertIn("What you see is old", self.text("status"))
+        self.wait_text("status", "Nothing arrives from the simulation server")
+        self.assertEqual(self.data()["state"], "lost")
         self.assertFalse(self.element("pause").is_enabled())
         self.wait(lambda: RETURN in self.cloud.started, "an attempt to return")
         self.assertEqual(self.data()["state"], "lost")  # a connection that opens and says nothing is none
@@ -50,10 +50,23 @@ class Silence(ConnectionTest):
         self.cloud.mute = {"simulator"}
         self.wait_text("status", "No picture has arrived")
         self.assertEqual(self.data()["state"], "lost")
+        self.assertTrue(self.element("pause").is_enabled())  # a simulator that is busy hears it later
         self.cloud.mute = set()
         self.wait_state("running")
         self.wait_text("status", "The simulation is running.")
         self.assertEqual(len(self.cloud.started), 1)
+
+    def test_a_stream_that_died_with_the_network_is_replaced_by_a_new_one(self):
+        self.run_lasting_simulation()
+        self.wait(lambda: self.cloud.streams == 1, "the picture")
+        self.cloud.kill_streams()
+        self.cloud.mute = {"simulation", "simulator"}
+        self.wait_state("lost")
+        self.cloud.mute = set()
+        self.wait(lambda: self.cloud.streams == 1 and not self.cloud.dead_streams, "a new stream")
+        self.wait_state("running")
+        before = float(self.data()["time"])
+        self.wait(lambda: float(self.data()["time"]) > before, "pictures")
 
 
 class HiddenPages(ConnectionTest):

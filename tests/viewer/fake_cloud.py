@@ -46,6 +46,7 @@ class FakeCloud:
         self.heartbeats = False  # Sent every half a second on /client.
         self.mute = set()  # Roles that say nothing any more, and read nothing, on connections that stay open.
         self._streaming = set()
+        self._dead = set()  # Streams that stay open, and on which nothing comes any more.
         self._sockets = {"session": set(), "simulation": set(), "simulator": set()}
         self._available = "1"
         self._mode, self._time = "pause", 0
@@ -72,6 +73,10 @@ class FakeCloud:
     def streams(self):
         """The number of pictures being streamed now."""
         return len(self._streaming)
+
+    @property
+    def dead_streams(self):
+        return len(self._dead & self._streaming)
 
     @property
     def page(self):
@@ -109,6 +114,10 @@ class FakeCloud:
     def break_stream(self):
         """Ends every picture that is being streamed."""
         self._run(self._end_streams())
+
+    def kill_streams(self):
+        """Nothing comes any more on those that are open, as after a network was down for long. They stay open."""
+        self._dead |= self._streaming
 
     def _run(self, coroutine):
         return asyncio.run_coroutine_threadsafe(coroutine, self._loop).result(20)
@@ -245,7 +254,7 @@ class FakeCloud:
                         b"Content-Type: multipart/x-mixed-replace; boundary=WebotsFrame\r\n\r\n")
         try:
             while not transport.is_closing():
-                if "simulator" in self.mute:
+                if "simulator" in self.mute or transport in self._dead:
                     await asyncio.sleep(FRAME_SECONDS)
                     continue
                 if self._mode != "pause":

@@ -340,6 +340,21 @@ test('a connection to the simulator that died with the link is replaced, though 
   assert.equal(last('picture')[2] >= last('ready')[2] - 100, true); // with a picture of the new connection
 });
 
+test('a proxy that is restarted breaks everything, and the page is back in a few seconds with one new connection of each kind', async () => {
+  fresh();
+  await run();
+  const [lease, simulator] = [server.lease, sockets.at(-1)];
+  server.simulators.delete(simulator);
+  server.loses(lease, 1006);
+  lease.breaks();
+  simulator.breaks();
+  await pass(5000);
+  assert.equal(last('ready', 'lost', 'ended')[0], 'ready');
+  await pass(60000);
+  assert.equal(sockets.length, 4);
+  assert.equal(count('lost'), 1);
+});
+
 test('a server that promised no heartbeats may be silent', async () => {
   fresh({ promises: false, running: false });
   await run();

@@ -24,7 +24,7 @@ const STATES = {
   refused: async (page) => {
     await cloud.set('answer', 'Error: too many sessions are asked for from your network.');
     await page.click('#start');
-    await status(page, 'oo many sessions');
+    await status(page, 'oo many simulations');
     await cloud.set('answer', null);
   },
   starting: async (page) => {

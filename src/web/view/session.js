@@ -4,8 +4,9 @@
 // Events (CustomEvents): those of Simulator except "silent", "heard" and "closed", and
 //   notice {text}            something to tell while the session goes on
 //   problem {text}           an error that the server reported; the session may or may not end after it
-//   lost {text}              nothing arrives, or a connection broke: what is shown is old. `text` says why. A connection is
-//                            restored where the simulation server allows it; then come "picture" and "ready"
+//   lost {text, connected}   nothing arrives, or a connection broke: what is shown is old. `text` says why; `connected` when it is
+//                            the simulator that is silent, which still may hear. A connection is restored where the simulation
+//                            server allows it; then come "picture" and "ready"
 //   deadline {ends, extendable}  when the simulation will be ended, as Date.now() counts, and by how many seconds extend() can
 //                            put that off
 //   rest                     the page is hidden: show no picture; "picture" comes when it is seen again
@@ -260,6 +261,7 @@ export class Session extends EventTarget {
     this.#url = url;
     if (this.#simulator !== null)
       return; // the lease is restored; the connection to the simulator had not broken
+    clearTimeout(this.#silence);
     this.#tell('progress', { text: this.#ready ? say('lease.returning') : say('simulator.connecting'), percent: null });
     try {
       this.#simulator = new Simulator(url.replace(/\/+$/, ''), this.#size, this.#target.mode);
@@ -301,17 +303,17 @@ export class Session extends EventTarget {
   }
 
   // What is shown is old from now on.
-  #lose(text) {
+  #lose(text, connected = false) {
     this.#lost = true;
     this.#tell('progress', { text, percent: null });
-    this.#tell('lost', { text });
+    this.#tell('lost', { text, connected });
   }
 
   // The simulator has something else to do, or the connection to it is dead although it seems to be open.
   #noteSilence() {
     if (this.#lost)
       return;
-    this.#lose(say('simulator.silent'));
+    this.#lose(say('simulator.silent'), true);
     if (this.lasting)
       this.#replaceSimulatorIn(this.#patience);
     this.#patience *= 2;
@@ -338,7 +340,7 @@ export class Session extends EventTarget {
   #replaceSimulatorIn(milliseconds) {
     clearTimeout(this.#silence);
     this.#silence = setTimeout(() => {
-      this.#simulator.close();
+      this.#simulator?.close();
       this.#simulator = null;
       if (this.#lease.connected)
         this.#connect(this.#url);

@@ -111,10 +111,10 @@ function setState(state) {
   element('connect-to').readOnly = active;
   element('show').disabled = active;
   for (const id of COMMANDS)
-    element(id).disabled = !ready || state === 'lost';
+    element(id).disabled = !ready;
   for (const [id, pressed] of [['play', 'running'], ['pause', 'paused'], ['fast', 'fast']])
     element(id).setAttribute('aria-pressed', String(state === pressed));
-  element('extend').disabled = state === 'lost'; // nobody would hear it
+  element('extend').disabled = false;
   wakeLock.wanted = state === 'running' || state === 'fast';
 }
 
@@ -266,10 +266,12 @@ function listen(to) {
   });
   on('problem', ({ text }) => setStatus(text, true));
   on('ticket', (ticket) => remember({ target: to.target, address: element('connect-to').value, ticket }));
-  on('lost', ({ text }) => {
+  on('lost', ({ text, connected }) => {
     if (!ready)
       return;
     setState('lost');
+    for (const id of [...COMMANDS, 'extend'])
+      element(id).disabled = !connected; // nobody would hear it
     availability.recheck();
     setStatus(text, true);
   });
