@@ -73,8 +73,11 @@ test('a slow network is asked for smaller pictures, and old ones are not waited 
 
 test('the pictures of simulators that do not let scripts read them are shown by the browser', async (t) => {
   await cloud.set('picture_headers', '');
-  const page = await runSimulation(t);
+  const page = await runSimulation(t, { deviceScaleFactor: 2 });
   assert.equal(await page.locator('#picture > img').count(), 1);
+  const { width, height } = await box(page, '#screen');
+  const wanted = `resize: ${Math.round(width)}x${Math.round(height)}`; // Nobody could notice that more is too much for the network.
+  await until(async () => (await sent('resize: ')).at(-1) === wanted, wanted);
   await page.click('#start');
   await state(page, 'idle');
   await until(async () => await cloud.get('streams') === 0, 'the end of the stream');

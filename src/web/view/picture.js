@@ -1,7 +1,7 @@
 // The live picture of a simulation, in device pixels, and the mouse, fingers and keys on it. Touches the DOM.
 //
 // Pictures are read by fetch(), where that is allowed: then their size follows the network (picture_pace.js). Otherwise the browser
-// shows the stream by itself, in an <img>, in its full size.
+// shows the stream by itself, in an <img>, and nobody notices how old it is: then pixels of the page have to do.
 
 import { CameraInput } from './camera_input.js';
 import { PicturePace } from './picture_pace.js';
@@ -131,10 +131,14 @@ export class Picture {
 
   #leaveToBrowser() {
     this.#stream = null;
-    if (this.#surface.firstChild !== this.#image)
+    if (!this.#isLeftToBrowser) {
       this.#surface.replaceChildren(this.#image);
+      this.#resized(this.size);
+    }
     this.#image.src = this.#source.url;
   }
+
+  get #isLeftToBrowser() { return this.#surface.firstChild === this.#image; }
 
   #tryAgain() {
     if (this.#source === null)
@@ -172,8 +176,10 @@ export class Picture {
     if (this.#canvas.width !== bitmap.width || this.#canvas.height !== bitmap.height)
       Object.assign(this.#canvas, { width: bitmap.width, height: bitmap.height });
     this.#canvas.getContext('bitmaprenderer').transferFromImageBitmap(bitmap);
-    if (this.#surface.firstChild !== this.#canvas)
+    if (this.#isLeftToBrowser) {
       this.#surface.replaceChildren(this.#canvas);
+      this.#resized(this.size);
+    }
     this.#arrive();
   }
 
@@ -189,7 +195,7 @@ export class Picture {
 
   #pixels() {
     const { clientWidth, clientHeight } = this.#container;
-    const largest = Math.min(devicePixelRatio, MAX_WIDTH / Math.max(1, clientWidth), MAX_HEIGHT / Math.max(1, clientHeight));
+    const largest = Math.min(this.#isLeftToBrowser ? 1 : devicePixelRatio, MAX_WIDTH / Math.max(1, clientWidth), MAX_HEIGHT / Math.max(1, clientHeight));
     const scale = largest * this.#pace.scale;
     return { scale, width: Math.max(1, Math.round(clientWidth * scale)), height: Math.max(1, Math.round(clientHeight * scale)) };
   }

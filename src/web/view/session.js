@@ -84,8 +84,7 @@ export class Session extends EventTarget {
   // The picture's size, used when connecting and told to a simulator that is already there.
   resize(size) {
     this.#size = size;
-    if (this.#ready)
-      this.#simulator.resize(size);
+    this.#simulator?.resize(size);
   }
 
   get target() { return this.#target; }
