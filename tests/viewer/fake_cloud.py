@@ -37,6 +37,7 @@ class FakeCloud:
         self.picture_headers = "Access-Control-Allow-Origin: *\r\n"  # Webots sends none, our gateways do.
         self.slow = False  # The network brings a quarter of the pictures; the others wait on the way.
         self.opened_streams = 0
+        self.refused_pictures, self.asked_pictures = 0, 0  # So many requests for the pictures are answered 503.
         self.requests = []  # Paths asked of the session server.
         self.started = []  # "start" messages as received.
         self.controls = []  # Texts from the page to the simulator.
@@ -224,6 +225,9 @@ class FakeCloud:
 
     async def _serve_file(self, protocol, headers):
         if protocol.role == "simulator" and protocol.rest == "/mjpeg":
+            self.asked_pictures += 1
+            if self.asked_pictures <= self.refused_pictures:
+                return respond(503, "text/plain", b"later")
             return await self._stream(protocol.transport)
         if headers.get("Upgrade", "").lower() == "websocket":
             return None

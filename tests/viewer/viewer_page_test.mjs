@@ -83,6 +83,12 @@ test('the pictures of simulators that do not let scripts read them are shown by 
   await until(async () => await cloud.get('streams') === 0, 'the end of the stream');
 });
 
+test('pictures that come late are read all the same', async (t) => {
+  await cloud.set('refused_pictures', 2);
+  const page = await runSimulation(t);
+  await page.waitForSelector('#picture > canvas');
+});
+
 test("a spectator's picture takes no focus and sends nothing", async (t) => {
   await cloud.set('multimedia', 'multimedia: mjpeg pause 640 480');
   const page = await runSimulation(t);

@@ -29,6 +29,7 @@ export class Picture {
   #next = null; // the last picture that arrived while another was decoded
   #decoding = false;
   #unreadable = new Set(); // origins whose pictures the browser shows, but scripts may not read
+  #forGood = false;
   #failures = 0;
   #retry = 0;
 
@@ -45,7 +46,8 @@ export class Picture {
     this.#image.draggable = false;
     this.#image.onerror = () => this.#tryAgain();
     this.#image.onload = () => {
-      this.#unreadable.add(new URL(this.#image.src).origin);
+      if (this.#forGood)
+        this.#unreadable.add(new URL(this.#image.src).origin);
       this.#arrive();
     };
     this.#surface.append(this.#canvas);
@@ -119,18 +121,21 @@ export class Picture {
   #open() {
     const { url } = this.#source;
     if (this.#unreadable.has(new URL(url).origin))
-      return this.#leaveToBrowser();
+      return this.#leaveToBrowser(true);
     this.#stream?.close();
     this.#next = null;
     this.#pace.begin(performance.now());
     this.#stream = new PictureStream(url, {
       arrived: (part) => this.#take(part),
-      ended: ({ readable }) => (readable ? this.#tryAgain() : this.#leaveToBrowser()),
+      // An <img> may be let in where fetch() is not: browsers send credentials with it to other origins, too.
+      ended: ({ status }) => (status === 200 ? this.#tryAgain() : this.#leaveToBrowser(status === null)),
     });
   }
 
-  #leaveToBrowser() {
+  // `forGood`, if it shows them: their origin does not let scripts read pictures.
+  #leaveToBrowser(forGood) {
     this.#stream = null;
+    this.#forGood = forGood;
     if (!this.#isLeftToBrowser) {
       this.#surface.replaceChildren(this.#image);
       this.#resized(this.size);
@@ -144,7 +149,7 @@ export class Picture {
     if (this.#source === null)
       return;
     const delay = Math.min(LONGEST_RETRY_MS, FIRST_RETRY_MS * 2 ** this.#failures++);
-    this.#retry = setTimeout(() => (this.#stream === null ? this.#leaveToBrowser() : this.#open()), delay);
+    this.#retry = setTimeout(() => this.#open(), delay);
   }
 
   #arrive() {
