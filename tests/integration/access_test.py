@@ -5,7 +5,6 @@ import asyncio
 import contextlib
 import hashlib
 import http.client
-import http.server
 import json
 import os
 import shutil
@@ -13,7 +12,6 @@ import socket
 import subprocess
 import sys
 import tempfile
-import threading
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
@@ -23,6 +21,7 @@ from support.browser_client import Browser, server, websockets  # noqa: E402
 from support.machine import Machine  # noqa: E402
 from support.raw_websocket import read_all  # noqa: E402
 from support.servers import SessionServer, free_port, main, program, wait_until  # noqa: E402
+from support.web_site import web_site  # noqa: E402
 
 EVIL = "evil.example"  # Chromium is told that this name is this machine's, as a name server that rebinds would
 
@@ -49,28 +48,6 @@ const read = url => fetch(url).then(answer => answer.status, () => 'unreadable')
   document.title = 'done';
 }})();
 </script>"""
-
-
-@contextlib.contextmanager
-def web_site(page):
-    """The port of a foreign web site that serves one page for every path."""
-    class Handler(http.server.BaseHTTPRequestHandler):
-        def do_GET(self):
-            self.send_response(200)
-            self.send_header("Content-Type", "text/html")
-            self.end_headers()
-            self.wfile.write(page.encode())
-
-        def log_message(self, *_):
-            pass
-
-    site = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
-    threading.Thread(target=site.serve_forever, daemon=True).start()
-    try:
-        yield site.server_port
-    finally:
-        site.shutdown()
-        site.server_close()
 
 
 def post(port, path, headers):
