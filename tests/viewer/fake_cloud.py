@@ -242,7 +242,7 @@ class FakeCloud:
             return respond(200, "text/html; charset=UTF-8", text.encode())
         if path == "/viewer/defaults.json" and self.defaults is not None:
             return respond(200, "application/json", json.dumps(self.defaults).encode())
-        name = re.fullmatch(r"/(?:viewer/(?=view/))?(viewer/|view/(?:texts/)?)([a-z_]*\.?[a-z]*)", path)
+        name = re.fullmatch(r"/(?:viewer/(?=view/))?(viewer/|view/(?:texts/)?)([a-z0-9_]*\.?[a-z]*)", path)
         file = os.path.join(WEB, name[1] + (name[2] or "index.html") if name else "none")
         if not os.path.isfile(file):
             return respond(404, "text/plain", b"not found")
