@@ -25,7 +25,6 @@ export class Scene {
   #player = null;
   #problem = document.createElement('p');
   #told;
-  #showsLabels;
   #X3D = null;
   #browser = null;
   #canvas = null;
@@ -40,11 +39,9 @@ export class Scene {
   #shown = 0; // counts what is shown and hidden: work for an earlier one is dropped
 
   // Makes an element in `container`, whose size the scene takes. `told` is called with a sentence when something cannot be shown.
-  // `labels`: false where somebody else shows those of simulations.
-  constructor(container, { told = () => {}, labels = true } = {}) {
+  constructor(container, { told = () => {} } = {}) {
     this.#container = container;
     this.#told = told;
-    this.#showsLabels = labels;
     this.#surface.hidden = true;
     Object.assign(this.#surface.style, { position: 'relative', width: '100%', height: '100%', overflow: 'hidden', touchAction: 'none' });
     Object.assign(this.#layer.style, { position: 'absolute', inset: '0', pointerEvents: 'none', overflow: 'hidden', containerType: 'size' });
@@ -123,10 +120,9 @@ export class Scene {
       case 'model': return this.#do((shown) => this.#load(detail.text, shown));
       case 'node': return this.#do(() => this.#add(detail.parent, detail.text));
       case 'delete': return this.#do(() => this.#remove(detail.id));
-      case 'label': return this.#showsLabels && this.#labels.show([detail]);
+      case 'label': return this.#labels.show([detail]);
       case 'update':
-        if (this.#showsLabels)
-          this.#labels.show(detail.labels);
+        this.#labels.show(detail.labels);
         return detail.updates.forEach((update) => this.#note(update));
     }
   }

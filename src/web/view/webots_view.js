@@ -239,7 +239,7 @@ export class View {
     this.#target = target;
     this.#setState('starting');
     if (drawn)
-      this.#display = new Scene(this.#frame.display, { told: (text) => this.#tellProblem(text), labels: false });
+      this.#display = new Scene(this.#frame.display, { told: (text) => this.#tellProblem(text) });
     else
       this.#display = new Picture(this.#frame.display, { resized: (size) => this.#session?.resize(size) });
     if (target.kind === 'scene') {
