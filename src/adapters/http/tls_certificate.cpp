@@ -2,18 +2,15 @@
 
 #include "adapters/files/regular_file.hpp"
 #include "core/text.hpp"
+#include "openssl_files.hpp"
 
 #include <webots_cloud/adapters.hpp>
 
-#include <openssl/bio.h>
 #include <openssl/err.h>
 #include <openssl/pem.h>
 #include <openssl/ssl.h>
 
-#include <cerrno>
 #include <memory>
-#include <sys/stat.h>
-#include <system_error>
 
 namespace webots_cloud::adapters {
 namespace {
@@ -24,46 +21,6 @@ using core::concat;
 // Whoever records the traffic and gets the key years later reads nothing.
 constexpr auto ciphers = "ECDHE+AESGCM:ECDHE+CHACHA20";
 
-// A chain of certificates is some kilobytes; renewed ones are read while the server runs.
-constexpr std::size_t max_file_size = 1 << 20;
-
-template<auto free>
-struct Free
-{
-    template<class T>
-    void operator()(T* object) const noexcept
-    {
-        free(object);
-    }
-};
-
-using Bio = std::unique_ptr<BIO, Free<BIO_free>>;
-using Certificate = std::unique_ptr<X509, Free<X509_free>>;
-using Key = std::unique_ptr<EVP_PKEY, Free<EVP_PKEY_free>>;
-
-/// No terminal is asked for a passphrase.
-int no_passphrase(char*, int, int, void*)
-{
-    return -1;
-}
-
-/// What OpenSSL says of a failure: its first error says what happened, the last where.
-std::string openssl_reason()
-{
-    auto const first = ERR_peek_error();
-    ERR_clear_error();
-    if (ERR_SYSTEM_ERROR(first))
-        return std::system_category().message(static_cast<int>(ERR_GET_REASON(first)));
-    char const* const reason = ERR_reason_error_string(first);
-    return reason ? reason : "unknown reason";
-}
-
-/// The same of a file that is not what was wanted.
-std::string reading_reason(std::string_view wanted)
-{
-    return concat("expected ", wanted, ", found something else (", openssl_reason(), ")");
-}
-
 Failure unusable(std::string_view what, std::filesystem::path const& file, std::string_view why)
 {
     return Failure(errc::invalid_config, concat("the ", what, " ", file.string(), " can't be used: ", why));
@@ -72,35 +29,22 @@ Failure unusable(std::string_view what, std::filesystem::path const& file, std::
 /// Takes the certificate that a text begins with, and those after it as its chain; false: OpenSSL says why.
 bool use_certificates(SSL_CTX* context, std::string const& text)
 {
-    Bio const bio(BIO_new_mem_buf(text.data(), static_cast<int>(text.size())));
-    Certificate const own(bio ? PEM_read_bio_X509_AUX(bio.get(), nullptr, no_passphrase, nullptr) : nullptr);
+    OpensslBio const bio(BIO_new_mem_buf(text.data(), static_cast<int>(text.size())));
+    OpensslCertificate const own(bio ? PEM_read_bio_X509_AUX(bio.get(), nullptr, no_passphrase, nullptr)
+                                     : nullptr);
     if (!own || SSL_CTX_use_certificate(context, own.get()) != 1)
         return false;
-    while (Certificate next{PEM_read_bio_X509(bio.get(), nullptr, no_passphrase, nullptr)})
+    while (OpensslCertificate next{PEM_read_bio_X509(bio.get(), nullptr, no_passphrase, nullptr)})
         if (SSL_CTX_add0_chain_cert(context, next.get()) == 1)
             (void)next.release();
-    bool const was_last = ERR_GET_REASON(ERR_peek_last_error()) == PEM_R_NO_START_LINE;
-    if (was_last)
-        ERR_clear_error();
-    return was_last;
+    return was_last_part();
 }
 
 bool use_key(SSL_CTX* context, std::string const& text)
 {
-    Bio const bio(BIO_new_mem_buf(text.data(), static_cast<int>(text.size())));
-    Key const key(bio ? PEM_read_bio_PrivateKey(bio.get(), nullptr, no_passphrase, nullptr) : nullptr);
+    OpensslBio const bio(BIO_new_mem_buf(text.data(), static_cast<int>(text.size())));
+    OpensslKey const key(bio ? PEM_read_bio_PrivateKey(bio.get(), nullptr, no_passphrase, nullptr) : nullptr);
     return key && SSL_CTX_use_PrivateKey(context, key.get()) == 1;
-}
-
-/// Changes whenever the file does, also when another one was put in its place.
-std::string stamp_of(std::filesystem::path const& file)
-{
-    struct stat found
-    {};
-    if (::stat(file.c_str(), &found) != 0)
-        return concat("error ", std::to_string(errno));
-    return concat(std::to_string(found.st_ino), " ", std::to_string(found.st_size), " ",
-                  std::to_string(found.st_mtim.tv_sec), ".", std::to_string(found.st_mtim.tv_nsec));
 }
 
 } // namespace
@@ -128,13 +72,13 @@ result<TlsContext> load_tls_context(std::filesystem::path const& certificate,
                                         SSL_MODE_RELEASE_BUFFERS);
     SSL_CTX_set_session_cache_mode(context.get(), SSL_SESS_CACHE_OFF); // tickets do the same without memory
     SSL_CTX_set_default_passwd_cb(context.get(), no_passphrase);
-    auto const certificate_text = read_regular_file(certificate, max_file_size);
+    auto const certificate_text = read_regular_file(certificate, max_pem_file);
     if (!certificate_text)
         return unusable("certificate", certificate, certificate_text.error().message());
     if (!use_certificates(context.get(), *certificate_text))
         return unusable("certificate", certificate,
                         reading_reason("a PEM file with \"-----BEGIN CERTIFICATE-----\""));
-    auto const key_text = read_regular_file(key, max_file_size);
+    auto const key_text = read_regular_file(key, max_pem_file);
     if (!key_text)
         return unusable("key", key, key_text.error().message());
     if (!use_key(context.get(), *key_text)) {
@@ -151,7 +95,7 @@ result<TlsContext> load_tls_context(std::filesystem::path const& certificate,
 
 std::string TlsCertificate::stamp() const
 {
-    return concat(stamp_of(certificate_), ", ", stamp_of(key_));
+    return concat(file_stamp(certificate_), ", ", file_stamp(key_));
 }
 
 result<> TlsCertificate::load()
