@@ -80,7 +80,7 @@ make_certificate()
     mkdir -p "$(dirname "$certificate")" "$(dirname "$key")"
     folder=$(mktemp -d)
     if ! openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes -days 365 -subj "/CN=$name" \
-        -addext "subjectAltName=DNS:$name,DNS:localhost,IP:127.0.0.1,IP:::1" \
+        -addext "subjectAltName=DNS:$name,DNS:localhost,IP:127.0.0.1,IP:::1$(own_names)" \
         -keyout "$folder/key" -out "$folder/certificate" 2>"$folder/log"; then
         cat "$folder/log" >&2
         rm -r "$folder"
@@ -90,6 +90,16 @@ make_certificate()
     install -m 644 "$folder/certificate" "$certificate"
     rm -r "$folder"
     echo "Made $certificate for $name, valid for a year. Nobody vouches for it, so browsers warn: replace it and $key by real ones."
+}
+
+# What other machines may call this one: the certificate of a simulation server is for the session server's eyes.
+own_names()
+{
+    local each
+    each=$(hostname 2>/dev/null) && [[ $each =~ ^[A-Za-z0-9.-]+$ ]] && printf ',DNS:%s' "$each"
+    for each in $(hostname -I 2>/dev/null); do
+        printf ',IP:%s' "$each"
+    done
 }
 
 # The library that shows 3D scenes. Where it can't be had, the first build is made without, and later starts do not wait for it again.

@@ -46,8 +46,14 @@ std::string make_address_token();
 /// The clock of this computer.
 std::unique_ptr<Clock> make_steady_clock(boost::asio::any_io_executor executor);
 
-/// HTTP over Boost.Beast and OpenSSL: certificates are verified; one connection per server is kept.
-std::unique_ptr<HttpClient> make_http_client(boost::asio::any_io_executor executor);
+/// HTTP over Boost.Beast and OpenSSL: certificates are verified; one connection per server is kept, by TLS
+/// for ten minutes at most, so that certificates are verified again and again.
+///
+/// `authorities`: a PEM file of certificates that are trusted besides the system's authorities, read again
+/// when it changes (`log` says so); empty: none. If it is unusable, requests by https fail: see
+/// `check_authorities`.
+std::unique_ptr<HttpClient> make_http_client(boost::asio::any_io_executor executor,
+                                             std::filesystem::path authorities = {}, Logger log = Logger());
 
 struct HttpServerParams
 {
@@ -59,6 +65,9 @@ struct HttpServerParams
     /// they change; connections that exist keep the certificate that they were made with.
     std::filesystem::path tls_certificate;
     std::filesystem::path tls_key;
+    /// PEM file of certificates that are trusted besides the system's authorities, where requests are passed
+    /// on by TLS (`Upstream::tls`). It is read again when it changes.
+    std::filesystem::path tls_authorities;
     std::size_t queue_bytes =
         256 * 1024; ///< Waiting for a browser that does not read; more, and it is dropped.
     std::size_t message_bytes =
@@ -121,6 +130,10 @@ struct HttpServerStatistics
     std::uint64_t tunnel_bytes_sent = 0;     ///< To browsers, answers included.
     std::uint64_t bad_gateways = 0;          ///< 502: the other server was not reached, or made no sense.
     std::uint64_t late_gateways = 0;         ///< 504: it was too slow.
+    // TLS handshakes with other servers
+    std::uint64_t upstream_tls_full = 0;     ///< Their certificate was verified.
+    std::uint64_t upstream_tls_resumed = 0;  ///< It had been, for an earlier connection.
+    std::uint64_t upstream_tls_failures = 0; ///< It is not to be trusted, or they speak no TLS.
 };
 
 /// Serves an endpoint to the network.
@@ -206,6 +219,11 @@ result<std::string> read_regular_file(std::filesystem::path const& path, std::si
 ///
 /// Errors: `invalid_config`, naming the file that is unusable.
 result<> check_certificate(std::filesystem::path const& certificate, std::filesystem::path const& key);
+
+/// Whether a PEM file has certificates that could be trusted.
+///
+/// Errors: `invalid_config`, naming the file.
+result<> check_authorities(std::filesystem::path const& authorities);
 
 /// Folders of this computer, measured on a thread of its own.
 std::unique_ptr<FolderMeter> make_folder_meter();

@@ -72,6 +72,9 @@ struct SessionConfig
     /// an entry of `simulationServers` has `internal`.
     bool gateway = false;
     NetworkConfig network;
+    /// `caFile`: PEM file of certificates that are trusted besides the system's authorities, when simulation
+    /// servers are reached by TLS.
+    std::filesystem::path ca_file;
     AccessConfig access;
     /// `administrator`: who gets e-mails. Empty: nobody; also when `mailServer` or `mailSender` is missing.
     std::string administrator;

@@ -39,7 +39,7 @@ struct PolledServer
     explicit PolledServer(std::string name) : address(std::move(name)) {}
 
     std::string address;          ///< Its name, and where it is polled,
-    std::string internal_address; ///< unless this is given: then there, by plain HTTP.
+    std::string internal_address; ///< unless this is given, as in its ServerSpec.
 };
 
 /// Polls `GET /load` of every server, each on its own schedule: a slow server does not delay the polls of

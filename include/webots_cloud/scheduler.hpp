@@ -39,9 +39,9 @@ struct ServerSpec
     double weight = 1;
     /// It gets no new sessions; those that it has stay.
     bool drain = false;
-    /// Where the session server itself reaches it, by plain HTTP: `10.0.0.2:2000`, a numeric address. Polls
-    /// go there, and what the gateway passes on. Empty: it is polled at its address, and nothing is passed
-    /// on.
+    /// Where the session server itself reaches it: `10.0.0.2:2000`, a numeric address, by plain HTTP; or
+    /// `https://sim2.example.org:2000`, a name or an address, by TLS. Polls go there, and what the gateway
+    /// passes on. Empty: it is polled at its address, and nothing is passed on.
     std::string internal_address;
     /// More ports of that machine that the gateway passes on, the first and the last. 0: none.
     std::uint16_t first_port = 0;

@@ -27,8 +27,8 @@ using Reload = std::function<result<Configured<Config>>()>;
 /// Runs a session server until cancelled.
 ///
 /// SIGHUP applies everything but `port`, `logDir`, `debug`, `logFormat`, `sslCertificate`, `sslKey`,
-/// `connectionsPerAddress`, `pingTimeout`, `trustedProxies`, `operatorSocket` and `placementTimeout`;
-/// browsers stay connected.
+/// `caFile`, `connectionsPerAddress`, `pingTimeout`, `trustedProxies`, `operatorSocket` and
+/// `placementTimeout`; browsers stay connected.
 ///
 /// Errors: `operation_aborted` when cancelled; `unavailable` when the port is in use; `invalid_argument`.
 /// Thread-safety: one executor, on one thread.

@@ -121,8 +121,12 @@ result<> check_files(Configured<SessionConfig>& configured, fs::path const& orig
     warn_of_open_secrets(configured.warnings, configured.config.network, configured.config.access, origin);
     if (!configured.config.mail_sender_password.empty())
         warn_of_open_secret(configured.warnings, origin, "\"mailSenderPassword\"");
-    auto const certified = check_network(configured.config.network);
-    return certified ? check_access(configured.config.access) : certified;
+    if (auto const certified = check_network(configured.config.network); !certified)
+        return certified;
+    if (auto const& file = configured.config.ca_file; !file.empty())
+        if (auto const usable = check_authorities(file); !usable)
+            return usable;
+    return check_access(configured.config.access);
 }
 
 result<> check_files(Configured<SimulationConfig>& configured, fs::path const& origin)

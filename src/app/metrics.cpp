@@ -49,6 +49,11 @@ std::string http_server_metrics(HttpServerStatistics const& statistics)
                 "Requests that the other server did not answer, by reason.")
         .add(figure(statistics.bad_gateways), {{"reason", "unreachable"}})
         .add(figure(statistics.late_gateways), {{"reason", "timed_out"}});
+    text.family("http_upstream_handshakes_total", "counter",
+                "TLS handshakes with other servers: full, resumed from an earlier connection, or failed.")
+        .add(figure(statistics.upstream_tls_full), {{"result", "full"}})
+        .add(figure(statistics.upstream_tls_resumed), {{"result", "resumed"}})
+        .add(figure(statistics.upstream_tls_failures), {{"result", "failed"}});
     text.family("http_tunnel_bytes_total", "counter",
                 "Bytes that were relayed, from browsers (received) and to them (sent).")
         .add(figure(statistics.tunnel_bytes_received), {{"direction", "received"}})

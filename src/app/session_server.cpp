@@ -137,7 +137,7 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
 {
     using namespace asio::experimental::awaitable_operators;
     auto const clock = make_steady_clock(executor);
-    auto const http = make_http_client(executor);
+    auto const http = make_http_client(executor, config.ca_file, log);
     auto made_monitor = LoadMonitor::make(load_monitor_params(config), *http, *clock);
     if (!made_monitor)
         co_return made_monitor.error();
@@ -149,8 +149,9 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     AdministratorMail administrator(config, *clock, log);
     if (auto const usable = administrator.obey(config); !usable)
         co_return usable;
-    auto const server =
-        make_http_server(executor, http_server_params(config.address.port, config.network), log);
+    auto server_params = http_server_params(config.address.port, config.network);
+    server_params.tls_authorities = config.ca_file;
+    auto const server = make_http_server(executor, std::move(server_params), log);
     auto const tickets = app::ticket_maker(config, *clock);
     if (!tickets)
         co_return tickets.error();

@@ -2,6 +2,7 @@
 
 #include "async/cancellation.hpp"
 #include "async/task_group.hpp"
+#include "core/access/forwarding.hpp"
 #include "core/load/load_table.hpp"
 #include "core/text.hpp"
 
@@ -31,7 +32,7 @@ struct Watch
     explicit Watch(std::string address) : address(std::move(address)) {}
 
     std::string address;
-    std::string internal_address; ///< Instead of the address, by plain HTTP, unless it is empty.
+    std::string internal_address; ///< Instead of the address, unless it is empty.
     double phase = 0;             ///< Where in the interval its polls lie, from 0 to 1.
     bool removed = false;
     std::optional<async::TaskGroup::Task> task;
@@ -104,7 +105,7 @@ asio::awaitable<void> LoadMonitor::Impl::keep_polling(std::shared_ptr<Watch> wat
     while (!watch->removed) {
         HttpRequest request(watch->internal_address.empty()
                                 ? server_url(watch->address, params.tls, "/load")
-                                : server_url(watch->internal_address, false, "/load"));
+                                : core::internal_url(watch->internal_address, "/load"));
         request.headers.emplace_back("Accept", "application/json, text/plain;q=0.5");
         request.timeout = params.timeout;
         auto const response = co_await http.send(std::move(request));

@@ -450,7 +450,8 @@ std::optional<Forward> SessionService::Impl::pass_on(IncomingRequest const& requ
     if (!target)
         return std::nullopt;
     Forward forward;
-    forward.upstream = Upstream(std::move(target->host), target->port);
+    forward.upstream = Upstream(std::move(target->machine.host), target->machine.port);
+    forward.upstream.tls = target->machine.tls;
     forward.target = std::move(target->target);
     return forward;
 }

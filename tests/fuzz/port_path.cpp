@@ -29,7 +29,8 @@ int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
     static core::SiteAccess const site(core::Reach::everybody, {"sim.example.org"}, nullptr);
     auto const path = fuzz::text_of(data, size);
     if (auto const target = machines.find(path, "")) {
-        fuzz::require(target->host == "10.0.0.2" && target->port >= 2000 && target->port <= 2009);
+        auto const& machine = target->machine;
+        fuzz::require(machine.host == "10.0.0.2" && machine.port >= 2000 && machine.port <= 2009);
         fuzz::require(target->target == "/" || std::string_view(path).ends_with(target->target));
         fuzz::require(!target->target.starts_with("/metrics") || target->target.size() > 8);
         fuzz::require(target->target != "/api" && !target->target.starts_with("/api/"));

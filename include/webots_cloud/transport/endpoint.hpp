@@ -94,10 +94,13 @@ struct Upstream
     Upstream() = default;
     Upstream(std::string host, std::uint16_t port) : host(std::move(host)), port(port) {}
 
-    std::string host; ///< A numeric address.
+    std::string host; ///< A numeric address; with `tls` a name, too.
     std::uint16_t port = 0;
-    /// Instead of both, unless empty: a Unix socket that answers each connection with one connected socket
-    /// (SCM_RIGHTS and a byte), or closes it where the server can't be reached.
+    /// By TLS: only to a server whose certificate is for `host`, and from an authority that the adapter
+    /// trusts.
+    bool tls = false;
+    /// Instead of all these, unless empty: a Unix socket that answers each connection with one connected
+    /// socket (SCM_RIGHTS and a byte), or closes it where the server can't be reached.
     std::filesystem::path broker;
 };
 

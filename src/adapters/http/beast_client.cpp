@@ -1,5 +1,6 @@
 #include "core/text.hpp"
 #include "name_resolver.hpp"
+#include "tls_trust.hpp"
 
 #include <webots_cloud/adapters.hpp>
 
@@ -7,7 +8,6 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/ssl/context.hpp>
 #include <boost/asio/ssl/error.hpp>
-#include <boost/asio/ssl/host_name_verification.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
@@ -18,8 +18,7 @@
 #include <boost/beast/ssl/ssl_stream.hpp>
 #include <boost/url/parse.hpp>
 
-#include <openssl/err.h>
-#include <openssl/sslerr.h>
+#include <openssl/ssl.h>
 
 #include <charconv>
 #include <iterator>
@@ -53,6 +52,9 @@ constexpr std::size_t max_answer(std::size_t body_limit) noexcept
 {
     return 2 * (body_limit + max_unparsed);
 }
+
+// What a certificate says is looked at anew that often: one that has expired is noticed.
+constexpr auto max_age_of_tls = std::chrono::minutes(10);
 
 constexpr std::uint16_t http_port = 80;
 constexpr std::uint16_t https_port = 443;
@@ -104,6 +106,7 @@ public:
 
     explicit Connection(asio::any_io_executor const& executor) { stream_.emplace<Plain>(executor); }
     Connection(asio::any_io_executor const& executor, asio::ssl::context& context)
+        : must_end_at_(std::chrono::steady_clock::now() + max_age_of_tls)
     {
         stream_.emplace<Encrypted>(executor, context);
     }
@@ -112,7 +115,11 @@ public:
     asio::awaitable<result<HttpResponse>> exchange(std::string request, std::size_t body_limit);
 
     void expires_at(TimePoint when) { lowest().expires_at(when); }
-    bool is_reusable() const noexcept { return reusable_; }
+    bool is_reusable() const noexcept
+    {
+        return reusable_ &&
+               (must_end_at_ == TimePoint::max() || std::chrono::steady_clock::now() < must_end_at_);
+    }
     /// Some byte of an answer has come: the request must not be repeated.
     bool has_answered() const noexcept { return answered_; }
 
@@ -134,6 +141,7 @@ private:
 
     std::variant<std::monostate, Plain, Encrypted> stream_;
     beast::flat_buffer buffer_{max_unparsed};
+    TimePoint must_end_at_ = TimePoint::max();
     bool reusable_ = false;
     bool answered_ = false;
 };
@@ -186,29 +194,20 @@ asio::awaitable<result<>> Connection::open(Target const& target, std::vector<tcp
     co_return result<>();
 }
 
-/// Whether what came in place of a handshake is no TLS, as the answer of a server of plain HTTP.
-bool speaks_no_tls(beast::error_code error)
-{
-    return error.category() == asio::error::get_ssl_category() &&
-           ERR_GET_REASON(static_cast<unsigned long>(error.value())) == SSL_R_WRONG_VERSION_NUMBER;
-}
-
 asio::awaitable<result<>> Connection::encrypt(Encrypted& stream, std::string const& host)
 {
-    stream.set_verify_callback(asio::ssl::host_name_verification(host));
-    // What the macro SSL_set_tlsext_host_name does, without its C casts.
-    SSL_ctrl(stream.native_handle(), SSL_CTRL_SET_TLSEXT_HOSTNAME, TLSEXT_NAMETYPE_host_name,
-             const_cast<char*>(host.c_str()));
+    if (!adapters::expect_host(stream.native_handle(), host))
+        co_return Failure(errc::unavailable, "there is no memory for TLS");
     auto const [error] =
         co_await stream.async_handshake(asio::ssl::stream_base::client, asio::as_tuple(asio::use_awaitable));
     if (error == beast::error::timeout)
         co_return Failure(errc::unreachable, "TLS failed: no answer in time");
-    if (speaks_no_tls(error))
-        co_return Failure(errc::unreachable,
-                          "it was asked by https, and speaks no TLS (plain http, perhaps)");
-    if (error)
-        co_return Failure(errc::unreachable, concat("TLS failed: ", error.message()));
-    co_return result<>();
+    if (!error)
+        co_return result<>();
+    bool const is_of_openssl = error.category() == asio::error::get_ssl_category();
+    auto const openssl_error = is_of_openssl ? static_cast<unsigned long>(error.value()) : 0UL;
+    co_return Failure(errc::unreachable,
+                      adapters::handshake_problem(stream.native_handle(), openssl_error, error.message()));
 }
 
 asio::awaitable<result<HttpResponse>> Connection::exchange(std::string request, std::size_t body_limit)
@@ -295,21 +294,20 @@ struct IdleConnection
 class BeastClient final : public HttpClient
 {
 public:
-    explicit BeastClient(asio::any_io_executor executor)
-        : executor_(std::move(executor)), resolver_(executor_)
+    BeastClient(asio::any_io_executor executor, std::filesystem::path authorities, Logger log)
+        : executor_(std::move(executor)), trust_(std::move(authorities), std::move(log)), resolver_(executor_)
     {}
 
     asio::awaitable<result<HttpResponse>> send(HttpRequest request) override;
 
 private:
     asio::awaitable<result<HttpResponse>> send_anew(HttpRequest request, TimePoint deadline);
-    std::unique_ptr<Connection> make_connection(bool tls);
+    result<std::unique_ptr<Connection>> make_connection(bool tls);
     asio::awaitable<result<std::vector<tcp::endpoint>>> resolve(Target const& target, TimePoint deadline);
     bool may_keep(Connection& connection) const;
 
     asio::any_io_executor executor_;
-    std::optional<asio::ssl::context>
-        context_; ///< Made when first needed: it reads every certificate authority of the system.
+    adapters::TlsTrust trust_;
     adapters::NameResolver resolver_;
     std::unordered_map<std::string, IdleConnection>
         idle_; ///< By the whole URL, so that a poll need not take it apart.
@@ -368,7 +366,10 @@ asio::awaitable<result<HttpResponse>> BeastClient::send_anew(HttpRequest request
     if (!addresses)
         co_return addresses.error();
     IdleConnection fresh;
-    fresh.connection = make_connection(target->tls);
+    auto made = make_connection(target->tls);
+    if (!made)
+        co_return made.error();
+    fresh.connection = std::move(*made);
     auto& connection = *fresh.connection;
     connection.expires_at(deadline);
     auto const opened = co_await connection.open(*target, std::move(*addresses));
@@ -399,17 +400,16 @@ asio::awaitable<result<std::vector<tcp::endpoint>>> BeastClient::resolve(Target 
     co_return endpoints;
 }
 
-std::unique_ptr<Connection> BeastClient::make_connection(bool tls)
+result<std::unique_ptr<Connection>> BeastClient::make_connection(bool tls)
 {
     if (!tls)
         return std::make_unique<Connection>(executor_);
-    if (!context_) {
-        context_.emplace(asio::ssl::context::tls_client);
-        context_->set_default_verify_paths();
-        context_->set_verify_mode(asio::ssl::verify_peer);
-        SSL_CTX_set_min_proto_version(context_->native_handle(), TLS1_2_VERSION);
-    }
-    return std::make_unique<Connection>(executor_, *context_);
+    auto const trusted = trust_.context();
+    if (!trusted)
+        return trusted.error();
+    SSL_CTX_up_ref(*trusted);
+    asio::ssl::context context(*trusted); // the connection has a share of its own
+    return std::make_unique<Connection>(executor_, context);
 }
 
 /// Takes the deadline off a connection that may be used again.
@@ -423,9 +423,10 @@ bool BeastClient::may_keep(Connection& connection) const
 
 } // namespace
 
-std::unique_ptr<HttpClient> make_http_client(asio::any_io_executor executor)
+std::unique_ptr<HttpClient> make_http_client(asio::any_io_executor executor,
+                                             std::filesystem::path authorities, Logger log)
 {
-    return std::make_unique<BeastClient>(std::move(executor));
+    return std::make_unique<BeastClient>(std::move(executor), std::move(authorities), std::move(log));
 }
 
 } // namespace webots_cloud

@@ -16,10 +16,11 @@ constexpr std::size_t first_read = 16 * 1024; // many an answer comes whole
 
 } // namespace
 
-Forwarding::Forwarding(asio::any_io_executor const& executor, std::size_t& open, Forward forward,
-                       HttpRequestReader const& reader, IncomingRequest const& request)
+Forwarding::Forwarding(asio::any_io_executor const& executor, Upstreams& upstreams, std::size_t& open,
+                       Forward forward, HttpRequestReader const& reader, IncomingRequest const& request)
     : open_(open), forward_(std::move(forward)), request_(forwarded_request(reader, request, forward_)),
-      is_upgrade_(request.upgrade), response_(request.method == "HEAD", request.upgrade), socket_(executor)
+      is_upgrade_(request.upgrade), response_(request.method == "HEAD", request.upgrade),
+      socket_(executor, upstreams)
 {
     ++open_;
     is_ended_ = forward_.group && !forward_.group->join(*this);
@@ -93,8 +94,9 @@ void Forwarding::end()
 std::string Forwarding::destination() const
 {
     auto const& upstream = forward_.upstream;
-    return upstream.broker.empty() ? concat(upstream.host, ":", std::to_string(upstream.port))
-                                   : upstream.broker.string();
+    if (!upstream.broker.empty())
+        return upstream.broker.string();
+    return concat(upstream.tls ? "https://" : "", upstream.host, ":", std::to_string(upstream.port));
 }
 
 } // namespace webots_cloud::adapters

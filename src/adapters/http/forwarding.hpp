@@ -21,15 +21,16 @@ namespace webots_cloud::adapters {
 class Forwarding final : public TunnelGroup::Tunnel
 {
 public:
-    /// `open` counts those that there are, and must outlive it. `request` is the reader's, and says who asks.
-    Forwarding(boost::asio::any_io_executor const& executor, std::size_t& open, Forward forward,
-               HttpRequestReader const& reader, IncomingRequest const& request);
+    /// `open` counts those that there are; `upstreams` and `open` must outlive it. `request` is the reader's,
+    /// and says who asks.
+    Forwarding(boost::asio::any_io_executor const& executor, Upstreams& upstreams, std::size_t& open,
+               Forward forward, HttpRequestReader const& reader, IncomingRequest const& request);
     Forwarding(Forwarding const&) = delete;
     Forwarding& operator=(Forwarding const&) = delete;
     ~Forwarding();
 
-    /// Errors, with a reason for the log: `unreachable`; `timed_out` after `give_up`; `closed` with the
-    /// group.
+    /// Errors, with a reason for the log: `unreachable`; `invalid_config`, of whom to trust; `timed_out`
+    /// after `give_up`; `closed` with the group.
     boost::asio::awaitable<result<>> connect();
 
     /// Sends the request, and reads the head of the answer.
@@ -54,7 +55,7 @@ public:
     {
         return std::string_view(buffer_.get(), received_).substr(response_.head_size());
     }
-    int release_socket() noexcept { return socket_.release(); }
+    NetworkStream::Released release_socket() noexcept { return socket_.release(); }
     std::shared_ptr<TunnelGroup> const& group() const noexcept { return forward_.group; }
 
     /// Bytes of the request.

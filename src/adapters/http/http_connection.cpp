@@ -173,8 +173,9 @@ HttpConnection::Next HttpConnection::answer()
         return refuse_connection(request);
     if (auto* const forward = std::get_if<Forward>(&answer)) {
         ++context_.statistics.forwarded;
-        forwarding_ = std::make_unique<Forwarding>(stream_.socket().get_executor(), context_.forwardings,
-                                                   std::move(*forward), reader_, request);
+        forwarding_ =
+            std::make_unique<Forwarding>(stream_.socket().get_executor(), context_.upstreams,
+                                         context_.forwardings, std::move(*forward), reader_, request);
         return Next::forward;
     }
     append_handshake_answer(out_, request.header("Sec-WebSocket-Key"));

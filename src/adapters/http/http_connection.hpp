@@ -29,6 +29,7 @@ struct HttpConnectionContext
     core::IpNetworks const& proxies;
     ConnectionLimit& limit;
     Tunnels& tunnels;
+    Upstreams& upstreams;
     std::size_t& forwardings;       ///< How many requests are being passed on.
     std::function<bool()> has_room; ///< For one more connection; may make some.
 };

@@ -37,7 +37,7 @@ int clamped(std::size_t size) noexcept
 
 } // namespace
 
-void NetworkStream::TlsDeleter::operator()(SSL* tls) const noexcept
+void TlsConnectionDeleter::operator()(SSL* tls) const noexcept
 {
     SSL_free(tls);
 }
@@ -49,11 +49,19 @@ NetworkStream::NetworkStream(asio::ip::tcp::socket socket, SSL_CTX* tls) : socke
     socket_.set_option(asio::ip::tcp::no_delay(true), ignored);
     if (!tls)
         return;
-    tls_.reset(SSL_new(tls));
-    if (tls_)
-        attach_tls(tls_.get(), socket_.native_handle());
-    else
-        socket_.close(ignored); // out of memory
+    TlsConnection made(SSL_new(tls));
+    if (!made) { // out of memory
+        socket_.close(ignored);
+        return;
+    }
+    SSL_set_accept_state(made.get());
+    encrypt(std::move(made));
+}
+
+void NetworkStream::encrypt(TlsConnection tls) noexcept
+{
+    tls_ = std::move(tls);
+    attach_tls(tls_.get(), socket_.native_handle());
 }
 
 asio::awaitable<Error> NetworkStream::handshake()
@@ -61,25 +69,28 @@ asio::awaitable<Error> NetworkStream::handshake()
     while (tls_) {
         ERR_clear_error();
         auto needs = Direction::wait_read;
-        int const outcome = SSL_accept(tls_.get());
+        int const outcome = SSL_do_handshake(tls_.get());
         if (outcome == 1)
             break;
         if (auto const error = failure(outcome, needs); error != asio::error::would_block) {
-            met_plain_http_ = ERR_GET_REASON(ERR_peek_error()) == SSL_R_HTTP_REQUEST;
+            handshake_error_ = ERR_peek_error();
             co_return error;
         }
         auto const [error] = co_await socket_.async_wait(needs, as_result);
         if (error)
             co_return error;
+        if (!socket_.is_open()) // closed meanwhile, and its descriptor may be another connection's
+            co_return asio::error::operation_aborted;
     }
     co_return Error();
 }
 
 bool NetworkStream::turn_plain() noexcept
 {
-    if (met_plain_http_)
+    bool const met_plain_http = ERR_GET_REASON(handshake_error_) == SSL_R_HTTP_REQUEST;
+    if (met_plain_http)
         tls_.reset();
-    return met_plain_http_;
+    return met_plain_http;
 }
 
 asio::awaitable<std::pair<Error, std::size_t>> NetworkStream::read_some(asio::mutable_buffer buffer)

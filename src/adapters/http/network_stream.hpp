@@ -16,6 +16,13 @@
 
 namespace webots_cloud::adapters {
 
+struct TlsConnectionDeleter
+{
+    void operator()(SSL* tls) const noexcept;
+};
+
+using TlsConnection = std::unique_ptr<SSL, TlsConnectionDeleter>;
+
 /// Non-blocking reads and writes, and waits for readiness.
 ///
 /// One class for both kinds, and OpenSSL on the socket itself: an idle connection holds no buffers and no
@@ -26,20 +33,18 @@ class NetworkStream
 public:
     using Error = boost::system::error_code;
 
-    struct TlsDeleter
-    {
-        void operator()(SSL* tls) const noexcept;
-    };
-
     /// A connection that the event loop does not watch.
     struct Released
     {
         int descriptor = -1; ///< Negative: none.
-        std::unique_ptr<SSL, TlsDeleter> tls;
+        TlsConnection tls;
     };
 
     /// Plain without `tls`; with it, `handshake` must come first.
     NetworkStream(boost::asio::ip::tcp::socket socket, SSL_CTX* tls);
+
+    /// Speaks TLS from here on, as `tls` says; `handshake` must come first.
+    void encrypt(TlsConnection tls) noexcept;
 
     /// The TLS handshake. Without a deadline of its own: the caller closes the stream.
     boost::asio::awaitable<Error> handshake();
@@ -89,6 +94,10 @@ public:
     void close() noexcept;
 
     bool is_tls() const noexcept { return tls_ != nullptr; }
+    SSL* tls() const noexcept { return tls_.get(); }
+
+    /// After a handshake that failed: what OpenSSL said of it; 0: nothing.
+    unsigned long handshake_error() const noexcept { return handshake_error_; }
     boost::asio::ip::tcp::socket& socket() noexcept { return socket_; }
 
 private:
@@ -101,8 +110,8 @@ private:
     Error failure(int outcome, Direction& needs);
 
     boost::asio::ip::tcp::socket socket_;
-    std::unique_ptr<SSL, TlsDeleter> tls_;
-    bool met_plain_http_ = false;
+    TlsConnection tls_;
+    unsigned long handshake_error_ = 0; ///< The first that OpenSSL noted.
     // TLS may have to write in order to read, and the other way round.
     Direction read_needs_ = Direction::wait_read;
     Direction write_needs_ = Direction::wait_write;

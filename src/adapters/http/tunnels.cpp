@@ -71,9 +71,9 @@ public:
     };
 
     Tunnel(Tunnels& owner, TunnelPlan plan)
-        : owner_(owner), browser_(std::move(plan.browser)),
-          upstream_(NetworkStream::Released{plan.upstream, nullptr}), group_(std::move(plan.group)),
-          ticket_(std::move(plan.ticket)), rest_(plan.length), is_two_way_(plan.is_two_way)
+        : owner_(owner), browser_(std::move(plan.browser)), upstream_(std::move(plan.upstream)),
+          group_(std::move(plan.group)), ticket_(std::move(plan.ticket)), rest_(plan.length),
+          is_two_way_(plan.is_two_way)
     {
         browser_.pending = std::move(plan.to_browser);
         upstream_.pending = std::move(plan.to_upstream);
@@ -184,7 +184,8 @@ Tunnels::Tunnel::Step Tunnels::Tunnel::relay(Side& from, Side& to, std::size_t& 
     }
     if (!from.end.may_read() || (!to.end.may_write() && !to.end.is_broken()))
         return Step::wait;
-    auto size = from.is_bulk ? chunk_size : small_chunk;
+    // What comes by TLS has left the kernel, and is kept where the other side does not take it.
+    auto size = from.is_bulk && !from.end.is_tls() ? chunk_size : small_chunk;
     if (group_)
         size = std::min(size, group_->allowance(owner_.now_));
     if (size == 0)

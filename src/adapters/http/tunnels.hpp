@@ -27,9 +27,9 @@ struct TunnelPlan
     static constexpr std::uint64_t until_the_end = UINT64_MAX;
 
     NetworkStream::Released browser;
-    int upstream = -1;       ///< Descriptor of the other server's connection.
-    std::string to_browser;  ///< Is sent before anything that is relayed.
-    std::string to_upstream; ///< As well.
+    NetworkStream::Released upstream; ///< The other server's connection.
+    std::string to_browser;           ///< Is sent before anything that is relayed.
+    std::string to_upstream;          ///< As well.
     /// What the browser says is passed on, too. If not, it is not even read: it is the browser's next
     /// request.
     bool is_two_way = false;

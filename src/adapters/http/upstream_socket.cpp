@@ -3,16 +3,19 @@
 #include "core/text.hpp"
 
 #include <boost/asio/as_tuple.hpp>
+#include <boost/asio/bind_cancellation_slot.hpp>
 #include <boost/asio/buffer.hpp>
+#include <boost/asio/co_spawn.hpp>
 #include <boost/asio/deferred.hpp>
 #include <boost/asio/ip/address.hpp>
-#include <boost/asio/write.hpp>
+#include <boost/asio/use_awaitable.hpp>
 
 #include <cerrno>
 #include <cstring>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
+#include <utility>
 
 namespace webots_cloud::adapters {
 
@@ -75,33 +78,90 @@ bool is_stream_socket(int descriptor)
 
 } // namespace
 
-UpstreamSocket::UpstreamSocket(asio::any_io_executor const& executor)
-    : socket_(executor), broker_(executor), retry_(executor)
+UpstreamSocket::UpstreamSocket(asio::any_io_executor const& executor, Upstreams& upstreams)
+    : upstreams_(upstreams), stream_(tcp::socket(executor), nullptr), broker_(executor), retry_(executor)
 {}
 
 asio::awaitable<result<>> UpstreamSocket::connect(Upstream const& upstream)
 {
-    if (!upstream.broker.empty()) {
-        auto through = co_await connect_through(upstream.broker.string());
-        if (!through)
-            co_return through;
-    } else {
-        boost::system::error_code error;
-        auto const address = asio::ip::make_address(upstream.host, error);
-        if (error)
-            co_return Failure(errc::unreachable, concat("\"", upstream.host, "\" is no numeric address"));
-        auto const [failed] =
-            co_await socket_.async_connect(tcp::endpoint(address, upstream.port), as_result);
-        if (failed)
-            co_return unreachable(failed);
-    }
+    result<> reached;
+    if (upstream.broker.empty())
+        reached = co_await connect_directly(upstream);
+    else
+        reached = co_await connect_through(upstream.broker.string());
+    if (!reached)
+        co_return reached;
     if (is_closed_) {
         close();
         co_return Failure(errc::closed);
     }
     boost::system::error_code ignored;
-    socket_.native_non_blocking(true, ignored);
-    socket_.set_option(tcp::no_delay(true), ignored);
+    stream_.socket().native_non_blocking(true, ignored);
+    stream_.socket().set_option(tcp::no_delay(true), ignored);
+    if (upstream.tls)
+        reached = co_await encrypt(upstream);
+    co_return reached;
+}
+
+asio::awaitable<result<>> UpstreamSocket::connect_directly(Upstream const& upstream)
+{
+    result<Addresses> addresses;
+    boost::system::error_code not_numeric;
+    auto const address = asio::ip::make_address(upstream.host, not_numeric);
+    if (!not_numeric)
+        addresses->push_back(address);
+    else if (upstream.tls)
+        addresses = co_await resolve(upstream.host);
+    else
+        addresses = Failure(errc::unreachable, concat("\"", upstream.host, "\" is no numeric address"));
+    if (!addresses)
+        co_return addresses.error();
+    boost::system::error_code failed = asio::error::host_not_found;
+    for (auto const& each : *addresses) {
+        if (is_closed_)
+            co_return Failure(errc::closed);
+        boost::system::error_code ignored;
+        stream_.socket().close(ignored);
+        auto const [error] =
+            co_await stream_.socket().async_connect(tcp::endpoint(each, upstream.port), as_result);
+        failed = error;
+        if (!failed)
+            co_return result<>();
+    }
+    co_return unreachable(failed);
+}
+
+/// As `Upstreams::resolve`, until this is closed.
+asio::awaitable<result<Addresses>> UpstreamSocket::resolve(std::string name)
+{
+    auto resolving = upstreams_.resolve(std::move(name));
+    auto token = asio::bind_cancellation_slot(resolving_.slot(), asio::use_awaitable);
+    try {
+        auto const executor = stream_.socket().get_executor();
+        auto operation = asio::co_spawn(executor, std::move(resolving), std::move(token));
+        auto addresses = co_await std::move(operation);
+        co_return addresses;
+    } catch (boost::system::system_error const&) { // closed before it began
+        co_return Failure(errc::closed);
+    }
+}
+
+asio::awaitable<result<>> UpstreamSocket::encrypt(Upstream const& upstream)
+{
+    auto tls = upstreams_.begin(upstream.host, upstream.port);
+    if (!tls)
+        co_return tls.error();
+    stream_.encrypt(std::move(*tls));
+    auto const failed = co_await stream_.handshake();
+    if (is_closed_)
+        co_return Failure(errc::closed);
+    if (failed) {
+        upstreams_.count_failure();
+        co_return Failure(errc::unreachable,
+                          handshake_problem(stream_.tls(), stream_.handshake_error(), failed.message()));
+    }
+    upstreams_.count_handshake(stream_.tls());
+    upstream_ = &upstream;
     co_return result<>();
 }
 
@@ -144,7 +204,7 @@ result<> UpstreamSocket::take_socket()
     if (descriptor < 0)
         return Failure(errc::unreachable, "the broker has no connection for us");
     if (is_stream_socket(descriptor))
-        socket_.assign(tcp::v4(), descriptor, error);
+        stream_.socket().assign(tcp::v4(), descriptor, error);
     else
         error = asio::error::not_socket;
     if (!error)
@@ -155,34 +215,27 @@ result<> UpstreamSocket::take_socket()
 
 asio::awaitable<boost::system::error_code> UpstreamSocket::write(std::string_view bytes)
 {
-    auto const [error, size] =
-        co_await asio::async_write(socket_, asio::buffer(bytes.data(), bytes.size()), as_result);
-    co_return error;
+    return stream_.write(bytes);
 }
 
 asio::awaitable<std::pair<boost::system::error_code, std::size_t>> UpstreamSocket::read_some(char* to,
                                                                                              std::size_t size)
 {
-    auto const [error, read] = co_await socket_.async_read_some(asio::buffer(to, size), as_result);
-    co_return std::pair(error, read);
+    auto const got = co_await stream_.read_some(asio::buffer(to, size));
+    // The server says how to resume the session before it says anything else.
+    if (auto const* const upstream = std::exchange(upstream_, nullptr); upstream && !got.first)
+        upstreams_.keep_session(upstream->host, upstream->port, stream_.tls());
+    co_return got;
 }
 
 void UpstreamSocket::close() noexcept
 {
     is_closed_ = true;
     boost::system::error_code ignored;
-    socket_.close(ignored);
+    stream_.close();
     broker_.close(ignored);
     retry_.cancel();
-}
-
-int UpstreamSocket::release() noexcept
-{
-    if (!socket_.is_open())
-        return -1;
-    boost::system::error_code error;
-    int const descriptor = socket_.release(error);
-    return error ? -1 : descriptor;
+    resolving_.emit(asio::cancellation_type::terminal);
 }
 
 } // namespace webots_cloud::adapters

@@ -1,11 +1,14 @@
 // A connection to the server that a request is passed on to.
 #pragma once
 
+#include "network_stream.hpp"
+#include "upstreams.hpp"
+
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/transport/endpoint.hpp>
 
 #include <boost/asio/awaitable.hpp>
-#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/cancellation_signal.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
 #include <boost/asio/steady_timer.hpp>
 
@@ -15,17 +18,19 @@
 
 namespace webots_cloud::adapters {
 
-/// Connects, over TCP or through a broker, and exchanges the first bytes.
+/// Connects, over TCP, TLS or through a broker, and exchanges the first bytes.
 ///
 /// Without deadlines of its own: `close` ends what waits.   Thread-safety: one executor.
 class UpstreamSocket
 {
 public:
-    explicit UpstreamSocket(boost::asio::any_io_executor const& executor);
+    /// `upstreams` must outlive it.
+    UpstreamSocket(boost::asio::any_io_executor const& executor, Upstreams& upstreams);
 
     /// `upstream` must outlive it.
     ///
-    /// Errors: `unreachable`, with the reason for the log; `unavailable`: no descriptor is left.
+    /// Errors: `unreachable`, with the reason for the log; `unavailable`: no descriptor or no memory is left;
+    /// `invalid_config`: whom to trust can't be read.
     boost::asio::awaitable<result<>> connect(Upstream const& upstream);
 
     boost::asio::awaitable<boost::system::error_code> write(std::string_view bytes);
@@ -36,16 +41,22 @@ public:
 
     void close() noexcept;
 
-    /// The descriptor, without which this is closed; negative when it is closed already.
-    int release() noexcept;
+    /// The connection, without which this is closed; of no descriptor when it is closed already.
+    NetworkStream::Released release() noexcept { return stream_.release(); }
 
 private:
+    boost::asio::awaitable<result<>> connect_directly(Upstream const& upstream);
+    boost::asio::awaitable<result<Addresses>> resolve(std::string name);
+    boost::asio::awaitable<result<>> encrypt(Upstream const& upstream);
     boost::asio::awaitable<result<>> connect_through(std::string broker);
     result<> take_socket();
 
-    boost::asio::ip::tcp::socket socket_;
+    Upstreams& upstreams_;
+    Upstream const* upstream_ = nullptr; ///< Over TLS, until it has answered.
+    NetworkStream stream_;
     boost::asio::local::stream_protocol::socket broker_;
     boost::asio::steady_timer retry_;
+    boost::asio::cancellation_signal resolving_;
     bool is_closed_ = false;
 };
 

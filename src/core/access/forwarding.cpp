@@ -7,6 +7,59 @@
 #include <utility>
 
 namespace webots_cloud::core {
+namespace {
+
+/// What follows `https://` or `wss://`; empty: there is neither.
+std::string_view behind_tls_scheme(std::string_view text) noexcept
+{
+    for (std::string_view const scheme : {"https://", "wss://"})
+        if (text.starts_with(scheme))
+            return text.substr(scheme.size());
+    return {};
+}
+
+bool is_name_of_host(std::string_view text)
+{
+    constexpr std::size_t longest = 253;
+    return text.size() <= longest && std::all_of(text.begin(), text.end(), [](char c) {
+               return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                      c == '-' || c == '.' || c == '_';
+           });
+}
+
+} // namespace
+
+std::optional<InternalAddress> parse_internal_address(std::string_view text)
+{
+    InternalAddress parsed;
+    auto const encrypted = behind_tls_scheme(text);
+    if (auto const numeric = parse_numeric_address(encrypted.empty() ? text : encrypted)) {
+        parsed.host = numeric->host;
+        parsed.port = numeric->port;
+        parsed.tls = !encrypted.empty();
+        return parsed;
+    }
+    auto const colon = encrypted.rfind(':');
+    if (colon == std::string_view::npos)
+        return std::nullopt;
+    auto const host = encrypted.substr(0, colon);
+    parsed.port = parse_port(encrypted.substr(colon + 1));
+    // Digits and dots alone are an address with a mistake in it.
+    bool const is_name =
+        is_name_of_host(host) && host.find_first_not_of("0123456789.") != std::string_view::npos;
+    if (!is_name || parsed.port == 0)
+        return std::nullopt;
+    parsed.host = lower_case(host);
+    parsed.tls = true;
+    return parsed;
+}
+
+std::string internal_url(std::string_view internal_address, std::string_view path)
+{
+    auto const encrypted = behind_tls_scheme(internal_address);
+    return encrypted.empty() ? concat("http://", internal_address, path)
+                             : concat("https://", encrypted, path);
+}
 
 std::optional<NumericAddress> parse_numeric_address(std::string_view text)
 {
@@ -82,18 +135,17 @@ std::uint16_t public_port(std::string_view address) noexcept
 ForwardingTable::ForwardingTable(std::vector<ServerSpec> const& servers)
 {
     for (auto const& server : servers) {
-        auto const machine = parse_numeric_address(server.internal_address);
+        auto const machine = parse_internal_address(server.internal_address);
         auto const port = public_port(server.address);
         if (!machine || port == 0)
             continue;
         Range range;
         range.first = range.last = port;
-        range.target = machine->port;
-        range.host = machine->host;
+        range.machine = *machine;
         ranges_.push_back(range);
         if (server.first_port == 0)
             continue;
-        range.first = range.target = server.first_port;
+        range.first = range.machine.port = server.first_port;
         range.last = server.last_port;
         ranges_.push_back(std::move(range));
     }
@@ -115,8 +167,8 @@ std::optional<ForwardTarget> ForwardingTable::find(std::string_view path, std::s
     if (!range || is_operators_path(split->rest))
         return std::nullopt;
     ForwardTarget target;
-    target.host = range->host;
-    target.port = static_cast<std::uint16_t>(range->target + (split->port - range->first));
+    target.machine = range->machine;
+    target.machine.port = static_cast<std::uint16_t>(range->machine.port + (split->port - range->first));
     target.target = split->rest;
     if (!query.empty())
         target.target.append("?").append(query);

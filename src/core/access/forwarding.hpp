@@ -24,6 +24,23 @@ struct NumericAddress
 /// `10.0.0.2:2000` or `[2001:db8::2]:2000`.
 std::optional<NumericAddress> parse_numeric_address(std::string_view text);
 
+/// Where a machine is reached from inside.
+struct InternalAddress
+{
+    InternalAddress() = default;
+
+    std::string host; ///< Without brackets. A numeric address; with TLS a name, too.
+    std::uint16_t port = 0;
+    bool tls = false;
+};
+
+/// A numeric address and a port, which are reached by plain HTTP; or `https://sim2.example.org:2000`,
+/// `wss://...`: a name or an address, by TLS.
+std::optional<InternalAddress> parse_internal_address(std::string_view text);
+
+/// The URL of a path there.
+std::string internal_url(std::string_view internal_address, std::string_view path);
+
 /// `2001` or `2001-2100`: the first and the last port.
 std::optional<std::pair<std::uint16_t, std::uint16_t>> parse_port_range(std::string_view text);
 
@@ -50,8 +67,7 @@ struct ForwardTarget
 {
     ForwardTarget() = default;
 
-    std::string host; ///< Numeric.
-    std::uint16_t port = 0;
+    InternalAddress machine;
     std::string target; ///< Path and query.
 };
 
@@ -81,8 +97,7 @@ private:
 
         std::uint16_t first = 0; ///< In public paths.
         std::uint16_t last = 0;
-        std::uint16_t target = 0; ///< What the first port is on the machine.
-        std::string host;
+        InternalAddress machine; ///< With what the first port is there.
     };
 
     Range const* range_of(std::uint16_t port) const noexcept;

@@ -49,6 +49,7 @@ std::vector<std::string_view> keys_for_restart(SessionConfig const& running, Ses
 {
     Changes changes;
     changes.compare_common(running, next);
+    changes.compare("caFile", running.ca_file, next.ca_file);
     changes.compare("placementTimeout", running.placement_timeout, next.placement_timeout);
     return changes.take();
 }

@@ -32,13 +32,18 @@ bool is_server_address(std::string_view text)
 void read_internal_address(ConfigReader& inner, ServerSpec& server)
 {
     inner.read("internal", server.internal_address);
-    if (inner.has("internal") && !core::parse_numeric_address(server.internal_address))
-        inner.refuse("internal", "a numeric address and a port, as in \"10.0.0.2:2000\"");
+    auto const machine = core::parse_internal_address(server.internal_address);
+    if (inner.has("internal") && !machine)
+        inner.refuse("internal", "a numeric address and a port, as in \"10.0.0.2:2000\", or for TLS "
+                                 "\"https://sim2.example.org:2000\"");
     std::string ports;
     inner.read("ports", ports);
     auto const range = core::parse_port_range(ports);
     if (inner.has("ports") && !range)
         inner.refuse("ports", "a port or a range of ports, as in \"2001-2100\"");
+    if (inner.has("ports") && machine && machine->tls)
+        inner.refuse("ports", "none with https, which simulators do not speak: the simulation server's own "
+                              "\"gateway\" passes on to them");
     if (range)
         std::tie(server.first_port, server.last_port) = *range;
 }
@@ -138,7 +143,7 @@ void warn_of_other_ports(SessionConfig const& config, fs::path const& origin,
         return;
     for (auto const& server : config.simulation_servers) {
         auto const port = core::public_port(server.address);
-        auto const machine = core::parse_numeric_address(server.internal_address);
+        auto const machine = core::parse_internal_address(server.internal_address);
         if (machine && port != 0 && machine->port != port)
             warnings.push_back(
                 concat(origin.string(), ": key \"simulationServers\": ", server.address, " is at ",
@@ -230,6 +235,7 @@ result<Configured<SessionConfig>> parse_session_config(std::string_view text,
     reader->read("ssl", config.address.ssl);
     reader->read("portRewrite", config.address.port_rewrite);
     read_network(*reader, config.address.port, config.network);
+    reader->read("caFile", config.ca_file);
     read_access(*reader, config.access);
     read_log(*reader, config);
     read_seconds(*reader, "loadRefresh", config.load_refresh, 0.1);

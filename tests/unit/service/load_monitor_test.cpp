@@ -188,6 +188,11 @@ BOOST_AUTO_TEST_CASE(a_machine_behind_the_gateway_is_polled_inside)
     fixture.monitor.set_polled_servers(servers);
     fixture.world.advance(10s);
     BOOST_TEST(fixture.monitor.servers()[0].report.load == 8);
+    fixture.http.expect("GET https://sim2.example.org:2000/load").reply(200, "9").always();
+    servers[0].internal_address = "wss://sim2.example.org:2000";
+    fixture.monitor.set_polled_servers(servers);
+    fixture.world.advance(10s);
+    BOOST_TEST(fixture.monitor.servers()[0].report.load == 9);
 }
 
 BOOST_AUTO_TEST_CASE(the_totals_follow_every_poll_and_every_change_of_the_list)

@@ -690,8 +690,16 @@ BOOST_AUTO_TEST_CASE(the_gateway_passes_requests_of_machines_on_and_no_others)
         BOOST_TEST_REQUIRE(forward);
         BOOST_TEST(forward->upstream.host == "10.0.0.2");
         BOOST_TEST(forward->upstream.port == 2000);
+        BOOST_TEST(!forward->upstream.tls);
         BOOST_TEST(forward->target == "/client?a=b");
     }
+    fixture.http.expect("GET https://sim2:2000/load").reply(200, "1").always();
+    server.internal_address = "https://sim2:2000";
+    fixture.service.set_servers({server});
+    auto const encrypted = fixture.service.respond(request);
+    BOOST_TEST(std::get<Forward>(encrypted).upstream.tls);
+    BOOST_TEST(std::get<Forward>(encrypted).upstream.host == "sim2");
+    fixture.world.advance(std::chrono::seconds(10));
     for (auto const* path : {"/2001/client", "/2000/metrics", "/2000/api/drain", "/22/", "/2000:80/"})
         BOOST_TEST(fixture.get(path).status == 404, path);
     BOOST_TEST(fixture.get("/load").body == "1.0");

@@ -371,7 +371,7 @@ BOOST_AUTO_TEST_CASE(a_group_over_its_limit_waits_without_keeping_the_event_loop
     SocketPair upstream;
     adapters::TunnelPlan plan;
     plan.browser.descriptor = browser.ends[0];
-    plan.upstream = upstream.ends[0];
+    plan.upstream.descriptor = upstream.ends[0];
     plan.is_two_way = true;
     plan.group = group;
     tunnels.open(std::move(plan));

@@ -21,14 +21,20 @@ ForwardingTable table()
     plain.last_port = 4003;
     return ForwardingTable({server("sim.example.org/2000", "127.0.0.1:2000"),
                             server("sim.example.org/3000", "[2001:db8::3]:8080"), plain,
-                            server("far.example.org:2000", ""), server("far.example.org/2500", "")});
+                            server("far.example.org:2000", ""), server("far.example.org/2500", ""),
+                            server("sim.example.org/5000", "https://Sim5.example.org:5000"),
+                            server("sim.example.org/6000", "wss://[2001:db8::6]:6000")});
 }
 
 /// `host port target`; nothing: not passed on.
 std::string found(std::string_view path, std::string_view query = "")
 {
     auto const target = table().find(path, query);
-    return target ? target->host + " " + std::to_string(target->port) + " " + target->target : "";
+    if (!target)
+        return "";
+    auto const& machine = target->machine;
+    return (machine.tls ? "tls " : "") + machine.host + " " + std::to_string(machine.port) + " " +
+           target->target;
 }
 
 } // namespace
@@ -73,6 +79,25 @@ BOOST_AUTO_TEST_CASE(what_is_the_operators_is_not_passed_on_however_it_is_spelle
     BOOST_TEST(found("/2000/metrics2") != "");
     BOOST_TEST(found("/2000/textures/metrics") != "");
     BOOST_TEST(found("/2000/%zz") != "");
+}
+
+// Issue 20: between the machines of a site, TLS.
+BOOST_AUTO_TEST_CASE(machines_may_be_reached_by_tls_and_by_name)
+{
+    BOOST_TEST(found("/5000/client") == "tls sim5.example.org 5000 /client");
+    BOOST_TEST(found("/6000/") == "tls 2001:db8::6 6000 /");
+    BOOST_TEST(core::internal_url("https://sim5:5000", "/load") == "https://sim5:5000/load");
+    BOOST_TEST(core::internal_url("wss://[2001:db8::6]:6000", "/load") == "https://[2001:db8::6]:6000/load");
+    BOOST_TEST(core::internal_url("10.0.0.2:2000", "/load") == "http://10.0.0.2:2000/load");
+    for (auto const* good : {"https://10.0.0.2:2000", "wss://sim5:1", "https://a_b-c.d:65535"})
+        BOOST_TEST(core::parse_internal_address(good)->tls, good);
+    BOOST_TEST(!core::parse_internal_address("10.0.0.2:2000")->tls);
+    for (auto const* bad :
+         {"https://", "https://sim5", "https://sim5:", "https://sim5:0", "https://sim5:2000/",
+          "https://:2000", "https://a@b:2000", "https://sim 5:2000", "https://10.0.0:2000",
+          "https://10.0.0.256:2000", "http://sim5:2000", "http://10.0.0.2:2000", "sim5:2000",
+          "ftp://sim5:2000", "https://https://sim5:2000", "https://[::1:2000", "https://sim5%00:2000"})
+        BOOST_TEST(!core::parse_internal_address(bad), bad);
 }
 
 BOOST_AUTO_TEST_CASE(internal_addresses_are_numeric)

@@ -42,12 +42,12 @@ BOOST_AUTO_TEST_CASE(what_a_session_server_does_not_take_over_is_named)
     auto const next = session(
         R"({"port":2,"simulationServers":[],"sslCertificate":"c","sslKey":"k","connectionsPerAddress":5,"pingTimeout":9,
         "trustedProxies":[],"operatorSocket":"/s","sessionSecret":"/x","redirectPort":3,"challengeFolder":"/c","listenAddress":"::1",
-        "logDir":"l","debug":true,"logFormat":"json","placementTimeout":1})");
+        "logDir":"l","debug":true,"logFormat":"json","caFile":"a","placementTimeout":1})");
     BOOST_TEST(
         keys_for_restart(running, next) ==
             (Keys{"port", "sslCertificate", "sslKey", "redirectPort", "challengeFolder", "listenAddress",
                   "connectionsPerAddress", "pingTimeout", "sessionSecret", "operatorSocket", "trustedProxies",
-                  "logDir", "debug", "logFormat", "placementTimeout"}),
+                  "logDir", "debug", "logFormat", "caFile", "placementTimeout"}),
         boost::test_tools::per_element());
 }
 

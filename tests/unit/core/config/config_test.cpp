@@ -114,6 +114,26 @@ BOOST_AUTO_TEST_CASE(machines_behind_the_gateway_have_an_internal_address)
                    "browsers to its own \"port\": set that to 3000 there, in \"internal\" too"});
 }
 
+// Issue 20: between the machines of a site, TLS.
+BOOST_AUTO_TEST_CASE(machines_behind_the_gateway_may_speak_tls)
+{
+    auto const parsed = parse_session_config(
+        R"({"port":443,"simulationServers":[{"address":"s.org/2000","internal":"https://sim2.s.org:2000"}],
+            "caFile":"tls/campus.pem"})",
+        "c.json");
+    BOOST_TEST(parsed->warnings.empty());
+    BOOST_TEST(parsed->config.gateway);
+    BOOST_TEST(parsed->config.simulation_servers[0].internal_address == "https://sim2.s.org:2000");
+    BOOST_TEST(parsed->config.ca_file == "tls/campus.pem");
+    BOOST_TEST(
+        parse_session_config(R"({"port":443,"simulationServers":[]})", "c.json")->config.ca_file.empty());
+    auto const other = parse_session_config(
+        R"({"port":443,"simulationServers":[{"address":"s.org/3000","internal":"wss://sim2:2000"}]})",
+        "c.json");
+    BOOST_TEST_REQUIRE(other->warnings.size() == 1u);
+    BOOST_TEST(other->warnings[0].find("set that to 3000 there") != std::string::npos);
+}
+
 BOOST_AUTO_TEST_CASE(what_the_gateway_could_not_tell_apart_is_refused)
 {
     auto const error = [](std::string_view entries, std::string_view more = "") {
@@ -123,7 +143,11 @@ BOOST_AUTO_TEST_CASE(what_the_gateway_could_not_tell_apart_is_refused)
     std::string const where = "c.json: key \"simulationServers\", entry ";
     BOOST_TEST(error(R"({"address":"a/2000","internal":"sim2:2000"})") ==
                where + "1: key \"internal\": expected a numeric address and a port, as in \"10.0.0.2:2000\", "
-                       "found the string \"sim2:2000\"");
+                       "or for TLS \"https://sim2.example.org:2000\", found the string \"sim2:2000\"");
+    BOOST_TEST(
+        error(R"({"address":"a/2000","internal":"https://sim2:2000","ports":"2001-2100"})") ==
+        where + "1: key \"ports\": expected none with https, which simulators do not speak: the simulation "
+                "server's own \"gateway\" passes on to them, found the string \"2001-2100\"");
     BOOST_TEST(error(R"({"address":"a/2000","internal":"10.0.0.2:2000","ports":"9-1"})") ==
                where + "1: key \"ports\": expected a port or a range of ports, as in \"2001-2100\", "
                        "found the string \"9-1\"");

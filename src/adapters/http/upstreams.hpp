@@ -1,0 +1,81 @@
+// What the connections to other servers have in common: whom they trust, and what is remembered of earlier
+// ones.
+#pragma once
+
+#include "name_resolver.hpp"
+#include "network_stream.hpp"
+#include "tls_trust.hpp"
+
+#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/time.hpp>
+
+#include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/awaitable.hpp>
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+
+struct ssl_session_st; // of OpenSSL
+
+namespace webots_cloud::adapters {
+
+struct TlsSessionDeleter
+{
+    void operator()(ssl_session_st* session) const noexcept;
+};
+
+using TlsSession = std::unique_ptr<ssl_session_st, TlsSessionDeleter>;
+
+/// Of each server one TLS session is kept, so that further connections cost no signature. After ten minutes,
+/// and when "caFile" has changed, the next connection verifies the certificate anew.
+///
+/// Thread-safety: one executor.
+class Upstreams
+{
+public:
+    /// `params` and `statistics` must outlive it.
+    Upstreams(boost::asio::any_io_executor const& executor, HttpServerParams const& params,
+              HttpServerStatistics& statistics, Logger log);
+
+    /// The addresses of a name, which are remembered for some seconds.
+    ///
+    /// Cancellation: terminal.
+    /// Errors: `unreachable`; `operation_aborted`.
+    boost::asio::awaitable<result<Addresses>> resolve(std::string name);
+
+    /// For a connection to `host`, a name or a numeric address, before its handshake.
+    ///
+    /// Errors: as `load_trust`; `unavailable`.
+    result<TlsConnection> begin(std::string const& host, std::uint16_t port);
+
+    void count_handshake(SSL const* tls) noexcept;
+    void count_failure() noexcept { ++statistics_.upstream_tls_failures; }
+
+    /// Remembers the session of a connection that the server has answered on.
+    void keep_session(std::string const& host, std::uint16_t port, SSL* tls);
+
+private:
+    struct Session
+    {
+        TlsSession session;
+        TimePoint verified; ///< When the server's certificate was.
+    };
+    struct Name
+    {
+        Addresses addresses;
+        TimePoint resolved;
+    };
+    using Server = std::pair<std::string, std::uint16_t>;
+
+    HttpServerParams const& params_;
+    HttpServerStatistics& statistics_;
+    TlsTrust trust_;
+    SSL_CTX* trusted_by_ = nullptr; ///< The context of the sessions, which is compared and never used.
+    NameResolver resolver_;
+    std::map<std::string, Name> names_;
+    std::map<Server, Session> sessions_;
+};
+
+} // namespace webots_cloud::adapters

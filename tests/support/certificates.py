@@ -1,0 +1,39 @@
+"""Certificate authorities of tests, and the certificates that they sign, made with openssl."""
+
+import os
+import subprocess
+
+KEY = ("-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes")
+
+
+def openssl(*arguments):
+    subprocess.run(["openssl", *arguments], check=True, capture_output=True)
+
+
+class Authority:
+    """`certificate` is its own."""
+
+    def __init__(self, folder, name):
+        self.folder = os.path.join(folder, name.replace(" ", "_"))
+        os.mkdir(self.folder)
+        self.certificate, self.key = (os.path.join(self.folder, file) for file in ("authority.pem", "authority_key.pem"))
+        openssl("req", "-x509", *KEY, "-days", "2", "-subj", f"/CN={name}", "-addext", "keyUsage=critical,keyCertSign", "-keyout", self.key,
+                "-out", self.certificate)
+
+    def issue(self, file, *names, days=2):
+        """A certificate for names such as `DNS:localhost`, and its key: both paths. With days before today it has expired."""
+        certificate, key, request, extensions = (os.path.join(self.folder, file + suffix) for suffix in (".pem", "_key.pem", ".request", ".names"))
+        with open(extensions, "w") as text:
+            text.write(f"subjectAltName={','.join(names)}\n")
+        openssl("req", *KEY, "-subj", "/CN=a machine", "-keyout", key, "-out", request)
+        openssl("x509", "-req", "-in", request, "-CA", self.certificate, "-CAkey", self.key, "-CAcreateserial", "-days", str(days),
+                "-extfile", extensions, "-out", certificate)
+        return certificate, key
+
+
+def self_signed(folder, *names):
+    """A certificate that has signed itself, and its key: both paths."""
+    certificate, key = (os.path.join(folder, file) for file in ("self_signed.pem", "self_signed_key.pem"))
+    openssl("req", "-x509", *KEY, "-days", "2", "-subj", "/CN=a machine", "-addext", f"subjectAltName={','.join(names)}", "-keyout", key,
+            "-out", certificate)
+    return certificate, key
