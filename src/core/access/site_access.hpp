@@ -41,8 +41,8 @@ public:
     SiteAccess() = default;
 
     /// `names`: how this machine is called besides `localhost`, with or without ports; `*`: by any name of a
-    /// private network as well, such as `pc7.local`, which no site on the Internet can have. `origins`: patterns
-    /// as `is_origin_pattern` knows them; null: the default of the reach.
+    /// private network as well, such as `pc7.local`, which no site on the Internet can have. `origins`:
+    /// patterns as `is_origin_pattern` knows them; null: the default of the reach.
     SiteAccess(Reach reach, std::vector<std::string> const& names, std::vector<std::string> const* origins);
 
     /// Whether every request must name a host that is ours: only where no other name can be right.
@@ -64,7 +64,7 @@ private:
 
     Reach reach_ = Reach::everybody;
     bool any_origin_ = true;
-    bool any_private_name_ = false; ///< This machine may have names of its network that nobody listed.
+    bool any_private_name_ = false;    ///< This machine may have names of its network that nobody listed.
     std::vector<std::string> names_;   ///< Without ports, in lower case.
     std::vector<std::string> origins_; ///< In lower case, without default ports.
 };
