@@ -141,7 +141,7 @@ install_node_packages()
     rm -rf "$target" "$target.new"
     mkdir -p "$target.new"
     cp "$folder/package.json" "$folder/package-lock.json" "$target.new/"
-    if ! (cd "$target.new" && timeout 300 npm ci --ignore-scripts --no-audit --no-fund --loglevel=error --fetch-retries=1 --fetch-retry-mintimeout=1000); then
+    if ! (cd "$target.new" && timeout 300 npm ci --ignore-scripts --no-audit --no-fund --loglevel=error --fetch-retries=1 --fetch-retry-mintimeout=1000 --fetch-timeout=30000); then
         rm -rf "$target.new"
         return 1
     fi

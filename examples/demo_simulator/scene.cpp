@@ -87,8 +87,9 @@ public:
 private:
     void write_viewpoint()
     {
-        // South of the arena, far enough away to see all of it, looking north and down at the middle.
-        double const away = 0.75 * std::max(arena_.world().size.x, 1.3 * arena_.world().size.y) + 0.4;
+        // South of the arena, looking north and down at the middle, and far enough away to see all of it in a
+        // picture of 4:3: the angle of view is that of the longer side.
+        double const away = std::max(arena_.world().size.x, 1.3 * arena_.world().size.y) + 0.5;
         text_ += "<Viewpoint" + id(2) + quoted("orientation", "-0.348 0.348 0.871 1.709") +
                  quoted("position", numbers({0, -away, 1.1 * away})) + quoted("fieldOfView", "0.785398") +
                  "></Viewpoint>\n";

@@ -209,6 +209,15 @@ test('robots are where the state says, move with it, and are back after a reload
   await seen(page, (picture) => missing(picture, state), 'the robots after the reload');
 });
 
+test('the library is sent compressed, once to each browser', async () => {
+  const url = `${server}/viewer/view/x_ite/x_ite.min.mjs`;
+  const { headers } = await fetch(url, { headers: { 'Accept-Encoding': 'gzip' } });
+  assert.equal(headers.get('Content-Encoding'), 'gzip');
+  assert.ok(Number(headers.get('Content-Length')) < 400000, headers.get('Content-Length'));
+  const again = await fetch(url, { headers: { 'If-None-Match': headers.get('ETag') } });
+  assert.equal(again.status, 304);
+});
+
 test('nodes change, come and go, and so do labels', async (t) => {
   const page = await openScene(t);
   await show(page, BOX);
