@@ -298,6 +298,20 @@ BOOST_AUTO_TEST_CASE(a_shared_body_is_sent_from_where_it_is_and_compressed_once_
     }
 }
 
+BOOST_AUTO_TEST_CASE(a_shared_body_that_brings_its_compressed_form_is_sent_as_that_however_large_it_is)
+{
+    RunningServer server;
+    auto const body = std::make_shared<SharedBody>(std::string(1'000'000, 'x'));
+    body->gzip = "compressed";
+    server.endpoint.shared = body;
+    Client client(server);
+    client.say("GET /shared HTTP/1.1\r\nHost: h\r\nAccept-Encoding: gzip\r\n\r\n");
+    auto const head = client.read_to("\r\n\r\n");
+    BOOST_TEST(head.find("Content-Encoding: gzip\r\n") != std::string::npos, head);
+    BOOST_TEST(head.find("Content-Length: 10\r\n") != std::string::npos, head);
+    BOOST_TEST(client.read(10) == "compressed");
+}
+
 BOOST_AUTO_TEST_CASE(who_does_not_take_a_shared_body_holds_no_copy_and_is_cut_in_time)
 {
     HttpServerParams params;
