@@ -230,8 +230,9 @@ class WhomItTrusts(Site):
             wait_until(lambda: re.search(rf"Can't pass a request on to https://localhost:{machine.port}: .*{sentence}", session.log()), session.log)
         for machine in (good, numeric):
             self.assertEqual(self.fetch(f"/{machine.port}/load"), (200, "1.0"), "while another one does not shake hands")
+        silent.close()
         slow.join()
-        self.assertEqual(late, [504])
+        self.assertIn(late[0], (502, 504))
         self.assertEqual((self.problem(session, good), self.problem(session, numeric)), ("", ""))
 
     def test_a_certificate_may_vouch_for_itself_and_the_file_may_change(self):

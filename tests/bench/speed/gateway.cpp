@@ -1,6 +1,8 @@
 // Our gateway and nothing else: every request is passed on to one other server.
 //
-//     speed_gateway PORT UPSTREAM_PORT [CERTIFICATE KEY]
+//     speed_gateway PORT UPSTREAM_PORT [CERTIFICATE KEY [AUTHORITIES]]
+//
+// With AUTHORITIES the other server is reached by TLS.
 #include <webots_cloud/adapters.hpp>
 
 #include <boost/asio/co_spawn.hpp>
@@ -20,7 +22,7 @@ using namespace webots_cloud;
 class Gateway final : public Endpoint
 {
 public:
-    explicit Gateway(std::uint16_t port) : upstream_("127.0.0.1", port) {}
+    Gateway(std::uint16_t port, bool tls) : upstream_("127.0.0.1", port) { upstream_.tls = tls; }
 
     Answer respond(IncomingRequest const& request) override
     {
@@ -51,7 +53,7 @@ boost::asio::awaitable<void> serve(HttpServer& server, Endpoint& endpoint)
 
 int main(int argc, char** argv)
 {
-    if (argc != 3 && argc != 5)
+    if (argc != 3 && argc != 5 && argc != 6)
         return 2;
     rlimit limit{};
     ::getrlimit(RLIMIT_NOFILE, &limit);
@@ -62,12 +64,14 @@ int main(int argc, char** argv)
     HttpServerParams params;
     params.address = "127.0.0.1";
     params.port = static_cast<std::uint16_t>(std::atoi(argv[1]));
-    if (argc == 5) {
+    if (argc >= 5) {
         params.tls_certificate = argv[3];
         params.tls_key = argv[4];
     }
+    if (argc == 6)
+        params.tls_authorities = argv[5];
     auto const server = make_http_server(context.get_executor(), params, Logger());
-    Gateway gateway(static_cast<std::uint16_t>(std::atoi(argv[2])));
+    Gateway gateway(static_cast<std::uint16_t>(std::atoi(argv[2])), argc == 6);
     boost::asio::co_spawn(context, serve(*server, gateway), boost::asio::detached);
     context.run();
 }

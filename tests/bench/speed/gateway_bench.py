@@ -6,8 +6,8 @@
 
 The gateway in question has one core; the simulations and the viewers share the other. *Streams*: WebSockets that are sent 64 kB messages as fast
 as they take them. *Pictures*: messages of 10 kB, 20 a second for each of up to 100 viewers, 3 a second for each of 1,000. *Files* of 1 MB over
-connections that are kept. Streams need small buffers, and so root and a network namespace of their own: else viewers would still read, while we measure,
-what the kernel kept for them before. Added latency is from the simulation to the viewer, less what it is without a gateway. Packages: nginx-light, haproxy.
+connections that are kept. *TLS on both sides*: a second gateway of ours, on the core of the simulations, speaks TLS in front of them. Streams need
+small buffers, and so root and a network namespace of their own: else viewers would still read, while we measure, what the kernel kept for them before. Added latency is from the simulation to the viewer, less what it is without a gateway. Packages: nginx-light, haproxy.
 """
 
 import argparse
@@ -24,7 +24,7 @@ import time
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(HERE, "..", ".."))
 sys.path[:0] = [HERE, os.path.join(HERE, "..")]
-from peers import SERVER_CORE, Tool, cpu_seconds, find, memory, on_core, wait_for_port  # noqa: E402
+from peers import LOAD_CORE, SERVER_CORE, Tool, cpu_seconds, find, memory, on_core, wait_for_port  # noqa: E402
 from speed_bench import machine, shown  # noqa: E402
 from support.ports import free_port  # noqa: E402
 from support.servers import PATIENCE, program  # noqa: E402
@@ -41,7 +41,7 @@ http {{
     server {{
         listen 127.0.0.1:{port} {tls}; {certificate}
         location / {{
-            proxy_pass http://127.0.0.1:{upstream};
+            proxy_pass {scheme}://127.0.0.1:{upstream}; {trust}
             proxy_http_version 1.1; proxy_set_header Host $host;
             proxy_set_header Upgrade $http_upgrade; proxy_set_header Connection $connection_upgrade;
             proxy_set_header X-Forwarded-For $proxy_add_x_forwarded_for;
@@ -67,7 +67,7 @@ frontend viewers
     default_backend simulations
 backend simulations
     http-reuse never
-    server simulation 127.0.0.1:{upstream}
+    server simulation 127.0.0.1:{upstream} {trust}
 """
 
 
@@ -75,7 +75,8 @@ class Certificate:
     def __init__(self, folder):
         self.certificate, self.key, self.both = (os.path.join(folder, name) for name in ("certificate.pem", "key.pem", "both.pem"))
         subprocess.run([find("openssl"), "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes", "-days", "2",
-                        "-subj", "/CN=localhost", "-out", self.certificate, "-keyout", self.key], check=True, capture_output=True)
+                        "-subj", "/CN=localhost", "-addext", "subjectAltName=DNS:localhost,IP:127.0.0.1", "-out", self.certificate,
+                        "-keyout", self.key], check=True, capture_output=True)
         with open(self.both, "w") as both:
             for path in (self.certificate, self.key):
                 with open(path) as part:
@@ -83,22 +84,26 @@ class Certificate:
 
 
 class Gateway:
-    """Ours, nginx or HAProxy, in front of `upstream`."""
+    """Ours, nginx or HAProxy, in front of `upstream`, which speaks TLS if `is_inner`: then its certificate is verified."""
 
-    def __init__(self, name, upstream, certificate, folder):
+    def __init__(self, name, upstream, certificate, folder, is_inner=False, core=SERVER_CORE):
         self.port = free_port()
         home = os.path.join(folder, f"{name}_{self.port}")
         os.mkdir(home)
         command = {
             "ours": lambda: [program("speed_gateway"), str(self.port), str(upstream),
-                             *((certificate.certificate, certificate.key) if certificate else ())],
+                             *((certificate.certificate, certificate.key) if certificate else ()),
+                             *((certificate.certificate,) if is_inner else ())],
             "nginx": lambda: [find("nginx"), "-p", home, "-c", self.write(home, NGINX.format(
-                folder=home, port=self.port, upstream=upstream, tls="ssl" if certificate else "",
+                folder=home, port=self.port, upstream=upstream, tls="ssl" if certificate else "", scheme="https" if is_inner else "http",
+                trust=f"proxy_ssl_verify on; proxy_ssl_name localhost; proxy_ssl_trusted_certificate {certificate.certificate};"
+                if is_inner else "",
                 certificate=f"ssl_certificate {certificate.certificate}; ssl_certificate_key {certificate.key};" if certificate else ""))],
             "HAProxy": lambda: [find("haproxy"), "-db", "-f", self.write(home, HAPROXY.format(
-                port=self.port, upstream=upstream, tls=f"ssl crt {certificate.both}" if certificate else ""))],
+                port=self.port, upstream=upstream, tls=f"ssl crt {certificate.both}" if certificate else "",
+                trust=f"ssl verify required verifyhost localhost ca-file {certificate.certificate}" if is_inner else ""))],
         }[name]()
-        self.process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, preexec_fn=on_core(SERVER_CORE))
+        self.process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, preexec_fn=on_core(core))
         wait_for_port(self.port)
 
     @staticmethod
@@ -143,10 +148,14 @@ class Bench:
         self.port = free_port()
         self.simulations = Tool("simulations", self.port)
         wait_for_port(self.port)
+        self.machine = Gateway("ours", self.port, self.certificate, folder, core=LOAD_CORE)  # speaks TLS in front of the simulations
 
     def gateway(self, name, tls):
+        """`tls`: none, with the viewers, or "both": with the other server too."""
         if name == "direct":
             return Direct(self.port)
+        if tls == "both":
+            return Gateway(name, self.machine.port, self.certificate, self.folder, is_inner=True)
         return Gateway(name, self.port, self.certificate if tls else None, self.folder)
 
     @contextlib.contextmanager
@@ -310,10 +319,10 @@ def main():
     folder = tempfile.mkdtemp(prefix="webots_cloud_gateway_")
     try:
         bench = Bench(folder, options.seconds)
-        with bench.simulations:
+        with bench.simulations, bench.machine:
             print(machine() + "\n")
             print("| what | unit | ours | nginx | HAProxy | goal | ratio | reached |\n|---|---|---:|---:|---:|---|---:|---|", flush=True)
-            for tls, label in ((False, "plain"), (True, "TLS")):
+            for tls, label in ((False, "plain"), (True, "TLS"), ("both", "TLS on both sides")):
                 throughput_rows(bench, options, tls, label)
                 latency_rows(bench, options, tls, label)
                 memory_rows(bench, options, tls, label)
