@@ -75,6 +75,8 @@ struct HttpServerParams
     /// More are answered 503 (or just closed, with TLS). Three quarters of all connections that the limit of
     /// open files allows, if that is less.
     std::size_t connections_per_address = 1000;
+    /// Of all bodies of requests together that are in memory, in bytes; who sends more is answered 503.
+    std::size_t body_bytes = std::size_t{64} << 20;
     /// Addresses and networks, as in `10.0.0.0/8`, of proxies. The limit is not theirs, and what they say of
     /// their clients in X-Forwarded-For (or Forwarded) is believed. Default: this computer.
     std::vector<std::string> trusted_proxies{"127.0.0.0/8", "::1"};
@@ -83,6 +85,7 @@ struct HttpServerParams
         64; ///< Of the limit of open files, kept for everything that is no connection.
     Duration header_timeout =
         std::chrono::seconds(10); ///< For a TLS handshake, a request's headers, an answer to our close.
+    Duration body_timeout = std::chrono::seconds(30);  ///< For a whole body.
     Duration idle_timeout = std::chrono::seconds(75);  ///< Between two requests of one connection.
     Duration write_timeout = std::chrono::seconds(30); ///< To take an answer.
     Duration ping_after =

@@ -45,7 +45,8 @@ struct IncomingRequest
     /// The key by which limits for each client are counted: its address, or its /64 network with IPv6. Empty:
     /// it has no limits, as a trusted proxy itself.
     std::string_view quota_key;
-    bool upgrade = false; ///< A well-formed WebSocket handshake (its path is not checked).
+    std::string_view body; ///< Empty but in `Endpoint::respond_to_body`.
+    bool upgrade = false;  ///< A well-formed WebSocket handshake (its path is not checked).
     /// Whether it is the operator's: it came over the operator's socket, or with the operator's token. Its
     /// address proves nothing: web pages and simulations on this machine send requests too, and proxies
     /// forward those of everybody.
@@ -149,6 +150,20 @@ public:
     /// Answers at once, from memory: a request never waits for anything here. `AcceptWebSocket` is only for
     /// `request.upgrade`.
     virtual Answer respond(IncomingRequest const& request) = 0;
+
+    /// Asked when the head of a request says that a body follows: the longest one that is taken here, in
+    /// bytes. A longer one is answered 413 before it is read; so is every body by default.
+    virtual std::uint64_t max_body(IncomingRequest const& /*request*/) { return 0; }
+
+    /// Answers a request whose body `max_body` has let in; the whole body has come. `respond` is not called
+    /// for it. This may wait.
+    ///
+    /// Lifetime: `request` and what it shows stay until the operation ends.
+    /// Cancellation: none: it has to end by itself, and soon, since a server that stops waits for it.
+    virtual boost::asio::awaitable<HttpResponse> respond_to_body(IncomingRequest const& /*request*/)
+    {
+        co_return HttpResponse(500, {}, {});
+    }
 
     /// Serves a browser until either side ends the conversation; the adapter closes the channel when this
     /// returns.

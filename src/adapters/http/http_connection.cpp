@@ -10,6 +10,7 @@
 #include <boost/asio/post.hpp>
 
 #include <algorithm>
+#include <array>
 #include <ctime>
 #include <variant>
 
@@ -21,12 +22,15 @@ using core::concat;
 namespace {
 
 constexpr std::size_t flush_size = 64 * 1024; // answers to pipelined requests are sent together up to here
-constexpr int max_drained = 64;               // reads, after a refusal
+constexpr std::size_t body_piece = 16 * 1024;
+constexpr int max_drained = 64; // reads, after a refusal
 
 constexpr std::string_view speaks_https =
     "This port speaks HTTPS: put https:// (or wss://) in front of the address.\r\n";
 
 constexpr std::string_view too_many_connections = "Too many connections. Please try again in a moment.\r\n";
+
+constexpr std::string_view no_memory = "The server is busy. Please try again in a moment.\r\n";
 
 constexpr std::string_view html = "text/html; charset=UTF-8";
 
@@ -77,7 +81,11 @@ asio::awaitable<bool> HttpConnection::await_first_request()
 asio::awaitable<HttpConnection::Outcome> HttpConnection::answer_requests()
 {
     for (;;) {
-        auto next = answer();
+        auto next = Next::close;
+        if (request_body_)
+            next = co_await answer_to_body();
+        else
+            next = answer();
         if (next == Next::forward)
             next = co_await forward();
         if (next == Next::tunnel)
@@ -121,6 +129,10 @@ asio::awaitable<bool> HttpConnection::read_request(Duration patience)
         auto const progress = reader_.parse();
         if (progress == HttpRequestReader::Progress::complete)
             co_return true;
+        if (progress == HttpRequestReader::Progress::with_body) {
+            bool const taken = co_await read_body();
+            co_return taken;
+        }
         if (progress == HttpRequestReader::Progress::refused) {
             co_await refuse(reader_.refusal(), "a malformed or oversized request");
             co_return false;
@@ -151,6 +163,72 @@ asio::awaitable<bool> HttpConnection::read_request(Duration patience)
         if (failed || is_cut_)
             co_return false;
     }
+}
+
+/// Reads the body that follows a request's head, where the endpoint takes it; false when the connection is to
+/// be closed.
+asio::awaitable<bool> HttpConnection::read_body()
+{
+    auto request = reader_.request();
+    name_client(request);
+    auto const length = reader_.body_length();
+    if (length > context_.endpoint->max_body(request)) {
+        co_await refuse(413, "a body that is too long, or not expected");
+        co_return false;
+    }
+    auto body = std::make_unique<RequestBody>(context_.body_bytes);
+    auto const begun = reader_.rest().substr(
+        0, static_cast<std::size_t>(std::min<std::uint64_t>(length, reader_.rest().size())));
+    body->append(begun);
+    reader_.skip(begun.size());
+    bool const wants_word = equal_ignoring_case(request.header("Expect"), "100-continue");
+    if (wants_word && begun.empty() && !reader_.is_http_1_0())
+        out_ += "HTTP/1.1 100 Continue\r\n\r\n";
+    if (!out_.empty() && begun.size() < length) { // answers to earlier requests do not wait for the body
+        bool const sent = co_await flush();
+        if (!sent)
+            co_return false;
+    }
+    set_deadline(context_.params.body_timeout);
+    std::array<char, body_piece> piece; // NOLINT(cppcoreguidelines-pro-type-member-init): it is read into
+    while (body->text().size() < length) {
+        if (context_.body_bytes + piece.size() > context_.params.body_bytes) {
+            body.reset();
+            co_await refuse(503, "a body, for which there is no memory", no_memory);
+            co_return false;
+        }
+        auto const wanted =
+            static_cast<std::size_t>(std::min<std::uint64_t>(piece.size(), length - body->text().size()));
+        auto const space = asio::buffer(piece.data(), wanted);
+        awaiting_request_ = true;
+        auto const [failed, size] = co_await stream_.read_some(space);
+        awaiting_request_ = false;
+        if (failed || is_cut_)
+            co_return false;
+        body->append(std::string_view(piece.data(), size));
+    }
+    request_body_ = std::move(body);
+    co_return true;
+}
+
+/// As `answer`, for a request with a body.
+asio::awaitable<HttpConnection::Next> HttpConnection::answer_to_body()
+{
+    ++context_.statistics.requests;
+    if (!out_.empty()) { // answers to earlier requests do not wait for this one
+        bool const sent = co_await flush();
+        if (!sent)
+            co_return Next::close;
+    }
+    auto request = reader_.request();
+    name_client(request);
+    request.body = request_body_->text();
+    deadline_ = TimePoint::max(); // it is not the client that is late
+    auto const response = co_await context_.endpoint->respond_to_body(request);
+    request_body_.reset();
+    if (is_cut_)
+        co_return Next::close;
+    co_return give(response, request);
 }
 
 /// Appends the answer to what is to be sent.

@@ -31,7 +31,30 @@ struct HttpConnectionContext
     Tunnels& tunnels;
     Upstreams& upstreams;
     std::size_t& forwardings;       ///< How many requests are being passed on.
+    std::size_t& body_bytes;        ///< Of bodies that are in memory.
     std::function<bool()> has_room; ///< For one more connection; may make some.
+};
+
+/// The body of a request; counted as long as it exists.
+class RequestBody
+{
+public:
+    explicit RequestBody(std::size_t& total) noexcept : total_(total) {}
+    ~RequestBody() { total_ -= text_.size(); }
+    RequestBody(RequestBody const&) = delete;
+    RequestBody& operator=(RequestBody const&) = delete;
+
+    void append(std::string_view bytes)
+    {
+        text_.append(bytes);
+        total_ += bytes.size();
+    }
+
+    std::string const& text() const noexcept { return text_; }
+
+private:
+    std::string text_;
+    std::size_t& total_;
 };
 
 /// Reads requests and answers them in order, with a deadline for everything that the client does.
@@ -92,10 +115,12 @@ private:
     };
 
     boost::asio::awaitable<bool> read_request(Duration patience);
+    boost::asio::awaitable<bool> read_body();
     bool flush_at_once();
     boost::asio::awaitable<bool> flush();
     boost::asio::awaitable<void> refuse(int status, std::string_view what, std::string_view advice = {});
     Next answer();
+    boost::asio::awaitable<Next> answer_to_body();
     bool admit_client();
     void name_client(IncomingRequest& request);
     void read_forwarded(core::HeaderFields fields);
@@ -126,6 +151,7 @@ private:
     bool stopping_ = false;
     bool is_cut_ = false;
     HttpRequestReader reader_;
+    std::unique_ptr<RequestBody> request_body_; ///< Null where the current request has none.
     std::string out_;
     std::shared_ptr<SharedBody const> body_; ///< Follows `out_`; null: nothing does.
     std::string_view body_rest_;             ///< What is still to be sent of it.

@@ -4,6 +4,7 @@
 #include "head_parser.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cstring>
 
 namespace webots_cloud::adapters {
@@ -18,6 +19,7 @@ constexpr std::size_t read_size = 4096;
 // With less, a sender of single bytes would have everything moved for each.
 constexpr std::size_t min_room = 1024;
 constexpr std::size_t max_method = 32;
+constexpr std::uint64_t max_body = std::uint64_t{1} << 40; // no sum overflows
 
 /// `HTTP/2.0` and the like at the end of a request line.
 bool names_other_version(std::string_view line) noexcept
@@ -37,7 +39,7 @@ public:
     explicit Parser(HttpRequestReader& reader) : reader_(reader)
     {
         header_limit(max_head); // the limits are the reader's
-        skip(true);             // nothing that we serve takes a body
+        skip(true);             // the caller reads the body, if anybody takes it
     }
 
     /// The status to refuse `text` with, 0 when nothing is wrong so far. `text` is a head, or how one begins.
@@ -117,12 +119,27 @@ private:
             reader_.is_forwarded_ = reader_.is_forwarded_ || equal_ignoring_case(name, "X-Forwarded-For");
             return 0;
         case http::field::content_length:
-            return value.find_first_not_of('0') == std::string_view::npos ? 0 : 413;
+            note_length(value);
+            return 0;
         case http::field::transfer_encoding:
-            return 413;
+            reader_.has_strange_body_ = true;
+            return 0;
         default:
             return 0;
         }
+    }
+
+    /// Beast takes a list of equal lengths, too, of which proxies may take the first or the last.
+    void note_length(std::string_view value)
+    {
+        if (value.find_first_not_of('0') == std::string_view::npos)
+            return;
+        std::uint64_t length = 0;
+        auto const [end, error] = std::from_chars(value.data(), value.data() + value.size(), length);
+        bool const is_number = error == std::errc() && end == value.data() + value.size();
+        reader_.has_strange_body_ =
+            reader_.has_strange_body_ || !is_number || length > max_body || reader_.body_length_ != 0;
+        reader_.body_length_ = length;
     }
 
     int read_target(std::string_view target)
@@ -228,19 +245,24 @@ HttpRequestReader::Progress HttpRequestReader::parse()
         return Progress::need_more;
     head_ = end + 4;
     int const status = read_head(text.substr(0, head_));
-    return status == 0 ? Progress::complete : refuse(status);
+    if (status != 0)
+        return refuse(status);
+    return body_length_ == 0 ? Progress::complete : Progress::with_body;
 }
 
 /// The status to refuse a complete head with, or 0.
 int HttpRequestReader::read_head(std::string_view head)
 {
     fields_.clear();
-    has_upgrade_ = is_forwarded_ = false;
+    has_upgrade_ = is_forwarded_ = has_strange_body_ = false;
+    body_length_ = 0;
     Parser parser(*this);
     if (int const status = parser.read(head); status != 0)
         return status;
     if (parser.is_incomplete() || !parser.has_host())
         return 400;
+    if (has_strange_body_)
+        return 413;
     keep_alive_ = parser.keep_alive();
     connection_upgrades_ = parser.upgrade();
     request_.headers = fields_;

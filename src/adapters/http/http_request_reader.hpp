@@ -5,6 +5,7 @@
 #include <webots_cloud/transport/endpoint.hpp>
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string_view>
@@ -28,7 +29,9 @@ public:
     {
         need_more, ///< The head is not complete.
         complete,  ///< `request()` is valid until the next call of `next()`.
-        refused    ///< `refusal()` is the status to answer; then the connection must be closed.
+        /// As `complete`, and `body_length()` bytes follow: who takes none answers 413 and closes.
+        with_body,
+        refused ///< `refusal()` is the status to answer; then the connection must be closed.
     };
 
     /// Room for bytes from the network; then `commit` what came.
@@ -48,6 +51,12 @@ public:
     bool has_begun() const noexcept { return end_ > begin_; }
 
     int refusal() const noexcept { return refusal_; }
+
+    /// Of the current request, in bytes.
+    std::uint64_t body_length() const noexcept { return body_length_; }
+
+    /// Leaves out the first bytes of `rest()`, since they were part of the body.
+    void skip(std::size_t size) noexcept { head_ += size; }
 
     /// What is known of the connection, and `upgrade`, are the caller's to fill.
     IncomingRequest const& request() const noexcept { return request_; }
@@ -81,13 +90,16 @@ private:
     std::size_t capacity_ = 0;
     std::size_t begin_ = 0; ///< Of the current request.
     std::size_t end_ = 0;   ///< Of what was received.
-    std::size_t head_ = 0;  ///< Length of the current request's head, once it is complete.
-    std::size_t line_ = 0;  ///< Length of its request line with CRLF, once that is complete.
+    std::size_t head_ =
+        0; ///< Length of the current request's head, once it is complete, and of what was skipped.
+    std::size_t line_ = 0; ///< Length of its request line with CRLF, once that is complete.
     std::size_t seen_ =
         0; ///< So many of its bytes hold no end: a slow sender is not searched again and again.
     std::vector<std::pair<std::string_view, std::string_view>> fields_;
     IncomingRequest request_;
     int refusal_ = 0;
+    std::uint64_t body_length_ = 0;
+    bool has_strange_body_ = false; ///< One that can't be taken: its length is unknown, or said twice.
     bool is_http_1_0_ = false;
     bool keep_alive_ = false;
     bool has_upgrade_ = false;

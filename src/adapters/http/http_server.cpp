@@ -63,9 +63,18 @@ public:
     NetworkServer(asio::any_io_executor executor, HttpServerParams params, Logger log)
         : executor_(std::move(executor)), params_(std::move(params)), log_(std::move(log)),
           proxies_(params_.trusted_proxies), limit_(params_.connections_per_address, statistics_, log_),
-          tunnels_(executor_, params_, statistics_), upstreams_(executor_, params_, statistics_, log_),
-          context_{params_, nullptr,  log_,       statistics_,  proxies_,
-                   limit_,  tunnels_, upstreams_, forwardings_, [this] { return has_room(1); }},
+          tunnels_(executor_, params_, statistics_),
+          upstreams_(executor_, params_, statistics_, log_), context_{params_,
+                                                                      nullptr,
+                                                                      log_,
+                                                                      statistics_,
+                                                                      proxies_,
+                                                                      limit_,
+                                                                      tunnels_,
+                                                                      upstreams_,
+                                                                      forwardings_,
+                                                                      body_bytes_,
+                                                                      [this] { return has_room(1); }},
           acceptor_(executor_), sweeper_(executor_), tasks_(executor_)
     {}
 
@@ -108,6 +117,7 @@ private:
     ConnectionLimit limit_;
     /// Requests on their way to other servers, each with a connection of its own.
     std::size_t forwardings_ = 0;
+    std::size_t body_bytes_ = 0;
     adapters::Tunnels tunnels_;
     adapters::Upstreams upstreams_;
     HttpConnectionContext context_;

@@ -115,6 +115,95 @@ BOOST_AUTO_TEST_CASE(a_body_is_refused_and_the_connection_closed)
     BOOST_TEST(server.statistics().refused_bodies == 1u);
 }
 
+BOOST_AUTO_TEST_CASE(a_body_that_the_endpoint_takes_is_read_to_its_end_and_the_next_request_follows)
+{
+    RunningServer server;
+    Client client(server);
+    std::string const body(250'000, 'b');
+    // The first and the last one come with the heads of others, as from a client that pipelines.
+    client.say(
+        "GET /a HTTP/1.1\r\nHost: h\r\n\r\nPOST /body HTTP/1.1\r\nHost: h\r\nContent-Length: 5\r\n\r\nfirst"
+        "POST /body HTTP/1.1\r\nHost: h\r\nContent-Length: 250000\r\n\r\nb");
+    BOOST_TEST(client.read_to("\r\n\r\n/a").starts_with("HTTP/1.1 200 OK\r\n"));
+    BOOST_TEST(client.read_to("\r\n\r\nfirst").starts_with("HTTP/1.1 200 OK\r\n"));
+    client.say(body.substr(1) + "GET /b HTTP/1.1\r\nHost: h\r\nConnection: close\r\n\r\n");
+    auto const answers = client.read_all();
+    BOOST_TEST((answers.find("\r\n\r\n" + body + "HTTP/1.1 200 OK\r\n") != std::string::npos));
+    BOOST_TEST(answers.ends_with("\r\n\r\n/b"));
+    BOOST_TEST(server.statistics().requests == 4u);
+    BOOST_TEST(server.statistics().refused_bodies == 0u);
+}
+
+BOOST_AUTO_TEST_CASE(who_waits_for_leave_to_send_a_body_gets_it_once)
+{
+    RunningServer server;
+    Client client(server);
+    client.say("POST /body HTTP/1.1\r\nHost: h\r\nExpect: 100-continue\r\nContent-Length: 3\r\n\r\n");
+    BOOST_TEST(client.read_to("\r\n\r\n") == "HTTP/1.1 100 Continue\r\n\r\n");
+    client.say("abc");
+    BOOST_TEST(client.read_to("\r\n\r\nabc").starts_with("HTTP/1.1 200 OK\r\n"));
+    client.say("POST /other HTTP/1.1\r\nHost: h\r\nExpect: 100-continue\r\nContent-Length: 3\r\n\r\n");
+    BOOST_TEST(client.read_all().starts_with("HTTP/1.1 413 "));
+}
+
+BOOST_AUTO_TEST_CASE(a_body_that_is_longer_than_the_endpoint_takes_is_refused_before_it_has_come)
+{
+    RunningServer server;
+    for (auto const* const length :
+         {"Content-Length: 300001", "Content-Length: 18446744073709551615", "Transfer-Encoding: chunked",
+          "Content-Length: 3\r\nContent-Length: 3"}) {
+        Client client(server);
+        client.say("POST /body HTTP/1.1\r\nHost: h\r\n" + std::string(length) + "\r\n\r\n");
+        BOOST_TEST(client.read_to("\r\n").starts_with("HTTP/1.1 413 "), length);
+    }
+    BOOST_TEST(server.statistics().requests == 0u);
+}
+
+BOOST_AUTO_TEST_CASE(who_sends_a_body_too_slowly_is_answered_408)
+{
+    HttpServerParams params;
+    params.body_timeout = std::chrono::seconds(1);
+    RunningServer server(params);
+    Client client(server);
+    client.say("POST /body HTTP/1.1\r\nHost: h\r\nContent-Length: 10\r\n\r\nhalf");
+    BOOST_TEST(client.read_all().starts_with("HTTP/1.1 408 "));
+    BOOST_TEST(server.eventually_counts(&HttpServerStatistics::timed_out, 1));
+}
+
+BOOST_AUTO_TEST_CASE(all_bodies_together_have_a_limit_and_room_again_when_one_is_answered)
+{
+    HttpServerParams params;
+    params.body_bytes = 200'000;
+    RunningServer server(params);
+    auto const request = "Host: h\r\nContent-Length: 150000\r\n\r\n" + std::string(150'000, 'x');
+    Client first(server);
+    first.say("POST /body/later HTTP/1.1\r\n" + request);
+    BOOST_TEST(eventually([&] { return server.endpoint.held != nullptr; }));
+    Client second(server);
+    second.say("POST /body HTTP/1.1\r\n" + request);
+    BOOST_TEST(second.read_to("\r\n").starts_with("HTTP/1.1 503 "));
+    server.run([&] { server.endpoint.held.load()->cancel(); });
+    BOOST_TEST(first.read_to("\r\n").starts_with("HTTP/1.1 200 "));
+    Client third(server);
+    third.say("POST /body HTTP/1.1\r\n" + request);
+    BOOST_TEST(third.read_to("\r\n").starts_with("HTTP/1.1 200 "));
+}
+
+BOOST_AUTO_TEST_CASE(who_goes_away_before_its_body_has_come_leaves_nothing_behind)
+{
+    HttpServerParams params;
+    params.body_bytes = 200'000;
+    RunningServer server(params);
+    for (int i = 0; i < 4; ++i) {
+        Client client(server);
+        client.say("POST /body HTTP/1.1\r\nHost: h\r\nContent-Length: 150000\r\n\r\n" +
+                   std::string(100'000, 'x'));
+        client.shut_down();
+        BOOST_TEST(client.read_all() == "", i);
+    }
+    BOOST_TEST(server.eventually_counts(&HttpServerStatistics::connections, 0));
+}
+
 BOOST_AUTO_TEST_CASE(half_sent_requests_are_answered_408_and_silent_connections_closed)
 {
     HttpServerParams params;

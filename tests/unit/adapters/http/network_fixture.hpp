@@ -5,6 +5,7 @@
 
 #include <webots_cloud/adapters.hpp>
 
+#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/bind_cancellation_slot.hpp>
 #include <boost/asio/cancellation_signal.hpp>
 #include <boost/asio/co_spawn.hpp>
@@ -12,7 +13,9 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <boost/asio/this_coro.hpp>
+#include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/write.hpp>
 
 #include <algorithm>
@@ -54,6 +57,26 @@ public:
         }
         return HttpResponse(request.method == "POST" ? 405 : 200, "text/plain", std::string(request.path));
     }
+
+    std::uint64_t max_body(IncomingRequest const& request) override
+    {
+        return request.path.starts_with("/body") ? 300'000 : 0;
+    }
+
+    /// Answers with the body; `/body/later` only when `held` has been cancelled.
+    boost::asio::awaitable<HttpResponse> respond_to_body(IncomingRequest const& request) override
+    {
+        if (request.path == "/body/later") {
+            boost::asio::steady_timer timer(co_await boost::asio::this_coro::executor,
+                                            std::chrono::steady_clock::time_point::max());
+            held = &timer;
+            (void)co_await timer.async_wait(boost::asio::as_tuple(boost::asio::use_awaitable));
+        }
+        co_return HttpResponse(200, "text/plain", std::string(request.body));
+    }
+
+    std::atomic<boost::asio::steady_timer*> held =
+        nullptr; ///< Of `/body/later`: cancel it on the server's thread.
 
     boost::asio::awaitable<void> serve_websocket(ChannelInfo info, Channel& channel) override
     {
