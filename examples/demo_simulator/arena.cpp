@@ -110,7 +110,8 @@ void Arena::steer(std::size_t index)
         0.18 * std::sin(seconds * (0.45 + 0.07 * static_cast<double>(index)) + static_cast<double>(index));
     double const turn = robot.escape != 0 ? 0.6 * robot.escape : std::clamp(right - left, -0.8, 0.8) + sway;
     double const forward = std::max(0.08, 1 - 1.1 * front);
-    robot.speed = {top_speed * (forward - turn) * 0.8, top_speed * (forward + turn) * 0.8};
+    double const speed = top_speed * 0.8 * (robot.description.cruise / default_cruise);
+    robot.speed = {speed * (forward - turn), speed * (forward + turn)};
 }
 
 void Arena::move(Robot& robot) const

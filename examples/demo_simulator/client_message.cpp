@@ -108,10 +108,35 @@ std::optional<Message> to_robot(std::string_view text)
     return ToRobot{std::string(rest->substr(0, colon)), std::string(message)};
 }
 
+std::optional<Message> editor(std::string_view text)
+{
+    if (auto const name = after(text, "get controller:"))
+        return GetController{std::string(*name), {}};
+    auto rest = after(text, "sync controller:");
+    bool const is_question = rest.has_value();
+    if (!is_question)
+        rest = after(text, "set controller:");
+    if (!rest)
+        return std::nullopt;
+    auto const slash = rest->find('/');
+    if (slash == std::string_view::npos)
+        return std::nullopt;
+    auto const name = rest->substr(0, slash);
+    auto const file = rest->substr(slash + 1);
+    if (is_question)
+        return GetController{std::string(name), std::string(file)};
+    auto const newline = file.find('\n');
+    auto const colon = file.substr(0, newline).rfind(':');
+    if (newline == std::string_view::npos || colon == std::string_view::npos ||
+        !number<std::int64_t>(file.substr(colon + 1, newline - colon - 1)))
+        return std::nullopt;
+    return SetController{std::string(name), std::string(file.substr(0, colon)),
+                         std::string(file.substr(newline + 1))};
+}
+
 bool is_known_without_effect(std::string_view text)
 {
-    static constexpr std::array<std::string_view, 5> prefixes{
-        "touch ", "follow: ", "get controller:", "sync controller:", "set controller:"};
+    static constexpr std::array<std::string_view, 2> prefixes{"touch ", "follow: "};
     return std::any_of(prefixes.begin(), prefixes.end(),
                        [text](std::string_view p) { return text.starts_with(p); });
 }
@@ -133,7 +158,7 @@ std::optional<Message> parameterless(std::string_view text)
 
 Message parse(std::string_view text)
 {
-    for (auto const parser : {parameterless, join, run, mouse, to_robot})
+    for (auto const parser : {parameterless, join, run, mouse, to_robot, editor})
         if (auto message = parser(text))
             return *std::move(message);
     if (auto const rest = after(text, "timeout:"))

@@ -55,8 +55,19 @@ struct Mouse ///< `mouse <type> <button> <buttons> <x> <y> <mod> <wheel>`
     double y = 0;
     double wheel = 0;
 };
-struct Ignored ///< known, and without effect here: `touch`, `follow`, robot window and editor messages
+struct Ignored ///< known, and without effect here: `touch`, `follow`, robot window messages
 {};
+struct GetController ///< `get controller:<name>`; `sync controller:<name>/<file>` asks for one file
+{
+    std::string name;
+    std::string file; ///< empty: all
+};
+struct SetController ///< `set controller:<name>/<file>:<lines>LF<content>`
+{
+    std::string name;
+    std::string file;
+    std::string content;
+};
 struct ToRobot ///< `robot:<name>:<text>` or `robot:{"name":"..","message":".."}`
 {
     std::string name;
@@ -66,7 +77,7 @@ struct Unsupported
 {};
 
 using Message = std::variant<Unsupported, JoinScene, JoinPictures, Pause, Run, Step, Timeout, Reset, Reload,
-                             Load, Resize, Mouse, Ignored, ToRobot>;
+                             Load, Resize, Mouse, Ignored, ToRobot, GetController, SetController>;
 
 /// Reads any text; what is not understood is Unsupported. Picture sizes are at least 1x1.
 Message parse(std::string_view text);

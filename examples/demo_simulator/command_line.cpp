@@ -104,6 +104,8 @@ void read_old_stream(Options& options, std::string_view text)
             options.port = port_number(item.substr(5));
         else if (item.starts_with("mode="))
             options.stream = stream_mode(item.substr(5), options.faults);
+        else if (item == "controllerEdit")
+            options.controller_edit = true;
     }
 }
 

@@ -26,9 +26,10 @@ struct Options
     std::chrono::milliseconds heartbeat{1000};
     Mode mode = Mode::real_time;
     StreamMode stream = StreamMode::scene;
-    bool echo_console = false; ///< `--stdout`: robots' lines go to stdout too
-    bool old_protocol = false; ///< `--stream="port=..;monitorActivity"`: prints `open` when ready
-    std::string address;       ///< to listen on; empty: every address
+    bool echo_console = false;    ///< `--stdout`: robots' lines go to stdout too
+    bool old_protocol = false;    ///< `--stream="port=..;monitorActivity"`: prints `open` when ready
+    bool controller_edit = false; ///< `controllerEdit` in the same: clients may change controllers
+    std::string address;          ///< to listen on; empty: every address
     Faults faults;
 };
 

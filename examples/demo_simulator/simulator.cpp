@@ -1,5 +1,6 @@
 #include "simulator.hpp"
 
+#include "controller_files.hpp"
 #include "controllers.hpp"
 #include "scene.hpp"
 #include "text.hpp"
@@ -27,6 +28,7 @@ void Simulator::load()
 {
     broadcast("loading:Parsing nodes:0");
     World world = world_from_file(world_file_);
+    read_cruise(world, world_file_);
     for (std::string const& warning : world.warnings)
         say("demo simulator: " + warning);
     if (!arena_) // controllers go on when the world is loaded again
@@ -120,7 +122,13 @@ void Simulator::on(ClientId, message::Timeout const& timeout)
 
 void Simulator::on(ClientId, message::Reset)
 {
-    arena_->reset();
+    // Controllers start again, so that what has been changed in them counts.
+    World world = arena_->world();
+    world.warnings.clear();
+    read_cruise(world, world_file_);
+    for (std::string const& warning : world.warnings)
+        say("demo simulator: " + warning);
+    arena_.emplace(std::move(world));
     playback_.clear_deadline();
     print_("reset");
     publish_state();
@@ -180,6 +188,30 @@ void Simulator::on(ClientId, message::ToRobot const& message)
     answer["message"] = "received " + printable(message.text, 200);
     answer["name"] = name;
     broadcast("robot: " + boost::json::serialize(answer));
+}
+
+void Simulator::on(ClientId client, message::GetController const& question)
+{
+    if (!options_.controller_edit)
+        return log("Ignored an editor: --stream has no controllerEdit");
+    for (auto const& file : controller_files(world_file_, question.name)) {
+        if (!question.file.empty() && question.file != file.name)
+            continue;
+        auto const& text = file.content;
+        auto const lines = std::count(text.begin(), text.end(), '\n') + (text.ends_with('\n') ? 0 : 1);
+        send(client,
+             "set controller:" + question.name + "/" + file.name + ":" + std::to_string(lines) + "\n" + text);
+    }
+}
+
+void Simulator::on(ClientId, message::SetController const& change)
+{
+    if (!options_.controller_edit)
+        return log("Ignored an editor: --stream has no controllerEdit");
+    auto const problem = save_controller_file(world_file_, change.name, change.file, change.content);
+    say("demo simulator: " + (problem.empty() ? printable(change.name + "/" + change.file) +
+                                                    " is saved: it counts after the next reset"
+                                              : problem));
 }
 
 int Simulator::steps_per_tick() const
@@ -309,7 +341,9 @@ void Simulator::set_mode(Mode mode)
 void Simulator::change_world(std::filesystem::path const& file)
 {
     try {
-        Arena fresh(world_from_file(file));
+        World world = world_from_file(file);
+        read_cruise(world, file);
+        Arena fresh(std::move(world));
         broadcast("delete world");
         broadcast("loading:Parsing nodes:0");
         world_file_ = file;

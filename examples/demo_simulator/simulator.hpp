@@ -89,6 +89,8 @@ private:
     void on(ClientId client, message::Mouse const& mouse);
     void on(ClientId client, message::Ignored) { (void)client; }
     void on(ClientId client, message::ToRobot const& message);
+    void on(ClientId client, message::GetController const& question);
+    void on(ClientId client, message::SetController const& change);
     void on(ClientId client, message::Unsupported) { (void)client; }
 
     void welcome(ClientId client);

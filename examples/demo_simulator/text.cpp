@@ -47,6 +47,17 @@ std::string printable(std::string_view text, std::size_t limit)
     return result;
 }
 
+bool is_utf8(std::string_view text)
+{
+    while (!text.empty()) {
+        auto const length = sequence_length(text);
+        if (length == 0)
+            return false;
+        text.remove_prefix(length);
+    }
+    return true;
+}
+
 std::string xml_escaped(std::string_view text)
 {
     std::string result;

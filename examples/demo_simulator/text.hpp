@@ -11,6 +11,9 @@ namespace webots_cloud::demo {
 /// goes into a WebSocket text frame or a picture, both of which refuse malformed UTF-8.
 std::string printable(std::string_view text, std::size_t limit = 200);
 
+/// Well-formed, whatever characters it holds.
+bool is_utf8(std::string_view text);
+
 /// `text` with the five XML special characters escaped.
 std::string xml_escaped(std::string_view text);
 

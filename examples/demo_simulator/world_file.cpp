@@ -84,6 +84,7 @@ void read_robot(World& world, vrml::Node const& node)
     robot.name = word(node, "name", "robot " + std::to_string(index + 1));
     robot.pose = {floor_position(node), heading(node)};
     robot.colour = colour(node, palette[index % palette.size()]);
+    robot.controller = word(node, "controller", "avoid_walls");
     world.robots.push_back(std::move(robot));
 }
 

@@ -16,11 +16,16 @@ struct Colour
     double blue = 0.5;
 };
 
+inline constexpr double default_cruise = 8;
+inline constexpr double max_cruise = 20;
+
 struct RobotDescription
 {
     std::string name;
     Pose pose;
     Colour colour;
+    std::string controller;         ///< Its name.
+    double cruise = default_cruise; ///< How fast its wheels turn on a free way, radians per second.
 };
 
 /// A box that stands on the floor.

@@ -65,6 +65,23 @@ BOOST_AUTO_TEST_CASE(messages_to_robots_come_in_two_spellings)
     BOOST_TEST(is<message::Unsupported>("robot:{"));
 }
 
+BOOST_AUTO_TEST_CASE(editors_ask_for_files_and_change_them)
+{
+    BOOST_TEST(as<message::GetController>("get controller:drive").name == "drive");
+    BOOST_TEST(as<message::GetController>("get controller:drive").file == "");
+    BOOST_TEST(as<message::GetController>("sync controller:drive/drive.py").name == "drive");
+    BOOST_TEST(as<message::GetController>("sync controller:drive/drive.py").file == "drive.py");
+    auto const change = as<message::SetController>("set controller:drive/a:b.py:2\nx = 'set:1'\n\n");
+    BOOST_TEST(change.name == "drive");
+    BOOST_TEST(change.file == "a:b.py");
+    BOOST_TEST(change.content == "x = 'set:1'\n\n");
+    BOOST_TEST(as<message::SetController>("set controller:../x/../y:0\n").file == "x/../y");
+    for (char const* text :
+         {"sync controller:drive", "set controller:drive/a.py", "set controller:drive/a.py:1",
+          "set controller:drive/a.py\nx", "set controller:drive/a.py:one\nx", "set controller:drive\nx"})
+        BOOST_TEST(is<message::Unsupported>(text), text);
+}
+
 BOOST_AUTO_TEST_CASE(words_are_exact)
 {
     BOOST_TEST(is<message::Pause>("pause"));

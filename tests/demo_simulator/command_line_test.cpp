@@ -40,6 +40,7 @@ BOOST_AUTO_TEST_CASE(the_old_stream_option_is_read_with_its_literal_quotes)
     Options const options = accepted(
         {"--stream=\"port=2005;monitorActivity;mode=mjpeg;controllerEdit;ssl\"", "--no-sandbox", "a.wbt"});
     BOOST_TEST(options.port == 2005);
+    BOOST_TEST(options.controller_edit);
     BOOST_TEST((options.stream == StreamMode::mjpeg));
     BOOST_TEST(options.old_protocol);
 }

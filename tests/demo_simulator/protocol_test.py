@@ -13,7 +13,7 @@ import unittest
 import xml.etree.ElementTree as ElementTree
 
 import simulator_process
-from simulator_process import PATIENCE, PROJECTS, Simulator, wait_until, wait_until_async
+from simulator_process import PATIENCE, PROJECTS, Simulator, free_port, wait_until, wait_until_async
 
 try:
     import websockets
@@ -356,6 +356,53 @@ class Scene(Case):
             for text in ('robot:blue:hello', 'robot:{"name":"blue","message":"hello"}'):
                 await browser.send(text)
                 self.assertEqual(await browser.receive(), 'robot: {"message":"received hello","name":"blue"}')
+
+    async def test_an_edited_controller_counts_after_the_next_reset(self):
+        project = tempfile.TemporaryDirectory()
+        self.addCleanup(project.cleanup)
+        shutil.copytree(os.path.join(PROJECTS, 'robots'), project.name, dirs_exist_ok=True)
+        world = os.path.join(project.name, 'worlds', 'arena.wbt')
+        simulator = Simulator(f'--stream="port={free_port()};monitorActivity;controllerEdit"', world=world)
+        self.addCleanup(simulator.end)
+        simulator.lines_until(b'open')
+
+        async def state(browser):
+            await browser.send('step')
+            return state_of(await browser.until('application/json:'))['updates']
+
+        async with connect(simulator) as ws:
+            browser = Browser(ws)
+            await self.join(browser)
+            await browser.send('get controller:avoid_walls')
+            head, _, text = (await browser.until('set controller:')).partition('\n')
+            self.assertEqual(head, f'set controller:avoid_walls/avoid_walls.py:{len(text.splitlines())}')
+            first = await state(browser)
+            self.assertNotEqual(await state(browser), first)
+            stopped = text.replace('CRUISE = 8.0', 'CRUISE = 0')
+            await browser.send(f'set controller:avoid_walls/avoid_walls.py:{len(stopped.splitlines())}\n{stopped}')
+            self.assertIn('it counts after the next reset', await browser.until('stdout:demo simulator: avoid_walls/avoid_walls.py'))
+            second = await state(browser)
+            self.assertNotEqual(await state(browser), second)
+            await browser.send('reset')
+            await browser.until('reset finished')
+            still = await state(browser)
+            self.assertEqual(await state(browser), still)
+            await browser.send('sync controller:avoid_walls/avoid_walls.py')
+            self.assertTrue((await browser.until('set controller:')).endswith(stopped))
+            with open(os.path.join(project.name, 'controllers', 'avoid_walls', 'avoid_walls.py')) as file:
+                self.assertEqual(file.read(), stopped)
+
+    async def test_nobody_edits_without_leave(self):
+        simulator = self.simulator()
+        async with connect(simulator) as ws:
+            browser = Browser(ws)
+            await self.join(browser)
+            for text in ('get controller:avoid_walls', 'set controller:avoid_walls/avoid_walls.py:1\nCRUISE = 0'):
+                await browser.send(text)
+            await browser.send('step')
+            self.assertEqual(await browser.reply(), 'paused by client')
+        lines = simulator.lines_until(b'step')
+        self.assertEqual(sum(b'--stream has no controllerEdit' in line for line in lines), 2)
 
     async def test_garbage_is_logged_and_survived(self):
         simulator = self.simulator()

@@ -1,6 +1,6 @@
 """Drives a TwoWheeledRobot about and keeps it away from walls and other robots.
 
-Webots runs this file; the demo simulator has the same behaviour built in and does not read it.
+Webots runs this file; the demo simulator has the same behaviour built in, and reads no more of it than CRUISE.
 """
 
 from controller import Robot
