@@ -12,6 +12,9 @@ if(WEBOTS_CLOUD_BUILD_EXAMPLES)
 endif()
 add_custom_target(installable)
 add_dependencies(installable ${installed})
+if(TARGET webots-website-host) # started by server.sh, and not installed: it is an example
+    add_dependencies(installable webots-website-host)
+endif()
 
 foreach(target ${installed})
     list(APPEND installed_files $<TARGET_FILE:${target}>)

@@ -44,6 +44,17 @@ def docker_project():
     yield b"\0\0dockerCompose:theia:a/../b/"
 
 
+def form():
+    for content_type, body in ((b"application/x-www-form-urlencoded", b"project=robots&key=a+b%26&user1Id=1&&=x&%zz"),
+                               (b"", b"a=1"), (b"text/plain", b"a=1"),
+                               (b'multipart/form-data; boundary="b"',
+                                b'--b\r\nContent-Disposition: form-data; name="dirname"\r\n\r\nrobots/controllers/a\r\n'
+                                b'--b\r\nContent-Type: text/plain\r\nContent-Disposition: form-data; x=y; name="content"\r\n\r\n'
+                                b'1\r\n--b2\r\n\r\n--b--\r\n'),
+                               (b"multipart/form-data; boundary=b", b"p\r\n--b\r\n\r\n\r\n--b--")):
+        yield bytes((len(content_type),)) + content_type + body
+
+
 def client_message():
     yield b'{"start":{"url":"https://github.com/o/r/blob/m/worlds/a.wbt","mode":"mjpeg"}}'
     yield b'{ "init" : [ "https://w.org", "p", "a.wbt", "42", "Ada", "secret", "", "", "" ] }'
@@ -287,6 +298,6 @@ def smtp_reply():
     yield b"\0\r\n\r\n999\r\n"
 
 
-SEEDS = {each.__name__: each for each in (archive, client_message, configuration, docker_listing, docker_project, forward, git_layout, git_lfs, git_pack, git_protocol,
+SEEDS = {each.__name__: each for each in (archive, client_message, configuration, docker_listing, docker_project, form, forward, git_layout, git_lfs, git_pack, git_protocol,
                                           http_answer, http_request, load_report, mail, mount_table, policy, port_path, simulator_output, smtp_reply,
                                           websocket_frames, world_url)}

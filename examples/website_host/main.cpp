@@ -1,0 +1,154 @@
+// webots-website-host: an example of the website that starts simulations, the fourth actor of
+// docs/protocol.md. Its page shows simulations and lets signed-in users change a controller; the simulation
+// server fetches from it what they have changed.
+#include "configuration.hpp"
+#include "page.hpp"
+#include "website.hpp"
+
+#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/daemon.hpp>
+
+#include <boost/asio/thread_pool.hpp>
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <iostream>
+#include <optional>
+
+using namespace website_host;
+namespace asio = boost::asio;
+namespace fs = std::filesystem;
+using webots_cloud::errc;
+using webots_cloud::Failure;
+using webots_cloud::result;
+
+namespace {
+
+constexpr auto name = "webots-website-host";
+constexpr auto default_configuration = "config/website_host/local.json";
+constexpr std::size_t max_key_file = 4096;
+
+constexpr auto help =
+    "Usage: webots-website-host [--check-config] [CONFIGURATION]\n"
+    "\n"
+    "An example of a website that starts simulations: it serves a page with a simulation and an editor, and "
+    "the\n"
+    "scripts /ajax/download-project.php and /ajax/upload-file.php. CONFIGURATION is a file in JSON\n"
+    "(config/website_host/local.json); examples/website_host/README.md describes its keys. Paths in it begin "
+    "in\n"
+    "the folder where this program is started. It ends on SIGTERM or SIGINT.\n"
+    "\n"
+    "  --check-config  read the configuration, say what is wrong with it, and stop\n"
+    "  --help          show this\n";
+
+int complain(std::string const& sentence)
+{
+    std::cerr << name << ": " << webots_cloud::terminal_text(sentence) << std::endl;
+    return webots_cloud::exit_usage;
+}
+
+Failure file_failure(fs::path const& path, std::string const& why)
+{
+    return Failure(errc::invalid_config, path.string() + ": " + why);
+}
+
+/// The key that simulation servers know us by: the first line of the file, which is made with a new one if it
+/// is not there.
+result<std::string> read_or_make_key(fs::path const& path)
+{
+    std::error_code failed;
+    fs::create_directories(path.parent_path(), failed);
+    int const file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600);
+    if (file >= 0) {
+        auto const line = webots_cloud::make_token() + "\n";
+        bool const is_written = ::write(file, line.data(), line.size()) == static_cast<ssize_t>(line.size());
+        ::close(file);
+        if (!is_written) {
+            ::unlink(path.c_str());
+            return file_failure(path, "the key can't be written.");
+        }
+    }
+    auto const text = webots_cloud::read_regular_file(path, max_key_file);
+    if (!text)
+        return file_failure(path, "the key can't be read or made (" + text.error().message() + ").");
+    auto key = text->substr(0, text->find_first_of("\r\n"));
+    if (key.empty())
+        return file_failure(path, "its first line is empty, but should be a key.");
+    return key;
+}
+
+asio::awaitable<result<>> serve(asio::any_io_executor executor, webots_cloud::HttpServerParams params,
+                                Website& website, webots_cloud::Logger log)
+{
+    auto const server = webots_cloud::make_http_server(executor, params, log);
+    if (auto const listening = server->listen(); !listening)
+        co_return listening.error();
+    std::cout << "listening on port " << server->port() << std::endl;
+    auto const ended = co_await server->run(website);
+    co_return ended;
+}
+
+int run(Configuration configuration, Page page, std::string key)
+{
+    std::error_code failed;
+    fs::create_directories(configuration.users_folder, failed);
+    webots_cloud::OwnFiles files; // all else is in memory by now
+    files.write.push_back(fs::absolute(configuration.users_folder));
+    if (auto const confined = webots_cloud::confine_to_files(files); !confined)
+        std::cout << "This server is not confined to its files: " << confined.error().message() << '.'
+                  << std::endl;
+    if (!page.has_editor())
+        std::cout << "The page has no editor but a plain text field, because CodeMirror is not in "
+                  << webots_cloud::terminal_text(configuration.modules_folder.string())
+                  << ": server.sh has npm put it there." << std::endl;
+
+    auto const log = webots_cloud::make_logger(webots_cloud::LogParams()); // on standard output
+    if (!log)
+        return complain(log.error().message());
+    webots_cloud::HttpServerParams params;
+    params.address = configuration.address;
+    params.port = configuration.port;
+    asio::thread_pool disk(1);
+    Website website(std::move(configuration), std::move(page), std::move(key), disk, *log);
+    auto const body = [&](asio::any_io_executor executor) { return serve(executor, params, website, *log); };
+    int const status = webots_cloud::run_daemon(name, body);
+    disk.join();
+    return status;
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    bool only_check = false;
+    std::optional<fs::path> file;
+    for (int i = 1; i < argc; ++i) {
+        std::string_view const argument = argv[i];
+        if (argument == "--help" || argument == "-h") {
+            std::cout << help;
+            return webots_cloud::exit_ok;
+        }
+        if (argument == "--check-config")
+            only_check = true;
+        else if (argument.starts_with('-') || file)
+            return complain("\"" + std::string(argument) + "\" was not expected: --help shows what is.");
+        else
+            file = argument;
+    }
+    auto configuration = read_configuration(file.value_or(default_configuration));
+    if (!configuration)
+        return complain(configuration.error().message());
+    auto page = Page::load(configuration->page_folder, configuration->modules_folder);
+    if (!page)
+        return complain(page.error().message());
+    if (only_check) {
+        std::cout << webots_cloud::terminal_text(file.value_or(default_configuration).string()) << ": good"
+                  << std::endl;
+        return webots_cloud::exit_ok;
+    }
+    auto key = read_or_make_key(configuration->key_file);
+    if (!key)
+        return complain(key.error().message());
+    return run(*std::move(configuration), *std::move(page), *std::move(key));
+}
