@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Starts and stops the session server and the simulation server of this folder, building them first if need be.
+# Starts and stops the servers of this folder, building them first if need be: session server, simulation server, and the example of a
+# website that starts simulations.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 source cmake/packages/install.sh
@@ -13,8 +14,9 @@ usage()
     cat <<'END'
 Usage: ./server.sh start|stop|restart [NAME|--lan]
 
-  start    Install missing packages, build, and start the servers with config/simulation/NAME.json and
-           config/session/NAME.json: both, or the one whose file exists. NAME is "local" unless given.
+  start    Install missing packages, build, and start the servers with config/simulation/NAME.json,
+           config/session/NAME.json and config/website_host/NAME.json: those whose file exists. NAME is "local"
+           unless given.
            Where a configuration names a certificate in this folder that is not there, as "tls" does, one is made
            that is signed by nobody: good for a try, until you have a real one.
            --lan is short for "lan": a site for a class, which every machine of the network reaches; the address for
@@ -22,7 +24,7 @@ Usage: ./server.sh start|stop|restart [NAME|--lan]
   stop     Stop them. Simulations that run are ended in order. With NAME only the servers that run with it.
   restart  stop, whatever runs, and start.
 
-Servers that run already are left as they are. They log to log/session and log/simulation.
+Servers that run already are left as they are. They log to log/session, log/simulation and log/website_host.
 END
 }
 
@@ -45,6 +47,7 @@ main()
     prepare "$name"
     [[ $verb == start ]] || stop ""
     start "$name"
+    show_website "$(config website_host "$name")"
 }
 
 # All that can go wrong before a server is started or stopped.
@@ -57,9 +60,10 @@ prepare()
     install_packages cmake/packages/build.txt
     install_scene_library
     build
-    for kind in simulation session; do
+    for kind in website_host simulation session; do
         file=$(config "$kind" "$name")
-        [[ ! -e $file ]] || make_certificate "$file"
+        [[ ! -e $file || $kind == website_host ]] || make_certificate "$file"
+        [[ ! -e $file || $kind != website_host ]] || install_editor
         [[ ! -e $file ]] || "$(program "$kind")" --check-config "$file" >/dev/null || exit 1
     done
 }
@@ -119,7 +123,7 @@ build()
 start()
 {
     local name=$1 kind started=
-    for kind in simulation session; do
+    for kind in website_host simulation session; do
         [[ ! -e $(config "$kind" "$name") ]] || start_server "$kind" "$name"
     done
     [[ -z $started || ! -e $(config session "$name") || ! -e $(config simulation "$name") ]] || await_machine "$name"
@@ -150,7 +154,7 @@ network_addresses()
 stop()
 {
     local name=$1 kind pid stopped=
-    for kind in session simulation; do
+    for kind in session simulation website_host; do
         pid=$(running_pid "$kind")
         [[ -n $pid ]] || continue
         [[ -z $name || $(running_name "$pid") == "$name" ]] || continue
@@ -188,8 +192,9 @@ start_server()
 
 await_answer()
 {
-    local kind=$1 pid=$2 port=$3 tls=$4 deadline=$((SECONDS + patience))
-    until answers "$port" || { [[ -n $tls ]] && answers "$port" /load 400; }; do
+    local kind=$1 pid=$2 port=$3 tls=$4 path=/load deadline=$((SECONDS + patience))
+    [[ $kind != website_host ]] || path=/
+    until answers "$port" "$path" || { [[ -n $tls ]] && answers "$port" /load 400; }; do
         if ! is_alive "$pid"; then
             rm -f "log/.$kind.pid"
             give_up "$kind" "The $kind server ended at once."
@@ -289,7 +294,12 @@ is_alive()
     status=$(cat "/proc/$1/stat" 2>/dev/null) && [[ ${status##*) } != [ZX]* ]]
 }
 
-program() { echo "$programs/webots-$1-server"; }
+# program KIND
+program()
+{
+    [[ $1 == website_host ]] && echo "$programs/webots-website-host" || echo "$programs/webots-$1-server"
+}
+
 config() { echo "config/$1/$2.json"; }
 
 # setting FILE KEY: a string, number or boolean of a configuration (that passed the servers' own check).
@@ -308,6 +318,20 @@ address()
     [[ $(setting "$1" portRewrite) != false ]] || separator=:
     [[ $server != '*' ]] || { server=${2-localhost} && separator=:; }
     echo "$scheme://${server:-localhost}$separator$(setting "$1" port)/" | sed 's|^\(https://.*\):443/$|\1/|'
+}
+
+# The editor in the page of the website. Nothing is lost but comfort where there is no npm, or it gets no answer.
+install_editor()
+{
+    command -v npm >/dev/null || return 0
+    npm_config_fetch_retries=0 npm_config_fetch_timeout=10000 install_node_packages examples/website_host ||
+        echo "The page of the website has a plain text field instead of an editor: npm could not install one." >&2
+}
+
+# show_website FILE: where the example of a website is found, if there is one.
+show_website()
+{
+    [[ ! -e $1 ]] || echo "A website with an editor: http://localhost:$(setting "$1" port)/"
 }
 
 # Does anyone listen on the port?

@@ -223,6 +223,26 @@ class Starting(ServerScriptTest):
         self.assertEqual(self.run_script("start", "certbot")[0], 1)
         self.assertFalse(os.path.exists(self.path("live")))
 
+    def test_the_website_is_started_and_stopped_with_the_others(self):
+        port = free_port()
+        self.write("config/website_host/local.json", json.dumps({
+            "port": port, "keyFile": "website/key/localhost", "usersDir": "website/user",
+            "pageDir": os.path.join(os.path.dirname(SCRIPT), "examples", "website_host", "page"),
+            "projects": [{"name": "robots", "world": "arena.wbt", "controller": "avoid_walls"}]}))
+        for name in ("package.json", "package-lock.json"):
+            self.write(f"examples/website_host/{name}", "{}")
+        self.write("bin/npm", "#!/bin/sh\nexit 1\n")
+        os.chmod(self.path("bin/npm"), 0o755)
+        status, output, errors = self.run_script("start")
+        self.assertEqual((status, errors), (0, "The page of the website has a plain text field instead of an editor: npm could not install one.\n"))
+        self.assertEqual(output.splitlines()[0], f"Started local website_host server ({self.pid('website_host')})")
+        self.assertEqual(output.splitlines()[-1], f"A website with an editor: http://localhost:{port}/")
+        with urllib.request.urlopen(f"http://localhost:{port}/", timeout=PATIENCE_SECONDS) as page:
+            self.assertIn("<html", page.read().decode())
+        pid = self.pid("website_host")
+        self.assertEqual(self.run_script("stop")[1].splitlines()[-1], f"Stopped website_host server ({pid})")
+        self.assertFalse(is_running(pid))
+
     def test_servers_hold_nothing_of_the_terminal_that_started_them(self):
         self.start()
         for kind in ("session", "simulation"):
