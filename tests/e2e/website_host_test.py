@@ -1,0 +1,254 @@
+#!/usr/bin/python3
+"""The second diagram of the documentation ("Web simulation protocol sequence diagram") from its first arrow to its last, with a real
+browser, the example of a website, the real servers and the demo simulator. Protocol sections 1, 3, 5 and 7."""
+
+import json
+import os
+import sys
+import unittest
+
+sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
+from support.browser import console_messages, open_browser, screenshot  # noqa: E402
+from support.machine import Machine  # noqa: E402
+from support.projects import EXAMPLES  # noqa: E402
+from support.servers import SessionServer, SimulationServer, free_port, main, wait_until  # noqa: E402
+from support.website_host import ADA, SOURCE, WebsiteHost  # noqa: E402
+
+MODULES = os.path.join(SOURCE, "build", "node", "examples", "website_host", "node_modules")
+FILE = "robots/controllers/avoid_walls/avoid_walls.py"
+
+# Everything that the page says and hears on WebSockets: ["open" | "sent" | "heard" | "closed", address, text].
+RECORDER = """{
+window.wire = [];
+const note = (what, socket, text) => window.wire.push([what, socket.url, typeof text === 'string' ? text : '(bytes)']);
+window.WebSocket = class extends WebSocket {
+  constructor(...given) {
+    super(...given);
+    note('open', this, '');
+    this.addEventListener('message', (event) => note('heard', this, event.data));
+    this.addEventListener('close', () => note('closed', this, ''));
+  }
+  send(text) {
+    note('sent', this, text);
+    super.send(text);
+  }
+};
+}"""
+
+
+class Page:
+    """The website's page in a browser."""
+
+    def __init__(self, browser, website):
+        self.browser = browser
+        browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": RECORDER})
+        browser.get(website.origin)
+
+    def element(self, name):
+        return self.browser.find_element("id", name)
+
+    def await_text(self, name, text):
+        wait_until(lambda: text in self.element(name).text, lambda: f"{name} says {self.element(name).text!r}; {self.wire()[-20:]} "
+                                                                    f"{console_messages(self.browser)}")
+
+    def press(self, name):
+        wait_until(lambda: self.element(name).is_enabled(), lambda: f"{name} can't be pressed: {self.element('status').text!r}")
+        self.element(name).click()
+
+    def wire(self, what=None, beginning=""):
+        """What was said so far, [what, address, text]."""
+        return [each for each in self.browser.execute_script("return window.wire") if what in (None, each[0]) and each[2].startswith(beginning)]
+
+    def await_wire(self, what, beginning, after=0):
+        """Waits until more than `after` of these have been said, and returns them."""
+        return wait_until(lambda: self.wire(what, beginning)[after:], lambda: f"nothing was {what}: {beginning}; {self.wire()[-20:]}")
+
+    def time(self):
+        """Of the simulation, milliseconds."""
+        return self.browser.execute_script("return webots.currentView.time")
+
+    def await_time(self, reached):
+        wait_until(lambda: reached(self.time()), lambda: f"the simulation is at {self.time()} ms")
+
+    def middle(self):
+        """The pixels in the middle of the simulation, where no text is."""
+        box = self.element("view").rect
+        clip = {"x": box["x"] + box["width"] * 0.2, "y": box["y"] + box["height"] * 0.3, "width": box["width"] * 0.6,
+                "height": box["height"] * 0.35, "scale": 1}
+        return self.browser.execute_cdp_cmd("Page.captureScreenshot", {"clip": clip})["data"]
+
+    def edit(self, old, new):
+        """Changes a word of the controller as a person does, by the keyboard."""
+        self.browser.execute_script("""
+            const [old] = arguments;
+            const field = document.querySelector('#editor textarea');
+            if (field) {
+              field.focus();
+              field.setSelectionRange(field.value.indexOf(old), field.value.indexOf(old) + old.length);
+              return;
+            }
+            const line = [...document.querySelectorAll('.cm-line')].find((each) => each.textContent.includes(old));
+            line.closest('.cm-content').focus();
+            const walker = document.createTreeWalker(line, NodeFilter.SHOW_TEXT);
+            const at = line.textContent.indexOf(old);
+            const place = (index) => {
+              walker.currentNode = line;
+              for (let node = walker.nextNode(); node; node = walker.nextNode()) {
+                if (index <= node.length)
+                  return [node, index];
+                index -= node.length;
+              }
+            };
+            const range = document.createRange();
+            range.setStart(...place(at));
+            range.setEnd(...place(at + old.length));
+            getSelection().removeAllRanges();
+            getSelection().addRange(range);
+            """, old)
+        self.browser.switch_to.active_element.send_keys(new)
+
+
+class SecondDiagram(unittest.TestCase):
+    def setUp(self):
+        session_port = free_port()
+        self.website = self.enterContext(WebsiteHost(f"ws://localhost:{session_port}", MODULES))
+        self.simulation = self.enterContext(SimulationServer(projectsDir=os.path.abspath(EXAMPLES), keyDir=self.website.keys))
+        # How busy this machine is, nobody knows: no other one is as busy as that.
+        self.overloaded = self.enterContext(Machine(load="5000.0"))
+        self.session = self.enterContext(SessionServer([self.overloaded.address, self.simulation.address], port=session_port))
+
+    def instance_file(self):
+        (instance,) = self.simulation.instances()
+        with open(os.path.join(self.simulation.instances_folder(), instance, "controllers", "avoid_walls", "avoid_walls.py")) as file:
+            return file.read()
+
+    def test_from_the_first_arrow_to_the_last(self):
+        website, simulation = self.website, self.simulation
+        cookies, _ = website.sign_in(ADA)  # what this user has saved on another day
+        with open(os.path.join(EXAMPLES, FILE)) as file:
+            original = file.read()
+        saved = original.replace("CRUISE = 8.0", "CRUISE = 12.0")
+        self.assertEqual(website.save(cookies, os.path.dirname(FILE), os.path.basename(FILE), saved), "OK")
+
+        # SE->>SS1, SE->>SS2: Check server availability, Return machine load
+        address = f"ws://localhost:{simulation.port}"
+        wait_until(lambda: self.session.get("/session") == address, lambda: f"no machine is offered\n{self.session.log()}")
+        self.assertTrue(self.overloaded.polls)
+
+        with open_browser(1280, 900) as browser:
+            # C->>W: Load web page; W-->>C: Return web page content
+            page = Page(browser, website)
+            page.await_text("project", "Robots in an arena")
+            # W->>SE: Check server availability (the page asks); SE-->>W: 0 or 1
+            page.await_text("availability", "A machine is free.")
+            self.assertEqual(page.wire("heard")[0], ["heard", f"ws://localhost:{self.session.port}/", "1"])
+
+            # Who has not signed in can't: the user does.
+            for name, value in (("email", ADA["email"]), ("password", ADA["password"])):
+                browser.find_element("name", name).send_keys(value)
+            browser.find_element("css selector", "#sign-in button").click()
+            page.await_text("user", "Signed in as Ada")
+            token = browser.execute_script("return webots.User1Authentication")
+
+            # U->>C: Start simulation; C->>SE: Open simulation session; SE-->>C: Return simulation server web socket URL
+            page.press("start")
+            page.await_wire("heard", "webots:")
+            clients = [each[1] for each in page.wire("open") if each[1].endswith("/client")]
+            self.assertEqual(clients, [f"{address}/client"], "the one that is not overloaded")
+            # C->>SS1: Start simulation
+            init = page.wire("sent", '{ "init"')[0]
+            self.assertEqual(init[1], f"{address}/client")
+            self.assertEqual(json.loads(init[2])["init"], [website.origin, "robots", "arena.wbt", "42", "Ada", token, "", "", ""])
+            # SS1->>W: Download simulation project; W-->>SS1: Return simulation project archive
+            self.assertRegex(website.log(), r"/ajax/download-project\.php \(\S+\): \d+ bytes")
+            self.assertEqual(self.instance_file(), saved)
+            # SS1->>SW1: Start Webots
+            self.assertRegex(simulation.log(), r'started: ".*controllerEdit.*/worlds/arena\.wbt"')
+            self.assertTrue(simulation.simulators())
+            # SS1-->>C: Return Webots web socket URL
+            simulator = page.wire("heard", "webots:")[0][2].removeprefix("webots:")
+            self.assertEqual(simulator, f"ws://localhost:{simulation.port + 1}")
+            # C->>SW1: Register client
+            hello = wait_until(lambda: [each for each in page.wire("sent") if each[1].rstrip("/") == simulator], "the client does not register")[0]
+            self.assertRegex(hello[2], "^(x3d|w3d|mjpeg: [0-9]+x[0-9]+)$")
+            # SW1->>C: Send simulation worlds status
+            page.await_wire("heard", "scene load completed")
+            page.await_wire("heard", "world:")
+
+            # U->>C: Run simulation; C->>SW1: Change simulation running mode
+            wait_until(lambda: browser.execute_script("return webots.currentView.state") == "paused", "it is not ready")
+            browser.execute_script("webots.currentView.play()")  # the button of the view is the view's own
+            self.assertEqual(page.await_wire("sent", "real-time:")[0][2], "real-time:600000")
+            # loop: SW1->>C: Send simulation world status
+            page.await_time(lambda time: time > 500)
+            moving = page.middle()
+            wait_until(lambda: page.middle() != moving, "the robots stand still")
+
+            # U->>C: Edit and save controller
+            page.await_text("editor", "CRUISE = 12.0")
+            self.assertFalse(page.element("save").is_enabled(), "there is nothing to save")
+            page.edit("12.0", "0.0")
+            page.press("save")
+            page.await_text("status", "avoid_walls.py is saved.")
+            # C->>W: Send new file; W-->>C: Return OK
+            changed = saved.replace("12.0", "0.0")
+            with open(website.path(ADA, FILE)) as file:
+                self.assertEqual(file.read(), changed)
+            self.assertRegex(website.log(), r"/ajax/upload-file\.php \(\S+\): OK")
+            # C->>SW1: Send new file
+            sent = page.wire("sent", "set controller:")
+            self.assertEqual([each[1].rstrip("/") for each in sent], [simulator])
+            self.assertEqual(sent[0][2].partition("\n")[2], changed)
+            wait_until(lambda: self.instance_file() == changed, "the simulator has not stored it")
+
+            # U->>C: Reset simulation; C->>SW1: Reset simulation
+            before = page.time()
+            page.press("reset")
+            page.await_wire("sent", "reset")
+            # loop: SW1->>C: Send simulation worlds status
+            page.await_wire("heard", "reset finished")
+            page.await_time(lambda time: time < before)
+            if browser.execute_script("return webots.currentView.state") == "paused":
+                browser.execute_script("webots.currentView.play()")
+            page.await_time(lambda time: time > 1000)
+            standing = page.middle()
+            now = page.time()
+            page.await_time(lambda time: time > now + 1000)
+            self.assertEqual(page.middle(), standing, "with CRUISE = 0.0 no robot moves")
+            if folder := os.environ.get("SCREENSHOTS"):
+                screenshot(browser, os.path.join(folder, "website_host.png"))
+
+            # C-->>SS1: {Client disconnected}
+            browser.get("about:blank")
+        # SS1->>SW1: Kill Webots
+        simulation.wait_until_clean()
+
+    def test_the_editor_is_codemirror_and_without_it_there_is_a_text_field(self):
+        with open_browser(1280, 900) as browser:
+            page = Page(browser, self.website)
+            page.await_text("availability", "A machine is free.")
+            if os.path.isdir(MODULES):
+                self.assertTrue(browser.find_elements("css selector", "#editor .cm-editor"), console_messages(browser))
+                self.assertFalse(page.element("plain").is_displayed())
+            with WebsiteHost(self.website.config["sessionServer"]) as website:
+                page = Page(browser, website)
+                page.await_text("plain", "CodeMirror is not installed")
+                self.assertEqual(len(browser.find_elements("css selector", "#editor textarea")), 1)
+            self.assertEqual(console_messages(browser, "SEVERE"), [])
+
+    def test_a_wrong_password_and_a_session_server_that_is_gone_are_said(self):
+        with open_browser(400, 800) as browser:
+            page = Page(browser, self.website)
+            page.await_text("availability", "A machine is free.")
+            browser.find_element("name", "email").send_keys(ADA["email"])
+            browser.find_element("name", "password").send_keys("x\n")
+            page.await_text("status", "This e-mail address and this password do not belong together.")
+            self.assertEqual(browser.execute_script("return document.documentElement.scrollWidth"), 400)
+            with WebsiteHost(f"ws://localhost:{free_port()}") as website:
+                page = Page(browser, website)
+                page.await_text("status", "can not be reached. Please try again later.")
+                self.assertFalse(page.element("start").is_enabled())
+
+
+if __name__ == "__main__":
+    main()
