@@ -15,8 +15,10 @@ namespace asio = boost::asio;
 
 namespace {
 
-// What is read at once when there is much. A large chunk costs the kernel less for each byte.
-constexpr std::size_t chunk_size = 64 * 1024;
+// What is read at once when there is much: all that a simulator has sent since the last look, as a rule. Each
+// piece that is sent on wakes the browser, and each that is taken the simulator, which costs as much as
+// copying.
+constexpr std::size_t chunk_size = 256 * 1024;
 // What is read before it is known whether the other side takes it, and so the most that is kept of it.
 constexpr std::size_t small_chunk = 16 * 1024;
 // What all tunnels may move before others have their turn: less than 2 ms, with TLS.
@@ -29,12 +31,6 @@ constexpr int max_events = 128;
 constexpr int keepalive_idle = 60;
 constexpr int keepalive_interval = 15;
 constexpr int keepalive_probes = 4;
-
-std::array<char, chunk_size>& scratch()
-{
-    thread_local std::array<char, chunk_size> bytes;
-    return bytes;
-}
 
 void keep_alive(int descriptor)
 {
@@ -78,6 +74,7 @@ public:
         browser_.pending = std::move(plan.to_browser);
         upstream_.pending = std::move(plan.to_upstream);
         take_from_rest(0);
+        upstream_.is_bulk = is_long();
         is_cut_ = group_ && !group_->join(*this);
     }
     Tunnel(Tunnel const&) = delete;
@@ -120,6 +117,8 @@ public:
 
 private:
     bool is_counted() const noexcept { return rest_ != TunnelPlan::until_the_end; }
+    /// It is known that there is much to come.
+    bool is_long() const noexcept { return is_counted() && rest_ > small_chunk; }
     void take_from_rest(std::uint64_t bytes) noexcept
     {
         if (!is_counted())
@@ -190,13 +189,15 @@ Tunnels::Tunnel::Step Tunnels::Tunnel::relay(Side& from, Side& to, std::size_t& 
         size = std::min(size, group_->allowance(owner_.now_));
     if (size == 0)
         return Step::pause;
+    auto const left = owner_.left_of_turn_ - std::min(owner_.left_of_turn_, moved);
+    size = std::min(size, std::max(left, small_chunk));
     bool const is_counted_side = is_counted() && &from == &upstream_;
     if (is_counted_side)
         size = static_cast<std::size_t>(std::min<std::uint64_t>(size, rest_));
     // What the other side does not take of a large chunk stays in the kernel, not with us.
     bool const peek = size > small_chunk && !from.end.is_tls() && !to.end.is_broken();
     std::size_t got = 0;
-    auto* const bytes = scratch().data();
+    auto* const bytes = owner_.scratch_.get();
     auto const reading = from.end.read(bytes, size, peek, got);
     if (reading == TunnelEnd::Reading::nothing)
         return Step::wait;
@@ -204,7 +205,6 @@ Tunnels::Tunnel::Step Tunnels::Tunnel::relay(Side& from, Side& to, std::size_t& 
         from.is_over = true;
         return Step::again;
     }
-    from.is_bulk = got >= small_chunk;
     std::size_t sent = got;
     if (!to.end.is_broken()) {
         sent = to.end.write(std::string_view(bytes, got));
@@ -219,6 +219,7 @@ Tunnels::Tunnel::Step Tunnels::Tunnel::relay(Side& from, Side& to, std::size_t& 
         from.end.discard(bytes, sent, sent == got && got < size);
     if (is_counted_side)
         take_from_rest(sent);
+    from.is_bulk = got >= small_chunk || (is_counted_side && is_long());
     bool const is_taken = to.pending.empty() && (to.end.may_write() || to.end.is_broken());
     return is_taken && (from.is_over || from.end.may_read()) ? Step::again : Step::wait;
 }
@@ -229,7 +230,7 @@ void Tunnels::Tunnel::drain_browser() noexcept
     std::size_t got = 0;
     while (browser_.end.may_read() && !browser_.is_over)
         browser_.is_over =
-            browser_.end.read(scratch().data(), chunk_size, false, got) == TunnelEnd::Reading::over;
+            browser_.end.read(owner_.scratch_.get(), chunk_size, false, got) == TunnelEnd::Reading::over;
 }
 
 Tunnels::Tunnel::Step Tunnels::Tunnel::step(std::size_t& moved)
@@ -278,11 +279,12 @@ Tunnels::~Tunnels()
     *alive_ = false;
 }
 
-/// The queue of events is made for the first tunnel.
+/// The queue of events and the buffer are made for the first tunnel.
 bool Tunnels::start()
 {
     if (events_.is_open())
         return true;
+    scratch_ = std::make_unique_for_overwrite<char[]>(chunk_size);
     int const queue = ::epoll_create1(EPOLL_CLOEXEC);
     boost::system::error_code error;
     if (queue >= 0)
@@ -406,6 +408,7 @@ void Tunnels::turn()
         auto& tunnel = *ready_[done];
         tunnel.is_scheduled = false;
         std::size_t moved = 0;
+        left_of_turn_ = max_bytes_per_turn - work;
         auto const next = tunnel.step(moved);
         work += cost_of_a_look + moved;
         if (moved > 0)

@@ -100,8 +100,10 @@ private:
     boost::asio::posix::stream_descriptor events_; ///< Of all tunnels.
     boost::asio::steady_timer pause_;
     List tunnels_;
-    std::vector<Tunnel*> ready_;  ///< May have something to do; each is there once.
-    std::vector<Tunnel*> paused_; ///< Over the limit of their groups.
+    std::unique_ptr<char[]> scratch_;
+    std::size_t left_of_turn_ = 0; ///< Bytes.
+    std::vector<Tunnel*> ready_;   ///< May have something to do; each is there once.
+    std::vector<Tunnel*> paused_;  ///< Over the limit of their groups.
     TimePoint now_;
     std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
     async::Wakeup ended_;
