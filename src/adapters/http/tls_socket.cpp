@@ -11,9 +11,25 @@
 namespace webots_cloud::adapters {
 namespace {
 
+// The data of a BIO is one word: the descriptor, and in the lowest bit whether more follows.
+std::intptr_t word_of(BIO* bio)
+{
+    return reinterpret_cast<std::intptr_t>(BIO_get_data(bio));
+}
+
+void set_word(BIO* bio, std::intptr_t descriptor, bool more)
+{
+    BIO_set_data(bio, reinterpret_cast<void*>(descriptor * 2 + (more ? 1 : 0)));
+}
+
 int descriptor_of(BIO* bio)
 {
-    return static_cast<int>(reinterpret_cast<std::intptr_t>(BIO_get_data(bio)));
+    return static_cast<int>(word_of(bio) / 2);
+}
+
+bool has_more(BIO* bio)
+{
+    return word_of(bio) % 2 != 0;
 }
 
 bool is_passing(ssize_t outcome)
@@ -35,7 +51,8 @@ int read_socket(BIO* bio, char* data, int size)
 int write_socket(BIO* bio, char const* data, int size)
 {
     BIO_clear_retry_flags(bio);
-    auto const outcome = ::send(descriptor_of(bio), data, static_cast<std::size_t>(size), MSG_NOSIGNAL);
+    int const flags = has_more(bio) ? MSG_NOSIGNAL | MSG_MORE : MSG_NOSIGNAL;
+    auto const outcome = ::send(descriptor_of(bio), data, static_cast<std::size_t>(size), flags);
     if (is_passing(outcome))
         BIO_set_retry_write(bio);
     return static_cast<int>(outcome);
@@ -63,9 +80,15 @@ BIO_METHOD* socket_method()
 void attach_tls(SSL* tls, int descriptor)
 {
     auto* const bio = BIO_new(socket_method());
-    BIO_set_data(bio, reinterpret_cast<void*>(static_cast<std::intptr_t>(descriptor)));
+    set_word(bio, descriptor, false);
     BIO_set_init(bio, 1);
     SSL_set_bio(tls, bio, bio);
+}
+
+void announce_more(SSL* tls, bool more)
+{
+    auto* const bio = SSL_get_wbio(tls);
+    set_word(bio, descriptor_of(bio), more);
 }
 
 } // namespace webots_cloud::adapters

@@ -11,4 +11,8 @@ namespace webots_cloud::adapters {
 /// which ignore that signal, but not in a program that embeds them.
 void attach_tls(SSL* tls, int descriptor);
 
+/// Whether other records follow at once those that are written next: then the kernel puts them into the same
+/// packets. False must be the last word before anybody waits.
+void announce_more(SSL* tls, bool more);
+
 } // namespace webots_cloud::adapters

@@ -1,5 +1,7 @@
 #include "tunnel_end.hpp"
 
+#include "tls_socket.hpp"
+
 #include <openssl/err.h>
 #include <openssl/ssl.h>
 
@@ -107,19 +109,22 @@ std::size_t TunnelEnd::write(std::string_view bytes) noexcept
 std::size_t TunnelEnd::write_tls(std::string_view bytes) noexcept
 {
     std::size_t written = 0;
+    auto* const tls = connection_.tls.get();
     while (written < bytes.size()) {
         ERR_clear_error();
-        int const sent =
-            SSL_write(connection_.tls.get(), bytes.data() + written, clamped(bytes.size() - written));
+        // A packet has room for several records, and each packet wakes the peer.
+        announce_more(tls, bytes.size() - written > SSL3_RT_MAX_PLAIN_LENGTH);
+        int const sent = SSL_write(tls, bytes.data() + written, clamped(bytes.size() - written));
         if (sent > 0) {
             written += static_cast<std::size_t>(sent);
             continue;
         }
-        int const error = SSL_get_error(connection_.tls.get(), sent);
+        int const error = SSL_get_error(tls, sent);
         may_write_ = false;
         is_broken_ = is_broken_ || (error != SSL_ERROR_WANT_READ && error != SSL_ERROR_WANT_WRITE);
         break;
     }
+    announce_more(tls, false);
     return written;
 }
 

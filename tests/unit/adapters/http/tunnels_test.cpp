@@ -1,5 +1,7 @@
 #include "unit_test.hpp"
 
+#include "adapters/http/tls_certificate.hpp"
+#include "adapters/http/tls_socket.hpp"
 #include "adapters/http/tunnels.hpp"
 #include "forward_fixture.hpp"
 
@@ -13,6 +15,7 @@
 #include <atomic>
 #include <cstdio>
 #include <filesystem>
+#include <netinet/tcp.h>
 #include <sys/resource.h>
 #include <thread>
 #include <vector>
@@ -104,6 +107,66 @@ public:
 
 private:
     std::filesystem::path folder_;
+};
+
+/// Both ends of a connection over TLS.
+class TlsPair
+{
+public:
+    explicit TlsPair(SSL_CTX* server_context)
+        : client_(context_), client_context_(SSL_CTX_new(TLS_client_method())), tls_(SSL_new(client_context_))
+    {
+        using tcp = boost::asio::ip::tcp;
+        tcp::acceptor acceptor(context_, tcp::endpoint(boost::asio::ip::address_v4::loopback(), 0));
+        client_.connect(acceptor.local_endpoint());
+        auto accepted = acceptor.accept();
+        accepted.set_option(tcp::no_delay(true));
+        server.descriptor = accepted.release();
+        server.tls.reset(SSL_new(server_context));
+        adapters::attach_tls(server.tls.get(), server.descriptor);
+        SSL_set_fd(tls_, client_.native_handle());
+        std::thread accepting([this] { SSL_accept(server.tls.get()); });
+        bool const is_connected = SSL_connect(tls_) == 1;
+        accepting.join();
+        BOOST_TEST_REQUIRE(is_connected);
+    }
+    TlsPair(TlsPair const&) = delete;
+    TlsPair& operator=(TlsPair const&) = delete;
+    ~TlsPair()
+    {
+        SSL_free(tls_);
+        SSL_CTX_free(client_context_);
+    }
+
+    /// By the client, with data.
+    std::uint32_t packets_received()
+    {
+        // `tcpi_data_segs_in`, which the C library's own `tcp_info` has not got.
+        constexpr std::size_t place = 152 / sizeof(std::uint32_t);
+        std::array<std::uint32_t, place + 1> info{};
+        socklen_t size = sizeof info;
+        BOOST_TEST_REQUIRE(::getsockopt(client_.native_handle(), IPPROTO_TCP, TCP_INFO, info.data(), &size) ==
+                           0);
+        return info[place];
+    }
+
+    std::string read(std::size_t size)
+    {
+        std::string text(size, '\0');
+        std::size_t got = 0;
+        for (int part = 1; got < size && part > 0; got += static_cast<std::size_t>(std::max(part, 0)))
+            part = SSL_read(tls_, text.data() + got, static_cast<int>(size - got));
+        text.resize(got);
+        return text;
+    }
+
+    adapters::NetworkStream::Released server;
+
+private:
+    boost::asio::io_context context_;
+    boost::asio::ip::tcp::socket client_;
+    SSL_CTX* client_context_;
+    SSL* tls_;
 };
 
 /// A browser over TLS.
@@ -209,6 +272,26 @@ BOOST_AUTO_TEST_CASE(browsers_may_come_over_tls)
     BOOST_TEST(browser.read(10) == "last words");
     BOOST_TEST(browser.is_ended());
     BOOST_TEST(server.eventually_counts(&HttpServerStatistics::tunnels, 0));
+}
+
+// Each packet wakes the browser, which costs as much as encryption.
+BOOST_AUTO_TEST_CASE(records_of_tls_share_packets)
+{
+    Certificate const certificate;
+    auto const context = adapters::load_tls_context(certificate.certificate(), certificate.key());
+    BOOST_TEST_REQUIRE(bool(context));
+    TlsPair pair(context->get());
+    adapters::TunnelEnd end(std::move(pair.server));
+    std::string const two_records(30'000, 'x');
+    // The kernel sends what it was told to hold back after a fifth of a second: once we may be that slow.
+    bool is_one_packet = false;
+    for (int i = 0; i < 10 && !is_one_packet; ++i) {
+        auto const before = pair.packets_received();
+        BOOST_TEST_REQUIRE(end.write(two_records) == two_records.size());
+        BOOST_TEST_REQUIRE((pair.read(two_records.size()) == two_records));
+        is_one_packet = pair.packets_received() == before + 1;
+    }
+    BOOST_TEST(is_one_packet);
 }
 
 BOOST_AUTO_TEST_CASE(everything_arrives_in_order_in_both_directions_at_once)
