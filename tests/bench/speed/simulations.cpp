@@ -116,7 +116,8 @@ private:
         browser.answered = true;
         if (target.starts_with("/file")) {
             browser.left = std::strtoull(query.c_str(), nullptr, 10);
-            browser.unsent = "HTTP/1.1 200 OK\r\nContent-Type: application/octet-stream\r\nContent-Length: " +
+            browser.unsent = "HTTP/1.1 200 OK\r\nContent-Type: application/octet-stream\r\n"
+                             "Connection: close\r\nContent-Length: " +
                              std::to_string(browser.left) + "\r\n\r\n";
             browser.closes = true;
         } else {
