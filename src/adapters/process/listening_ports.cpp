@@ -8,9 +8,11 @@
 #include <linux/sock_diag.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
+#include <cerrno>
 #include <charconv>
 #include <cstdio>
 #include <memory>
@@ -24,7 +26,13 @@ namespace {
 // The value of TCP_LISTEN; <netinet/tcp.h> and <linux/tcp.h> do not go together.
 constexpr unsigned listen_state = 10;
 
-using PortsByInode = std::unordered_map<std::uint32_t, std::uint16_t>;
+struct Listening
+{
+    std::uint16_t port = 0;
+    uid_t user = 0;
+};
+
+using PortsByInode = std::unordered_map<std::uint32_t, Listening>;
 
 // Of one look: see the header.
 constexpr std::size_t max_processes = 64;
@@ -51,7 +59,10 @@ bool take_answer(char* data, ssize_t size, PortsByInode& ports)
             return false;
         auto const* socket =
             reinterpret_cast<inet_diag_msg const*>(reinterpret_cast<char const*>(header) + NLMSG_HDRLEN);
-        ports.emplace(socket->idiag_inode, ntohs(socket->id.idiag_sport));
+        Listening found;
+        found.port = ntohs(socket->id.idiag_sport);
+        found.user = socket->idiag_uid;
+        ports.emplace(socket->idiag_inode, found);
     }
     return true;
 }
@@ -103,13 +114,28 @@ PortsByInode listening_sockets(std::uint16_t first, std::uint16_t last)
 /// What is left of the files that may be looked at.
 using Budget = std::size_t;
 
+/// The lowest of `sockets` that belongs to the user of a process whose files we may not list: a subordinate
+/// user of ours, who is that of one simulation alone. 0: none.
+std::uint16_t port_of_user(pid_t process, PortsByInode const& sockets)
+{
+    struct stat status;
+    if (::stat(("/proc/" + std::to_string(process)).c_str(), &status) != 0 || status.st_uid == 0 ||
+        status.st_uid == ::geteuid())
+        return 0;
+    std::uint16_t lowest = 0;
+    for (auto const& [inode, socket] : sockets)
+        if (socket.user == status.st_uid && (lowest == 0 || socket.port < lowest))
+            lowest = socket.port;
+    return lowest;
+}
+
 /// The lowest of `sockets` that is among the open files of a process; 0: none.
 std::uint16_t port_of(pid_t process, PortsByInode const& sockets, Budget& files)
 {
     auto const folder = "/proc/" + std::to_string(process) + "/fd";
     std::unique_ptr<DIR, int (*)(DIR*)> const directory(::opendir(folder.c_str()), ::closedir);
     if (!directory)
-        return 0;
+        return errno == EACCES ? port_of_user(process, sockets) : std::uint16_t{0};
     constexpr std::string_view prefix = "socket:[";
     std::uint16_t lowest = 0;
     for (; files > 0; --files) {
@@ -123,8 +149,8 @@ std::uint16_t port_of(pid_t process, PortsByInode const& sockets, Budget& files)
         std::uint32_t inode = 0;
         std::from_chars(target.data() + prefix.size(), target.data() + size, inode);
         auto const socket = sockets.find(inode);
-        if (socket != sockets.end() && (lowest == 0 || socket->second < lowest))
-            lowest = socket->second;
+        if (socket != sockets.end() && (lowest == 0 || socket->second.port < lowest))
+            lowest = socket->second.port;
     }
     return lowest;
 }
