@@ -289,6 +289,9 @@ struct Account
 /// Looks a user up by name; nothing where there is none. May block, as for users from a directory service.
 std::optional<Account> find_account(std::string const& name);
 
+/// The name of a user; empty: there is none. May block, too.
+std::string find_user_name(std::uint32_t user);
+
 /// From now on the calling thread, and every thread and program that it starts, can open no other files than
 /// these (Landlock), executes no programs, mounts nothing, gains no privileges, signals nobody outside unless
 /// that is asked for, and can't look into processes outside. What is open already stays usable. Files that do

@@ -178,7 +178,8 @@ struct SimulationConfig
     std::string display;
     /// `sandbox`: `auto`, `none`, `bubblewrap`, `firejail`, or `docker`, which is the same as `docker`.
     std::string sandbox = "auto";
-    /// `simulationUser`: who runs simulations: `auto`, `none` (the server's user), or the name of a user.
+    /// `simulationUser`: who runs simulations: `auto`, `none` (the server's user), `subordinate`, or the name
+    /// of a user.
     std::string simulation_user = "auto";
     /// `confineServer`: what handles requests and projects can open only the server's own files, where the
     /// kernel has Landlock.

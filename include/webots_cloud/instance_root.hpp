@@ -67,6 +67,9 @@ public:
 
     LeftOvers const& left_overs() const noexcept { return left_overs_; }
 
+    /// Tries again to remove everything that is in the folder, which nothing may be that is in use yet.
+    void remove_left_overs();
+
     /// What was found and mended: sentences for the operator.
     std::vector<std::string> const& notices() const noexcept { return notices_; }
 

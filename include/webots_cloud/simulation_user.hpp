@@ -1,4 +1,4 @@
-// Who runs simulators: another user than the server's, where the server is root.
+// Who runs simulators: another user than the server's, where the server is root, or has subordinate numbers.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +7,18 @@
 #include <vector>
 
 namespace webots_cloud {
+
+/// Numbers that `/etc/subuid` and `/etc/subgid` leave to a user.
+struct SubordinateRange
+{
+    SubordinateRange() = default;
+
+    std::filesystem::path newuidmap; ///< The programs that may use them, absolute.
+    std::filesystem::path newgidmap;
+    std::uint32_t first_user = 0;
+    std::uint32_t first_group = 0;
+    std::uint32_t count = 0; ///< Of both; at least 65536.
+};
 
 /// The user of simulators.
 struct SimulationUser
@@ -21,6 +33,8 @@ struct SimulationUser
     };
 
     Kind kind = Kind::servers;
+    int user_namespace = -1;                    ///< Of `of_its_own`: where the numbers are meant; -1: here.
+    std::uint32_t numbers = 0;                  ///< Of `of_its_own`, in a namespace: 1 to this.
     std::uint32_t user = 0;                     ///< Of `one`.
     std::uint32_t group = 0;                    ///< Of `one`.
     std::vector<std::uint32_t> groups;          ///< Further groups: those of graphics processors above all.

@@ -35,12 +35,32 @@ inline std::filesystem::path find_program(std::string_view name)
     return {};
 }
 
+/// The same, where the programs of administrators are too, which are not on everybody's PATH.
+inline std::filesystem::path find_system_program(std::string_view name)
+{
+    auto found = find_program(name);
+    for (std::filesystem::path const folder : {"/usr/sbin", "/sbin", "/usr/bin"})
+        if (found.empty() && is_program(folder / name))
+            found = folder / name;
+    return found;
+}
+
 /// An absolute path: simulators run in other working directories.
 inline std::filesystem::path absolute_path(std::filesystem::path const& path)
 {
     std::error_code failed;
     auto const found = path.empty() ? path : std::filesystem::absolute(path, failed);
     return failed ? path : found;
+}
+
+/// The file with the password of the X display; empty: there is none.
+inline std::filesystem::path x_authority()
+{
+    std::error_code failed;
+    auto file = std::filesystem::path(environment("XAUTHORITY"));
+    if (file.empty() && !environment("HOME").empty())
+        file = std::filesystem::path(environment("HOME")) / ".Xauthority";
+    return std::filesystem::is_regular_file(file, failed) ? absolute_path(file) : std::filesystem::path();
 }
 
 } // namespace webots_cloud::app

@@ -34,16 +34,6 @@ constexpr std::initializer_list<char const*> graphics_devices = {
     "/dev/nvidia0", "/dev/nvidia1",   "/dev/nvidia2",    "/dev/nvidia3",          "/dev/nvidia4",
     "/dev/nvidia5", "/dev/nvidia6",   "/dev/nvidia7"};
 
-/// The programs of administrators are not on everybody's PATH.
-fs::path find_system_program(std::string_view name)
-{
-    auto found = find_program(name);
-    for (auto const* folder : {"/usr/sbin", "/sbin", "/usr/bin"})
-        if (found.empty() && is_program(fs::path(folder) / name))
-            found = fs::path(folder) / name;
-    return found;
-}
-
 result<> write_file(fs::path const& path, std::string_view text)
 {
     std::ofstream file(path, std::ios::trunc | std::ios::binary);
@@ -98,15 +88,6 @@ std::vector<fs::path> folders_of(fs::path const& simulator)
     return folders;
 }
 
-fs::path x_authority()
-{
-    std::error_code failed;
-    auto file = fs::path(environment("XAUTHORITY"));
-    if (file.empty() && !environment("HOME").empty())
-        file = fs::path(environment("HOME")) / ".Xauthority";
-    return fs::is_regular_file(file, failed) ? absolute_path(file) : fs::path();
-}
-
 std::string read_small_file(fs::path const& path)
 {
     std::array<char, 16 * 1024> buffer;
@@ -116,6 +97,12 @@ std::string read_small_file(fs::path const& path)
 }
 
 constexpr std::uintmax_t max_copied = 1 << 20;
+
+/// Who can read what simulations of this user can, where nothing else confines them.
+std::string_view who_reads_as(SimulationUser const& user)
+{
+    return user.is_other() ? "everybody on this machine" : "this server";
+}
 
 result<> find_bubblewrap(SandboxParams& sandbox)
 {
@@ -265,10 +252,13 @@ asio::awaitable<result<ChosenSandbox>> choose_sandbox(SimulationConfig const& co
         co_return chosen;
     }
     if (config.sandbox == "none") {
-        log.warning("Simulations run without a sandbox, as \"sandbox\" says: each of them can read what this "
-                    "server can read, and reach what it reaches (docs/sandboxes.md).");
+        log.warning(
+            concat("Simulations run without a sandbox, as \"sandbox\" says: each of them can read what ",
+                   who_reads_as(context.user),
+                   " can read, and reach what this server reaches (docs/sandboxes.md)."));
         chosen.description = "none";
         chosen.params.user = context.user;
+        chosen.params.x_authority = x_authority(); // another user gets a copy
         co_return chosen;
     }
     std::vector<std::string> names{config.sandbox};
@@ -288,8 +278,9 @@ asio::awaitable<result<ChosenSandbox>> choose_sandbox(SimulationConfig const& co
             auto const of_root = co_await check(*assembled, context, processes, clock);
             if (of_root)
                 log.warning(
-                    concat("Simulations run as root in the sandbox, since another user can't make it: ",
-                           works.error().message(), " (docs/sandboxes.md, \"Another user\")."));
+                    concat("Simulations run as ", ::geteuid() == 0 ? "root" : "this server's own user",
+                           " in the sandbox, since another user can't make it: ", works.error().message(),
+                           " (docs/sandboxes.md, \"Another user\")."));
             if (of_root)
                 works = of_root;
         }
@@ -314,9 +305,10 @@ asio::awaitable<result<ChosenSandbox>> choose_sandbox(SimulationConfig const& co
                                  " (docs/sandboxes.md)"));
     chosen.description = "none";
     chosen.params.user = context.user;
-    chosen.warning = concat("Simulations run without a sandbox, and can read what this server can read, and "
-                            "reach what it reaches: ",
-                            reasons, " (docs/sandboxes.md).");
+    chosen.params.x_authority = x_authority();
+    chosen.warning =
+        concat("Simulations run without a sandbox, and can read what ", who_reads_as(context.user),
+               " can read, and reach what this server reaches: ", reasons, " (docs/sandboxes.md).");
     log.warning(chosen.warning);
     co_return chosen;
 }

@@ -102,9 +102,6 @@ result<InstanceRoot> open_instances(SimulationConfig const& config, Logger const
         log.warning(notice);
     if (auto const removed = root->left_overs().removed; removed > 0)
         log.info(concat("Removed ", std::to_string(removed), " left-over instance directories"));
-    if (auto const kept = root->left_overs().kept; kept > 0)
-        log.warning(concat(std::to_string(kept), " left-over instance directories can't be removed: remove ",
-                           root->path().string(), "/left-over-* by hand."));
     return root;
 }
 
@@ -158,16 +155,31 @@ result<core::SimulatorChoice> choose_simulator(SimulationConfig const& config, f
     return choice;
 }
 
+/// What a source needs where simulations run as users of `/etc/subuid`.
+struct HandOver
+{
+    ProjectSource& operator()(ProjectSource& source, std::vector<std::unique_ptr<ProjectSource>>& owned) const
+    {
+        if (!users)
+            return source;
+        owned.push_back(for_subordinate_users(source, users, instances));
+        return *owned.back();
+    }
+
+    std::shared_ptr<SubordinateUsers> users; ///< Null: they don't.
+    fs::path instances;
+};
+
 /// The sources of all forges. All git servers share one source and its cache.
 struct Sources
 {
     Sources(asio::any_io_executor const& executor, SimulationConfig const& config, fs::path const& instances,
-            std::shared_ptr<FetchBudget> const& budget, Logger const& log)
+            std::shared_ptr<FetchBudget> const& budget, Logger const& log, HandOver const& for_users)
     {
         for (auto const& forge : config.forges) {
             if (!forge.directory.empty()) {
                 owned.push_back(make_directory_source(forge.directory));
-                forges.emplace_back(forge.url, *owned.back());
+                forges.emplace_back(forge.url, for_users(*owned.back(), owned));
                 continue;
             }
             if (!git) {
@@ -177,7 +189,7 @@ struct Sources
                 params.instances = instances;
                 git = make_git_source(executor, params, log, budget);
             }
-            forges.emplace_back(forge.url, *git);
+            forges.emplace_back(forge.url, for_users(*git, owned));
         }
     }
 
@@ -383,7 +395,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
         co_return choice.error();
     if (!choice->notice.empty())
         log.warning(choice->notice);
-    auto const root = open_instances(config, log);
+    auto root = open_instances(config, log);
     if (!root)
         co_return root.error();
     auto const& instances = root->path();
@@ -410,7 +422,8 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     auto const user = co_await app::choose_simulation_user(config, sandbox_context, *processes, *clock, log);
     if (!user)
         co_return user.error();
-    sandbox_context.user = *user;
+    sandbox_context.user = user->user;
+    co_await app::remove_left_overs(*root, user->subordinate, guard, log);
     auto const sandbox = co_await app::choose_sandbox(config, sandbox_context, *processes, *clock, log);
     if (!sandbox)
         co_return sandbox.error();
@@ -436,13 +449,16 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
         tell_confinement(app::confine_simulation_server(config, std::move(own)), log);
     }
     auto const budget = make_fetch_budget(config.fetch_memory, config.fetch_disk);
-    Sources sources(executor, config, instances, budget, log);
+    HandOver const for_users{sandbox->params.user.user_namespace >= 0 ? user->subordinate : nullptr,
+                             instances};
+    Sources sources(executor, config, instances, budget, log, for_users);
     ProjectFetcherParams fetching;
     fetching.instances = instances;
     std::unique_ptr<ProjectSource> websites; // the pages of websites know nothing of containers
     if (!config.docker)
         websites = make_website_source(website_params(config, choice->program), log, budget);
-    ProjectFetcher fetcher(fetching, sources.forges, log, websites.get());
+    ProjectFetcher fetcher(fetching, sources.forges, log,
+                           websites ? &for_users(*websites, sources.owned) : nullptr);
     std::unique_ptr<TextFiles> files;
     std::unique_ptr<DockerMode> docker;
     if (config.docker) {
@@ -471,6 +487,8 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     service_settings.isolation_warning =
         isolation_warning.empty() ? sandbox->warning : std::move(isolation_warning);
     service_settings.sandbox = config.docker ? container_network.description : sandbox->description;
+    if (!user->description.empty())
+        service_settings.sandbox.append(concat("; ", app::describe_user(*user, sandbox->params.user)));
     service_settings.display = display->description;
     auto const tickets = app::ticket_check(config, *clock, log);
     if (!tickets)
@@ -491,6 +509,8 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     auto const logs = make_simulation_logs(executor, logs_params(config), *clock, log);
     auto const folder_meter = make_folder_meter();
     hooks.folder_meter = folder_meter.get();
+    if (for_users.users)
+        hooks.folder_meter = for_users.users.get();
     if (config.simulation_log_keep > Duration::zero())
         hooks.simulation_logs = logs.get();
     SimulationService service(std::move(service_settings), fetcher, launcher, *metrics, *clock, log,

@@ -3,18 +3,43 @@
 
 #include "sandbox.hpp"
 
+#include <webots_cloud/instance_root.hpp>
 #include <webots_cloud/simulation_user.hpp>
+#include <webots_cloud/subordinate_users.hpp>
+
+#include <memory>
+#include <string>
 
 namespace webots_cloud::app {
 
+struct ChosenUser
+{
+    ChosenUser() = default;
+
+    SimulationUser user;
+    std::shared_ptr<SubordinateUsers> subordinate; ///< Whose namespace `user` means; null: none.
+    std::string description; ///< For the monitor page, where the server is not root; or empty.
+};
+
 /// Does what the key `simulationUser` says, and tries whether it works: the user must reach Webots, and be
 /// kept from the server. Where nobody asked for a user and it does not work, simulations run as the server's,
-/// with a warning.
+/// with a warning where that is root.
 /// Errors: `start_failed`: the user that the operator asked for can't be had.
-boost::asio::awaitable<result<SimulationUser>> choose_simulation_user(SimulationConfig const& config,
-                                                                      SandboxContext context,
-                                                                      ProcessHost& processes, Clock& clock,
-                                                                      Logger log);
+boost::asio::awaitable<result<ChosenUser>> choose_simulation_user(SimulationConfig const& config,
+                                                                  SandboxContext context,
+                                                                  ProcessHost& processes, Clock& clock,
+                                                                  Logger log);
+
+/// Removes what simulations of an earlier server have left, with the rights of the users whose it is: before
+/// the service starts. `subordinate`: null: they are tried. What can't be removed is told the operator.
+/// Lifetime: `root` must outlive the operation.
+boost::asio::awaitable<void> remove_left_overs(InstanceRoot& root,
+                                               std::shared_ptr<SubordinateUsers> subordinate,
+                                               std::filesystem::path guard, Logger log);
+
+/// For the monitor page, where the server is not root: who runs simulations, `chosen` or, since the sandbox
+/// did not work so, another `user`.
+std::string describe_user(ChosenUser const& chosen, SimulationUser const& user);
 
 /// Writes into the log who runs simulations, where it is not the server's user.
 void tell_user(SimulationUser const& user, Logger const& log);

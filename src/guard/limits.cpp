@@ -105,11 +105,16 @@ bool open_groups(Limits& limits)
     return true;
 }
 
-bool enter(Limits const& limits)
+bool enter_groups(Limits const& limits)
 {
     for (int i = 0; i < Limits::max_groups && limits.folders[i]; ++i)
         if (write(limits.groups[i], "0", 1) != 1) // who writes this is moved
             return false;
+    return true;
+}
+
+bool set_limits(Limits const& limits)
+{
     if (limits.data > 0 && !lower(RLIMIT_DATA, limits.data))
         return false;
     if (limits.files > 0 && !lower(RLIMIT_NOFILE, limits.files))

@@ -23,8 +23,10 @@ bool take_limits(int& argc, char**& argv, Limits& limits);
 /// Outside of the namespaces, where their files are found.   False: `errno` says why not.
 bool open_groups(Limits& limits);
 
-/// In the process that then executes the program.   False: `errno` says why not, and it must not run.
-bool enter(Limits const& limits);
+/// Both in the process that then executes the program: its groups, which a user other than the server may not
+/// enter, and its limits.   False: `errno` says why not, and it must not run.
+bool enter_groups(Limits const& limits);
+bool set_limits(Limits const& limits);
 
 /// When no process is left in them, and the server, which else does it, is gone.
 void remove_groups(Limits const& limits);

@@ -1,7 +1,7 @@
 // webots-process-guard: runs one program and makes sure that no process it started outlives it, or outlives
 // the server that asked for it.
 //
-//     webots-process-guard [--cleanup COUNT WORD...] [--set-user-id]
+//     webots-process-guard [--cleanup COUNT WORD...] [--subordinate] [--set-user-id]
 //                          [--network none PORT | --network internet PORT SLIRP IP RULES] [--broker SOCKET]
 //                          [--group FOLDER]... [--limit NAME NUMBER]...
 //                          [--container DOCKER PROJECT SERVICE] [--own-sandbox FOLDER] [--own-displays]
@@ -12,6 +12,8 @@
 //     webots-process-guard --probe [--read-only FOLDER]...
 //     webots-process-guard --filter PROGRAM [ARGUMENT...]
 //     webots-process-guard --try FILE PORT PROCESS
+//     webots-process-guard --make-users NEWUIDMAP NEWGIDMAP FIRST_USER FIRST_GROUP COUNT
+//     webots-process-guard --subordinate --take-back FOLDER | --measure FOLDER ENOUGH | --put FROM TO FILE
 //
 // Standard input is the control socket. A byte asks the program to end: it gets SIGTERM, and the whole tree
 // SIGKILL after GRACE_MS milliseconds. End-of-file, which also arrives when the server dies for whatever
@@ -65,6 +67,12 @@
 // HOME in it and a copy of the file AUTHORITY, and so the program can neither signal the guard and its server
 // nor read their files. PATHs are reached even below folders of root's. See user.hpp.
 //
+// --subordinate: we enter the user namespace whose descriptor we get as number 3, are root in there, and do
+// as root does. --make-users makes that namespace and sends its descriptor over the socket: see
+// subordinate.hpp. The users in it are numbers of /etc/subuid, so that a server that is not root has other
+// users, too. What became theirs is taken back when no process of the tree is left. With the other options
+// the guard only does one thing in the folder of such a user: see folders.hpp.
+//
 // --filter, run in a sandbox, runs a program without some system calls: see system_calls.hpp.
 //
 // --try, run in a sandbox, prints what is possible there that should not be: see attempts.hpp.
@@ -81,8 +89,10 @@
 #include "attempts.hpp"
 #include "container_network.hpp"
 #include "display.hpp"
+#include "folders.hpp"
 #include "pid_namespace.hpp"
 #include "privileges.hpp"
+#include "subordinate.hpp"
 #include "system_calls.hpp"
 
 #include <fcntl.h>
@@ -110,6 +120,7 @@ using webots_cloud::guard::Started;
 
 constexpr int exec_failed = 127; // as in shells and coreutils
 constexpr long max_cleanup_ms = 60'000;
+constexpr int descriptor_of_users = 3; // of a user namespace, with --subordinate
 
 long now_ms()
 {
@@ -133,19 +144,23 @@ void open_files(Program const& program)
     }
 }
 
-/// In the child: executes the program.
-[[noreturn]] void execute(Program const& program)
+[[noreturn]] void refuse_without_limits(Program const& program)
+{
+    std::printf("can't set the limits of %s: %s\n", program.argv[0], std::strerror(errno));
+    std::fflush(stdout);
+    _exit(exec_failed);
+}
+
+/// In the child, which is in its groups: executes the program.
+[[noreturn]] void execute_in_groups(Program const& program)
 {
     prctl(PR_SET_PDEATHSIG, SIGKILL); // in case somebody kills the guard itself
     setpgid(0, 0);
     sigprocmask(SIG_SETMASK, &program.signals, nullptr);
     int const nothing = open("/dev/null", O_RDONLY | O_CLOEXEC);
     dup2(nothing, STDIN_FILENO);
-    if (!webots_cloud::guard::enter(program.limits)) {
-        std::printf("can't set the limits of %s: %s\n", program.argv[0], std::strerror(errno));
-        std::fflush(stdout);
-        _exit(exec_failed);
-    }
+    if (!webots_cloud::guard::set_limits(program.limits))
+        refuse_without_limits(program);
     open_files(program);
     execv(program.argv[0], program.argv);
     std::printf("can't run %s: %s\n", program.argv[0], std::strerror(errno));
@@ -153,9 +168,19 @@ void open_files(Program const& program)
     _exit(exec_failed);
 }
 
+/// In the child: executes the program.
+[[noreturn]] void execute(Program const& program)
+{
+    if (!webots_cloud::guard::enter_groups(program.limits))
+        refuse_without_limits(program);
+    execute_in_groups(program);
+}
+
 /// The same, for programs that we do not trust.
 [[noreturn]] void execute_confined(Program const& program)
 {
+    if (!webots_cloud::guard::enter_groups(program.limits)) // as long as this is the server's user
+        refuse_without_limits(program);
     if (!program.set_user_id && !program.own_sandbox)
         webots_cloud::guard::drop_capabilities();
     if (program.user.is_other && !webots_cloud::guard::become(program.user)) {
@@ -166,7 +191,7 @@ void open_files(Program const& program)
     }
     if (program.user.is_other && !program.set_user_id)
         prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
-    execute(program);
+    execute_in_groups(program);
 }
 
 /// The same where there is no PID namespace.
@@ -469,15 +494,67 @@ int usage(char const* name)
 {
     std::fprintf(
         stderr,
-        "usage: %s [--cleanup COUNT WORD...] [--set-user-id] [--network ...] [--group FOLDER]... "
+        "usage: %s [--cleanup COUNT WORD...] [--subordinate] [--set-user-id] [--network ...] [--group "
+        "FOLDER]... "
         "[--limit NAME NUMBER]... [--container ...] [--own-sandbox FOLDER] [--own-displays] "
         "[--open NUMBER FILE]... [--user ...] [--read-only FOLDER]... GRACE_MS PROGRAM [ARGUMENT...]\n"
         "       %s --display SERVER LIMIT_MS PROGRAM [ARGUMENT...]\n"
         "       %s --probe [--read-only FOLDER]...\n"
         "       %s --filter PROGRAM [ARGUMENT...]\n"
-        "       %s --try FILE PORT PROCESS\n",
-        name, name, name, name, name);
+        "       %s --try FILE PORT PROCESS\n"
+        "       %s --make-users NEWUIDMAP NEWGIDMAP FIRST_USER FIRST_GROUP COUNT\n"
+        "       %s --subordinate --take-back FOLDER | --measure FOLDER ENOUGH | --put FROM TO FILE\n",
+        name, name, name, name, name, name, name);
     return 2;
+}
+
+/// A folder that is a subordinate user's until this is destroyed, if it is one.
+class LentFolder
+{
+public:
+    explicit LentFolder(webots_cloud::guard::User const& user) : user_(user) {}
+    LentFolder(LentFolder const&) = delete;
+    ~LentFolder() { take_back(); }
+
+    /// When no process of the user is left.
+    void take_back()
+    {
+        if (user_.is_subordinate && !is_back_)
+            webots_cloud::guard::take_back(user_.folder); // else the server tries
+        is_back_ = true;
+    }
+
+private:
+    webots_cloud::guard::User const& user_;
+    bool is_back_ = false;
+};
+
+/// Enters the user namespace that we were given.   False: it can't be entered, and a line says why.
+bool enter_users()
+{
+    if (webots_cloud::guard::enter_user_namespace(descriptor_of_users)) {
+        webots_cloud::guard::forbid_tracing(); // entering it has changed that
+        return true;
+    }
+    std::printf("can't enter the user namespace of simulations: %s\n", std::strerror(errno));
+    return false;
+}
+
+/// Does the one thing in a folder that our command line asks for.   Returns: the exit status; -1: it asks for
+/// something else.
+int work_in_folder(int argc, char** argv)
+{
+    if (argc == 2 && std::strcmp(argv[0], "--take-back") == 0) {
+        if (webots_cloud::guard::take_back(argv[1]))
+            return 0;
+        std::printf("%s\n", std::strerror(errno));
+        return 1;
+    }
+    if (argc == 3 && std::strcmp(argv[0], "--measure") == 0)
+        return webots_cloud::guard::measure(argv[1], argv[2]);
+    if (argc == 4 && std::strcmp(argv[0], "--put") == 0)
+        return webots_cloud::guard::put(argv[1], argv[2], argv[3]);
+    return -1;
 }
 
 /// Prints what works here.
@@ -505,11 +582,18 @@ int main(int argc, char** argv)
         webots_cloud::guard::execute_on_display(argv[2], std::atoi(argv[3]), argv + 4);
     if (argc >= 3 && std::strcmp(argv[1], "--filter") == 0)
         webots_cloud::guard::execute_filtered(argv + 2);
+    if (argc == 7 && std::strcmp(argv[1], "--make-users") == 0)
+        return webots_cloud::guard::make_user_namespace(argv + 2);
     webots_cloud::guard::forbid_tracing();
     char const* const name = argv[0];
     char** const cleanup_command = take_cleanup_command(argc, argv);
     bool const is_probe = take_option(argc, argv, "--probe");
     Program program;
+    program.user.is_subordinate = take_option(argc, argv, "--subordinate");
+    if (program.user.is_subordinate && !enter_users()) // it changes what must not be set before
+        return exec_failed;
+    if (int const status = program.user.is_subordinate ? work_in_folder(argc, argv) : -1; status >= 0)
+        return status;
     program.set_user_id = take_option(argc, argv, "--set-user-id");
     bool const understood = take_network(argc, argv, program.network) &&
                             webots_cloud::guard::take_limits(argc, argv, program.limits);
@@ -522,7 +606,9 @@ int main(int argc, char** argv)
     program.read_only = argv;
     program.read_only_count = take_read_only(argc, argv);
     program.argv = argv + 1;
-    if (!understood || !has_container || !user_understood || (argc < 2 && !(is_probe && argc == 0)))
+    bool const is_of_somebody = program.user.is_other || !program.user.is_subordinate;
+    if (!understood || !has_container || !user_understood || !is_of_somebody ||
+        (argc < 2 && !(is_probe && argc == 0)))
         return usage(name);
     setsid(); // Ctrl-C in the terminal is for the server, which then ends its simulations in order
     prctl(PR_SET_CHILD_SUBREAPER, 1);
@@ -535,6 +621,7 @@ int main(int argc, char** argv)
     sigprocmask(SIG_BLOCK, &handled, &program.signals);
     if (is_probe)
         return probe(program);
+    LentFolder lent(program.user);
     if (program.user.is_other && !webots_cloud::guard::hand_over(program.user)) {
         std::printf("can't give %s to user %u: %s\n", program.user.folder, program.user.user,
                     std::strerror(errno));
@@ -575,6 +662,7 @@ int main(int argc, char** argv)
     }
     Guard guard(started, std::strtol(argv[0], nullptr, 10), owner);
     int const status = guard.watch(signals);
+    lent.take_back();
     if (program.network.broker)
         unlink(program.network.broker);
     if (guard.is_abandoned())

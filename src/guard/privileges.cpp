@@ -52,8 +52,7 @@ bool hides_processes()
 
 void forbid_tracing()
 {
-    if (!hides_processes())
-        prctl(PR_SET_DUMPABLE, 0);
+    prctl(PR_SET_DUMPABLE, hides_processes() ? 1 : 0);
 }
 
 void drop_capabilities()

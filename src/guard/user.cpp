@@ -28,8 +28,10 @@ int give(char const* path, struct stat const* status, int type, FTW*)
     // A file with another name elsewhere would change hands there, too.
     if (type == FTW_F && S_ISREG(status->st_mode) && status->st_nlink > 1)
         return FTW_CONTINUE;
-    // What only root may look into stays so: the server's part of a project.
-    bool const is_closed = type == FTW_D && (status->st_mode & (S_IRWXG | S_IRWXO)) == 0;
+    // What only root may look into stays so: the server's part of a project. Others have none, but may give
+    // everything this mode (umask).
+    bool const is_closed =
+        !receiver->is_subordinate && type == FTW_D && (status->st_mode & (S_IRWXG | S_IRWXO)) == 0;
     if (is_closed && std::strcmp(path, receiver->folder) != 0)
         return FTW_SKIP_SUBTREE;
     return lchown(path, receiver->user, receiver->groups[0]) == 0 ? FTW_CONTINUE : FTW_STOP;

@@ -10,6 +10,8 @@ struct User
 {
     static constexpr int max_groups = 32;
 
+    /// We are root in a user namespace alone, and `user` is one of it.
+    bool is_subordinate = false;
     bool is_other = false; ///< False: the program runs as we do, and nothing of this means anything.
     uid_t user = 0;
     gid_t groups[max_groups] = {}; ///< The first is the user's own.

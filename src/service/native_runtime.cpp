@@ -29,7 +29,8 @@ public:
             give_display(plan.process, params_.private_display);
         if (is_confined)
             confine(plan.process, params_.sandbox, spec.instance, port);
-        run_as(plan.process, params_.sandbox, core::own_user_number(turn_++, port), spec.instance);
+        run_as(plan.process, params_.sandbox, core::own_user_number(params_.sandbox.user, turn_++, port),
+               spec.instance);
         co_return plan;
     }
 

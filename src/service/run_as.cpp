@@ -33,6 +33,9 @@ void run_as(ProcessSpec& process, SandboxParams const& sandbox, std::uint32_t nu
         return;
     bool const of_its_own = wanted.kind == SimulationUser::Kind::of_its_own;
     ProcessUser user;
+    user.user_namespace = wanted.user_namespace;
+    if (user.user_namespace >= 0)
+        process.set_user_id = false; // nothing of that kind works in there
     user.user = of_its_own ? number : wanted.user;
     user.group = of_its_own ? number : wanted.group;
     user.groups = wanted.groups;

@@ -84,7 +84,7 @@ asio::awaitable<result<>> check_sandbox(ProcessHost& processes, Clock& clock, Sa
     process.argv = core::try_forbidden_things(attempts.guard, attempts.file, attempts.port, attempts.process);
     process.directory = instance;
     confine(process, sandbox, instance, 0);
-    run_as(process, sandbox, core::own_user_number(0, 0), instance);
+    run_as(process, sandbox, core::own_user_number(sandbox.user, 0, 0), instance);
     auto const printed = co_await run_program(processes, clock, std::move(process), check_limit);
     if (!printed)
         co_return printed.error();
@@ -95,7 +95,7 @@ asio::awaitable<result<>> check_user(ProcessHost& processes, Clock& clock, Sandb
                                      std::filesystem::path simulator, std::filesystem::path instance,
                                      SandboxAttempts attempts)
 {
-    auto const number = core::own_user_number(0, 0);
+    auto const number = core::own_user_number(sandbox.user, 0, 0);
     ProcessSpec process;
     process.argv = core::try_forbidden_things(attempts.guard, attempts.file, attempts.port, attempts.process);
     process.directory = instance;

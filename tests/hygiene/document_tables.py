@@ -12,7 +12,9 @@ STARTS_THREADS = {
     'adapters/files/mount_thread', 'adapters/git/git2_transport', 'adapters/git/git_checkout', 'adapters/git/git_coalesced_fetches', 'adapters/git/git_copy',
     'adapters/git/git_lfs', 'adapters/git/git_source', 'adapters/host/nvml', 'adapters/http/name_resolver', 'adapters/logs/line_file',
     'adapters/logs/simulation_logs', 'adapters/mail/curl_smtp', 'adapters/process/guard_probe', 'adapters/process/process_host',
-    'adapters/projects/directory_source', 'adapters/projects/folder_meter', 'adapters/projects/text_files',
+    'adapters/process/subordinate_users',
+    'adapters/projects/directory_source', 'adapters/projects/folder_meter', 'adapters/projects/subordinate_source',
+    'adapters/projects/text_files',
     'adapters/projects/website_source', 'adapters/threads/blocking_pool', 'adapters/threads/worker_threads'}
 THREADS = re.compile(r'\b(?:std::j?thread\(|std::j?thread \w+[({;]|std::vector<std::j?thread>|BlockingPool\b|WorkerThreads\b)')
 QUOTED = re.compile(r'`([^`]+)`')

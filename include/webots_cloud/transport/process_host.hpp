@@ -43,11 +43,14 @@ struct ProcessNetwork
     std::filesystem::path rules; ///< A file of lines for `ip -batch`, carried out in there; for `internet`.
 };
 
-/// Another user than ours, who runs a program. Only root can start one so.
+/// Another user than ours, who runs a program. Only root can start one so, or who has a user namespace.
 struct ProcessUser
 {
     ProcessUser() = default;
 
+    /// Not -1: the descriptor of a user namespace in which we are root, and all numbers are meant. When the
+    /// program has ended, the folders in `folder` are ours again.
+    int user_namespace = -1;
     std::uint32_t user = 0;
     std::uint32_t group = 0;
     std::vector<std::uint32_t> groups;          ///< Further ones.

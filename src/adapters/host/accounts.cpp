@@ -29,4 +29,14 @@ std::optional<Account> find_account(std::string const& name)
     return account;
 }
 
+std::string find_user_name(std::uint32_t user)
+{
+    std::array<char, 16 * 1024> text;
+    passwd entry{};
+    passwd* found = nullptr;
+    if (::getpwuid_r(user, &entry, text.data(), text.size(), &found) != 0 || !found)
+        return {};
+    return found->pw_name;
+}
+
 } // namespace webots_cloud

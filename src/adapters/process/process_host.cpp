@@ -408,6 +408,9 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
         arguments.push_back(std::to_string(spec.cleanup_command.size()));
         arguments.insert(arguments.end(), spec.cleanup_command.begin(), spec.cleanup_command.end());
     }
+    int const users = spec.user ? spec.user->user_namespace : -1;
+    if (users >= 0)
+        arguments.emplace_back("--subordinate");
     if (spec.set_user_id)
         arguments.emplace_back("--set-user-id");
     add_network(arguments, spec.network);
@@ -464,6 +467,7 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
     spawn.directory = directory.string();
     spawn.input = control_end.get();
     spawn.output = output_end.native_handle();
+    spawn.users = users;
     auto const [failure, id] = co_await pool_.run(std::move(spawn));
     if (failure != 0)
         co_return Failure(errc::start_failed,

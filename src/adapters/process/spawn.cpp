@@ -26,7 +26,10 @@ std::pair<int, pid_t> Spawn::operator()() const
     posix_spawn_file_actions_adddup2(&actions, input, STDIN_FILENO);
     posix_spawn_file_actions_adddup2(&actions, output, STDOUT_FILENO);
     posix_spawn_file_actions_adddup2(&actions, output, STDERR_FILENO);
-    posix_spawn_file_actions_addclosefrom_np(&actions, STDERR_FILENO + 1);
+    int const first_closed = users < 0 ? STDERR_FILENO + 1 : STDERR_FILENO + 2;
+    if (users >= 0)
+        posix_spawn_file_actions_adddup2(&actions, users, STDERR_FILENO + 1);
+    posix_spawn_file_actions_addclosefrom_np(&actions, first_closed);
     if (!directory.empty())
         posix_spawn_file_actions_addchdir_np(&actions, directory.c_str());
     pid_t process = -1;

@@ -21,6 +21,7 @@ struct Spawn
     std::string directory; ///< Empty: ours.
     int input = -1;
     int output = -1; ///< Also for errors.
+    int users = -1;  ///< Not -1: a user namespace, which the program gets as descriptor 3.
 
     Spawn() = default;
 

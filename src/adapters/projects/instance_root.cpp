@@ -175,6 +175,13 @@ result<InstanceRoot> InstanceRoot::open(fs::path const& state, std::string const
     return root;
 }
 
+void InstanceRoot::remove_left_overs()
+{
+    auto const tried = clear(lock_, path_);
+    left_overs_.removed += tried ? tried->removed : 0;
+    left_overs_.kept = tried ? tried->kept : left_overs_.kept;
+}
+
 InstanceRoot::~InstanceRoot()
 {
     if (lock_ >= 0)

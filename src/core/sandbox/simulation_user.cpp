@@ -2,6 +2,7 @@
 
 #include "core/text.hpp"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <utility>
@@ -71,6 +72,14 @@ result<SimulationUser> choose_simulation_user(SimulationUserContext const& conte
 std::uint32_t own_user_number(std::uint64_t turn, std::uint16_t port)
 {
     return first_number + static_cast<std::uint32_t>(turn % turns) * ports + port;
+}
+
+std::uint32_t own_user_number(SimulationUser const& user, std::uint64_t turn, std::uint16_t port)
+{
+    if (user.user_namespace < 0)
+        return own_user_number(turn, port);
+    auto const own_turns = std::max(user.numbers / ports, std::uint32_t{1});
+    return static_cast<std::uint32_t>(turn % own_turns) * ports + port + 1; // 0 is root in there
 }
 
 std::uint64_t effective_capabilities(std::string_view status)

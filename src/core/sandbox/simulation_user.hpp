@@ -46,6 +46,9 @@ result<SimulationUser> choose_simulation_user(SimulationUserContext const& conte
 /// `turn`s give different numbers, so that a simulation does not own what an earlier one has left.
 std::uint32_t own_user_number(std::uint64_t turn, std::uint16_t port);
 
+/// The same for a simulation of this user; in a user namespace, one of the namespace's numbers.
+std::uint32_t own_user_number(SimulationUser const& user, std::uint64_t turn, std::uint16_t port);
+
 /// `CapEff` of the text of `/proc/self/status`; 0: there is none.
 std::uint64_t effective_capabilities(std::string_view status);
 

@@ -101,6 +101,23 @@ BOOST_AUTO_TEST_CASE(no_two_simulations_have_the_same_number)
     BOOST_TEST(own_user_number(1024, 2001) == own_user_number(0, 2001));
 }
 
+BOOST_AUTO_TEST_CASE(in_a_user_namespace_numbers_are_those_of_the_namespace)
+{
+    SimulationUser user;
+    user.kind = Kind::of_its_own;
+    BOOST_TEST(own_user_number(user, 3, 2001) == own_user_number(3, 2001));
+    user.user_namespace = 5;
+    user.numbers = 2 * 65536 + 7;
+    std::set<std::uint32_t> numbers;
+    for (std::uint64_t turn = 0; turn < 2; ++turn)
+        for (std::uint16_t const port : {0, 2001, 65535})
+            numbers.insert(own_user_number(user, turn, port));
+    BOOST_TEST(numbers.size() == 6U);
+    BOOST_TEST(*numbers.begin() == 1U); // 0 is the server
+    BOOST_TEST(*numbers.rbegin() == 2 * 65536U);
+    BOOST_TEST(own_user_number(user, 2, 2001) == own_user_number(user, 0, 2001));
+}
+
 BOOST_AUTO_TEST_CASE(capabilities_are_read_from_the_kernels_text)
 {
     BOOST_TEST(effective_capabilities("Name:\tx\nCapEff:\t000001ffffffffff\nCapBnd:\t0\n") == everything);

@@ -1,0 +1,236 @@
+#include "adapters/files/file_descriptor.hpp"
+#include "adapters/threads/blocking_pool.hpp"
+#include "core/text.hpp"
+#include "spawn.hpp"
+
+#include <webots_cloud/subordinate_users.hpp>
+
+#include <fcntl.h>
+#include <sys/poll.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <utility>
+#include <vector>
+
+namespace webots_cloud {
+namespace {
+
+namespace asio = boost::asio;
+namespace fs = std::filesystem;
+using adapters::FileDescriptor;
+using core::concat;
+using std::chrono::steady_clock;
+
+constexpr auto patience_at_start = std::chrono::seconds(15); // of a machine that has much to do
+constexpr auto patience = std::chrono::minutes(1);
+constexpr std::size_t max_output = 4096;
+
+Failure system_failure(std::string_view what)
+{
+    return {errc::start_failed,
+            concat(what, ": ", std::error_code(errno, std::generic_category()).message())};
+}
+
+/// One run of the guard, for one thing. What it prints, if it succeeds.
+struct GuardRun
+{
+    result<std::string> operator()() const
+    {
+        int ends[2];
+        if (::pipe2(ends, O_CLOEXEC) != 0)
+            return system_failure("no pipe");
+        FileDescriptor const output(ends[0]);
+        FileDescriptor output_end(ends[1]);
+        FileDescriptor const nothing(::open("/dev/null", O_RDONLY | O_CLOEXEC));
+        adapters::Spawn spawn;
+        spawn.program = guard.native();
+        spawn.arguments = arguments;
+        spawn.input = input >= 0 ? input : nothing.get();
+        spawn.output = output_end.get();
+        spawn.users = users;
+        auto const [failure, process] = spawn();
+        errno = failure;
+        if (failure != 0)
+            return system_failure(concat(guard.native(), " can't be started"));
+        output_end = FileDescriptor();
+        std::string text;
+        bool const complete = read(output.get(), text);
+        if (!complete)
+            ::kill(process, SIGKILL);
+        int status = 0;
+        while (::waitpid(process, &status, 0) < 0 && errno == EINTR)
+            continue;
+        if (!complete)
+            return Failure(errc::timed_out, concat(arguments.front(), " takes too long"));
+        text = std::string(core::trim(text));
+        if (status != 0)
+            return Failure(errc::start_failed, text.empty() ? "the guard has failed" : core::printable(text));
+        return text;
+    }
+
+    /// Until the end of the output.   False: that did not come in time.
+    bool read(int output, std::string& text) const
+    {
+        auto const deadline = steady_clock::now() + limit;
+        std::array<char, 512> buffer;
+        for (;;) {
+            auto const left =
+                std::chrono::duration_cast<std::chrono::milliseconds>(deadline - steady_clock::now());
+            pollfd watched{output, POLLIN, 0};
+            int const ready = left.count() > 0 ? ::poll(&watched, 1, static_cast<int>(left.count())) : 0;
+            if (ready < 0 && errno == EINTR)
+                continue;
+            if (ready <= 0)
+                return false;
+            auto const size = ::read(output, buffer.data(), buffer.size());
+            if (size <= 0)
+                return true;
+            if (text.size() < max_output)
+                text.append(buffer.data(), static_cast<std::size_t>(size));
+        }
+    }
+
+    fs::path guard;
+    std::vector<std::string> arguments;
+    int users = -1; ///< A user namespace; -1: none.
+    int input = -1; ///< -1: nothing.
+    std::chrono::milliseconds limit = patience;
+};
+
+FileDescriptor receive_descriptor(int socket)
+{
+    char byte = 0;
+    iovec data{&byte, 1};
+    int received = -1;
+    alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof received)> control{};
+    msghdr message{};
+    message.msg_iov = &data;
+    message.msg_iovlen = 1;
+    message.msg_control = control.data();
+    message.msg_controllen = control.size();
+    if (::recvmsg(socket, &message, MSG_DONTWAIT | MSG_CMSG_CLOEXEC) != 1)
+        return FileDescriptor();
+    auto const* const header = CMSG_FIRSTHDR(&message);
+    if (header && header->cmsg_level == SOL_SOCKET && header->cmsg_type == SCM_RIGHTS &&
+        header->cmsg_len == CMSG_LEN(sizeof received))
+        std::memcpy(&received, CMSG_DATA(header), sizeof received);
+    return FileDescriptor(received);
+}
+
+struct MakeNamespace
+{
+    result<std::shared_ptr<FileDescriptor const>> operator()() const
+    {
+        int ends[2];
+        if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
+            return system_failure("no socket");
+        FileDescriptor const ours(ends[0]);
+        FileDescriptor const theirs(ends[1]);
+        GuardRun run;
+        run.guard = guard;
+        run.arguments = {"--make-users",
+                         range.newuidmap.native(),
+                         range.newgidmap.native(),
+                         std::to_string(range.first_user),
+                         std::to_string(range.first_group),
+                         std::to_string(range.count)};
+        run.input = theirs.get();
+        run.limit = patience_at_start;
+        if (auto const made = run(); !made)
+            return made.error();
+        auto received = receive_descriptor(ours.get());
+        if (!received)
+            return Failure(errc::start_failed, "the guard has sent no user namespace");
+        return std::make_shared<FileDescriptor const>(std::move(received));
+    }
+
+    fs::path guard;
+    SubordinateRange range;
+};
+
+class GuardsUsers final : public SubordinateUsers
+{
+public:
+    GuardsUsers(fs::path guard, std::shared_ptr<FileDescriptor const> opened, std::uint32_t count)
+        : guard_(std::move(guard)), namespace_(std::move(opened)), count_(count)
+    {}
+
+    int user_namespace() const noexcept override { return namespace_->get(); }
+    std::uint32_t count() const noexcept override { return count_; }
+
+    asio::awaitable<result<>> take_back(fs::path folder) override
+    {
+        auto work = inside({"--take-back", folder.native()});
+        auto const done = co_await pool_.run(std::move(work));
+        if (!done)
+            co_return Failure(errc::unavailable, done.error().message());
+        co_return result<>();
+    }
+
+    asio::awaitable<result<>> put(fs::path from, fs::path to, std::string file) override
+    {
+        auto work = inside({"--put", from.native(), to.native(), std::move(file)});
+        auto const done = co_await pool_.run(std::move(work));
+        if (!done)
+            co_return Failure(errc::unavailable, done.error().message());
+        co_return result<>();
+    }
+
+    asio::awaitable<FolderUse> measure(fs::path folder, std::uint64_t enough) override
+    {
+        auto work = inside({"--measure", folder.native(), std::to_string(enough)});
+        auto const done = co_await measuring_.run(std::move(work));
+        FolderUse use;
+        unsigned long long bytes = 0;
+        unsigned long long free = 0;
+        int too_many = 0;
+        // The next measurement makes up for one that fails.
+        if (done && std::sscanf(done->c_str(), "%llu %d %llu", &bytes, &too_many, &free) == 3) {
+            use.bytes = bytes;
+            use.too_many_files = too_many != 0;
+            use.free_bytes = free;
+        }
+        co_return use;
+    }
+
+private:
+    GuardRun inside(std::vector<std::string> arguments) const
+    {
+        GuardRun run;
+        run.guard = guard_;
+        run.arguments = std::move(arguments);
+        run.arguments.insert(run.arguments.begin(), "--subordinate");
+        run.users = namespace_->get();
+        return run;
+    }
+
+    fs::path guard_;
+    std::shared_ptr<FileDescriptor const> namespace_;
+    std::uint32_t count_;
+    adapters::BlockingPool pool_{1};
+    adapters::BlockingPool measuring_{1};
+};
+
+} // namespace
+
+asio::awaitable<result<std::shared_ptr<SubordinateUsers>>> make_subordinate_users(fs::path guard,
+                                                                                  SubordinateRange range)
+{
+    adapters::BlockingPool pool(1);
+    MakeNamespace work{guard, std::move(range)};
+    auto const count = work.range.count;
+    auto made = co_await pool.run(std::move(work));
+    if (!made)
+        co_return made.error();
+    co_return std::make_shared<GuardsUsers>(std::move(guard), std::move(*made), count);
+}
+
+} // namespace webots_cloud

@@ -1,0 +1,83 @@
+#include "adapters/files/remove_tree.hpp"
+#include "adapters/threads/blocking_pool.hpp"
+
+#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/subordinate_users.hpp>
+
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
+namespace webots_cloud {
+namespace {
+
+namespace asio = boost::asio;
+namespace fs = std::filesystem;
+
+result<> make_private_folder(fs::path const& folder)
+{
+    std::error_code failed;
+    fs::create_directory(folder, failed);
+    if (!failed)
+        fs::permissions(folder, fs::perms::owner_all, failed);
+    return failed ? result<>(Failure(errc::unavailable, failed.message())) : result<>();
+}
+
+/// Puts files back by way of a folder of the server's, and removes what a killed guard has not given back.
+class SubordinateSource final : public ProjectSource
+{
+public:
+    SubordinateSource(ProjectSource& source, std::shared_ptr<SubordinateUsers> users, fs::path scratch)
+        : source_(source), users_(std::move(users)), scratch_(std::move(scratch))
+    {}
+
+    asio::awaitable<result<FetchedProject>> fetch(FetchOrder order) override
+    {
+        return source_.fetch(std::move(order));
+    }
+
+    RefMeaning ref_meaning() const noexcept override { return source_.ref_meaning(); }
+
+    asio::awaitable<result<>> restore(RestoreOrder order) override
+    {
+        auto const scratch = scratch_ / ("restored-" + make_token());
+        auto make = [scratch] { return make_private_folder(scratch); };
+        auto restored = co_await pool_.run(std::move(make));
+        auto const root = std::exchange(order.root, scratch);
+        auto file = order.file;
+        if (restored)
+            restored = co_await source_.restore(std::move(order));
+        if (restored)
+            restored = co_await users_->put(scratch, root, std::move(file));
+        auto remove = [scratch] { return adapters::remove_tree(scratch); };
+        (void)co_await pool_.run(std::move(remove)); // else the next start of the server does it
+        co_return restored;
+    }
+
+    asio::awaitable<result<>> discard(fs::path directory) override
+    {
+        auto removed = co_await source_.discard(directory);
+        if (removed)
+            co_return removed;
+        if (auto const taken = co_await users_->take_back(directory); !taken)
+            co_return removed;
+        auto remove = [directory] { return adapters::remove_tree(directory); };
+        co_return co_await pool_.run(std::move(remove));
+    }
+
+private:
+    ProjectSource& source_;
+    std::shared_ptr<SubordinateUsers> users_;
+    fs::path scratch_;
+    adapters::BlockingPool pool_{1};
+};
+
+} // namespace
+
+std::unique_ptr<ProjectSource>
+for_subordinate_users(ProjectSource& source, std::shared_ptr<SubordinateUsers> users, fs::path scratch)
+{
+    return std::make_unique<SubordinateSource>(source, std::move(users), std::move(scratch));
+}
+
+} // namespace webots_cloud

@@ -1,0 +1,344 @@
+#!/usr/bin/python3
+"""Where the server is not root, but /etc/subuid gives its user numbers, its simulations run as other users: what they can't do even where
+nothing else confines them, and that the server is still master of their files.
+
+The lines of /etc/subuid are seen by these servers alone: each has a mount namespace with files of its own there.
+"""
+
+import asyncio
+import contextlib
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import unittest
+
+sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
+sys.path.insert(0, os.path.dirname(__file__))
+from simulation_user_test import ATTACK, OUTSIDE, WORLD, Attack, users_of  # noqa: E402
+from support.browser_client import Browser  # noqa: E402
+from support.other_user import NOBODY, OwnedServer, may_make_namespaces  # noqa: E402
+from support.projects import demo_project  # noqa: E402
+from support.servers import SimulationServer, is_alive, main, wait_until  # noqa: E402
+
+FIRST = 1_900_000_000  # nobody's on this machine
+RANGE = f"nobody:{FIRST}:65536\n"
+NEIGHBOUR = "local:/projects/neighbour/blob/main/worlds/arena.wbt"
+HOSTILE = "local:/projects/hostile/blob/main/worlds/hostile.wbt"
+FILLING = "local:/projects/filling/blob/main/worlds/hostile.wbt"
+DISK = 10  # MB
+# What it leaves is to be hard to remove; and it leads who puts files back to a folder of the server's.
+LITTER = r'''
+here = os.getcwd()
+for _ in range(50):
+    os.mkdir("deep")
+    os.chdir("deep")
+os.chdir(here)
+os.makedirs("locked/inner")
+open("locked/inner/file", "w").close()
+os.chmod("locked/inner/file", 0)
+os.chmod("locked/inner", 0)
+os.chmod("locked", 0)
+with open("attack", "a") as file:
+    file.write("# changed")
+os.remove("../linked/file")
+os.rmdir("../linked")
+os.symlink(targets["link"], "../linked")
+os.chmod("..", 0o700)
+'''
+FILL = r'''#!/usr/bin/python3
+import os, signal
+os.mkdir("hidden", 0o700)
+for i in range(3):
+    with open(f"hidden/{i}", "wb") as file:
+        file.write(b"x" * (8 << 20))
+signal.pause()
+'''
+WITH_RANGE = 'mount --bind "$0" /etc/subuid && mount --bind "$0" /etc/subgid && exec setpriv --reuid 65534 --regid 65534 --clear-groups "$@"'
+
+
+def setUpModule():
+    if os.geteuid() != 0:
+        raise unittest.SkipTest("only root can start servers as another user")
+    for name in ("newuidmap", "newgidmap"):
+        if not shutil.which(name, path=os.environ["PATH"] + ":/usr/bin"):
+            raise unittest.SkipTest(f"{name} is not installed (Debian's package uidmap)")
+    if not may_make_namespaces(NOBODY):
+        raise unittest.SkipTest("users other than root may make no namespaces here")
+    for path in ("/etc/subuid", "/etc/subgid"):
+        if not os.path.exists(path):
+            raise unittest.SkipTest(f"there is no {path}")
+
+
+def frame(address):
+    """Whether the simulator at this address serves a picture."""
+    return Attack.frame(int(address.rpartition(":")[2]))
+
+
+def subordinate_server(lines=RANGE, **keys):
+    made = OwnedServer(NOBODY, wrapper_drops_privileges=True, **{"simulationUser": "auto", "debug": False, "simulationDisk": DISK,
+                                                                     "display": "none", **keys})
+    ranges = os.path.join(made.folder, "ranges")
+    with open(ranges, "w") as file:
+        file.write(lines)
+    made.wrapper = ("unshare", "--mount", "sh", "-c", WITH_RANGE, ranges)
+    folder = os.path.join(made.folder, "projects")
+    files = {os.path.join("neighbour", path): content for path, content in demo_project().items()}
+    for name, controller in (("hostile", ATTACK + LITTER), ("filling", FILL)):
+        files[f"{name}/worlds/hostile.wbt"] = WORLD.encode()
+        files[f"{name}/controllers/attack/attack"] = controller.encode()
+    files["hostile/controllers/linked/file"] = b"pristine"
+    for path, content in files.items():
+        path = os.path.join(folder, "projects", path)
+        os.makedirs(os.path.dirname(path), exist_ok=True)
+        with open(path, "wb") as file:
+            file.write(content)
+        os.chmod(path, 0o755)
+    made.config.update(forges=[{"url": "local:", "directory": folder}], allowedRepositories=["local:/projects"])
+    return made
+
+
+def log_of(server):
+    with open(os.path.join(server.folder, "log", "simulation", "output.log")) as file:
+        return file.read() + server.log()
+
+
+def guards(server):
+    found = []
+    for pid in server.simulators():
+        with contextlib.suppress(OSError), open(f"/proc/{pid}/comm") as name:
+            if name.read().startswith("webots-process"):
+                found.append(pid)
+    return found
+
+
+class Attacked(Attack):
+    """The attempts of simulation_user_test, and what only such users make hard."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.server = subordinate_server(**{"display": ":0", **cls.keys})
+        cls.addClassCleanup(cls.server.close)
+        folder = cls.server.folder
+        secrets = [os.path.join(folder, name) for name in ("key.pem", "operator-token", "authority")]
+        for path in secrets:
+            with open(path, "w") as file:
+                file.write("secret")
+            os.chmod(path, 0o600)
+        cls.server.environment["XAUTHORITY"] = secrets[2]
+        os.chmod(folder, cls.mode)
+        cls.server.configure()
+        os.chmod(os.path.join(folder, "config.json"), 0o600)
+        cls.other = subordinate_server(**cls.keys)
+        cls.addClassCleanup(cls.other.close)
+        cls.other.start()
+        instances = cls.server.instances_folder()
+        cls.neighbour = os.path.join(instances, "1")
+        log = os.path.join(folder, "log", "simulation", "output.log")
+        path = os.path.join(folder, "projects/projects/hostile/controllers/attack/targets.json")
+        cls.server.start()
+        cls.targets = {
+            "read": [*secrets, os.path.join(folder, "config.json"), log, "/etc/shadow", os.path.join(cls.neighbour, "worlds/arena.wbt"),
+                     f"/proc/{cls.server.process.pid}/environ"],
+            "write": [log, os.path.join(instances, "planted"), os.path.join(folder, "planted"), "/usr/planted",
+                      os.path.join(cls.neighbour, "worlds/arena.wbt")],
+            "list": [instances, cls.neighbour, os.path.join(cls.server.state_folder(), str(cls.server.port))],
+            "signal": [cls.server.process.pid], "link": folder}
+        with open(path, "w") as file:
+            json.dump(cls.targets, file)
+        os.chmod(path, 0o644)
+        asyncio.run(cls.attack())
+
+    @classmethod
+    async def attack(cls):
+        async with Browser(cls.other) as others:
+            await others.start(NEIGHBOUR)
+            cls.others_address = await others.hear("webots:")
+            async with Browser(cls.server) as neighbour, Browser(cls.server) as browser:
+                await neighbour.start(NEIGHBOUR)
+                address = await neighbour.hear("webots:")
+                before = cls.server.simulators()
+                await browser.start(HOSTILE)
+                await browser.hear("webots:")
+                place = os.path.join(cls.server.instances_folder(), "2", "controllers")
+                wait_until(lambda: os.path.islink(os.path.join(place, "linked")), lambda: f"it does not attack:\n{log_of(cls.server)}")
+                with open(os.path.join(place, "attack", "said")) as file:
+                    cls.said = json.load(file)
+                cls.neighbours = users_of(before)
+                number = os.lstat(os.path.join(place, "attack", "said")).st_uid
+                cls.outer_number = number
+                cls.outside = json.loads(subprocess.run(
+                    ["setpriv", f"--reuid={number}", f"--regid={number}", "--clear-groups", sys.executable, "-c", OUTSIDE,
+                     json.dumps({"processes": [cls.server.process.pid, *before], "folder": cls.neighbour, "socket": cls.operator_socket()})],
+                    check=True, capture_output=True, text=True, cwd="/").stdout)
+                cls.monitor = cls.server.get("/monitor")
+                await cls.put_back(browser, place)
+                cls.alive = await frame(address)
+                cls.planted = [each for each in cls.targets["write"] if each.endswith("planted") and os.path.exists(each)]
+            cls.server.wait_until_clean()
+            await cls.attack_more()
+            await cls.kill_guard()
+            await cls.kill_server()
+            cls.others_alive = await frame(cls.others_address)
+            cls.other_instances = cls.other.instances()
+        cls.other.wait_until_clean()
+
+    @classmethod
+    def operator_socket(cls):
+        return cls.server.operator_socket().replace(f"webots-{os.geteuid()}", f"webots-{NOBODY}")
+
+    @classmethod
+    async def put_back(cls, browser, place):
+        await browser.socket.send(json.dumps({"reset controller": "attack/attack"}))
+        await browser.hear("reset controller: attack/attack")
+        path = os.path.join(place, "attack", "attack")
+        with open(path) as file:
+            cls.restored = file.read()
+        status = os.lstat(path)
+        cls.restored_as = (status.st_uid, status.st_gid, status.st_mode & 0o777)
+        await browser.socket.send(json.dumps({"reset controller": "linked/file"}))
+        cls.refusal = await browser.hear("loading: Error:")
+        cls.led_astray = os.path.exists(os.path.join(cls.server.folder, "file"))
+        cls.scratch = [name for name in cls.server.instances() if name.startswith("restored")]
+
+    @classmethod
+    async def attack_more(cls):
+        """Where a sandbox makes no difference, without one alone."""
+
+    @classmethod
+    async def kill_guard(cls):
+        """Then nobody gives the folder back."""
+        async with Browser(cls.server) as browser:
+            await browser.start(NEIGHBOUR)
+            await browser.hear("webots:")
+            for pid in guards(cls.server):
+                with contextlib.suppress(ProcessLookupError):
+                    os.kill(pid, signal.SIGKILL)
+            await browser.hear_all()
+        cls.server.wait_until_clean()
+
+    @classmethod
+    async def kill_server(cls):
+        """First with its guards, so that nobody gives back anything before its next start; then alone."""
+        for with_guards in (True, False):
+            async with Browser(cls.server) as browser:
+                await browser.start(HOSTILE)
+                await browser.hear("webots:")
+                instance = os.path.join(cls.server.instances_folder(), cls.server.instances()[0])
+                wait_until(lambda: os.path.islink(os.path.join(instance, "controllers", "linked")), "it leaves nothing")
+                tree = cls.server.simulators()
+                cls.server.process.send_signal(signal.SIGSTOP)
+                for pid in guards(cls.server) if with_guards else ():
+                    with contextlib.suppress(ProcessLookupError):
+                        os.kill(pid, signal.SIGKILL)
+                cls.server.process.kill()
+                cls.server.process.wait()
+            wait_until(lambda: not any(is_alive(pid) for pid in tree), "processes are left")
+            if with_guards:
+                cls.left = os.lstat(instance).st_uid
+            SimulationServer.start(cls.server)  # not OwnedServer's: that changes owners
+            wait_until(lambda: not cls.server.instances(), lambda: f"directories are left: {cls.server.instances()}\n{log_of(cls.server)}")
+
+    def test_it_is_a_user_whom_nobody_else_is(self):
+        real, effective, group = self.said["user"]
+        self.assertEqual((effective, group), (real, real))
+        self.assertNotEqual(real, 0)
+        self.assertEqual(self.outer_number, FIRST + real - 1)
+        self.assertNotIn(self.outer_number, self.neighbours)
+        self.assertTrue([user for user in self.neighbours if FIRST <= user < FIRST + 65536], self.neighbours)
+        self.assertEqual(self.said["groups"], [real])
+        self.assertFalse(self.said["become root"])
+
+    def test_its_files_are_its_own(self):
+        self.assertTrue(self.said["own"])
+
+    def test_the_log_says_so(self):
+        self.assertIn("Simulations run as other users than this server, each with a number of its own.", log_of(self.server))
+        self.assertIn("; another user for each simulation", self.monitor)
+
+    def test_a_file_is_put_back_as_its_own(self):
+        self.assertEqual(self.restored, ATTACK + LITTER)
+        self.assertEqual(self.restored_as, (self.outer_number, self.outer_number, 0o755))
+        self.assertEqual(self.scratch, [])
+
+    def test_no_file_is_put_where_a_link_leads(self):
+        self.assertFalse(self.led_astray)
+        self.assertTrue(self.refusal)
+
+    def test_what_killed_servers_and_guards_leave_is_removed(self):
+        self.assertGreaterEqual(self.left, FIRST)  # nobody had given it back
+
+    def test_another_server_of_the_same_user_is_not_disturbed(self):
+        self.assertTrue(self.others_alive)
+        self.assertEqual(self.other_instances, ["1"])
+
+
+class WithoutSandbox(Attacked, unittest.TestCase):
+    keys = {"sandbox": "none"}
+
+    @classmethod
+    async def attack_more(cls):
+        """What the server itself can't look into counts."""
+        async with Browser(cls.server) as browser:
+            await browser.start(FILLING)
+            cls.filled = await browser.hear("loading: Error:")
+        cls.server.wait_until_clean()
+
+    def test_what_only_it_can_look_into_counts(self):
+        self.assertIn(f"more than {DISK} MB", self.filled)
+
+
+class InBubblewrap(Attacked, unittest.TestCase):
+    keys = {"sandbox": "bubblewrap", "network": "none", "simulationUser": "subordinate"}
+    mode = 0o700  # the way to its own files leads through a folder that it may not enter
+    has_folders_in_memory = True
+
+    @classmethod
+    def setUpClass(cls):
+        if not os.access("/usr/bin/bwrap", os.X_OK):
+            raise unittest.SkipTest("bubblewrap is not installed")
+        super().setUpClass()
+
+
+class Choice(unittest.IsolatedAsyncioTestCase):
+    """What the key says, and what becomes of it."""
+
+    async def test_where_there_is_no_range_the_server_says_which_line_to_add(self):
+        with subordinate_server("ada:300000:65536\n") as simulation:
+            async with Browser(simulation) as browser:
+                await browser.start(NEIGHBOUR)
+                await browser.hear("webots:")
+                self.assertEqual(users_of(simulation.simulators()), {NOBODY})
+            told = 'add the line "nobody:365536:65536" to /etc/subuid and to /etc/subgid'
+            self.assertIn(f"Simulations run as this server's own user. For other users: {told}", log_of(simulation))
+            self.assertIn(told.replace('"', "&quot;"), simulation.get("/monitor"))
+            simulation.wait_until_clean()
+
+    async def test_the_operator_may_want_the_servers_own_user(self):
+        with subordinate_server(simulationUser="none") as simulation:
+            async with Browser(simulation) as browser:
+                await browser.start(NEIGHBOUR)
+                await browser.hear("webots:")
+                self.assertEqual(users_of(simulation.simulators()), {NOBODY})
+
+    async def test_a_display_that_may_admit_the_server_alone_is_not_lost(self):
+        with subordinate_server(display=":0") as simulation:
+            self.assertIn("For other users: the display :0 has no password (XAUTHORITY) that they could be given", log_of(simulation))
+
+    def refused(self, simulation):
+        self.addCleanup(simulation.close)
+        with self.assertRaises(AssertionError):
+            simulation.start()
+        return simulation.log()
+
+    def test_who_asks_for_them_gets_them_or_is_told_why_not(self):
+        self.assertIn('"simulationUser": "subordinate" does not work here: add the line "nobody:100000:65536" to /etc/subuid',
+                      self.refused(subordinate_server("", simulationUser="subordinate", debug=True)))
+        self.assertIn('"simulationUser": "subordinate" is for servers that are not root',
+                      self.refused(OwnedServer(simulationUser="subordinate")))
+
+
+if __name__ == "__main__":
+    main()
