@@ -1,5 +1,5 @@
-// The name `*` of a server: browsers are sent to the host that they asked, whatever they call it. For a class, whose
-// machines know the teacher's by an address that changes.
+// The name `*` of a server: browsers are sent to the host that they asked, whatever they call it. For a
+// class, whose machines know the teacher's by an address that changes.
 #pragma once
 
 #include <webots_cloud/public_address.hpp>
@@ -12,8 +12,9 @@ namespace webots_cloud::core {
 /// `server` of a configuration.
 inline constexpr std::string_view asked_name = "*";
 
-/// Where a browser reaches us whose request had this `Host`: with the name `*` the host it asked; where a port is
-/// part of the path (`port_rewrite`), with the port that it asked. A missing or malformed header: `localhost`.
+/// Where a browser reaches us whose request had this `Host`: with the name `*` the host it asked; where a
+/// port is part of the path (`port_rewrite`), with the port that it asked. A missing or malformed header:
+/// `localhost`.
 PublicAddress reached_at(PublicAddress address, std::string_view host);
 
 /// The same for an entry of `simulationServers`: `*/2000` or `*:2000`. Others are returned as they are.
