@@ -302,10 +302,13 @@ Forward SimulationSession::forward(core::GatewayPath const& path, IncomingReques
         return forward; // Docker opens that port of the machine for the editor
     forward.upstream.broker = ready_.broker;
     // Webots names its own files in what it serves by http:// and this header.
-    if (!request.upgrade)
+    if (!request.upgrade) {
         forward.headers.emplace_back(
             "Host", core::gateway_authority(core::reached_at(context_.address, request.header("Host")),
                                             address_token_, ready_.port));
+        // Webots says so of files, but not of pictures, which pages read to notice when they grow old.
+        forward.answer_headers.emplace_back("Access-Control-Allow-Origin", "*");
+    }
     return forward;
 }
 

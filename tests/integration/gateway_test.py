@@ -71,6 +71,7 @@ def see_pictures(url, count=3):
     """Receives some pictures of a stream without end."""
     with urllib.request.urlopen(url, timeout=PATIENCE, context=TRUST) as stream:
         assert stream.headers["Content-Type"].startswith("multipart/x-mixed-replace"), stream.headers
+        assert stream.headers["Access-Control-Allow-Origin"] == "*", stream.headers
         received = b""
         while received.count(PICTURE) < count:
             received += stream.read1(1 << 16)

@@ -119,6 +119,7 @@ struct Forward
     Upstream upstream;
     std::string target;                 ///< The path, and the query, that the other server is asked for.
     HttpHeaders headers;                ///< Replace the request's headers of these names.
+    HttpHeaders answer_headers;         ///< Of the answer, where the other server sends none of these names.
     std::shared_ptr<TunnelGroup> group; ///< Null: of none.
 };
 

@@ -158,12 +158,20 @@ ForwardedResponse::Progress ForwardedResponse::parse(std::string_view received)
     }
 }
 
+bool ForwardedResponse::has(std::string_view name) const
+{
+    return std::any_of(fields_.begin(), fields_.end(),
+                       [name](auto const& field) { return equal_ignoring_case(field.first, name); });
+}
+
+void ForwardedResponse::add_missing(std::string_view name, std::string_view value)
+{
+    if (!has(name))
+        fields_.emplace_back(name, value);
+}
+
 void ForwardedResponse::find_body(bool is_chunked, std::optional<std::uint64_t> length)
 {
-    auto const has = [this](std::string_view name) {
-        return std::any_of(fields_.begin(), fields_.end(),
-                           [name](auto const& field) { return equal_ignoring_case(field.first, name); });
-    };
     length_ = 0;
     if (status_ == 101)
         body_ = Body::websocket;

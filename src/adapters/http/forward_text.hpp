@@ -56,12 +56,16 @@ public:
     /// How much of what was received is head.
     std::size_t head_size() const noexcept { return head_size_; }
 
+    /// Adds a header, unless the other server sent one of this name.
+    void add_missing(std::string_view name, std::string_view value);
+
     /// Appends the head for the browser, whose connection stays open or not.
     void append_head(std::string& out, bool keep_alive) const;
 
 private:
     class Parser;
 
+    bool has(std::string_view name) const;
     void find_body(bool is_chunked, std::optional<std::uint64_t> length);
 
     bool is_head_;

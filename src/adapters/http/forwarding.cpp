@@ -63,8 +63,11 @@ asio::awaitable<result<>> Forwarding::ask()
             co_return why(Failure(errc::unreachable, concat("no whole answer: ", error.message())));
         received_ += size;
         auto const progress = response_.parse(std::string_view(buffer_.get(), received_));
-        if (progress == ForwardedResponse::Progress::complete)
+        if (progress == ForwardedResponse::Progress::complete) {
+            for (auto const& [name, value] : forward_.answer_headers)
+                response_.add_missing(name, value);
             co_return result<>();
+        }
         if (progress == ForwardedResponse::Progress::malformed)
             co_return Failure(errc::protocol_error, "its answer is malformed, or its head too large");
     }

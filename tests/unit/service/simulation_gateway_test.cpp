@@ -72,9 +72,11 @@ BOOST_AUTO_TEST_CASE(a_simulation_is_announced_with_its_token_and_reached_throug
     BOOST_TEST(socket.upstream.broker == "");
     BOOST_TEST(socket.target == "/");
     BOOST_TEST(socket.headers.empty());
+    BOOST_TEST(socket.answer_headers.empty());
     auto const file = fixture.forwarded("/simulation/secreta/2001/a/b.png", false, "x=1&y");
     BOOST_TEST(file.target == "/a/b.png?x=1&y");
     BOOST_TEST((file.headers == HttpHeaders{{"Host", "host.org:2000/simulation/secreta/2001"}}));
+    BOOST_TEST((file.answer_headers == HttpHeaders{{"Access-Control-Allow-Origin", "*"}}));
     BOOST_TEST((file.group == socket.group && file.group));
     fixture.leave(browser);
 }

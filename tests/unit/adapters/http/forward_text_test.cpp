@@ -163,6 +163,18 @@ BOOST_AUTO_TEST_CASE(a_handshake_is_accepted_with_what_the_other_server_says)
     BOOST_TEST((unasked.parse(text) == Progress::malformed), "nobody has asked for that");
 }
 
+BOOST_AUTO_TEST_CASE(a_header_is_added_unless_the_other_server_sends_it)
+{
+    for (std::string const sent :
+         {"Access-Control-Allow-Origin: *\r\n", "access-control-allow-origin: x\r\n", ""}) {
+        auto response = parsed("HTTP/1.1 200 OK\r\n" + sent + "Content-Length: 1\r\n\r\n");
+        response.add_missing("Access-Control-Allow-Origin", "*");
+        auto const added = sent.empty() ? "Access-Control-Allow-Origin: *\r\n" : "";
+        BOOST_TEST(head_of(response) == "HTTP/1.1 200 OK\r\n" + sent + "Content-Length: 1\r\n" + added +
+                                            "Connection: keep-alive\r\n\r\n");
+    }
+}
+
 BOOST_AUTO_TEST_CASE(interim_answers_are_skipped)
 {
     std::string const text = "HTTP/1.1 103 Early Hints\r\nLink: x\r\n\r\nHTTP/1.1 100 Continue\r\n\r\n"
