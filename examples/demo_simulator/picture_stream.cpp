@@ -14,6 +14,7 @@ using boost::system::error_code;
 constexpr std::string_view header = "HTTP/1.0 200 OK\r\n"
                                     "Server: webots_cloud demo simulator\r\n"
                                     "Connection: close\r\n"
+                                    "Access-Control-Allow-Origin: *\r\n"
                                     "Max-Age: 0\r\n"
                                     "Expires: 0\r\n"
                                     "Cache-Control: no-cache, private\r\n"

@@ -87,7 +87,7 @@ class SlowNetwork {
 
 const rank = (numbers, part) => [...numbers].sort((a, b) => a - b)[Math.floor(part * (numbers.length - 1))] ?? NaN;
 
-const browser = await openBrowser({ args: ['--disable-web-security'] }); // The simulator lets no other page read its pictures.
+const browser = await openBrowser();
 const cloud = new FakeCloud();
 const port = await startDemoSimulator();
 after(() => cloud.close());
