@@ -325,6 +325,22 @@ test('a simulator that is silent while its server is not is told, and connected 
   assert.equal(server.ended, false);
 });
 
+test('what a simulator prints, or answers, is no picture', async () => {
+  fresh();
+  await run();
+  const simulator = sockets.at(-1);
+  server.mode = 'busy';
+  for (let second = 0; second < 4; ++second) {
+    simulator.says(second % 2 ? 'stdout:hello' : 'resize: 1 1');
+    await pass(1000);
+  }
+  assert.equal(last('ready', 'lost')[1].text, say('simulator.silent'));
+  simulator.says('paused by client'); // then nothing need come
+  assert.equal(last('ready', 'lost')[0], 'ready');
+  await pass(60000);
+  assert.equal(last('ready', 'lost')[0], 'ready');
+});
+
 test('a connection to the simulator that died with the link is replaced, though it seems to be open', async () => {
   fresh();
   await run();

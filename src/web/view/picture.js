@@ -120,8 +120,11 @@ export class Picture {
 
   #open() {
     const { url } = this.#source;
-    if (this.#unreadable.has(new URL(url).origin))
-      return this.#leaveToBrowser(true);
+    if (this.#unreadable.has(new URL(url).origin)) {
+      // In a task of its own: an image that gets the same address back at once keeps its connection, which may be dead.
+      this.#retry = setTimeout(() => this.#leaveToBrowser(true));
+      return;
+    }
     this.#stream?.close();
     this.#next = null;
     this.#pace.begin(performance.now());

@@ -18,6 +18,7 @@ export class Simulator extends EventTarget {
   #mode = 'paused';
   #hidden = false;
   #silent = false;
+  #probing = false;
 
   // Of somebody who only watches: nothing follows the first message, which says so in the modes that know it (`;broadcast`).
   silent = false;
@@ -72,7 +73,7 @@ export class Simulator extends EventTarget {
 
   // The event `heard` follows if the simulator is still there.
   probe() {
-    this.#silent = true;
+    this.#probing = true;
     this.resize(this.#size);
   }
 
@@ -111,11 +112,17 @@ export class Simulator extends EventTarget {
     this.#tell('silent');
   }
 
-  #hear() {
-    this.#watch.heard();
-    if (!this.#silent)
-      return;
-    this.#silent = false;
+  // Only these messages come with each picture, or change of the scene: others, such as printed lines, say nothing about them.
+  #hear(message) {
+    const isLive = /^(?:time|application\/json):/.test(message);
+    if (isLive)
+      this.#watch.heard();
+    if (this.#probing || (this.#silent && (isLive || this.#mode !== 'running')))
+      this.#endSilence();
+  }
+
+  #endSilence() {
+    this.#silent = this.#probing = false;
     this.#watchOver();
     this.#tell('heard');
   }
@@ -123,7 +130,7 @@ export class Simulator extends EventTarget {
   #receive(message) {
     this.#tell('message', { from: 'simulator', text: message });
     this.#hear();
-    clearTimeout(this.#spelling);
+    clearTimeout(this.#spellingmessage);
     const [, prefix, rest] = /^([a-z/ -]+?)(?:: ?|$)([^]*)/i.exec(message) ?? [null, '', ''];
     switch (prefix) {
       case 'model': return this.#tell('model', { text: rest });
@@ -184,6 +191,8 @@ export class Simulator extends EventTarget {
     this.#mode = mode;
     this.#watchOver();
     this.#tell('mode', mode);
+    if (this.#silent && mode !== 'running')
+      this.#endSilence(); // it was paused meanwhile, and need not say anything
   }
 
   // A world may take minutes to load.
