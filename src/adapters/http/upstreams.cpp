@@ -40,7 +40,10 @@ Upstreams::Upstreams(asio::any_io_executor const& executor, HttpServerParams con
                      HttpServerStatistics& statistics, Logger log)
     : params_(params), statistics_(statistics), trust_(params.tls_authorities, std::move(log)),
       resolver_(executor)
-{}
+{
+    if (!params_.tls_authorities.empty())
+        (void)trust_.context(); // while the file is as it was checked; `begin` says what is wrong with it
+}
 
 asio::awaitable<result<Addresses>> Upstreams::resolve(std::string name)
 {

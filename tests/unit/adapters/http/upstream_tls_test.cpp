@@ -188,6 +188,20 @@ BOOST_AUTO_TEST_CASE(whom_to_trust_is_read_again_when_it_changes)
     BOOST_TEST(ask(gateway) == good, "it stays as it was");
 }
 
+BOOST_AUTO_TEST_CASE(whom_to_trust_is_known_from_the_start)
+{
+    SignedItself const certificate("start");
+    RunningServer machine(certificate.shown());
+    auto const file = certificate.certificate().parent_path() / "trusted.pem";
+    std::filesystem::copy_file(certificate.certificate(), file);
+    HttpServerParams params;
+    params.tls_authorities = file;
+    RunningServer gateway(params);
+    std::filesystem::remove(file);
+    gateway.endpoint.forward = by_tls(machine.port(), "/x");
+    BOOST_TEST(ask(gateway) == good);
+}
+
 BOOST_AUTO_TEST_CASE(a_file_that_was_never_good_trusts_nobody)
 {
     SignedItself const certificate("unread");
