@@ -42,7 +42,7 @@ class Page:
     def __init__(self, browser, website):
         self.browser = browser
         browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": RECORDER})
-        browser.get(website.origin)
+        browser.get(f"{website.origin}/?mode=mjpeg")  # the pixels are the simulator's
 
     def element(self, name):
         return self.browser.find_element("id", name)
@@ -109,13 +109,14 @@ class Page:
 
 
 class SecondDiagram(unittest.TestCase):
-    def setUp(self):
+    @classmethod
+    def setUpClass(cls):
         session_port = free_port()
-        self.website = self.enterContext(WebsiteHost(f"ws://localhost:{session_port}", MODULES))
-        self.simulation = self.enterContext(SimulationServer(projectsDir=os.path.abspath(EXAMPLES), keyDir=self.website.keys))
+        cls.website = cls.enterClassContext(WebsiteHost(f"ws://localhost:{session_port}", MODULES))
+        cls.simulation = cls.enterClassContext(SimulationServer(projectsDir=os.path.abspath(EXAMPLES), keyDir=cls.website.keys))
         # How busy this machine is, nobody knows: no other one is as busy as that.
-        self.overloaded = self.enterContext(Machine(load="5000.0"))
-        self.session = self.enterContext(SessionServer([self.overloaded.address, self.simulation.address], port=session_port))
+        cls.overloaded = cls.enterClassContext(Machine(load="5000.0"))
+        cls.session = cls.enterClassContext(SessionServer([cls.overloaded.address, cls.simulation.address], port=session_port))
 
     def instance_file(self):
         (instance,) = self.simulation.instances()

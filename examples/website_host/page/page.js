@@ -8,6 +8,9 @@ const say = (text, isProblem = false) => {
   element('status').classList.toggle('problem', isProblem);
 };
 
+// How it is shown: `?mode=mjpeg` for a picture; by default the browser draws, where it can.
+const MODE = new URLSearchParams(location.search).get('mode') ?? undefined;
+
 const files = new Map(); // texts of the controller's files, by name
 let view = null;
 let editor = null;
@@ -100,7 +103,7 @@ function start() {
   editor.text = '';
   changed = false;
   say('');
-  view.open(`${site.sessionServer}/${project.name}/worlds/${project.world}`);
+  view.open(`${site.sessionServer}/${project.name}/worlds/${project.world}`, MODE);
   refresh();
 }
 
