@@ -171,7 +171,7 @@ class SecondDiagram(unittest.TestCase):
             self.assertEqual(simulator, f"ws://localhost:{simulation.port + 1}")
             # C->>SW1: Register client
             hello = wait_until(lambda: [each for each in page.wire("sent") if each[1].rstrip("/") == simulator], "the client does not register")[0]
-            self.assertRegex(hello[2], "^(x3d|w3d|mjpeg: [0-9]+x[0-9]+)$")
+            self.assertRegex(hello[2], "^([xw]3d(;broadcast)?|mjpeg: [0-9]+x[0-9]+)$")
             # SW1->>C: Send simulation worlds status
             page.await_wire("heard", "scene load completed")
             page.await_wire("heard", "world:")
