@@ -213,10 +213,12 @@ bool show_to(User const& user)
         covered.push_back(shown.barrier);
         complete = cover(shown.barrier) && complete;
     }
+    mode_t const mask = umask(0); // else the user may not search what is made on the way
     for (auto const& shown : all) {
         complete = complete && place(shown);
         close(shown.opened);
     }
+    umask(mask);
     for (auto const& folder : covered)
         mount(nullptr, folder.c_str(), nullptr, MS_REMOUNT | MS_BIND | MS_RDONLY | MS_NOSUID | MS_NODEV,
               nullptr);

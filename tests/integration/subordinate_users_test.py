@@ -77,13 +77,13 @@ def frame(address):
     return Attack.frame(int(address.rpartition(":")[2]))
 
 
-def subordinate_server(lines=RANGE, **keys):
+def subordinate_server(lines=RANGE, mask="022", **keys):
     made = OwnedServer(NOBODY, wrapper_drops_privileges=True, **{"simulationUser": "auto", "debug": False, "simulationDisk": DISK,
                                                                      "display": "none", **keys})
     ranges = os.path.join(made.folder, "ranges")
     with open(ranges, "w") as file:
         file.write(lines)
-    made.wrapper = ("unshare", "--mount", "sh", "-c", WITH_RANGE, ranges)
+    made.wrapper = ("unshare", "--mount", "sh", "-c", f"umask {mask} && {WITH_RANGE}", ranges)
     folder = os.path.join(made.folder, "projects")
     files = {os.path.join("neighbour", path): content for path, content in demo_project().items()}
     for name, controller in (("hostile", ATTACK + LITTER), ("filling", FILL)):
@@ -105,6 +105,10 @@ def log_of(server):
         return file.read() + server.log()
 
 
+def monitor_of(server):
+    return wait_until(lambda: server.get("/monitor"), "there is no /monitor")
+
+
 def guards(server):
     found = []
     for pid in server.simulators():
@@ -117,9 +121,11 @@ def guards(server):
 class Attacked(Attack):
     """The attempts of simulation_user_test, and what only such users make hard."""
 
+    mask = "022"  # of the server (umask)
+
     @classmethod
     def setUpClass(cls):
-        cls.server = subordinate_server(**{"display": ":0", **cls.keys})
+        cls.server = subordinate_server(mask=cls.mask, **{"display": ":0", **cls.keys})
         cls.addClassCleanup(cls.server.close)
         folder = cls.server.folder
         secrets = [os.path.join(folder, name) for name in ("key.pem", "operator-token", "authority")]
@@ -173,7 +179,7 @@ class Attacked(Attack):
                     ["setpriv", f"--reuid={number}", f"--regid={number}", "--clear-groups", sys.executable, "-c", OUTSIDE,
                      json.dumps({"processes": [cls.server.process.pid, *before], "folder": cls.neighbour, "socket": cls.operator_socket()})],
                     check=True, capture_output=True, text=True, cwd="/").stdout)
-                cls.monitor = cls.server.get("/monitor")
+                cls.monitor = monitor_of(cls.server)
                 await cls.put_back(browser, place)
                 cls.alive = await frame(address)
                 cls.planted = [each for each in cls.targets["write"] if each.endswith("planted") and os.path.exists(each)]
@@ -293,6 +299,7 @@ class WithoutSandbox(Attacked, unittest.TestCase):
 class InBubblewrap(Attacked, unittest.TestCase):
     keys = {"sandbox": "bubblewrap", "network": "none", "simulationUser": "subordinate"}
     mode = 0o700  # the way to its own files leads through a folder that it may not enter
+    mask = "077"  # also for what is made for others on that way
     has_folders_in_memory = True
 
     @classmethod
@@ -313,7 +320,7 @@ class Choice(unittest.IsolatedAsyncioTestCase):
                 self.assertEqual(users_of(simulation.simulators()), {NOBODY})
             told = 'add the line "nobody:365536:65536" to /etc/subuid and to /etc/subgid'
             self.assertIn(f"Simulations run as this server's own user. For other users: {told}", log_of(simulation))
-            self.assertIn(told.replace('"', "&quot;"), simulation.get("/monitor"))
+            self.assertIn(told.replace('"', "&quot;"), monitor_of(simulation))
             simulation.wait_until_clean()
 
     async def test_the_operator_may_want_the_servers_own_user(self):
