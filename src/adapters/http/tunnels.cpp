@@ -19,6 +19,8 @@ namespace {
 // piece that is sent on wakes the browser, and each that is taken the simulator, which costs as much as
 // copying.
 constexpr std::size_t chunk_size = 256 * 1024;
+// The same of a side that does not take that much: what it leaves has been copied in vain.
+constexpr std::size_t modest_chunk = 64 * 1024;
 // What is read before it is known whether the other side takes it, and so the most that is kept of it.
 constexpr std::size_t small_chunk = 16 * 1024;
 // What all tunnels may move before others have their turn: less than 2 ms, with TLS.
@@ -53,9 +55,10 @@ public:
         explicit Side(NetworkStream::Released connection) noexcept : end(std::move(connection)) {}
 
         TunnelEnd end;
-        std::string pending;  ///< To be sent there before anything else.
-        bool is_over = false; ///< Nothing more comes from there.
-        bool is_bulk = false; ///< The last read gave much.
+        std::string pending;            ///< To be sent there before anything else.
+        bool is_over = false;           ///< Nothing more comes from there.
+        bool is_bulk = false;           ///< The last read gave much.
+        std::size_t takes = chunk_size; ///< Of a large chunk, to judge by the last one.
     };
 
     enum class Step
@@ -184,7 +187,7 @@ Tunnels::Tunnel::Step Tunnels::Tunnel::relay(Side& from, Side& to, std::size_t& 
     if (!from.end.may_read() || (!to.end.may_write() && !to.end.is_broken()))
         return Step::wait;
     // What comes by TLS has left the kernel, and is kept where the other side does not take it.
-    auto size = from.is_bulk && !from.end.is_tls() ? chunk_size : small_chunk;
+    auto size = from.is_bulk && !from.end.is_tls() ? to.takes : small_chunk;
     if (group_)
         size = std::min(size, group_->allowance(owner_.now_));
     if (size == 0)
@@ -210,6 +213,8 @@ Tunnels::Tunnel::Step Tunnels::Tunnel::relay(Side& from, Side& to, std::size_t& 
         sent = to.end.write(std::string_view(bytes, got));
         count(to, sent);
         moved += sent;
+        if (peek)
+            to.takes = std::clamp(sent < got ? 2 * sent : 2 * to.takes, modest_chunk, chunk_size);
         // TLS has begun to send a record, and must be given the same bytes again.
         auto const kept = !peek ? got - sent : to.end.is_tls() ? std::min(got - sent, small_chunk) : 0;
         to.pending.assign(bytes + sent, kept);
