@@ -307,7 +307,7 @@ class Refusing(ServerScriptTest):
         for arguments in ([], ["begin"], ["start", "local", "more"]):
             status, output, errors = self.run_script(*arguments)
             self.assertEqual((status, output), (2, ""))
-            self.assertTrue(errors.startswith("Usage: ./server.sh start|stop|restart [NAME]"))
+            self.assertTrue(errors.startswith("Usage: ./server.sh start|stop|restart [NAME|--lan]"))
 
 
 class Stopping(ServerScriptTest):

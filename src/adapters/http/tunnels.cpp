@@ -379,7 +379,7 @@ void Tunnels::await_events()
                            if (error || !*alive)
                                return;
                            is_waiting_ = false;
-                           turn();
+                           arm(); // not at once: the last turn may have been just now
                        });
 }
 

@@ -80,16 +80,19 @@
     write(document.getElementById("managing"), `Managing ${count} simulation server${count > 1 ? "s" : ""}:`);
   }
 
-  // `template`: the link for machines that browsers reach directly. Those that the session server calls localhost are on the machine
+  // `template`: the link for machines that browsers reach directly. One that the session server calls localhost is on the machine
   // that this page comes from.
   function monitorOf(address, template) {
     const port = address.split("/")[1];
     if (table.hasAttribute("data-gateway") && port)
       return `${port}/monitor`;
-    const link = new URL(template.replace("{address}", address));
-    if (/^(localhost|127\.[\d.]+|\[::1\])$/.test(link.hostname))
-      link.hostname = location.hostname;
-    return link.href;
+    const link = template.replace("{address}", address);
+    const isHere = name => /^(localhost|127\.[\d.]+|\[::1\])$/.test(name);
+    const url = new URL(link);
+    if (!isHere(url.hostname) || isHere(location.hostname))
+      return link;
+    url.hostname = location.hostname;
+    return url.href;
   }
 
   function paintKeys() {
