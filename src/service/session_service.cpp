@@ -91,7 +91,8 @@ struct SessionService::Impl
     void take(LoadEvent const& event);
     void update_availability(TimePoint now);
     bool may_ask(std::string_view quota_key, TimePoint now);
-    std::string place(TimePoint now, std::string_view host);
+    template<class GetHost>
+    std::string place(TimePoint now, GetHost const& host);
     HttpResponse too_many_asked() const;
     std::optional<Forward> pass_on(IncomingRequest const& request) const;
 
@@ -246,8 +247,9 @@ bool SessionService::Impl::may_ask(std::string_view quota_key, TimePoint now)
     return false;
 }
 
-/// `host`: the request's header.
-std::string SessionService::Impl::place(TimePoint now, std::string_view host)
+/// `host` returns the request's header, which is looked for only where this server has no name of its own.
+template<class GetHost>
+std::string SessionService::Impl::place(TimePoint now, GetHost const& host)
 {
     auto const placement = scheduler.place(now);
     update_availability(now);
@@ -255,10 +257,11 @@ std::string SessionService::Impl::place(TimePoint now, std::string_view host)
     if (!placement)
         return "Error: no simulation server available at the moment.";
     std::string_view const scheme = params.ssl ? "wss://" : "ws://";
-    auto const address = core::machine_reached_at(placement->address, host);
-    if (!hooks.make_ticket)
-        return concat(scheme, address);
-    return concat(scheme, address, "/ticket/", hooks.make_ticket(placement->address));
+    auto const ticket =
+        hooks.make_ticket ? concat("/ticket/", hooks.make_ticket(placement->address)) : std::string();
+    if (!placement->address.starts_with(core::asked_name))
+        return concat(scheme, placement->address, ticket);
+    return concat(scheme, core::machine_reached_at(placement->address, host()), ticket);
 }
 
 /// With status 200, as every answer of /session: pages of before 2021 show nothing for any other status, and
@@ -299,7 +302,8 @@ Answer SessionService::Impl::session(IncomingRequest const& request)
         auto const now = clock.now();
         if (!may_ask(request.quota_key, now))
             return too_many_asked();
-        HttpResponse response(200, {}, place(now, request.header("Host")));
+        auto const host = [&request] { return request.header("Host"); };
+        HttpResponse response(200, {}, place(now, host));
         response.fixed_headers = html_for_any_origin;
         return response;
     }
@@ -474,7 +478,8 @@ asio::awaitable<void> SessionService::serve_websocket(ChannelInfo info, Channel&
     }
     if (info.path == "/session") {
         auto const now = impl_->clock.now();
-        return impl_->say_place(impl_->may_ask(info.quota_key, now) ? impl_->place(now, info.host)
+        auto const host = [&info] { return std::string_view(info.host); };
+        return impl_->say_place(impl_->may_ask(info.quota_key, now) ? impl_->place(now, host)
                                                                     : std::string(too_many_sessions),
                                 channel);
     }

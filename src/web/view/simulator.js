@@ -129,8 +129,8 @@ export class Simulator extends EventTarget {
 
   #receive(message) {
     this.#tell('message', { from: 'simulator', text: message });
-    this.#hear();
-    clearTimeout(this.#spellingmessage);
+    this.#hear(message);
+    clearTimeout(this.#spelling);
     const [, prefix, rest] = /^([a-z/ -]+?)(?:: ?|$)([^]*)/i.exec(message) ?? [null, '', ''];
     switch (prefix) {
       case 'model': return this.#tell('model', { text: rest });
