@@ -84,7 +84,7 @@ class MainJob(unittest.TestCase):
             **demo_project("projects/robots"),
             "README.md": "# Our class\n",
         }, branches={"team/blue": demo_project()}, tags={"v1.0": demo_project()})
-        self.simulation = self.enterContext(SimulationServer(forges=[self.git.url], allowedRepositories=[self.git.url], gateway=True))
+        self.simulation = self.enterContext(SimulationServer(forges=[self.git.url], allowedRepositories=[self.git.url], gateway=True, reconnectGrace=0))
         self.session = self.enterContext(SessionServer([self.simulation.address]))
 
     def start_in(self, browser, world):

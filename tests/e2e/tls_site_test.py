@@ -64,7 +64,7 @@ class OnePort(unittest.TestCase):
         port = free_port()
         self.site = f"localhost:{port}"
         self.simulation = self.enterContext(SimulationServer(**LOCAL, server=self.site, ssl=True, portRewrite=True, gateway=True,
-                                                             listenAddress="127.0.0.1"))
+                                                             listenAddress="127.0.0.1", reconnectGrace=0))
         self.session = self.enterContext(SessionServer(
             [{"address": f"{self.site}/{self.simulation.port}", "internal": f"127.0.0.1:{self.simulation.port}"}], port=port, ssl=True,
             sslCertificate=certificate.certificate, sslKey=certificate.key, viewerUrl=WORLD))

@@ -57,9 +57,11 @@ export class Lease extends EventTarget {
     this.#socket.close(GONE);
   }
 
-  // The page goes away: the browser closes the connection with a code that tells so. No event follows.
+  // The page goes away, and may return. A page that the browser keeps for the button Back would keep the connection open. No
+  // event follows.
   leave() {
     this.#stop();
+    this.#socket.close(GIVEN_UP, 'the page is left');
   }
 
   #stop() {
