@@ -110,7 +110,7 @@ class Pages(ConnectionTest):
         self.run_lasting_simulation()
         self.driver.refresh()
         self.wait_return()
-        self.assertEqual(self.cloud.farewells, [1001])
+        self.assertEqual(self.cloud.farewells, [4000])
         self.assertEqual(self.element("connect-to").get_property("value"), viewer_test.WORLD)
         before = float(self.data()["time"])
         self.wait(lambda: float(self.data()["time"]) > before, "a simulation that goes on")
