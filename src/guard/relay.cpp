@@ -1,5 +1,7 @@
 #include "relay.hpp"
 
+#include "descriptor.hpp"
+
 #include <arpa/inet.h>
 #include <fcntl.h>
 #include <netinet/in.h>
@@ -204,24 +206,6 @@ int connected_inside(int port)
     return -1;
 }
 
-void send_descriptor(int to, int descriptor)
-{
-    char byte = 0;
-    iovec part{&byte, 1};
-    alignas(cmsghdr) char control[CMSG_SPACE(sizeof descriptor)] = {};
-    msghdr message{};
-    message.msg_iov = &part;
-    message.msg_iovlen = 1;
-    message.msg_control = control;
-    message.msg_controllen = sizeof control;
-    cmsghdr* const header = CMSG_FIRSTHDR(&message);
-    header->cmsg_level = SOL_SOCKET;
-    header->cmsg_type = SCM_RIGHTS;
-    header->cmsg_len = CMSG_LEN(sizeof descriptor);
-    std::memcpy(CMSG_DATA(header), &descriptor, sizeof descriptor);
-    sendmsg(to, &message, MSG_NOSIGNAL | MSG_DONTWAIT);
-}
-
 /// Of both ways to serve. Nobody may trace us, and we end with our namespace. Returns once the program
 /// listens.
 void begin_to_serve(int acceptor, int port)
@@ -316,7 +300,7 @@ void hand_out(int acceptor, int port)
         }
         int const inside = connected_inside(port);
         if (inside >= 0)
-            send_descriptor(asker, inside);
+            send_descriptor(asker, inside, MSG_DONTWAIT);
         close(inside);
         close(asker);
     }

@@ -1,9 +1,10 @@
 #include "subordinate.hpp"
 
+#include "descriptor.hpp"
+
 #include <fcntl.h>
 #include <sched.h>
 #include <sys/prctl.h>
-#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -50,24 +51,6 @@ bool map(char const* program, pid_t process, unsigned own, char const* first, ch
     bool const mapped = read(ready, &byte, 1) == 1 && map(words[0], process, getuid(), words[2], words[4]) &&
                         map(words[1], process, getgid(), words[3], words[4]);
     _exit(mapped ? 0 : 1);
-}
-
-bool send_descriptor(int socket, int descriptor)
-{
-    char byte = 'n';
-    iovec data{&byte, 1};
-    alignas(cmsghdr) char control[CMSG_SPACE(sizeof descriptor)] = {};
-    msghdr message{};
-    message.msg_iov = &data;
-    message.msg_iovlen = 1;
-    message.msg_control = control;
-    message.msg_controllen = sizeof control;
-    cmsghdr* const header = CMSG_FIRSTHDR(&message);
-    header->cmsg_level = SOL_SOCKET;
-    header->cmsg_type = SCM_RIGHTS;
-    header->cmsg_len = CMSG_LEN(sizeof descriptor);
-    std::memcpy(CMSG_DATA(header), &descriptor, sizeof descriptor);
-    return sendmsg(socket, &message, MSG_NOSIGNAL) == 1;
 }
 
 } // namespace
