@@ -1,6 +1,7 @@
 #include "operator_requests.hpp"
 
 #include "core/text.hpp"
+#include "environment.hpp"
 
 #include <webots_cloud/adapters.hpp>
 #include <webots_cloud/daemon.hpp>
@@ -15,15 +16,10 @@ namespace webots_cloud {
 namespace {
 
 namespace fs = std::filesystem;
+using app::environment;
 using core::concat;
 
 constexpr auto service_folder = "/run/webots_cloud"; // as RuntimeDirectory of the units in config/systemd
-
-fs::path environment(char const* name)
-{
-    char const* const value = std::getenv(name);
-    return value ? value : "";
-}
 
 /// The names by which browsers may address this machine.
 std::vector<std::string> own_names()
@@ -36,7 +32,7 @@ std::vector<std::string> own_names()
 
 fs::path folder_of_user()
 {
-    auto const runtime = environment("XDG_RUNTIME_DIR");
+    auto const runtime = fs::path(environment("XDG_RUNTIME_DIR"));
     if (runtime.is_absolute())
         return runtime / "webots_cloud";
     return fs::temp_directory_path() / concat("webots-", std::to_string(::getuid()));
@@ -56,7 +52,7 @@ fs::path operator_socket(std::string_view kind, std::uint16_t port, AccessConfig
 {
     if (!access.operator_socket.empty())
         return fs::absolute(access.operator_socket);
-    auto const of_service = environment("RUNTIME_DIRECTORY");
+    auto const of_service = fs::path(environment("RUNTIME_DIRECTORY"));
     return (of_service.is_absolute() ? of_service : folder_of_user()) /
            concat(kind, "-", std::to_string(port), ".sock");
 }

@@ -31,6 +31,12 @@ std::string unix_seconds(WallTime when);
 /// `12 s`, `5 min`, `3 h`: how long ago something was.
 std::string age_text(Duration since);
 
+/// Seconds with their fractions.
+inline double as_seconds(Duration duration)
+{
+    return std::chrono::duration<double>(duration).count();
+}
+
 /// Whole seconds, without a unit; fractions are cut off.
 std::string seconds_text(Duration duration);
 

@@ -15,14 +15,6 @@ constexpr auto servers_folders = std::to_array<std::string_view>(
 
 constexpr std::string_view name_of_home = ".webots_cloud-home";
 
-std::filesystem::path value_of(core::Environment const& environment, std::string_view name)
-{
-    for (auto const& [each, value] : environment)
-        if (each == name)
-            return value;
-    return {};
-}
-
 } // namespace
 
 void run_as(ProcessSpec& process, SandboxParams const& sandbox, std::uint32_t number,
@@ -62,8 +54,8 @@ void run_as(ProcessSpec& process, SandboxParams const& sandbox, std::uint32_t nu
         core::set_variable(environment, "HOME", user.home.native());
         core::set_variable(environment, "TMPDIR", "/tmp");
     }
-    if (!value_of(environment, "DISPLAY").empty()) {
-        user.x_authority = value_of(environment, "XAUTHORITY");
+    if (!core::value_of(environment, "DISPLAY").empty()) {
+        user.x_authority = core::value_of(environment, "XAUTHORITY");
         if (user.x_authority.empty())
             user.x_authority = sandbox.x_authority;
     }

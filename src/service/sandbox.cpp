@@ -17,15 +17,7 @@ namespace asio = boost::asio;
 
 namespace {
 
-constexpr auto check_limit = std::chrono::seconds(15); // of a machine that has much to do
-
-std::string value_of(core::Environment const& environment, std::string_view name)
-{
-    for (auto const& [each, value] : environment)
-        if (each == name)
-            return value;
-    return {};
-}
+constexpr auto test_limit = std::chrono::seconds(15); // of a machine that has much to do
 
 } // namespace
 
@@ -38,7 +30,7 @@ void confine(ProcessSpec& process, SandboxParams const& sandbox, std::filesystem
     visible.directory = process.directory;
     visible.read_only = sandbox.read_only;
     visible.devices = sandbox.devices;
-    visible.display = value_of(process.environment, "DISPLAY");
+    visible.display = core::value_of(process.environment, "DISPLAY");
     if (!visible.display.empty())
         visible.x_authority = sandbox.x_authority;
     visible.resolver = sandbox.resolver;
@@ -85,7 +77,7 @@ asio::awaitable<result<>> check_sandbox(ProcessHost& processes, Clock& clock, Sa
     process.directory = instance;
     confine(process, sandbox, instance, 0);
     run_as(process, sandbox, core::own_user_number(sandbox.user, 0, 0), instance);
-    auto const printed = co_await run_program(processes, clock, std::move(process), check_limit);
+    auto const printed = co_await run_program(processes, clock, std::move(process), test_limit);
     if (!printed)
         co_return printed.error();
     co_return core::judge_sandbox(*printed);
@@ -100,7 +92,7 @@ asio::awaitable<result<>> check_user(ProcessHost& processes, Clock& clock, Sandb
     process.argv = core::try_forbidden_things(attempts.guard, attempts.file, attempts.port, attempts.process);
     process.directory = instance;
     run_as(process, sandbox, number, instance);
-    auto const printed = co_await run_program(processes, clock, std::move(process), check_limit);
+    auto const printed = co_await run_program(processes, clock, std::move(process), test_limit);
     if (!printed)
         co_return printed.error();
     auto judged = core::judge_sandbox(*printed);
@@ -111,7 +103,7 @@ asio::awaitable<result<>> check_user(ProcessHost& processes, Clock& clock, Sandb
     test.directory = instance;
     run_as(test, sandbox, number, instance);
     test.user->home = instance / "home"; // the other one is there already
-    auto const tested = co_await run_program(processes, clock, std::move(test), check_limit);
+    auto const tested = co_await run_program(processes, clock, std::move(test), test_limit);
     if (!tested)
         co_return Failure(tested.error().code(), core::concat("another user can't run ", simulator.native(),
                                                               " or use its own folder ", instance.native()));

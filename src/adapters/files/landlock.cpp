@@ -60,7 +60,7 @@ bool allow(int ruleset, std::filesystem::path const& path, std::uint64_t rights)
     return ::syscall(SYS_landlock_add_rule, ruleset, LANDLOCK_RULE_PATH_BENEATH, &rule, 0) == 0;
 }
 
-Failure last_failure()
+Failure landlock_failure()
 {
     return {errc::unavailable,
             concat("Landlock: ", std::error_code(errno, std::generic_category()).message())};
@@ -81,19 +81,19 @@ result<> confine_to_files(OwnFiles const& files)
     FileDescriptor const ruleset(
         static_cast<int>(::syscall(SYS_landlock_create_ruleset, &wanted, sizeof wanted, 0)));
     if (!ruleset)
-        return last_failure();
+        return landlock_failure();
     for (auto const& path : files.read)
         if (!allow(ruleset.get(), path, reading & wanted.files))
-            return last_failure();
+            return landlock_failure();
     for (auto const& path : files.write)
         if (!allow(ruleset.get(), path, writing & wanted.files))
-            return last_failure();
+            return landlock_failure();
     for (auto const& path : files.tidy)
         if (!allow(ruleset.get(), path, LANDLOCK_ACCESS_FS_REMOVE_DIR))
-            return last_failure();
+            return landlock_failure();
     if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0 ||
         ::syscall(SYS_landlock_restrict_self, ruleset.get(), 0) != 0)
-        return last_failure();
+        return landlock_failure();
     return {};
 }
 

@@ -25,7 +25,7 @@ using core::concat;
 
 constexpr int deepest = 32; // folders that are open at once
 
-Failure last_failure()
+Failure removal_failure()
 {
     return {errc::unavailable, std::error_code(errno, std::generic_category()).message()};
 }
@@ -66,7 +66,7 @@ private:
         std::unique_ptr<DIR, int (*)(DIR*)> const listing(folder ? ::fdopendir(folder.get()) : nullptr,
                                                           &::closedir);
         if (!listing)
-            return last_failure();
+            return removal_failure();
         auto const parent = folder.release(); // the listing's now
         while (auto const* const entry = ::readdir(listing.get())) {
             std::string_view const name = entry->d_name;
@@ -83,21 +83,21 @@ private:
         if (::unlinkat(parent, name, 0) == 0 || errno == ENOENT)
             return {};
         if (errno != EISDIR && errno != EPERM)
-            return last_failure();
+            return removal_failure();
         auto folder = open_unlocked(parent, name);
         if (!folder)
-            return last_failure();
+            return removal_failure();
         if (depth == deepest)
             return move_up(parent, name);
         if (auto const emptied = empty(std::move(folder), depth + 1); !emptied)
             return emptied;
-        return ::unlinkat(parent, name, AT_REMOVEDIR) == 0 ? result<>() : last_failure();
+        return ::unlinkat(parent, name, AT_REMOVEDIR) == 0 ? result<>() : removal_failure();
     }
 
     result<> move_up(int parent, char const* name)
     {
         moved_ = true;
-        return ::renameat(parent, name, top_, make_token().c_str()) == 0 ? result<>() : last_failure();
+        return ::renameat(parent, name, top_, make_token().c_str()) == 0 ? result<>() : removal_failure();
     }
 
     int top_;
@@ -113,13 +113,13 @@ result<> remove_tree(fs::path const& directory)
     if (::unlink(directory.c_str()) == 0 || errno == ENOENT || errno == ENOTDIR)
         return {};
     if (errno != EISDIR && errno != EPERM)
-        return last_failure();
+        return removal_failure();
     auto const folder = open_unlocked(AT_FDCWD, directory.c_str());
     if (!folder)
-        return last_failure();
+        return removal_failure();
     if (auto const emptied = Emptying(folder.get()).run(); !emptied)
         return emptied;
-    return ::rmdir(directory.c_str()) == 0 ? result<>() : last_failure();
+    return ::rmdir(directory.c_str()) == 0 ? result<>() : removal_failure();
 }
 
 } // namespace webots_cloud::adapters

@@ -28,7 +28,7 @@ void start_libgit2()
 }
 
 /// What libgit2 has just complained about.
-Failure last_failure()
+Failure libgit2_failure()
 {
     auto const* const last = git_error_last();
     std::string_view words = last && last->message ? last->message : "no reason given";
@@ -220,7 +220,7 @@ private:
     {
         if (code >= 0)
             return {};
-        return transport_.failure ? *transport_.failure : last_failure();
+        return transport_.failure ? *transport_.failure : libgit2_failure();
     }
 
     static Failure no_room()

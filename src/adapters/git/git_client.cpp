@@ -14,7 +14,7 @@ using core::GitCapabilities;
 using core::GitProblem;
 using core::pkt_line;
 using core::PktLine;
-using Kind = core::PktLine::Kind;
+using LineKind = core::PktLine::Kind;
 
 constexpr std::size_t max_refs = 20'000;
 
@@ -73,11 +73,11 @@ public:
 
     result<> operator()(PktLine const& line)
     {
-        if (line.kind == Kind::flush || line.kind == Kind::response_end) {
+        if (line.kind == LineKind::flush || line.kind == LineKind::response_end) {
             ended_ = in_pack_;
             return {};
         }
-        if (line.kind == Kind::delimiter)
+        if (line.kind == LineKind::delimiter)
             return {};
         if (in_pack_)
             return demultiplex(line.payload);
@@ -202,8 +202,8 @@ result<std::vector<core::GitRef>> GitClient::ls_refs(std::vector<std::string> co
     std::vector<core::GitRef> refs;
     bool ended = false;
     auto handle = [&](PktLine const& line) -> result<> {
-        if (line.kind != Kind::data) {
-            ended = line.kind == Kind::flush;
+        if (line.kind != LineKind::data) {
+            ended = line.kind == LineKind::flush;
             return {};
         }
         if (auto const fine = check_for_git_error(line.text()); !fine)

@@ -22,7 +22,7 @@ namespace {
 
 using Kind = core::GitTreeEntry::Kind;
 
-constexpr std::size_t at_once = 16; // files that a thread takes on before it looks for more
+constexpr std::size_t files_at_once = 16; // files that a thread takes on before it looks for more
 constexpr std::size_t max_helpers = 3;
 
 Failure damaged()
@@ -93,8 +93,9 @@ public:
         FolderWalk sources(from_);
         FolderWalk targets(to_);
         auto const count = index_.entries.size();
-        for (auto first = next_.fetch_add(at_once); first < count; first = next_.fetch_add(at_once))
-            for (auto i = first; i < std::min(first + at_once, count); ++i)
+        for (auto first = next_.fetch_add(files_at_once); first < count;
+             first = next_.fetch_add(files_at_once))
+            for (auto i = first; i < std::min(first + files_at_once, count); ++i)
                 if (auto const copied = copy(index_.entries[i], sources, targets); !copied)
                     return give_up(copied.error());
     }
@@ -164,7 +165,7 @@ result<> copy_folder(GitIndex const& index, int from, int to, GitCopyWay way, Bl
     if (auto const made = make_folders(index, to); !made)
         return made.error();
     FolderCopy copy(index, from, to, way, aborted);
-    auto const helpers = std::min(max_helpers, index.entries.size() / at_once);
+    auto const helpers = std::min(max_helpers, index.entries.size() / files_at_once);
     pool.share(helpers, [&copy] { copy.work(); });
     return copy.outcome();
 }

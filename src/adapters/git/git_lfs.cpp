@@ -32,14 +32,14 @@ namespace {
 using core::concat;
 using Kind = core::GitTreeEntry::Kind;
 
-constexpr std::size_t at_once = 4; // downloads
+constexpr std::size_t downloads_at_once = 4; // downloads
 constexpr char send_again[] = "Its author can send it there (git lfs push --all origin)";
 constexpr char media_type[] = "application/vnd.git-lfs+json";
 
 // Of memory, in bytes, about.
 constexpr std::uint64_t memory_of_pointer = 1024;                  // besides its text
 constexpr std::uint64_t memory_of_batch = std::uint64_t{16} << 20; // an answer, and what a parser makes of it
-constexpr std::uint64_t memory_of_download = std::uint64_t{1} << 20;
+constexpr std::uint64_t memory_of_file = std::uint64_t{1} << 20;
 
 /// Content, and the files that have it.
 struct LargeFile
@@ -247,7 +247,7 @@ result<> LfsFetch::note_pointer(std::size_t number, std::string text, core::LfsP
 result<> LfsFetch::pay()
 {
     FetchBytes price;
-    price.memory = at_once * memory_of_download;
+    price.memory = downloads_at_once * memory_of_file;
     for (auto const& file : found_)
         price.disk += bytes_on_disk(file.pointer.size) * file.entries.size();
     return order_.share->take(price);
@@ -289,7 +289,7 @@ result<> LfsFetch::fetch_some(std::size_t first, std::size_t count)
     std::vector<std::thread> others;
     auto const work = [&] { receive_in_turn(*downloads, first); };
     try {
-        while (others.size() + 1 < std::min(at_once, count))
+        while (others.size() + 1 < std::min(downloads_at_once, count))
             others.emplace_back(work);
     } catch (std::system_error const&) {
         // It goes with fewer, too.
@@ -390,7 +390,7 @@ result<> LfsFetch::receive(LargeFile const& file, core::LfsDownload const& from)
     request.stopped_by_sink = &stopped_by_sink;
     auto limits = order_.limits;
     limits.abandoned = &abandoned_;
-    limits.bytes = pointer.size + memory_of_download; // the sink is stricter, and has better words
+    limits.bytes = pointer.size + memory_of_file; // the sink is stricter, and has better words
     auto const status = http_.send(request, limits);
     if (!status)
         return stopped_by_sink ? status.error() : explain(status.error());

@@ -34,7 +34,7 @@ using core::concat;
 
 // Threads that mostly wait for the network, of each forge: for answers, and as many for downloads. One that
 // does not answer keeps only its own busy.
-constexpr std::size_t at_once = 8;
+constexpr std::size_t fetches_at_once = 8;
 constexpr std::size_t copies = 4;   // threads that keep a disk busy, together on one project if need be
 constexpr std::size_t cleaners = 2; // others, so that no start waits for what somebody has left
 
@@ -75,7 +75,7 @@ public:
         meanwhile.spawn(try_head_start(order, head_start));
         auto const key = concat(order.project.clone_url(), "\n", order.project.ref_and_folder);
         adapters::GitCoalescedFetches::Make make = maker_of(order);
-        auto& fetches = fetches_.try_emplace(order.project.forge, executor_, at_once).first->second;
+        auto& fetches = fetches_.try_emplace(order.project.forge, executor_, fetches_at_once).first->second;
         auto const obtained = co_await fetches.join(key, order.progress, std::move(make));
         if (!obtained)
             meanwhile.cancel_all();

@@ -9,9 +9,7 @@
 #include <openssl/err.h>
 #include <openssl/ssl.h>
 
-#include <algorithm>
 #include <cerrno>
-#include <climits>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -28,11 +26,6 @@ Error last_error()
 {
     bool const is_blocked = errno == EAGAIN || errno == EWOULDBLOCK;
     return is_blocked ? Error(asio::error::would_block) : Error(errno, boost::system::system_category());
-}
-
-int clamped(std::size_t size) noexcept
-{
-    return static_cast<int>(std::min<std::size_t>(size, INT_MAX));
 }
 
 } // namespace

@@ -3,7 +3,9 @@
 #include <openssl/bio.h>
 #include <openssl/ssl.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <climits>
 #include <cstdint>
 #include <sys/socket.h>
 #include <sys/types.h>
@@ -89,6 +91,11 @@ void announce_more(SSL* tls, bool more)
 {
     auto* const bio = SSL_get_wbio(tls);
     set_word(bio, descriptor_of(bio), more);
+}
+
+int clamped(std::size_t size) noexcept
+{
+    return static_cast<int>(std::min<std::size_t>(size, INT_MAX));
 }
 
 } // namespace webots_cloud::adapters

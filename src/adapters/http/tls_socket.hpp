@@ -3,6 +3,8 @@
 
 #include <openssl/types.h>
 
+#include <cstddef>
+
 namespace webots_cloud::adapters {
 
 /// Lets `tls` read and write a socket that does not block. Does not take ownership of `descriptor`.
@@ -14,5 +16,8 @@ void attach_tls(SSL* tls, int descriptor);
 /// Whether other records follow at once those that are written next: then the kernel puts them into the same
 /// packets. False must be the last word before anybody waits.
 void announce_more(SSL* tls, bool more);
+
+/// A number of bytes as SSL_read and SSL_write take it: no more than an int can say.
+int clamped(std::size_t size) noexcept;
 
 } // namespace webots_cloud::adapters

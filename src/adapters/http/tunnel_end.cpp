@@ -7,18 +7,12 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <climits>
 #include <sys/epoll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 namespace webots_cloud::adapters {
 namespace {
-
-int clamped(std::size_t size) noexcept
-{
-    return static_cast<int>(std::min<std::size_t>(size, INT_MAX));
-}
 
 bool is_blocked(int error) noexcept
 {

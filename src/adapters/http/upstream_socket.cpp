@@ -25,7 +25,7 @@ using core::concat;
 
 namespace {
 
-constexpr auto as_result = asio::as_tuple(asio::deferred);
+constexpr auto without_throwing = asio::as_tuple(asio::deferred);
 constexpr auto retry_after = std::chrono::milliseconds(10);
 
 Failure unreachable(boost::system::error_code error)
@@ -36,7 +36,7 @@ Failure unreachable(boost::system::error_code error)
     return Failure(is_ours ? errc::unavailable : errc::unreachable, error.message());
 }
 
-boost::system::error_code last_error()
+boost::system::error_code socket_error()
 {
     return {errno, boost::system::system_category()};
 }
@@ -123,7 +123,7 @@ asio::awaitable<result<>> UpstreamSocket::connect_directly(Upstream const& upstr
         boost::system::error_code ignored;
         stream_.socket().close(ignored);
         auto const [error] =
-            co_await stream_.socket().async_connect(tcp::endpoint(each, upstream.port), as_result);
+            co_await stream_.socket().async_connect(tcp::endpoint(each, upstream.port), without_throwing);
         failed = error;
         if (!failed)
             co_return result<>();
@@ -181,16 +181,16 @@ asio::awaitable<result<>> UpstreamSocket::connect_through(std::string broker)
     // The queue of those who wait to be accepted may be full: then the kernel has nothing to wait for.
     while (::connect(broker_.native_handle(), reinterpret_cast<sockaddr const*>(&address), sizeof address) !=
            0) {
-        error = last_error();
+        error = socket_error();
         if (error != asio::error::would_block)
             co_return unreachable(error);
         retry_.expires_after(retry_after);
-        (void)co_await retry_.async_wait(as_result);
+        (void)co_await retry_.async_wait(without_throwing);
         if (is_closed_)
             co_return Failure(errc::closed);
     }
     auto const [waited] =
-        co_await broker_.async_wait(asio::local::stream_protocol::socket::wait_read, as_result);
+        co_await broker_.async_wait(asio::local::stream_protocol::socket::wait_read, without_throwing);
     if (waited || is_closed_)
         co_return Failure(errc::closed);
     co_return take_socket();

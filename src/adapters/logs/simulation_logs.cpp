@@ -24,7 +24,7 @@ using core::concat;
 constexpr std::size_t first_bytes = 512 * 1024; // of each file, and then
 constexpr std::size_t last_bytes = 64 * 1024;   // these, which wait in memory until the end
 constexpr std::size_t max_line_length = 4096;
-constexpr int max_waiting = 2048; // lines: a disk that stalls costs lines, never memory
+constexpr int max_waiting_lines = 2048; // lines: a disk that stalls costs lines, never memory
 constexpr auto removal_interval = std::chrono::hours(24);
 
 /// The thread that writes, and what is shared with it.
@@ -112,7 +112,7 @@ public:
             kept_.take(concat(core::local_time(clock_.wall()), "  ", core::printable(line, max_line_length)));
         if (text.empty())
             return;
-        if (writer_.waiting >= max_waiting) {
+        if (writer_.waiting >= max_waiting_lines) {
             ++lost_;
             return;
         }

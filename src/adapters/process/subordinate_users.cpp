@@ -29,8 +29,8 @@ using adapters::FileDescriptor;
 using core::concat;
 using std::chrono::steady_clock;
 
-constexpr auto patience_at_start = std::chrono::seconds(15); // of a machine that has much to do
-constexpr auto patience = std::chrono::minutes(1);
+constexpr auto start_limit = std::chrono::seconds(15); // of a machine that has much to do
+constexpr auto run_limit = std::chrono::minutes(1);
 constexpr std::size_t max_output = 4096;
 
 Failure system_failure(std::string_view what)
@@ -102,7 +102,7 @@ struct GuardRun
     std::vector<std::string> arguments;
     int users = -1; ///< A user namespace; -1: none.
     int input = -1; ///< -1: nothing.
-    std::chrono::milliseconds limit = patience;
+    std::chrono::milliseconds limit = run_limit;
 };
 
 FileDescriptor receive_descriptor(int socket)
@@ -143,7 +143,7 @@ struct MakeNamespace
                          std::to_string(range.first_group),
                          std::to_string(range.count)};
         run.input = theirs.get();
-        run.limit = patience_at_start;
+        run.limit = start_limit;
         if (auto const made = run(); !made)
             return made.error();
         auto received = receive_descriptor(ours.get());

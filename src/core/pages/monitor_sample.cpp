@@ -20,7 +20,7 @@ double megabytes_per_second(std::uint64_t before, std::uint64_t after, Duration 
 }
 
 /// The value to the nearest 1/`scale`.
-std::string rounded(double value, int scale)
+std::string rounded_to(double value, int scale)
 {
     return python_float(std::round(value * scale) / scale);
 }
@@ -78,9 +78,9 @@ std::string monitor_csv_line(WallTime time, MonitorSample const& sample)
         line.append(", ").append(std::to_string(count));
     for (double const percent : {sample.cpu, sample.memory, sample.gpu_compute, sample.gpu_memory_controller,
                                  sample.gpu_memory, sample.swap, sample.disk})
-        line.append(", ").append(rounded(percent, 10));
+        line.append(", ").append(rounded_to(percent, 10));
     for (double const rate : {sample.sent, sample.received})
-        line.append(", ").append(rounded(rate, 1000));
+        line.append(", ").append(rounded_to(rate, 1000));
     return line + "\n";
 }
 

@@ -1,5 +1,6 @@
 #include "session_board.hpp"
 
+#include "core/time_text.hpp"
 #include "json_text.hpp"
 
 #include <algorithm>
@@ -14,11 +15,6 @@ namespace {
 // points are sent.
 constexpr std::size_t max_points = 20'000;
 constexpr std::size_t max_precise_servers = 20;
-
-double seconds(Duration duration)
-{
-    return std::chrono::duration<double>(duration).count();
-}
 
 } // namespace
 
@@ -118,7 +114,7 @@ void SessionBoard::append_row(std::string& text, SessionRow const& row) const
     append_number(text, static_cast<double>(row.placed), 0);
     if (row.load) {
         append_key(text, "age");
-        append_number(text, seconds(std::max(now_ - row.reported, Duration::zero())), 1);
+        append_number(text, as_seconds(std::max(now_ - row.reported, Duration::zero())), 1);
     }
     if (row.sessions) {
         append_key(text, "sessions");
@@ -136,13 +132,13 @@ std::string SessionBoard::snapshot(std::span<ServerLoad const> servers) const
     int const decimals = rows_.size() > max_precise_servers ? 0 : 1;
     std::string text = "{";
     append_key(text, "now");
-    append_number(text, seconds(wall_.time_since_epoch()), 3);
+    append_number(text, as_seconds(wall_.time_since_epoch()), 3);
     append_key(text, "threshold");
     append_number(text, threshold_, 2);
     append_key(text, "last");
-    append_number(text, seconds(now_ - history_.last()), 3);
+    append_number(text, as_seconds(now_ - history_.last()), 3);
     append_key(text, "spacing");
-    append_number(text, rows_.empty() ? 0 : seconds(history_.line(0, each).spacing), 3);
+    append_number(text, rows_.empty() ? 0 : as_seconds(history_.line(0, each).spacing), 3);
     append_key(text, "servers");
     text += '[';
     for (std::size_t i = 0; i < rows_.size(); ++i) {
@@ -165,7 +161,7 @@ std::string SessionBoard::update(std::span<ServerLoad const> servers) const
         return {};
     std::string text = "{";
     append_key(text, "now");
-    append_number(text, seconds(wall_.time_since_epoch()), 3);
+    append_number(text, as_seconds(wall_.time_since_epoch()), 3);
     if (has_new_point_) {
         append_key(text, "point");
         text += "true";

@@ -1,6 +1,7 @@
 #include "simulation_board.hpp"
 
 #include "core/text.hpp"
+#include "core/time_text.hpp"
 #include "json_text.hpp"
 
 #include <algorithm>
@@ -8,13 +9,8 @@
 namespace webots_cloud::core {
 namespace {
 
-constexpr std::size_t max_points = 600;
+constexpr std::size_t max_line_points = 600;
 constexpr std::size_t world_bytes = 200;
-
-double seconds(Duration duration)
-{
-    return std::chrono::duration<double>(duration).count();
-}
 
 void append_row(std::string& text, SimulationRow const& row)
 {
@@ -26,7 +22,7 @@ void append_row(std::string& text, SimulationRow const& row)
     append_key(text, "state");
     append_quoted(text, row.state);
     append_key(text, "age");
-    append_number(text, seconds(row.age), 0);
+    append_number(text, as_seconds(row.age), 0);
     if (!row.log.empty()) {
         append_key(text, "log");
         append_quoted(text, row.log);
@@ -60,7 +56,7 @@ double process_cpu_percent(Duration used_before, Duration used_after, Duration b
 {
     if (used_after <= used_before || between <= Duration::zero())
         return 0;
-    return 100 * seconds(used_after - used_before) / seconds(between);
+    return 100 * as_seconds(used_after - used_before) / as_seconds(between);
 }
 
 std::string short_world(std::string_view url)
@@ -96,7 +92,7 @@ std::string SimulationBoard::begin(std::vector<SimulationRow> const& rows, std::
 {
     std::string text = "{";
     append_key(text, "now");
-    append_number(text, seconds(wall_.time_since_epoch()), 3);
+    append_number(text, as_seconds(wall_.time_since_epoch()), 3);
     append_key(text, "load");
     append_number(text, load_, 2);
     append_key(text, "count");
@@ -122,7 +118,7 @@ std::string SimulationBoard::snapshot(std::vector<SimulationRow> const& rows, st
 {
     auto text = begin(rows, capacity);
     append_key(text, "spacing");
-    append_number(text, seconds(history_.line(0, max_points).spacing), 3);
+    append_number(text, as_seconds(history_.line(0, max_line_points).spacing), 3);
     append_key(text, "series");
     text += '[';
     // The columns of MonitorSample: two counts, seven percentages, two rates.
@@ -132,7 +128,7 @@ std::string SimulationBoard::snapshot(std::vector<SimulationRow> const& rows, st
         append_key(text, "name");
         append_quoted(text, MonitorSample::names()[i]);
         append_key(text, "history");
-        append_numbers(text, history_.line(i, max_points).values, decimals(i));
+        append_numbers(text, history_.line(i, max_line_points).values, decimals(i));
         text += '}';
     }
     return text + "]}";

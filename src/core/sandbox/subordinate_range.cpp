@@ -10,7 +10,7 @@
 namespace webots_cloud::core {
 namespace {
 
-constexpr std::uint32_t needed = 0x1'0000;         // one for each port
+constexpr std::uint32_t users_needed = 0x1'0000;   // one for each port
 constexpr std::uint64_t usual_first = 100'000;     // as useradd begins
 constexpr std::uint64_t last_number = 0xFFFF'FFFE; // above it is "no user"
 
@@ -50,7 +50,7 @@ std::optional<Range> find(std::string_view text, SubordinateContext const& conte
             continue;
         free = std::max(free, range->first + range->count);
         bool const is_ours = range->owner == context.name || range->owner == number;
-        if (is_ours && range->count >= needed && !found)
+        if (is_ours && range->count >= users_needed && !found)
             found = range;
     }
     return found;
@@ -75,7 +75,7 @@ result<SubordinateRange> find_subordinate_range(SubordinateContext const& contex
         else if (groups)
             files = "/etc/subuid";
         return Failure(errc::unavailable, concat("add the line \"", context.name, ":", std::to_string(free),
-                                                 ":", std::to_string(needed), "\" to ", files));
+                                                 ":", std::to_string(users_needed), "\" to ", files));
     }
     SubordinateRange range;
     range.newuidmap = context.newuidmap;

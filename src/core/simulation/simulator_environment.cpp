@@ -231,6 +231,14 @@ std::string_view name_of_entry(std::string_view entry)
     return entry.substr(0, entry.find('='));
 }
 
+std::string value_of(Environment const& environment, std::string_view name)
+{
+    for (auto const& [each, value] : environment)
+        if (each == name)
+            return value;
+    return {};
+}
+
 void set_variable(Environment& environment, std::string_view name, std::string_view value)
 {
     auto const same = [name](auto const& variable) { return variable.first == name; };

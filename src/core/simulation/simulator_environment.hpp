@@ -32,6 +32,9 @@ Environment named_environment(Environment const& ours, std::vector<std::string> 
 Environment simulator_environment(Environment const& ours, std::vector<std::string> const& entries,
                                   std::string_view display);
 
+/// The value of a variable; empty when it is not set.
+std::string value_of(Environment const& environment, std::string_view name);
+
 /// Sets a variable, or replaces its value.
 void set_variable(Environment& environment, std::string_view name, std::string_view value);
 
