@@ -234,6 +234,9 @@ struct Decision
     std::size_t offered = 0;
     /// How many machines there were for each `Refusal`.
     std::array<std::size_t, refusal_count> refused{};
+    /// Nobody was placed, although machines were offered: of `free_seats`, so many were held for others.
+    std::size_t held = 0;
+    std::size_t free_seats = 0;
 
     /// One machine and its position in the snapshot; those that were not offered have none.
     struct Entry
@@ -369,11 +372,29 @@ public:
     ///
     /// Precondition: `now` never goes back, here and in all other functions.
     /// Errors: `errc::unavailable`, "no simulation server available at the moment.", when no machine is
-    /// offered; `errc::invalid_argument` when a policy of your own returned a position that does not exist.
+    /// offered, or all free seats are held; `errc::invalid_argument` when a policy of your own returned a
+    /// position that does not exist.
     result<Placement> place(TimePoint now);
 
     /// Would place() find a machine now? What browsers see as 1 or 0. O(1).
     bool available(TimePoint now) const;
+
+    /// Keeps so many of the free seats for place_held(), such as those of a class that is about to begin:
+    /// while no more are free, place() fails. 0, as at first, holds nothing. Replaces what was held before:
+    /// pass the sum over all classes, less those students who were placed and are still there. More than is
+    /// free may be held: seats that become free are then held, too. No machine is set apart: whoever is
+    /// placed, by either function, goes where the policy says.
+    void hold(std::size_t seats) noexcept;
+    /// As place(), for those for whom seats are held: refused only where no machine is offered.
+    ///
+    /// Errors: as place(), but for held seats.
+    result<Placement> place_held(TimePoint now);
+    /// How many more sessions the machines have room for, held seats included: an estimate.
+    ///
+    /// Of machines that are offered, `capacity` less sessions and placements that no report shows yet; no
+    /// more than their load leaves room for, once the fleet has taught what a session costs. Of machines that
+    /// report no capacity, what their load leaves room for. O(1).
+    std::size_t free_seats(TimePoint now) const;
 
     /// What is known about every machine, in the operator's order. For monitor pages.
     /// Lifetime: addresses are valid until set_servers() leaves the server out.

@@ -1,6 +1,7 @@
 #include "placement_fleet.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace webots_cloud::placement {
 
@@ -65,6 +66,7 @@ void Fleet::rebuild()
     usable_.clear();
     usable_.reserve(machines_.size());
     roomy_ = 0;
+    free_seats_ = 0;
     refused_.fill(0);
     refused_[static_cast<std::size_t>(Refusal::unknown)] = machines_.size();
     oldest_ = newest_ = nowhere;
@@ -161,6 +163,8 @@ void Fleet::assess(std::size_t slot, TimePoint now) noexcept
     Machine& machine = machines_[slot];
     machine.assess(now, lessons_, params_);
     auto const number = static_cast<std::uint32_t>(slot);
+    free_seats_ += machine.free_seats();
+    free_seats_ -= std::exchange(places_[slot].seats, machine.free_seats());
     Refusal const refusal = machine.view().refusal;
     Refusal& counted = places_[slot].counted;
     --refused_[static_cast<std::size_t>(counted)];

@@ -37,6 +37,8 @@ public:
     std::size_t size() const noexcept { return machines_.size(); }
     Machine const& machine(std::size_t slot) const noexcept { return machines_[slot]; }
     std::array<std::size_t, refusal_count> const& refused() const noexcept { return refused_; }
+    /// How many more sessions those offered have room for.
+    std::size_t free_seats() const noexcept { return free_seats_; }
     double unseen_arrivals() const noexcept { return lessons_.foreign.unseen(); }
 
     // Those offered, by position: dense, in no order. Overcommitted machines only while there are no others.
@@ -57,6 +59,7 @@ private:
         std::uint32_t position = nowhere;
         std::uint32_t older = nowhere;
         std::uint32_t newer = nowhere;
+        std::uint32_t seats = 0; ///< Its part of `free_seats_`.
         Refusal counted = Refusal::unknown;
     };
 
@@ -97,6 +100,7 @@ private:
     TournamentTree by_score_;
     TournamentTree by_load_;
     std::array<std::size_t, refusal_count> refused_{};
+    std::size_t free_seats_ = 0;
     std::uint32_t oldest_ = nowhere;
     std::uint32_t newest_ = nowhere;
 

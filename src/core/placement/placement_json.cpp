@@ -64,6 +64,10 @@ json::object decision_json(Decision const& decision, TimePoint now)
     object["unseenArrivals"] = rounded(decision.unseen_arrivals);
     object["offered"] = decision.offered;
     object["refused"] = refused_json(decision);
+    if (decision.held != 0) {
+        object["held"] = decision.held;
+        object["freeSeats"] = decision.free_seats;
+    }
     object["complete"] = decision.complete;
     json::array machines;
     for (Decision::Entry const& entry : decision.machines)

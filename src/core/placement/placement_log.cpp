@@ -20,6 +20,7 @@ void Record::begin(std::uint64_t decision, Policy const& decides, std::uint64_t 
     unseen_arrivals = fleet.unseen_arrivals();
     offered = fleet.offered();
     refused = fleet.refused();
+    held = free_seats = 0;
     chosen = {};
     complete = true;
     lowest_count = 0;
@@ -62,6 +63,8 @@ Decision Record::decision() const
     copy.unseen_arrivals = unseen_arrivals;
     copy.offered = offered;
     copy.refused = refused;
+    copy.held = held;
+    copy.free_seats = free_seats;
     copy.complete = complete;
     for (Entry const& entry : std::span(entries).first(entry_count)) {
         Decision::Entry kept;

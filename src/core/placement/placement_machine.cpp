@@ -22,6 +22,8 @@ constexpr std::size_t counted_lifetime = 3;
 constexpr std::int64_t max_arrivals = 1'000'000;
 constexpr std::uint32_t max_foreign = 100;
 constexpr int max_steps = 1'000'000;
+/// Of one machine: the sum over a fleet must not overflow, whatever machines report.
+constexpr double max_seats = 1e6;
 /// The part of its room that a machine in its slow start has at first.
 constexpr double min_readiness = 0.1;
 /// The rule of the Python servers: only reports count, for choosing and for refusing.
@@ -311,6 +313,19 @@ bool Machine::overcommitted(double unseen, bool is_taught, SchedulerParams const
     return is_taught && view_.committed >= params.threshold && params.policy != reports_only;
 }
 
+/// A capacity is often generous, so what sessions are known to cost limits it; an assumed cost does not.
+std::uint32_t Machine::seats_left(bool is_taught, SchedulerParams const& params) const noexcept
+{
+    if (view_.refusal != Refusal::none || view_.overcommitted)
+        return 0;
+    double seats = max_seats;
+    if (last_.capacity)
+        seats = std::min(seats, static_cast<double>(*last_.capacity) - view_.sessions - view_.pending);
+    if (!last_.capacity || is_taught)
+        seats = std::min(seats, (params.threshold - view_.committed) / view_.cost);
+    return static_cast<std::uint32_t>(std::max(seats, 0.0));
+}
+
 void Machine::assess(TimePoint now, Lessons const& lessons, SchedulerParams const& params) noexcept
 {
     cost_.combine(lessons.cost.ratio(), lessons.cost.strength());
@@ -333,6 +348,7 @@ void Machine::assess(TimePoint now, Lessons const& lessons, SchedulerParams cons
     bool const is_taught = lessons.cost.is_taught();
     view_.refusal = refusal(is_taught, params);
     view_.overcommitted = overcommitted(unseen, is_taught, params);
+    free_seats_ = seats_left(is_taught, params);
 }
 
 } // namespace webots_cloud::placement

@@ -50,6 +50,8 @@ public:
     /// Computes `view()` anew from the state. Call after each of the above.
     void assess(TimePoint now, Lessons const& lessons, SchedulerParams const& params) noexcept;
     Candidate const& view() const noexcept { return view_; }
+    /// How many more sessions it has room for: an estimate.
+    std::uint32_t free_seats() const noexcept { return free_seats_; }
 
     bool counts_sessions() const noexcept { return last_.sessions.has_value(); }
     bool counts_arrivals() const noexcept { return last_.sessions && last_.arrivals; }
@@ -87,6 +89,7 @@ private:
     Evidence learn_by_placements(double load, TimePoint now) noexcept;
     Refusal refusal(bool is_taught, SchedulerParams const& params) const noexcept;
     bool overcommitted(double unseen, bool is_taught, SchedulerParams const& params) const noexcept;
+    std::uint32_t seats_left(bool is_taught, SchedulerParams const& params) const noexcept;
     double readiness(TimePoint now, SchedulerParams const& params) const noexcept;
 
     std::string_view address_;
@@ -118,6 +121,7 @@ private:
 
     std::uint32_t turn_ = 0;
     Candidate view_;
+    std::uint32_t free_seats_ = 0;
 };
 
 } // namespace webots_cloud::placement

@@ -17,6 +17,11 @@ Failure unusable(std::string detail)
     return Failure(errc::invalid_argument, std::move(detail));
 }
 
+Failure none_available()
+{
+    return Failure(errc::unavailable, "no simulation server available at the moment.");
+}
+
 bool positive(double number)
 {
     return std::isfinite(number) && number > 0;
@@ -137,12 +142,20 @@ struct Scheduler::Impl
         return record;
     }
 
-    result<Placement> place(TimePoint now)
+    /// Nobody but those for whom they are held may have what is free.
+    bool all_held() const noexcept { return held != 0 && fleet.free_seats() <= held; }
+
+    result<Placement> place(TimePoint now, bool for_held)
     {
         fleet.expire(now);
         placement::Record& record = next_record(now);
         if (fleet.offered() == 0)
-            return Failure(errc::unavailable, "no simulation server available at the moment.");
+            return none_available();
+        if (!for_held && all_held()) {
+            record.held = held;
+            record.free_seats = fleet.free_seats();
+            return none_available();
+        }
         RandomSource random(record.random);
         placement::LiveSnapshot const snapshot(fleet, record);
         std::size_t const position = record.policy->choose(snapshot, random);
@@ -166,6 +179,7 @@ struct Scheduler::Impl
     placement::Fleet fleet;
     std::vector<placement::Record> log;
     std::uint64_t last_decision = 0;
+    std::size_t held = 0; ///< Seats.
 };
 
 Scheduler::Scheduler() : Scheduler(std::make_unique<Impl>(SchedulerParams())) {}
@@ -208,13 +222,29 @@ void Scheduler::mark_unreachable(std::string_view server, TimePoint now)
 
 result<Placement> Scheduler::place(TimePoint now)
 {
-    return impl_->place(now);
+    return impl_->place(now, false);
 }
 
 bool Scheduler::available(TimePoint now) const
 {
     impl_->fleet.expire(now);
-    return impl_->fleet.offered() != 0;
+    return impl_->fleet.offered() != 0 && !impl_->all_held();
+}
+
+void Scheduler::hold(std::size_t seats) noexcept
+{
+    impl_->held = seats;
+}
+
+result<Placement> Scheduler::place_held(TimePoint now)
+{
+    return impl_->place(now, true);
+}
+
+std::size_t Scheduler::free_seats(TimePoint now) const
+{
+    impl_->fleet.expire(now);
+    return impl_->fleet.free_seats();
 }
 
 std::vector<Candidate> Scheduler::machines(TimePoint now) const
@@ -252,8 +282,8 @@ std::optional<Decision> Scheduler::explain(std::uint64_t decision) const
 
 result<std::string> Scheduler::replay(Decision const& decision) const
 {
-    if (decision.offered == 0)
-        return Failure(errc::unavailable, "no simulation server available at the moment.");
+    if (decision.offered == 0 || decision.held != 0)
+        return none_available();
     placement::RecordedSnapshot const snapshot(decision);
     RandomSource random(decision.random);
     auto const policy = impl_->find_policy(decision);
