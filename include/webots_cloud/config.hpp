@@ -66,7 +66,7 @@ struct SessionConfig
 
     PublicAddress address; ///< `server`, `port` (required), `ssl` and `portRewrite`.
     /// `simulationServers`: required; `"host:port"` or `"host/port"`, or objects with `address`, `weight`,
-    /// `drain`, `internal` and `ports`.
+    /// `drain`, `labels`, `internal` and `ports`.
     std::vector<ServerSpec> simulation_servers;
     /// `gateway`: requests for `/2000/...` are passed on to the simulation server `host/2000`. Default: where
     /// an entry of `simulationServers` has `internal`.
@@ -173,6 +173,7 @@ struct SimulationConfig
     std::uint64_t fetch_memory = std::uint64_t{1} << 30;
     std::uint64_t fetch_disk = std::uint64_t{8} << 30;
     std::filesystem::path webots_home; ///< `webotsHome`
+    std::vector<std::string> labels;   ///< `labels`: what this machine can run, as in `gpu`.
     /// `display`: what Webots draws on, or `private`: each simulation has a virtual display, or `none`.
     /// Empty: what `DISPLAY` says; else `:0`, or `private` where that is not there.
     std::string display;

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace webots_cloud {
 
@@ -36,6 +37,9 @@ struct LoadReport
     std::optional<std::int64_t> failed;
     /// Those of `arrivals` that are not among `sessions` any more.
     std::optional<std::int64_t> departures;
+    /// What the server can run, in words of its operator's, as in `gpu`, and what it knows itself: `docker`,
+    /// or the release of its Webots, as in `R2025a`. At most 32, each as in `PlacementRequest::labels`.
+    std::vector<std::string> labels;
 
     bool operator==(LoadReport const&) const = default;
 };

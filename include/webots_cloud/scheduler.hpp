@@ -39,6 +39,8 @@ struct ServerSpec
     double weight = 1;
     /// It gets no new sessions; those that it has stay.
     bool drain = false;
+    /// What it can run, in words of the operator's, as in `gpu`, besides what it reports itself.
+    std::vector<std::string> labels;
     /// Where the session server itself reaches it: `10.0.0.2:2000`, a numeric address, by plain HTTP; or
     /// `https://sim2.example.org:2000`, a name or an address, by TLS. Polls go there, and what the gateway
     /// passes on. Empty: it is polled at its address, and nothing is passed on.
@@ -62,8 +64,9 @@ enum class Refusal : std::uint8_t
     memory,    ///< Its memory in use, with what its starting sessions will need, reaches `memory_threshold`.
     load,      ///< Its reported load reaches `threshold`.
     committed, ///< Its reported load does not reach `threshold`, but does with its starting sessions.
+    labels,    ///< It lacks a label that this request needs: only in a `Decision`.
 };
-inline constexpr std::size_t refusal_count = 9;
+inline constexpr std::size_t refusal_count = 10;
 
 /// The name of a reason, as in `GET /api/decisions`.
 std::string_view to_string(Refusal reason) noexcept;
@@ -204,6 +207,18 @@ struct SchedulerParams
 /// Says what is wrong with the parameters, if anything.
 /// Errors: `errc::invalid_argument` naming the field.
 result<> validate(SchedulerParams const& params);
+
+/// What is known of a session that is to be placed.
+struct PlacementRequest
+{
+    PlacementRequest() = default;
+
+    /// Only machines with all of these labels come into question: their own (`LoadReport::labels`) and those
+    /// of their `ServerSpec`. Letters, digits, `.`, `_`, `-` and `+`, at most 40 in each, at most 32 labels.
+    std::vector<std::string> labels;
+    /// Seats are held for it: see Scheduler::hold().
+    bool held = false;
+};
 
 /// Where a session goes.
 struct Placement
@@ -375,6 +390,13 @@ public:
     /// offered, or all free seats are held; `errc::invalid_argument` when a policy of your own returned a
     /// position that does not exist.
     result<Placement> place(TimePoint now);
+
+    /// The same for a session of which more is known. O(n) where it needs labels.
+    ///
+    /// Errors: as place(now), but for held seats where they are for it; `errc::refused`, with a sentence for
+    /// people, when no machine of the list has the labels, so that waiting would not help;
+    /// `errc::invalid_argument` for labels that are none.
+    result<Placement> place(PlacementRequest const& request, TimePoint now);
 
     /// Would place() find a machine now? What browsers see as 1 or 0. O(1).
     bool available(TimePoint now) const;

@@ -62,6 +62,8 @@ struct SimulationServiceParams
     std::string isolation_warning;
     /// How simulations are confined, for the monitor page, as in `bubblewrap, public internet only`.
     std::string sandbox;
+    /// What this machine can run, for session servers: as in `LoadReport::labels`.
+    std::vector<std::string> labels;
     /// What simulations draw on, for the monitor page, as in `:0, shared by all`.
     std::string display;
 };

@@ -1,6 +1,7 @@
 #include "core/config/state_folder.hpp"
 #include "core/docker/docker_leftovers.hpp"
 #include "core/docker/docker_project.hpp"
+#include "core/machine_labels.hpp"
 #include "core/pages/monitor_sample.hpp"
 #include "core/projects/outside_projects.hpp"
 #include "core/sandbox/limits.hpp"
@@ -34,6 +35,8 @@
 #include <webots_cloud/simulation_service.hpp>
 
 #include <boost/asio/experimental/awaitable_operators.hpp>
+
+#include <fstream>
 
 #include <unistd.h>
 
@@ -153,6 +156,16 @@ result<core::SimulatorChoice> choose_simulator(SimulationConfig const& config, f
     core::SimulatorChoice choice;
     choice.program = core::webots_in_container;
     return choice;
+}
+
+/// What this machine can run, for session servers. Webots is beside `program`, with its version in a file.
+std::vector<std::string> labels_of(SimulationConfig const& config, fs::path const& program)
+{
+    std::string version(64, '\0');
+    std::ifstream file(program.parent_path() / "resources" / "version.txt");
+    file.read(version.data(), static_cast<std::streamsize>(version.size()));
+    version.resize(static_cast<std::size_t>(file.gcount()));
+    return core::machine_labels(config.labels, config.docker, version);
 }
 
 /// What a source needs where simulations run as users of `/etc/subuid`.
@@ -395,6 +408,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
         co_return choice.error();
     if (!choice->notice.empty())
         log.warning(choice->notice);
+    auto labels = labels_of(config, choice->program);
     auto root = open_instances(config, log);
     if (!root)
         co_return root.error();
@@ -490,6 +504,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     if (!user->description.empty())
         service_settings.sandbox.append(concat("; ", app::describe_user(*user, sandbox->params.user)));
     service_settings.display = display->description;
+    service_settings.labels = std::move(labels);
     auto const tickets = app::ticket_check(config, *clock, log);
     if (!tickets)
         co_return tickets.error();

@@ -146,6 +146,7 @@ LoadReport OperatorEndpoints::report() const
     report.arrivals = static_cast<std::int64_t>(context_.starts.arrivals());
     report.failed = static_cast<std::int64_t>(context_.starts.lost());
     report.departures = *report.arrivals - *report.sessions;
+    report.labels = params_.labels;
     return report;
 }
 

@@ -261,7 +261,7 @@ def configuration():
     """Even: of a session server; odd: of a simulation server."""
     yield (b'0{"port":1999,"portRewrite":true,"server":"h.org","administrator":"a@h.org","mailServer":"m.h.org","mailServerPort":587,'
            b'"mailSender":"s@h.org","mailSenderUser":"u","mailSenderPassword":"p","simulationServers":["h.org/2000",'
-           b'{"address":"g.org:2000","weight":2,"drain":true}],"loadRefresh":5,"loadTimeout":0.5,"loadThreshold":95,"scheduling":"random"}')
+           b'{"address":"g.org:2000","weight":2,"drain":true,"labels":["gpu"]}],"loadRefresh":5,"loadTimeout":0.5,"loadThreshold":95,"scheduling":"random"}')
     yield (b'1{"server":"h.org","ssl":false,"port":65000,"docker":true,"dockerDir":"d","allowedRepositories":["https://github.com/a"],'
            b'"blockedRepositories":["https://github.com/b"],"shareIdleTime":50,"forges":["https://github.com",{"url":"local:","directory":"x"}],'
            b'"notify":["https://r.org/x"],"cacheSize":1.5,"maxConnections":499,"timeout":7200,"title":"A\\u001b","description":"B"}')

@@ -2,6 +2,7 @@
 
 #include "core/access/ip_address.hpp"
 #include "core/access/site_access.hpp"
+#include "core/machine_labels.hpp"
 #include "core/text.hpp"
 
 #include <boost/url/authority_view.hpp>
@@ -119,6 +120,14 @@ void warn_of_open_site(PublicAddress const& address, NetworkConfig const& networ
                               ": pages of every site may use this server. For those of its own site and of "
                               "webots.cloud alone add this line: \"allowedOrigins\": [\"https://",
                               address.host, "\", \"https://webots.cloud\"],"));
+}
+
+void check_labels(ConfigReader& reader, std::vector<std::string> const& labels)
+{
+    constexpr auto most = core::max_labels - 1; // with the one that a machine adds itself
+    if (labels.size() > most || !std::ranges::all_of(labels, core::is_label))
+        reader.refuse("labels",
+                      "at most 31 labels of 1 to 40 letters, digits, \".\", \"_\", \"-\" and \"+\"");
 }
 
 bool is_port(std::string_view text)

@@ -33,6 +33,9 @@ void read_network(ConfigReader& reader, std::uint16_t port, NetworkConfig& netwo
 /// Who may use the server.
 void read_access(ConfigReader& reader, AccessConfig& access);
 
+/// What was read of the key "labels" of a simulation server.
+void check_labels(ConfigReader& reader, std::vector<std::string> const& labels);
+
 /// How the server logs.
 template<class Config>
 void read_log(ConfigReader& reader, Config& config)

@@ -74,6 +74,7 @@ std::vector<std::string_view> keys_for_restart(SimulationConfig const& running, 
     changes.compare("fetchMemory", running.fetch_memory, next.fetch_memory);
     changes.compare("fetchDisk", running.fetch_disk, next.fetch_disk);
     changes.compare("webotsHome", running.webots_home, next.webots_home);
+    changes.compare("labels", running.labels, next.labels);
     changes.compare("display", running.display, next.display);
     changes.compare("sandbox", running.sandbox, next.sandbox);
     changes.compare("simulationUser", running.simulation_user, next.simulation_user);

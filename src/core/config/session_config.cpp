@@ -63,6 +63,8 @@ void read_simulation_server(ConfigReader& reader, std::size_t number, boost::jso
         inner.read("address", server.address);
         inner.read_number("weight", server.weight, 0.001, 1'000'000);
         inner.read("drain", server.drain);
+        inner.read("labels", server.labels);
+        check_labels(inner, server.labels);
         read_internal_address(inner, server);
         if (!inner.has("address"))
             inner.require("address", address);

@@ -291,6 +291,8 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     reader->read("stateDir", config.state_dir);
     read_fetch_budget(*reader, config);
     reader->read("webotsHome", config.webots_home);
+    reader->read("labels", config.labels);
+    check_labels(*reader, config.labels);
     reader->read("display", config.display);
     reader->read("simulationUser", config.simulation_user);
     reader->read("confineServer", config.confine_server);

@@ -1,7 +1,9 @@
 #include <webots_cloud/load_report.hpp>
 
+#include "core/machine_labels.hpp"
 #include "core/text.hpp"
 
+#include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 #include <boost/json/parse.hpp>
 #include <boost/json/serialize.hpp>
@@ -73,6 +75,23 @@ bool read_counters(json::object const& object, LoadReport& report)
                                 read_counter(object, "departures", report.departures));
 }
 
+bool read_labels(json::object const& object, std::vector<std::string>& labels)
+{
+    auto const* value = object.if_contains("labels");
+    if (!value)
+        return true;
+    auto const* list = value->if_array();
+    if (!list || list->size() > core::max_labels)
+        return false;
+    for (auto const& entry : *list) {
+        auto const* label = entry.if_string();
+        if (!label || !core::is_label(*label))
+            return false;
+        labels.emplace_back(*label);
+    }
+    return true;
+}
+
 std::optional<LoadReport> read_object(json::object const& object)
 {
     LoadReport report;
@@ -83,7 +102,8 @@ std::optional<LoadReport> read_object(json::object const& object)
     report.load = load->to_number<double>(ignored);
     if (!is_load(report.load) || !read_count(object, "sessions", report.sessions) ||
         !read_count(object, "starting", report.starting) ||
-        !read_count(object, "capacity", report.capacity) || !read_counters(object, report))
+        !read_count(object, "capacity", report.capacity) || !read_counters(object, report) ||
+        !read_labels(object, report.labels))
         return std::nullopt;
     if (auto const* memory = object.if_contains("memory")) {
         if (!memory->is_number() || !is_load(memory->to_number<double>(ignored)))
@@ -138,6 +158,8 @@ std::string to_json(LoadReport const& report, std::string_view version)
         object["failed"] = *report.failed;
     if (report.departures)
         object["departures"] = *report.departures;
+    if (!report.labels.empty())
+        object["labels"] = json::array(report.labels.begin(), report.labels.end());
     object["version"] = version;
     return json::serialize(object);
 }

@@ -43,6 +43,9 @@ public:
 
     // Those offered, by position: dense, in no order. Overcommitted machines only while there are no others.
     std::size_t offered() const noexcept { return roomy_ != 0 ? roomy_ : usable_.size(); }
+    /// The first so many positions have room, those after them up to usable() are overcommitted.
+    std::size_t roomy() const noexcept { return roomy_; }
+    std::size_t usable() const noexcept { return usable_.size(); }
     std::size_t slot_at(std::size_t position) const noexcept { return usable_[position]; }
     std::size_t position_of(std::size_t slot) const noexcept { return places_[slot].position; }
     std::size_t least_committed() const noexcept { return position_of(by_score_.first()); }

@@ -1,5 +1,7 @@
 #include "placement_log.hpp"
 
+#include "placement_selection.hpp"
+
 #include <algorithm>
 
 namespace webots_cloud::placement {
@@ -33,6 +35,29 @@ void Record::begin(std::uint64_t decision, Policy const& decides, std::uint64_t 
         bool const offered_now = machine.refusal == Refusal::none && fleet.position_of(slot) < offered;
         entries[slot].machine = machine;
         entries[slot].position = offered_now ? fleet.position_of(slot) : no_position;
+    }
+}
+
+void Record::restrict_to(Selection const& selection, std::vector<std::string> const& labels,
+                         Fleet const& fleet) noexcept
+{
+    auto const chosen_ones = selection.entries();
+    offered = chosen_ones.size();
+    refused[static_cast<std::size_t>(Refusal::labels)] = selection.lacking();
+    unseen_arrivals = selection.unseen_arrivals();
+    for (std::size_t slot = 0; slot != entry_count; ++slot) {
+        Entry& entry = entries[slot];
+        entry.position = no_position;
+        if (entry.machine.refusal == Refusal::none && !fleet.machine(slot).has_labels(labels))
+            entry.machine.refusal = Refusal::labels;
+    }
+    if (!whole_fleet)
+        return;
+    for (std::size_t position = 0; position != chosen_ones.size(); ++position) {
+        Entry& entry = entries[chosen_ones[position].slot];
+        entry.machine = fleet.machine(chosen_ones[position].slot).view();
+        entry.machine.score = chosen_ones[position].score;
+        entry.position = position;
     }
 }
 

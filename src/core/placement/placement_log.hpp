@@ -10,6 +10,8 @@ namespace webots_cloud::placement {
 inline constexpr std::size_t logged_decisions = 100;
 inline constexpr std::size_t logged_machines = 64;
 
+class Selection;
+
 /// A policy and its name in explanations.
 struct Policy
 {
@@ -48,6 +50,9 @@ struct Record
 
     void begin(std::uint64_t decision, Policy const& decides, std::uint64_t seed, TimePoint now,
                Fleet const& fleet) noexcept;
+    /// Only these are offered, as they have the labels: to be called after `begin`.
+    void restrict_to(Selection const& selection, std::vector<std::string> const& labels,
+                     Fleet const& fleet) noexcept;
     void note(std::size_t position, Candidate const& machine) noexcept;
     Decision decision() const;
 };
@@ -64,6 +69,12 @@ public:
     std::size_t least_reported() const override;
     std::size_t lowest(std::span<std::size_t> positions, std::size_t parts, double where) const override;
     double unseen_arrivals() const override { return fleet_.unseen_arrivals(); }
+
+    std::size_t slot(std::size_t position) const noexcept { return fleet_.slot_at(position); }
+    Candidate const& view(std::size_t position) const noexcept
+    {
+        return fleet_.machine(slot(position)).view();
+    }
 
 private:
     Fleet const& fleet_;

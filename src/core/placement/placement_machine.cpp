@@ -37,11 +37,20 @@ Machine::Machine(ServerSpec const& spec, std::string_view address, SchedulerPara
     configure(spec, address);
 }
 
-void Machine::configure(ServerSpec const& spec, std::string_view address) noexcept
+void Machine::configure(ServerSpec const& spec, std::string_view address)
 {
+    labels_ = spec.labels;
     address_ = address;
     weight_ = spec.weight > 0 && std::isfinite(spec.weight) ? spec.weight : 1;
     drained_ = spec.drain;
+}
+
+bool Machine::has_labels(std::vector<std::string> const& labels) const noexcept
+{
+    return std::ranges::all_of(labels, [this](std::string const& label) {
+        return std::ranges::find(labels_, label) != labels_.end() ||
+               std::ranges::find(last_.labels, label) != last_.labels.end();
+    });
 }
 
 int Machine::visible(LoadReport const& report) const noexcept

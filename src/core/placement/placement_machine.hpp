@@ -39,7 +39,7 @@ public:
     Machine(ServerSpec const& spec, std::string_view address, SchedulerParams const& params);
 
     std::string_view address() const noexcept { return address_; }
-    void configure(ServerSpec const& spec, std::string_view address) noexcept;
+    void configure(ServerSpec const& spec, std::string_view address);
 
     /// `established`: it may have been up long before this first report, so there is no slow start.
     Arrivals report(LoadReport const& report, TimePoint now, bool established);
@@ -55,6 +55,9 @@ public:
 
     bool counts_sessions() const noexcept { return last_.sessions.has_value(); }
     bool counts_arrivals() const noexcept { return last_.sessions && last_.arrivals; }
+    /// It has reported at least once.
+    bool is_known() const noexcept { return contact_ != Contact::unknown; }
+    bool has_labels(std::vector<std::string> const& labels) const noexcept;
     bool reporting() const noexcept { return contact_ == Contact::reporting; }
     bool was_unreachable() const noexcept { return contact_ == Contact::unreachable; }
     Evidence cost_evidence() const noexcept { return cost_.evidence(); }
@@ -94,6 +97,7 @@ private:
 
     std::string_view address_;
     double weight_ = 1;
+    std::vector<std::string> labels_; ///< The operator's; it may report more.
     bool drained_ = false;
     bool stale_ = false;
     Contact contact_ = Contact::unknown;

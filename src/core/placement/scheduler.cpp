@@ -1,7 +1,10 @@
 #include <webots_cloud/scheduler.hpp>
 
+#include "core/machine_labels.hpp"
+#include "core/text.hpp"
 #include "placement_fleet.hpp"
 #include "placement_log.hpp"
+#include "placement_selection.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -20,6 +23,22 @@ Failure unusable(std::string detail)
 Failure none_available()
 {
     return Failure(errc::unavailable, "no simulation server available at the moment.");
+}
+
+bool are_labels(std::vector<std::string> const& labels)
+{
+    return labels.size() <= core::max_labels && std::ranges::all_of(labels, core::is_label);
+}
+
+/// Waiting would not help, so that is said.
+Failure nobody_has(std::vector<std::string> const& labels)
+{
+    std::string wanted;
+    for (std::string const& label : labels)
+        wanted += core::concat(wanted.empty() ? "\"" : "\", \"", label);
+    return Failure(errc::refused,
+                   core::concat("no simulation server of this site can run this: none has ",
+                                labels.size() == 1 ? "the label " : "all of the labels ", wanted, "\"."));
 }
 
 bool positive(double number)
@@ -103,6 +122,7 @@ struct Scheduler::Impl
         for (ServerSpec const& server : servers)
             addresses.push_back(*names.insert(server.address).first);
         fleet.set_servers(servers, addresses);
+        selection.reserve(fleet.size());
         forget_names(addresses);
     }
 
@@ -145,25 +165,41 @@ struct Scheduler::Impl
     /// Nobody but those for whom they are held may have what is free.
     bool all_held() const noexcept { return held != 0 && fleet.free_seats() <= held; }
 
-    result<Placement> place(TimePoint now, bool for_held)
+    result<Placement> place(PlacementRequest const& request, TimePoint now)
     {
         fleet.expire(now);
+        if (!are_labels(request.labels))
+            return unusable("labels: wanted at most 32, of letters, digits, \".\", \"_\", \"-\" and \"+\"");
         placement::Record& record = next_record(now);
-        if (fleet.offered() == 0)
+        bool const selects = !request.labels.empty();
+        if (selects) {
+            selection.select(fleet, request);
+            record.restrict_to(selection, request.labels, fleet);
+            if (record.offered == 0 && !can_ever_serve(fleet, request))
+                return nobody_has(request.labels);
+        }
+        if (record.offered == 0)
             return none_available();
-        if (!for_held && all_held()) {
+        if (!request.held && all_held()) {
             record.held = held;
             record.free_seats = fleet.free_seats();
             return none_available();
         }
+        if (selects)
+            return choose(placement::SelectedSnapshot(fleet, selection, record), record, now);
+        return choose(placement::LiveSnapshot(fleet, record), record, now);
+    }
+
+    template<class Snapshot>
+    result<Placement> choose(Snapshot const& snapshot, placement::Record& record, TimePoint now)
+    {
         RandomSource random(record.random);
-        placement::LiveSnapshot const snapshot(fleet, record);
         std::size_t const position = record.policy->choose(snapshot, random);
-        if (position >= fleet.offered())
+        if (position >= record.offered)
             return unusable("scheduling policy: chose machine " + std::to_string(position) + " of " +
-                            std::to_string(fleet.offered()));
-        std::size_t const slot = fleet.slot_at(position);
-        record.note(position, fleet.machine(slot).view());
+                            std::to_string(record.offered));
+        record.note(position, snapshot.view(position));
+        std::size_t const slot = snapshot.slot(position);
         record.chosen = fleet.machine(slot).address();
         fleet.place(slot, now);
         Placement placement;
@@ -177,6 +213,7 @@ struct Scheduler::Impl
     std::list<placement::Policy> policies;
     std::set<std::string, std::less<>> names;
     placement::Fleet fleet;
+    placement::Selection selection; ///< Of the last request that not every machine suits.
     std::vector<placement::Record> log;
     std::uint64_t last_decision = 0;
     std::size_t held = 0; ///< Seats.
@@ -222,7 +259,12 @@ void Scheduler::mark_unreachable(std::string_view server, TimePoint now)
 
 result<Placement> Scheduler::place(TimePoint now)
 {
-    return impl_->place(now, false);
+    return impl_->place(PlacementRequest(), now);
+}
+
+result<Placement> Scheduler::place(PlacementRequest const& request, TimePoint now)
+{
+    return impl_->place(request, now);
 }
 
 bool Scheduler::available(TimePoint now) const
@@ -238,7 +280,9 @@ void Scheduler::hold(std::size_t seats) noexcept
 
 result<Placement> Scheduler::place_held(TimePoint now)
 {
-    return impl_->place(now, true);
+    PlacementRequest request;
+    request.held = true;
+    return impl_->place(request, now);
 }
 
 std::size_t Scheduler::free_seats(TimePoint now) const

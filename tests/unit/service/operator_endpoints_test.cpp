@@ -376,6 +376,7 @@ BOOST_AUTO_TEST_CASE(the_report_counts_sessions_starts_and_those_who_came_and_le
 {
     Fixture fixture;
     fixture.metrics.next.memory_used = 12.5;
+    fixture.params.labels = {"gpu"};
     fixture.processes.expect().prints(".\n");
     fixture.add_session();
     fixture.run(fixture.add_session());
@@ -388,6 +389,7 @@ BOOST_AUTO_TEST_CASE(the_report_counts_sessions_starts_and_those_who_came_and_le
     BOOST_TEST(!report.draining);
     BOOST_TEST(report.arrivals.value() == 2);
     BOOST_TEST(report.departures.value() == 0);
+    BOOST_TEST((report.labels == std::vector<std::string>{"gpu"}));
     fixture.sessions.erase(1);
     BOOST_TEST(fixture.report().departures.value() == 1);
 }

@@ -41,6 +41,10 @@ BOOST_AUTO_TEST_CASE(anything_else_is_no_load)
                              "{\"load\":1",
                              "[1]",
                              "{\"load\":1,\"memory\":-3}",
+                             "{\"load\":1,\"labels\":\"gpu\"}",
+                             "{\"load\":1,\"labels\":[1]}",
+                             "{\"load\":1,\"labels\":[\"\"]}",
+                             "{\"load\":1,\"labels\":[\"two words\"]}",
                              "{\"load\":1,\"arrivals\":-1}",
                              "{\"load\":1,\"arrivals\":1,\"failed\":0.5}",
                              "{\"load\":1,\"arrivals\":1,\"departures\":\"2\"}",
@@ -63,11 +67,21 @@ BOOST_AUTO_TEST_CASE(our_own_servers_say_more_and_are_understood)
     report.arrivals = 9'223'372'036'854'775'807;
     report.failed = 2;
     report.departures = 0;
+    report.labels = {"gpu", "R2025a"};
     BOOST_TEST(boost::json::parse(to_json(report, "1.2.3")) ==
                boost::json::parse(
                    R"({"load":12.5,"sessions":3,"starting":1,"capacity":100,"memory":40.25,"draining":true,
-                       "arrivals":9223372036854775807,"failed":2,"departures":0,"version":"1.2.3"})"));
+                       "arrivals":9223372036854775807,"failed":2,"departures":0,"labels":["gpu","R2025a"],"version":"1.2.3"})"));
     BOOST_TEST((parse_load_report(to_json(report, "1.2.3")).value() == report));
+}
+
+BOOST_AUTO_TEST_CASE(more_labels_than_a_machine_can_have_are_refused)
+{
+    std::string labels = R"("l1")";
+    for (int label = 2; label <= 32; ++label)
+        labels += ",\"l" + std::to_string(label) + '"';
+    BOOST_TEST(parse_load_report(R"({"load":1,"labels":[)" + labels + "]}")->labels.size() == 32u);
+    BOOST_TEST(!parse_load_report(R"({"load":1,"labels":[)" + labels + R"(,"l33"]})"));
 }
 
 BOOST_AUTO_TEST_CASE(the_refusal_quotes_what_was_found)

@@ -1,0 +1,109 @@
+#include "placement_selection.hpp"
+
+#include <algorithm>
+
+namespace webots_cloud::placement {
+
+void Selection::select(Fleet const& fleet, PlacementRequest const& request, std::size_t from,
+                       std::size_t to) noexcept
+{
+    for (std::size_t position = from; position != to; ++position) {
+        std::size_t const slot = fleet.slot_at(position);
+        Machine const& machine = fleet.machine(slot);
+        if (!machine.has_labels(request.labels))
+            continue;
+        Entry entry;
+        entry.slot = static_cast<std::uint32_t>(slot);
+        entry.score = machine.view().score;
+        entry.by_score = order_key(entry.score, machine.turn());
+        entry.by_load = order_key(machine.view().load, machine.turn());
+        entries_.push_back(entry); // reserved for all machines: never allocates
+    }
+}
+
+void Selection::select(Fleet const& fleet, PlacementRequest const& request) noexcept
+{
+    entries_.clear();
+    lacking_ = 0;
+    if (!request.labels.empty())
+        for (std::size_t position = 0; position != fleet.usable(); ++position)
+            lacking_ += !fleet.machine(fleet.slot_at(position)).has_labels(request.labels);
+    select(fleet, request, 0, fleet.roomy());
+    if (entries_.empty())
+        select(fleet, request, fleet.roomy(), fleet.usable());
+    double const part = fleet.offered() == 0
+                            ? 0
+                            : static_cast<double>(entries_.size()) / static_cast<double>(fleet.offered());
+    unseen_arrivals_ = fleet.unseen_arrivals() * std::min(part, 1.0);
+}
+
+bool can_ever_serve(Fleet const& fleet, PlacementRequest const& request) noexcept
+{
+    for (std::size_t slot = 0; slot != fleet.size(); ++slot)
+        if (!fleet.machine(slot).is_known() || fleet.machine(slot).has_labels(request.labels))
+            return true;
+    return fleet.size() == 0;
+}
+
+Candidate SelectedSnapshot::view(std::size_t position) const noexcept
+{
+    Selection::Entry const& entry = selection_.entries()[position];
+    Candidate machine = fleet_.machine(entry.slot).view();
+    machine.score = entry.score;
+    return machine;
+}
+
+Candidate SelectedSnapshot::operator[](std::size_t position) const
+{
+    Candidate const machine = view(position);
+    record_.note(position, machine);
+    return machine;
+}
+
+std::size_t SelectedSnapshot::least_committed() const
+{
+    auto const entries = selection_.entries();
+    auto const first = std::ranges::min_element(entries, {}, &Selection::Entry::by_score);
+    auto const position = static_cast<std::size_t>(first - entries.begin());
+    record_.least_committed = position;
+    record_.note(position, view(position));
+    return position;
+}
+
+std::size_t SelectedSnapshot::least_reported() const
+{
+    auto const entries = selection_.entries();
+    auto const first = std::ranges::min_element(entries, {}, &Selection::Entry::by_load);
+    auto const position = static_cast<std::size_t>(first - entries.begin());
+    record_.least_reported = position;
+    record_.note(position, view(position));
+    return position;
+}
+
+std::size_t SelectedSnapshot::lowest(std::span<std::size_t> positions, std::size_t parts, double where) const
+{
+    auto const entries = selection_.entries();
+    std::size_t const length = (entries.size() + parts - 1) / parts;
+    std::size_t const begin =
+        std::min(static_cast<std::size_t>(where * static_cast<double>(parts)) * length, entries.size());
+    std::size_t const end = std::min(begin + length, entries.size());
+    auto const wanted = std::min(positions.size(), max_lowest);
+    auto const score = [&](std::size_t position) { return entries[position].by_score; };
+    std::size_t found = 0;
+    for (std::size_t position = begin; position != end; ++position) {
+        auto const kept = positions.first(found);
+        auto const place = std::ranges::upper_bound(kept, score(position), {}, score) - kept.begin();
+        if (static_cast<std::size_t>(place) == wanted)
+            continue;
+        found = std::min(found + 1, wanted);
+        auto const later =
+            positions.subspan(static_cast<std::size_t>(place), found - static_cast<std::size_t>(place));
+        std::shift_right(later.begin(), later.end(), 1);
+        later.front() = position;
+    }
+    std::ranges::copy(positions.first(found), record_.lowest.begin());
+    record_.lowest_count = found;
+    return found;
+}
+
+} // namespace webots_cloud::placement

@@ -1,0 +1,75 @@
+// The machines that suit one request, where that is not simply all that are offered.
+#pragma once
+
+#include "placement_log.hpp"
+
+#include <webots_cloud/scheduler.hpp>
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace webots_cloud::placement {
+
+/// What one request finds: found by looking at every machine, O(n), unlike the indexes of the Fleet.
+class Selection
+{
+public:
+    struct Entry
+    {
+        std::uint32_t slot = 0;
+        std::uint64_t by_score = 0; ///< Keys: the smallest is first.
+        std::uint64_t by_load = 0;
+        double score = 0;
+    };
+
+    /// So that select() allocates nothing.
+    void reserve(std::size_t machines) { entries_.reserve(machines); }
+
+    /// Overcommitted machines are among them only where there are no others.
+    void select(Fleet const& fleet, PlacementRequest const& request) noexcept;
+
+    std::span<Entry const> entries() const noexcept { return entries_; }
+    /// How many machines lack only the labels.
+    std::size_t lacking() const noexcept { return lacking_; }
+    /// Of the sessions that others have probably placed unseen, those that went to these machines.
+    double unseen_arrivals() const noexcept { return unseen_arrivals_; }
+
+private:
+    void select(Fleet const& fleet, PlacementRequest const& request, std::size_t from,
+                std::size_t to) noexcept;
+
+    std::vector<Entry> entries_;
+    std::size_t lacking_ = 0;
+    double unseen_arrivals_ = 0;
+};
+
+/// Whether a machine of the list has the labels, or may turn out to have them: it has not reported yet.
+bool can_ever_serve(Fleet const& fleet, PlacementRequest const& request) noexcept;
+
+/// The selection as a policy sees it; writes down in `record` what the policy looks at.
+class SelectedSnapshot final : public PlacementSnapshot
+{
+public:
+    SelectedSnapshot(Fleet const& fleet, Selection const& selection, Record& record) noexcept
+        : fleet_(fleet), selection_(selection), record_(record)
+    {}
+
+    std::size_t size() const override { return selection_.entries().size(); }
+    Candidate operator[](std::size_t position) const override;
+    std::size_t least_committed() const override;
+    std::size_t least_reported() const override;
+    std::size_t lowest(std::span<std::size_t> positions, std::size_t parts, double where) const override;
+    double unseen_arrivals() const override { return selection_.unseen_arrivals(); }
+
+    std::size_t slot(std::size_t position) const noexcept { return selection_.entries()[position].slot; }
+    Candidate view(std::size_t position) const noexcept;
+
+private:
+    Fleet const& fleet_;
+    Selection const& selection_;
+    Record& record_;
+};
+
+} // namespace webots_cloud::placement
