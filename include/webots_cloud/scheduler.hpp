@@ -230,6 +230,8 @@ struct Placement
     std::string_view address;
     /// For Scheduler::explain.
     std::uint64_t decision = 0;
+    /// When it was made: for Scheduler::release.
+    TimePoint at{};
 };
 
 /// One call of place() with all that led to its answer: a value of its own, no view of the scheduler.
@@ -397,6 +399,15 @@ public:
     /// people, when no machine of the list has the labels, so that waiting would not help;
     /// `errc::invalid_argument` for labels that are none.
     result<Placement> place(PlacementRequest const& request, TimePoint now);
+
+    /// Gives a place back that will not be used: the browser left before it went to the machine, or the
+    /// machine could not be reached. Without it, the place counts until reports show that nobody came.
+    ///
+    /// Does nothing when that is known already, when the server has left the list, or when its reports show
+    /// everybody who was placed there.
+    /// Precondition: once for a placement, and not when the browser has reached the machine: a start that
+    /// failed there is in its reports.
+    void release(Placement const& placement, TimePoint now) noexcept;
 
     /// Would place() find a machine now? What browsers see as 1 or 0. O(1).
     bool available(TimePoint now) const;

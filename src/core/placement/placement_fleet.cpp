@@ -124,6 +124,15 @@ void Fleet::place(std::size_t slot, TimePoint now) noexcept
     assess(slot, now);
 }
 
+void Fleet::release(std::string_view server, TimePoint placed_at, TimePoint now) noexcept
+{
+    auto const found = slots_.find(server);
+    if (found == slots_.end())
+        return;
+    machines_[found->second].release(placed_at, now);
+    assess(found->second, now);
+}
+
 std::uint64_t Fleet::placed(std::string_view server) const
 {
     if (auto const found = slots_.find(server); found != slots_.end())

@@ -29,6 +29,8 @@ public:
     void report(std::string_view server, LoadReport const& report, TimePoint now);
     void mark_unreachable(std::string_view server, TimePoint now);
     void place(std::size_t slot, TimePoint now) noexcept;
+    /// Takes back what was placed at `placed_at`.
+    void release(std::string_view server, TimePoint placed_at, TimePoint now) noexcept;
     /// How many sessions were given to a server in all, also of servers that left the list; 0 once forgotten.
     std::uint64_t placed(std::string_view server) const;
     /// Withdraws machines whose reports have become too old. Amortised O(1).

@@ -279,6 +279,17 @@ void Machine::place(TimePoint now) noexcept
     reservations_.add(eighth);
 }
 
+void Machine::release(TimePoint placed_at, TimePoint now) noexcept
+{
+    std::int64_t const added = ages_.eighth(placed_at);
+    std::int64_t const age = std::max<std::int64_t>(ages_.eighth(now) - added, 0);
+    std::size_t const lifetime = counts_arrivals() ? counted_lifetime : age_count;
+    if (age >= static_cast<std::int64_t>(lifetime) || !reservations_.take_back(added))
+        return; // it has run out, or somebody else's arrival was taken for this one
+    placed_.age_until(added + age);
+    placed_.take_back(static_cast<std::size_t>(age));
+}
+
 double Machine::readiness(TimePoint now, SchedulerParams const& params) const noexcept
 {
     if (up_since_ == TimePoint::min() || params.slow_start <= Duration::zero())

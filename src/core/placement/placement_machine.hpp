@@ -46,6 +46,7 @@ public:
     void mark_unreachable() noexcept;
     void stale() noexcept { stale_ = true; }
     void place(TimePoint now) noexcept;
+    void release(TimePoint placed_at, TimePoint now) noexcept;
 
     /// Computes `view()` anew from the state. Call after each of the above.
     void assess(TimePoint now, Lessons const& lessons, SchedulerParams const& params) noexcept;

@@ -98,6 +98,23 @@ public:
         return taken;
     }
 
+    /// Takes away one that was added in the eighth `added`, or of the next age that has some: arrivals are
+    /// not told apart. False when there is none.
+    bool take_back(std::int64_t added) noexcept
+    {
+        constexpr auto last = static_cast<std::int64_t>(age_count) - 1;
+        auto const first = static_cast<std::size_t>(std::clamp<std::int64_t>(eighth_ - added, 0, last));
+        for (std::size_t step = 0; step != age_count; ++step) {
+            std::uint32_t& here = ages_[(first + step) % age_count];
+            if (here == 0)
+                continue;
+            --here;
+            --count_;
+            return true;
+        }
+        return false;
+    }
+
     void clear() noexcept
     {
         ages_.fill(0);
@@ -138,6 +155,13 @@ public:
 
     /// Takes back those that never came: their reservations ran out.
     void forget(std::uint32_t expired) noexcept { older_ = std::max(0.0, older_ - expired); }
+
+    /// Takes back one that was added so many eighths ago.
+    void take_back(std::size_t age) noexcept
+    {
+        if (age < age_count && recent_[age] != 0)
+            --recent_[age];
+    }
 
     /// Those whose load should be visible: all older than four eighths, part of those of one to four.
     double visible() const noexcept { return older_ + visible_of(recent_); }

@@ -205,6 +205,7 @@ struct Scheduler::Impl
         Placement placement;
         placement.address = record.chosen;
         placement.decision = record.id;
+        placement.at = now;
         return placement;
     }
 
@@ -265,6 +266,11 @@ result<Placement> Scheduler::place(TimePoint now)
 result<Placement> Scheduler::place(PlacementRequest const& request, TimePoint now)
 {
     return impl_->place(request, now);
+}
+
+void Scheduler::release(Placement const& placement, TimePoint now) noexcept
+{
+    impl_->fleet.release(placement.address, placement.at, now);
 }
 
 bool Scheduler::available(TimePoint now) const

@@ -100,6 +100,15 @@ void classroom(Output& output)
             return machines.least_committed();
         };
         print_figures(output, "the same without spreading over the water level", room);
+        room.custom = {};
+        room.arrivals = true;
+        if (counted)
+            print_figures(output, "least_committed, five session servers, arrivals counted", room);
+        for (double const interval : {1.0, 0.1}) {
+            room.report_every = interval;
+            if (counted)
+                print_figures(output, "the same, reports every " + decimals(interval, 1) + " s", room);
+        }
     }
     if (output.images)
         draw(output);

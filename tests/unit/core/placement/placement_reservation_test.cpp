@@ -233,4 +233,66 @@ BOOST_AUTO_TEST_CASE(without_a_placement_timeout_the_next_report_shows_whoever_c
     BOOST_TEST(fixture.machine("a", start + seconds(1)).pending == 0);
 }
 
+BOOST_FIXTURE_TEST_CASE(a_place_that_is_given_back_counts_no_more, Fixture)
+{
+    Placement const first = scheduler.place(start).value();
+    place(2);
+    BOOST_TEST(machine(first.address).pending == 1);
+    scheduler.release(first, start + seconds(1));
+    BOOST_TEST(machine(first.address).pending == 0);
+    BOOST_TEST(machine(first.address).committed == 0);
+    BOOST_TEST(scheduler.place(start + seconds(1)).value().address == first.address);
+}
+
+BOOST_AUTO_TEST_CASE(places_given_back_are_not_taken_for_browsers_that_do_not_come)
+{
+    OneMachine fixture;
+    TimePoint now = start;
+    for (int round = 0; round != 200; ++round, now += seconds(5)) {
+        fixture.scheduler.release(fixture.scheduler.place(now).value(), now + seconds(1));
+        fixture.scheduler.report("a", counted(0, 0), now + seconds(2));
+    }
+    fixture.place(10, now);
+    BOOST_TEST(fixture.machine("a", now).committed == 120, boost::test_tools::tolerance(1e-9));
+}
+
+BOOST_FIXTURE_TEST_CASE(a_place_is_not_given_back_when_it_has_run_out_or_everybody_has_come, OneMachine)
+{
+    Placement const used = scheduler.place(start).value();
+    scheduler.report("a", counted(0, 1, 1), start + seconds(5));
+    scheduler.release(used, start + seconds(6));
+    BOOST_TEST(machine("a").pending == 0);
+    BOOST_TEST(machine("a").committed == 12, boost::test_tools::tolerance(1e-9));
+
+    Placement const unused = scheduler.place(start + seconds(6)).value();
+    for (int time = 10; time <= 80; time += 5)
+        scheduler.report("a", counted(0, 1, 1), start + seconds(time));
+    place(1, start + seconds(81));
+    scheduler.release(unused, start + seconds(82));
+    BOOST_TEST(machine("a").pending == 1, "this one is somebody else's");
+}
+
+BOOST_FIXTURE_TEST_CASE(of_several_places_one_is_given_back_whatever_its_age, OneMachine)
+{
+    Placement const old = scheduler.place(start).value();
+    place(2, start + seconds(10));
+    // Whoever came is taken for the newest: the one that is given back may look older than it is.
+    scheduler.report("a", counted(0, 1, 1), start + seconds(12));
+    scheduler.release(old, start + seconds(13));
+    BOOST_TEST(machine("a").pending == 1);
+    scheduler.release(scheduler.place(start + seconds(13)).value(), start + seconds(13));
+    BOOST_TEST(machine("a").pending == 1);
+}
+
+BOOST_FIXTURE_TEST_CASE(a_place_on_a_server_that_has_left_the_list_is_nothing_to_give_back, Fixture)
+{
+    Placement placement = scheduler.place(start).value();
+    std::string const address(placement.address);
+    placement.address = address; // which lives on
+    scheduler.set_servers({});
+    scheduler.release(placement, start);
+    scheduler.release(Placement(), start);
+    BOOST_TEST(scheduler.machines(start).empty());
+}
+
 BOOST_AUTO_TEST_SUITE_END()
