@@ -68,6 +68,13 @@ std::size_t OperatorEndpoints::running() const
     }));
 }
 
+/// How many projects are being fetched for later starts.
+std::size_t OperatorEndpoints::fetches() const
+{
+    return static_cast<std::size_t>(std::count_if(
+        sessions_.begin(), sessions_.end(), [](auto const& entry) { return entry.second->is_fetch_only(); }));
+}
+
 void OperatorEndpoints::want_look()
 {
     if (look_wanted_ && context_.clock.now() - looked_at_processes_ >= usage_interval)
@@ -136,11 +143,16 @@ std::size_t OperatorEndpoints::capacity() const
 
 LoadReport OperatorEndpoints::report() const
 {
+    // Fetches for later starts are no sessions, which session servers send here and count; but they hold
+    // places.
+    auto const fetches = static_cast<int>(this->fetches());
     LoadReport report(average_.value());
-    report.sessions = static_cast<int>(sessions_.size());
-    report.starting = static_cast<int>(std::count_if(
-        sessions_.begin(), sessions_.end(), [](auto const& entry) { return entry.second->is_starting(); }));
-    report.capacity = context_.admission.max_simulations();
+    report.sessions = static_cast<int>(sessions_.size()) - fetches;
+    report.starting =
+        static_cast<int>(std::count_if(sessions_.begin(), sessions_.end(),
+                                       [](auto const& entry) { return entry.second->is_starting(); })) -
+        fetches;
+    report.capacity = std::max(0, context_.admission.max_simulations() - fetches);
     report.memory = last_sample_.memory_used;
     report.draining = context_.state.is_draining();
     report.arrivals = static_cast<std::int64_t>(context_.starts.arrivals());
@@ -213,7 +225,7 @@ Answer OperatorEndpoints::figures(IncomingRequest const&)
     text.family("simulations", "gauge", "Simulations by state.")
         .add(starting, {{"state", "starting"}})
         .add(active, {{"state", "running"}})
-        .add(static_cast<double>(sessions_.size()) - starting - active, {{"state", "idle"}});
+        .add(static_cast<double>(sessions_.size() - fetches()) - starting - active, {{"state", "idle"}});
     text.family("simulations_max", "gauge", "Simulations that may run at once.")
         .add(static_cast<double>(capacity()));
     text.family("draining", "gauge", "1 while no new simulation is taken.")
@@ -231,6 +243,7 @@ Answer OperatorEndpoints::figures(IncomingRequest const&)
     if (context_.launcher.params().gateway)
         write_traffic(text);
     context_.starts.write(text);
+    context_.fetches.write(text);
     return core::metrics_page(text.take(), hooks_.more_metrics);
 }
 

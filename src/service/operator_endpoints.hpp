@@ -69,6 +69,7 @@ private:
     boost::asio::awaitable<void> look_at_some();
     void want_look();
     std::size_t running() const;
+    std::size_t fetches() const;
     std::vector<core::SimulationRow> rows() const;
     std::size_t capacity() const;
     LoadReport report() const;

@@ -83,7 +83,8 @@ SimulationSession::SimulationSession(SessionContext& context, asio::any_io_execu
       life_(grace_for(context, request_), context.clock.now(), context.state.is_stopping()),
       started_(context.clock.now()), life_changed_(executor), released_(executor)
 {
-    context.starts.arrived();
+    if (!is_fetch_only())
+        context.starts.arrived();
 }
 
 std::string SimulationSession::log_prefix() const
@@ -149,7 +150,9 @@ core::SimulationRow SimulationSession::row() const
     core::SimulationRow row;
     row.id = id_;
     row.world = core::short_world(core::world_of(request_));
-    row.state = life_.state() == Life::State::waiting ? "waiting for its browser" : name_of(life_.stage());
+    row.state = is_fetch_only()                         ? "fetching for later"
+                : life_.state() == Life::State::waiting ? "waiting for its browser"
+                                                        : name_of(life_.stage());
     row.age = context_.clock.now() - started_;
     if (output_)
         row.log = output_->name();
@@ -244,7 +247,9 @@ asio::awaitable<void> SimulationSession::finish(Channel& channel)
     released_.notify();
     if (next.action == Life::Action::hand_over)
         co_return;
-    if (next.abandoned)
+    if (next.abandoned && is_fetch_only())
+        context_.fetches.abandoned();
+    else if (next.abandoned)
         context_.starts.abandoned();
     co_await clean_up(next.exited);
 }
@@ -383,7 +388,10 @@ void SimulationSession::send_error(Channel& channel, std::string_view error)
 /// The start has failed.
 void SimulationSession::refuse(Channel& channel, Failure const& failure)
 {
-    if (life_.failed())
+    bool const is_first = life_.failed();
+    if (is_first && is_fetch_only())
+        context_.fetches.failed(failure);
+    else if (is_first)
         context_.starts.failed(failure);
     send_error(channel, failure.message());
 }
@@ -392,12 +400,18 @@ void SimulationSession::refuse(Channel& channel, Failure const& failure)
 asio::awaitable<void> SimulationSession::simulate(Channel& channel)
 {
     co_await asio::this_coro::throw_if_cancelled(false);
-    context_.log.info(LogCause("start"), concat(log_prefix(), "Starting simulation from ",
-                                                core::printable(core::world_of(request_))));
+    context_.log.info(LogCause("start"),
+                      concat(log_prefix(),
+                             is_fetch_only() ? "Fetching for later starts " : "Starting simulation from ",
+                             core::printable(core::world_of(request_))));
     auto const fetched = co_await fetch(channel);
     if (!fetched) {
         if (fetched.error().code() != asio::error::operation_aborted)
             refuse(channel, fetched.error());
+        co_return;
+    }
+    if (is_fetch_only()) {
+        fetched_for_later(channel);
         co_return;
     }
     auto const launched = co_await launch(channel);
@@ -482,8 +496,19 @@ asio::awaitable<result<>> SimulationSession::fetch(Channel& channel)
         co_return fetched.error();
     if (!project_->notice.empty())
         (void)channel.send(core::loading_message(project_->notice));
-    context_.starts.passed(core::StartStage::fetch, life_.fetched(context_.clock.now()));
+    if (!is_fetch_only())
+        context_.starts.passed(core::StartStage::fetch, life_.fetched(context_.clock.now()));
     co_return result<>();
+}
+
+/// What was fetched stays in the cache; the caller removes the copy that was made of it.
+void SimulationSession::fetched_for_later(Channel& channel)
+{
+    life_.fetched_for_later();
+    context_.fetches.fetched();
+    context_.log.info(LogCause("fetched"), concat(log_prefix(), "The project is here for later starts"));
+    (void)channel.send(std::string(core::fetched_message));
+    channel.close(1000);
 }
 
 /// Stores the project in a member instead of returning it: a result would be lost, and the project with it,

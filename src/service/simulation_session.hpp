@@ -55,6 +55,7 @@ struct SessionContext
     double load = 0; ///< Of this machine when it was last measured, in percent.
     core::Admission admission;
     core::StartFigures starts;
+    core::FetchFigures fetches;              ///< For later starts.
     std::map<Limit, std::uint64_t> overruns; ///< Simulations that were ended at a limit.
     /// Bytes of simulations that have ended, from and to browsers.
     std::uint64_t received = 0;
@@ -127,6 +128,9 @@ public:
     core::SimulationLife::Stage stage() const noexcept { return life_.stage(); }
     bool is_starting() const noexcept;
 
+    /// Its project is fetched for later starts: it never becomes a simulation.
+    bool is_fetch_only() const { return core::is_fetch_only(request_); }
+
     /// Measures what the simulator consumes.
     boost::asio::awaitable<void> look_at_processes();
 
@@ -148,6 +152,7 @@ private:
     boost::asio::awaitable<result<>> fetch(Channel& channel);
     boost::asio::awaitable<result<Project>> fetch_requested(std::shared_ptr<FetchProgress> progress);
     boost::asio::awaitable<result<>> fetch_project(std::shared_ptr<FetchProgress> progress);
+    void fetched_for_later(Channel& channel);
     boost::asio::awaitable<result<>> launch(Channel& channel);
     LaunchSpec launch_spec() const;
     boost::asio::awaitable<result<>> show_progress(std::shared_ptr<FetchProgress const> progress,

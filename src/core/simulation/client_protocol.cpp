@@ -43,6 +43,7 @@ ClientMessage read_start(json::value const& value)
     message.can_return = is_true(*start, "reconnect");
     message.wants_heartbeat = is_true(*start, "heartbeat");
     message.can_extend = is_true(*start, "extend");
+    message.fetch_only = is_true(*start, "fetch_only");
     return SimulationRequest(std::move(message));
 }
 
@@ -135,6 +136,12 @@ bool can_extend(SimulationRequest const& request)
 {
     auto const* start = std::get_if<StartMessage>(&request);
     return start && start->can_extend;
+}
+
+bool is_fetch_only(SimulationRequest const& request)
+{
+    auto const* start = std::get_if<StartMessage>(&request);
+    return start && start->fetch_only;
 }
 
 bool is_final(std::uint16_t close_code) noexcept

@@ -23,6 +23,7 @@ struct StartMessage
     bool can_return = false;
     bool wants_heartbeat = false;
     bool can_extend = false; ///< Its page has a button for `extend`.
+    bool fetch_only = false; ///< No simulator is to be started: the project is to be in the cache for others.
 
     bool operator==(StartMessage const&) const = default;
 };
@@ -85,6 +86,9 @@ bool wants_heartbeat(SimulationRequest const& request);
 /// Whether the browser has said that it can extend simulations.
 bool can_extend(SimulationRequest const& request);
 
+/// Whether the project is to be fetched for later starts, and nothing else.
+bool is_fetch_only(SimulationRequest const& request);
+
 /// Whether a browser that closes its connection with this code, and can return, has gone for good: not when
 /// its page was only left or reloaded.
 bool is_final(std::uint16_t close_code) noexcept;
@@ -109,6 +113,9 @@ std::string extendable_message(std::int64_t seconds);
 
 /// `reset controller: <file>`
 std::string reset_controller_message(std::string_view file);
+
+/// The project that was to be fetched for later starts is here.
+inline constexpr std::string_view fetched_message = "fetched:";
 
 /// A sign of life, like those that simulators print.
 inline constexpr std::string_view heartbeat_message = ".";

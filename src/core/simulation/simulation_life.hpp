@@ -69,6 +69,9 @@ public:
     /// The project has been fetched.   Returns: how long that took.
     Duration fetched(TimePoint now);
 
+    /// The project has been fetched for later starts, and nothing follows.
+    void fetched_for_later() { start_ = Start::succeeded; }
+
     /// The simulator has been started, and runs until `ends_at` at the latest.   Returns: how long that took.
     Duration launched(TimePoint now, TimePoint ends_at);
 

@@ -66,4 +66,14 @@ void StartFigures::write(MetricsText& text) const
         text.add(static_cast<double>(sum.count), {{"stage", name_of(stage)}});
 }
 
+void FetchFigures::write(MetricsText& text) const
+{
+    text.family("prefetches_total", "counter",
+                "Projects that were to be fetched for later starts, by how that ended.")
+        .add(static_cast<double>(fetched_), {{"result", "fetched"}, {"reason", ""}})
+        .add(static_cast<double>(abandoned_), {{"result", "abandoned"}, {"reason", ""}});
+    for (auto const& [reason, count] : failed_)
+        text.add(static_cast<double>(count), {{"result", "failed"}, {"reason", reason}});
+}
+
 } // namespace webots_cloud::core

@@ -50,4 +50,20 @@ private:
     std::uint64_t abandoned_ = 0;
 };
 
+/// Counts projects that were to be fetched for later starts, and how that ended.
+class FetchFigures
+{
+public:
+    void fetched() { ++fetched_; }
+    void failed(Failure const& failure) { ++failed_[start_failure_label(failure)]; }
+    void abandoned() { ++abandoned_; } ///< The browser left before the project was here.
+
+    void write(MetricsText& text) const;
+
+private:
+    std::uint64_t fetched_ = 0;
+    std::map<std::string_view, std::uint64_t> failed_;
+    std::uint64_t abandoned_ = 0;
+};
+
 } // namespace webots_cloud::core
