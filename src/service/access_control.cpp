@@ -53,6 +53,14 @@ HttpResponse password_wanted()
     return response;
 }
 
+HttpResponse foreign_page_refused()
+{
+    HttpResponse response(403, std::string(core::html_type),
+                          "The operator's requests are not taken from pages of other sites.");
+    response.fixed_headers = guessed_types;
+    return response;
+}
+
 HttpResponse address_refused()
 {
     return HttpResponse(403, std::string(core::html_type),
@@ -83,6 +91,7 @@ struct AccessControl::Impl
     }
 
     bool is_operators(IncomingRequest const& request) const;
+    bool is_of_foreign_page(IncomingRequest const& request) const;
     std::optional<HttpResponse> refuse(IncomingRequest const& request);
     bool may_monitor(IncomingRequest const& request) const;
 
@@ -113,6 +122,17 @@ bool AccessControl::Impl::is_operators(IncomingRequest const& request) const
     auto const authorization = request.header("Authorization");
     return is_operator_token && authorization.starts_with(bearer) &&
            site.knows_host(request.header("Host")) && is_operator_token(authorization.substr(bearer.size()));
+}
+
+/// Of an operator's request. Browsers name the page that sends it; programs name none.
+bool AccessControl::Impl::is_of_foreign_page(IncomingRequest const& request) const
+{
+    auto const origin = request.header("Origin");
+    if (site.is_own_page(origin, request.header("Host")))
+        return false;
+    // A token proves that the page was given it. So its page may be at another port, as behind proxies that
+    // name another host. Over the socket, which people forward to their own machine, nothing is proved.
+    return request.is_operator || !site.has_own_name(origin);
 }
 
 bool AccessControl::Impl::may_monitor(IncomingRequest const& request) const
@@ -154,13 +174,17 @@ std::optional<HttpResponse> AccessControl::Impl::refuse(IncomingRequest const& r
 
 Answer AccessControl::respond(IncomingRequest const& request)
 {
-    if (request.is_operator)
+    if (request.is_operator && !impl_->is_of_foreign_page(request))
         return impl_->endpoint.respond(request);
+    if (request.is_operator)
+        return foreign_page_refused();
     if (auto refusal = impl_->refuse(request)) {
         refusal->fixed_headers = guessed_types;
         return std::move(*refusal);
     }
     if (request.path.starts_with("/api/") && impl_->is_operators(request)) {
+        if (impl_->is_of_foreign_page(request))
+            return foreign_page_refused();
         auto operators = request;
         operators.is_operator = true;
         return impl_->endpoint.respond(operators);

@@ -202,6 +202,21 @@ bool SiteAccess::accepts_origin(std::string_view origin, std::string_view host) 
     return may_be_ours && asked && asked->name == page->name;
 }
 
+bool SiteAccess::is_own_page(std::string_view origin, std::string_view host) const
+{
+    if (origin.empty())
+        return true;
+    auto const scheme_end = origin.find("://");
+    return scheme_end != std::string_view::npos && !host.empty() && knows_host(host) &&
+           lower_case(origin.substr(scheme_end + 3)) == lower_case(host);
+}
+
+bool SiteAccess::has_own_name(std::string_view origin) const
+{
+    auto const page = host_of_origin(origin);
+    return page && is_own_name(page->name);
+}
+
 std::string SiteAccess::frame_ancestors() const
 {
     if (any_origin_)

@@ -56,6 +56,13 @@ public:
     /// programs: true.
     bool accepts_origin(std::string_view origin, std::string_view host) const;
 
+    /// Whether a page of `origin` is one of this server, `host` being the request's `Host`. Empty, as of
+    /// programs: true.
+    bool is_own_page(std::string_view origin, std::string_view host) const;
+
+    /// Whether the host of `origin` is one of our names, on whatever port.
+    bool has_own_name(std::string_view origin) const;
+
     /// The value of `frame-ancestors` in a Content-Security-Policy: `*`, or `'self'` and the origins.
     std::string frame_ancestors() const;
 

@@ -181,6 +181,37 @@ BOOST_AUTO_TEST_CASE(without_a_token_nobody_is_an_operator_but_over_the_socket)
     BOOST_TEST(fixture.site.by_operator);
 }
 
+// Browsers send no token by themselves. Over a socket that is forwarded to the operator's machine they need
+// none.
+BOOST_AUTO_TEST_CASE(operator_requests_of_foreign_pages_are_refused)
+{
+    auto params = server("sim.example.org");
+    params.host_names = {"localhost"};
+    Fixture fixture(params);
+    auto const status = [&](std::string_view origin, std::string_view host, bool over_socket) {
+        Headers const headers{{"Host", host}, {"Origin", origin}, {"Authorization", "Bearer secret"}};
+        IncomingRequest request;
+        request.method = "POST";
+        request.path = "/api/drain";
+        request.headers = headers;
+        request.is_operator = over_socket;
+        return std::get<HttpResponse>(fixture.access.respond(request)).status;
+    };
+    for (bool const over_socket : {false, true}) {
+        BOOST_TEST(status("", "localhost:8080", over_socket) == 200, "a program");
+        BOOST_TEST(status("http://localhost:8080", "localhost:8080", over_socket) == 200);
+        BOOST_TEST(status("https://sim.example.org", "sim.example.org", over_socket) == 200);
+        BOOST_TEST(status("https://evil.example", "localhost:8080", over_socket) == 403);
+        BOOST_TEST(status("null", "localhost:8080", over_socket) == 403);
+    }
+    // A simulation's page, and a name that was rebound to this machine.
+    BOOST_TEST(status("http://localhost:2001", "localhost:8080", true) == 403);
+    BOOST_TEST(status("http://evil.example:8080", "evil.example:8080", true) == 403);
+    // A proxy that names another host: the page was given the token.
+    BOOST_TEST(status("https://sim.example.org", "127.0.0.1:2000", false) == 200);
+    BOOST_TEST(status("https://sim.example.org", "127.0.0.1:2000", true) == 403);
+}
+
 BOOST_AUTO_TEST_CASE(another_check_holds_from_the_next_request_on)
 {
     Fixture fixture(server("localhost"), OperatorTokenCheck());

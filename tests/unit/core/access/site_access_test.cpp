@@ -113,6 +113,25 @@ BOOST_AUTO_TEST_CASE(a_public_site_takes_every_page_unless_it_says_which)
         BOOST_TEST(!closed.accepts_origin(origin, "sim.example.org"), origin);
 }
 
+BOOST_AUTO_TEST_CASE(a_page_of_ours_comes_from_the_host_that_it_asks_to_the_port)
+{
+    SiteAccess const site(Reach::everybody, {"sim.example.org"}, nullptr);
+    BOOST_TEST(site.is_own_page("", "anything.example"));
+    BOOST_TEST(site.is_own_page("https://sim.example.org", "Sim.Example.org"));
+    BOOST_TEST(site.is_own_page("http://localhost:8080", "localhost:8080"));
+    BOOST_TEST(site.is_own_page("http://[::1]:8080", "[::1]:8080"));
+    for (auto const& [origin, host] :
+         {std::pair("null", "sim.example.org"), std::pair("null", "null"),
+          std::pair("https://sim.example.org", ""),
+          std::pair("https://sim.example.org:444", "sim.example.org"),
+          std::pair("http://localhost:2001", "localhost:8080"),
+          std::pair("http://evil.example", "evil.example"), std::pair("sim.example.org", "sim.example.org")})
+        BOOST_TEST(!site.is_own_page(origin, host), origin << " asks " << host);
+    BOOST_TEST(site.has_own_name("https://sim.example.org:444"));
+    BOOST_TEST(!site.has_own_name("https://evil.example"));
+    BOOST_TEST(!site.has_own_name("null"));
+}
+
 BOOST_AUTO_TEST_CASE(everybody_and_pages_without_an_origin_are_let_in_by_name)
 {
     BOOST_TEST(with_origins(Reach::this_machine, {"*"}).accepts_origin("https://evil.example", "localhost"));
