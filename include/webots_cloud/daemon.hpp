@@ -28,10 +28,17 @@ struct OperatorCommand
           target(std::move(target))
     {}
 
+    OperatorCommand(std::string option, std::string value, std::string summary, std::string method,
+                    std::string target)
+        : option(std::move(option)), value(std::move(value)), summary(std::move(summary)),
+          method(std::move(method)), target(std::move(target))
+    {}
+
     std::string option; ///< Without dashes.
+    std::string value;  ///< What follows it, for `--help`; empty: nothing does.
     std::string summary;
     std::string method;
-    std::string target;
+    std::string target; ///< The value, percent-encoded, is appended to it.
 };
 
 /// What a program is called and does, for `--help`.

@@ -1,4 +1,5 @@
 #include "core/text.hpp"
+#include "core/web_form.hpp"
 
 #include <webots_cloud/adapters.hpp>
 #include <webots_cloud/daemon.hpp>
@@ -44,8 +45,14 @@ std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* c
         ("log-format", options::value<std::string>()->value_name("text|json"),          //
          "how lines of the log are written, whatever the configuration says")           //
         ("version", "show the version");
-    for (auto const& command : program.commands)
-        shown.add_options()(command.option.c_str(), command.summary.c_str());
+    for (auto const& command : program.commands) {
+        if (command.value.empty())
+            shown.add_options()(command.option.c_str(), command.summary.c_str());
+        else
+            shown.add_options()(command.option.c_str(),
+                                options::value<std::string>()->value_name(command.value),
+                                command.summary.c_str());
+    }
     options::options_description all;
     all.add(shown).add_options()("config", options::value<std::vector<std::string>>());
     options::positional_options_description positions;
@@ -83,8 +90,11 @@ std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* c
         configs.empty() ? find_default(program.default_config) : std::filesystem::path(configs.front());
     arguments.check_config = given.count("check-config") > 0;
     for (auto const& command : program.commands)
-        if (given.count(command.option))
+        if (given.count(command.option)) {
             arguments.command = command;
+            if (!command.value.empty())
+                arguments.command->target += core::percent_encode(given[command.option].as<std::string>());
+        }
     if (given.count("log-format"))
         arguments.log_format = given["log-format"].as<std::string>();
     if (!arguments.log_format.empty() && arguments.log_format != "text" && arguments.log_format != "json") {
