@@ -8,6 +8,7 @@
 #include "core/pages/monitor_page.hpp"
 #include "core/pages/session_board.hpp"
 #include "core/pages/shared_page.hpp"
+#include "core/placement/drained_machines.hpp"
 #include "core/text.hpp"
 #include "core/time_text.hpp"
 #include "monitor_feed.hpp"
@@ -98,6 +99,9 @@ struct SessionService::Impl
 
     static std::span<Route<Impl> const> routes();
     bool may_read_decisions(IncomingRequest const& request) const;
+    bool is_operators(IncomingRequest const& request) const { return request.is_operator; }
+    Answer is_operator(IncomingRequest const& request);
+    Answer drain(IncomingRequest const& request);
     Answer session(IncomingRequest const& request);
     Answer availability(IncomingRequest const& request);
     Answer mean_load(IncomingRequest const& request);
@@ -110,6 +114,7 @@ struct SessionService::Impl
 
     void update_monitor();
     void count_placed();
+    void note_drained();
     std::string monitor_snapshot();
     std::string monitor_text() const;
 
@@ -120,6 +125,7 @@ struct SessionService::Impl
     Logger log;
     SessionServiceHooks hooks;
     WallTime started;
+    placement::DrainedMachines machines;
     bool available = false;
     std::unordered_set<Channel*> browsers; // those that watch availability
     core::SessionBoard board;
@@ -166,10 +172,12 @@ void SessionService::set_servers(std::vector<ServerSpec> const& servers)
     std::vector<PolledServer> polled;
     for (auto const& server : servers)
         polled.emplace_back(server.address).internal_address = server.internal_address;
-    impl_->scheduler.set_servers(servers);
+    impl_->machines.list(servers);
+    impl_->scheduler.set_servers(impl_->machines.servers());
     impl_->monitor.set_polled_servers(polled);
     impl_->forwarding = core::ForwardingTable(servers);
     impl_->board.list(impl_->monitor.servers());
+    impl_->note_drained();
     impl_->monitor_html.expire();
     impl_->monitor_json.expire();
     impl_->update_availability(impl_->clock.now());
@@ -289,6 +297,8 @@ std::span<Route<SessionService::Impl> const> SessionService::Impl::routes()
         {"/livez",         Methods::read,             everybody,                 ignored,  &Impl::liveness},
         {"/readyz",        Methods::read,             everybody,                 ignored,  &Impl::readiness},
         {"/api/decisions", Methods::read,             &Impl::may_read_decisions, ignored,  &Impl::decisions},
+        {"/api/operator",  Methods::read,             &Impl::is_operators,       ignored,  &Impl::is_operator},
+        {"/api/drain",     Methods::post,             &Impl::is_operators,       ignored,  &Impl::drain},
         {"/viewer*",       Methods::read,             everybody,                 ignored,  &Impl::web_file},
         {"/view/*",        Methods::read,             everybody,                 ignored,  &Impl::web_file, any_origin},
         // clang-format on
@@ -340,6 +350,11 @@ void SessionService::Impl::count_placed()
     board.count_placed(std::bind_front(&Scheduler::placed, &scheduler));
 }
 
+void SessionService::Impl::note_drained()
+{
+    board.note_drained(std::bind_front(&placement::DrainedMachines::drained_by, &machines));
+}
+
 std::string SessionService::Impl::monitor_snapshot()
 {
     count_placed();
@@ -379,7 +394,8 @@ std::string SessionService::Impl::monitor_text() const
     view.gateway = params.gateway;
     view.threshold = params.threshold;
     for (auto const& server : monitor.servers())
-        view.servers.push_back(core::session_row(server, scheduler.placed(server.address)));
+        view.servers.push_back(
+            core::session_row(server, scheduler.placed(server.address), machines.drained_by(server.address)));
     view.assets = monitor_assets("session.js", params.port);
     return core::session_monitor_page(view);
 }
@@ -423,6 +439,41 @@ Answer SessionService::Impl::decisions(IncomingRequest const&)
     return core::json_page(decisions_json(scheduler, clock.now()));
 }
 
+/// For pages and programs that want to know whether they may do more than read.
+Answer SessionService::Impl::is_operator(IncomingRequest const&)
+{
+    return core::page("operator");
+}
+
+/// `POST /api/drain?machine=sim1:2000`: no browser is sent there, until `&off`.
+Answer SessionService::Impl::drain(IncomingRequest const& request)
+{
+    using Outcome = placement::DrainedMachines::Outcome;
+    auto const order = placement::parse_drain_order(request.query);
+    if (!order)
+        return HttpResponse(400, std::string(core::html_type),
+                            "Expected /api/drain?machine=<address> or /api/drain?machine=<address>&off.");
+    auto const outcome = machines.obey(*order);
+    if (outcome == Outcome::unknown)
+        return HttpResponse(400, std::string(core::html_type),
+                            concat("There is no machine ",
+                                   core::escape_html(core::printable(order->machine, 200)),
+                                   " in \"simulationServers\"."));
+    scheduler.set_servers(machines.servers());
+    note_drained();
+    greeting = {};
+    monitor_html.expire();
+    monitor_json.expire();
+    update_availability(clock.now());
+    if (outcome == Outcome::configured)
+        return HttpResponse(
+            409, std::string(core::html_type),
+            "The configuration drains this machine, with \"drain\" in \"simulationServers\".");
+    log.warning(concat(core::printable(order->machine),
+                       order->off ? " gets new sessions again" : " is drained: it gets no new sessions"));
+    return core::page(order->off ? "serving" : "draining");
+}
+
 Answer SessionService::Impl::metrics(IncomingRequest const&)
 {
     auto const servers = monitor.totals();
@@ -433,6 +484,8 @@ Answer SessionService::Impl::metrics(IncomingRequest const&)
         .add(static_cast<double>(servers.up), {{"state", "up"}})
         .add(static_cast<double>(servers.down), {{"state", "down"}})
         .add(static_cast<double>(servers.unknown), {{"state", "unknown"}});
+    text.family("servers_drained", "gauge", "Simulation servers that the operator has drained here.")
+        .add(static_cast<double>(machines.count()));
     text.family("available", "gauge", "1 while a simulation server would take a session.")
         .add(available ? 1 : 0);
     text.family("availability_watchers", "gauge", "Browsers that are told about availability.")

@@ -18,7 +18,7 @@ constexpr std::size_t max_precise_servers = 20;
 
 } // namespace
 
-SessionRow session_row(ServerLoad const& server, std::uint64_t placed)
+SessionRow session_row(ServerLoad const& server, std::uint64_t placed, std::string_view drained_by)
 {
     bool const is_up = server.state == ServerState::up;
     SessionRow row;
@@ -28,6 +28,9 @@ SessionRow session_row(ServerLoad const& server, std::uint64_t placed)
     row.reported = is_up ? server.reported : TimePoint();
     row.problem = is_up ? std::string() : server.problem;
     row.placed = placed;
+    row.drained_by = drained_by;
+    if (drained_by.empty() && is_up && server.report.draining)
+        row.drained_by = "machine";
     return row;
 }
 
@@ -51,7 +54,7 @@ void SessionBoard::list(std::span<ServerLoad const> servers)
     std::vector<std::string> names;
     for (auto const& server : servers) {
         names.push_back(server.address);
-        rows_.push_back({server.address, 0, false});
+        rows_.push_back({server.address, 0, {}, false});
     }
     for (std::size_t i = 0; i < rows_.size(); ++i) {
         positions_.emplace(rows_[i].address, i);
@@ -71,6 +74,15 @@ void SessionBoard::count_placed(std::function<std::uint64_t(std::string_view add
     for (std::size_t i = 0; i < rows_.size(); ++i) {
         auto const count = placed(rows_[i].address);
         if (std::exchange(rows_[i].placed, count) != count)
+            change_row(i);
+    }
+}
+
+void SessionBoard::note_drained(std::function<std::string_view(std::string_view address)> const& drained_by)
+{
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+        auto const by = drained_by(rows_[i].address);
+        if (std::exchange(rows_[i].drained_by, by) != by)
             change_row(i);
     }
 }
@@ -120,6 +132,10 @@ void SessionBoard::append_row(std::string& text, SessionRow const& row) const
         append_key(text, "sessions");
         append_number(text, *row.sessions, 0);
     }
+    if (!row.drained_by.empty()) {
+        append_key(text, "drained");
+        append_quoted(text, row.drained_by);
+    }
     if (!row.problem.empty()) {
         append_key(text, "problem");
         append_quoted(text, row.problem);
@@ -145,7 +161,7 @@ std::string SessionBoard::snapshot(std::span<ServerLoad const> servers) const
         text += i == 0 ? "{" : ",{";
         append_key(text, "address");
         append_quoted(text, rows_[i].address);
-        append_row(text, session_row(servers[i], rows_[i].placed));
+        append_row(text, session_row(servers[i], rows_[i].placed, rows_[i].drained_by));
         append_key(text, "history");
         append_numbers(text, history_.line(i, each).values, decimals);
         text += '}';
@@ -172,7 +188,8 @@ std::string SessionBoard::update(std::span<ServerLoad const> servers) const
         text += i == 0 ? "{" : ",{";
         append_key(text, "row");
         append_number(text, static_cast<double>(told_[i]), 0);
-        append_row(text, session_row(servers[told_[i]], rows_[told_[i]].placed));
+        auto const& told = rows_[told_[i]];
+        append_row(text, session_row(servers[told_[i]], told.placed, told.drained_by));
         text += '}';
     }
     return text + "]}";

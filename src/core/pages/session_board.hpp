@@ -28,10 +28,12 @@ struct SessionRow
     TimePoint reported{};        ///< When `load` came.
     std::optional<int> sessions; ///< As the server reported them.
     std::uint64_t placed = 0;    ///< By us, since we started.
+    /// Who says that it gets no new sessions: `operator`, `configuration` or `machine`; empty: nobody.
+    std::string_view drained_by;
 };
 
-/// What a page shows of a server.
-SessionRow session_row(ServerLoad const& server, std::uint64_t placed);
+/// What a page shows of a server. `drained_by`: whoever has drained it but itself.
+SessionRow session_row(ServerLoad const& server, std::uint64_t placed, std::string_view drained_by = {});
 
 /// Keeps which rows of the page have changed since watchers were last told, and ten minutes of loads.
 ///
@@ -59,6 +61,9 @@ public:
     /// for a snapshot.
     void count_placed(std::function<std::uint64_t(std::string_view address)> const& placed);
 
+    /// Asks who has drained each server, but the server itself. The names have to live as long as the board.
+    void note_drained(std::function<std::string_view(std::string_view address)> const& drained_by);
+
     /// The next update has what changed since the last `take`. To be called about once a second.
     void take(std::span<ServerLoad const> servers, TimePoint now, WallTime wall);
 
@@ -73,8 +78,9 @@ private:
     struct Row
     {
         std::string address;
-        std::uint64_t placed = 0; ///< As watchers are told.
-        bool is_changed = false;  ///< Since the last `take`.
+        std::uint64_t placed = 0;    ///< As watchers are told.
+        std::string_view drained_by; ///< But by itself.
+        bool is_changed = false;     ///< Since the last `take`.
     };
 
     void change_row(std::size_t row);

@@ -15,6 +15,16 @@ std::string monitor_link(std::string_view address, SessionMonitorView const& vie
     return concat(view.ssl ? "https://" : "http://", address, "/monitor");
 }
 
+/// The page's script says it in the same words.
+std::string_view draining_text(std::string_view drained_by)
+{
+    if (drained_by == "operator")
+        return "drained by the operator";
+    if (drained_by == "configuration")
+        return "drained by the configuration";
+    return drained_by == "machine" ? "draining" : "";
+}
+
 /// A row of the table. The page's script shows the column `line` and the keys of the chart, which mean
 /// nothing without it.
 std::string server_row(std::size_t number, SessionRow const& server, SessionMonitorView const& view)
@@ -30,8 +40,9 @@ std::string server_row(std::size_t number, SessionRow const& server, SessionMoni
     return concat(
         "<tr", server.load ? "" : " class=\"down\"", "><td class=\"number\">", std::to_string(number),
         "</td><td class=\"name\"><span class=\"key\" hidden></span><a href=\"", link, "\">", address,
-        "</a></td><td class=\"number", is_full ? " full" : "", "\" data-label=\"load\">",
-        server.load ? concat(rounded(*server.load), "%") : "N/A",
+        "</a> <span class=\"drained\"", server.drained_by.empty() ? " hidden" : "", ">",
+        draining_text(server.drained_by), "</span></td><td class=\"number", is_full ? " full" : "",
+        "\" data-label=\"load\">", server.load ? concat(rounded(*server.load), "%") : "N/A",
         "</td><td class=\"line\"><svg viewBox=\"0 0 600 100\" preserveAspectRatio=\"none\"><path/></svg>"
         "</td><td class=\"number\" data-label=\"sessions\">",
         server.sessions ? std::to_string(*server.sessions) : std::string(),

@@ -639,6 +639,84 @@ BOOST_AUTO_TEST_CASE(decisions_are_shown_to_the_operator_only)
     BOOST_TEST(std::get<HttpResponse>(fixture.service.respond(request)).status == 405);
 }
 
+// Protocol section 13.4.
+BOOST_AUTO_TEST_CASE(a_machine_that_the_operator_drains_gets_nobody_until_that_is_taken_back)
+{
+    Fixture fixture;
+    fixture.http.expect("GET http://a:2000/load").reply(200, "10").always();
+    fixture.http.expect("GET http://b/2000/load").reply(200, "50").always();
+    fixture.start({"a:2000", "b/2000"});
+    auto const ask = [&fixture](std::string_view query, bool is_operator = true,
+                                std::string_view path = "/api/drain", std::string_view method = "POST") {
+        IncomingRequest request;
+        request.method = method;
+        request.path = path;
+        request.query = query;
+        request.is_operator = is_operator;
+        return std::get<HttpResponse>(fixture.service.respond(request));
+    };
+    testing::LoopbackChannel browser(fixture.world.executor());
+    testing::LoopbackChannel watcher(fixture.world.executor());
+    fixture.connect(browser);
+    fixture.connect(watcher, "/monitor");
+    for (auto const* method : {"GET", "POST"}) {
+        BOOST_TEST(ask("machine=a:2000", false, "/api/drain", method).status == 404);
+        BOOST_TEST(ask("", false, "/api/operator", method).status == 404);
+    }
+    BOOST_TEST(ask("", true, "/api/operator", "GET").text() == "operator");
+    BOOST_TEST(ask("machine=a:2000", true, "/api/drain", "GET").status == 405);
+    BOOST_TEST(ask("").status == 400);
+    auto const unknown = ask("machine=<x>");
+    BOOST_TEST(unknown.status == 400);
+    BOOST_TEST(unknown.text() == "There is no machine &lt;x&gt; in \"simulationServers\".");
+    BOOST_TEST(fixture.get("/session").body == "wss://a:2000");
+
+    BOOST_TEST(ask("machine=a%3A2000").text() == "draining");
+    BOOST_TEST(fixture.log.contains("a:2000 is drained: it gets no new sessions"));
+    for (int i = 0; i < 5; ++i)
+        BOOST_TEST(fixture.get("/session").body == "wss://b/2000");
+    BOOST_TEST(fixture.get("/monitor").text().find("drained by the operator") != std::string::npos);
+    BOOST_TEST(fixture.get("/metrics").text().find("\nwebots_servers_drained 1\n") != std::string::npos);
+    fixture.world.advance(1s);
+    BOOST_TEST(watcher.sent.back().find("\"drained\":\"operator\"") != std::string::npos);
+
+    BOOST_TEST(ask("machine=b/2000").text() == "draining");
+    BOOST_TEST(browser.sent.back() == "0"); // at once
+    BOOST_TEST(fixture.get("/session").body == "Error: no simulation server available at the moment.");
+    fixture.service.set_servers({ServerSpec("a:2000"), ServerSpec("b/2000")}); // as SIGHUP does
+    BOOST_TEST(fixture.get("/session").body == "Error: no simulation server available at the moment.");
+
+    BOOST_TEST(ask("machine=a:2000&off").text() == "serving");
+    BOOST_TEST(browser.sent.back() == "1");
+    BOOST_TEST(fixture.log.contains("a:2000 gets new sessions again"));
+    BOOST_TEST(fixture.get("/session").body == "wss://a:2000");
+    fixture.world.advance(1s);
+    BOOST_TEST(watcher.sent.back().find("{\"row\":0,") != std::string::npos);
+    browser.browser_leaves();
+    watcher.browser_leaves();
+    fixture.world.settle();
+}
+
+BOOST_AUTO_TEST_CASE(the_operator_is_told_that_the_configuration_drains_a_machine)
+{
+    Fixture fixture;
+    fixture.http.expect("GET http://a:2000/load").reply(200, "10").always();
+    fixture.start({"a:2000"});
+    ServerSpec spec("a:2000");
+    spec.drain = true;
+    fixture.service.set_servers({spec});
+    BOOST_TEST(fixture.get("/monitor").text().find("drained by the configuration") != std::string::npos);
+    IncomingRequest request;
+    request.method = "POST";
+    request.path = "/api/drain";
+    request.query = "machine=a:2000&off";
+    request.is_operator = true;
+    auto const answer = std::get<HttpResponse>(fixture.service.respond(request));
+    BOOST_TEST(answer.status == 409);
+    BOOST_TEST(answer.text() ==
+               "The configuration drains this machine, with \"drain\" in \"simulationServers\".");
+}
+
 BOOST_AUTO_TEST_CASE(decisions_are_shown_to_everybody_where_the_operator_says_so)
 {
     SessionServiceParams params;

@@ -112,6 +112,32 @@ BOOST_AUTO_TEST_CASE(a_server_that_is_down_has_no_load_but_a_reason)
                R"({"now":1700000001,"rows":[{"row":0,"load":null,"placed":0,"problem":"refused"}]})");
 }
 
+BOOST_AUTO_TEST_CASE(who_drains_a_server_is_told_and_the_operator_goes_before_the_server_itself)
+{
+    auto draining = server("b:1", 2);
+    draining.report.draining = true;
+    Fixture fixture({server("a:1", 1), draining});
+    fixture.take();
+    BOOST_TEST(
+        fixture.snapshot().find(R"("address":"b:1","load":2,"placed":0,"age":0,"drained":"machine")") !=
+        std::string::npos);
+    auto const drain = [&](std::string_view by) {
+        fixture.board.note_drained(
+            [by](std::string_view address) { return address == "b:1" ? by : std::string_view(); });
+    };
+    drain("operator");
+    fixture.take(start + 1s, wall + 1s);
+    BOOST_TEST(fixture.update() ==
+               R"({"now":1700000001,"rows":[{"row":1,"load":2,"placed":0,"age":1,"drained":"operator"}]})");
+    drain("operator");
+    fixture.take(start + 2s, wall + 2s);
+    BOOST_TEST(fixture.update().empty());
+    drain("");
+    fixture.take(start + 3s, wall + 3s);
+    BOOST_TEST(fixture.update() ==
+               R"({"now":1700000003,"rows":[{"row":1,"load":2,"placed":0,"age":3,"drained":"machine"}]})");
+}
+
 BOOST_AUTO_TEST_CASE(sessions_placed_are_told_when_they_are_counted)
 {
     Fixture fixture({server("a:1", 1), server("b:1", 2)});
