@@ -15,6 +15,8 @@ int main(int argc, char** argv)
         {"drain", "ask the running server to take no new simulations", "POST", "/api/drain"},
         {"drain-and-exit", "the same, and to end with the last simulation", "POST", "/api/drain?exit"},
         {"resume", "ask it to take new simulations again", "POST", "/api/drain?off"},
+        {"end", "NUMBER", "ask it to end the simulation of this number on its monitor page", "POST",
+         "/api/end?simulation="},
     };
 
     auto const [arguments, usage] = parse_arguments(argc, argv, program);

@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <utility>
 
 namespace webots_cloud {
@@ -23,6 +24,19 @@ constexpr auto usage_interval = std::chrono::seconds(1);
 /// A measurement over less than this shows mostly the load of our own start.
 constexpr auto shortest_look = std::chrono::milliseconds(500);
 constexpr std::size_t usages_at_once = 25; // takes a thread some milliseconds each second
+
+/// The number in `simulation=7`.
+std::optional<std::uint64_t> simulation_number(std::string_view query)
+{
+    constexpr std::string_view name = "simulation=";
+    if (!query.starts_with(name))
+        return std::nullopt;
+    auto const digits = query.substr(name.size());
+    std::uint64_t number = 0;
+    auto const [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+    return error == std::errc() && end == digits.data() + digits.size() ? std::optional(number)
+                                                                        : std::nullopt;
+}
 
 } // namespace
 
@@ -100,7 +114,7 @@ boost::asio::awaitable<result<>> OperatorEndpoints::look_at_processes()
             co_await look_at_some();
         }
         if (update_due)
-            feed_.publish(board_.update(rows(), capacity()));
+            feed_.publish(board_.update(rows(), capacity(), context_.state.is_draining()));
     }
 }
 
@@ -165,7 +179,7 @@ LoadReport OperatorEndpoints::report() const
 std::string OperatorEndpoints::monitor_snapshot()
 {
     want_look();
-    return board_.snapshot(rows(), capacity());
+    return board_.snapshot(rows(), capacity(), context_.state.is_draining());
 }
 
 Answer OperatorEndpoints::monitor_page(IncomingRequest const& request)
@@ -199,6 +213,7 @@ std::string OperatorEndpoints::monitor_text() const
     view.notify = params_.notify;
     view.share_idle_time = params_.share_idle_time;
     view.capacity = context_.admission.max_simulations();
+    view.draining = context_.state.is_draining();
     view.simulations = rows();
     view.assets = monitor_assets("simulation.js", params_.address.port);
     return core::simulation_monitor_page(view);
@@ -300,6 +315,7 @@ Answer OperatorEndpoints::drain_answer(IncomingRequest const& request)
         return core::page("draining");
     }
     context_.state.serve();
+    refresh_pages();
     context_.log.warning("New simulations are taken again");
     return core::page("serving");
 }
@@ -307,7 +323,27 @@ Answer OperatorEndpoints::drain_answer(IncomingRequest const& request)
 void OperatorEndpoints::drain(bool exit_when_empty)
 {
     context_.state.drain(exit_when_empty);
+    refresh_pages();
     context_.log.warning("Draining: no new simulation is taken");
+}
+
+/// `POST /api/end?simulation=7`, with its number on the monitor page.
+Answer OperatorEndpoints::end_answer(IncomingRequest const& request)
+{
+    auto const id = simulation_number(request.query);
+    if (!id)
+        return HttpResponse(400, std::string(core::html_type), "Expected /api/end?simulation=<number>.");
+    auto const found = sessions_.find(*id);
+    if (found == sessions_.end() || !found->second->end_by_operator())
+        return HttpResponse(410, std::string(core::html_type),
+                            core::concat("There is no simulation ", std::to_string(*id), " any more."));
+    return core::page("ending");
+}
+
+/// For pages and programs that want to know whether they may do more than read.
+Answer OperatorEndpoints::operator_answer(IncomingRequest const&)
+{
+    return core::page("operator");
 }
 
 Answer OperatorEndpoints::liveness(IncomingRequest const&)
@@ -339,12 +375,14 @@ std::span<Route<OperatorEndpoints> const> OperatorEndpoints::routes()
     using enum Upgrade;
     static constexpr auto table = std::to_array<Route<OperatorEndpoints>>({
         // clang-format off
-        {"/load",      Methods::read, everybody,           ignored,  &Self::load_answer},
-        {"/monitor",   Methods::read, everybody,           accepted, &Self::monitor_page},
-        {"/metrics",   Methods::read, everybody,           ignored,  &Self::figures},
-        {"/livez",     Methods::read, everybody,           ignored,  &Self::liveness},
-        {"/readyz",    Methods::read, everybody,           ignored,  &Self::readiness},
-        {"/api/drain", Methods::post, &Self::is_operators, ignored,  &Self::drain_answer},
+        {"/load",         Methods::read, everybody,           ignored,  &Self::load_answer},
+        {"/monitor",      Methods::read, everybody,           accepted, &Self::monitor_page},
+        {"/metrics",      Methods::read, everybody,           ignored,  &Self::figures},
+        {"/livez",        Methods::read, everybody,           ignored,  &Self::liveness},
+        {"/readyz",       Methods::read, everybody,           ignored,  &Self::readiness},
+        {"/api/operator", Methods::read, &Self::is_operators, ignored,  &Self::operator_answer},
+        {"/api/drain",    Methods::post, &Self::is_operators, ignored,  &Self::drain_answer},
+        {"/api/end",      Methods::post, &Self::is_operators, ignored,  &Self::end_answer},
         // clang-format on
     });
     return table;

@@ -29,7 +29,7 @@ namespace webots_cloud {
 /// The sessions of a server, by their number. Shared with the connections that use them.
 using SimulationSessions = std::map<std::uint64_t, std::shared_ptr<SimulationSession>>;
 
-/// `/load`, `/monitor`, `/metrics`, `/livez`, `/readyz` and `/api/drain`.
+/// `/load`, `/monitor`, `/metrics`, `/livez`, `/readyz`, `/api/operator`, `/api/drain` and `/api/end`.
 ///
 /// Lifetime: everything passed by reference must outlive it.
 /// Thread-safety: one executor.
@@ -86,6 +86,8 @@ private:
     Answer liveness(IncomingRequest const& request);
     Answer readiness(IncomingRequest const& request);
     Answer drain_answer(IncomingRequest const& request);
+    Answer end_answer(IncomingRequest const& request);
+    Answer operator_answer(IncomingRequest const& request);
 
     SimulationServiceParams const& params_;
     SimulationServiceHooks const& hooks_;

@@ -218,7 +218,25 @@ void SimulationSession::on_server_stop()
     life_changed_.notify();
 }
 
-/// Ends when another connection takes over, or when the server stops while it waits for the browser.
+bool SimulationSession::end_by_operator()
+{
+    if (!life_.operator_ends())
+        return false;
+    context_.log.warning(LogCause("operator"), concat(log_prefix(), "The operator ends this simulation"));
+    life_changed_.notify();
+    return true;
+}
+
+/// Where the operator has ended the simulation. A connection that is just being taken over leaves that to the
+/// next one.
+void SimulationSession::tell_who_ended(Channel& channel)
+{
+    if (life_.was_ended_by_operator() && life_.state() != Life::State::handing_over)
+        refuse(channel, Failure(errc::refused, "The operator has ended this simulation."));
+}
+
+/// Ends when another connection takes over, when the operator ends the simulation, or when the server stops
+/// while it waits for the browser.
 asio::awaitable<void> SimulationSession::await_takeover()
 {
     co_await asio::this_coro::throw_if_cancelled(false);
@@ -234,6 +252,7 @@ asio::awaitable<void> SimulationSession::await_takeover()
 /// cleans up unless another connection takes over.
 asio::awaitable<void> SimulationSession::finish(Channel& channel)
 {
+    tell_who_ended(channel);
     // What was sent is still delivered; the browser need not wait for the clean-up.
     if (life_.state() == Life::State::handing_over && core::can_return(request_))
         channel.close(core::taken_over_code, "another page has taken the simulation over");

@@ -95,6 +95,9 @@ public:
     /// The server stops: waits for no browser any more, and tells a browser whose simulation has not started.
     void on_server_stop();
 
+    /// Ends the simulation, and tells its browser who did.   False: it has ended, or is being ended.
+    bool end_by_operator();
+
     /// No browser can return to it. Once `run` or `resume` has ended as well, nothing is left of it.
     bool is_over() const noexcept { return life_.is_over(); }
 
@@ -161,6 +164,7 @@ private:
     boost::asio::awaitable<void> await_takeover();
     boost::asio::awaitable<void> finish(Channel& channel);
     void note_leaving(Failure const& failure, Channel const& channel);
+    void tell_who_ended(Channel& channel);
     core::SimulationLife::Next end_connection();
     boost::asio::awaitable<void> await_return(TimePoint until);
     void log_loss(core::SimulationLife::Loss loss);

@@ -49,6 +49,7 @@ struct SimulationMonitorView
     std::vector<std::string> notify; ///< URLs of the registries that share our idle time.
     double share_idle_time = 50;
     int capacity = 0;
+    bool draining = false; ///< No new simulations are taken.
     std::vector<SimulationRow> simulations;
     PageAssets assets;
 };

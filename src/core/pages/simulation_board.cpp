@@ -88,7 +88,8 @@ void SimulationBoard::take(MonitorSample const& sample, double load, TimePoint n
     history_.add(sample.values(), now);
 }
 
-std::string SimulationBoard::begin(std::vector<SimulationRow> const& rows, std::size_t capacity) const
+std::string SimulationBoard::begin(std::vector<SimulationRow> const& rows, std::size_t capacity,
+                                   bool is_draining) const
 {
     std::string text = "{";
     append_key(text, "now");
@@ -99,6 +100,10 @@ std::string SimulationBoard::begin(std::vector<SimulationRow> const& rows, std::
     append_number(text, static_cast<double>(rows.size()), 0);
     append_key(text, "capacity");
     append_number(text, static_cast<double>(capacity), 0);
+    if (is_draining) {
+        append_key(text, "draining");
+        text += "true";
+    }
     append_key(text, "simulations");
     text += '[';
     for (std::size_t i = 0; i < std::min(rows.size(), max_rows); ++i)
@@ -106,17 +111,19 @@ std::string SimulationBoard::begin(std::vector<SimulationRow> const& rows, std::
     return text + ']';
 }
 
-std::string SimulationBoard::update(std::vector<SimulationRow> const& rows, std::size_t capacity) const
+std::string SimulationBoard::update(std::vector<SimulationRow> const& rows, std::size_t capacity,
+                                    bool is_draining) const
 {
-    auto text = begin(rows, capacity);
+    auto text = begin(rows, capacity, is_draining);
     append_key(text, "point");
     append_numbers(text, sample_.values(), 3);
     return text + '}';
 }
 
-std::string SimulationBoard::snapshot(std::vector<SimulationRow> const& rows, std::size_t capacity) const
+std::string SimulationBoard::snapshot(std::vector<SimulationRow> const& rows, std::size_t capacity,
+                                      bool is_draining) const
 {
-    auto text = begin(rows, capacity);
+    auto text = begin(rows, capacity, is_draining);
     append_key(text, "spacing");
     append_number(text, as_seconds(history_.line(0, max_line_points).spacing), 3);
     append_key(text, "series");

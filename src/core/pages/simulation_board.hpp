@@ -53,13 +53,15 @@ public:
     MonitorSample const& sample() const noexcept { return sample_; }
 
     /// The complete state as of the last `take`, for a new browser.
-    std::string snapshot(std::vector<SimulationRow> const& rows, std::size_t capacity) const;
+    std::string snapshot(std::vector<SimulationRow> const& rows, std::size_t capacity,
+                         bool is_draining = false) const;
 
     /// The last point, and the simulations.
-    std::string update(std::vector<SimulationRow> const& rows, std::size_t capacity) const;
+    std::string update(std::vector<SimulationRow> const& rows, std::size_t capacity,
+                       bool is_draining = false) const;
 
 private:
-    std::string begin(std::vector<SimulationRow> const& rows, std::size_t capacity) const;
+    std::string begin(std::vector<SimulationRow> const& rows, std::size_t capacity, bool is_draining) const;
 
     LoadHistory history_;
     MonitorSample sample_;

@@ -132,6 +132,8 @@ std::string simulation_monitor_page(SimulationMonitorView const& view)
         html += concat("<p class=\"notice\">", escape_html(view.warning), "</p>\n");
     if (!view.description.empty())
         html += concat("<p>", escape_html(view.description), "</p>\n");
+    html += concat("<p class=\"notice\" id=\"draining\"", view.draining ? "" : " hidden",
+                   ">This machine drains: it takes no new simulations.</p>\n");
     html += concat("<p>Current load: ", percentage("load", view.load), "</p>\n");
     if (!view.sandbox.empty())
         html += concat("<p>Sandbox of simulations: <span id=\"sandbox\">", escape_html(view.sandbox),

@@ -38,7 +38,8 @@ bool SimulationLife::failed()
 bool SimulationLife::take_over()
 {
     // Before the world is loaded no browser can return: it has no token yet.
-    bool const possible = has_grace() && (state_ == State::serving || state_ == State::waiting);
+    bool const possible =
+        has_grace() && !ended_by_operator_ && (state_ == State::serving || state_ == State::waiting);
     if (possible)
         state_ = State::handing_over;
     return possible;
@@ -50,16 +51,24 @@ bool SimulationLife::server_stops()
     return start_ == Start::under_way && (state_ == State::fetching || state_ == State::launching);
 }
 
+bool SimulationLife::operator_ends()
+{
+    if (ended_by_operator_ || state_ == State::exited || is_over())
+        return false;
+    ended_by_operator_ = true;
+    return true;
+}
+
 bool SimulationLife::must_let_go() const noexcept
 {
-    return state_ == State::handing_over || (state_ == State::waiting && stopping_);
+    return ended_by_operator_ || state_ == State::handing_over || (state_ == State::waiting && stopping_);
 }
 
 SimulationLife::Next SimulationLife::connection_ended(TimePoint now)
 {
     auto const leaving = std::exchange(leaving_, Leaving::for_good);
-    bool const lost = leaving == Leaving::lost && !stopping_;
-    bool const may_return = leaving != Leaving::for_good && !stopping_;
+    bool const lost = leaving == Leaving::lost && !stopping_ && !ended_by_operator_;
+    bool const may_return = leaving != Leaving::for_good && !stopping_ && !ended_by_operator_;
     switch (state_) {
     case State::handing_over: {
         state_ = State::serving;
@@ -68,7 +77,7 @@ SimulationLife::Next SimulationLife::connection_ended(TimePoint now)
         return next;
     }
     case State::waiting:
-        return end(stopping_ ? Loss::none : Loss::not_returned);
+        return end(stopping_ || ended_by_operator_ ? Loss::none : Loss::not_returned);
     case State::serving:
         if (may_return && has_grace()) {
             state_ = State::waiting;

@@ -108,6 +108,10 @@ public:
     /// simulation will not start.
     bool server_stops();
 
+    /// The operator ends the simulation.   Returns: false when it has ended, or is being ended.
+    bool operator_ends();
+    bool was_ended_by_operator() const noexcept { return ended_by_operator_; }
+
     /// The connection has ended: the browser has left, the simulator has exited, another connection takes
     /// over, or the wait for the browser has ended.
     Next connection_ended(TimePoint now);
@@ -149,6 +153,7 @@ private:
     TimePoint ends_at_;
     Leaving leaving_ = Leaving::for_good;
     bool stopping_; ///< The server.
+    bool ended_by_operator_ = false;
 };
 
 } // namespace webots_cloud::core

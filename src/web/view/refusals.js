@@ -30,6 +30,7 @@ const TABLE = [
   [/^Webots has quit unexpectedly/, () => say('refusal.crashed')],
   [/^The simulation reached its time limit of ([\d.]+) s/, ([, seconds]) => say('refusal.timeLimit', { minutes: Math.round(seconds / 60) })],
   [/^The simulation (?:used more than|started more than|filled its folder)/, ({ input }) => say('refusal.overrun', { why: input })],
+  [/^The operator has ended this simulation/, () => say('refusal.endedByOperator')],
   [/^This simulation has ended\. Please/, () => say('refusal.ended')],
   [/^(?:No simulation was asked for in time|Too many connections wait here|The ticket for this simulation)/, () => say('refusal.again')],
   [/^The time of this simulation can't be extended/, () => say('refusal.notExtended')],

@@ -242,7 +242,8 @@ BOOST_AUTO_TEST_SUITE(operator_endpoints)
 
 BOOST_AUTO_TEST_CASE(only_its_own_paths_to_the_letter_are_served)
 {
-    for (auto const path : {"/load", "/monitor", "/metrics", "/livez", "/readyz", "/api/drain"})
+    for (auto const path :
+         {"/load", "/monitor", "/metrics", "/livez", "/readyz", "/api/drain", "/api/end", "/api/operator"})
         BOOST_TEST(OperatorEndpoints::serves(path), path);
     for (auto const path : {"", "/", "/load/", "/Load", "/client", "/session", "/api", "/api/drain/"})
         BOOST_TEST(!OperatorEndpoints::serves(path), path);
@@ -313,6 +314,14 @@ BOOST_AUTO_TEST_CASE(only_the_operator_drains_and_only_by_a_request_that_is_mean
     BOOST_TEST(fixture.log.lines.empty());
 }
 
+BOOST_AUTO_TEST_CASE(the_operator_is_told_so_and_nobody_else)
+{
+    Fixture fixture;
+    BOOST_TEST(fixture.ask("GET", "/api/operator").status == 404);
+    BOOST_TEST(fixture.ask("GET", "/api/operator", "", true).text() == "operator");
+    BOOST_TEST(fixture.ask("POST", "/api/operator", "", true).status == 405);
+}
+
 BOOST_AUTO_TEST_CASE(a_drained_server_has_finished_when_it_was_asked_to_and_nobody_is_left)
 {
     Fixture fixture;
@@ -322,6 +331,8 @@ BOOST_AUTO_TEST_CASE(a_drained_server_has_finished_when_it_was_asked_to_and_nobo
     BOOST_TEST(fixture.context.state.is_draining());
     BOOST_TEST(fixture.report().draining);
     BOOST_TEST(fixture.shows("webots_draining 1"));
+    BOOST_TEST(has(fixture.get("/monitor").text(), "id=\"draining\">This machine drains"));
+    BOOST_TEST(has(fixture.get("/monitor", "Accept", "application/json").text(), "\"draining\":true"));
     BOOST_TEST(fixture.log.contains("Draining: no new simulation is taken"));
     BOOST_TEST(!fixture.endpoints->has_finished());
     fixture.sessions.clear();
@@ -341,6 +352,8 @@ BOOST_AUTO_TEST_CASE(a_drain_that_is_taken_back_leaves_nothing_of_itself)
     BOOST_TEST(!fixture.endpoints->has_finished());
     BOOST_TEST(fixture.get("/readyz").status == 200);
     BOOST_TEST(fixture.shows("webots_draining 0"));
+    BOOST_TEST(has(fixture.get("/monitor").text(), "id=\"draining\" hidden>"));
+    BOOST_TEST(!has(fixture.get("/monitor", "Accept", "application/json").text(), "\"draining\""));
     BOOST_TEST(fixture.log.contains("New simulations are taken again"));
 }
 

@@ -54,6 +54,10 @@ void tell(SimulationLife& life, std::string_view event)
         BOOST_TEST(!life.take_over());
     else if (event == "stop")
         (void)life.server_stops();
+    else if (event == "ended")
+        BOOST_TEST(life.operator_ends());
+    else if (event == "not ended")
+        BOOST_TEST(!life.operator_ends());
     else if (event == "parted")
         (void)life.connection_ended(at(10s));
     else
@@ -281,6 +285,42 @@ BOOST_AUTO_TEST_CASE(a_stop_ends_starts_and_waits_and_leaves_simulations_to_thei
     for (auto const event : {"fetched", "launched", "ready", "lost"})
         tell(late, event);
     BOOST_TEST((late.connection_ended(at(20s)).action == Action::clean_up));
+}
+
+BOOST_AUTO_TEST_CASE(the_operator_ends_a_simulation_wherever_it_is_and_nobody_returns)
+{
+    std::vector<std::vector<std::string_view>> const histories{
+        {},
+        {"fetched"},
+        {"fetched", "launched"},
+        {"fetched", "launched", "ready"},
+        {"fetched", "launched", "ready", "lost"},
+        {"fetched", "launched", "ready", "lost", "parted"},
+        {"fetched", "launched", "ready", "taken", "parted"}};
+    for (auto const& events : histories) {
+        SimulationLife life(30s, at(0s));
+        for (auto const event : events)
+            tell(life, event);
+        tell(life, "ended");
+        tell(life, "not ended");
+        tell(life, "refused");
+        BOOST_TEST(life.must_let_go());
+        auto const next = life.connection_ended(at(20s));
+        BOOST_TEST(next.action == Action::clean_up);
+        BOOST_TEST(next.loss == Loss::none);
+        BOOST_TEST(life.is_over());
+    }
+    // The connection that takes over is the one that ends with it.
+    SimulationLife taken(30s, at(0s));
+    for (auto const event : {"fetched", "launched", "ready", "taken", "ended"})
+        tell(taken, event);
+    BOOST_TEST((taken.connection_ended(at(20s)).action == Action::hand_over));
+    BOOST_TEST(taken.must_let_go());
+    BOOST_TEST((taken.connection_ended(at(20s)).action == Action::clean_up));
+
+    SimulationLife gone(30s, at(0s));
+    for (auto const event : {"fetched", "launched", "ready", "exited", "not ended", "parted", "not ended"})
+        tell(gone, event);
 }
 
 BOOST_AUTO_TEST_CASE(a_conversation_lets_go_for_the_one_that_takes_over)
