@@ -37,7 +37,8 @@ core::PageAssets monitor_assets(std::string_view script, std::uint16_t port)
     assets.port = port;
     for (auto const* style : {"monitor/dygraph.min.css", "viewer/palette.css", "monitor/monitor.css"})
         assets.styles.push_back(find(style).content);
-    for (auto const name : {std::string_view("dygraph.min.js"), std::string_view("live.js"), script}) {
+    for (auto const name : {std::string_view("dygraph.min.js"), std::string_view("live.js"),
+                            std::string_view("operator.js"), script}) {
         auto const asset = find(core::concat("monitor/", name));
         assets.scripts.push_back(asset.content);
         assets.script_hashes.push_back(asset.inline_hash);

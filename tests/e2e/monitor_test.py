@@ -2,17 +2,26 @@
 """The monitor pages of both servers in a real browser, live. Protocol sections 2.4 and 9.3."""
 
 import contextlib
+import hashlib
 import http.server
 import json
 import os
+import shutil
 import sys
+import tempfile
 import threading
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser import accessibility_findings, console_messages, open_browser, resize, screenshot  # noqa: E402
+from support.forwarded_socket import forwarded  # noqa: E402
 from support.projects import EXAMPLES  # noqa: E402
 from support.servers import SessionServer, SimulationServer, main, wait_until  # noqa: E402
+
+try:
+    from selenium.webdriver.common.keys import Keys
+except ImportError as error:
+    raise SystemExit(print(f"skipped: {error} (package python3-selenium)") or 77)
 
 SHOTS = os.environ.get("SCREENSHOTS")
 LOCAL = {"forges": [{"url": "local:", "directory": os.path.dirname(os.path.abspath(EXAMPLES))}],
@@ -308,6 +317,215 @@ class SimulationMonitor(unittest.TestCase):
             self.assertEqual(browser.find_element("tag name", "h1").text, hostile)
             wait_until(lambda: browser.find_element("id", "connection").text == "live", "the page does not come alive")
             self.assertFalse(browser.execute_script("return window.hacked"))
+
+
+TOKEN = "0123456789abcdef0123456789abcdef"
+
+
+def token_file(folder):
+    """What "operatorTokenFile" names: the token's digest."""
+    path = os.path.join(folder, "token")
+    with open(path, "w", opener=lambda name, flags: os.open(name, flags, 0o600)) as file:
+        file.write("sha256:" + hashlib.sha256(TOKEN.encode()).hexdigest() + "\n")
+    return path
+
+
+class Operator(unittest.TestCase):
+    """What the operator does from the pages: issue 21, item 7. One browser, and one set of servers."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.resources = contextlib.ExitStack()
+        cls.addClassCleanup(cls.resources.close)
+        folder = tempfile.mkdtemp(prefix="webots_cloud_token_")
+        cls.resources.callback(shutil.rmtree, folder, ignore_errors=True)
+        operators = {"operatorTokenFile": token_file(folder)}
+        cls.simulation = cls.resources.enter_context(SimulationServer(**LOCAL, **operators, reconnectGrace=0))
+        cls.session = cls.resources.enter_context(SessionServer([cls.simulation.address]))
+        cls.near = cls.resources.enter_context(FakeSimulationServer({"load": 0, "sessions": 0}))
+        cls.far = cls.resources.enter_context(FakeSimulationServer({"load": 900, "sessions": 1}))
+        cls.site = cls.resources.enter_context(SessionServer([cls.near.address, cls.far.address], **operators))
+        cls.browser = cls.resources.enter_context(open_browser(1280, 900))
+
+    def open(self, url):
+        self.browser.get(url + "/monitor")
+        wait_until(lambda: self.browser.find_element("id", "connection").text == "live", "the page does not come alive")
+
+    def find(self, selector):
+        return self.browser.find_element("css selector", selector)
+
+    def texts(self, selector):
+        """At one moment: the page replaces elements."""
+        return self.browser.execute_script("return Array.from(document.querySelectorAll(arguments[0]), each => each.innerText.trim())", selector)
+
+    def press(self, selector):
+        self.find(selector).click()
+
+    def become_operator(self, token=TOKEN):
+        self.press("#operator")
+        wait_until(lambda: self.texts("dialog"), "it asks for no token")
+        self.type_token(token)
+        wait_until(lambda: self.texts("#operator") == ["Stop being the operator"], lambda: self.texts("dialog .failure"))
+        self.assertEqual(self.texts("dialog"), [])
+
+    def type_token(self, token):
+        self.find("dialog input").clear()
+        self.find("dialog input").send_keys(token + Keys.ENTER)
+
+    def confirm(self):
+        self.press("dialog button[type=submit]")
+        wait_until(lambda: not self.texts("dialog"), lambda: self.texts("dialog .failure"))
+
+    def setUp(self):
+        self.browser.switch_to.default_content()
+        for server in (self.site, self.session, self.simulation):
+            self.browser.get(server.url + "/load")
+            self.browser.execute_script("sessionStorage.clear()")
+
+    def check_looks(self, name):
+        self.assertFalse(accessibility_findings(self.browser), name)
+        for width, height in ((360, 740), (740, 360)):
+            resize(self.browser, width, height)
+            self.assertLessEqual(overflow(self.browser), 0, (name, width))
+        resize(self.browser, 1280, 900)
+        shot(self.browser, name)
+
+    def test_a_machine_is_drained_and_taken_back(self):
+        self.open(self.site.url)
+        self.assertEqual(self.texts("td.action"), [], "whoever reads the page has no buttons")
+        self.become_operator()
+        drain, hint = f"[aria-label='Drain {self.near.address}']", self.texts("#hint")
+        self.assertEqual(hint, ["To end a simulation, open the page of its machine."])
+        self.check_looks("operator_session")
+        wait_until(lambda: self.site.get("/session") == f"ws://{self.near.address}", "the machine of less load gets nobody")
+
+        self.press(drain)
+        self.assertEqual(self.texts("dialog h2"), [f"Drain {self.near.address}?"])
+        self.check_looks("operator_drain")
+        self.find("dialog").send_keys(Keys.ESCAPE)
+        self.assertEqual(self.texts("dialog"), [])
+        self.assertEqual(self.browser.switch_to.active_element.get_attribute("aria-label"), f"Drain {self.near.address}")
+        self.assertEqual(self.site.get("/session"), f"ws://{self.near.address}", "nobody has confirmed it")
+
+        self.browser.switch_to.active_element.send_keys(Keys.ENTER)
+        self.find("dialog button[type=submit]").send_keys(Keys.ENTER)
+        wait_until(lambda: self.texts(".drained")[0] == "drained by the operator", "the page does not say so")
+        for _ in range(5):
+            self.assertEqual(self.site.get("/session"), f"ws://{self.far.address}")
+        served, live = self.browser.execute_script(ROWS, self.site.get("/monitor"), "servers")
+        self.assertEqual(served, [row.replace('<td class="action">', "\0").split("\0")[0] + "</tr>" for row in live])
+
+        self.open(self.site.url)  # a reload: the token is in this tab
+        wait_until(lambda: self.texts("td.action button") == ["Take back", "Drain"], lambda: self.texts("td.action button"))
+        self.press("td.action button")
+        self.confirm()
+        wait_until(lambda: self.texts(".drained")[0] == "", "the page does not say that it is taken back")
+        self.assertEqual(self.site.get("/session"), f"ws://{self.near.address}")
+        self.press("#operator")
+        self.assertEqual(self.texts("td.action"), [])
+        self.assertEqual(self.texts("#servers th")[-1], "last report")
+        self.assertIsNone(self.browser.execute_script("return sessionStorage.getItem('operator /api/')"))
+
+    def test_a_simulation_is_ended_and_whoever_uses_it_is_told(self):
+        self.open(self.simulation.url)
+        self.become_operator()
+        self.browser.switch_to.new_window("tab")
+        viewer = self.browser.current_window_handle
+        self.browser.get(f"{self.session.url}/viewer/?url=local:/demo_projects/robots/blob/main/worlds/arena.wbt&lang=en")
+        self.assertIsNone(self.browser.execute_script("return sessionStorage.getItem('operator /api/')"), "it is in one tab alone")
+        self.press("#start")
+        wait_until(lambda: "The simulation is running." in self.find("body").text, lambda: self.find("body").text)
+        monitor = next(handle for handle in self.browser.window_handles if handle != viewer)
+        self.browser.switch_to.window(monitor)
+        wait_until(lambda: len(self.texts("td.action button")) == 1, "the simulation has no button")
+        self.check_looks("operator_simulation")
+        self.press("td.action button")
+        self.assertIn("arena.wbt: whoever uses it is told", self.find("dialog").text)
+        self.check_looks("operator_end")
+        self.confirm()
+        wait_until(lambda: not self.texts("#simulations tbody tr"), "it is still there")
+        self.browser.switch_to.window(viewer)
+        wait_until(lambda: "The operator of this server has ended the simulation." in self.find("body").text, lambda: self.find("body").text)
+        shot(self.browser, "operator_viewer")
+        self.browser.close()
+        self.browser.switch_to.window(monitor)
+        self.simulation.wait_until_clean()
+
+    def test_a_machine_drains_itself_and_takes_simulations_again(self):
+        self.open(self.simulation.url)
+        self.become_operator()
+        self.press("#intake")
+        self.confirm()
+        wait_until(lambda: self.texts("#draining") == ["This machine drains: it takes no new simulations."], "the page does not say so")
+        self.assertEqual(self.simulation.ask("/readyz"), (503, "draining"))
+        self.check_looks("operator_draining")
+        self.press("#intake")
+        self.confirm()
+        wait_until(lambda: not self.find("#draining").is_displayed(), "the page does not say that it is over")
+        self.assertEqual(self.simulation.ask("/readyz"), (200, "ready"))
+
+    def test_who_has_no_token_is_told_so_and_does_nothing(self):
+        self.open(self.simulation.url)
+        self.press("#operator")
+        wait_until(lambda: self.texts("dialog"), "it asks for no token")
+        for wrong in (TOKEN[:-1], "not \u2603"):
+            self.type_token(wrong)
+            wait_until(lambda: self.texts("dialog .failure") == ["The server does not accept this token."], lambda: self.texts("dialog"))
+        self.check_looks("operator_token")
+        self.assertEqual(self.texts("#operator"), ["Operator"])
+        self.assertEqual(self.browser.execute_script("return Object.keys(sessionStorage).length"), 0)
+        self.type_token(TOKEN)
+        wait_until(lambda: self.texts("#operator") == ["Stop being the operator"], "the right one after that")
+
+        self.browser.execute_script("sessionStorage.setItem('operator /api/', 'another')")  # the operator has another one now
+        self.press("#intake")
+        self.press("dialog button[type=submit]")
+        wait_until(lambda: self.texts("dialog .failure") == ["The server does not accept this token."], lambda: self.texts("dialog"))
+        self.assertEqual(self.simulation.ask("/readyz"), (200, "ready"))
+        self.open(self.simulation.url)
+        self.assertEqual(self.texts("#operator"), ["Operator"])
+
+    def test_what_has_ended_meanwhile_is_said(self):
+        self.open(self.simulation.url)
+        self.become_operator()
+        self.browser.execute_script(START, f"ws://{self.simulation.address}/client", "local:/demo_projects/robots/blob/main/worlds/arena.wbt")
+        wait_until(lambda: self.texts("td.action button"), "it does not start")
+        self.press("td.action button")
+        self.browser.execute_script("sockets.pop().close()")
+        self.simulation.wait_until_clean()
+        self.press("dialog button[type=submit]")
+        wait_until(lambda: self.texts("dialog .failure") and self.texts("dialog .failure")[0].startswith("There is no simulation"),
+                   lambda: self.texts("dialog"))
+        self.assertTrue(self.texts("dialog .failure")[0].endswith(" any more."))
+
+    def test_over_the_operators_socket_no_token_is_needed(self):
+        with forwarded(self.simulation.operator_socket()) as port:
+            self.browser.get(f"http://localhost:{port}/monitor")
+            wait_until(lambda: self.find("#connection").text == "every 5 seconds", "the page does not ask")
+            self.press("#operator")
+            wait_until(lambda: self.texts("#operator") == ["Stop being the operator"], lambda: self.texts("dialog"))
+            self.press("#intake")
+            self.confirm()
+            self.assertEqual(self.simulation.ask("/readyz"), (503, "draining"))
+            wait_until(lambda: self.texts("#intake") == ["Take simulations again"], "it does not say so")
+            self.press("#intake")
+            self.confirm()
+            self.assertEqual(self.simulation.ask("/readyz"), (200, "ready"))
+            # A page of another site, in the same browser, has the port too.
+            self.browser.get(self.session.url + "/load")
+            self.browser.execute_async_script(
+                "fetch(arguments[0], {method: 'POST', mode: 'no-cors'}).finally(arguments[1])", f"http://localhost:{port}/api/drain")
+            self.assertEqual(self.simulation.ask("/readyz"), (200, "ready"))
+
+    def test_a_page_in_a_frame_of_another_has_no_buttons(self):
+        self.open(self.simulation.url)
+        self.become_operator()
+        self.browser.get(self.simulation.url + "/load")
+        self.browser.execute_script("const frame = document.createElement('iframe'); frame.src = '/monitor'; document.body.append(frame)")
+        self.browser.switch_to.frame(self.browser.find_element("css selector", "iframe"))
+        wait_until(lambda: self.browser.find_element("id", "connection").text == "live", "the frame does not come alive")
+        self.assertEqual(self.texts("#operator, #intake, td.action"), [])
+        self.browser.switch_to.default_content()
 
 
 if __name__ == "__main__":

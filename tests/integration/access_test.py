@@ -18,6 +18,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support import haproxy, nginx  # noqa: E402
 from support.browser import open_browser  # noqa: E402
 from support.browser_client import Browser, server, websockets  # noqa: E402
+from support.forwarded_socket import forwarded  # noqa: E402
 from support.machine import Machine  # noqa: E402
 from support.raw_websocket import read_all  # noqa: E402
 from support.servers import SessionServer, free_port, main, program, wait_until  # noqa: E402
@@ -161,6 +162,37 @@ class Operators(unittest.IsolatedAsyncioTestCase):
                                      capture_output=True, text=True, timeout=60, cwd=folder, env={**os.environ, "TMPDIR": folder})
             self.assertEqual(started.returncode, 2)
             self.assertIn(f"the operator's token in {path}: others may read it too", started.stderr)
+
+    def test_operator_requests_of_pages_of_other_sites_are_refused_even_over_a_forwarded_socket(self):
+        with server() as simulation, forwarded(simulation.operator_socket()) as port:
+            for headers in ({"Origin": f"http://{EVIL}"}, {"Origin": "null"}, {"Origin": f"http://localhost:{simulation.port + 1}"},
+                            {"Host": f"{EVIL}:{port}", "Origin": f"http://{EVIL}:{port}"}):
+                self.assertEqual(post(port, "/api/drain", {"Host": f"localhost:{port}", **headers}), 403, headers)
+            self.assertEqual(simulation.ask("/readyz"), (200, "ready"))
+            self.assertEqual(post(port, "/api/drain", {"Host": f"localhost:{port}", "Origin": f"http://localhost:{port}"}), 200)
+            self.assertEqual(simulation.ask("/readyz"), (503, "draining"))
+
+    async def test_the_operator_ends_a_simulation_and_drains_a_machine_by_command(self):
+        with server() as simulation, SessionServer([simulation.address]) as session:
+            async with Browser(simulation) as browser:
+                await browser.start()
+                await browser.hear("webots:")
+                self.assertEqual(simulation.command("--end", "7")[0], 1)
+                self.assertIn("Expected /api/end", simulation.command("--end", "x&y")[1])
+                self.assertEqual(simulation.command("--end", "1"), (0, "ending"))
+                self.assertEqual(await browser.hear_all(), 1005)
+                self.assertEqual(browser.told[-1], "loading: Error: The operator has ended this simulation.")
+            simulation.wait_until_clean()
+            wait_until(lambda: session.get("/session") == f"ws://{simulation.address}", "no machine")
+            self.assertEqual(session.command("--drain", simulation.address), (0, "draining"))
+            self.assertEqual(session.get("/session"), "Error: no simulation server available at the moment.")
+            self.assertEqual(simulation.ask("/readyz"), (200, "ready"), "the machine itself knows nothing of it")
+            status, told = session.command("--drain", "sim7&off")
+            self.assertEqual(status, 1)
+            self.assertIn("There is no machine sim7&amp;off in", told)
+            self.assertEqual(session.ask(f"/api/drain?machine={simulation.address}&off", "POST")[0], 404)
+            self.assertEqual(session.command("--resume", simulation.address), (0, "serving"))
+            self.assertEqual(session.get("/session"), f"ws://{simulation.address}")
 
     def test_another_user_of_the_machine_is_no_operator(self):
         if os.geteuid() != 0 or not shutil.which("setpriv"):

@@ -190,7 +190,9 @@ class NothingElse(Site):
         for path in ("metrics", "/metrics", "metrics?a", "METRICS", "%6Detrics", "./metrics", "livez/../metrics", "livez/%2e%2e/metrics",
                      "api/drain", "/api/drain", "%2fapi/drain", "api"):
             self.assertEqual(self.raw(f"/{port}/{path}"), 404, path)
-        self.assertEqual(self.fetch(f"/{port}/api/drain", method="POST")[0], 404)
+        for action in ("drain", "end?simulation=1"):
+            self.assertEqual(self.fetch(f"/{port}/api/{action}", method="POST")[0], 404, action)
+        self.assertEqual(self.fetch(f"/{port}/monitor")[0], 200)
         self.assertIsNotNone(self.simulation.get("/metrics"), "who reaches the machine itself sees them")
         self.assertEqual(self.simulation.get("/readyz"), self.fetch(f"/{port}/readyz")[1])
 

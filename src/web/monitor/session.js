@@ -21,7 +21,7 @@
       takeSnapshot(message);
     for (const row of message.rows ?? []) {
       const server = servers[row.row];
-      Object.assign(server, {sessions: undefined, problem: undefined, age: undefined}, row, {heard: performance.now()});
+      Object.assign(server, {sessions: undefined, problem: undefined, age: undefined, drained: undefined}, row, {heard: performance.now()});
       showRow(server);
     }
     if (message.point)
@@ -69,12 +69,14 @@
       link.setAttribute("href", monitorOf(server.address, link.getAttribute("href")));
       link.textContent = server.address;
       row.cells[0].textContent = String(index + 1);
-      server.cells = {row, key: row.querySelector(".key"), path: row.querySelector("path"), load: cell("load"),
+      server.cells = {row, drained: row.querySelector(".drained"), key: row.querySelector(".key"), path: row.querySelector("path"), load: cell("load"),
                       sessions: cell("sessions"), placed: cell("placed"), report: cell("last report")};
       row.onpointerenter = () => chart && !isCrowd() && chart.setSelection(chart.numRows() - 1, label(index));
       row.onpointerleave = () => chart && chart.clearSelection();
       return row;
     }));
+    if (operator.active)
+      servers.forEach(addDrainButton);
     paintKeys();
     const count = servers.length;
     write(document.getElementById("managing"), `Managing ${count} simulation server${count > 1 ? "s" : ""}:`);
@@ -110,8 +112,57 @@
     cells.row.classList.toggle("down", !known(server));
     write(cells.sessions, server.sessions === undefined ? "" : String(server.sessions));
     write(cells.placed, String(server.placed));
+    write(cells.drained, drainedTexts[server.drained] ?? "");
+    cells.drained.hidden = !server.drained;
+    showDrainButton(server);
     showAge(server);
   }
+
+  // As the server says it.
+  const drainedTexts = {operator: "drained by the operator", configuration: "drained by the configuration", machine: "draining"};
+
+  // The operator's buttons: a column of the table.
+  const column = make("th", {}, "new sessions");
+  const hint = make("p", {id: "hint"}, "To end a simulation, open the page of its machine.");
+  const corner = make("td", {});
+
+  function addDrainButton(server) {
+    server.cells.drain = make("button", {type: "button", class: "act"});
+    server.cells.drain.onclick = () => {
+      const machine = encodeURIComponent(server.address);
+      operator.act(server.drained === "operator"
+        ? {title: `Send browsers to ${server.address} again?`, text: "It gets new sessions as the other machines do.", label: "Take back",
+           path: `drain?machine=${machine}&off`}
+        : {title: `Drain ${server.address}?`, label: "Drain", path: `drain?machine=${machine}`,
+           text: "This session server sends nobody there until you take that back here, or it restarts. Simulations that run there go on."});
+    };
+    server.cells.row.append(make("td", {class: "action"}, server.cells.drain));
+    showDrainButton(server);
+  }
+
+  function showDrainButton({cells, drained, address}) {
+    if (!cells.drain)
+      return;
+    write(cells.drain, drained === "operator" ? "Take back" : "Drain");
+    cells.drain.setAttribute("aria-label", drained === "operator" ? `Take back the drain of ${address}` : `Drain ${address}`);
+    cells.drain.hidden = drained === "configuration";
+  }
+
+  operator.watch(active => {
+    if (active) {
+      table.tHead.rows[0].append(column);
+      table.tFoot.rows[0].append(corner);
+      table.parentElement.after(hint);
+      servers.forEach(addDrainButton);
+      return;
+    }
+    for (const each of [column, corner, hint])
+      each.remove();
+    for (const {cells} of servers) {
+      cells.drain.parentElement.remove();
+      cells.drain = null;
+    }
+  });
 
   function showAge(server) {
     const text = known(server) ? monitor.age(server.age + (performance.now() - server.heard) / 1000) : server.problem ?? "waiting";

@@ -28,6 +28,7 @@
     if (message.point)
       addPoint(message);
     showFigures(message);
+    showDraining(message.draining === true);
     showSimulations(message);
     draw();
   }
@@ -121,6 +122,43 @@
 
   const known = new Map(); // rows by the simulation's number
 
+  // The operator's buttons: one for the machine, and a column of the table.
+  const intake = make("button", {type: "button", class: "act", id: "intake"});
+  const column = make("th", {}, "end");
+  let draining = false;
+
+  function showDraining(isDraining) {
+    draining = isDraining;
+    document.getElementById("draining").hidden = !draining;
+    write(intake, draining ? "Take simulations again" : "Drain this machine");
+  }
+
+  intake.onclick = () => operator.act(draining
+    ? {title: "Take simulations again?", text: "Then new simulations may start on this machine.", label: "Take them", path: "drain?off"}
+    : {title: "Drain this machine?", label: "Drain", path: "drain",
+       text: "It takes no new simulations until you take that back here, or it restarts. Those that run go on."});
+
+  function addEndButton(row, id) {
+    const button = make("button", {type: "button", class: "act", "aria-label": `End simulation ${id}`}, "End");
+    button.onclick = () => operator.act({
+      title: `End simulation ${id}?`, label: "End it", path: `end?simulation=${id}`,
+      text: `${row.cells[1].textContent}: whoever uses it is told that the operator has ended it. What was not saved is lost.`,
+    });
+    row.append(make("td", {class: "action"}, button));
+  }
+
+  operator.watch(active => {
+    if (active) {
+      document.getElementById("draining").after(make("p", {class: "action"}, intake));
+      table.tHead.rows[0].append(column);
+      known.forEach((row, id) => addEndButton(row, id));
+      return;
+    }
+    intake.parentElement.remove();
+    column.remove();
+    known.forEach(row => row.lastElementChild.remove());
+  });
+
   function showSimulations(message) {
     write(document.getElementById("count"), String(message.count));
     table.hidden = message.count === 0;
@@ -134,6 +172,8 @@
         row = monitor.newRow();
         known.set(simulation.id, row);
         table.tBodies[0].append(row);
+        if (operator.active)
+          addEndButton(row, simulation.id);
       }
       const {cpu, memory, processes} = simulation;
       const more = simulation.more ? "more than " : "";

@@ -1,0 +1,149 @@
+"use strict";
+
+// What only the operator may do on the pages of both servers. Everybody may read them; whoever has the operator's token types it once,
+// and it stays in this tab. Over the operator's socket, which people forward to their machine, no token is needed.
+const operator = (() => {
+  const {make} = monitor;
+  const patience = 15_000; // ms
+  const api = new URL("api/", location.href); // also below /<port>/ of a proxy
+  const key = `operator ${api.pathname}`; // a gateway has the pages of several servers at one origin
+  const listeners = [];
+  let isActive = false;
+
+  const headers = token => token ? {Authorization: `Bearer ${token}`} : {};
+
+  // Resolves to {status, text}; status 0: no answer.
+  async function ask(path, method, token) {
+    try {
+      const answer = await fetch(new URL(path, api), {method, headers: headers(token), cache: "no-store", credentials: "omit",
+                                                      signal: AbortSignal.timeout(patience)});
+      return {status: answer.status, text: (await answer.text()).trim()};
+    } catch {
+      return {status: 0, text: ""};
+    }
+  }
+
+  // Why the server did not do it, for the person who asked.
+  function reason({status, text}, hadToken) {
+    if (status === 0)
+      return "The server does not answer. Is it running, and are you connected?";
+    if (status === 404 || status === 401) {
+      const first = hadToken ? "The server does not accept this token." : "The server asks for the operator's token.";
+      return location.pathname === "/monitor" ? first
+        : `${first} Gateways and proxies may not let these requests pass: then use the machine's own address, or its command line.`;
+    }
+    // Ours are sentences; a proxy's may be whole pages.
+    return text.length < 300 && !text.includes("<") ? text : `The server answered with HTTP status ${status}.`;
+  }
+
+  function setActive(active) {
+    if (active === isActive)
+      return;
+    isActive = active;
+    document.body.classList.toggle("operator", active);
+    button.textContent = active ? "Stop being the operator" : "Operator";
+    for (const listener of listeners)
+      listener(active);
+  }
+
+  async function signIn(token) {
+    const answer = await ask("operator", "GET", token);
+    if (answer.status === 200) {
+      if (token)
+        sessionStorage.setItem(key, token);
+      setActive(true);
+    }
+    return answer;
+  }
+
+  function signOut() {
+    sessionStorage.removeItem(key);
+    setActive(false);
+  }
+
+  // A question with a button that does what is asked, and stays open until that is done. `action` resolves to an empty text, or to why it failed.
+  function dialog({title, text, label, field, action}) {
+    const failure = make("p", {class: "failure", role: "alert"});
+    const doIt = make("button", {type: "submit", class: "act"}, label);
+    const cancel = make("button", {type: "button", class: "act"}, "Cancel");
+    const form = make("form", {}, make("h2", {id: "dialog-title"}, title), make("p", {}, text), ...(field ? [field] : []), failure,
+                      make("div", {class: "buttons"}, cancel, doIt));
+    const element = make("dialog", {"aria-labelledby": "dialog-title"}, form);
+    const before = document.activeElement;
+    cancel.onclick = () => element.close();
+    element.onclose = () => {
+      element.remove();
+      if (before?.isConnected)
+        before.focus();
+    };
+    form.onsubmit = async event => {
+      event.preventDefault();
+      if (doIt.getAttribute("aria-busy") === "true")
+        return;
+      doIt.setAttribute("aria-busy", "true");
+      failure.textContent = "";
+      const why = await action();
+      doIt.removeAttribute("aria-busy");
+      if (!why)
+        return element.close();
+      failure.textContent = why;
+      form.querySelector("input")?.select();
+    };
+    document.body.append(element);
+    element.showModal();
+    (form.querySelector("input") ?? cancel).focus();
+  }
+
+  function askForToken() {
+    const input = make("input", {type: "password", id: "token", autocomplete: "off", required: ""});
+    dialog({
+      title: "Operator",
+      text: "Type the operator's token. It stays in this tab until you stop being the operator, or close the tab.",
+      label: "Continue",
+      field: make("p", {}, make("label", {for: "token"}, "Token"), input),
+      action: async () => {
+        const token = input.value.trim();
+        const answer = /^[\x21-\x7e]+$/.test(token) ? await signIn(token) : {status: 404, text: ""};
+        return answer.status === 200 ? "" : reason(answer, true);
+      },
+    });
+  }
+
+  // Asks whether it is meant, and then the server: `POST api/<path>`.
+  function act({title, text, label, path}) {
+    dialog({
+      title, text, label,
+      action: async () => {
+        const token = sessionStorage.getItem(key);
+        const answer = await ask(path, "POST", token);
+        return answer.status === 200 ? "" : reason(answer, Boolean(token));
+      },
+    });
+  }
+
+  const button = make("button", {type: "button", class: "act", id: "operator"}, "Operator");
+  button.onclick = async () => {
+    if (isActive)
+      return signOut();
+    button.setAttribute("aria-busy", "true");
+    const answer = await signIn(""); // over the operator's socket that is enough
+    button.removeAttribute("aria-busy");
+    if (answer.status !== 200)
+      askForToken();
+  };
+
+  // A page that shows ours in a frame could have its visitor press our buttons.
+  if (window === window.top) {
+    document.querySelector("header").append(button);
+    const token = sessionStorage.getItem(key);
+    if (token)
+      void signIn(token).then(({status}) => status === 404 && signOut());
+  }
+
+  return {
+    act,
+    get active() { return isActive; },
+    // Calls listener(active) whenever that changes.
+    watch(listener) { listeners.push(listener); },
+  };
+})();
