@@ -8,7 +8,6 @@ nothing, packets are lost. Exit code 77: there can be no network of our own, or 
 """
 
 import os
-import subprocess
 import sys
 import time
 import unittest
@@ -21,81 +20,11 @@ if __name__ == "__main__":
     own_network.enter()
 sys.argv[1:] = []
 
+from support.access_point import FAR, AccessPoint  # noqa: E402
 from support.browser import open_browser  # noqa: E402
 from support.browser_client import LOCAL, WORLD  # noqa: E402
 from support.ports import free_port  # noqa: E402
 from support.servers import SessionServer, SimulationServer, main, wait_until  # noqa: E402
-
-NEAR, FAR = "10.78.0.1", "10.78.0.2"
-BACK, BACK_FAR = "10.79.0.1", "10.79.0.2"
-RELAY = r"""
-import asyncio, os, sys
-async def copy(reader, writer):
-    try:
-        while data := await reader.read(65536):
-            writer.write(data)
-            await writer.drain()
-    except OSError:
-        pass
-    finally:
-        writer.close()
-async def relay(port):
-    async def serve(reader, writer):
-        try:
-            back = await asyncio.open_connection(sys.argv[1], port)
-        except OSError:
-            return writer.close()
-        await asyncio.gather(copy(reader, back[1]), copy(back[0], writer))
-    await asyncio.start_server(serve, None, port)
-async def all_ports():
-    for port in sys.argv[2:]:
-        await relay(int(port))
-    print("ready", flush=True)
-    await asyncio.Event().wait()
-sys.stdin.readline()
-asyncio.run(all_ports())
-"""
-
-
-def run(*command):
-    subprocess.run(command, check=True)
-
-
-class AccessPoint:
-    """The other end of the cable, with a relay to servers on this machine."""
-
-    def __init__(self, *ports):
-        self.ports = ports
-
-    def __enter__(self):
-        self.process = subprocess.Popen(["unshare", "-n", sys.executable, "-c", RELAY, BACK, *map(str, self.ports)],
-                                        stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-        number = str(self.process.pid)
-        wait_until(lambda: os.readlink(f"/proc/{number}/ns/net") != os.readlink("/proc/self/ns/net"), "no other namespace")
-        self.inside = ["nsenter", "-t", number, "-n", "ip"]
-        run(*self.inside, "link", "set", "lo", "up")
-        for near, far, own, other in (("cable", "far", NEAR, FAR), ("back", "backfar", BACK, BACK_FAR)):
-            run("ip", "link", "add", near, "type", "veth", "peer", "name", far, "netns", number)
-            run("ip", "address", "add", f"{own}/24", "dev", near)
-            run("ip", "link", "set", near, "up")
-            run(*self.inside, "address", "add", f"{other}/24", "dev", far)
-            run(*self.inside, "link", "set", far, "up")
-        self.process.stdin.write(b"\n")
-        self.process.stdin.flush()
-        assert self.process.stdout.readline() == b"ready\n", "the relay did not start"
-        return self
-
-    def __exit__(self, *_):
-        self.process.kill()
-        self.process.wait()
-        self.process.stdin.close()
-        self.process.stdout.close()
-
-    def pull(self):
-        run(*self.inside, "link", "set", "far", "down")
-
-    def plug(self):
-        run(*self.inside, "link", "set", "far", "up")
 
 
 class LinkDown(unittest.TestCase):
