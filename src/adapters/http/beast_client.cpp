@@ -20,7 +20,6 @@
 
 #include <openssl/ssl.h>
 
-#include <charconv>
 #include <iterator>
 #include <optional>
 #include <sys/socket.h>
@@ -67,14 +66,6 @@ struct Target
     std::string path;
 };
 
-/// 0 when `text` is no port.
-std::uint16_t parse_port(std::string_view text)
-{
-    std::uint16_t port = 0;
-    auto const* const end = text.data() + text.size();
-    return std::from_chars(text.data(), end, port).ptr == end ? port : 0;
-}
-
 result<Target> parse_target(std::string const& text)
 {
     auto const unusable = [&text] {
@@ -89,7 +80,7 @@ result<Target> parse_target(std::string const& text)
     target.host = url->host_address();
     target.port = target.tls ? https_port : http_port;
     if (url->has_port())
-        target.port = parse_port({url->port().data(), url->port().size()});
+        target.port = core::parse_port({url->port().data(), url->port().size()});
     if (target.port == 0)
         return unusable();
     auto const path = url->encoded_resource();

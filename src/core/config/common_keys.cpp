@@ -9,7 +9,6 @@
 #include <boost/url/parse.hpp>
 
 #include <algorithm>
-#include <charconv>
 #include <optional>
 
 namespace webots_cloud::core {
@@ -130,18 +129,11 @@ void check_labels(ConfigReader& reader, std::vector<std::string> const& labels)
                       "at most 31 labels of 1 to 40 letters, digits, \".\", \"_\", \"-\" and \"+\"");
 }
 
-bool is_port(std::string_view text)
-{
-    std::uint16_t port = 0;
-    auto const [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
-    return error == std::errc() && end == text.data() + text.size() && port != 0;
-}
-
 bool is_authority(std::string_view text, Port port)
 {
     auto const authority = boost::urls::parse_authority(text);
     return authority && !authority->encoded_host().empty() && !authority->has_userinfo() &&
-           (authority->has_port() ? is_port(authority->port()) : port == Port::optional);
+           (authority->has_port() ? core::parse_port(authority->port()) != 0 : port == Port::optional);
 }
 
 void read_access(ConfigReader& reader, AccessConfig& access)

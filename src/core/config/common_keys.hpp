@@ -47,9 +47,6 @@ void read_log(ConfigReader& reader, Config& config)
     config.json_log = format == "json";
 }
 
-/// Whether it is the number of a port, from 1 to 65535.
-bool is_port(std::string_view text);
-
 enum class Port
 {
     optional,

@@ -25,7 +25,7 @@ bool is_server_address(std::string_view text)
     auto const slash = text.find('/');
     return slash == std::string_view::npos
                ? is_authority(text, Port::required)
-               : is_authority(text.substr(0, slash)) && is_port(text.substr(slash + 1));
+               : is_authority(text.substr(0, slash)) && parse_port(text.substr(slash + 1)) != 0;
 }
 
 /// Where the session server itself reaches a machine, and which of its ports.

@@ -35,12 +35,6 @@ bool is_host(std::string_view host)
     return host.size() <= 253 && std::all_of(labels.begin(), labels.end(), is_host_label);
 }
 
-bool is_port(std::string_view port)
-{
-    return !port.empty() && port.size() <= 5 && std::all_of(port.begin(), port.end(), is_digit) &&
-           std::stoi(std::string(port)) <= 65535;
-}
-
 std::string_view without_scheme(std::string_view origin)
 {
     for (std::string_view const scheme : {"https://", "http://"})
@@ -54,7 +48,7 @@ bool is_origin(std::string_view origin)
     auto const authority = without_scheme(origin);
     auto const colon = authority.find(':');
     return origin.size() <= max_origin_length && is_host(authority.substr(0, colon)) &&
-           (colon == std::string_view::npos || is_port(authority.substr(colon + 1)));
+           (colon == std::string_view::npos || core::parse_port(authority.substr(colon + 1)) != 0);
 }
 
 bool is_folder(std::string_view path)

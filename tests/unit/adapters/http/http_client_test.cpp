@@ -263,8 +263,8 @@ BOOST_AUTO_TEST_CASE(a_kept_connection_that_the_peer_has_closed_costs_nothing_bu
 
 BOOST_AUTO_TEST_CASE(what_is_no_address_of_a_web_server_is_an_invalid_url)
 {
-    for (auto const* url :
-         {"", "nonsense", "ftp://h/", "http://", "http://h:0/", "http://h:99999/", "http://h:/"})
+    for (auto const* url : {"", "nonsense", "ftp://h/", "http://", "http://h:0/", "http://h:99999/",
+                            "http://h:080/", "http://h:/"})
         BOOST_TEST((Client().get(url).error() == errc::invalid_url), url);
 }
 

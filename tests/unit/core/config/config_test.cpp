@@ -178,6 +178,8 @@ BOOST_AUTO_TEST_CASE(an_address_of_a_simulation_server_is_a_host_and_a_port)
           "localhost:0", "localhost/0", "a/b/2000", "a//2000", "/2000", ":2000", "a:", "a:2x", "a:-1",
           "::1:2000", "[]:1", "[::1:2]:x", "[1.2]:1", "me@a:1", "a b:1"})
         BOOST_TEST(!is_good(bad), bad);
+    for (auto const* other_spelling : {"localhost:02000", "localhost/02000"})
+        BOOST_TEST(!is_good(other_spelling), other_spelling);
 }
 
 BOOST_AUTO_TEST_CASE(a_missing_key_is_told_with_the_unknown_ones)

@@ -94,6 +94,7 @@ BOOST_AUTO_TEST_CASE(hosts_that_are_no_names_are_refused)
                                      "https://w.org/x",
                                      "https://w.org:",
                                      "https://w.org:65536",
+                                     "https://w.org:0443",
                                      "https://w.org:8o",
                                      "https://user@w.org",
                                      "https://w org",
