@@ -22,4 +22,17 @@ BOOST_AUTO_TEST_CASE(families_and_values_are_written_as_prometheus_reads_them)
                                  "webots_polls_total 12345678\n");
 }
 
+BOOST_AUTO_TEST_CASE(whole_numbers_have_no_exponent)
+{
+    MetricsText metrics;
+    metrics.family("x", "gauge", "X.").add(3e6).add(17179869184.0).add(-1).add(0).add(1e300).add(0.25);
+    auto const text = metrics.take();
+    BOOST_TEST(text.substr(text.find("gauge\n") + 6) == "webots_x 3000000\n"
+                                                        "webots_x 17179869184\n"
+                                                        "webots_x -1\n"
+                                                        "webots_x 0\n"
+                                                        "webots_x 1e+300\n"
+                                                        "webots_x 0.25\n");
+}
+
 BOOST_AUTO_TEST_SUITE_END()
