@@ -466,7 +466,9 @@ asio::awaitable<bool> HttpConnection::flush()
 asio::awaitable<void> HttpConnection::refuse(int status, std::string_view what, std::string_view advice)
 {
     ++refusal_counter(context_.statistics, status);
-    HttpResponse const response(status, "text/html; charset=UTF-8", std::string(advice));
+    HttpResponse response(status, "text/html; charset=UTF-8", std::string(advice));
+    if (status == 503)
+        response.headers.emplace_back("Retry-After", "5");
     context_.log.warning(LogCause("request", peer_.address),
                          concat(std::to_string(status), " for ", what, " (", peer_.address, ")"));
     append_response(out_, response, false, true);

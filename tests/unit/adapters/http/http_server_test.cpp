@@ -181,7 +181,9 @@ BOOST_AUTO_TEST_CASE(all_bodies_together_have_a_limit_and_room_again_when_one_is
     BOOST_TEST(eventually([&] { return server.endpoint.held != nullptr; }));
     Client second(server);
     second.say("POST /body HTTP/1.1\r\n" + request);
-    BOOST_TEST(second.read_to("\r\n").starts_with("HTTP/1.1 503 "));
+    auto const refusal = second.read_to("\r\n\r\n");
+    BOOST_TEST(refusal.starts_with("HTTP/1.1 503 "));
+    BOOST_TEST(refusal.find("\r\nRetry-After: 5\r\n") != std::string::npos);
     server.run([&] { server.endpoint.held.load()->cancel(); });
     BOOST_TEST(first.read_to("\r\n").starts_with("HTTP/1.1 200 "));
     Client third(server);
