@@ -159,8 +159,8 @@ async function openLive(t) {
 }
 
 // An empty page of the session server with a scene, as `scene` in its scripts.
-async function openScene(t, prepare = () => {}) {
-  const page = await openPage(t, browser, { viewport: { width: 400, height: 400 } });
+async function openScene(t, prepare = () => {}, options = {}) {
+  const page = await openPage(t, browser, { viewport: { width: 400, height: 400 }, ...options });
   await prepare(page);
   await page.route('**/empty', (route) => route.fulfill({ contentType: 'text/html',
     body: '<!DOCTYPE html><html lang="en"><title>Scene</title><body style="margin:0"><div id="box" style="width:400px;height:400px"></div>' }));
@@ -253,6 +253,12 @@ test('nodes change, come and go, and so do labels', async (t) => {
   await receive('model', { text: BOX });
   await seen(page, is(centre, [1, 0, 0]), 'the box of the next world');
   assert.deepEqual(await page.evaluate('told'), []);
+});
+
+test('on a screen of small pixels the library finds what it draws lines with', async (t) => {
+  const page = await openScene(t, () => {}, { deviceScaleFactor: 2 });
+  const [texture] = await Promise.all([page.waitForResponse(/linetype/), show(page, BOX)]);
+  assert.equal(texture.status(), 200, texture.url());
 });
 
 test('what cannot be drawn is told in a sentence', async (t) => {

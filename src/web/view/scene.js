@@ -1,6 +1,6 @@
 // The live 3D scene of a simulation, or one from a file, drawn in the browser. Touches the DOM.
 //
-// The library that draws, X_ITE, is fetched when the first scene is shown; a build may lack it. See docs/decisions/012-3d.md.
+// The library that draws, X_ITE, is fetched when the first scene is shown; a build may lack it. See docs/decisions/012-scenes.md.
 
 import { Animation } from './animation.js';
 import { Labels } from './labels.js';
