@@ -202,7 +202,7 @@ BOOST_AUTO_TEST_CASE(metrics_sum_up_what_simulations_use)
     fixture.world.advance(1s);
     auto const text = fixture.get("/metrics").body;
     for (auto const* line :
-         {"simulations_memory_bytes 3e+06\n", "simulations_processes 5\n", "simulations_processors 1.5\n",
+         {"simulations_memory_bytes 3000000\n", "simulations_processes 5\n", "simulations_processors 1.5\n",
           "simulations_over_limit_total{limit=\"disk\"} 0\n"})
         BOOST_TEST(text.find(line) != std::string::npos, line << " is not in " << text);
     fixture.leave(first);
