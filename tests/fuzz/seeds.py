@@ -55,6 +55,15 @@ def form():
         yield bytes((len(content_type),)) + content_type + body
 
 
+def class_message():
+    open_class = b'0{"teach":{"password":"p","world":"https://e.org/a.wbt","mode":"mjpeg","seats":2}}\n'
+    join = b'1{"join":{"code":"22222","name":"Ada"}}\n'
+    yield open_class + join + b'0{"watch":true}\n1{"picture":"/9j/AAAA"}\n1{"state":{"state":"running","time":5,"simulator":"ws://h:2001"}}\n'
+    yield open_class + join + b'0{"tell":{"students":[1],"do":"message","text":"x"}}\n0{"tell":{"students":null,"do":"remove"}}\n'
+    yield open_class + b'2{"join":{"token":"02020202020202020202020202020202"}}\n1{"leave":true}\n0{"seats":5}\n0{"close":true}\n'
+    yield b'3{"teach":{"key":"01010101010101010101010101010101"}}\n'
+
+
 def client_message():
     yield b'{"start":{"url":"https://github.com/o/r/blob/m/worlds/a.wbt","mode":"mjpeg"}}'
     yield b'{ "init" : [ "https://w.org", "p", "a.wbt", "42", "Ada", "secret", "", "", "" ] }'
@@ -299,6 +308,6 @@ def smtp_reply():
     yield b"\0\r\n\r\n999\r\n"
 
 
-SEEDS = {each.__name__: each for each in (archive, client_message, configuration, docker_listing, docker_project, form, forward, git_layout, git_lfs, git_pack, git_protocol,
+SEEDS = {each.__name__: each for each in (archive, class_message, client_message, configuration, docker_listing, docker_project, form, forward, git_layout, git_lfs, git_pack, git_protocol,
                                           http_answer, http_request, load_report, mail, mount_table, policy, port_path, simulator_output, smtp_reply,
                                           websocket_frames, world_url)}

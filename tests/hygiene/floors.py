@@ -47,6 +47,7 @@ FORBIDDEN = {'src/service': ABOVE_SERVICES, 'src/testing': ABOVE_SERVICES}
 ROOMS = {
     'src/core': {
         'access': [],
+        'classes': ['access'],
         'git': ['access'],
         'load': [],
         'logs': [],

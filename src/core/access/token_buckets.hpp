@@ -64,6 +64,15 @@ public:
         return Verdict::taken;
     }
 
+    /// Whether `take` would take one.
+    bool has_token(std::string_view key, TimePoint now) const
+    {
+        if (key.empty() || capacity_ == Duration::zero())
+            return true;
+        auto const found = buckets_.find(key);
+        return found == buckets_.end() || std::max(found->second.full_at, now) + interval_ - now <= capacity_;
+    }
+
     /// How long at most a client that was refused waits for its next token.
     Duration interval() const noexcept { return interval_; }
 

@@ -32,6 +32,20 @@ BOOST_TEST_DONT_PRINT_LOG_VALUE(Verdict)
 // Issue 16, item 3.
 BOOST_AUTO_TEST_SUITE(token_buckets)
 
+BOOST_AUTO_TEST_CASE(whether_there_is_a_token_can_be_asked_without_taking_it)
+{
+    TokenBuckets buckets(2, 1);
+    for (int i = 0; i < 5; ++i)
+        BOOST_TEST(buckets.has_token("a", start));
+    BOOST_TEST(taken(buckets, "a", start, 2) == 2);
+    BOOST_TEST(!buckets.has_token("a", start));
+    BOOST_TEST(buckets.has_token("b", start));
+    BOOST_TEST(!buckets.has_token("a", start + 999ms));
+    BOOST_TEST(buckets.has_token("a", start + 1s));
+    BOOST_TEST(buckets.has_token("", start));
+    BOOST_TEST(TokenBuckets().has_token("a", start));
+}
+
 BOOST_AUTO_TEST_CASE(a_class_asks_at_once_and_then_so_often_a_second)
 {
     TokenBuckets buckets(200, 10);

@@ -1,0 +1,50 @@
+// How much classes may take: memory and work stay bounded, whatever clients send.
+#pragma once
+
+#include <webots_cloud/time.hpp>
+
+#include <cstddef>
+#include <cstdint>
+
+namespace webots_cloud::core::class_limits {
+
+inline constexpr std::size_t classes = 20;          ///< At once.
+inline constexpr std::size_t seats = 100;           ///< Of one class.
+inline constexpr std::size_t students_per_seat = 2; ///< Some leave and come back under another name.
+inline constexpr std::size_t windows = 8;           ///< Of the teacher of one class.
+inline constexpr std::size_t name = 40;             ///< Characters of a student's name.
+inline constexpr std::size_t text = 200;            ///< Characters of what a teacher writes to students.
+inline constexpr std::size_t world = 2048;          ///< Bytes of the address of a world.
+inline constexpr std::size_t simulator = 300;       ///< Bytes of the address of a simulator.
+inline constexpr std::size_t message = 16 * 1024;   ///< Bytes of a message of a client.
+inline constexpr std::size_t machines = 64;         ///< That a teacher's page is told of.
+
+/// Connections that are in no class yet: of all clients, and of one address, behind which a school may be.
+inline constexpr std::size_t silent = 500;
+inline constexpr std::size_t silent_per_client = 300;
+
+inline constexpr Duration keep_student = std::chrono::seconds(60); ///< Whose connection is lost.
+inline constexpr Duration keep_class = std::chrono::minutes(60);   ///< Whose teacher is away.
+inline constexpr Duration state_interval = std::chrono::milliseconds(500);
+inline constexpr Duration message_interval =
+    std::chrono::milliseconds(50); ///< Of one connection, on average.
+inline constexpr int message_burst = 100;
+inline constexpr Duration seat_interval = std::chrono::seconds(10); ///< Between two simulations of a student,
+inline constexpr int seat_burst = 6;                                ///< but for the first ones.
+
+/// A picture waits behind at most so many bytes that a teacher's browser has not taken; else it is dropped.
+inline constexpr std::size_t queue_before_picture = 32 * 1024;
+
+/// Wrong passwords or codes, of one client and of all together: so many at once, and so many a second in the
+/// long run. A class behind one address mistypes codes more often than a teacher the password.
+struct Guesses
+{
+    std::size_t burst;
+    double a_second;
+};
+inline constexpr Guesses passwords_of_client{10, 0.1};
+inline constexpr Guesses passwords_of_all{50, 0.5};
+inline constexpr Guesses codes_of_client{60, 0.5};
+inline constexpr Guesses codes_of_all{300, 5};
+
+} // namespace webots_cloud::core::class_limits

@@ -1,0 +1,202 @@
+// The messages of the WebSocket /class (protocol section 13), in and out: JSON objects with one key.
+#pragma once
+
+#include "class_pictures.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace webots_cloud::core {
+
+/// Why something is refused. The page says its own text for each.
+enum class ClassError
+{
+    off, ///< No password is configured: there are no classes.
+    password,
+    tries, ///< Too many wrong passwords or codes.
+    code,  ///< There is no such class, or not any more.
+    full,  ///< The class has as many students as it may have.
+    name,
+    limit, ///< Too many classes, or windows of one.
+    seats,
+    world,
+    message ///< Not understood.
+};
+
+enum class StudentState
+{
+    joined,
+    starting,
+    running,
+    paused,
+    waiting, ///< For a free machine.
+    hidden,  ///< The page is: nobody looks.
+    lost,    ///< The page has lost the simulation.
+    ended,
+    away ///< The connection is lost. Said by the server alone.
+};
+
+/// What a teacher has students' pages do.
+enum class ClassAction
+{
+    pause,
+    run,
+    reset,
+    end,
+    message,
+    remove
+};
+
+using StudentId = std::int64_t;
+
+// --- from teachers
+
+struct OpenClass
+{
+    std::string password;
+    std::string world;
+    std::string mode;
+    std::size_t seats = 0;
+};
+
+/// A teacher's page was reloaded, or another window is opened.
+struct ReturnAsTeacher
+{
+    std::string key;
+};
+
+struct SetSeats
+{
+    std::size_t seats = 0;
+};
+
+struct WatchPictures
+{
+    bool on = false;
+};
+
+struct TellStudents
+{
+    std::optional<std::vector<StudentId>> students; ///< None: all.
+    ClassAction action = ClassAction::pause;
+    std::string text; ///< Of `message`.
+};
+
+struct CloseClass
+{};
+
+// --- from students
+
+struct JoinClass
+{
+    std::string code; ///< As `read_class_code` returns it.
+    std::string name;
+};
+
+/// A student's connection was lost, or the page reloaded.
+struct ReturnAsStudent
+{
+    std::string token;
+};
+
+struct ReportState
+{
+    StudentState state = StudentState::joined;
+    std::int64_t time = 0; ///< Milliseconds of simulated time.
+    std::string simulator; ///< As the page says; empty: there is none.
+};
+
+struct ReportPicture
+{
+    std::string base64; ///< Unchecked.
+};
+
+struct LeaveClass
+{};
+
+// --- from anybody
+
+struct BadClassMessage
+{
+    ClassError error = ClassError::message;
+};
+
+using ClassMessage =
+    std::variant<BadClassMessage, OpenClass, ReturnAsTeacher, SetSeats, WatchPictures, TellStudents,
+                 CloseClass, JoinClass, ReturnAsStudent, ReportState, ReportPicture, LeaveClass>;
+
+/// Reads any bytes.
+ClassMessage parse_class_message(std::string_view text);
+
+// --- to both
+
+/// `{"error":CODE,"text":...}`
+std::string class_error_message(ClassError error);
+
+enum class ClassEnd
+{
+    teacher, ///< The teacher has ended it.
+    idle,    ///< No teacher was there for too long.
+    removed, ///< The teacher has removed this student.
+    server   ///< The server is being stopped.
+};
+
+/// `{"closed":"teacher"}`
+std::string class_closed_message(ClassEnd end);
+
+// --- to teachers
+
+struct StudentRow
+{
+    StudentId id = 0;
+    std::string_view name;
+    StudentState state = StudentState::joined;
+    std::int64_t time = 0;
+    std::string_view simulator;
+};
+
+struct ClassRow
+{
+    std::string_view code;
+    std::string_view key;
+    std::string_view world;
+    std::string_view mode;
+    std::size_t seats = 0;
+    std::size_t reserved = 0;
+    std::vector<StudentRow> students;
+    std::vector<std::string> machines;
+};
+
+/// `{"class":{...}}`
+std::string class_message(ClassRow const& row);
+
+/// `{"student":{...}}`
+std::string student_message(StudentRow const& student);
+
+/// `{"gone":1}`
+std::string gone_message(StudentId student);
+
+/// `{"picture":{"id":1,"jpeg":...}}`
+std::string picture_message(StudentId student, std::string_view base64);
+
+/// `{"reserved":18}`
+std::string reserved_message(std::size_t seats);
+
+// --- to students
+
+/// `{"joined":{...}}`
+std::string joined_message(StudentId id, std::string_view token, std::string_view name,
+                           std::string_view world, std::string_view mode);
+
+/// `{"pictures":{...}}`; null: none are wanted.
+std::string pictures_message(PictureTerms const* terms);
+
+/// `{"do":"pause"}`, `{"do":"message","text":...}`
+std::string action_message(ClassAction action, std::string_view text);
+
+} // namespace webots_cloud::core

@@ -1,0 +1,38 @@
+// Slows down who guesses passwords or codes.
+#pragma once
+
+#include "class_limits.hpp"
+#include "core/access/token_buckets.hpp"
+
+#include <string_view>
+
+namespace webots_cloud::core {
+
+/// Counts wrong guesses of each client, and of all together, since an attacker may have many addresses. Who
+/// has used them up may not even try: otherwise the right one would be found as fast as ever.
+class GuessLimit
+{
+public:
+    GuessLimit(class_limits::Guesses of_client, class_limits::Guesses of_all)
+        : clients_(of_client.burst, of_client.a_second), all_(of_all.burst, of_all.a_second, 1)
+    {}
+
+    bool may_try(std::string_view client, TimePoint now) const
+    {
+        return clients_.has_token(client, now) && all_.has_token(everybody_, now);
+    }
+
+    void count_wrong(std::string_view client, TimePoint now)
+    {
+        (void)clients_.take(client, now);
+        (void)all_.take(everybody_, now);
+    }
+
+private:
+    static constexpr std::string_view everybody_ = "all";
+
+    TokenBuckets clients_;
+    TokenBuckets all_;
+};
+
+} // namespace webots_cloud::core

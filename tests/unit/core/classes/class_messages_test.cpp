@@ -1,0 +1,185 @@
+#include "unit_test.hpp"
+
+#include "core/classes/class_messages.hpp"
+#include "core/text.hpp"
+
+#include <boost/json/parse.hpp>
+#include <boost/json/serialize.hpp>
+
+#include <string>
+
+using namespace webots_cloud::core;
+
+namespace {
+
+/// The error with which a message is refused; `off`: it is not.
+ClassError refusal_of(std::string_view text)
+{
+    auto const message = parse_class_message(text);
+    auto const* bad = std::get_if<BadClassMessage>(&message);
+    return bad ? bad->error : ClassError::off;
+}
+
+template<class Message>
+Message read(std::string_view text)
+{
+    auto const message = parse_class_message(text);
+    BOOST_REQUIRE(std::holds_alternative<Message>(message));
+    return std::get<Message>(message);
+}
+
+/// A message is one object with one key.
+bool is_object_of(std::string_view text, std::string_view key)
+{
+    auto const value = boost::json::parse({text.data(), text.size()});
+    return value.is_object() && value.get_object().contains(key);
+}
+
+} // namespace
+
+BOOST_AUTO_TEST_SUITE(class_messages)
+
+BOOST_AUTO_TEST_CASE(a_teacher_opens_a_class_and_returns)
+{
+    auto const open = read<OpenClass>(
+        R"({"teach":{"password":"p","world":"https://e.org/worlds/a.wbt","mode":"w3d","seats":30}})");
+    BOOST_TEST(open.password == "p");
+    BOOST_TEST(open.world == "https://e.org/worlds/a.wbt");
+    BOOST_TEST(open.mode == "w3d");
+    BOOST_TEST(open.seats == 30u);
+    BOOST_TEST(read<ReturnAsTeacher>(R"({"teach":{"key":"k"}})").key == "k");
+}
+
+BOOST_AUTO_TEST_CASE(what_is_wrong_with_an_opening_is_said)
+{
+    auto const open = [](std::string const& rest) {
+        return refusal_of(concat(R"({"teach":{"password":"p",)", rest, "}}"));
+    };
+    BOOST_TEST((open(R"("world":"x","mode":"w3d","seats":30)") == ClassError::world));
+    BOOST_TEST((open(R"("world":"https://e.org/a.wbt","mode":"vr","seats":30)") == ClassError::world));
+    for (auto const* seats : {"0", "101", "-1", "1.5", "\"3\"", "null", "1e9", "99999999999999999999"})
+        BOOST_TEST((open(concat(R"("world":"https://e.org/a.wbt","mode":"x3d","seats":)", seats)) ==
+                    ClassError::seats),
+                   seats);
+    BOOST_TEST((open(R"("world":"https://e.org/a.wbt")") == ClassError::message));
+}
+
+BOOST_AUTO_TEST_CASE(a_student_joins_and_returns)
+{
+    auto const join = read<JoinClass>(R"({"join":{"code":"k7m 2q","name":" Ada "}})");
+    BOOST_TEST(join.code == "K7M2Q");
+    BOOST_TEST(join.name == "Ada");
+    BOOST_TEST(read<JoinClass>(R"({"join":{"code":"nonsense","name":"Ada"}})").code == "");
+    BOOST_TEST((refusal_of(R"({"join":{"code":"K7M2Q","name":" "}})") == ClassError::name));
+    BOOST_TEST(read<ReturnAsStudent>(R"({"join":{"token":"t"}})").token == "t");
+}
+
+BOOST_AUTO_TEST_CASE(states_are_those_that_students_may_have)
+{
+    auto const report =
+        read<ReportState>(R"({"state":{"state":"running","time":1234.5,"simulator":"ws://h:2001"}})");
+    BOOST_TEST((report.state == StudentState::running));
+    BOOST_TEST(report.time == 1234);
+    BOOST_TEST(report.simulator == "ws://h:2001");
+    BOOST_TEST(read<ReportState>(R"({"state":{"state":"ended"}})").time == 0);
+    for (auto const* state : {R"({"state":"away"})", R"({"state":"dancing"})", R"({"time":1})",
+                              R"({"state":"running","time":-1})", R"({"state":"running","time":1e300})",
+                              R"({"state":"running","time":"1"})"})
+        BOOST_TEST((refusal_of(concat(R"({"state":)", state, "}")) == ClassError::message), state);
+}
+
+BOOST_AUTO_TEST_CASE(a_teacher_tells_some_or_all)
+{
+    auto const some = read<TellStudents>(R"({"tell":{"students":[1,2],"do":"pause"}})");
+    BOOST_TEST((some.students == std::vector<StudentId>{1, 2}));
+    BOOST_TEST((some.action == ClassAction::pause));
+    auto const all = read<TellStudents>(R"({"tell":{"students":null,"do":"message","text":" Look here. "}})");
+    BOOST_TEST(!all.students);
+    BOOST_TEST(all.text == "Look here.");
+    for (auto const* tell :
+         {R"({"do":"pause"})", R"({"students":5,"do":"pause"})", R"({"students":["1"],"do":"pause"})",
+          R"({"students":null,"do":"explode"})", R"({"students":null,"do":"message"})",
+          R"({"students":null,"do":"message","text":"\u0007"})"})
+        BOOST_TEST((refusal_of(concat(R"({"tell":)", tell, "}")) == ClassError::message), tell);
+    std::string many = "1";
+    for (int i = 0; i < 200; ++i)
+        many += ",1";
+    BOOST_TEST(
+        (refusal_of(concat(R"({"tell":{"do":"run","students":[)", many, "]}}")) == ClassError::message));
+    BOOST_TEST((refusal_of(concat(R"({"tell":{"do":"message","students":null,"text":")",
+                                  std::string(201, 'x'), "\"}}")) == ClassError::message));
+}
+
+BOOST_AUTO_TEST_CASE(the_short_messages_are_read)
+{
+    BOOST_TEST(read<SetSeats>(R"({"seats":5})").seats == 5u);
+    BOOST_TEST((refusal_of(R"({"seats":0})") == ClassError::seats));
+    BOOST_TEST(read<WatchPictures>(R"({"watch":true})").on);
+    BOOST_TEST(!read<WatchPictures>(R"({"watch":false})").on);
+    (void)read<CloseClass>(R"({"close":true})");
+    (void)read<LeaveClass>(R"({"leave":true})");
+    BOOST_TEST(read<ReportPicture>(R"({"picture":"/9j/"})").base64 == "/9j/");
+}
+
+BOOST_AUTO_TEST_CASE(anything_else_is_not_understood)
+{
+    for (auto const* text :
+         {"", "{", "[]", "null", "5", "{}", R"({"close":false})", R"({"close":1})", R"({"what":true})",
+          R"({"watch":true,"close":true})", R"({"teach":[]})", R"({"join":"K7M2Q"})", R"({"picture":5})",
+          R"({"join":{"code":5,"name":"Ada"}})", "{\"join\":{\"code\":\"K7M2Q\",\"name\":\"\xc3\x28\"}}"})
+        BOOST_TEST((refusal_of(text) == ClassError::message), text);
+    BOOST_TEST((refusal_of(std::string(100, '[')) == ClassError::message));
+    BOOST_TEST(
+        (refusal_of(concat(R"({"picture":")", std::string(16 * 1024, 'A'), "\"}")) == ClassError::message));
+}
+
+BOOST_AUTO_TEST_CASE(what_is_sent_is_json_whatever_names_hold)
+{
+    StudentRow student;
+    student.id = 1;
+    student.name = "\"</script>";
+    BOOST_TEST(student_message(student) ==
+               R"({"student":{"id":1,"name":"\"</script>","state":"joined","time":0}})");
+    student.simulator = "ws://h:2001";
+    student.state = StudentState::away;
+    ClassRow row;
+    row.code = "K7M2Q";
+    row.key = "k";
+    row.world = "w";
+    row.mode = "mjpeg";
+    row.seats = 30;
+    row.reserved = 18;
+    row.students = {student};
+    row.machines = {"ws://h:2000"};
+    BOOST_TEST(
+        class_message(row) ==
+        R"({"class":{"code":"K7M2Q","key":"k","world":"w","mode":"mjpeg","seats":30,"reserved":18,)"
+        R"("students":[{"id":1,"name":"\"</script>","state":"away","time":0,"simulator":"ws://h:2001"}],)"
+        R"("machines":["ws://h:2000"]}})");
+    BOOST_TEST(gone_message(7) == R"({"gone":7})");
+    BOOST_TEST(reserved_message(3) == R"({"reserved":3})");
+    BOOST_TEST(picture_message(7, "/9j/") == R"({"picture":{"id":7,"jpeg":"/9j/"}})");
+    BOOST_TEST(joined_message(7, "t", "Ada", "w", "mjpeg") ==
+               R"({"joined":{"id":7,"token":"t","name":"Ada","world":"w","mode":"mjpeg"}})");
+    auto const terms = picture_terms(1);
+    BOOST_TEST(pictures_message(&terms) ==
+               R"({"pictures":{"interval":500,"width":160,"height":120,"bytes":2800}})");
+    BOOST_TEST(pictures_message(nullptr) == R"({"pictures":null})");
+    BOOST_TEST(action_message(ClassAction::pause, "") == R"({"do":"pause"})");
+    BOOST_TEST(action_message(ClassAction::message, "Hi") == R"({"do":"message","text":"Hi"})");
+    BOOST_TEST(class_closed_message(ClassEnd::idle) == R"({"closed":"idle"})");
+}
+
+BOOST_AUTO_TEST_CASE(every_error_has_a_code_and_a_sentence)
+{
+    for (auto const error :
+         {ClassError::off, ClassError::password, ClassError::tries, ClassError::code, ClassError::full,
+          ClassError::name, ClassError::limit, ClassError::seats, ClassError::world, ClassError::message}) {
+        auto const text = class_error_message(error);
+        BOOST_TEST(is_object_of(text, "error"), text);
+        BOOST_TEST(is_object_of(text, "text"), text);
+        BOOST_TEST(text.ends_with(".\"}"), text);
+    }
+}
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -1,0 +1,89 @@
+#include "unit_test.hpp"
+
+#include "core/classes/class_text.hpp"
+
+using namespace webots_cloud::core;
+
+namespace {
+
+/// Bytes in order, beginning with one.
+RandomBytes counting_from(unsigned first)
+{
+    return [next = first](std::size_t size) mutable {
+        std::string bytes;
+        while (bytes.size() < size)
+            bytes += static_cast<char>(next++ & 0xFF);
+        return bytes;
+    };
+}
+
+} // namespace
+
+BOOST_AUTO_TEST_SUITE(class_text)
+
+BOOST_AUTO_TEST_CASE(a_code_has_five_letters_or_digits_that_do_not_look_alike)
+{
+    for (unsigned first = 0; first < 256; ++first) {
+        auto const code = make_class_code(counting_from(first));
+        BOOST_TEST(code.size() == 5u);
+        BOOST_TEST(code.find_first_of("01ILOU") == std::string::npos, code);
+        BOOST_TEST(read_class_code(code) == code);
+    }
+    // 240 is the end of whole alphabets: those bytes are left out, so that each letter is as frequent.
+    BOOST_TEST(make_class_code(counting_from(0)) == "23456");
+    BOOST_TEST(make_class_code(counting_from(238)) == "YZ234");
+}
+
+BOOST_AUTO_TEST_CASE(codes_are_read_as_people_type_them)
+{
+    BOOST_TEST(read_class_code(" k7m-2q ") == "K7M2Q");
+    BOOST_TEST(read_class_code("K7M2") == "");
+    BOOST_TEST(read_class_code("K7M2QQ") == "");
+    BOOST_TEST(read_class_code("K7M2O") == "");
+    BOOST_TEST(read_class_code(std::string(40, ' ') + "K7M2Q") == "");
+    BOOST_TEST(read_class_code("") == "");
+}
+
+BOOST_AUTO_TEST_CASE(a_token_has_128_bits)
+{
+    BOOST_TEST(make_class_token(counting_from(0)) == "000102030405060708090a0b0c0d0e0f");
+}
+
+BOOST_AUTO_TEST_CASE(a_name_has_1_to_40_characters_of_any_script)
+{
+    BOOST_TEST((line_of_person("  Ada ", 40) == "Ada"));
+    BOOST_TEST((line_of_person("<img src=x onerror=alert(1)>", 40) == "<img src=x onerror=alert(1)>"));
+    BOOST_TEST((line_of_person("李 明", 40) == "李 明"));
+    BOOST_TEST((line_of_person(std::string(40, 'a'), 40) == std::string(40, 'a')));
+    std::string forty;
+    for (int i = 0; i < 40; ++i)
+        forty += "\U0001F916";
+    BOOST_TEST((line_of_person(forty, 40) == forty));
+    BOOST_TEST(!line_of_person(forty + "a", 40));
+    BOOST_TEST(!line_of_person(std::string(41, 'a'), 40));
+}
+
+BOOST_AUTO_TEST_CASE(a_name_is_not_empty_invisible_or_misleading)
+{
+    for (auto const* name :
+         {"", "   ", "a\nb", "a\tb", "\x1b[31m", "\xc2\x85", "Ada\xe2\x80\xae", "\xe2\x80\x8b",
+          "A\xe2\x80\xa8"
+          "B",
+          "\xef\xbb\xbf", "\xe2\x81\xa6x", "\xe3\x85\xa4", "\xc3\x28", "\xf3\xa0\x81\x81", "x\xc2\xad"})
+        BOOST_TEST(!line_of_person(name, 40), name);
+}
+
+BOOST_AUTO_TEST_CASE(a_world_has_an_address)
+{
+    for (auto const* world : {"https://github.com/o/r/blob/main/worlds/a.wbt",
+                              "local:/demo_projects/robots/blob/main/worlds/a.wbt",
+                              "https://e.org/o/r/blob/main/worlds/a.wbt?x=1"})
+        BOOST_TEST(is_world_address(world), world);
+    for (auto const* world :
+         {"", "a.wbt", ":a.wbt", "https://e.org/a.x3d", "javascript:x.wbt", "https://e.org/ a.wbt",
+          "https://e.org/\"a.wbt", "https://e.org/\n.wbt", "ht tp://e.org/a.wbt"})
+        BOOST_TEST(!is_world_address(world), world);
+    BOOST_TEST(!is_world_address("https://" + std::string(2048, 'a') + ".wbt"));
+}
+
+BOOST_AUTO_TEST_SUITE_END()
