@@ -5,6 +5,7 @@
 
 #include <boost/asio/any_io_executor.hpp>
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -27,12 +28,14 @@ public:
     result<> send(std::string text) override;
     boost::asio::awaitable<result<std::string>> receive() override;
     void close(std::uint16_t code = 0, std::string reason = {}) override;
+    std::size_t queued() noexcept override { return unread; }
     std::uint16_t farewell() const noexcept override;
 
     /// True when `sent` has a message that starts with `text`.
     bool was_told(std::string_view text) const;
 
     std::vector<std::string> sent;
+    std::size_t unread = 0;                  ///< What `queued` says.
     std::optional<std::uint16_t> close_code; ///< Set when the service has closed it.
 
 private:

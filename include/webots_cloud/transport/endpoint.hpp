@@ -8,6 +8,7 @@
 
 #include <boost/asio/awaitable.hpp>
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -78,6 +79,10 @@ public:
     /// Starts to close: queued messages are sent first. `code` 0 sends an empty close frame. A second call
     /// does nothing.
     virtual void close(std::uint16_t code = 0, std::string reason = {}) = 0;
+
+    /// About how many bytes wait because the browser, or its network, does not take them as fast as they are
+    /// sent: for messages that are better left out than late.
+    virtual std::size_t queued() noexcept { return 0; }
 
     /// The code with which the browser has closed it; 0: none, or it has not.
     virtual std::uint16_t farewell() const noexcept { return 0; }

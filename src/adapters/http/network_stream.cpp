@@ -10,6 +10,8 @@
 #include <openssl/ssl.h>
 
 #include <cerrno>
+#include <linux/sockios.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -183,6 +185,13 @@ std::size_t NetworkStream::try_write(std::string_view bytes, Error& error)
     return transfer([&](SSL* tls) { return SSL_write(tls, bytes.data(), clamped(bytes.size())); },
                     [&](int socket) { return ::send(socket, bytes.data(), bytes.size(), MSG_NOSIGNAL); },
                     write_needs_, error);
+}
+
+std::size_t NetworkStream::unsent() noexcept
+{
+    int bytes = 0;
+    bool const is_known = ::ioctl(socket_.native_handle(), SIOCOUTQNSD, &bytes) == 0 && bytes > 0;
+    return is_known ? static_cast<std::size_t>(bytes) : 0;
 }
 
 NetworkStream::Released NetworkStream::release() noexcept

@@ -69,6 +69,10 @@ public:
     std::size_t try_read(boost::asio::mutable_buffer buffer, Error& error);
     std::size_t try_write(std::string_view bytes, Error& error);
 
+    /// What was written, and the kernel has not sent yet: on a slow network it takes megabytes, seconds of
+    /// pictures, before it lets a write wait.
+    std::size_t unsent() noexcept;
+
     /// Calls `handler(error_code)` when a read, or write, that would have blocked may go on.
     template<class Token>
     auto wait_to_read(Token&& token)

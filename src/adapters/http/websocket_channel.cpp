@@ -192,6 +192,11 @@ result<> WebSocketChannel::send(std::string text)
     return {};
 }
 
+std::size_t WebSocketChannel::queued() noexcept
+{
+    return outgoing_.size() + (lost_ ? 0 : stream_.unsent());
+}
+
 asio::awaitable<result<std::string>> WebSocketChannel::receive()
 {
     while (received_.empty()) {

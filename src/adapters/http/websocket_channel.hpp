@@ -35,6 +35,7 @@ public:
     result<> send(std::string text) override;
     boost::asio::awaitable<result<std::string>> receive() override;
     void close(std::uint16_t code = 0, std::string reason = {}) override;
+    std::size_t queued() noexcept override;
     std::uint16_t farewell() const noexcept override { return farewell_; }
 
     /// Closes, and waits until no operation is pending. Not cancellable.

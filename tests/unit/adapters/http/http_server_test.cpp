@@ -346,6 +346,7 @@ BOOST_AUTO_TEST_CASE(a_browser_that_does_not_read_is_dropped_and_slows_nobody)
     slow.upgrade("/flood");
     BOOST_TEST(eventually([&] { return server.endpoint.flood_refused.load(); }));
     BOOST_TEST(server.statistics().slow_readers == 1u);
+    BOOST_TEST(server.endpoint.max_queued > 200'000u); // the queue, and what the kernel has not sent
     Client other(server);
     other.say("GET /served HTTP/1.0\r\n\r\n");
     BOOST_TEST(other.read_all().ends_with("/served"));

@@ -97,6 +97,7 @@ public:
         ++ended;
     }
 
+    std::size_t max_queued = 0; ///< Before it was refused.
     std::atomic<bool> flood_refused = false;
     std::atomic<int> ended = 0;                 ///< WebSocket conversations that are over.
     Failure last_failure;                       ///< Why the latest of them ended.
@@ -132,8 +133,10 @@ private:
     void flood(Channel& channel)
     {
         // Far more than the kernel buffers for a connection.
-        for (int i = 0; i < 10'000 && !flood_refused; ++i)
+        for (int i = 0; i < 10'000 && !flood_refused; ++i) {
+            max_queued = std::max(max_queued, channel.queued());
             flood_refused = channel.send(std::string(60'000, 'x')) == Failure(errc::too_large);
+        }
     }
 };
 
