@@ -207,6 +207,12 @@ result<std::string> ask_operator_socket(std::filesystem::path const& path, std::
 result<std::function<bool(std::string_view token)>>
 make_operator_token_check(std::filesystem::path const& file);
 
+/// The teachers' password, the only line of `file`.
+///
+/// Errors: `invalid_config`: the file can't be read, others may read it too, or the password is shorter than
+/// 8 characters.
+result<std::string> read_password(std::filesystem::path const& file);
+
 /// The code that authenticates tickets: HMAC-SHA256, 32 bytes, with the word in `file` as the secret.
 ///
 /// Errors: `invalid_config`, as `make_operator_token_check`.

@@ -94,8 +94,11 @@ struct SessionConfig
     int session_burst = 200;        ///< `sessionBurst`: of one client, at once; 0: any number.
     double session_rate = 10;       ///< `sessionRate`: of one client, a second; 0: any number.
     bool decisions_for_all = false; ///< `decisionsForAll`: `/api/decisions` answers everybody.
-    std::string viewer_url;         ///< `viewerUrl`: the world that the viewer page proposes.
-    Duration pause_hidden{};        ///< `pauseHidden`, in seconds; 0: simulations of hidden pages run on.
+    std::string teacher_password;   ///< `teacherPassword`: opens classes. Empty: nobody can.
+    std::filesystem::path
+        teacher_password_file; ///< `teacherPasswordFile`, instead: its only line is the password.
+    std::string viewer_url;    ///< `viewerUrl`: the world that the viewer page proposes.
+    Duration pause_hidden{};   ///< `pauseHidden`, in seconds; 0: simulations of hidden pages run on.
 };
 
 /// A forge of the configuration: where world URLs may point.

@@ -1,4 +1,5 @@
-// The session server's protocol: /session, availability, /load and /monitor, over any server adapter.
+// The session server's protocol: /session, availability, classes, /load and /monitor, over any server
+// adapter.
 #pragma once
 
 #include <webots_cloud/error.hpp>
@@ -39,6 +40,8 @@ struct SessionServiceParams
     bool gateway = false;
     /// `GET /api/decisions` answers everybody, not the operator alone.
     bool decisions_for_all = false;
+    /// Of teachers, who open classes with it; empty: nobody can.
+    std::string teacher_password;
     /// What the viewer page suggests (JSON: url, mode, notice); empty: nothing.
     std::string viewer_defaults;
 };
@@ -53,6 +56,8 @@ struct SessionServiceHooks
     /// The ticket with which a browser comes to a server (its address, as in its ServerSpec): `/session`
     /// answers `wss://host/2000/ticket/<ticket>`. Empty: there are no tickets.
     std::function<std::string(std::string_view server)> make_ticket;
+    /// So many bytes that nobody can guess, for the codes and keys of classes. Empty: there are no classes.
+    std::function<std::string(std::size_t size)> random_bytes;
     /// More families for `GET /metrics`, in the text format of Prometheus, appended to the service's own.
     std::function<std::string()> more_metrics;
 };
@@ -84,6 +89,7 @@ public:
 
     Answer respond(IncomingRequest const& request) override;
     boost::asio::awaitable<void> serve_websocket(ChannelInfo info, Channel& channel) override;
+    void stopping() override;
 
 private:
     struct Impl;

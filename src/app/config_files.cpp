@@ -123,9 +123,14 @@ result<> check_files(Configured<SessionConfig>& configured, fs::path const& orig
         warn_of_open_secret(configured.warnings, origin, "\"mailSenderPassword\"");
     if (auto const certified = check_network(configured.config.network); !certified)
         return certified;
+    if (!configured.config.teacher_password.empty())
+        warn_of_open_secret(configured.warnings, origin, "\"teacherPassword\"");
     if (auto const& file = configured.config.ca_file; !file.empty())
         if (auto const usable = check_authorities(file); !usable)
             return usable;
+    if (auto const& file = configured.config.teacher_password_file; !file.empty())
+        if (auto const password = read_password(file); !password)
+            return password.error();
     return check_access(configured.config.access);
 }
 

@@ -107,9 +107,17 @@ struct AdministratorMail
     OperatorMail mail;
 };
 
-SessionServiceParams session_service_params(SessionConfig const& config)
+/// Errors: as `read_password`.
+result<SessionServiceParams> session_service_params(SessionConfig const& config)
 {
     SessionServiceParams params;
+    params.teacher_password = config.teacher_password;
+    if (auto const& file = config.teacher_password_file; !file.empty()) {
+        auto password = read_password(file);
+        if (!password)
+            return password.error();
+        params.teacher_password = std::move(*password);
+    }
     params.ssl = config.address.ssl;
     params.threshold = config.load_threshold;
     params.port = config.address.port;
@@ -157,12 +165,16 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
         co_return tickets.error();
     SessionServiceHooks hooks;
     hooks.make_ticket = *tickets;
+    hooks.random_bytes = random_bytes;
     hooks.tell_operator = [&administrator](LoadEvent const& event) { return administrator.mail.note(event); };
     hooks.more_metrics = [&server, &administrator] {
         return app::http_server_metrics(server->statistics()) +
                app::mail_metrics(administrator.mail.statistics());
     };
-    SessionService service(session_service_params(config), monitor, scheduler, *clock, log, std::move(hooks));
+    auto service_params = session_service_params(config);
+    if (!service_params)
+        co_return service_params.error();
+    SessionService service(std::move(*service_params), monitor, scheduler, *clock, log, std::move(hooks));
     service.set_servers(config.simulation_servers);
 
     auto const token_check = app::operator_token_check(config.access);
@@ -183,13 +195,16 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
         auto const next_token_check = app::operator_token_check(next.access);
         if (!next_token_check)
             return next_token_check.error();
+        auto next_service_params = session_service_params(next);
+        if (!next_service_params)
+            return next_service_params.error();
         if (auto const usable = administrator.obey(next); !usable)
             return usable;
         if (auto const usable = monitor.apply(load_monitor_params(next)); !usable)
             return usable;
         if (auto const usable = scheduler.apply(scheduler_params(next)); !usable)
             return usable;
-        service.apply(session_service_params(next));
+        service.apply(std::move(*next_service_params));
         service.set_servers(next.simulation_servers);
         access.apply(session_access_params(next), *next_token_check);
         return {};

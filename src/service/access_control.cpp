@@ -37,7 +37,7 @@ std::string page_headers(AccessParams params)
 
 bool is_page(std::string_view path) noexcept
 {
-    return path.starts_with("/viewer") || path == "/monitor";
+    return path.starts_with("/viewer") || path.starts_with("/class") || path == "/monitor";
 }
 
 bool is_monitoring(std::string_view path) noexcept

@@ -1,8 +1,10 @@
 #include <webots_cloud/session_service.hpp>
 
+#include "class_endpoint.hpp"
 #include "core/access/asked_name.hpp"
 #include "core/access/forwarding.hpp"
 #include "core/access/token_buckets.hpp"
+#include "core/classes/class_paths.hpp"
 #include "core/pages/http_pages.hpp"
 #include "core/pages/metrics_text.hpp"
 #include "core/pages/monitor_page.hpp"
@@ -78,10 +80,14 @@ struct SessionService::Impl
          Logger logger, SessionServiceHooks others)
         : params(std::move(parameters)), monitor(load_monitor), scheduler(placing), clock(time),
           log(std::move(logger)), hooks(std::move(others)), started(clock.wall()),
-          board(params.history_step, params.threshold)
+          board(params.history_step, params.threshold),
+          classes(load_monitor, placing, time, log, class_hooks())
     {
         set_budget();
+        classes.set_password(params.teacher_password);
     }
+
+    ClassEndpointHooks class_hooks();
 
     void set_budget() { asked = core::TokenBuckets(params.session_burst, params.session_rate); }
 
@@ -92,9 +98,10 @@ struct SessionService::Impl
     void take(LoadEvent const& event);
     void update_availability(TimePoint now);
     bool may_ask(std::string_view quota_key, TimePoint now);
+    std::string machine_address(std::string_view server, std::string_view host);
     template<class GetHost>
-    std::string place(TimePoint now, GetHost const& host);
-    HttpResponse too_many_asked() const;
+    std::string place(TimePoint now, std::string_view token, core::SeatRequest seat, GetHost const& host);
+    HttpResponse too_many_asked(Duration wait) const;
     std::optional<Forward> pass_on(IncomingRequest const& request) const;
 
     static std::span<Route<Impl> const> routes();
@@ -107,6 +114,8 @@ struct SessionService::Impl
     Answer mean_load(IncomingRequest const& request);
     Answer monitor_page(IncomingRequest const& request);
     Answer web_file(IncomingRequest const& request);
+    Answer class_page(IncomingRequest const& request);
+    Answer embedded(std::string_view name, IncomingRequest const& request);
     Answer decisions(IncomingRequest const& request);
     Answer metrics(IncomingRequest const& request);
     Answer liveness(IncomingRequest const& request);
@@ -135,7 +144,7 @@ struct SessionService::Impl
     /// The first text for browsers that connect before the next update; empty: not made yet.
     std::string greeting;
     std::map<char const*, core::SharedPage>
-        files; // below /viewer and /view, by the address of their embedded contents
+        files; // below /viewer, /view and /class, by the address of their embedded contents
     std::uint64_t placed = 0;
     std::uint64_t refused = 0;
     std::uint64_t limited = 0;
@@ -143,6 +152,7 @@ struct SessionService::Impl
     core::TokenBuckets asked; // requests of each client for a place
     std::uint64_t good_polls = 0;
     std::uint64_t failed_polls = 0;
+    ClassEndpoint classes;
 };
 
 SessionService::SessionService(SessionServiceParams params, LoadMonitor& monitor, Scheduler& scheduler,
@@ -161,6 +171,7 @@ void SessionService::apply(SessionServiceParams params)
                               params.session_rate == impl_->params.session_rate;
     impl_->params = std::move(params);
     impl_->board.set_threshold(impl_->params.threshold);
+    impl_->classes.set_password(impl_->params.teacher_password);
     if (!keeps_budget)
         impl_->set_budget();
     impl_->monitor_html.expire();
@@ -209,9 +220,18 @@ asio::awaitable<result<>> SessionService::Impl::check_availability()
         auto const waited = co_await clock.wait_until(clock.now() + availability_check);
         if (!waited)
             co_return waited;
+        classes.update();
         update_availability(clock.now());
         update_monitor();
     }
+}
+
+ClassEndpointHooks SessionService::Impl::class_hooks()
+{
+    ClassEndpointHooks of_classes;
+    of_classes.random_bytes = hooks.random_bytes;
+    of_classes.machine_address = std::bind_front(&Impl::machine_address, this);
+    return of_classes;
 }
 
 void SessionService::Impl::take(LoadEvent const& event)
@@ -255,30 +275,43 @@ bool SessionService::Impl::may_ask(std::string_view quota_key, TimePoint now)
     return false;
 }
 
-/// `host` returns the request's header, which is looked for only where this server has no name of its own.
-template<class GetHost>
-std::string SessionService::Impl::place(TimePoint now, GetHost const& host)
+/// Where a browser whose request had this `Host` reaches a simulation server.
+std::string SessionService::Impl::machine_address(std::string_view server, std::string_view host)
 {
-    auto const placement = scheduler.place(now);
-    update_availability(now);
-    ++(placement ? placed : refused);
-    if (!placement)
-        return "Error: no simulation server available at the moment.";
     std::string_view const scheme = params.ssl ? "wss://" : "ws://";
-    auto const ticket =
-        hooks.make_ticket ? concat("/ticket/", hooks.make_ticket(placement->address)) : std::string();
-    if (!placement->address.starts_with(core::asked_name))
-        return concat(scheme, placement->address, ticket);
-    return concat(scheme, core::machine_reached_at(placement->address, host()), ticket);
+    auto const ticket = hooks.make_ticket ? concat("/ticket/", hooks.make_ticket(server)) : std::string();
+    if (!server.starts_with(core::asked_name))
+        return concat(scheme, server, ticket);
+    return concat(scheme, core::machine_reached_at(server, host), ticket);
+}
+
+/// `token` and `seat` are of a student; others have `unknown`. `host` returns the request's header, which is
+/// looked for only where this server has no name of its own.
+template<class GetHost>
+std::string SessionService::Impl::place(TimePoint now, std::string_view token, core::SeatRequest seat,
+                                        GetHost const& host)
+{
+    bool const is_held = seat == core::SeatRequest::held;
+    auto const placement = is_held ? scheduler.place_held(now) : scheduler.place(now);
+    ++(placement ? placed : refused);
+    if (!placement) {
+        update_availability(now);
+        return "Error: no simulation server available at the moment.";
+    }
+    bool const has_name = !placement->address.starts_with(core::asked_name);
+    auto address = machine_address(placement->address, has_name ? std::string_view() : host());
+    classes.take_seat(token, seat, address, now);
+    update_availability(now);
+    return address;
 }
 
 /// With status 200, as every answer of /session: pages of before 2021 show nothing for any other status, and
 /// later ones only look at the text.
-HttpResponse SessionService::Impl::too_many_asked() const
+HttpResponse SessionService::Impl::too_many_asked(Duration wait) const
 {
     HttpResponse response(200, {}, std::string(too_many_sessions));
     response.fixed_headers = html_for_any_origin;
-    response.headers.emplace_back("Retry-After", core::seconds_rounded_up(asked.interval()));
+    response.headers.emplace_back("Retry-After", core::seconds_rounded_up(wait));
     return response;
 }
 
@@ -301,6 +334,8 @@ std::span<Route<SessionService::Impl> const> SessionService::Impl::routes()
         {"/api/drain",     Methods::post,             &Impl::is_operators,       ignored,  &Impl::drain},
         {"/viewer*",       Methods::read,             everybody,                 ignored,  &Impl::web_file},
         {"/view/*",        Methods::read,             everybody,                 ignored,  &Impl::web_file, any_origin},
+        {"/class",         Methods::read,             everybody,                 accepted, &Impl::class_page},
+        {"/class/*",       Methods::read,             everybody,                 ignored,  &Impl::class_page},
         // clang-format on
     });
     return table;
@@ -310,10 +345,14 @@ Answer SessionService::Impl::session(IncomingRequest const& request)
 {
     if (request.method == "GET") {
         auto const now = clock.now();
+        auto const token = core::class_token(request.query);
         if (!may_ask(request.quota_key, now))
-            return too_many_asked();
+            return too_many_asked(asked.interval());
+        auto const seat = classes.ask_for_seat(token, now);
+        if (seat == core::SeatRequest::too_often)
+            return too_many_asked(core::class_limits::seat_interval);
         auto const host = [&request] { return request.header("Host"); };
-        HttpResponse response(200, {}, place(now, host));
+        HttpResponse response(200, {}, place(now, token, seat, host));
         response.fixed_headers = html_for_any_origin;
         return response;
     }
@@ -416,16 +455,36 @@ Answer SessionService::Impl::web_file(IncomingRequest const& request)
     // The page finds the modules below itself, so that proxies need one rule for both.
     if (path.starts_with("/viewer/view/"))
         name = path.substr(page_folder.size());
+    auto answer = embedded(name, request);
+    auto* const response = std::get_if<HttpResponse>(&answer);
+    if (response->status != 404 && path.starts_with("/view/")) // modules that pages of other sites import
+        response->headers.emplace_back("Access-Control-Allow-Origin", "*");
+    return answer;
+}
+
+/// A file of `src/web`.
+Answer SessionService::Impl::embedded(std::string_view name, IncomingRequest const& request)
+{
     auto const asset = web::find_asset(name);
     if (!asset)
         return core::not_found_page();
     auto& page = files[asset->content.data()];
     if (page.empty())
         page.set(std::string(asset->content), std::string(asset->gzip));
-    auto response = page.answer(asset->content_type, request.header("If-None-Match"));
-    if (path.starts_with("/view/")) // modules that pages of other sites import
-        response.headers.emplace_back("Access-Control-Allow-Origin", "*");
-    return response;
+    return page.answer(asset->content_type, request.header("If-None-Match"));
+}
+
+/// The page of classes, for teachers and students.
+Answer SessionService::Impl::class_page(IncomingRequest const& request)
+{
+    if (request.path == "/class") {
+        HttpResponse response(301, {}, {});
+        response.headers.emplace_back("Location", "class/"); // relative, for proxies that rewrite paths
+        return response;
+    }
+    if (request.path == "/class/defaults.json" && !params.viewer_defaults.empty())
+        return core::json_page(params.viewer_defaults);
+    return embedded(core::class_file(request.path), request);
 }
 
 bool SessionService::Impl::may_read_decisions(IncomingRequest const& request) const
@@ -494,6 +553,16 @@ Answer SessionService::Impl::metrics(IncomingRequest const&)
         .add(static_cast<double>(placed), {{"result", "placed"}})
         .add(static_cast<double>(refused), {{"result", "refused"}})
         .add(static_cast<double>(limited), {{"result", "limited"}});
+    auto const of_classes = classes.figures();
+    text.family("classes", "gauge", "Classes that teachers have opened.")
+        .add(static_cast<double>(of_classes.classes));
+    text.family("class_students", "gauge", "Students of all classes.")
+        .add(static_cast<double>(of_classes.students));
+    text.family("class_seats_held", "gauge", "Seats that are held back for students who have not come yet.")
+        .add(static_cast<double>(of_classes.seats_held));
+    text.family("class_pictures_total", "counter", "Pictures of students, for windows of their teachers.")
+        .add(static_cast<double>(classes.pictures_relayed()), {{"result", "relayed"}})
+        .add(static_cast<double>(classes.pictures_dropped()), {{"result", "dropped"}});
     text.family("polls_total", "counter", "Polls of simulation servers.")
         .add(static_cast<double>(good_polls), {{"result", "good"}})
         .add(static_cast<double>(failed_polls), {{"result", "failed"}});
@@ -520,6 +589,11 @@ Answer SessionService::respond(IncomingRequest const& request)
     return route_table::respond(Impl::routes(), *impl_, request);
 }
 
+void SessionService::stopping()
+{
+    impl_->classes.stop();
+}
+
 /// Not a coroutine itself, as its frame would cost memory for every browser that waits.
 asio::awaitable<void> SessionService::serve_websocket(ChannelInfo info, Channel& channel)
 {
@@ -531,11 +605,16 @@ asio::awaitable<void> SessionService::serve_websocket(ChannelInfo info, Channel&
     }
     if (info.path == "/session") {
         auto const now = impl_->clock.now();
+        auto const token = core::class_token(info.query);
         auto const host = [&info] { return std::string_view(info.host); };
-        return impl_->say_place(impl_->may_ask(info.quota_key, now) ? impl_->place(now, host)
-                                                                    : std::string(too_many_sessions),
+        auto const seat = impl_->may_ask(info.quota_key, now) ? impl_->classes.ask_for_seat(token, now)
+                                                              : core::SeatRequest::too_often;
+        return impl_->say_place(seat == core::SeatRequest::too_often ? std::string(too_many_sessions)
+                                                                     : impl_->place(now, token, seat, host),
                                 channel);
     }
+    if (info.path == "/class")
+        return impl_->classes.serve(std::move(info), channel);
     auto name = concat("[", core::printable(info.host, 100), "] ");
     impl_->log.info(LogCause("client"), concat(name, "New client", core::of_client(info.client)));
     return impl_->show_availability(std::move(name), std::move(info.client), channel);

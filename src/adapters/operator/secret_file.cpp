@@ -3,31 +3,56 @@
 #include "adapters/files/regular_file.hpp"
 #include "core/text.hpp"
 
+#include <webots_cloud/adapters.hpp>
+
 namespace webots_cloud::adapters {
 namespace {
 
 constexpr std::size_t max_file = 4096;
 constexpr std::size_t min_length =
     16; // characters: random ones of 4 bits each make 64 bits, too many to guess
+constexpr std::size_t min_password = 8; // who guesses it is slowed down
+
+Failure refusal(std::filesystem::path const& file, std::string_view what, std::string_view why)
+{
+    return Failure(errc::invalid_config, core::concat(what, " in ", file.string(), ": ", why));
+}
+
+/// The text of a file that only its owner may read, without blanks at its ends.
+result<std::string> read_own(std::filesystem::path const& file, std::string_view what)
+{
+    std::error_code failed;
+    auto const others = std::filesystem::perms::group_all | std::filesystem::perms::others_all;
+    auto const text = read_regular_file(file, max_file);
+    if (!text)
+        return refusal(file, what, text.error().message());
+    if ((std::filesystem::status(file, failed).permissions() & others) != std::filesystem::perms::none)
+        return refusal(file, what, "others may read it too. Run: chmod 600 on it, and take a new one");
+    return std::string(core::trim(*text));
+}
 
 } // namespace
 
 result<std::string> read_secret(std::filesystem::path const& file, std::string_view what)
 {
-    auto const refuse = [&](std::string_view why) {
-        return Failure(errc::invalid_config, core::concat(what, " in ", file.string(), ": ", why));
-    };
-    std::error_code failed;
-    auto const others = std::filesystem::perms::group_all | std::filesystem::perms::others_all;
-    auto const text = read_regular_file(file, max_file);
-    if (!text)
-        return refuse(text.error().message());
-    if ((std::filesystem::status(file, failed).permissions() & others) != std::filesystem::perms::none)
-        return refuse("others may read it too. Run: chmod 600 on it, and take a new one");
-    auto const word = core::trim(*text);
-    if (word.size() < min_length || word.find_first_of(" \t\r\n") != std::string_view::npos)
-        return refuse("expected one word of at least 16 characters, as openssl rand -hex 32 makes them");
-    return std::string(word);
+    auto word = read_own(file, what);
+    if (word && (word->size() < min_length || word->find_first_of(" \t\r\n") != std::string::npos))
+        return refusal(file, what,
+                       "expected one word of at least 16 characters, as openssl rand -hex 32 makes them");
+    return word;
 }
 
 } // namespace webots_cloud::adapters
+
+namespace webots_cloud {
+
+result<std::string> read_password(std::filesystem::path const& file)
+{
+    constexpr std::string_view what = "the teachers' password";
+    auto password = adapters::read_own(file, what);
+    if (password && (password->size() < adapters::min_password || !core::is_printable(*password)))
+        return adapters::refusal(file, what, "expected one line of at least 8 characters");
+    return password;
+}
+
+} // namespace webots_cloud

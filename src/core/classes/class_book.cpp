@@ -205,7 +205,6 @@ ClassFigures ClassBook::figures() const noexcept
     figures.classes = classes_.size();
     figures.students = tokens_.size();
     figures.seats_held = seats_to_hold();
-    figures.pictures = pictures_;
     return figures;
 }
 
@@ -376,7 +375,6 @@ void ClassBook::obey(ClassConnection from, ReportPicture const& message, TimePoi
     if (!student || !of->terms || !is_jpeg_in_base64(message.base64, of->terms->bytes) ||
         !student->pictures.take(now, of->terms->interval, burst))
         return;
-    ++pictures_;
     auto const text = picture_message(student->id, message.base64);
     for (auto const& window : of->windows)
         if (window.watches) {

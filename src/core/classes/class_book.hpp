@@ -67,7 +67,6 @@ struct ClassFigures
     std::size_t classes = 0;
     std::size_t students = 0;
     std::size_t seats_held = 0;
-    std::uint64_t pictures = 0; ///< That came, and were wanted; each went to all windows of its teacher.
 };
 
 /// Decides what becomes of the messages of WebSocket /class. What is to be sent is collected: call
@@ -155,7 +154,6 @@ private:
     GuessLimit passwords_{class_limits::passwords_of_client, class_limits::passwords_of_all};
     GuessLimit codes_{class_limits::codes_of_client, class_limits::codes_of_all};
     std::vector<ClassOutput> output_;
-    std::uint64_t pictures_ = 0;
 };
 
 } // namespace webots_cloud::core

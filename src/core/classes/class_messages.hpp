@@ -1,4 +1,4 @@
-// The messages of the WebSocket /class (protocol section 13), in and out: JSON objects with one key.
+// The messages of the WebSocket /class (protocol section 13.15), in and out: JSON objects with one key.
 #pragma once
 
 #include "class_pictures.hpp"

@@ -165,6 +165,14 @@ void read_session_budget(ConfigReader& reader, SessionConfig& config)
         reader.refuse("sessionRate", "0, or a number from 0.01 to 100000");
 }
 
+void read_teacher_password(ConfigReader& reader, SessionConfig& config)
+{
+    reader.read_secret("teacherPassword", config.teacher_password);
+    reader.read("teacherPasswordFile", config.teacher_password_file);
+    if (!config.teacher_password.empty() && !config.teacher_password_file.empty())
+        reader.refuse("teacherPasswordFile", "no such key beside \"teacherPassword\": one of the two");
+}
+
 /// Empty counts as absent: operators switch mails off like that.
 void read_mail(ConfigReader& reader, SessionConfig& config)
 {
@@ -248,6 +256,7 @@ result<Configured<SessionConfig>> parse_session_config(std::string_view text,
     read_seconds(*reader, "placementTimeout", config.placement_timeout, 0);
     read_session_budget(*reader, config);
     reader->read("decisionsForAll", config.decisions_for_all);
+    read_teacher_password(*reader, config);
     reader->read("viewerUrl", config.viewer_url);
     read_seconds(*reader, "pauseHidden", config.pause_hidden, 0);
     read_mail(*reader, config);

@@ -282,6 +282,7 @@ BOOST_AUTO_TEST_CASE(pages_say_who_may_frame_them_and_nothing_is_guessed)
                                "Content-Security-Policy: frame-ancestors 'self' https://webots.cloud\r\n";
     BOOST_TEST(fixture.get("/viewer/", here).fixed_headers == expected);
     BOOST_TEST(fixture.get("/monitor", here).fixed_headers == expected);
+    BOOST_TEST(fixture.get("/class/K7M2Q", here).fixed_headers == expected);
     auto params = server("sim.example.org");
     params.frame_ancestors = {"https://course.example.edu"};
     fixture.access.apply(params, is_secret);

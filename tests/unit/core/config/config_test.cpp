@@ -296,6 +296,8 @@ BOOST_AUTO_TEST_CASE(every_session_key_of_our_own_about_polls_placement_and_page
     BOOST_TEST(defaults.config.scheduling == "least_committed");
     BOOST_TEST((defaults.config.placement_timeout == std::chrono::seconds(60)));
     BOOST_TEST(!defaults.config.decisions_for_all);
+    BOOST_TEST(defaults.config.teacher_password.empty());
+    BOOST_TEST(defaults.config.teacher_password_file.empty());
     BOOST_TEST(defaults.config.viewer_url.empty());
     BOOST_TEST((defaults.config.pause_hidden == Duration::zero()));
 
@@ -1050,6 +1052,26 @@ BOOST_AUTO_TEST_CASE(a_mail_password_is_any_text_without_control_characters_and_
         BOOST_TEST(session_error(with(bad)) ==
                    "c.json: key \"mailSenderPassword\": expected a string without control "
                    "characters, found something else");
+}
+
+BOOST_AUTO_TEST_CASE(the_password_of_teachers_stands_in_the_configuration_or_in_a_file)
+{
+    auto const with = [](std::string const& keys) {
+        return R"({"port":1,"simulationServers":[],)" + keys + "}";
+    };
+    auto const password = parse_session_config(with(R"("teacherPassword":"open sesame")"), "c.json");
+    BOOST_TEST(password->config.teacher_password == "open sesame");
+    auto const file =
+        parse_session_config(with(R"("teacherPasswordFile":"log/.teacher-password")"), "c.json");
+    BOOST_TEST(file->config.teacher_password_file == "log/.teacher-password");
+    BOOST_TEST(file->warnings.empty());
+    BOOST_TEST(session_error(with(R"("teacherPassword":"p","teacherPasswordFile":"f")")) ==
+               "c.json: key \"teacherPasswordFile\": expected no such key beside \"teacherPassword\": one of "
+               "the two, found the string \"f\"");
+    for (auto const* bad : {R"("secret\n")", "12345"})
+        BOOST_TEST(session_error(with(R"("teacherPassword":)" + std::string(bad))) ==
+                   "c.json: key \"teacherPassword\": expected a string without control characters, "
+                   "found something else");
 }
 
 BOOST_AUTO_TEST_CASE(no_message_shows_the_password_of_the_monitor)
