@@ -20,7 +20,8 @@ Usage: ./server.sh start|stop|restart [NAME|--lan]
            Where a configuration names a certificate in this folder that is not there, as "tls" does, one is made
            that is signed by nobody: good for a try, until you have a real one.
            --lan is short for "lan": a site for a class, which every machine of the network reaches; the address for
-           the others is printed, with a QR code for phones.
+           the others is printed, with a QR code for phones, and where a teacher opens a class, with the password,
+           which is made at the first start.
   stop     Stop them. Simulations that run are ended in order. With NAME only the servers that run with it.
   restart  stop, whatever runs, and start.
 
@@ -64,6 +65,7 @@ prepare()
         file=$(config "$kind" "$name")
         [[ ! -e $file || $kind == website_host ]] || make_certificate "$file"
         [[ ! -e $file || $kind != website_host ]] || install_editor
+        [[ ! -e $file || $kind != session ]] || make_teacher_password "$file"
         [[ ! -e $file ]] || "$(program "$kind")" --check-config "$file" >/dev/null || exit 1
     done
 }
@@ -94,6 +96,19 @@ make_certificate()
     install -m 644 "$folder/certificate" "$certificate"
     rm -r "$folder"
     echo "Made $certificate for $name, valid for a year. Nobody vouches for it, so browsers warn: replace it and $key by real ones."
+}
+
+# make_teacher_password FILE: for a session server whose configuration names a file of ours that is not there.
+make_teacher_password()
+{
+    local file letters
+    file=$(setting "$1" teacherPasswordFile)
+    [[ $file == log/* && $file != *..* ]] || return 0
+    ordinary "$file"
+    [[ ! -e $file ]] || return 0
+    letters=$(head -c 1000 /dev/urandom | LC_ALL=C tr -dc a-hjkmnp-z) # some 90, none of which looks like another
+    [[ ${#letters} -ge 12 ]] || fail "No password for teachers could be made: /dev/urandom gave no letters."
+    (umask 077 && echo "${letters:0:4}-${letters:4:4}-${letters:8:4}" >"$file")
 }
 
 # What other machines may call this one: the certificate of a simulation server is for the session server's eyes.
@@ -130,6 +145,18 @@ start()
     [[ -e $(config session "$name") ]] || return 0
     echo "Open $(address "$(config session "$name")")viewer/"
     [[ $(setting "$(config session "$name")" server) != '*' ]] || show_network_addresses "$(config session "$name")"
+    show_class "$(config session "$name")"
+}
+
+# show_class FILE: where teachers open a class, if they can. The page makes the link for students from its own address: one that they reach.
+show_class()
+{
+    local host file
+    file=$(setting "$1" teacherPasswordFile)
+    [[ -n $file || -n $(setting "$1" teacherPassword) ]] || return 0
+    host=$(network_addresses | tail -n 1)
+    echo "For a class: $(address "$1" "${host:-localhost}")class/"
+    [[ $file != log/* ]] || echo "Password of teachers: $(head -n 1 "$file") (in $file)"
 }
 
 # show_network_addresses FILE: of a site without a name, where the other machines of our networks find it.

@@ -145,6 +145,11 @@ class BehindAProxy(unittest.IsolatedAsyncioTestCase):
             wait_until(lambda: "from an authority that we do not know" in stranger.log(), lambda: f"nobody it trusts vouches for that certificate:\n{stranger.log()}")
             self.assertEqual(stranger.get("/"), "0")
         self.assertEqual(site.get("/viewer/")[0], 200)
+        for folder in ("", f"/{site.session.port}"):
+            self.assertEqual(site.get(f"{folder}/class/view/session.js")[0], 200)
+            async with site.websocket(f"{folder}/class") as teacher:
+                await teacher.send('{"teach":{"key":"another"}}')
+                self.assertEqual(json.loads(await hear(teacher))["error"], "code")
         for path in (f"/{site.port}/load", "/22/", "/3000x/", "/nope"):
             self.assertEqual(site.get(path)[0], 404, path)
         for path in ("api/decisions", "metrics", "metrics?a", "livez/../metrics"):

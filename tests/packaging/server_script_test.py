@@ -144,19 +144,30 @@ class Starting(ServerScriptTest):
 
     def test_a_site_for_the_network_names_the_addresses_for_its_other_machines(self):
         self.configure("lan", kinds=["session"], server="*", portRewrite=True,
-                       simulationServers=[{"address": f"*/{self.ports['simulation']}", "internal": f"127.0.0.1:{self.ports['simulation']}"}])
+                       simulationServers=[{"address": f"*/{self.ports['simulation']}", "internal": f"127.0.0.1:{self.ports['simulation']}"}],
+                       teacherPasswordFile="log/.teacher-password")
         self.configure("lan", kinds=["simulation"], server="*", portRewrite=True, listenAddress="127.0.0.1")
         self.write("bin/ip", "#!/bin/sh\necho '2: eth0    inet 192.168.7.5/24 brd 192.168.7.255 scope global eth0'\n"
                              "echo '3: docker0    inet 172.17.0.1/16 brd 172.17.255.255 scope global docker0'\n")
         os.chmod(self.path("bin/ip"), 0o755)
         port = self.ports["session"]
-        self.assertEqual(self.start("--lan").splitlines()[2:], [
+        said = self.start("--lan").splitlines()[2:]
+        with open(self.path("log/.teacher-password")) as file:
+            password = file.read().strip()
+        self.assertRegex(password, "^[a-hjkmnp-z]{4}-[a-hjkmnp-z]{4}-[a-hjkmnp-z]{4}$")
+        self.assertEqual(os.stat(self.path("log/.teacher-password")).st_mode & 0o777, 0o600)
+        self.assertEqual(said, [
             f"Open http://localhost:{port}/viewer/",
             f"From other machines of the network: http://192.168.7.5:{port}/viewer/",
-            f"If they can't reach it, a firewall keeps them out: port {port} has to be open."])
+            f"If they can't reach it, a firewall keeps them out: port {port} has to be open.",
+            f"For a class: http://192.168.7.5:{port}/class/",
+            f"Password of teachers: {password} (in log/.teacher-password)"])
         self.assertEqual(self.get("session", "/session"), f"ws://localhost:{port}/{self.ports['simulation']}")
         self.write("bin/ip", "#!/bin/sh\n")
-        self.assertIn("This machine is in no network: others can't reach it.", self.start("lan"))
+        said = self.start("lan")
+        self.assertIn("This machine is in no network: others can't reach it.", said)
+        self.assertTrue(said.endswith(f"For a class: http://localhost:{port}/class/\n"
+                                      f"Password of teachers: {password} (in log/.teacher-password)\n"), said)
 
     def test_the_address_behind_a_proxy_is_the_public_one(self):
         self.configure("public", kinds=["session"], ssl=True, portRewrite=True, server="sim.example.org")
