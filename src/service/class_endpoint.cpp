@@ -98,8 +98,6 @@ core::SeatRequest ClassEndpoint::ask_for_seat(std::string_view token, TimePoint 
 void ClassEndpoint::take_seat(std::string_view token, core::SeatRequest seat, std::string machine,
                               TimePoint now)
 {
-    if (seat != core::SeatRequest::held && seat != core::SeatRequest::any)
-        return;
     book_.take_seat(token, seat, std::move(machine), now);
     carry_out();
 }

@@ -300,7 +300,8 @@ std::string SessionService::Impl::place(TimePoint now, std::string_view token, c
     }
     bool const has_name = !placement->address.starts_with(core::asked_name);
     auto address = machine_address(placement->address, has_name ? std::string_view() : host());
-    classes.take_seat(token, seat, address, now);
+    if (seat != core::SeatRequest::unknown)
+        classes.take_seat(token, seat, address, now);
     update_availability(now);
     return address;
 }
