@@ -232,6 +232,14 @@ test('nodes change, come and go, and so do labels', async (t) => {
   await receive('update', { time: 64, updates: [{ id: 10, translation: '0 0 0' }, { id: 12, baseColor: '1 1 0' }, { id: 999, translation: '1 1 1' }], labels: [] });
   await seen(page, is(centre, [1, 1, 0]), 'the box in yellow');
 
+  const small = await page.evaluate(async () => {
+    const canvas = await scene.snapshot({ width: 80, height: 40 });
+    const colour = (x, y) => [...canvas.getContext('2d').getImageData(x, y, 1, 1).data].slice(0, 3);
+    return { size: [canvas.width, canvas.height], centre: colour(20, 20), corner: colour(1, 1) };
+  });
+  assert.deepEqual(small.size, [40, 40]);
+  assert.ok(like(small.centre, [1, 1, 0]) && like(small.corner, SKY), JSON.stringify(small));
+
   await receive('node', { parent: 0, text: BALL });
   const ball = [200 + 200 * (1 / 4) / Math.tan(Math.PI / 8), 200];
   await seen(page, is(ball, [0, 1, 0]), 'the ball');

@@ -486,7 +486,8 @@ describe('What can go wrong', () => {
     await state('paused');
     await cloud.lease.close();
     await state('ended');
-    assert.deepEqual(await told('onclose'), [[]]);
+    const [[{ text, failed, full }]] = await told('onclose');
+    assert.deepEqual([text.length > 30, failed, full], [true, false, false]);
   });
 
   test('without 3D, simulations are shown as pictures, and what can only be drawn is explained', async () => {

@@ -1,34 +1,74 @@
-// Remembers for a tab of the browser the simulation to which it can return after a reload, or with the button Back. No DOM,
-// but the storage of the tab.
+// Remembers things for a tab of the browser, so that a page finds them again after a reload, or with the button Back: such as the
+// simulation to which it can return. No DOM, but for the storage of the tab.
 
-const KEY = 'webots.simulation';
 const ANSWER_MS = 200;
 
-let mine = null; // the token of the simulation that this page shows
-let channel = null;
+export class TabMemory {
+  #key;
+  #mine = null; // what tells this tab's from those of others
+  #channel = null;
 
-// `found` is what recall() is to find: `ticket`, from the event of Session, and whatever else the page needs.
-export function remember(found) {
-  mine = found.ticket.token;
-  listen();
-  store()?.setItem(KEY, JSON.stringify({ ...found, page: page() }));
-}
-
-export function forget() {
-  mine = null;
-  store()?.removeItem(KEY);
-}
-
-// What was remembered, or null. A tab that was duplicated has a copy of what its original remembers: that is not its own.
-export async function recall() {
-  const kept = read();
-  if (kept === null || kept.page !== page())
-    return null;
-  if (!isReload() && await isElsewhere(kept.ticket.token)) {
-    forget();
-    return null;
+  constructor(key) {
+    this.#key = key;
   }
-  return kept;
+
+  // `found` is what recall() is to find; `id` belongs to this tab alone.
+  remember(found, id) {
+    this.#mine = id;
+    this.#listen();
+    store()?.setItem(this.#key, JSON.stringify({ found, id, page: page() }));
+  }
+
+  forget() {
+    this.#mine = null;
+    store()?.removeItem(this.#key);
+  }
+
+  // What was remembered, or null. A tab that was duplicated has a copy of what its original remembers: that is not its own.
+  async recall() {
+    const kept = this.#read();
+    if (kept === null || kept.page !== page())
+      return null;
+    if (!isReload() && await this.#isElsewhere(kept.id)) {
+      this.forget();
+      return null;
+    }
+    return kept.found;
+  }
+
+  #read() {
+    try {
+      const kept = JSON.parse(store()?.getItem(this.#key) ?? 'null');
+      return typeof kept?.found === 'object' && typeof kept.id === 'string' ? kept : null;
+    } catch {
+      return null;
+    }
+  }
+
+  #listen() {
+    this.#channel ??= new BroadcastChannel(this.#key);
+    this.#channel.onmessage = ({ data }) => data?.asks === this.#mine && this.#mine !== null && this.#channel.postMessage({ has: this.#mine });
+  }
+
+  #isElsewhere(id) {
+    const asking = new BroadcastChannel(this.#key);
+    return new Promise((answer) => {
+      asking.onmessage = ({ data }) => data?.has === id && answer(true);
+      setTimeout(() => answer(false), ANSWER_MS);
+      asking.postMessage({ asks: id });
+    }).finally(() => asking.close());
+  }
+}
+
+// The simulation to which the page can return: `ticket`, from the event of Session, and whatever else the page needs.
+const simulation = new TabMemory('webots.simulation');
+
+export const remember = (found) => simulation.remember(found, found.ticket.token);
+export const forget = () => simulation.forget();
+
+export async function recall() {
+  const found = await simulation.recall();
+  return typeof found?.ticket?.token === 'string' && typeof found.ticket.machine === 'string' ? found : null;
 }
 
 const page = () => location.pathname + location.search;
@@ -41,27 +81,4 @@ function store() {
   } catch {
     return null;
   }
-}
-
-function read() {
-  try {
-    const kept = JSON.parse(store()?.getItem(KEY) ?? 'null');
-    return typeof kept?.ticket?.token === 'string' && typeof kept.ticket.machine === 'string' ? kept : null;
-  } catch {
-    return null;
-  }
-}
-
-function listen() {
-  channel ??= new BroadcastChannel(KEY);
-  channel.onmessage = ({ data }) => data?.asks === mine && mine !== null && channel.postMessage({ has: mine });
-}
-
-function isElsewhere(token) {
-  const asking = new BroadcastChannel(KEY);
-  return new Promise((answer) => {
-    asking.onmessage = ({ data }) => data?.has === token && answer(true);
-    setTimeout(() => answer(false), ANSWER_MS);
-    asking.postMessage({ asks: token });
-  }).finally(() => asking.close());
 }

@@ -6,6 +6,7 @@
 import { CameraInput } from './camera_input.js';
 import { PicturePace } from './picture_pace.js';
 import { PictureStream } from './picture_stream.js';
+import { shrink } from './snapshot.js';
 import { say } from './texts.js';
 
 const FIRST_RETRY_MS = 500;
@@ -83,6 +84,13 @@ export class Picture {
   // Says what the picture is, in the language of the page.
   sayName() {
     this.#surface.setAttribute('aria-label', say('picture.name'));
+  }
+
+  // The picture in at most so many pixels, as an OffscreenCanvas; null while there is none. Throws where scripts may not read it.
+  snapshot(limits) {
+    if (this.#surface.dataset.live === undefined)
+      return null;
+    return shrink(this.#isLeftToBrowser ? this.#image : this.#canvas, limits);
   }
 
   // What the session tells: "time" announces a picture.

@@ -5,6 +5,7 @@
 import { Animation } from './animation.js';
 import { Labels } from './labels.js';
 import { Player } from './player.js';
+import { shrink } from './snapshot.js';
 import { say } from './texts.js';
 import { fieldOf, SceneTranslation } from './x3d_scene.js';
 
@@ -107,6 +108,15 @@ export class Scene {
   sayName() {
     this.#surface.setAttribute('aria-label', say('scene.name'));
     this.#player?.sayNames();
+  }
+
+  // The scene in at most so many pixels, as an OffscreenCanvas; null while there is none. What is drawn can be read until the frame
+  // is shown, so this waits for the next one, which a hidden page does not have.
+  async snapshot(limits) {
+    if (this.#world === null || this.#waiting !== 0)
+      return null;
+    await this.#browser.nextFrame();
+    return this.#world === null ? null : shrink(this.#browser.getContext().canvas, limits);
   }
 
   hide() {

@@ -11,6 +11,8 @@
 //                       ws://host:2001                            a simulator that runs
 //                       file.x3d                                  an exported scene
 //                       mode: 'mjpeg' (a picture), 'w3d' or 'x3d' (the browser draws); by default it draws, if this build can
+//                       open(url, mode, {request, ticket}): `request` is asked for a machine instead of the url's session server
+//                       (a class: https://host:1999/session?class=token); `ticket`, of onticket(), returns to a simulation
 //   close()             ends what open() started
 //   setTimeout(seconds) how much simulated time runs without the user; negative: any (60 unless said otherwise)
 //   setWebotsDocUrl(url)
@@ -22,9 +24,13 @@
 //   state               'idle' | 'starting' | 'paused' | 'running' | 'fast' | 'lost' (nothing arrives) | 'ended' | 'failed'
 //   time                simulated milliseconds
 //   project             of ws://host/project/worlds/world.wbt; otherwise ''
+//   simulator           the address of the simulator, ws://host:2001, once it is known; otherwise ''
 //   runOnLoad           true: plays as soon as it can
+//   snapshot(width, height)  resolves to an OffscreenCanvas with what is shown, at most so large; to null while nothing is; rejects
+//                       where the simulator does not let scripts of this page read its picture
 //
-// Handlers, which pages set: onready(), onclose(), onerror(text), onstdout(text), onstderr(text), onquit(), onstate(state),
+// Handlers, which pages set: onready(), onclose({text, failed, full}) (without an argument after close(); `full`: no machine was
+// free), onticket(ticket) (the simulation outlives the page for a while, and open() can return to it: page reloads), onerror(text), onstdout(text), onstderr(text), onquit(), onstate(state),
 // onworldloaded(), onrobotmessage(robot, message), oncontroller({controller, file, content}).
 //
 // For pages with an editor (Webots up to R2021b, and those that keep its messages):
@@ -45,7 +51,7 @@
 // hideToolbar(), resize(), setAmbientOcclusion(), setWebotsMessageCallback(), setWebotsErrorMessageCallback(), onready,
 // ondisconnect, view.
 
-import { parseViewAddress, sessionServerOf, socketToWeb } from './address.js';
+import { parseViewAddress, sessionServerOf, socketToWeb, webToSocket } from './address.js';
 import { Labels } from './labels.js';
 import { Picture } from './picture.js';
 import { RobotWindows } from './robot_windows.js';
@@ -76,6 +82,7 @@ export class View {
   thumbnail = '';
   onready = null;
   onclose = null;
+  onticket = null;
   onerror = (text) => console.warn(text);
   onstdout = null;
   onstderr = null;
@@ -108,6 +115,8 @@ export class View {
   #model = '';
   #animation = null;
   #loaded = false; // the world; pages have been told
+  #ticket = null;
+  #returns = false; // to a simulation that runs, or was paused by somebody
   #page = null; // an AbortController: while something is open, the view follows the page's going and coming
 
   constructor(view3D, mobile = matchMedia('(pointer: coarse)').matches) {
@@ -118,11 +127,13 @@ export class View {
 
   get state() { return this.#state; }
   get time() { return this.#time; }
+  get simulator() { return this.#session === null ? '' : webToSocket(this.#base); }
   get project() { return this.#target?.project ?? ''; }
 
   // Never rejects: what goes wrong is shown, and told to onerror.
-  async open(url, mode) {
+  async open(url, mode, { request, ticket = null } = {}) {
     this.#leave();
+    this.#ticket = ticket;
     const attempt = ++this.#attempt;
     await (texts ??= loadTexts());
     if (attempt !== this.#attempt)
@@ -130,11 +141,13 @@ export class View {
     this.#build();
     try {
       const target = parseViewAddress(url, ownServer, document.baseURI);
+      if (request !== undefined)
+        Object.assign(target, { request, server: sessionServerOf(request) });
       const wanted = OLD_MODES[mode] ?? mode;
       const drawing = target.kind !== 'scene' && wanted === 'mjpeg' ? NOT_WANTED : await findDrawing();
       if (attempt === this.#attempt) {
         this.#start(target, wanted, drawing);
-        this.#followPage(() => this.open(url, mode));
+        this.#followPage(() => this.open(url, mode, { request, ticket: this.#ticket }));
       }
     } catch (error) {
       if (attempt === this.#attempt)
@@ -182,6 +195,8 @@ export class View {
   reload() { this.send(this.#target?.project === undefined ? 'reload' : 'revert'); }
   extend() { this.#session?.extend(); }
   loadWorld(name) { this.send(`load:${name}`); }
+
+  async snapshot(width, height) { return (await this.#display?.snapshot?.({ width, height })) ?? null; }
 
   send(text) { this.#session?.simulator?.send(text); }
 
@@ -249,16 +264,17 @@ export class View {
     const wanted = drawn ? (mode ?? 'w3d') : 'mjpeg';
     this.#base = target.kind === 'simulator' ? socketToWeb(target.url) : '';
     this.#listen(this.#session = new Session({ ...target, opening: this.#opening(target, wanted), mode: wanted, paused: true,
-      broadcast: this.broadcast === true }, this.#display.size));
+      broadcast: this.broadcast === true }, this.#display.size, this.#ticket));
+    this.#returns = this.#ticket !== null;
     this.#session.hidden = document.hidden;
     this.#session.start();
   }
 
-  // What was opened ends with the page. Browsers may keep the page for the button Back: then it is opened again.
+  // What was opened ends with the page, unless the page can return to it. Browsers may keep the page for the button Back: then it is opened again.
   #followPage(openAgain) {
     this.#page = new AbortController();
     const { signal } = this.#page;
-    addEventListener('pagehide', () => this.#session?.stop(), { signal });
+    addEventListener('pagehide', () => (this.onticket === null ? this.#session?.stop() : this.#session?.leave()), { signal });
     document.addEventListener('visibilitychange', () => this.#session !== null && (this.#session.hidden = document.hidden), { signal });
     addEventListener('pageshow', ({ persisted }) => persisted && openAgain(), { signal });
   }
@@ -286,6 +302,10 @@ export class View {
     on('problem', ({ text }) => this.#tellProblem(text));
     on('notice', ({ text }) => this.#frame.setNotice(text));
     on('deadline', ({ extendable }) => this.#frame.setExtendable(extendable > 0));
+    on('ticket', (given) => {
+      this.#ticket = given;
+      this.onticket?.(given);
+    });
     on('output', ({ stream, line }) => this.#print(stream, line));
     on('time', (time) => {
       this.#setTime(time);
@@ -300,7 +320,7 @@ export class View {
     on('message', ({ from, text }) => (from === 'server' ? this.#hearServer(text) : this.#hearSimulator(text)));
     on('mode', (mode) => this.#takeMode(mode));
     on('ready', () => this.#becomeReady());
-    on('ended', ({ text, failed }) => this.#end(text, failed));
+    on('ended', (detail) => this.#end(detail));
   }
 
   #hearServer(text) {
@@ -400,7 +420,7 @@ export class View {
     this.#loaded = true;
     this.onready?.();
     this.onworldloaded?.();
-    if (this.runOnLoad && !this.broadcast)
+    if (this.runOnLoad && !this.broadcast && !this.#returns)
       this.play();
   }
 
@@ -448,11 +468,11 @@ export class View {
     this.#tellProblem(text);
   }
 
-  #end(text, failed) {
+  #end({ text, failed, full }) {
     const hint = failed && this.#mayBeRefused ? ` ${say('view.origin', { origin: location.origin })}` : '';
     this.#leave(failed ? 'failed' : 'ended');
     this.#tellProblem(text + hint);
-    this.onclose?.();
+    this.onclose?.({ text, failed, full });
   }
 
   // Scripts are not told why a WebSocket was refused. A server of another site may not know the page's.
