@@ -59,7 +59,7 @@ prepare()
         fail "Expected the name of a configuration, found \"$name\":" \
             "there is neither $(config session "$name") nor $(config simulation "$name")."
     install_packages cmake/packages/build.txt
-    install_scene_library
+    install_page_libraries
     build
     for kind in website_host simulation session; do
         file=$(config "$kind" "$name")
@@ -121,17 +121,20 @@ own_names()
     done
 }
 
-# The library that shows 3D scenes. Where it can't be had, the first build is made without, and later starts do not wait for it again.
-install_scene_library()
+# The libraries that show 3D scenes and QR codes. Where they can't be had, the first build is made without, and later starts do not wait
+# for them again.
+install_page_libraries()
 {
     [[ ! -e build/release/build.ninja ]] || command -v npm >/dev/null || return 0
     install_node_packages src/web/view || echo "The viewer will show pictures only: npm could not install the library for 3D." >&2
+    install_node_packages src/web/class || echo "Classes will have no QR code: npm could not install its library." >&2
 }
 
 build()
 {
-    # Also when the library for 3D has come since.
-    [[ -e build/release/build.ninja && ! build/node/src/web/view -nt build/release/build.ninja ]] || cmake --preset release
+    # Also when a library of the pages has come since.
+    [[ -e build/release/build.ninja && ! build/node/src/web/view -nt build/release/build.ninja &&
+        ! build/node/src/web/class -nt build/release/build.ninja ]] || cmake --preset release
     cmake --build --preset release --target installable # so that cmake --install works, too
 }
 

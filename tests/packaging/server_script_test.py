@@ -43,7 +43,7 @@ class ServerScriptTest(unittest.TestCase):
         shutil.copy(SCRIPT, self.folder)
         self.write("cmake/packages/build.txt", "# the programs are built\n")
         shutil.copy(os.path.join(os.path.dirname(SCRIPT), "cmake/packages/install.sh"), self.path("cmake/packages"))
-        for place in ("src/web/view", "build/node/src/web/view"):  # the library for 3D is installed
+        for place in ("src/web/view", "build/node/src/web/view", "src/web/class", "build/node/src/web/class"):  # are installed
             self.write(f"{place}/package-lock.json", "{}\n")
         self.write("bin/cmake", "#!/bin/sh\nexit 0\n")
         os.chmod(self.path("bin/cmake"), 0o755)

@@ -17,7 +17,9 @@ from websockets.legacy import server as legacy  # the one that answers plain req
 
 import moving_picture
 
-WEB = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../src/web")
+HERE = os.path.dirname(os.path.abspath(__file__))
+WEB = os.path.join(HERE, "../../src/web")
+QR_LIBRARY = os.path.join(HERE, "../../build/node/src/web/class/node_modules/qr/index.js")  # installed by ./test.sh
 TYPES = {".json": "application/json", ".html": "text/html; charset=utf-8", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
 ROLES = {"1999": "session", "2000": "simulation", "2001": "simulator"}
 FRAME_SECONDS = 0.05
@@ -41,6 +43,9 @@ class FakeCloud:
         self.requests = []  # Paths asked of the session server.
         self.started = []  # "start" messages as received.
         self.controls = []  # Texts from the page to the simulator.
+        self.fetching = None  # Messages of the simulation server after a start that only fetches; None: it has the project at once.
+        self.class_said = []  # Messages from the pages of a class: [number of the socket, message].
+        self.class_answers = {}  # Messages that follow one of a page, by its name: {"join": [{"joined": {...}}]}.
         self.leases = 0  # Sockets open on /client now.
         self.farewells = []  # Close codes of sockets on /client.
         self.keeps = False  # The simulation goes on where it was when a page connects again.
@@ -48,7 +53,8 @@ class FakeCloud:
         self.mute = set()  # Roles that say nothing any more, and read nothing, on connections that stay open.
         self._streaming = set()
         self._dead = set()  # Streams that stay open, and on which nothing comes any more.
-        self._sockets = {"session": set(), "simulation": set(), "simulator": set()}
+        self._sockets = {"session": set(), "simulation": set(), "simulator": set(), "class": set()}
+        self._class_sockets = []  # By their numbers.
         self._available = "1"
         self._mode, self._time = "pause", 0
         self._frames = moving_picture.frames(40)
@@ -104,6 +110,10 @@ class FakeCloud:
         """Sends `text` on every open socket of `role`."""
         self._run(self._send(role, text))
 
+    def tell_class(self, message, number=None):
+        """Sends `message` to the page of a class on the socket of this number, or to all."""
+        self._run(self._tell_class(json.dumps(message), number))
+
     def close(self, role, code=1000):
         """Closes every open socket of `role` and goes on listening."""
         self._run(self._close(role, code))
@@ -129,6 +139,8 @@ class FakeCloud:
         class Protocol(legacy.WebSocketServerProtocol):
             async def process_request(self, path, headers):
                 self.role, self.rest = split_path(path, role)
+                if (self.role, self.rest) == ("session", "/class") and "Upgrade" in headers:
+                    self.role = "class"
                 return await server._serve_file(self, headers)
 
         return await legacy.serve(self._talk, "127.0.0.1", port, create_protocol=Protocol,
@@ -148,6 +160,11 @@ class FakeCloud:
     async def _send(self, role, text):
         for socket in list(self._sockets[role]):
             if role not in self.mute:
+                await socket.send(text)
+
+    async def _tell_class(self, text, number):
+        for socket in list(self._sockets["class"]):
+            if number is None or socket is self._class_sockets[number]:
                 await socket.send(text)
 
     async def _close(self, role, code):
@@ -172,19 +189,33 @@ class FakeCloud:
         async for _ in socket:
             pass
 
+    async def _talk_class(self, socket):
+        number = len(self._class_sockets)
+        self._class_sockets.append(socket)
+        async for text in socket:
+            message = json.loads(text)
+            self.class_said.append([number, message])
+            for answer in self.class_answers.get(next(iter(message)), []):
+                await socket.send(json.dumps(answer))
+
     async def _talk_simulation(self, socket):
         self.leases += 1
         beating = asyncio.ensure_future(self._beat(socket))
         try:
             async for message in socket:
                 self.started.append(message)
-                for line in self.launch if self.launch is not None else self.good_start():
+                for line in self._start(message):
                     if "simulation" not in self.mute:
                         await socket.send(line)
         finally:
             beating.cancel()
             self.leases -= 1
             self.farewells.append(socket.close_code)
+
+    def _start(self, message):
+        if '"fetch_only":true' in message:
+            return self.fetching if self.fetching is not None else ["fetched:"]
+        return self.launch if self.launch is not None else self.good_start()
 
     async def _beat(self, socket):
         while True:
@@ -242,8 +273,7 @@ class FakeCloud:
             return respond(200, "text/html; charset=UTF-8", text.encode())
         if path == "/viewer/defaults.json" and self.defaults is not None:
             return respond(200, "application/json", json.dumps(self.defaults).encode())
-        name = re.fullmatch(r"/(?:viewer/(?=view/))?(viewer/|view/(?:texts/)?)([a-z0-9_]*\.?[a-z]*)", path)
-        file = os.path.join(WEB, name[1] + (name[2] or "index.html") if name else "none")
+        file = page_file(path)
         if not os.path.isfile(file):
             return respond(404, "text/plain", b"not found")
         with open(file, "rb") as content:
@@ -278,6 +308,18 @@ class FakeCloud:
             self._streaming.discard(transport)
             transport.abort()
         return respond(200, "text/plain", b"")
+
+
+def page_file(path):
+    """The file that the session server has at this path; one that is not there for others."""
+    if path == "/class/qr.js":
+        return QR_LIBRARY
+    if re.fullmatch(r"/class/[^./]*", path):  # A code, or none.
+        return os.path.join(WEB, "class/index.html")
+    if path in ("/class/palette.css", "/class/favicon.svg"):
+        path = path.replace("class", "viewer")
+    name = re.fullmatch(r"/(?:(?:viewer|class)/(?=view/))?(viewer/|class/|view/(?:texts/)?)([a-z0-9_]*\.?[a-z]*)", path)
+    return os.path.join(WEB, name[1] + (name[2] or "index.html") if name else "none")
 
 
 def split_path(path, role):

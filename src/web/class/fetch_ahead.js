@@ -1,0 +1,103 @@
+// Has the project of a class fetched by the machines before the first student starts. No DOM.
+
+import { explain } from './view/refusals.js';
+import { say } from './view/texts.js';
+
+const AT_ONCE = 8;
+const ANSWER_MS = 120000; // between two lines
+
+export class FetchAhead {
+  #start;
+  #changed;
+  #machines;
+  #waiting = [];
+  #working = new Set(); // sockets
+
+  // `changed` is called when `done`, `busy` or `faults` are others.
+  constructor(machines, url, mode, changed) {
+    this.#start = JSON.stringify({ start: { url, mode, fetch_only: true } });
+    this.#changed = changed;
+    this.#machines = new Map(machines.map((machine) => [machine, { done: false, fault: '' }]));
+  }
+
+  get count() { return this.#machines.size; }
+  get done() { return [...this.#machines.values()].filter(({ done }) => done).length; }
+  get busy() { return this.#waiting.length + this.#working.size > 0; }
+
+  // Sentences, each with the name of its machine.
+  get faults() {
+    return [...this.#machines].filter(([, { fault }]) => fault !== '').map(([machine, { fault }]) => `${nameOf(machine)}: ${fault}`);
+  }
+
+  // Asks the machines that do not have it.
+  run() {
+    this.#waiting = [...this.#machines.keys()].filter((machine) => !this.#machines.get(machine).done);
+    for (const machine of this.#waiting)
+      this.#machines.get(machine).fault = '';
+    for (let i = 0; i < AT_ONCE; ++i)
+      this.#next();
+    this.#changed();
+  }
+
+  stop() {
+    this.#waiting = [];
+    for (const socket of this.#working)
+      forget(socket);
+    this.#working.clear();
+  }
+
+  #next() {
+    const machine = this.#waiting.shift();
+    if (machine === undefined)
+      return;
+    let socket;
+    try {
+      socket = new WebSocket(`${machine.replace(/\/+$/, '')}/client`);
+    } catch { // A page loaded by https: may not use ws:.
+      return this.#finish(machine, null, say('session.refusedSocket', { url: machine }));
+    }
+    this.#working.add(socket);
+    let [timer, opened] = [0, false];
+    const end = (fault) => {
+      clearTimeout(timer);
+      this.#finish(machine, socket, fault);
+    };
+    const wait = () => {
+      clearTimeout(timer);
+      timer = setTimeout(() => end(say('class.machine_silent')), ANSWER_MS);
+    };
+    socket.onopen = () => {
+      opened = true;
+      socket.send(this.#start);
+      wait();
+    };
+    socket.onmessage = ({ data }) => {
+      const [, why] = /^(?:loading:\s*)?error:\s*(.*)/is.exec(String(data)) ?? [];
+      wait();
+      if (why !== undefined)
+        end(explain(why));
+      else if (/^(fetched|webots):/.test(data)) // "webots": an older server has started it, which takes the project as well
+        end('');
+    };
+    socket.onclose = () => end(opened ? say('class.machine_closed') : say('class.machine_unreachable'));
+    wait();
+  }
+
+  #finish(machine, socket, fault) {
+    Object.assign(this.#machines.get(machine), { done: fault === '', fault });
+    if (socket !== null) {
+      forget(socket);
+      this.#working.delete(socket);
+    }
+    this.#next();
+    this.#changed();
+  }
+}
+
+function forget(socket) {
+  socket.onopen = socket.onmessage = socket.onclose = null;
+  socket.close(1000);
+}
+
+// Its path may hold a ticket, and is nobody's business.
+const nameOf = (machine) => new URL(machine).host;

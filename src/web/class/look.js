@@ -1,0 +1,80 @@
+// One student's simulation, large, only to watch: also for a projector. Touches the DOM.
+
+import { say } from './view/texts.js';
+import { View } from './view/webots_view.js';
+import { duration, element, offerFullscreen, setText } from './page.js';
+import { wordsFor } from './wall.js';
+
+const RETRY_MS = 3000;
+
+export class Look {
+  #view = new View(element('look-view'));
+  #student = null;
+  #mode = '';
+  #address = '';
+  #retry = 0;
+
+  // `act(action, student)` as of Wall; `back()` when the wall is wanted again.
+  constructor(act, back) {
+    this.#view.broadcast = true;
+    this.#view.setToolbar(false); // its commands would do nothing
+    this.#view.onclose = () => { this.#retry = setTimeout(() => this.#show(), RETRY_MS); };
+    element('look-back').addEventListener('click', back);
+    for (const button of element('look').querySelectorAll('[data-do]'))
+      button.addEventListener('click', () => act(button.dataset.do, this.#student));
+    offerFullscreen(element('look-full'), element('look'));
+    document.addEventListener('keydown', ({ key, target }) =>
+      key === 'Escape' && this.#student !== null && document.fullscreenElement === null && target.closest('dialog') === null && back());
+  }
+
+  // Who is being looked at, or null.
+  get student() { return this.#student; }
+
+  open(student, mode) {
+    this.#student = student;
+    this.#mode = mode;
+    this.#show();
+    element('look-back').focus();
+  }
+
+  // What the class has told of its students: his simulation may be another one now.
+  follow(students) {
+    if (this.#student === null)
+      return;
+    const now = students.find(({ id }) => id === this.#student.id);
+    this.#student = now ?? { ...this.#student, state: 'ended', simulator: undefined };
+    if ((this.#student.simulator ?? '') !== this.#address)
+      this.#show();
+    this.sayAll();
+  }
+
+  close() {
+    clearTimeout(this.#retry);
+    this.#student = null;
+    this.#address = '';
+    if (document.fullscreenElement === element('look'))
+      document.exitFullscreen();
+    this.#view.remove();
+  }
+
+  sayAll() {
+    if (this.#student === null)
+      return;
+    const { name, state, time, simulator } = this.#student;
+    setText('look-name', name);
+    setText('look-state', `${wordsFor(state)} · ${duration(time ?? 0)}`);
+    element('look').classList.toggle('gone', simulator === undefined);
+  }
+
+  #show() {
+    clearTimeout(this.#retry);
+    if (this.#student === null)
+      return;
+    this.#address = this.#student.simulator ?? '';
+    this.sayAll();
+    if (this.#address !== '')
+      this.#view.open(this.#address, this.#mode);
+    else
+      this.#view.close();
+  }
+}

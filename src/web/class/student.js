@@ -1,0 +1,284 @@
+// A student's part of the class page: a name, then a simulation, which the teacher sees small and may pause, reset or end. Touches the DOM.
+
+import { Availability } from './view/availability.js';
+import { webToSocket } from './view/address.js';
+import { TabMemory } from './view/memory.js';
+import { say } from './view/texts.js';
+import { View } from './view/webots_view.js';
+import { ClassSocket } from './class_socket.js';
+import { classSocket, element, explainCode, explainEnd, ownServer, setText, setTrouble, show } from './page.js';
+import { Thumbnails } from './thumbnails.js';
+
+const REPORT_MS = 600; // the server drops what comes more often than every 500 ms
+const TIME_MS = 1000;
+const FIRST_RETRY_MS = 3000;
+const LONGEST_RETRY_MS = 20000;
+const SETTLING_MS = 2000; // in which those who wait ask for a seat, when one is free
+
+export class Student {
+  #code;
+  #socket = null;
+  #class = null; // {id, token, name, world, mode}
+  #memory = new TabMemory('webots.class');
+  #view = new View(element('simulation'));
+  #thumbnails = new Thumbnails(this.#view, (picture) => this.#socket?.send({ picture }));
+  #availability = new Availability((value) => value === 'available' && this.#hurry());
+  #ticket = null;
+  #began = false; // a simulation, at some time
+  #waits = false; // for a seat
+  #attempts = 0;
+  #retry = 0;
+  #reported = { text: '', at: -Infinity };
+  #reporting = 0;
+  #saidStatus = () => '';
+
+  constructor(code) {
+    this.#code = code;
+    this.#view.runOnLoad = true;
+    this.#view.showQuit = false; // the page has a button of its own, which says what it does
+    this.#view.setTimeout(-1);
+    this.#view.onstate = () => this.#takeState();
+    this.#view.onclose = (end) => this.#takeEnd(end);
+    this.#view.onticket = (ticket) => {
+      this.#ticket = ticket;
+      this.#stopWaiting();
+      this.#keep();
+    };
+    element('name-form').addEventListener('submit', (event) => this.#join(event));
+    element('again').addEventListener('click', () => this.#start());
+    element('leave').addEventListener('click', () => this.#leave());
+    element('told-close').addEventListener('click', () => { element('told').hidden = true; });
+    element('over-next').href = './';
+    document.addEventListener('visibilitychange', () => this.#report());
+    addEventListener('pageshow', ({ persisted }) => persisted && location.reload());
+    setInterval(() => this.#report(), TIME_MS);
+  }
+
+  // What scripts say, in the language of the page.
+  sayAll() {
+    setText('name-title', say('class.join_title', { code: this.#code }));
+    setText('where', this.#class === null ? this.#code : `${this.#code} · ${this.#class.name}`);
+    setText('seat-status', this.#saidStatus());
+  }
+
+  // After a reload. Whether there was something to come back to.
+  async comeBack() {
+    const kept = await this.#memory.recall();
+    if (typeof kept?.token !== 'string')
+      return false;
+    this.#ticket = kept.ticket ?? null;
+    this.#connect(() => ({ join: { token: kept.token } }));
+    show('nothing');
+    return true;
+  }
+
+  ask() {
+    show('name');
+    this.sayAll();
+    element('name').focus();
+  }
+
+  #join(event) {
+    event.preventDefault();
+    const name = element('name').value.trim().replace(/\s+/g, ' ');
+    if (name === '')
+      return element('name').focus();
+    setText('name-problem', '');
+    element('join').disabled = true;
+    this.#socket?.close();
+    this.#connect(() => ({ join: { code: this.#code, name } }));
+  }
+
+  // `greet()` makes the first message, until the class has given a token.
+  #connect(greet) {
+    const socket = this.#socket = new ClassSocket(classSocket, () => (this.#class === null ? greet() : { join: { token: this.#class.token } }));
+    const on = (type, handler) => socket.addEventListener(type, ({ detail }) => socket === this.#socket && handler(detail));
+    on('told', (message) => this.#hear(message));
+    on('lost', ({ opened }) => setTrouble(opened ? say('class.lost_student') : say('class.unreachable')));
+    on('closed', ({ why }) => this.#end(why));
+  }
+
+  #hear(message) {
+    setTrouble('');
+    if (message.joined)
+      this.#enter(message.joined);
+    else if (message.pictures !== undefined)
+      this.#thumbnails.wanted = message.pictures;
+    else if (message.do)
+      this.#obey(message.do, message.text);
+    else if (message.error)
+      this.#takeError(message);
+  }
+
+  #enter(joined) {
+    const isFirst = this.#class === null;
+    this.#class = joined;
+    this.#reported = { text: '', at: -Infinity };
+    this.sayAll();
+    this.#keep();
+    if (!isFirst)
+      return this.#report();
+    element('join').disabled = false;
+    show('seat');
+    this.#start(this.#ticket);
+  }
+
+  // Before somebody is in, it is his entry that was refused. Afterwards: the class that he returns to is no longer there.
+  #takeError({ error, text }) {
+    if (error === 'message')
+      return console.warn(text);
+    if (this.#class !== null)
+      return ['code', 'tries', 'full'].includes(error) ? this.#end('server') : undefined;
+    this.#socket.close();
+    this.#socket = null;
+    element('join').disabled = false;
+    this.#memory.forget();
+    this.ask();
+    setText('name-problem', explainCode(error, text));
+  }
+
+  // `ticket`: to return to a simulation.
+  #start(ticket = null) {
+    clearTimeout(this.#retry);
+    element('again').hidden = true;
+    this.#ticket = ticket;
+    const request = `${ownServer}session?class=${encodeURIComponent(this.#class.token)}`;
+    this.#view.open(this.#class.world, this.#class.mode, { request, ticket });
+  }
+
+  #takeState() {
+    this.#began ||= this.#view.state === 'starting';
+    if (['paused', 'running', 'fast'].includes(this.#view.state))
+      this.#stopWaiting();
+    this.#sayState();
+    this.#report();
+  }
+
+  // Nobody else knows which simulations this class has room for, so those who wait ask, now and then, and when any seat is free.
+  #takeEnd(end) {
+    this.#ticket = null;
+    this.#keep();
+    if (end?.full) {
+      this.#waits = true;
+      this.#availability.follow(webToSocket(ownServer));
+      const delay = Math.min(LONGEST_RETRY_MS, FIRST_RETRY_MS * 1.5 ** this.#attempts++);
+      this.#retryIn(delay * (0.5 + Math.random() / 2));
+    } else
+      this.#stopWaiting();
+    element('again').hidden = this.#waits;
+    this.#sayState();
+    this.#report();
+  }
+
+  #hurry() {
+    if (this.#waits && this.#view.state !== 'starting')
+      this.#retryIn(Math.random() * SETTLING_MS);
+  }
+
+  #retryIn(milliseconds) {
+    clearTimeout(this.#retry);
+    this.#retry = setTimeout(() => this.#start(), milliseconds);
+  }
+
+  #stopWaiting() {
+    this.#waits = false;
+    this.#attempts = 0;
+    clearTimeout(this.#retry);
+    this.#availability.follow(null);
+    this.#sayState();
+  }
+
+  // As the teacher is told.
+  get #state() {
+    if (this.#waits)
+      return 'waiting';
+    const state = { fast: 'running', failed: 'ended', idle: this.#began ? 'ended' : 'joined' }[this.#view.state] ?? this.#view.state;
+    return document.hidden && ['running', 'paused'].includes(state) ? 'hidden' : state;
+  }
+
+  #sayState() {
+    element('waiting').hidden = !this.#waits;
+    element('simulation').hidden = this.#waits;
+    document.body.dataset.state = this.#state;
+    this.#saidStatus = () => {
+      switch (this.#waits ? 'waiting' : this.#view.state) {
+        case 'waiting': return say('class.waiting_title');
+        case 'starting': return say('class.status_starting');
+        case 'running': return say('viewer.running');
+        case 'fast': return say('viewer.running_fast');
+        case 'paused': return say('viewer.paused');
+        case 'lost': return say('class.status_lost');
+        default: return say('class.status_ended');
+      }
+    };
+    setText('seat-status', this.#saidStatus());
+  }
+
+  // Tells the teacher, but not more often than the server takes it.
+  #report() {
+    if (this.#class === null)
+      return;
+    const state = { state: this.#state, time: Math.round(this.#view.time) };
+    if (this.#view.simulator !== '')
+      state.simulator = this.#view.simulator;
+    const text = JSON.stringify(state);
+    if (text === this.#reported.text || !this.#socket.connected)
+      return;
+    clearTimeout(this.#reporting);
+    const early = this.#reported.at + REPORT_MS - performance.now();
+    if (early > 0) {
+      this.#reporting = setTimeout(() => this.#report(), early);
+      return;
+    }
+    this.#reported = { text, at: performance.now() };
+    this.#socket.send({ state });
+  }
+
+  #obey(action, text) {
+    switch (action) {
+      case 'pause': return this.#view.pause();
+      case 'run': return this.#view.play();
+      case 'reset': return this.#view.reset();
+      case 'end': return this.#view.close();
+      case 'message':
+        setText('told-text', String(text ?? ''));
+        element('told').hidden = false;
+    }
+  }
+
+  #keep() {
+    if (this.#class !== null)
+      this.#memory.remember({ token: this.#class.token, ticket: this.#ticket }, this.#class.token);
+  }
+
+  #leave() {
+    this.#socket.send({ leave: true });
+    this.#finish();
+    location.assign('./');
+  }
+
+  // What stops when the class does: everything, unless it was the server, whose end takes no simulation away.
+  #end(why) {
+    if (this.#class === null || why !== 'server')
+      this.#finish();
+    this.#memory.forget();
+    if (this.#class !== null && why === 'server') {
+      this.#socket?.close();
+      this.#thumbnails.wanted = null;
+      return setTrouble(say('class.over_server_student'));
+    }
+    setText('over-text', explainEnd(why));
+    show('over');
+  }
+
+  #finish() {
+    this.#memory.forget();
+    this.#thumbnails.wanted = null;
+    this.#stopWaiting();
+    this.#view.onclose = null;
+    this.#view.close();
+    this.#view.onstate = null;
+    this.#socket?.close();
+    this.#class = null;
+  }
+}

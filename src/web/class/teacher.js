@@ -1,0 +1,346 @@
+// The teacher's part of the class page: opens a class, has the project fetched, shows how to come in, and the wall. Touches the DOM.
+
+import { parseAddress } from './view/address.js';
+import { TabMemory } from './view/memory.js';
+import { Scene } from './view/scene.js';
+import { say } from './view/texts.js';
+import { ClassSocket } from './class_socket.js';
+import { FetchAhead } from './fetch_ahead.js';
+import { invite, prepareInvitation } from './invitation.js';
+import { Look } from './look.js';
+import { classSocket, confirmed, element, explainCode, explainEnd, ownServer, setText, setTrouble, show, written } from './page.js';
+import { Wall, wordsFor } from './wall.js';
+
+const WORLDS = 'webots_cloud.worlds'; // that were used on this browser
+const MOST_WORLDS = 10;
+const SILENT_MS = 10000; // Students who run tell their time every second.
+const AT_A_GLANCE = ['running', 'paused', 'starting', 'waiting', 'lost', 'away', 'hidden', 'ended', 'joined'];
+
+export class Teacher {
+  #memory = new TabMemory('webots.teacher');
+  #socket = null;
+  #class = null; // {code, key, world, mode, seats, reserved, machines}
+  #fetched = false; // the machines have the project
+  #fetching = null;
+  #wall = new Wall((action, student) => this.#act(action, student));
+  #look = new Look((action, student) => this.#act(action, student), () => this.#backToWall());
+  #saidProblem = () => '';
+
+  constructor() {
+    prepareInvitation();
+    element('open-form').addEventListener('submit', (event) => this.#open(event));
+    element('seats-form').addEventListener('submit', (event) => this.#changeSeats(event));
+    element('fetch-again').addEventListener('click', () => this.#fetching?.run());
+    element('close-class').addEventListener('click', () => this.#close());
+    for (const button of element('for-all').querySelectorAll('[data-do]'))
+      button.addEventListener('click', () => this.#actOnAll(button.dataset.do));
+    document.addEventListener('visibilitychange', () => this.#watch());
+    addEventListener('pageshow', ({ persisted }) => persisted && location.reload());
+  }
+
+  // No class is open on this page.
+  get idle() { return this.#socket === null; }
+
+  // What scripts say, in the language of the page.
+  sayAll() {
+    setText('open-problem', this.#saidProblem());
+    if (this.#class === null)
+      return;
+    this.#sayClass();
+    this.#sayFetching();
+    this.#saySummary();
+    this.#wall.sayAll();
+    this.#look.sayAll();
+  }
+
+  // After a reload. Whether there was a class to come back to.
+  async comeBack() {
+    const kept = await this.#memory.recall();
+    if (typeof kept?.key !== 'string')
+      return false;
+    this.#fetched = kept.fetched === true;
+    this.#connect(() => ({ teach: { key: kept.key } }));
+    show('nothing');
+    return true;
+  }
+
+  async ask() {
+    show('open');
+    element(element('password').value === '' ? 'password' : 'world').focus();
+    const missing = await Scene.missing();
+    element('mode').querySelector('[value="w3d"]').disabled = missing !== '';
+    const suggestions = worldsUsed();
+    const defaults = await fetch(new URL('viewer/defaults.json', ownServer), { cache: 'no-store' })
+      .then((response) => (response.ok ? response.json() : {}), () => ({}))
+      .catch(() => ({}));
+    if (typeof defaults.url === 'string' && defaults.url !== '' && !suggestions.includes(defaults.url))
+      suggestions.push(defaults.url);
+    element('worlds').replaceChildren(...suggestions.map((world) => new Option(world, world)));
+    if (element('world').value === '')
+      element('world').value = suggestions[0] ?? '';
+  }
+
+  #open(event) {
+    event.preventDefault();
+    this.#problem(() => '');
+    const world = this.#world();
+    if (world === null)
+      return;
+    const message = { password: element('password').value, world, mode: element('mode').value, seats: Number(element('seats').value) };
+    element('open-class').disabled = true;
+    this.#fetched = false;
+    this.#connect(() => ({ teach: message }));
+  }
+
+  // What was entered is the address of a world that this server starts; otherwise null, and it is said why.
+  #world() {
+    try {
+      const target = parseAddress(element('world').value, ownServer);
+      if (target.kind === 'session')
+        return target.world;
+      this.#problem(() => say('class.error_world'));
+    } catch (error) {
+      this.#problem(() => error.message);
+    }
+    element('world').focus();
+    return null;
+  }
+
+  #problem(says) {
+    this.#saidProblem = says;
+    setText('open-problem', says());
+  }
+
+  // `greet()` makes the first message, until the class has given its key.
+  #connect(greet) {
+    const socket = this.#socket = new ClassSocket(classSocket, () => (this.#class === null ? greet() : { teach: { key: this.#class.key } }));
+    const on = (type, handler) => socket.addEventListener(type, ({ detail }) => socket === this.#socket && handler(detail));
+    on('told', (message) => this.#hear(message));
+    on('lost', ({ opened }) => {
+      setTrouble(opened && this.#class !== null ? say('class.lost_teacher') : say('class.unreachable'));
+      document.body.classList.toggle('stale', this.#class !== null);
+    });
+    on('closed', ({ why }) => this.#end(explainEnd(why)));
+  }
+
+  #hear(message) {
+    setTrouble('');
+    document.body.classList.remove('stale');
+    if (message.class)
+      this.#enter(message.class);
+    else if (message.student) {
+      this.#wall.take(message.student);
+      this.#take();
+    } else if (message.gone !== undefined) {
+      this.#wall.drop(message.gone);
+      this.#take();
+    } else if (message.picture)
+      this.#wall.picture(message.picture.id, message.picture.jpeg);
+    else if (message.reserved !== undefined) {
+      this.#class.reserved = message.reserved;
+      this.#sayClass();
+    } else if (message.error)
+      this.#takeError(message);
+  }
+
+  #enter(opened) {
+    const isNew = this.#class === null;
+    this.#class = opened;
+    element('open-class').disabled = false;
+    element('password').value = '';
+    element('class-seats').value = opened.seats;
+    this.#keep();
+    this.#wall.set(opened.students);
+    if (isNew) {
+      rememberWorld(opened.world);
+      this.#prepare();
+      show('lesson');
+    }
+    this.#sayClass();
+    this.#take();
+    this.#watch();
+  }
+
+  #takeError({ error, text }) {
+    if (this.#class === null) {
+      this.#socket.close();
+      this.#socket = null;
+      this.#memory.forget();
+      element('open-class').disabled = false;
+      this.#problem(() => explainCode(error, text));
+      this.ask();
+      if (error === 'password')
+        element('password').focus();
+    } else if (['code', 'password', 'tries', 'off'].includes(error)) // the class is no longer there
+      this.#end(say('class.over_server'));
+    else {
+      element('class-seats').value = this.#class.seats;
+      setTrouble(explainCode(error, text));
+    }
+  }
+
+  // --- the project
+
+  #prepare() {
+    const { machines, world, mode } = this.#class;
+    this.#fetching?.stop();
+    this.#fetching = new FetchAhead(this.#fetched ? [] : machines, world, mode, () => this.#sayFetching());
+    this.#fetching.run();
+  }
+
+  #sayFetching() {
+    const { count, done, busy, faults } = this.#fetching;
+    const machines = this.#class.machines.length;
+    if (!this.#fetched && count > 0 && done === count) {
+      this.#fetched = true;
+      this.#keep();
+    }
+    setText('fetch-status', machines === 0 ? say('class.no_machines') : say('class.fetched', { done: this.#fetched ? machines : done, count: machines }));
+    element('fetch-progress').hidden = !busy;
+    element('fetch-progress').max = Math.max(1, count);
+    element('fetch-progress').value = done;
+    element('fetch-faults').hidden = faults.length === 0;
+    element('fetch-faults').replaceChildren(...faults.map((fault) => Object.assign(document.createElement('li'), { textContent: fault })));
+    element('fetch-again').hidden = busy || faults.length === 0;
+  }
+
+  // --- the students
+
+  // Somebody came, went or changed.
+  #take() {
+    const { students } = this.#wall;
+    element('nobody').hidden = students.length > 0;
+    for (const button of element('for-all').querySelectorAll('button'))
+      button.disabled = students.length === 0;
+    this.#socket?.expect(this.#watches && students.some(({ state }) => state === 'running') ? SILENT_MS : 0);
+    this.#saySummary();
+    this.#look.follow(students);
+  }
+
+  #saySummary() {
+    const { students } = this.#wall;
+    const counts = AT_A_GLANCE.map((state) => [students.filter((student) => student.state === state).length, state]).filter(([count]) => count > 0);
+    setText('summary', students.length === 0 ? '' : say('class.summary',
+      { count: students.length, states: counts.map(([count, state]) => `${count} × ${wordsFor(state)}`).join(', ') }));
+  }
+
+  #sayClass() {
+    const { code, world, seats, reserved } = this.#class;
+    invite(code);
+    setText('where', code);
+    setText('class-world', world);
+    setText('reserved', reserved >= seats ? say('class.reserved_all', { seats }) : say('class.reserved', { seats, reserved }));
+  }
+
+  async #act(action, student) {
+    const students = [student.id];
+    const { name } = student;
+    switch (action) {
+      case 'look': return this.#showLook(student);
+      case 'message': return this.#write(students, say('class.message_to', { name }));
+      case 'end':
+        if (!await confirmed(say('class.end_sure', { name }), say('class.end')))
+          return;
+        break;
+      case 'remove':
+        if (!await confirmed(say('class.remove_sure', { name }), say('class.remove')))
+          return;
+    }
+    this.#socket?.send({ tell: { students, do: action } });
+  }
+
+  async #actOnAll(action) {
+    switch (action) {
+      case 'message': return this.#write(null, say('class.message_all'));
+      case 'end':
+        if (!await confirmed(say('class.end_all_sure'), say('class.end_all')))
+          return;
+        break;
+      case 'remove':
+        if (!await confirmed(say('class.remove_all_sure'), say('class.remove_all')))
+          return;
+    }
+    this.#socket?.send({ tell: { students: null, do: action } });
+  }
+
+  async #write(students, title) {
+    const text = await written(title);
+    if (text !== '')
+      this.#socket?.send({ tell: { students, do: 'message', text } });
+  }
+
+  #changeSeats(event) {
+    event.preventDefault();
+    this.#class.seats = Number(element('class-seats').value);
+    this.#socket?.send({ seats: this.#class.seats });
+    this.#sayClass();
+  }
+
+  #showLook(student) {
+    show('look');
+    this.#look.open(student, this.#class.mode);
+    this.#watch();
+  }
+
+  #backToWall() {
+    const student = this.#look.student;
+    this.#look.close();
+    show('lesson');
+    this.#watch();
+    this.#wall.focus(student?.id);
+  }
+
+  // Pictures are wanted while somebody sees them.
+  get #watches() { return !document.hidden && this.#look.student === null; }
+
+  #watch() {
+    if (this.#class === null)
+      return;
+    this.#wall.watched = this.#watches;
+    this.#socket.send({ watch: this.#watches });
+    this.#take();
+  }
+
+  async #close() {
+    if (await confirmed(say('class.close_sure'), say('class.close')))
+      this.#socket?.send({ close: true });
+  }
+
+  #keep() {
+    this.#memory.remember({ key: this.#class.key, fetched: this.#fetched }, this.#class.key);
+  }
+
+  #end(text) {
+    this.#memory.forget();
+    this.#socket?.close();
+    this.#socket = this.#class = null;
+    this.#fetching?.stop();
+    this.#look.close();
+    this.#wall.set([]);
+    document.body.classList.remove('stale');
+    if (document.fullscreenElement !== null)
+      document.exitFullscreen();
+    element('question').close();
+    element('writing').close();
+    setText('where', '');
+    setText('over-text', text);
+    show('over');
+  }
+}
+
+// Browsers may keep nothing, for instance in a private window.
+function worldsUsed() {
+  try {
+    const worlds = JSON.parse(localStorage.getItem(WORLDS) ?? '[]');
+    return Array.isArray(worlds) ? worlds.filter((world) => typeof world === 'string') : [];
+  } catch {
+    return [];
+  }
+}
+
+function rememberWorld(world) {
+  const worlds = [world, ...worldsUsed().filter((other) => other !== world)].slice(0, MOST_WORLDS);
+  try {
+    localStorage.setItem(WORLDS, JSON.stringify(worlds));
+  } catch { /* See above. */ }
+}

@@ -1,0 +1,250 @@
+// The page of a class as teachers have it, against fake servers.
+
+import assert from 'node:assert/strict';
+import { existsSync } from 'node:fs';
+import { test } from 'node:test';
+import { fileURLToPath } from 'node:url';
+import { accessibilityFindings, until } from './page.mjs';
+import { CODE, PHONE, WORLD, address, classOf, cloud, fillForm, jpeg, openClass, openForm, press, said, says, shown, student, tell, tile, waitForSaid } from './class_page.mjs';
+import { Pixels } from './pixels.mjs';
+
+const DECODER = new URL('../../build/node/src/web/class/node_modules/qr/decode.js', import.meta.url); // installed by ./test.sh
+const clean = async (page, where) => assert.deepEqual(await accessibilityFindings(page), [], where);
+const answer = (page, choice) => page.click(choice ? '#question-yes' : '#question [value=""]');
+const names = (page) => page.locator('#wall .name').allTextContents();
+const lastTold = async () => (await said('tell')).at(-1);
+
+test('a class is opened with a password, a world and seats; what is wrong is said in words', async (t) => {
+  await cloud.set('defaults', { url: WORLD });
+  const page = await openForm(t);
+  await page.waitForFunction((world) => document.getElementById('world').value === world, WORLD);
+  await clean(page, 'form');
+  await page.fill('#password', 'abcd-efgh-jkmn');
+  for (const [error, words] of Object.entries({ off: 'Nobody can open a class', password: 'not the teacher', tries: 'Too many wrong tries', limit: 'as many classes',
+    seats: '1 to 100', world: 'not the address of a world', message: 'for programs' })) {
+    await cloud.set('class_answers', { teach: [{ error, text: 'for programs' }] });
+    await page.click('#open-class');
+    await says(page, '#open-problem', words);
+  }
+  await page.fill('#world', 'nonsense');
+  await page.click('#open-class');
+  await says(page, '#open-problem', 'not a complete address');
+  await clean(page, 'refused');
+  await page.fill('#world', WORLD);
+  await page.fill('#seats', '24');
+  await cloud.set('class_answers', { teach: [{ class: await classOf([], { seats: 24, reserved: 24 }) }] });
+  await page.click('#open-class');
+  await shown(page, 'lesson');
+  assert.deepEqual((await said('teach')).at(-1), { password: 'abcd-efgh-jkmn', world: WORLD, mode: 'mjpeg', seats: 24 });
+  await says(page, '#reserved', 'All 24 seats');
+  await says(page, '#fetch-status', '1 of 1 machines');
+  const [start] = (await cloud.get('started')).map((text) => JSON.parse(text));
+  assert.deepEqual(start, { start: { url: WORLD, mode: 'mjpeg', fetch_only: true } });
+  assert.equal(await page.inputValue('#password'), '');
+  const used = await page.evaluate(() => JSON.stringify([{ ...localStorage }, { ...sessionStorage }]));
+  assert.ok(used.includes(WORLD) && !used.includes('abcd-efgh'), used);
+});
+
+test('students can come in by a link, a short code, and a QR code that has the link', async (t) => {
+  const page = await openClass(t);
+  const link = await address(CODE);
+  assert.equal(await page.getAttribute('#link', 'href'), link);
+  assert.equal(await page.textContent('#class-code'), CODE);
+  await clean(page, 'empty class');
+  await page.click('#project');
+  await page.waitForFunction(() => document.fullscreenElement?.id === 'invitation');
+  await clean(page, 'projector');
+  if (!existsSync(fileURLToPath(DECODER)))
+    return t.diagnostic('the QR code was not tried: npm could not install its library');
+  const { default: decode } = await import(DECODER);
+  const picture = new Pixels(await page.locator('#qr svg').screenshot());
+  const data = new Uint8Array(picture.width * picture.height * 3);
+  for (let i = 0; i < picture.width * picture.height; ++i)
+    data.set(picture.at(i % picture.width, Math.floor(i / picture.width)), 3 * i);
+  assert.equal(decode({ width: picture.width, height: picture.height, data }), link);
+});
+
+test('without the QR library the link and the code are there, and no error', async (t) => {
+  const page = await openForm(t);
+  await page.route('**/qr.js', (route) => route.fulfill({ status: 404 }));
+  await cloud.set('class_answers', { teach: [{ class: await classOf() }] });
+  await fillForm(page);
+  await page.click('#open-class');
+  await says(page, '#class-code', CODE);
+  assert.equal(await page.locator('#qr > *').count(), 0);
+  assert.equal(await page.isVisible('#trouble'), false);
+});
+
+test('machines that cannot fetch the project are named with the reason, and are asked again', async (t) => {
+  await cloud.set('fetching', ['loading: Error: Repository owner/repository does not exist or is private.']);
+  const here = await cloud.call('address', 'simulation');
+  const page = await openClass(t, { ...PHONE, more: { machines: [`${here}/ticket-of-mine`, 'ws://127.0.0.1:1'] } });
+  await says(page, '#fetch-faults', 'does not exist, or is private');
+  await says(page, '#fetch-faults', '127.0.0.1:1: The machine cannot be reached');
+  await says(page, '#fetch-status', '0 of 2');
+  assert.ok(!(await page.textContent('#preparation')).includes('ticket-of-mine'));
+  await clean(page, 'faults');
+  await cloud.set('fetching', ['loading: Receiving objects: 40% (4/10)', 'fetched:']);
+  await page.click('#fetch-again');
+  await says(page, '#fetch-status', '1 of 2');
+  await page.waitForSelector('#fetch-again');
+  assert.equal(await page.locator('#fetch-faults li').count(), 1);
+});
+
+test('the wall has a tile for each student, sorted by name, with state and time in words', async (t) => {
+  const simulator = await cloud.call('address', 'simulator');
+  const page = await openClass(t, { students: [student(1, 'Grace', { state: 'running', time: 61000, simulator }), student(2, 'Ada', { state: 'waiting' })] });
+  assert.deepEqual(await names(page), ['Ada', 'Grace']);
+  await tell({ student: student(3, 'Bob <i>10</i>') });
+  await tell({ student: student(4, 'Bob 9', { state: 'lost' }) });
+  await tell({ student: student(5, 'Zoë', { state: 'away' }) });
+  await until(async () => (await names(page)).length === 5, 'five tiles');
+  assert.deepEqual(await names(page), ['Ada', 'Bob <i>10</i>', 'Bob 9', 'Grace', 'Zoë'].sort((a, b) => a.localeCompare(b, 'en', { numeric: true })));
+  assert.equal(await tile(page, 1).locator('.time').textContent(), '0:01:01');
+  for (const [id, words] of Object.entries({ 1: 'Running', 2: 'Waits for a seat', 3: 'Has joined', 4: 'Simulation does not answer', 5: 'No connection' }))
+    assert.equal(await tile(page, id).locator('.words').textContent(), words);
+  // Those who need somebody stand out by more than a colour.
+  const border = (id) => tile(page, id).evaluate((item) => getComputedStyle(item).borderTopStyle);
+  assert.deepEqual(await Promise.all([1, 2, 3, 4, 5].map(border)), ['solid', 'dashed', 'solid', 'dashed', 'dashed']);
+  await says(page, '#summary', '5 students: 1 × Running, 1 × Waits');
+  await tell({ picture: { id: 1, jpeg: await jpeg(page, 'rgb(200 30 30)') } });
+  await tell({ picture: { id: 2, jpeg: 'bm9uc2Vuc2U=' } });
+  await page.waitForSelector('#wall [data-student="1"][data-pictured]');
+  const pixels = new Pixels(await tile(page, 1).locator('canvas').screenshot());
+  const [red, green] = pixels.at(pixels.width / 2, pixels.height / 2);
+  assert.ok(red > 180 && green < 60, `${red} ${green}`);
+  await clean(page, 'wall');
+  await tell({ student: student(1, 'Grace', { state: 'paused', time: 62000, simulator }) });
+  await says(page, '[data-student="1"] .words', 'Paused');
+  await tell({ gone: 2 });
+  await until(async () => (await names(page)).length === 4, 'one less');
+  await page.selectOption('#language', 'fr');
+  await says(page, '[data-student="1"] .words', 'En pause');
+});
+
+test('one student or all are paused, run, reset, written to, ended and removed', async (t) => {
+  const page = await openClass(t, { ...PHONE, colorScheme: 'dark', students: [student(1, 'Ada', { state: 'running' }), student(2, 'Bob', { state: 'paused' })] });
+  await tile(page, 1).locator('.toggle').click();
+  await tile(page, 2).locator('.toggle').click();
+  await press(page, 1, 'reset');
+  await until(async () => (await said('tell')).length === 3, 'three messages');
+  assert.deepEqual(await said('tell'), [{ students: [1], do: 'pause' }, { students: [2], do: 'run' }, { students: [1], do: 'reset' }]);
+  await press(page, 2, 'message');
+  await clean(page, 'writing');
+  await page.keyboard.type('Well done!');
+  await page.keyboard.press('Enter');
+  await waitForSaid('tell', (each) => each.text === 'Well done!');
+  assert.deepEqual(await lastTold(), { students: [2], do: 'message', text: 'Well done!' });
+  for (const action of ['end', 'remove']) {
+    await press(page, 1, action);
+    await says(page, '#question-text', 'Ada');
+    await clean(page, action);
+    await answer(page, true);
+    await waitForSaid('tell', (each) => each.do === action);
+    assert.deepEqual(await lastTold(), { students: [1], do: action });
+  }
+  const all = (action) => page.click(`#for-all [data-do="${action}"]`);
+  for (const action of ['pause', 'run', 'reset']) {
+    await all(action);
+    await waitForSaid('tell', (each) => each.students === null && each.do === action);
+  }
+  const before = (await said('tell')).length;
+  await all('end');
+  await answer(page, false);
+  await all('end');
+  await answer(page, true);
+  await all('remove');
+  await answer(page, true);
+  await all('message');
+  await page.fill('#writing-text', 'Five minutes left');
+  await page.click('#writing-send');
+  await until(async () => (await said('tell')).length === before + 3, 'three messages: one was cancelled');
+  assert.deepEqual((await said('tell')).slice(before), [{ students: null, do: 'end' }, { students: null, do: 'remove' },
+    { students: null, do: 'message', text: 'Five minutes left' }]);
+});
+
+test('pictures are wanted while the wall is seen', async (t) => {
+  const page = await openClass(t);
+  await waitForSaid('watch');
+  const hide = (hidden) => page.evaluate((value) => {
+    Object.defineProperty(document, 'hidden', { value, configurable: true });
+    document.dispatchEvent(new Event('visibilitychange'));
+  }, hidden);
+  await hide(true);
+  await hide(false);
+  await until(async () => (await said('watch')).length === 3, 'three of them');
+  assert.deepEqual(await said('watch'), [true, false, true]);
+});
+
+test('one simulation is looked at, large and without disturbing, and then there is the wall again', async (t) => {
+  const simulator = await cloud.call('address', 'simulator');
+  const ada = student(1, 'Ada', { state: 'running', simulator });
+  const page = await openClass(t, { students: [ada, student(2, 'Bob')] });
+  assert.equal(await tile(page, 2).locator('.look').isDisabled(), true);
+  await tile(page, 1).locator('.look').focus();
+  await page.keyboard.press('Enter');
+  await shown(page, 'look');
+  await page.waitForSelector('#look-view [data-live]');
+  await says(page, '#look-name', 'Ada');
+  await clean(page, 'look');
+  assert.deepEqual((await said('watch')).at(-1), false);
+  await page.click('#look [data-do="pause"]');
+  await waitForSaid('tell', (each) => each.do === 'pause');
+  await page.click('#look-full');
+  await page.waitForFunction(() => document.fullscreenElement?.id === 'look');
+  await clean(page, 'look in full screen');
+  await page.click('#look-full');
+  await page.waitForFunction(() => document.fullscreenElement === null);
+  await tell({ student: { ...ada, state: 'ended', simulator: undefined } });
+  await says(page, '#look-state', 'Ended');
+  await tell({ student: ada });
+  await page.waitForSelector('#look-view [data-live]');
+  await page.keyboard.press('Escape');
+  await shown(page, 'lesson');
+  assert.equal((await said('watch')).at(-1), true);
+  assert.equal(await page.evaluate(() => document.activeElement.closest('.tile')?.dataset.student), '1');
+  const controls = await cloud.get('controls');
+  assert.ok(controls.every((control) => control.startsWith('mjpeg: ')), `only the first line was sent: ${controls}`);
+  await until(async () => await cloud.get('streams') === 0, 'the end of the picture');
+});
+
+test('seats are changed; a class is closed, and nothing is kept', async (t) => {
+  const page = await openClass(t, { students: [student(1, 'Ada')] });
+  await page.fill('#class-seats', '20');
+  await page.keyboard.press('Enter');
+  assert.equal(await waitForSaid('seats'), 20);
+  await tell({ reserved: 20 });
+  await says(page, '#reserved', 'All 20 seats');
+  await says(page, '.foot', 'Nothing about students is stored');
+  await page.click('#close-class');
+  await answer(page, false);
+  await page.click('#close-class');
+  await answer(page, true);
+  await waitForSaid('close');
+  assert.equal((await said('close')).length, 1);
+  await tell({ closed: 'teacher' });
+  await shown(page, 'over');
+  await says(page, '#over', 'Nothing about the students was kept');
+  await clean(page, 'over');
+  assert.deepEqual(await page.evaluate(() => ({ ...sessionStorage })), {});
+  assert.equal(await page.locator('.tile').count(), 0);
+});
+
+test('a reload returns to the class; a class that is gone is said to be', async (t) => {
+  const page = await openClass(t, { students: [student(1, 'Ada')] });
+  await says(page, '#fetch-status', '1 of 1');
+  await page.reload();
+  await shown(page, 'lesson');
+  assert.deepEqual((await said('teach')).at(-1), { key: 'key-of-the-teacher' });
+  assert.deepEqual(await names(page), ['Ada']);
+  assert.equal((await cloud.get('started')).length, 1, 'the project was not fetched again');
+  await cloud.call('drop', 'class');
+  await until(async () => (await said('teach')).length === 3, 'its return');
+  await page.waitForSelector('#trouble', { state: 'hidden' });
+  await cloud.set('class_answers', { teach: [{ error: 'code', text: '' }] });
+  await cloud.call('shut', 'session');
+  await says(page, '#trouble', 'what you see is old');
+  await cloud.call('open', 'session');
+  await shown(page, 'over');
+  await says(page, '#over-text', 'restarted');
+});

@@ -1,0 +1,205 @@
+// The page of a class as students have it, against fake servers.
+
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { accessibilityFindings, openPage, until } from './page.mjs';
+import { CODE, JOINED, LANDSCAPE, PHONE, WORLD, address, browser, cloud, join, runSimulation, said, says, shown, state, tell, waitForSaid } from './class_page.mjs';
+
+const PICTURES = { interval: 100, width: 160, height: 120, bytes: 4000 };
+const clean = async (page, where) => assert.deepEqual(await accessibilityFindings(page), [], where);
+const controls = async (text) => until(async () => (await cloud.get('controls')).some((control) => control.startsWith(text)), text);
+
+// The page tells the time of a simulation that runs once a second.
+async function secondsPass(count) {
+  const told = (await said('state')).length;
+  await until(async () => (await said('state')).length > told + count, 'the time of the simulation');
+}
+
+async function sizeOf(page, base64) {
+  return page.evaluate(async (text) => {
+    const bytes = Uint8Array.from(atob(text), (character) => character.charCodeAt(0));
+    const { width, height } = await createImageBitmap(new Blob([bytes], { type: 'image/jpeg' }));
+    return { width, height, bytes: bytes.length };
+  }, base64);
+}
+
+test('two doors; a code as people type it leads to the name', async (t) => {
+  const page = await openPage(t, browser, { ...PHONE, colorScheme: 'dark' });
+  await page.goto(await address());
+  await shown(page, 'doors');
+  await clean(page, 'doors');
+  await page.fill('#code', ' k7m 2q');
+  await page.keyboard.press('Enter');
+  await page.waitForURL(await address(CODE));
+  await shown(page, 'name');
+  await says(page, '#name-title', CODE);
+  await clean(page, 'name');
+});
+
+test('what the class refuses is said in words, and can be tried again', async (t) => {
+  const page = await openPage(t, browser);
+  await page.goto(await address(CODE));
+  for (const [error, words] of Object.entries({ code: 'no class with this code', full: 'full', name: 'another name', tries: 'Too many wrong tries' })) {
+    await cloud.set('class_answers', { join: [{ error, text: 'for programs' }] });
+    await page.fill('#name', 'Ada');
+    await page.click('#join');
+    await says(page, '#name-problem', words);
+  }
+  await clean(page, 'refused');
+  await cloud.set('class_answers', { join: [{ joined: JOINED }] });
+  await page.click('#join');
+  await state(page, 'running');
+  assert.deepEqual((await said('join')).at(-1), { code: CODE, name: 'Ada' });
+});
+
+test('the simulation starts with the seat of the class, and the teacher is told what it does', async (t) => {
+  const page = await runSimulation(t);
+  assert.ok((await cloud.get('requests')).includes(`/session?class=${JOINED.token}`));
+  assert.deepEqual(JSON.parse((await cloud.get('started'))[0]).start.url, WORLD);
+  await controls('real-time:');
+  const simulator = await cloud.call('address', 'simulator');
+  const told = await waitForSaid('state', (each) => each.state === 'running' && each.time > 0);
+  assert.equal(told.simulator, simulator);
+  await page.locator('#simulation').getByRole('button', { name: 'Pause' }).click();
+  await waitForSaid('state', (each) => each.state === 'paused');
+  await clean(page, 'paused');
+});
+
+test('the teacher pauses, runs, resets, says something and ends it', async (t) => {
+  const page = await runSimulation(t, { ...PHONE, colorScheme: 'dark' });
+  await tell({ do: 'pause' });
+  await state(page, 'paused');
+  await tell({ do: 'run' });
+  await state(page, 'running');
+  await tell({ do: 'reset' });
+  await controls('reset');
+  await tell({ do: 'message', text: '<b>Look</b> up, please.' });
+  await says(page, '#told-text', '<b>Look</b> up, please.');
+  await clean(page, 'message');
+  await page.click('#told-close');
+  await page.waitForSelector('#told', { state: 'hidden' });
+  await tell({ do: 'end' });
+  await state(page, 'ended');
+  await waitForSaid('state', (each) => each.state === 'ended');
+  await until(async () => await cloud.get('leases') === 0, 'the end of the lease');
+  await clean(page, 'ended');
+  await page.click('#again');
+  await state(page, 'running');
+});
+
+test('pictures are sent while they are wanted, as small as they are wanted', async (t) => {
+  const page = await runSimulation(t);
+  assert.deepEqual(await said('picture'), []);
+  await tell({ pictures: PICTURES });
+  await until(async () => (await said('picture')).length > 2, 'pictures');
+  const [first] = await said('picture');
+  const { width, height, bytes } = await sizeOf(page, first);
+  assert.ok(width <= 160 && height <= 120 && (width === 160 || height === 120) && bytes <= 4000, `${width}x${height}, ${bytes} bytes`);
+  await tell({ pictures: { ...PICTURES, width: 80, height: 60, bytes: 900 } });
+  await until(async () => (await sizeOf(page, (await said('picture')).at(-1))).width <= 80, 'smaller ones');
+  assert.ok((await sizeOf(page, (await said('picture')).at(-1))).bytes <= 900);
+  await tell({ pictures: null });
+  await tell({ do: 'pause' });
+  await state(page, 'paused'); // after this the page has been told that none are wanted
+  const before = (await said('picture')).length;
+  await tell({ do: 'run' });
+  await secondsPass(1);
+  assert.ok((await said('picture')).length <= before + 1, 'at most one was under way');
+});
+
+test('a page that is hidden says so, and sends no pictures', async (t) => {
+  const page = await runSimulation(t);
+  await tell({ pictures: PICTURES });
+  await until(async () => (await said('picture')).length > 0, 'pictures');
+  const hide = (hidden) => page.evaluate((value) => {
+    Object.defineProperty(document, 'hidden', { value, configurable: true });
+    document.dispatchEvent(new Event('visibilitychange'));
+  }, hidden);
+  await hide(true);
+  await waitForSaid('state', (each) => each.state === 'hidden');
+  const before = (await said('picture')).length;
+  await cloud.call('send', 'simulator', 'time: 70000');
+  await waitForSaid('state', (each) => each.time === 70000);
+  await cloud.call('send', 'simulator', 'time: 80000');
+  await waitForSaid('state', (each) => each.time === 80000); // states come half a second after each other, or later
+  assert.ok((await said('picture')).length <= before + 1, 'at most one was under way');
+  await hide(false);
+  await until(async () => (await said('picture')).length > before + 1, 'pictures again');
+});
+
+test('pictures that no script may read are not sent, and nothing else breaks', async (t) => {
+  await cloud.set('picture_headers', '');
+  const page = await runSimulation(t);
+  await tell({ pictures: PICTURES });
+  await secondsPass(2);
+  assert.deepEqual(await said('picture'), []);
+  await tell({ do: 'pause' });
+  await state(page, 'paused');
+});
+
+test('when every seat is taken it waits, and starts by itself when one is free', async (t) => {
+  await cloud.set('answer', 'Error: no simulation server available');
+  await cloud.call('set_available', '0');
+  const page = await join(t, PHONE);
+  await state(page, 'waiting');
+  await says(page, '#waiting', 'starts by itself');
+  await waitForSaid('state', (each) => each.state === 'waiting');
+  await clean(page, 'waiting');
+  assert.equal(await page.isVisible('#simulation'), false);
+  await cloud.set('answer', null);
+  await cloud.call('set_available', '1');
+  await state(page, 'running');
+  assert.equal(await page.isVisible('#waiting'), false);
+});
+
+test('after a reload it is the same place and the same simulation, as it was left', async (t) => {
+  await cloud.set('keeps', true);
+  await cloud.set('launch', ['reconnectToken: abc', `webots:${await cloud.call('address', 'simulator')}`]);
+  const page = await runSimulation(t);
+  await tell({ do: 'pause' });
+  await state(page, 'paused');
+  const runs = async () => (await cloud.get('controls')).filter((control) => control.startsWith('real-time')).length;
+  assert.equal(await runs(), 1);
+  await page.reload();
+  await state(page, 'paused');
+  assert.deepEqual((await said('join')).at(-1), { token: JOINED.token });
+  assert.deepEqual(JSON.parse((await cloud.get('started')).at(-1)), { reconnect: 'abc' });
+  assert.equal(await runs(), 1, 'it stays paused');
+});
+
+test('when the connection breaks it comes back to its place, and the simulation goes on', async (t) => {
+  const page = await runSimulation(t);
+  await cloud.call('drop', 'class');
+  await waitForSaid('join', (each) => each.token === JOINED.token);
+  assert.equal(await page.getAttribute('body', 'data-state'), 'running');
+  await page.waitForSelector('#trouble', { state: 'hidden' });
+  await cloud.call('shut', 'session');
+  await says(page, '#trouble', 'connection to the class is lost');
+  await cloud.call('open', 'session');
+  await page.waitForSelector('#trouble', { state: 'hidden' });
+});
+
+test('the end of the class ends the simulation; the end of the server does not', async (t) => {
+  const page = await runSimulation(t, LANDSCAPE);
+  await tell({ closed: 'removed' });
+  await shown(page, 'over');
+  await says(page, '#over-text', 'taken you out');
+  await clean(page, 'over');
+  await until(async () => await cloud.get('leases') === 0, 'the end of the lease');
+  await page.click('#over-next');
+  await shown(page, 'doors');
+  const other = await runSimulation(t);
+  await tell({ closed: 'server' });
+  await says(other, '#trouble', 'Your simulation goes on');
+  assert.equal(await other.getAttribute('body', 'data-state'), 'running');
+});
+
+test('who leaves is forgotten', async (t) => {
+  const page = await runSimulation(t);
+  await page.click('#leave');
+  await waitForSaid('leave');
+  await shown(page, 'doors');
+  await until(async () => await cloud.get('leases') === 0, 'the end of the lease');
+  await page.goto(await address(CODE));
+  await shown(page, 'name');
+});
