@@ -271,7 +271,7 @@ class FakeCloud:
         if path == "/session":
             text = self.answer if self.answer is not None else self.address("simulation")
             return respond(200, "text/html; charset=UTF-8", text.encode())
-        if path == "/viewer/defaults.json" and self.defaults is not None:
+        if path in ("/viewer/defaults.json", "/class/defaults.json") and self.defaults is not None:
             return respond(200, "application/json", json.dumps(self.defaults).encode())
         file = page_file(path)
         if not os.path.isfile(file):

@@ -3,53 +3,39 @@
 import { explain } from './view/refusals.js';
 import { say } from './view/texts.js';
 
-const AT_ONCE = 8;
 const ANSWER_MS = 120000; // between two lines
 
 export class FetchAhead {
   #start;
   #changed;
   #machines;
-  #waiting = [];
   #working = new Set(); // sockets
 
-  // `changed` is called when `done`, `busy` or `faults` are others.
+  // Asks all machines, of which there are 64 at most, at once: tickets in their addresses are good for a minute only. `changed` is
+  // called when `done`, `busy` or `faults` are others.
   constructor(machines, url, mode, changed) {
     this.#start = JSON.stringify({ start: { url, mode, fetch_only: true } });
     this.#changed = changed;
     this.#machines = new Map(machines.map((machine) => [machine, { done: false, fault: '' }]));
+    machines.forEach((machine) => this.#ask(machine));
   }
 
   get count() { return this.#machines.size; }
   get done() { return [...this.#machines.values()].filter(({ done }) => done).length; }
-  get busy() { return this.#waiting.length + this.#working.size > 0; }
+  get busy() { return this.#working.size > 0; }
 
   // Sentences, each with the name of its machine.
   get faults() {
     return [...this.#machines].filter(([, { fault }]) => fault !== '').map(([machine, { fault }]) => `${nameOf(machine)}: ${fault}`);
   }
 
-  // Asks the machines that do not have it.
-  run() {
-    this.#waiting = [...this.#machines.keys()].filter((machine) => !this.#machines.get(machine).done);
-    for (const machine of this.#waiting)
-      this.#machines.get(machine).fault = '';
-    for (let i = 0; i < AT_ONCE; ++i)
-      this.#next();
-    this.#changed();
-  }
-
   stop() {
-    this.#waiting = [];
     for (const socket of this.#working)
       forget(socket);
     this.#working.clear();
   }
 
-  #next() {
-    const machine = this.#waiting.shift();
-    if (machine === undefined)
-      return;
+  #ask(machine) {
     let socket;
     try {
       socket = new WebSocket(`${machine.replace(/\/+$/, '')}/client`);
@@ -89,7 +75,6 @@ export class FetchAhead {
       forget(socket);
       this.#working.delete(socket);
     }
-    this.#next();
     this.#changed();
   }
 }

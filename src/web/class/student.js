@@ -158,7 +158,7 @@ export class Student {
   #takeEnd(end) {
     this.#ticket = null;
     this.#keep();
-    if (end?.full) {
+    if (end?.busy) {
       this.#waits = true;
       this.#availability.follow(webToSocket(ownServer));
       const delay = Math.min(LONGEST_RETRY_MS, FIRST_RETRY_MS * 1.5 ** this.#attempts++);

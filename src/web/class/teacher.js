@@ -21,6 +21,7 @@ export class Teacher {
   #socket = null;
   #class = null; // {code, key, world, mode, seats, reserved, machines}
   #fetched = false; // the machines have the project
+  #isFetchedAgain = false;
   #fetching = null;
   #wall = new Wall((action, student) => this.#act(action, student));
   #look = new Look((action, student) => this.#act(action, student), () => this.#backToWall());
@@ -30,7 +31,7 @@ export class Teacher {
     prepareInvitation();
     element('open-form').addEventListener('submit', (event) => this.#open(event));
     element('seats-form').addEventListener('submit', (event) => this.#changeSeats(event));
-    element('fetch-again').addEventListener('click', () => this.#fetching?.run());
+    element('fetch-again').addEventListener('click', () => this.#fetchAgain());
     element('close-class').addEventListener('click', () => this.#close());
     for (const button of element('for-all').querySelectorAll('[data-do]'))
       button.addEventListener('click', () => this.#actOnAll(button.dataset.do));
@@ -70,7 +71,7 @@ export class Teacher {
     const missing = await Scene.missing();
     element('mode').querySelector('[value="w3d"]').disabled = missing !== '';
     const suggestions = worldsUsed();
-    const defaults = await fetch(new URL('viewer/defaults.json', ownServer), { cache: 'no-store' })
+    const defaults = await fetch('defaults.json', { cache: 'no-store' })
       .then((response) => (response.ok ? response.json() : {}), () => ({}))
       .catch(() => ({}));
     if (typeof defaults.url === 'string' && defaults.url !== '' && !suggestions.includes(defaults.url))
@@ -151,9 +152,10 @@ export class Teacher {
     element('class-seats').value = opened.seats;
     this.#keep();
     this.#wall.set(opened.students);
+    if (isNew || this.#isFetchedAgain)
+      this.#prepare();
     if (isNew) {
       rememberWorld(opened.world);
-      this.#prepare();
       show('lesson');
     }
     this.#sayClass();
@@ -183,12 +185,22 @@ export class Teacher {
 
   #prepare() {
     const { machines, world, mode } = this.#class;
+    this.#isFetchedAgain = false;
     this.#fetching?.stop();
     this.#fetching = new FetchAhead(this.#fetched ? [] : machines, world, mode, () => this.#sayFetching());
-    this.#fetching.run();
+    this.#sayFetching();
+  }
+
+  // Tickets in the addresses of machines are good for a minute: who returns to the class gets new ones.
+  #fetchAgain() {
+    this.#isFetchedAgain = true;
+    this.#socket.close();
+    this.#connect();
   }
 
   #sayFetching() {
+    if (this.#fetching === null)
+      return;
     const { count, done, busy, faults } = this.#fetching;
     const machines = this.#class.machines.length;
     if (!this.#fetched && count > 0 && done === count) {

@@ -52,5 +52,8 @@ export function explain(text) {
 // Whether the session server has no machine for a session: it will tell when there is one.
 export const isFull = (text) => TABLE[0][0].test(text.trim());
 
+// Whether it has none, or was asked too often: then it is worth asking again later.
+export const isBusy = (text) => isFull(text) || TABLE[1][0].test(text.trim());
+
 // With a capital letter, unless the first word is a file name or an address.
 const sentence = (text) => text.replace(/^[a-z]+(?= |$)/, (word) => word[0].toUpperCase() + word.slice(1));

@@ -12,10 +12,11 @@
 //   rest                     the page is hidden: show no picture; "picture" comes when it is seen again
 //   ticket (ticket)          with which another session, also of a reloaded page, can return to the simulation
 //   message {from, text}     a message as it came, `from` the 'server' of simulations or the 'simulator'
-//   ended {text, failed, full}  the last event; `failed` when the simulation never became ready, `full` when no machine was free
+//   ended {text, failed, full, busy}  the last event; `failed` when the simulation never became ready, `full` when no machine was free,
+//                            `busy` when that is so, or the session server is asked too often: it may be asked again later
 
 import { Lease } from './lease.js';
-import { explain, isFull } from './refusals.js';
+import { explain, isBusy, isFull } from './refusals.js';
 import { Simulator } from './simulator.js';
 import { say } from './texts.js';
 import { SILENT_MS } from './watch.js';
@@ -122,7 +123,7 @@ export class Session extends EventTarget {
       if (!this.#over)
         this.#takeLease(machine);
     } catch (error) {
-      this.#end(error.message, error.full === true);
+      this.#end(error.message, error);
     }
   }
 
@@ -153,11 +154,11 @@ export class Session extends EventTarget {
     this.dispatchEvent(new CustomEvent(type, { detail }));
   }
 
-  #end(text, full = false) {
+  #end(text, { full = false, busy = false } = {}) {
     if (this.#over)
       return;
     this.stop();
-    this.#tell('ended', { text: this.#problem || text, failed: !this.#ready, full });
+    this.#tell('ended', { text: this.#problem || text, failed: !this.#ready, full, busy });
   }
 
   #after(milliseconds, action) {
@@ -380,7 +381,7 @@ function leaseLoss({ opened, code }, ready, machine) {
   return code === BROKEN ? say('lease.lost') : say('lease.closed');
 }
 
-const refusal = (text) => Object.assign(new Error(explain(text)), { full: isFull(text) });
+const refusal = (text) => Object.assign(new Error(explain(text)), { full: isFull(text), busy: isBusy(text) });
 
 // A percentage written in the line, or an estimate from what docker compose prints; null when there is none.
 export function percentOf(line) {

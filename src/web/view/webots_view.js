@@ -29,9 +29,10 @@
 //   snapshot(width, height)  resolves to an OffscreenCanvas with what is shown, at most so large; to null while nothing is; rejects
 //                       where the simulator does not let scripts of this page read its picture
 //
-// Handlers, which pages set: onready(), onclose({text, failed, full}) (without an argument after close(); `full`: no machine was
-// free), onticket(ticket) (the simulation outlives the page for a while, and open() can return to it: page reloads), onerror(text), onstdout(text), onstderr(text), onquit(), onstate(state),
-// onworldloaded(), onrobotmessage(robot, message), oncontroller({controller, file, content}).
+// Handlers, which pages set: onready(), onclose({text, failed, full, busy}) (as the event "ended" of Session; without an argument
+// after close()), onticket(ticket) (the simulation outlives the page for a while, and open() can return to it), onerror(text),
+// onstdout(text), onstderr(text), onquit(), onstate(state), onworldloaded(), onrobotmessage(robot, message),
+// oncontroller({controller, file, content}).
 //
 // For pages with an editor (Webots up to R2021b, and those that keep its messages):
 //   getController(name)                         the simulator's files arrive at oncontroller, the main one first
@@ -468,11 +469,11 @@ export class View {
     this.#tellProblem(text);
   }
 
-  #end({ text, failed, full }) {
+  #end({ text, failed, full, busy }) {
     const hint = failed && this.#mayBeRefused ? ` ${say('view.origin', { origin: location.origin })}` : '';
     this.#leave(failed ? 'failed' : 'ended');
     this.#tellProblem(text + hint);
-    this.onclose?.({ text, failed, full });
+    this.onclose?.({ text, failed, full, busy });
   }
 
   // Scripts are not told why a WebSocket was refused. A server of another site may not know the page's.
