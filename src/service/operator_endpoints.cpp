@@ -135,6 +135,16 @@ boost::asio::awaitable<void> OperatorEndpoints::look_at_some()
     }
 }
 
+/// Whoever has just been told of a simulation finds it on the page, which is otherwise made once a second.
+/// Those who watch by WebSocket are told of it within a second.
+void OperatorEndpoints::expire_old_pages()
+{
+    if (std::exchange(shown_changes_, context_.changes) == context_.changes)
+        return;
+    monitor_html_.expire();
+    monitor_json_.expire();
+}
+
 void OperatorEndpoints::refresh_pages()
 {
     monitor_html_.expire();
@@ -184,6 +194,7 @@ std::string OperatorEndpoints::monitor_snapshot()
 
 Answer OperatorEndpoints::monitor_page(IncomingRequest const& request)
 {
+    expire_old_pages();
     auto const now = context_.clock.now();
     auto const known = request.header("If-None-Match");
     if (request.header("Accept").starts_with(

@@ -68,6 +68,7 @@ public:
 private:
     boost::asio::awaitable<void> look_at_some();
     void want_look();
+    void expire_old_pages();
     std::size_t running() const;
     std::size_t fetches() const;
     std::vector<core::SimulationRow> rows() const;
@@ -108,6 +109,7 @@ private:
     MonitorFeed feed_; ///< To the browsers that watch the monitor page.
     core::TimedPage monitor_html_;
     core::TimedPage monitor_json_;
+    std::uint64_t shown_changes_ = 0; ///< Those of the context when the pages were made.
     std::string greeting_; ///< The first text for browsers that connect before the next measurement; empty:
                            ///< not made yet.
     std::optional<async::Wakeup> look_wanted_; ///< Set while `look_at_processes` runs.

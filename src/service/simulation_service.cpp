@@ -80,6 +80,7 @@ struct SimulationService::Impl
     asio::awaitable<void> simulate(std::uint64_t id, ChannelInfo info, core::SimulationRequest request,
                                    Channel& channel);
     asio::awaitable<void> reconnect(std::uint64_t id, std::string host, std::string token, Channel& channel);
+    void forget_if_over(SimulationSession const& session);
     std::shared_ptr<SimulationSession> find_session(std::string_view token) const;
 
     SimulationServiceParams params;
@@ -347,8 +348,17 @@ asio::awaitable<void> SimulationService::Impl::simulate(std::uint64_t id, Channe
     session->set_asked_host(std::move(info.host));
     sessions.emplace(id, session);
     co_await session->run(channel);
-    if (session->is_over())
-        sessions.erase(id);
+    forget_if_over(*session);
+}
+
+void SimulationService::Impl::forget_if_over(SimulationSession const& session)
+{
+    if (!session.is_over())
+        return;
+    // Refusals cost next to nothing, and must not have pages made anew.
+    if (session.stage() != core::SimulationLife::Stage::fetching)
+        ++context.changes;
+    sessions.erase(session.id());
 }
 
 std::shared_ptr<SimulationSession> SimulationService::Impl::find_session(std::string_view token) const
@@ -374,8 +384,7 @@ asio::awaitable<void> SimulationService::Impl::reconnect(std::uint64_t id, std::
                                                 std::to_string(session->id())));
     session->set_asked_host(std::move(host));
     co_await session->resume(channel);
-    if (session->is_over())
-        sessions.erase(session->id());
+    forget_if_over(*session);
 }
 
 } // namespace webots_cloud

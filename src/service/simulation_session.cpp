@@ -260,6 +260,7 @@ asio::awaitable<void> SimulationSession::finish(Channel& channel)
         channel.close();
     auto next = end_connection();
     if (next.action == Life::Action::await_return) {
+        ++context_.changes;
         co_await await_return(next.until);
         next = end_connection();
     }
@@ -653,6 +654,7 @@ asio::awaitable<void> SimulationSession::relay(Channel& channel)
             (void)channel.send(core::loading_message(progress->text));
         } else if (auto const* ready = std::get_if<SimulationReady>(&*event)) {
             context_.starts.passed(core::StartStage::ready, life_.ready(context_.clock.now()));
+            ++context_.changes;
             context_.log.info(LogCause("ready"),
                               concat(log_prefix(), "Webots world is loaded, ready to receive connections"));
             ready_ = *ready;

@@ -55,7 +55,10 @@ struct SessionContext
     double load = 0; ///< Of this machine when it was last measured, in percent.
     core::Admission admission;
     core::StartFigures starts;
-    core::FetchFigures fetches;              ///< For later starts.
+    core::FetchFigures fetches; ///< For later starts.
+    /// How often a simulation got ready, began to wait for its browser, or ended: pages that were made before
+    /// that are old.
+    std::uint64_t changes = 0;
     std::map<Limit, std::uint64_t> overruns; ///< Simulations that were ended at a limit.
     /// Bytes of simulations that have ended, from and to browsers.
     std::uint64_t received = 0;

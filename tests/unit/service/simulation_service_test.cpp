@@ -867,6 +867,31 @@ BOOST_AUTO_TEST_CASE(figures_count_starts_by_how_they_ended)
     fixture.leave(ready);
 }
 
+// A page of this second that was made before the simulation began showed nothing of it.
+BOOST_AUTO_TEST_CASE(whoever_has_been_told_of_a_simulation_finds_it_on_the_monitor_at_once)
+{
+    Fixture fixture(30s);
+    auto const shows = [&fixture](std::string_view text) {
+        return fixture.get("/monitor").text().find(text) != std::string::npos;
+    };
+    BOOST_TEST(!shows("a.wbt"));
+    fixture.processes.expect().prints(".\n");
+    auto& browser = fixture.start(returning_start);
+    BOOST_TEST(browser.was_told("webots:"));
+    BOOST_TEST(shows("worlds/a.wbt"));
+    BOOST_TEST(shows("<td data-label=\"state\">idle</td>"));
+    fixture.lose(browser);
+    BOOST_TEST(shows("waiting for its browser"));
+    auto& again = fixture.reconnect("token1");
+    fixture.leave(again);
+    BOOST_TEST(fixture.service.sessions() == 0u);
+    BOOST_TEST(!shows("a.wbt"));
+    // Refusals, which cost nothing, have no page made.
+    auto const page = fixture.get("/monitor").shared;
+    (void)fixture.start(R"({"start":{"url":"https://github.com/x/r/blob/main/worlds/a.wbt"}})");
+    BOOST_TEST((fixture.get("/monitor").shared == page));
+}
+
 BOOST_AUTO_TEST_CASE(a_drained_server_takes_nothing_new_and_ends_with_its_last_simulation_if_asked)
 {
     Fixture fixture;
