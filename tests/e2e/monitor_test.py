@@ -383,12 +383,23 @@ class Operator(unittest.TestCase):
             self.browser.execute_script("sessionStorage.clear()")
 
     def check_looks(self, name):
-        self.assertFalse(accessibility_findings(self.browser), name)
-        for width, height in ((360, 740), (740, 360)):
+        """At a desk, and on a phone in both orientations."""
+        for width, height in ((360, 740), (740, 360), (1280, 900)):
             resize(self.browser, width, height)
             self.assertLessEqual(overflow(self.browser), 0, (name, width))
-        resize(self.browser, 1280, 900)
+            self.assertEqual(self.out_of_reach(), [], (name, width))
+            self.assertFalse(accessibility_findings(self.browser), (name, width))
         shot(self.browser, name)
+
+    def out_of_reach(self):
+        """What an open dialog has outside of the window, and buttons that are too small for a finger, on a phone."""
+        return self.browser.execute_script("""
+            const box = element => element.getBoundingClientRect();
+            const outside = Array.from(document.querySelectorAll("dialog, dialog *"), each => [each, box(each)])
+                .filter(([, {top, bottom, left, right}]) => top < 0 || left < 0 || bottom > innerHeight || right > innerWidth);
+            const small = Array.from(document.querySelectorAll("button.act"), each => [each, box(each)])
+                .filter(([, {height}]) => innerWidth < 700 && height > 0 && height < 44);
+            return [...outside, ...small].map(([each]) => each.outerHTML.slice(0, 200));""")
 
     def test_a_machine_is_drained_and_taken_back(self):
         self.open(self.site.url)
