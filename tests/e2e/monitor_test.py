@@ -528,6 +528,17 @@ class Operator(unittest.TestCase):
                 "fetch(arguments[0], {method: 'POST', mode: 'no-cors'}).finally(arguments[1])", f"http://localhost:{port}/api/drain")
             self.assertEqual(self.simulation.ask("/readyz"), (200, "ready"))
 
+    def test_below_a_gateway_the_page_can_be_read_and_says_where_to_act(self):
+        port = self.simulation.port
+        with SessionServer([{"address": f"localhost/{port}", "internal": f"127.0.0.1:{port}"}]) as gateway:
+            self.open(f"{gateway.url}/{port}")
+            self.press("#operator")
+            wait_until(lambda: self.texts("dialog"), "it asks for no token")
+            self.type_token(TOKEN)
+            wait_until(lambda: self.texts("dialog .failure"), "it does not answer")
+            self.assertIn("then use the machine's own address, or its command line", self.texts("dialog .failure")[0])
+            self.assertEqual(self.texts("#operator"), ["Operator"])
+
     def test_a_page_in_a_frame_of_another_has_no_buttons(self):
         self.open(self.simulation.url)
         self.become_operator()

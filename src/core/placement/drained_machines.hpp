@@ -4,7 +4,6 @@
 #include <webots_cloud/scheduler.hpp>
 
 #include <cstddef>
-#include <functional>
 #include <optional>
 #include <set>
 #include <string>
