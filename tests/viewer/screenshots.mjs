@@ -2,30 +2,43 @@
 //
 //   tests/support/run_page_test.sh tests/viewer/screenshots.mjs
 //
-// With FOLDER=<folder> in the environment: pictures of the page in many sizes, light and dark, in two languages, to be looked at.
+// With FOLDER=build/screenshots in the environment: pictures of every state of the viewer, the monitors and the website of the example,
+// to be looked at: in several sizes, light and dark, in two languages. Needs the release build. (Those of a class: class_screenshots.mjs.)
 
-import { mkdir } from 'node:fs/promises';
+import { spawn } from 'node:child_process';
+import { once } from 'node:events';
+import { mkdir, mkdtemp, rm, writeFile } from 'node:fs/promises';
+import { createServer } from 'node:net';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
 import { after, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
 import { startDemoSimulator } from './demo_simulator.mjs';
 import { FakeCloud } from './fake_cloud.mjs';
-import { openBrowser, openPage } from './page.mjs';
+import { openBrowser, openPage, until } from './page.mjs';
 
 const { FOLDER } = process.env;
+const root = (path) => fileURLToPath(new URL(`../../${path}`, import.meta.url));
 const WORLD = 'https://github.com/owner/repository/blob/main/worlds/arena.wbt';
 const WIDE = { viewport: { width: 1280, height: 800 } };
 const mobile = (width, height, deviceScaleFactor) => ({ viewport: { width, height }, deviceScaleFactor, hasTouch: true, isMobile: true });
-const SIZES = { '1280x800': WIDE, '1920x1080': { viewport: { width: 1920, height: 1080 } }, '768x1024': mobile(768, 1024, 2),
-  '360x740': mobile(360, 740, 3), '740x360': mobile(740, 360, 3) };
+const SIZES = { wide: WIDE, large: { viewport: { width: 1920, height: 1080 } }, tablet: mobile(768, 1024, 2), upright: mobile(360, 740, 3), 'on-its-side': mobile(740, 360, 3) };
+const LOOKS = { light: { colorScheme: 'light', locale: 'en-US' }, dark: { colorScheme: 'dark', locale: 'de-DE' } };
 const SHOWN_MS = 2000; // simulated time that passes before the picture is taken
 
-const browser = await openBrowser();
+// Of the graphics processors that test machines do not have.
+const browser = await openBrowser({ args: ['--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist'] });
 const cloud = new FakeCloud();
 after(() => cloud.close());
 
+const state = (page, name) => page.waitForSelector(`body[data-state="${name}"]`);
+const simulate = (page, milliseconds = SHOWN_MS) => page.waitForFunction((time) => Number(document.body.dataset.time) > time, milliseconds);
+
 async function openViewer(t, options) {
+  await cloud.renew();
+  await cloud.set('heartbeats', true);
   const port = await startDemoSimulator(); // a new one, whose first page this is
-  await cloud.set('launch', ['shutdownTimeout: 7200', `webots:ws://127.0.0.1:${port}`]);
+  await cloud.set('launch', ['heartbeat: 1', 'shutdownTimeout: 7200', `webots:ws://127.0.0.1:${port}`, 'reconnectToken: a1b2']);
   const page = await openPage(t, browser, options);
   await page.goto(`${await cloud.get('page')}?url=${WORLD}`);
   await page.waitForSelector('body[data-availability="available"]');
@@ -35,24 +48,173 @@ async function openViewer(t, options) {
 async function run(page) {
   await page.click('#start');
   await page.waitForSelector('#picture[data-live]');
-  await page.waitForFunction((time) => Number(document.body.dataset.time) > time, SHOWN_MS);
+  await simulate(page);
 }
+
+// What brings the viewer into each of its states, from the state before.
+const STATES = {
+  idle: async () => {},
+  help: async (page) => page.click('#camera summary'),
+  'wrong-address': async (page) => {
+    await page.click('#camera summary');
+    await page.fill('#connect-to', 'nonsense');
+    await page.click('#start');
+    await state(page, 'failed');
+    await page.fill('#connect-to', WORLD);
+    await page.evaluate(() => document.activeElement.blur());
+  },
+  full: async (page) => {
+    await cloud.set('answer', 'Error: no simulation server available at the moment.');
+    await cloud.call('set_available', '0');
+    await page.waitForSelector('body[data-availability="full"]');
+    await page.click('#start');
+    await state(page, 'failed');
+  },
+  refused: async (page) => {
+    await cloud.set('answer', null);
+    await cloud.call('set_available', '1');
+    await page.waitForSelector('body[data-availability="available"][data-state="idle"]');
+    const launch = await cloud.get('launch');
+    await cloud.set('launch', ['loading: Error: Repository https://github.com/owner/repository does not exist or is private.']);
+    await page.click('#start');
+    await page.waitForSelector('#status.problem');
+    await cloud.call('close', 'simulation');
+    await state(page, 'failed');
+    await cloud.set('launch', launch);
+  },
+  starting: async (page) => {
+    const launch = await cloud.get('launch');
+    await cloud.set('launch', ['heartbeat: 1', 'loading: Receiving objects: 42% (42/100)']);
+    await page.click('#start');
+    await page.waitForSelector('#progress[value="42"]');
+    await cloud.set('launch', launch);
+  },
+  running: async (page) => {
+    for (const line of await cloud.get('launch'))
+      await cloud.call('send', 'simulation', line);
+    await page.waitForSelector('#picture[data-live]');
+    await simulate(page);
+  },
+  warning: async (page) => {
+    await cloud.call('send', 'simulation', 'shutdownTimeout: 240');
+    await cloud.call('send', 'simulation', 'extendable: 900');
+    await page.waitForSelector('#warning:not([hidden])');
+  },
+  paused: async (page) => {
+    await page.click('#dismiss');
+    await page.click('#pause');
+    await state(page, 'paused');
+  },
+  lost: async (page) => {
+    await page.click('#play');
+    await state(page, 'running');
+    await cloud.set('mute', ['simulation']);
+    await state(page, 'lost');
+  },
+  ended: async (page) => {
+    await cloud.set('mute', []);
+    await state(page, 'running');
+    await cloud.call('send', 'simulation', 'loading: Error: Webots has quit unexpectedly (signal 11).');
+    await cloud.call('close', 'simulation');
+    await state(page, 'ended');
+  },
+};
+
+// --- The real servers, with the example's website
+
+async function freePort() {
+  const server = createServer().listen(0, '127.0.0.1');
+  await once(server, 'listening');
+  const { port } = server.address();
+  server.close();
+  await once(server, 'close');
+  return port;
+}
+
+const endings = []; // what is left to do after the tests, in this order
+after(async () => {
+  for (const end of endings)
+    await end();
+});
+
+async function startSite() {
+  const folder = await mkdtemp(join(tmpdir(), 'webots_cloud_screenshots_'));
+  endings.push(() => rm(folder, { recursive: true }));
+  const [session, simulation, website] = [await freePort(), await freePort(), await freePort()];
+  const common = { server: 'localhost', ssl: false, portRewrite: false, listenAddress: '127.0.0.1', logDir: folder };
+  const start = async (program, port, config) => {
+    await writeFile(join(folder, `${program}.json`), JSON.stringify({ port, ...config }));
+    const environment = { ...process.env, HOME: folder, WEBOTS_DEMO_ADDRESS: '127.0.0.1', XDG_RUNTIME_DIR: '', XDG_STATE_HOME: join(folder, 'state') };
+    const child = spawn(root(`build/release/bin/${program}`), [join(folder, `${program}.json`)], { cwd: folder, stdio: 'ignore', env: environment });
+    const ended = once(child, 'exit');
+    endings.unshift(async () => {
+      child.kill();
+      await ended;
+    });
+  };
+  const FORGES = { forges: [{ url: 'local:', directory: root('examples') }], allowedRepositories: ['local:/demo_projects'] };
+  const projects = [{ name: 'robots', world: 'arena.wbt', controller: 'avoid_walls', title: 'Robots in an arena' }];
+  const users = [{ id: 1, name: 'Demo', email: 'demo@localhost', password: 'demo' }];
+  await start('webots-website-host', website, { sessionServer: `ws://localhost:${session}`, keyFile: join(folder, 'key/localhost'), usersDir: join(folder, 'user'),
+    pageDir: root('examples/website_host/page'), modulesDir: root('build/node/examples/website_host/node_modules'), users, projects,
+    hint: 'Demonstration: demo@localhost, password demo' });
+  await until(() => fetch(`http://localhost:${website}/site.json`).then(() => true, () => false), 'the website'); // It makes the key.
+  await start('webots-simulation-server', simulation, { ...common, ...FORGES, notify: [], sandbox: 'none', simulationUser: 'none',
+    projectsDir: root('examples/demo_projects'), keyDir: join(folder, 'key') });
+  await start('webots-session-server', session, { ...common, simulationServers: [`localhost:${simulation}`, 'localhost:9'], loadRefresh: 0.5, loadThreshold: 1000 });
+  await until(() => fetch(`http://localhost:${session}/`).then((answer) => answer.text()).then((text) => text === '1', () => false), 'the servers');
+  return { session: `http://localhost:${session}`, simulation: `http://localhost:${simulation}`, website: `http://localhost:${website}` };
+}
+
+const shoot = (page, size, look, name, more = {}) => page.screenshot({ path: `${FOLDER}/${name}-${size}-${look}.png`, scale: 'css', ...more });
 
 if (FOLDER === undefined) {
   test('viewer.png', async (t) => {
     const page = await openViewer(t, WIDE);
     await run(page);
-    await page.screenshot({ path: fileURLToPath(new URL('../../docs/images/viewer.png', import.meta.url)) });
+    await page.screenshot({ path: root('docs/images/viewer.png') });
   });
 } else {
   await mkdir(FOLDER, { recursive: true });
-  for (const [name, size] of Object.entries(SIZES)) {
-    for (const [colorScheme, locale] of [['light', 'en-US'], ['dark', 'de-DE']]) {
-      test(`${name} ${colorScheme}`, async (t) => {
-        const page = await openViewer(t, { ...size, colorScheme, locale });
-        await page.screenshot({ path: `${FOLDER}/${name}-${colorScheme}-idle.png`, scale: 'css' });
-        await run(page);
-        await page.screenshot({ path: `${FOLDER}/${name}-${colorScheme}-running.png`, scale: 'css' });
+  for (const [size, options] of Object.entries(SIZES)) {
+    for (const [look, language] of Object.entries(LOOKS)) {
+      test(`viewer ${size} ${look}`, async (t) => {
+        const page = await openViewer(t, { ...options, ...language });
+        for (const [name, reach] of Object.entries(STATES)) {
+          await reach(page);
+          await shoot(page, size, look, `viewer-${name}`);
+        }
+      });
+    }
+  }
+  let site = null;
+  for (const size of ['wide', 'upright', 'on-its-side']) {
+    for (const [look, language] of Object.entries(LOOKS)) {
+      test(`site ${size} ${look}`, async (t) => {
+        site ??= await startSite();
+        const options = { ...SIZES[size], ...language };
+        const viewer = await openPage(t, browser, options);
+        await viewer.goto(`${site.session}/viewer/?mode=w3d&url=local:/demo_projects/robots/blob/main/worlds/arena.wbt`);
+        await viewer.waitForSelector('body[data-availability="available"]');
+        await viewer.click('#start');
+        await state(viewer, 'running');
+        await viewer.waitForSelector('#scene:not([hidden])');
+        await simulate(viewer);
+        await shoot(viewer, size, look, 'viewer-scene');
+        for (const name of ['session', 'simulation']) {
+          const monitor = await openPage(t, browser, options);
+          await monitor.goto(`${site[name]}/monitor`);
+          await monitor.waitForSelector('.dygraph-legend, canvas');
+          await shoot(monitor, size, look, `monitor-${name}`, { fullPage: true });
+        }
+        const website = await openPage(t, browser, options);
+        await website.goto(site.website);
+        await website.waitForSelector('#start');
+        await shoot(website, size, look, 'website-idle', { fullPage: true });
+        await website.click('#start');
+        await website.waitForFunction(() => globalThis.webots?.currentView?.state === 'paused'); // until somebody presses play
+        await website.waitForSelector('#editor :text("robot")');
+        await shoot(website, size, look, 'website-running', { fullPage: true });
       });
     }
   }

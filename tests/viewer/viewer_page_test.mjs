@@ -156,6 +156,26 @@ test('a telephone on its side shows the picture on most of its screen, with the 
     assert.ok(await inSight(page, id), `${id} is out of sight`);
 });
 
+test('a telephone on which the page was scrolled shows what happens when the simulation is there, and when it will end', async (t) => {
+  for (const options of [PHONE, LANDSCAPE]) {
+    const page = await openViewer(t, options);
+    await page.evaluate(() => {
+      document.getElementById('start').click();
+      window.scrollTo(0, document.body.scrollHeight);
+    });
+    await state(page, 'running');
+    await page.waitForSelector('#picture[data-live]');
+    for (const id of ['status', 'start', 'time'])
+      assert.ok(await inSight(page, id), `${id} is out of sight`);
+    assert.equal(await page.isVisible('#no-scene'), false); // There is nothing to choose now.
+    await page.evaluate(() => window.scrollTo(0, document.body.scrollHeight));
+    await cloud.call('send', 'simulation', 'shutdownTimeout: 60');
+    await page.waitForSelector('#warning:not([hidden])');
+    assert.ok(await inSight(page, 'warning-text'), 'the warning is out of sight');
+    await cloud.renew();
+  }
+});
+
 test('an upright telephone shows picture and controls at once', async (t) => {
   const page = await runSimulation(t, PHONE);
   const screen = await box(page, '#screen');

@@ -93,6 +93,7 @@ function setProgress(percent) {
 function setWarning(text) {
   setText('warning-text', text);
   element('warning').hidden = text === '';
+  element('warning').scrollIntoView({ block: 'nearest' });
 }
 
 function setTime(milliseconds) {
@@ -104,7 +105,9 @@ function setTime(milliseconds) {
 
 function setState(state) {
   page.dataset.state = state;
-  page.classList.toggle('watching', ready); // small screens show little else then
+  if (ready && !page.classList.contains('watching'))
+    window.scrollTo(0, 0); // Small screens show little else then, and begin with what happens.
+  page.classList.toggle('watching', ready);
   const active = session !== null;
   setText('start', startText());
   element('start').classList.toggle('leave', active);
