@@ -10,7 +10,7 @@ import { once } from 'node:events';
 import { mkdir, mkdtemp, rm, writeFile } from 'node:fs/promises';
 import { createServer } from 'node:net';
 import { tmpdir } from 'node:os';
-import { join } from 'node:path';
+import { basename, join } from 'node:path';
 import { after, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
 import { startDemoSimulator } from './demo_simulator.mjs';
@@ -40,6 +40,8 @@ async function openViewer(t, options) {
   const port = await startDemoSimulator(); // a new one, whose first page this is
   await cloud.set('launch', ['heartbeat: 1', 'shutdownTimeout: 7200', `webots:ws://127.0.0.1:${port}`, 'reconnectToken: a1b2']);
   const page = await openPage(t, browser, options);
+  // The fake servers lack it, real ones do not.
+  await page.route('**/view/x_ite/*', (route) => route.fulfill({ path: root(`build/node/src/web/view/node_modules/x_ite/dist/${basename(route.request().url())}`) }));
   await page.goto(`${await cloud.get('page')}?url=${WORLD}`);
   await page.waitForSelector('body[data-availability="available"]');
   return page;
