@@ -50,6 +50,7 @@ test('students can come in by a link, a short code, and a QR code that has the l
   const link = await address(CODE);
   assert.equal(await page.getAttribute('#link', 'href'), link);
   assert.equal(await page.textContent('#class-code'), CODE);
+  await says(page, '#link-local:not([hidden])', 'this machine only'); // 127.0.0.1
   await clean(page, 'empty class');
   await page.click('#project');
   await page.waitForFunction(() => document.fullscreenElement?.id === 'invitation');

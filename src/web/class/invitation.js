@@ -22,11 +22,14 @@ export function invite(code) {
   element('link').href = link;
   setText('link', link.replace(/^https?:\/\//, ''));
   setText('class-code', code);
+  element('link-local').hidden = !isOfThisMachine(location.hostname);
   setText('code-is', say('class.code_is', { address: new URL('./', link).href.replace(/^https?:\/\//, '') }));
   setText('copy', say('class.copy'));
   if (drawn !== link)
     drawCode(drawn = link);
 }
+
+const isOfThisMachine = (host) => /^(localhost|.*\.localhost|127\..*|\[::1\])$/.test(host);
 
 // A build without the library (npm was missing) shows the link and the code alone.
 async function drawCode(link) {
