@@ -123,6 +123,20 @@ test('the wall has a tile for each student, sorted by name, with state and time 
   await says(page, '[data-student="1"] .words', 'En pause');
 });
 
+test('a tile says why it has no picture', async (t) => {
+  const page = await openForm(t);
+  await page.clock.install();
+  await cloud.set('class_answers', { teach: [{ class: await classOf([student(1, 'Ada', { state: 'running' }), student(2, 'Bob', { state: 'hidden' })]) }] });
+  await fillForm(page);
+  await page.click('#open-class');
+  await says(page, '[data-student="1"] .no-picture', 'is coming');
+  await says(page, '[data-student="2"] .no-picture', 'page is hidden');
+  await page.clock.runFor(14000);
+  await says(page, '[data-student="1"] .no-picture', 'can’t read it');
+  await tell({ picture: { id: 1, jpeg: await jpeg(page, 'rgb(200 30 30)') } });
+  await page.waitForSelector('[data-student="1"] .no-picture', { state: 'hidden' });
+});
+
 test('one student or all are paused, run, reset, written to, ended and removed', async (t) => {
   const page = await openClass(t, { ...PHONE, colorScheme: 'dark', students: [student(1, 'Ada', { state: 'running' }), student(2, 'Bob', { state: 'paused' })] });
   await tile(page, 1).locator('.toggle').click();

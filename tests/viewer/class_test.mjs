@@ -7,6 +7,10 @@ import { CODE, JOINED, LANDSCAPE, PHONE, WORLD, address, browser, cloud, join, r
 
 const PICTURES = { interval: 100, width: 160, height: 120, bytes: 4000 };
 const clean = async (page, where) => assert.deepEqual(await accessibilityFindings(page), [], where);
+const hide = (page, hidden) => page.evaluate((value) => {
+  Object.defineProperty(document, 'hidden', { value, configurable: true });
+  document.dispatchEvent(new Event('visibilitychange'));
+}, hidden);
 const controls = async (text) => until(async () => (await cloud.get('controls')).some((control) => control.startsWith(text)), text);
 
 // The page tells the time of a simulation that runs once a second.
@@ -111,11 +115,7 @@ test('a page that is hidden says so, and sends no pictures', async (t) => {
   const page = await runSimulation(t);
   await tell({ pictures: PICTURES });
   await until(async () => (await said('picture')).length > 0, 'pictures');
-  const hide = (hidden) => page.evaluate((value) => {
-    Object.defineProperty(document, 'hidden', { value, configurable: true });
-    document.dispatchEvent(new Event('visibilitychange'));
-  }, hidden);
-  await hide(true);
+  await hide(page, true);
   await waitForSaid('state', (each) => each.state === 'hidden');
   const before = (await said('picture')).length;
   await cloud.call('send', 'simulator', 'time: 70000');
@@ -123,8 +123,28 @@ test('a page that is hidden says so, and sends no pictures', async (t) => {
   await cloud.call('send', 'simulator', 'time: 80000');
   await waitForSaid('state', (each) => each.time === 80000); // states come half a second after each other, or later
   assert.ok((await said('picture')).length <= before + 1, 'at most one was under way');
-  await hide(false);
+  await hide(page, false);
   await until(async () => (await said('picture')).length > before + 1, 'pictures again');
+});
+
+test('where the operator wants that, a simulation rests while its page is hidden, unless the teacher runs it', async (t) => {
+  await cloud.set('defaults', { pauseHidden: 0.2 });
+  const page = await runSimulation(t);
+  const count = async (beginning) => (await cloud.get('controls')).filter((control) => control.startsWith(beginning)).length;
+  await hide(page, true);
+  await until(async () => await count('pause') === 1, 'its rest');
+  await hide(page, false);
+  await state(page, 'running');
+  await hide(page, true);
+  await until(async () => await count('pause') === 2, 'its rest');
+  await tell({ do: 'pause' });
+  await until(async () => await count('pause') === 3, 'the pause of the teacher');
+  const runs = await count('real-time');
+  await hide(page, false);
+  await state(page, 'paused');
+  await tell({ do: 'run' });
+  await state(page, 'running');
+  assert.equal(await count('real-time'), runs + 1, 'it runs by the teacher alone');
 });
 
 test('pictures that no script may read are not sent, and nothing else breaks', async (t) => {

@@ -9,6 +9,11 @@ export const element = (id) => document.getElementById(id);
 export const ownServer = sessionServerOf(new URL('..', location.href));
 export const classSocket = `${webToSocket(ownServer)}class`;
 
+// What the server suggests to pages: `url`, a world; `pauseHidden`, in seconds.
+export const defaults = () => fetch('defaults.json', { cache: 'no-store' })
+  .then((response) => (response.ok ? response.json() : {}))
+  .catch(() => ({}));
+
 // As people type it, with blanks or in small letters.
 export const codeOf = (text) => decode(text).replace(/[\s-]+/g, '').toUpperCase();
 

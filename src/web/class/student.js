@@ -6,7 +6,7 @@ import { TabMemory } from './view/memory.js';
 import { say } from './view/texts.js';
 import { View } from './view/webots_view.js';
 import { ClassSocket } from './class_socket.js';
-import { classSocket, element, explainCode, explainEnd, ownServer, setText, setTrouble, show } from './page.js';
+import { classSocket, defaults, element, explainCode, explainEnd, ownServer, setText, setTrouble, show } from './page.js';
 import { Thumbnails } from './thumbnails.js';
 
 const REPORT_MS = 600; // the server drops what comes more often than every 500 ms
@@ -31,6 +31,9 @@ export class Student {
   #reported = { text: '', at: -Infinity };
   #reporting = 0;
   #saidStatus = () => '';
+  #pauseHidden = 0; // seconds
+  #resting = 0; // the timer that pauses the simulation of a hidden page
+  #interrupted = ''; // its mode before that
 
   constructor(code) {
     this.#code = code;
@@ -49,7 +52,11 @@ export class Student {
     element('leave').addEventListener('click', () => this.#leave());
     element('told-close').addEventListener('click', () => { element('told').hidden = true; });
     element('over-next').href = './';
-    document.addEventListener('visibilitychange', () => this.#report());
+    document.addEventListener('visibilitychange', () => {
+      this.#rest();
+      this.#sayState();
+      this.#report();
+    });
     addEventListener('pageshow', ({ persisted }) => persisted && location.reload());
     setInterval(() => this.#report(), TIME_MS);
   }
@@ -63,6 +70,7 @@ export class Student {
 
   // After a reload. Whether there was something to come back to.
   async comeBack() {
+    this.#readDefaults();
     const kept = await this.#memory.recall();
     if (typeof kept?.token !== 'string')
       return false;
@@ -76,6 +84,11 @@ export class Student {
     show('name');
     this.sayAll();
     element('name').focus();
+  }
+
+  async #readDefaults() {
+    const { pauseHidden } = await defaults();
+    this.#pauseHidden = Number.isFinite(pauseHidden) ? pauseHidden : 0;
   }
 
   #join(event) {
@@ -234,7 +247,28 @@ export class Student {
     this.#socket.send({ state });
   }
 
+  // With `pauseHidden` in the server's configuration, a simulation does not run for long while nobody sees its page.
+  #rest() {
+    clearTimeout(this.#resting);
+    const mode = this.#view.state;
+    if (document.hidden && this.#pauseHidden > 0 && ['running', 'fast'].includes(mode)) {
+      this.#resting = setTimeout(() => {
+        this.#interrupted = mode;
+        this.#view.pause();
+      }, this.#pauseHidden * 1000);
+    }
+    if (document.hidden || this.#interrupted === '')
+      return;
+    this.#view[this.#interrupted === 'fast' ? 'fast' : 'play']();
+    this.#interrupted = '';
+  }
+
+  // What the teacher wants counts for more than what a page did that was hidden.
   #obey(action, text) {
+    if (action !== 'message') {
+      clearTimeout(this.#resting);
+      this.#interrupted = '';
+    }
     switch (action) {
       case 'pause': return this.#view.pause();
       case 'run': return this.#view.play();

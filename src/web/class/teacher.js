@@ -8,7 +8,7 @@ import { ClassSocket } from './class_socket.js';
 import { FetchAhead } from './fetch_ahead.js';
 import { invite, prepareInvitation } from './invitation.js';
 import { Look } from './look.js';
-import { classSocket, confirmed, element, explainCode, explainEnd, ownServer, setText, setTrouble, show, written } from './page.js';
+import { classSocket, confirmed, defaults, element, explainCode, explainEnd, ownServer, setText, setTrouble, show, written } from './page.js';
 import { Wall, wordsFor } from './wall.js';
 
 const WORLDS = 'webots_cloud.worlds'; // that were used on this browser
@@ -71,11 +71,9 @@ export class Teacher {
     const missing = await Scene.missing();
     element('mode').querySelector('[value="w3d"]').disabled = missing !== '';
     const suggestions = worldsUsed();
-    const defaults = await fetch('defaults.json', { cache: 'no-store' })
-      .then((response) => (response.ok ? response.json() : {}), () => ({}))
-      .catch(() => ({}));
-    if (typeof defaults.url === 'string' && defaults.url !== '' && !suggestions.includes(defaults.url))
-      suggestions.push(defaults.url);
+    const { url } = await defaults();
+    if (typeof url === 'string' && url !== '' && !suggestions.includes(url))
+      suggestions.push(url);
     element('worlds').replaceChildren(...suggestions.map((world) => new Option(world, world)));
     if (element('world').value === '')
       element('world').value = suggestions[0] ?? '';
