@@ -201,6 +201,10 @@ test('one simulation is looked at, large and without disturbing, and then there 
   await shown(page, 'look');
   await page.waitForSelector('#look-view [data-live]');
   await says(page, '#look-name', 'Ada');
+  await cloud.call('send', 'simulator', 'robot window: {"robot":"e-puck","window":"e-puck","visible":true}');
+  await cloud.call('send', 'simulator', 'time: 99000');
+  await page.waitForFunction(() => document.querySelector('#look-view > div').shadowRoot.querySelector('time').textContent >= '0:01:39');
+  assert.equal(await page.locator('#look iframe').count(), 0, 'no page of the student in the page of the teacher');
   await clean(page, 'look');
   assert.deepEqual((await said('watch')).at(-1), false);
   await page.click('#look [data-do="pause"]');

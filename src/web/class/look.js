@@ -18,6 +18,7 @@ export class Look {
   constructor(act, back) {
     this.#view.broadcast = true;
     this.#view.setToolbar(false); // its commands would do nothing
+    this.#view.showRobotWindow = false; // nor do pages of a student's project belong into the teacher's
     this.#view.onclose = () => { this.#retry = setTimeout(() => this.#show(), RETRY_MS); };
     element('look-back').addEventListener('click', back);
     for (const button of element('look').querySelectorAll('[data-do]'))

@@ -348,7 +348,7 @@ export class View {
     if (text.startsWith('world:'))
       this.#takeWorlds(text.slice('world:'.length));
     else if (text.startsWith('robot window:'))
-      this.#windows.announce(parseObject(text.slice('robot window:'.length)), this.#base);
+      this.#announceWindow(parseObject(text.slice('robot window:'.length)));
     else if (text.startsWith('world info:'))
       this.#takeWorldInfo(parseObject(text.slice('world info:'.length)));
     else if (text.startsWith('set controller:'))
@@ -359,6 +359,11 @@ export class View {
       this.#deleteWorld();
     else if (/^(robot|stdout|stderr):/.test(text))
       text.split('\n').filter((line) => line.startsWith('robot:')).forEach((line) => this.#takeRobotMessage(line.slice('robot:'.length)));
+  }
+
+  // A window that the toolbar does not have does not open by itself either.
+  #announceWindow(window) {
+    this.#windows.announce({ ...window, visible: window.visible && this.#shown('showRobotWindow') }, this.#base);
   }
 
   #deleteWorld() {
