@@ -2,6 +2,8 @@
 
 #include "core/text.hpp"
 
+#include <set>
+
 namespace webots_cloud {
 
 namespace asio = boost::asio;
@@ -30,14 +32,19 @@ void ClassEndpoint::set_password(std::string password)
     book_.set_password(hooks_.random_bytes ? std::move(password) : std::string());
 }
 
-/// Where a project can be fetched beforehand: servers of ours, which are those that count arrivals.
+/// Where a project can be fetched beforehand: servers of ours, which are those that count arrivals, but for
+/// those that take no sessions, by their own word or the operator's.
 std::vector<std::string> ClassEndpoint::machines_for(core::ClassConnection teacher) const
 {
+    std::set<std::string_view> draining;
+    for (auto const& machine : scheduler_.machines(clock_.now()))
+        if (machine.refusal == Refusal::draining)
+            draining.insert(machine.address);
     std::vector<std::string> machines;
     auto const& host = conversations_.at(teacher).host;
     for (auto const& server : monitor_.servers()) {
         bool const is_ours = server.state == ServerState::up && server.report.arrivals.has_value();
-        if (is_ours && !server.report.draining && machines.size() < limits::machines)
+        if (is_ours && !draining.contains(server.address) && machines.size() < limits::machines)
             machines.push_back(hooks_.machine_address(server.address, host));
     }
     return machines;

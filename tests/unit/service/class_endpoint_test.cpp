@@ -176,6 +176,16 @@ BOOST_AUTO_TEST_CASE(a_teacher_is_told_the_seats_and_the_machines_of_ours_with_t
                teacher.sent[0]);
 }
 
+BOOST_AUTO_TEST_CASE(nothing_is_fetched_on_a_machine_that_drains)
+{
+    Fixture fixture;
+    ServerSpec drained("a:2000");
+    drained.drain = true;
+    fixture.service.set_servers({drained});
+    auto& teacher = fixture.open_class(30);
+    BOOST_TEST(teacher.sent[0].find(R"("machines":[])") != std::string::npos, teacher.sent[0]);
+}
+
 BOOST_AUTO_TEST_CASE(seats_of_a_class_are_its_students_alone)
 {
     Fixture fixture;
