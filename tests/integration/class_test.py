@@ -5,6 +5,7 @@ import base64
 import contextlib
 import json
 import os
+import socket
 import struct
 import subprocess
 import sys
@@ -25,8 +26,12 @@ NONE_FREE = "Error: no simulation server available at the moment."
 class Browser:
     """One end of the WebSocket /class."""
 
-    def __init__(self, server, address=None):
-        self.socket = connect(server)
+    def __init__(self, server, address=None, small_window=False):
+        self.socket = socket.socket() if small_window else connect(server)
+        if small_window:  # what is not read then waits at the server
+            self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+            self.socket.settimeout(PATIENCE)
+            self.socket.connect(("127.0.0.1", server.port))
         handshake = HANDSHAKE.format(path="/class")
         if address:  # as a proxy on this machine says it
             handshake = handshake.replace("\r\n\r\n", f"\r\nX-Forwarded-For: {address}\r\n\r\n")
@@ -212,6 +217,31 @@ class Lesson(OneServer):
         teacher.send({"seats": 3})
         self.assertEqual(teacher.until("reserved"), 3)
 
+    def test_a_teacher_whose_network_is_slow_gets_fewer_pictures_and_every_word(self):
+        _, opened = self.open_class(seats=20)
+        slow = self.stack.enter_context(contextlib.closing(Browser(self.server, small_window=True)))
+        self.assertIn("class", slow.ask({"teach": {"key": opened["key"]}}))
+        students = [self.join(opened["code"], f"Student {n}")[0] for n in range(20)]
+        slow.send({"watch": True})
+        large = base64.b64encode(b"\xff\xd8\xff" + b"x" * 2700).decode()
+        for student in students:
+            self.assertIsNotNone(student.until("pictures"))
+            student.send({"picture": large})
+            student.send({"picture": large})
+
+        def counts():
+            return [int(self.figure(f'webots_class_pictures_total{{result="{result}"}}')) for result in ("relayed", "dropped")]
+
+        wait_until(lambda: sum(counts()) == 40, counts)
+        relayed, dropped = counts()
+        self.assertGreater(relayed, 0)
+        self.assertGreater(dropped, 0)
+        students[-1].send({"state": {"state": "running"}})
+        seen = 0
+        while "running" not in json.dumps(message := slow.receive()):
+            seen += "picture" in message
+        self.assertEqual(seen, relayed)
+
     def test_when_the_server_stops_everybody_is_told(self):
         teacher, opened = self.open_class()
         ada, _ = self.join(opened["code"], "Ada")
@@ -223,6 +253,11 @@ class Lesson(OneServer):
 
 
 class Strangers(OneServer):
+    def test_pages_of_other_sites_do_not_come_in(self):
+        with connect(self.server) as page:
+            page.sendall(HANDSHAKE.format(path="/class").replace("\r\n\r\n", "\r\nOrigin: https://evil.example\r\n\r\n").encode())
+            self.assertTrue(read_head(page).startswith(b"HTTP/1.1 403 "))
+
     def test_what_makes_no_sense_is_refused_and_harms_nobody(self):
         teacher, opened = self.open_class()
         stranger = self.browser()
