@@ -414,7 +414,7 @@ class Operator(unittest.TestCase):
         self.assertEqual(self.texts("dialog h2"), [f"Drain {self.near.address}?"])
         self.check_looks("operator_drain")
         self.find("dialog").send_keys(Keys.ESCAPE)
-        self.assertEqual(self.texts("dialog"), [])
+        wait_until(lambda: not self.texts("dialog"), "Escape does not close it")
         self.assertEqual(self.browser.switch_to.active_element.get_attribute("aria-label"), f"Drain {self.near.address}")
         self.assertEqual(self.site.get("/session"), f"ws://{self.near.address}", "nobody has confirmed it")
 
