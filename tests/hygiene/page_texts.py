@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""What pages say exists in every language, with the same values, and is said somewhere.
+"""What pages say exists in every language, with the same values, and is said somewhere. Keys are spelled in one way.
 
 Keys are used as say('key') in scripts, and as data-say="key", data-say-label="key", data-say-placeholder="key" or
 data-say-title="key" in pages.
@@ -12,6 +12,7 @@ import re
 import sys
 
 WEB = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../src/web")
+KEY = re.compile(r"[a-z]+\.[a-z][a-zA-Z0-9]*")  # part.whatItSays
 USE = re.compile(r"""\bsay\(\s*'([^']+)'|\bdata-say(?:-label|-placeholder|-title)?="([^"]+)\"""")
 
 
@@ -58,6 +59,8 @@ def problems():
                 yield f"{language}.json: {key!r} is empty"
             if values_of(said[key]) != values_of(english[key]):
                 yield f"{language}.json: {key!r} has the values {values_of(said[key])}, in English {values_of(english[key])}"
+    for key in sorted(key for key in english if not KEY.fullmatch(key)):
+        yield f"{key!r} is not spelled as part.whatItSays"
     for key in sorted(used() - set(english)):
         yield f"{key!r} is said, and is in no file"
     for key in sorted(set(english) - used()):

@@ -58,7 +58,7 @@ function sessionRequest(url, address) {
   const literal = /[?&]url=([^&#]*)/.exec(address)?.[1] ?? '';
   const world = /^[a-z][a-z0-9+.-]*%3a/i.test(literal) ? url.searchParams.get('url') : literal;
   if (world === '')
-    throw new Error(withExpected(say('address.no_world', { address })));
+    throw new Error(withExpected(say('address.noWorld', { address })));
   return { kind: 'session', server: sessionServerOf(url), request: address, world };
 }
 
@@ -79,7 +79,7 @@ export function parseViewAddress(text, ownServer, page) {
     return simulator(url, address);
   const [, project, file] = /^wss?:\/\/[^/]+\/(.+)\/worlds\/([^/?#]+)$/i.exec(address) ?? []; // sent as it was entered
   if (project === undefined)
-    throw new Error(say('address.no_project', { address }));
+    throw new Error(say('address.noProject', { address }));
   const server = `${socketToWeb(url.protocol)}//${url.host}/`;
   return { kind: 'session', server, request: `${server}session`, world: address, project, file };
 }

@@ -68,9 +68,9 @@ export class Scene {
   static async missing() {
     drawable ??= document.createElement('canvas').getContext('webgl2') !== null;
     if (!drawable)
-      return say('scene.no_webgl');
+      return say('scene.noWebgl');
     embedded ??= await fetch(LIBRARY, { method: 'HEAD' }).then(({ ok }) => ok, () => undefined);
-    return embedded ? '' : say('scene.no_library');
+    return embedded ? '' : say('scene.noLibrary');
   }
 
   // `source` is {url}: the address of the simulator, which the files of the scene are relative to. The scene comes by receive().
@@ -166,10 +166,10 @@ export class Scene {
     if (this.#browser !== null)
       return;
     if (document.createElement('canvas').getContext('webgl2') === null)
-      throw new SceneError(say('scene.no_webgl'));
+      throw new SceneError(say('scene.noWebgl'));
     library ??= import(LIBRARY).then(withoutFonts, () => {
       library = null;
-      throw new SceneError(say('scene.no_library'));
+      throw new SceneError(say('scene.noLibrary'));
     });
     const { default: X3D } = await library;
     if (shown !== this.#shown)
@@ -323,7 +323,7 @@ export class Scene {
     try {
       moves = new Animation(await response.json(), (id, name) => this.#written(id, name));
     } catch {
-      throw new SceneError(say('scene.no_animation', { file: file.href }));
+      throw new SceneError(say('scene.noAnimation', { file: file.href }));
     }
     if (shown !== this.#shown)
       return;
@@ -404,6 +404,6 @@ const sentence = (error) => (error instanceof SceneError ? error.message : say('
 async function read(address) {
   const response = await fetch(address).catch(() => null);
   if (!response?.ok)
-    throw new SceneError(say('scene.no_file', { file: address.href }));
+    throw new SceneError(say('scene.noFile', { file: address.href }));
   return response.text();
 }

@@ -108,7 +108,7 @@ export class ViewFrame extends EventTarget {
   setWindows(windows) {
     const { windows: group } = this.#parts;
     group.replaceChildren(...(this.#options.showRobotWindow ? windows : []).map(({ robot, open }) => {
-      const button = this.#button(say('view.robot_window', { robot }), () => this.#tell('window', { robot }));
+      const button = this.#button(say('view.robotWindow', { robot }), () => this.#tell('window', { robot }));
       button.setAttribute('aria-pressed', String(open));
       return button;
     }));
@@ -183,7 +183,7 @@ export class ViewFrame extends EventTarget {
     toolbar.append(full);
     make('a', 'editor', toolbar, { target: '_blank', rel: 'noopener', hidden: true, textContent: say('view.editor') });
     make('a', 'help', toolbar, { target: '_blank', rel: 'noopener', hidden: true, textContent: say('view.help') });
-    make('time', 'time', toolbar).setAttribute('aria-label', say('viewer.simulated_time'));
+    make('time', 'time', toolbar).setAttribute('aria-label', say('viewer.simulatedTime'));
     this.#addCommand(toolbar, 'quit', this.#options.showQuit);
   }
 

@@ -512,7 +512,7 @@ async function findDrawing() {
     const missing = await Scene.missing();
     return { Scene: missing === '' ? Scene : null, missing };
   } catch {
-    return { Scene: null, missing: say('view.no_scene') };
+    return { Scene: null, missing: say('view.noScene') };
   }
 }
 

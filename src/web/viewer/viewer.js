@@ -72,7 +72,7 @@ function takeBackRefusal() {
     return;
   refused = false;
   setState('idle');
-  setStatus(() => say('viewer.machine_again'));
+  setStatus(() => say('viewer.machineAgain'));
 }
 
 // A machine may be available again before the indicator has shown that none was: then there will be no change to react to.
@@ -124,18 +124,18 @@ function setState(state) {
 function startText() {
   if (session !== null)
     return ready ? say('viewer.disconnect') : say('viewer.cancel');
-  return page.dataset.state === 'idle' ? say('viewer.start') : say('viewer.start_again');
+  return page.dataset.state === 'idle' ? say('viewer.start') : say('viewer.startAgain');
 }
 
 // What stands where the picture will be.
 function sayWithoutPicture() {
-  setText('no-picture', session === null ? say('viewer.no_simulation') : say('viewer.picture_comes'));
+  setText('no-picture', session === null ? say('viewer.noSimulation') : say('viewer.pictureComes'));
 }
 
 function sayMode() {
   switch (lastMode) {
     case 'running': return say('viewer.running');
-    case 'fast': return say('viewer.running_fast');
+    case 'fast': return say('viewer.runningFast');
     default: return say('viewer.paused');
   }
 }
@@ -149,8 +149,8 @@ function sayAll() {
   picture.sayName();
   scene.sayName();
   offerScene();
-  element('console').style.setProperty('--empty', JSON.stringify(say('viewer.nothing_printed')));
-  element('console').style.setProperty('--error', JSON.stringify(say('viewer.error_line')));
+  element('console').style.setProperty('--empty', JSON.stringify(say('viewer.nothingPrinted')));
+  element('console').style.setProperty('--error', JSON.stringify(say('viewer.errorLine')));
 }
 
 // The indicator shows the session server of the address, or else the one that serves this page.
@@ -188,7 +188,7 @@ async function openScene(url) {
   setState('idle');
   try {
     await scene.open(url);
-    setStatus(() => say('viewer.scene_file'));
+    setStatus(() => say('viewer.sceneFile'));
   } catch (error) {
     setState('failed');
     setStatus(error.message, true);
@@ -305,7 +305,7 @@ function listen(to) {
   });
   on('ended', ({ text, failed, full }) => {
     const awaited = full && page.dataset.availability !== 'unknown';
-    leave(failed ? 'failed' : 'ended', awaited ? () => `${text} ${say('viewer.will_tell')}` : text);
+    leave(failed ? 'failed' : 'ended', awaited ? () => `${text} ${say('viewer.willTell')}` : text);
     if (awaited)
       awaitMachine();
   });
