@@ -50,7 +50,7 @@ export class FetchAhead {
     };
     const wait = () => {
       clearTimeout(timer);
-      timer = setTimeout(() => end(say('class.machine_silent')), ANSWER_MS);
+      timer = setTimeout(() => end(say('class.machineSilent')), ANSWER_MS);
     };
     socket.onopen = () => {
       opened = true;
@@ -65,7 +65,7 @@ export class FetchAhead {
       else if (/^(fetched|webots):/.test(data)) // "webots": an older server has started it, which takes the project as well
         end('');
     };
-    socket.onclose = () => end(opened ? say('class.machine_closed') : say('class.machine_unreachable'));
+    socket.onclose = () => end(opened ? say('class.machineClosed') : say('class.machineUnreachable'));
     wait();
   }
 

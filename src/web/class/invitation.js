@@ -23,7 +23,7 @@ export function invite(code) {
   setText('link', link.replace(/^https?:\/\//, ''));
   setText('class-code', code);
   element('link-local').hidden = !isOfThisMachine(location.hostname);
-  setText('code-is', say('class.code_is', { address: new URL('./', link).href.replace(/^https?:\/\//, '') }));
+  setText('code-is', say('class.codeIs', { address: new URL('./', link).href.replace(/^https?:\/\//, '') }));
   setText('copy', say('class.copy'));
   if (drawn !== link)
     drawCode(drawn = link);

@@ -47,25 +47,25 @@ export function duration(milliseconds) {
 // What the server refuses, in the words of people; what it says itself where there are none.
 export function explainCode(code, text) {
   switch (code) {
-    case 'off': return say('class.error_off');
-    case 'password': return say('class.error_password');
-    case 'tries': return say('class.error_tries');
-    case 'code': return say('class.error_code');
-    case 'full': return say('class.error_full');
-    case 'name': return say('class.error_name');
-    case 'limit': return say('class.error_limit');
-    case 'seats': return say('class.error_seats');
-    case 'world': return say('class.error_world');
-    default: return text || say('class.error_other');
+    case 'off': return say('class.errorOff');
+    case 'password': return say('class.errorPassword');
+    case 'tries': return say('class.errorTries');
+    case 'code': return say('class.errorCode');
+    case 'full': return say('class.errorFull');
+    case 'name': return say('class.errorName');
+    case 'limit': return say('class.errorLimit');
+    case 'seats': return say('class.errorSeats');
+    case 'world': return say('class.errorWorld');
+    default: return text || say('class.errorOther');
   }
 }
 
 export function explainEnd(why) {
   switch (why) {
-    case 'teacher': return say('class.over_teacher');
-    case 'idle': return say('class.over_idle');
-    case 'removed': return say('class.over_removed');
-    default: return say('class.over_server');
+    case 'teacher': return say('class.overTeacher');
+    case 'idle': return say('class.overIdle');
+    case 'removed': return say('class.overRemoved');
+    default: return say('class.overServer');
   }
 }
 

@@ -63,7 +63,7 @@ export class Student {
 
   // What scripts say, in the language of the page.
   sayAll() {
-    setText('name-title', say('class.join_title', { code: this.#code }));
+    setText('name-title', say('class.joinTitle', { code: this.#code }));
     setText('where', this.#class === null ? this.#code : `${this.#code} · ${this.#class.name}`);
     setText('seat-status', this.#saidStatus());
   }
@@ -107,7 +107,7 @@ export class Student {
     const socket = this.#socket = new ClassSocket(classSocket, () => (this.#class === null ? greet() : { join: { token: this.#class.token } }));
     const on = (type, handler) => socket.addEventListener(type, ({ detail }) => socket === this.#socket && handler(detail));
     on('told', (message) => this.#hear(message));
-    on('lost', ({ opened }) => setTrouble(opened ? say('class.lost_student') : say('class.unreachable')));
+    on('lost', ({ opened }) => setTrouble(opened ? say('class.lostStudent') : say('class.unreachable')));
     on('closed', ({ why }) => this.#end(why));
   }
 
@@ -215,13 +215,13 @@ export class Student {
     document.body.dataset.state = this.#state;
     this.#saidStatus = () => {
       switch (this.#waits ? 'waiting' : this.#view.state) {
-        case 'waiting': return say('class.waiting_title');
-        case 'starting': return say('class.status_starting');
+        case 'waiting': return say('class.waitingTitle');
+        case 'starting': return say('class.statusStarting');
         case 'running': return say('viewer.running');
-        case 'fast': return say('viewer.running_fast');
+        case 'fast': return say('viewer.runningFast');
         case 'paused': return say('viewer.paused');
-        case 'lost': return say('class.status_lost');
-        default: return say('class.status_ended');
+        case 'lost': return say('class.statusLost');
+        default: return say('class.statusEnded');
       }
     };
     setText('seat-status', this.#saidStatus());
@@ -299,7 +299,7 @@ export class Student {
     if (this.#class !== null && why === 'server') {
       this.#socket?.close();
       this.#thumbnails.wanted = null;
-      return setTrouble(say('class.over_server_student'));
+      return setTrouble(say('class.overServerStudent'));
     }
     setText('over-text', explainEnd(why));
     show('over');

@@ -97,7 +97,7 @@ export class Teacher {
       const target = parseAddress(element('world').value, ownServer);
       if (target.kind === 'session')
         return target.world;
-      this.#problem(() => say('class.error_world'));
+      this.#problem(() => say('class.errorWorld'));
     } catch (error) {
       this.#problem(() => error.message);
     }
@@ -116,7 +116,7 @@ export class Teacher {
     const on = (type, handler) => socket.addEventListener(type, ({ detail }) => socket === this.#socket && handler(detail));
     on('told', (message) => this.#hear(message));
     on('lost', ({ opened }) => {
-      setTrouble(opened && this.#class !== null ? say('class.lost_teacher') : say('class.unreachable'));
+      setTrouble(opened && this.#class !== null ? say('class.lostTeacher') : say('class.unreachable'));
       document.body.classList.toggle('stale', this.#class !== null);
     });
     on('closed', ({ why }) => this.#end(explainEnd(why)));
@@ -172,7 +172,7 @@ export class Teacher {
       if (error === 'password')
         element('password').focus();
     } else if (['code', 'password', 'tries', 'off'].includes(error)) // the class is no longer there
-      this.#end(say('class.over_server'));
+      this.#end(say('class.overServer'));
     else {
       element('class-seats').value = this.#class.seats;
       setTrouble(explainCode(error, text));
@@ -205,7 +205,7 @@ export class Teacher {
       this.#fetched = true;
       this.#keep();
     }
-    setText('fetch-status', machines === 0 ? say('class.no_machines') : say('class.fetched', { done: this.#fetched ? machines : done, count: machines }));
+    setText('fetch-status', machines === 0 ? say('class.noMachines') : say('class.fetched', { done: this.#fetched ? machines : done, count: machines }));
     element('fetch-progress').hidden = !busy;
     element('fetch-progress').max = Math.max(1, count);
     element('fetch-progress').value = done;
@@ -239,7 +239,7 @@ export class Teacher {
     invite(code);
     setText('where', code);
     setText('class-world', world);
-    setText('reserved', reserved >= seats ? say('class.reserved_all', { seats }) : say('class.reserved', { seats, reserved }));
+    setText('reserved', reserved >= seats ? say('class.reservedAll', { seats }) : say('class.reserved', { seats, reserved }));
   }
 
   async #act(action, student) {
@@ -247,13 +247,13 @@ export class Teacher {
     const { name } = student;
     switch (action) {
       case 'look': return this.#showLook(student);
-      case 'message': return this.#write(students, say('class.message_to', { name }));
+      case 'message': return this.#write(students, say('class.messageTo', { name }));
       case 'end':
-        if (!await confirmed(say('class.end_sure', { name }), say('class.end')))
+        if (!await confirmed(say('class.endSure', { name }), say('class.end')))
           return;
         break;
       case 'remove':
-        if (!await confirmed(say('class.remove_sure', { name }), say('class.remove')))
+        if (!await confirmed(say('class.removeSure', { name }), say('class.remove')))
           return;
     }
     this.#socket?.send({ tell: { students, do: action } });
@@ -261,13 +261,13 @@ export class Teacher {
 
   async #actOnAll(action) {
     switch (action) {
-      case 'message': return this.#write(null, say('class.message_all'));
+      case 'message': return this.#write(null, say('class.messageAll'));
       case 'end':
-        if (!await confirmed(say('class.end_all_sure'), say('class.end_all')))
+        if (!await confirmed(say('class.endAllSure'), say('class.endAll')))
           return;
         break;
       case 'remove':
-        if (!await confirmed(say('class.remove_all_sure'), say('class.remove_all')))
+        if (!await confirmed(say('class.removeAllSure'), say('class.removeAll')))
           return;
     }
     this.#socket?.send({ tell: { students: null, do: action } });
@@ -312,7 +312,7 @@ export class Teacher {
   }
 
   async #close() {
-    if (await confirmed(say('class.close_sure'), say('class.close')))
+    if (await confirmed(say('class.closeSure'), say('class.close')))
       this.#socket?.send({ close: true });
   }
 

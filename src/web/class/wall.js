@@ -21,15 +21,15 @@ const SIGNS = {
 
 export function wordsFor(state) {
   switch (state) {
-    case 'joined': return say('class.state_joined');
-    case 'starting': return say('class.state_starting');
-    case 'running': return say('class.state_running');
-    case 'paused': return say('class.state_paused');
-    case 'waiting': return say('class.state_waiting');
-    case 'hidden': return say('class.state_hidden');
-    case 'lost': return say('class.state_lost');
-    case 'away': return say('class.state_away');
-    default: return say('class.state_ended');
+    case 'joined': return say('class.stateJoined');
+    case 'starting': return say('class.stateStarting');
+    case 'running': return say('class.stateRunning');
+    case 'paused': return say('class.statePaused');
+    case 'waiting': return say('class.stateWaiting');
+    case 'hidden': return say('class.stateHidden');
+    case 'lost': return say('class.stateLost');
+    case 'away': return say('class.stateAway');
+    default: return say('class.stateEnded');
   }
 }
 
@@ -150,7 +150,7 @@ export class Wall {
     setText(part('.toggle'), runs ? say('class.pause') : say('class.run'));
     part('.toggle').setAttribute('aria-label', named(runs ? say('class.pause') : say('class.run'), student));
     part('.toggle').disabled = !['running', 'paused', 'hidden', 'starting'].includes(student.state);
-    part('.look').setAttribute('aria-label', say('class.look_at', { name: student.name }));
+    part('.look').setAttribute('aria-label', say('class.lookAt', { name: student.name }));
     part('.look').disabled = student.simulator === undefined;
     setText(part('summary'), say('class.more'));
     part('summary').setAttribute('aria-label', named(say('class.more'), student));
@@ -165,11 +165,11 @@ export class Wall {
     const silent = this.#watched && ON.includes(student.state) && Date.now() - Math.max(tile.since, tile.pictured) > NO_PICTURE_MS;
     const words = item.querySelector('.no-picture');
     if (silent)
-      setText(words, say('class.no_picture'));
+      setText(words, say('class.noPicture'));
     else if (student.state === 'hidden')
-      setText(words, say('class.picture_hidden'));
+      setText(words, say('class.pictureHidden'));
     else
-      setText(words, item.dataset.pictured === undefined && ON.includes(student.state) ? say('class.picture_comes') : '');
+      setText(words, item.dataset.pictured === undefined && ON.includes(student.state) ? say('class.pictureComes') : '');
   }
 
   #closeMenus(target) {
