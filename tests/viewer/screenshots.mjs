@@ -199,7 +199,7 @@ if (FOLDER === undefined) {
         await viewer.goto(`${site.session}/viewer/?mode=w3d&url=local:/demo_projects/robots/blob/main/worlds/arena.wbt`);
         await viewer.waitForSelector('body[data-availability="available"]');
         await viewer.click('#start');
-        await state(viewer, 'running');
+        await viewer.waitForSelector('body[data-state="running"]', { timeout: 60000 }); // Scenes are slow without a graphics processor.
         await viewer.waitForSelector('#scene:not([hidden])');
         await simulate(viewer);
         await shoot(viewer, size, look, 'viewer-scene');
@@ -208,7 +208,9 @@ if (FOLDER === undefined) {
           await monitor.goto(`${site[name]}/monitor`);
           await monitor.waitForSelector('.dygraph-legend, canvas');
           await shoot(monitor, size, look, `monitor-${name}`, { fullPage: true });
+          await monitor.context().close();
         }
+        await viewer.context().close();
         const website = await openPage(t, browser, options);
         await website.goto(site.website);
         await website.waitForSelector('#start');
