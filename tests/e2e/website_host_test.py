@@ -6,9 +6,10 @@ import json
 import os
 import sys
 import unittest
+import urllib.parse
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
-from support.browser import console_messages, open_browser, screenshot  # noqa: E402
+from support.browser import accessibility_findings, console_messages, open_browser, screenshot  # noqa: E402
 from support.machine import Machine  # noqa: E402
 from support.projects import EXAMPLES  # noqa: E402
 from support.servers import SessionServer, SimulationServer, free_port, main, wait_until  # noqa: E402
@@ -218,6 +219,9 @@ class SecondDiagram(unittest.TestCase):
             self.assertEqual(page.middle(), standing, "with CRUISE = 0.0 no robot moves")
             if folder := os.environ.get("SCREENSHOTS"):
                 screenshot(browser, os.path.join(folder, "website_host.png"))
+            self.assertFalse(accessibility_findings(browser))
+            hosts = browser.execute_script("return performance.getEntriesByType('resource').map(({name}) => new URL(name).hostname)")
+            self.assertLessEqual(set(hosts) | {urllib.parse.urlsplit(each[1]).hostname for each in page.wire()}, {"localhost", "127.0.0.1", ""})
 
             # C-->>SS1: {Client disconnected}
             browser.get("about:blank")
@@ -231,10 +235,12 @@ class SecondDiagram(unittest.TestCase):
             if os.path.isdir(MODULES):
                 self.assertTrue(browser.find_elements("css selector", "#editor .cm-editor"), console_messages(browser))
                 self.assertFalse(page.element("plain").is_displayed())
+                self.assertFalse(accessibility_findings(browser))
             with WebsiteHost(self.website.config["sessionServer"]) as website:
                 page = Page(browser, website)
                 page.await_text("plain", "CodeMirror is not installed")
                 self.assertEqual(len(browser.find_elements("css selector", "#editor textarea")), 1)
+                self.assertFalse(accessibility_findings(browser))
             self.assertEqual(console_messages(browser, "SEVERE"), [])
 
     def test_a_wrong_password_and_a_session_server_that_is_gone_are_said(self):
