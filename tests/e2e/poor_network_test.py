@@ -136,7 +136,7 @@ class PoorNetworks(unittest.TestCase):
                 print(f"{name}: has gone on for a second {time.monotonic() - woken:.1f} s after waking up", flush=True)
 
     @contextlib.contextmanager
-    def frozen(self):  # Chromium closes all connections of such a page
+    def frozen(self):  # Chromium closes the connections of such a page when it goes on
         self.browser.execute_cdp_cmd("Page.setWebLifecycleState", {"state": "frozen"})
         yield
         self.browser.execute_cdp_cmd("Page.setWebLifecycleState", {"state": "active"})
