@@ -11,6 +11,36 @@
 
 namespace webots_cloud {
 
+/// What a world is known by: digests, since reports are for everybody to read. Equal addresses and modes
+/// have equal keys everywhere.
+struct WorldKey
+{
+    WorldKey() = default;
+
+    std::uint64_t world = 0;      ///< Of its address and mode.
+    std::uint64_t repository = 0; ///< Of the address up to the repository, and the mode.
+    std::uint64_t mode = 0;
+
+    bool operator==(WorldKey const&) const = default;
+};
+
+/// `address`: as in `start`. Not secret: who has an address can tell whether a key is that of it.
+WorldKey world_key(std::string_view address, std::string_view mode) noexcept;
+
+/// What the simulations of one world on one machine use together.
+struct WorldUse
+{
+    WorldUse() = default;
+
+    WorldKey key;
+    int running = 0;       ///< Simulations that are ready,
+    int starting = 0;      ///< and others.
+    double processors = 0; ///< That those running keep busy.
+    double memory = 0;     ///< Bytes, of all.
+
+    bool operator==(WorldUse const&) const = default;
+};
+
 /// One answer to `GET /load`. The Python servers report only the load; ours report the rest as well.
 struct LoadReport
 {
@@ -40,6 +70,11 @@ struct LoadReport
     /// What the server can run, in words of its operator's, as in `gpu`, and what it knows itself: `docker`,
     /// or the release of its Webots, as in `R2025a`. At most 32, each as in `PlacementRequest::labels`.
     std::vector<std::string> labels;
+    /// Processors of the machine: only with `worlds`.
+    std::optional<double> processors;
+    /// What its simulations use, by world: at most `max_worlds`, those with the most simulations.
+    std::vector<WorldUse> worlds;
+    static constexpr std::size_t max_worlds = 64;
 
     bool operator==(LoadReport const&) const = default;
 };

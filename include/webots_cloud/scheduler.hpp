@@ -216,6 +216,10 @@ struct PlacementRequest
     /// Only machines with all of these labels come into question: their own (`LoadReport::labels`) and those
     /// of their `ServerSpec`. Letters, digits, `.`, `_`, `-` and `+`, at most 40 in each, at most 32 labels.
     std::vector<std::string> labels;
+    /// The address of its world and its mode, as in `start`: what machines have reported of that world's
+    /// sessions decides where this one has room. Empty: it counts as the average session.
+    std::string world;
+    std::string mode;
     /// Seats are held for it: see Scheduler::hold().
     bool held = false;
 };
@@ -251,6 +255,8 @@ struct Decision
     std::size_t offered = 0;
     /// How many machines there were for each `Refusal`.
     std::array<std::size_t, refusal_count> refused{};
+    /// What the session was believed to want, as a multiple of the average one, where its world was known.
+    std::optional<double> expected_cost;
     /// Nobody was placed, although machines were offered: of `free_seats`, so many were held for others.
     std::size_t held = 0;
     std::size_t free_seats = 0;
@@ -393,7 +399,8 @@ public:
     /// position that does not exist.
     result<Placement> place(TimePoint now);
 
-    /// The same for a session of which more is known. O(n) where it needs labels.
+    /// The same for a session of which more is known. O(n) where it needs labels, or where its
+    /// world is known.
     ///
     /// Errors: as place(now), but for held seats where they are for it; `errc::refused`, with a sentence for
     /// people, when no machine of the list has the labels, so that waiting would not help;

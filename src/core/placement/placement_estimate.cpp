@@ -110,25 +110,25 @@ void SessionCost::claim(double part) noexcept
     slow_unclaimed_ -= part * slow_unclaimed_;
 }
 
-void SessionCost::weigh(double load, int sessions) noexcept
+void SessionCost::weigh(double load, int sessions, double units) noexcept
 {
     whole_ = {};
-    if (sessions <= few)
+    if (sessions <= few || units <= few)
         return; // changes of the load are better evidence
     // Other load is some 5 percent, so load / n errs by 5 / n: weight n², less where a session costs less
     // than that.
-    double const each = load / sessions;
+    double const each = load / units;
     double const clear = std::min(1.0, each / other_load);
-    double const many = (sessions - few) * clear;
+    double const many = (units - few) * clear;
     whole_.xx = whole_strength * many * many;
-    whole_.xy = whole_.xx * std::max(0.0, load - other_load) / sessions;
+    whole_.xy = whole_.xx * std::max(0.0, load - other_load) / units;
 }
 
-void SessionCost::combine(double ratio, double strength) noexcept
+void SessionCost::combine(double ratio, double strength, double least) noexcept
 {
     double const slope =
         (strength * assumed_ * ratio + sum_.xy + whole_.xy) / (strength + sum_.xx + whole_.xx);
-    value_ = std::clamp(slope, std::min(min_cost, assumed_), 100.0);
+    value_ = std::clamp(std::max(slope, least), std::min(min_cost, assumed_), 100.0);
 }
 
 void SessionVariety::record(double square) noexcept

@@ -73,13 +73,15 @@ public:
     Evidence learn(double load, double sessions, Seconds since_last, bool settled, Doubt doubt = {}) noexcept;
     /// All evidence of changes, relative to what was assumed.
     Evidence evidence() const noexcept { return {sum_.xx, assumed_ > 0 ? sum_.xy / assumed_ : 0}; }
-    /// What the load itself says, where `sessions` is all there are.
-    void weigh(double load, int sessions) noexcept;
+    /// What the load itself says, where `sessions` is all there are, which want as much as `units` average
+    /// ones.
+    void weigh(double load, int sessions, double units) noexcept;
     /// Since the last call, the load has shown that unclaimed placements did arrive: they cost less
     /// than was expected.
     bool has_shown_unclaimed() noexcept { return std::exchange(shown_, false); }
-    /// Combines this machine's evidence with a prior, the fleet's estimate.
-    void combine(double ratio, double strength) noexcept;
+    /// Combines this machine's evidence with a prior, the fleet's estimate. `least`: percent, what its
+    /// simulations are known to cost it.
+    void combine(double ratio, double strength, double least = 0) noexcept;
     /// This part of the unclaimed placements was claimed.
     void claim(double part) noexcept;
     /// This part of them never came: they leave no trace in the filters.

@@ -94,7 +94,10 @@ void Fleet::report(std::string_view server, LoadReport const& report, TimePoint 
     // A machine that answers soon after our own start was running before; one that first answers later has
     // just started.
     bool const established = now - *first_report_ < params_.slow_start && !machines_[slot].was_unreachable();
-    Arrivals const arrivals = machines_[slot].report(report, now, established);
+    // What a crowded machine gives a simulation is not what that wants.
+    if (machines_[slot].reporting() && report.load < params_.threshold)
+        lessons_.worlds.learn(report.worlds, now - machines_[slot].last_report(), now);
+    Arrivals const arrivals = machines_[slot].report(report, lessons_.worlds, now, established);
     if (arrivals.counted && !arrivals.exact)
         lessons_.show_rate.record(arrivals.confirmed, arrivals.expired);
     if (arrivals.since_last > Seconds::zero())
@@ -117,9 +120,9 @@ void Fleet::mark_unreachable(std::string_view server, TimePoint now)
     assess(found->second, now);
 }
 
-void Fleet::place(std::size_t slot, TimePoint now) noexcept
+void Fleet::place(std::size_t slot, ExpectedCost const& cost, TimePoint now) noexcept
 {
-    machines_[slot].place(now);
+    machines_[slot].place(cost, now);
     machines_[slot].set_turn(served | (turns_++ & (served - 1)));
     assess(slot, now);
 }

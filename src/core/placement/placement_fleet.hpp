@@ -28,7 +28,7 @@ public:
 
     void report(std::string_view server, LoadReport const& report, TimePoint now);
     void mark_unreachable(std::string_view server, TimePoint now);
-    void place(std::size_t slot, TimePoint now) noexcept;
+    void place(std::size_t slot, ExpectedCost const& cost, TimePoint now) noexcept;
     /// Takes back what was placed at `placed_at`.
     void release(std::string_view server, TimePoint placed_at, TimePoint now) noexcept;
     /// How many sessions were given to a server in all, also of servers that left the list; 0 once forgotten.
@@ -41,6 +41,8 @@ public:
     std::array<std::size_t, refusal_count> const& refused() const noexcept { return refused_; }
     /// How many more sessions those offered have room for.
     std::size_t free_seats() const noexcept { return free_seats_; }
+    /// Of a session of that world, relative to the average one.
+    ExpectedCost expect(WorldKey const& key) const noexcept { return lessons_.worlds.expect(key); }
     double unseen_arrivals() const noexcept { return lessons_.foreign.unseen(); }
 
     // Those offered, by position: dense, in no order. Overcommitted machines only while there are no others.

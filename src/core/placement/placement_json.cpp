@@ -64,6 +64,8 @@ json::object decision_json(Decision const& decision, TimePoint now)
     object["unseenArrivals"] = rounded(decision.unseen_arrivals);
     object["offered"] = decision.offered;
     object["refused"] = refused_json(decision);
+    if (decision.expected_cost)
+        object["expectedCost"] = rounded(*decision.expected_cost);
     if (decision.held != 0) {
         object["held"] = decision.held;
         object["freeSeats"] = decision.free_seats;

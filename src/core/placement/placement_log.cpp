@@ -23,6 +23,7 @@ void Record::begin(std::uint64_t decision, Policy const& decides, std::uint64_t 
     offered = fleet.offered();
     refused = fleet.refused();
     held = free_seats = 0;
+    expected_cost.reset();
     chosen = {};
     complete = true;
     lowest_count = 0;
@@ -89,6 +90,7 @@ Decision Record::decision() const
     copy.offered = offered;
     copy.refused = refused;
     copy.held = held;
+    copy.expected_cost = expected_cost;
     copy.free_seats = free_seats;
     copy.complete = complete;
     for (Entry const& entry : std::span(entries).first(entry_count)) {

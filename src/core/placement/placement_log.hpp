@@ -29,6 +29,7 @@ struct Record
     double unseen_arrivals = 0;
     std::size_t offered = 0;
     std::array<std::size_t, refusal_count> refused{};
+    std::optional<double> expected_cost;
     std::size_t held = 0;
     std::size_t free_seats = 0;
     std::string_view chosen;

@@ -86,8 +86,60 @@ bool Machine::restarted(LoadReport const& report) const noexcept
            fell(last_.departures, report.departures);
 }
 
-Arrivals Machine::report(LoadReport const& report, TimePoint now, bool established)
+namespace {
+
+KnownSessions known_in(LoadReport const& report, int WorldUse::*which, WorldCosts const& costs) noexcept
 {
+    KnownSessions known;
+    for (WorldUse const& use : report.worlds)
+        known.add(costs.expect(use.key), use.*which);
+    return known;
+}
+
+/// How many of its simulations have come or left, at least.
+int moved(std::vector<WorldUse> const& before, std::vector<WorldUse> const& now) noexcept
+{
+    int moves = 0;
+    for (WorldUse const& use : now) {
+        auto const same = std::ranges::find(before, use.key, &WorldUse::key);
+        moves += std::abs(use.running - (same == before.end() ? 0 : same->running));
+    }
+    for (WorldUse const& use : before)
+        if (std::ranges::find(now, use.key, &WorldUse::key) == now.end())
+            moves += use.running;
+    return moves;
+}
+
+} // namespace
+
+/// `more_visible`: how many more sessions show in the load, whichever they are.
+Change Machine::change(LoadReport const& report, int more_visible, WorldCosts const& worlds) const noexcept
+{
+    Change change;
+    change.sessions = more_visible;
+    change.steps = std::abs(more_visible);
+    change.units = more_visible;
+    if (!report.sessions || report.worlds.empty() || last_.worlds.empty())
+        return change;
+    KnownSessions const before = known_in(last_, &WorldUse::running, worlds);
+    KnownSessions const now = known_in(report, &WorldUse::running, worlds);
+    change.units = now.units_of(visible(report)) - before.units_of(visible(last_));
+    change.steps = std::max(change.steps, moved(last_.worlds, report.worlds));
+    return change;
+}
+
+/// Which of the reservations came is not known: those of known worlds and others alike.
+void Machine::settle_known(std::uint32_t before) noexcept
+{
+    if (before != 0)
+        pending_.scale(static_cast<double>(reservations_.count()) / before);
+    if (reservations_.count() == 0)
+        pending_ = {};
+}
+
+Arrivals Machine::report(LoadReport const& report, WorldCosts const& worlds, TimePoint now, bool established)
+{
+    std::uint32_t const reserved = reservations_.count();
     Arrivals arrivals;
     arrivals.counted = report.sessions.has_value();
     arrivals.exact = report.sessions && report.arrivals;
@@ -99,9 +151,11 @@ Arrivals Machine::report(LoadReport const& report, TimePoint now, bool establish
         arrivals.since_last = now - reported_at_;
         int const more_visible =
             report.sessions ? count_arrivals(report, arrivals) : infer_arrivals(report, arrivals);
-        arrivals.cost = learn(report, now);
-        arrivals.surprise = surprise(report.load, more_visible, now);
-        follow(report.load, more_visible, now);
+        Change const change = this->change(report, more_visible, worlds);
+        visible_ = known_in(report, &WorldUse::running, worlds);
+        arrivals.cost = learn(report, change, now);
+        arrivals.surprise = surprise(report.load, change, now);
+        follow(report.load, change, now);
     } else {
         // A machine that has sessions was not restarted, unless its counters say so: it was only unreachable.
         bool const came_up = restart || (!established && report.sessions.value_or(0) == 0);
@@ -112,6 +166,9 @@ Arrivals Machine::report(LoadReport const& report, TimePoint now, bool establish
         confirm(0, restart, report, arrivals);
     }
     expire(now, arrivals);
+    settle_known(reserved);
+    visible_ = known_in(report, &WorldUse::running, worlds);
+    starting_ = known_in(report, &WorldUse::starting, worlds);
     last_ = report;
     reported_at_ = now;
     contact_ = Contact::reporting;
@@ -198,17 +255,18 @@ int Machine::infer_arrivals(LoadReport const& report, Arrivals& arrivals) noexce
 /// While sessions become visible a report may lie anywhere between before and after, and contradicts neither;
 /// beyond that small differences are noise and smoothed, and those larger than a session are believed at
 /// once.
-void Machine::follow(double load, int more_visible, TimePoint now) noexcept
+void Machine::follow(double load, Change const& change, TimePoint now) noexcept
 {
     if (!settling(now)) {
         level_before_ = level_;
-        steps_ = rise_ = 0;
+        steps_ = 0;
+        rise_ = 0;
     }
-    if (more_visible != 0) {
-        steps_ = std::min(steps_ + std::abs(more_visible), max_steps);
-        rise_ += more_visible;
+    if (change.steps != 0) {
+        steps_ = std::min(steps_ + change.steps, max_steps);
+        rise_ += change.units;
         stepped_at_ = now;
-        level_ += cost_.value() * more_visible;
+        level_ += cost_.value() * change.units;
     }
     double const low = std::min(level_, level_before_);
     double const high = std::max(level_, level_before_);
@@ -222,9 +280,9 @@ bool Machine::settling(TimePoint now) const noexcept
 }
 
 /// When the newest sessions have just become visible in full: how far from their expected cost they are.
-std::optional<double> Machine::surprise(double load, int more_visible, TimePoint now) noexcept
+std::optional<double> Machine::surprise(double load, Change const& change, TimePoint now) noexcept
 {
-    if (steps_ == 0 || more_visible != 0 || settling(now))
+    if (steps_ == 0 || change.steps != 0 || settling(now))
         return std::nullopt;
     double const difference = (load - level_before_) / cost_.value() - rise_;
     return difference * difference / steps_;
@@ -237,7 +295,7 @@ void Machine::note_departures(LoadReport const& report, TimePoint now) noexcept
         left_at_ = now;
 }
 
-Evidence Machine::learn(LoadReport const& report, TimePoint now) noexcept
+Evidence Machine::learn(LoadReport const& report, Change const& change, TimePoint now) noexcept
 {
     if (!report.sessions)
         return learn_by_placements(report.load, now);
@@ -250,8 +308,11 @@ Evidence Machine::learn(LoadReport const& report, TimePoint now) noexcept
     if (report.memory && last_.memory)
         memory_cost_.learn(*report.memory, sessions, since_last, settled, doubt);
     memory_cost_.combine(1, memory_strength);
-    cost_.weigh(report.load, visible(report));
-    return cost_.learn(report.load, sessions, since_last, settled, doubt);
+    // What sessions want explains the load better than how many they are.
+    double const units = visible_.units_of(visible(report));
+    cost_.weigh(report.load, visible(report), units);
+    return cost_.learn(report.load, units - change.units / 2, since_last, settled && change.steps == 0,
+                       doubt);
 }
 
 /// Where only the load is known: sessions are what was placed, if the load shows that they came. Nobody says
@@ -270,8 +331,9 @@ void Machine::mark_unreachable() noexcept
         contact_ = Contact::unreachable;
 }
 
-void Machine::place(TimePoint now) noexcept
+void Machine::place(ExpectedCost const& cost, TimePoint now) noexcept
 {
+    pending_.add(cost, 1);
     std::int64_t const eighth = ages_.eighth(now);
     placed_.age_until(eighth);
     placed_.add();
@@ -284,10 +346,12 @@ void Machine::release(TimePoint placed_at, TimePoint now) noexcept
     std::int64_t const added = ages_.eighth(placed_at);
     std::int64_t const age = std::max<std::int64_t>(ages_.eighth(now) - added, 0);
     std::size_t const lifetime = counts_arrivals() ? counted_lifetime : age_count;
+    std::uint32_t const reserved = reservations_.count();
     if (age >= static_cast<std::int64_t>(lifetime) || !reservations_.take_back(added))
         return; // it has run out, or somebody else's arrival was taken for this one
     placed_.age_until(added + age);
     placed_.take_back(static_cast<std::size_t>(age));
+    settle_known(reserved);
 }
 
 double Machine::readiness(TimePoint now, SchedulerParams const& params) const noexcept
@@ -318,7 +382,8 @@ Refusal Machine::refusal(bool is_taught, SchedulerParams const& params) const no
     if (last_.load >= params.threshold)
         return Refusal::load;
     // Nor does an assumed cost of sessions refuse a browser: the cost must have been observed in the fleet.
-    if (last_.sessions && is_taught && level_ + cost_.value() * starting >= params.threshold &&
+    if (last_.sessions && is_taught &&
+        level_ + cost_.value() * starting_.units_of(starting) >= params.threshold &&
         params.policy != reports_only)
         return Refusal::committed;
     return Refusal::none;
@@ -346,28 +411,49 @@ std::uint32_t Machine::seats_left(bool is_taught, SchedulerParams const& params)
     return static_cast<std::uint32_t>(std::max(seats, 0.0));
 }
 
+double Machine::score(ExpectedCost const& cost) const noexcept
+{
+    double const own = cost.is_known ? cost.variance : variety_ * variety_;
+    double const next = unseen_ + cost.mean + std::sqrt(variance_ + own);
+    return std::max(0.0, level_ + cost_.value() * next / room_) / weight_;
+}
+
 void Machine::assess(TimePoint now, Lessons const& lessons, SchedulerParams const& params) noexcept
 {
-    cost_.combine(lessons.cost.ratio(), lessons.cost.strength());
+    // Where simulations are measured, and none other, as a graphics processor, is scarcer, this is exact.
+    double const measured = last_.processors ? 100 * lessons.worlds.processors() / *last_.processors : 0;
+    cost_.combine(lessons.cost.ratio(), lessons.cost.strength(), measured);
     double const cost = cost_.value();
     double const coming = counts_sessions() && !counts_arrivals()
                               ? lessons.show_rate.expected(reservations_.by_age())
                               : reservations_.count();
-    double const unseen = last_.starting.value_or(0) + coming;
+    KnownSessions unseen = pending_;
+    if (reservations_.count() != 0)
+        unseen.scale(coming / reservations_.count());
+    unseen.count += starting_.count;
+    unseen.units += starting_.units;
+    unseen.variance += starting_.variance;
+    double const sessions = last_.starting.value_or(0) + coming;
+    double const unknown = std::max(0.0, sessions - unseen.count);
+    unseen_ = unseen.units_of(sessions);
+    variety_ = lessons.variety.value();
     // One session more, and the standard deviation of what all unseen ones may turn out to cost.
-    double const next = unseen + 1 + lessons.variety.value() * std::sqrt(unseen + 1);
-    double const room = readiness(now, params);
+    variance_ = unseen.variance + variety_ * variety_ * unknown;
+    double const doubt =
+        unseen.count == 0 ? variety_ * std::sqrt(sessions + 1) : std::sqrt(variance_ + variety_ * variety_);
+    double const next = unseen_ + 1 + doubt;
+    room_ = readiness(now, params);
     view_.address = address_;
     view_.load = last_.load;
     view_.cost = cost;
     view_.weight = weight_;
     view_.sessions = last_.sessions.value_or(0);
     view_.pending = static_cast<int>(reservations_.count());
-    view_.committed = std::max(0.0, level_ + cost * unseen);
-    view_.score = std::max(0.0, level_ + cost * next / room) / weight_;
+    view_.committed = std::max(0.0, level_ + cost * unseen_);
+    view_.score = std::max(0.0, level_ + cost * next / room_) / weight_;
     bool const is_taught = lessons.cost.is_taught();
     view_.refusal = refusal(is_taught, params);
-    view_.overcommitted = overcommitted(unseen, is_taught, params);
+    view_.overcommitted = overcommitted(sessions, is_taught, params);
     free_seats_ = seats_left(is_taught, params);
 }
 

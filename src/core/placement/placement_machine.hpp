@@ -3,6 +3,7 @@
 
 #include "placement_estimate.hpp"
 #include "placement_reservations.hpp"
+#include "world_costs.hpp"
 
 #include <webots_cloud/scheduler.hpp>
 
@@ -30,6 +31,40 @@ struct Lessons
     /// not used: where arrivals are counted that is soon, and a bare number does not show arrivals.
     ShowRate show_rate = ShowRate(0.5);
     ForeignTraffic foreign;
+    WorldCosts worlds;
+};
+
+/// Sessions of known worlds, among others: in units of the average session.
+struct KnownSessions
+{
+    double count = 0;
+    double units = 0;
+    double variance = 0;
+
+    void add(ExpectedCost const& cost, double sessions) noexcept
+    {
+        if (!cost.is_known)
+            return;
+        count += sessions;
+        units += sessions * cost.mean;
+        variance += sessions * cost.variance;
+    }
+    void scale(double part) noexcept
+    {
+        count *= part;
+        units *= part;
+        variance *= part;
+    }
+    /// Units of so many sessions, of which these are known.
+    double units_of(double sessions) const noexcept { return sessions - count + units; }
+};
+
+/// How sessions that became visible, and those that left, change what a machine carries.
+struct Change
+{
+    int sessions = 0; ///< How many more there are.
+    int steps = 0;    ///< How many came or left, at least.
+    double units = 0; ///< How much more they want.
 };
 
 /// The state machine of one server: `unknown`, then `reporting` or `unreachable`.
@@ -42,15 +77,17 @@ public:
     void configure(ServerSpec const& spec, std::string_view address);
 
     /// `established`: it may have been up long before this first report, so there is no slow start.
-    Arrivals report(LoadReport const& report, TimePoint now, bool established);
+    Arrivals report(LoadReport const& report, WorldCosts const& worlds, TimePoint now, bool established);
     void mark_unreachable() noexcept;
     void stale() noexcept { stale_ = true; }
-    void place(TimePoint now) noexcept;
+    void place(ExpectedCost const& cost, TimePoint now) noexcept;
     void release(TimePoint placed_at, TimePoint now) noexcept;
 
     /// Computes `view()` anew from the state. Call after each of the above.
     void assess(TimePoint now, Lessons const& lessons, SchedulerParams const& params) noexcept;
     Candidate const& view() const noexcept { return view_; }
+    /// `view().score`, for a session of which more is known.
+    double score(ExpectedCost const& cost) const noexcept;
     /// How many more sessions it has room for: an estimate.
     std::uint32_t free_seats() const noexcept { return free_seats_; }
 
@@ -85,11 +122,13 @@ private:
     int infer_arrivals(LoadReport const& report, Arrivals& arrivals) noexcept;
     void expire(TimePoint now, Arrivals& arrivals) noexcept;
     double unclaimed_visible(TimePoint now) const noexcept;
-    void follow(double load, int more_visible, TimePoint now) noexcept;
-    std::optional<double> surprise(double load, int more_visible, TimePoint now) noexcept;
+    Change change(LoadReport const& report, int more_visible, WorldCosts const& worlds) const noexcept;
+    void settle_known(std::uint32_t before) noexcept;
+    void follow(double load, Change const& change, TimePoint now) noexcept;
+    std::optional<double> surprise(double load, Change const& change, TimePoint now) noexcept;
     bool settling(TimePoint now) const noexcept;
     void note_departures(LoadReport const& report, TimePoint now) noexcept;
-    Evidence learn(LoadReport const& report, TimePoint now) noexcept;
+    Evidence learn(LoadReport const& report, Change const& change, TimePoint now) noexcept;
     Evidence learn_by_placements(double load, TimePoint now) noexcept;
     Refusal refusal(bool is_taught, SchedulerParams const& params) const noexcept;
     bool overcommitted(double unseen, bool is_taught, SchedulerParams const& params) const noexcept;
@@ -119,7 +158,15 @@ private:
     TimePoint stepped_at_ = TimePoint::min();
     /// How many sessions came and went since `level_before_`, and how many more there are by that.
     int steps_ = 0;
-    int rise_ = 0;
+    double rise_ = 0; ///< In units of sessions.
+
+    KnownSessions visible_;  ///< In the last report.
+    KnownSessions starting_; ///< In it, too.
+    KnownSessions pending_;  ///< Among the reservations.
+    double unseen_ = 0;      ///< Units of sessions that are not visible yet,
+    double variance_ = 0;    ///< and how uncertain they are.
+    double variety_ = 0;     ///< Of sessions of which nothing is known.
+    double room_ = 1;
 
     PlacedHistory placed_;
     std::uint64_t placed_in_all_ = 0;

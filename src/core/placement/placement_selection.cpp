@@ -4,8 +4,8 @@
 
 namespace webots_cloud::placement {
 
-void Selection::select(Fleet const& fleet, PlacementRequest const& request, std::size_t from,
-                       std::size_t to) noexcept
+void Selection::select(Fleet const& fleet, PlacementRequest const& request, ExpectedCost const& cost,
+                       std::size_t from, std::size_t to) noexcept
 {
     for (std::size_t position = from; position != to; ++position) {
         std::size_t const slot = fleet.slot_at(position);
@@ -14,23 +14,23 @@ void Selection::select(Fleet const& fleet, PlacementRequest const& request, std:
             continue;
         Entry entry;
         entry.slot = static_cast<std::uint32_t>(slot);
-        entry.score = machine.view().score;
+        entry.score = cost.is_known ? machine.score(cost) : machine.view().score;
         entry.by_score = order_key(entry.score, machine.turn());
         entry.by_load = order_key(machine.view().load, machine.turn());
         entries_.push_back(entry); // reserved for all machines: never allocates
     }
 }
 
-void Selection::select(Fleet const& fleet, PlacementRequest const& request) noexcept
+void Selection::select(Fleet const& fleet, PlacementRequest const& request, ExpectedCost const& cost) noexcept
 {
     entries_.clear();
     lacking_ = 0;
     if (!request.labels.empty())
         for (std::size_t position = 0; position != fleet.usable(); ++position)
             lacking_ += !fleet.machine(fleet.slot_at(position)).has_labels(request.labels);
-    select(fleet, request, 0, fleet.roomy());
+    select(fleet, request, cost, 0, fleet.roomy());
     if (entries_.empty())
-        select(fleet, request, fleet.roomy(), fleet.usable());
+        select(fleet, request, cost, fleet.roomy(), fleet.usable());
     double const part = fleet.offered() == 0
                             ? 0
                             : static_cast<double>(entries_.size()) / static_cast<double>(fleet.offered());

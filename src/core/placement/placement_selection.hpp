@@ -28,7 +28,7 @@ public:
     void reserve(std::size_t machines) { entries_.reserve(machines); }
 
     /// Overcommitted machines are among them only where there are no others.
-    void select(Fleet const& fleet, PlacementRequest const& request) noexcept;
+    void select(Fleet const& fleet, PlacementRequest const& request, ExpectedCost const& cost) noexcept;
 
     std::span<Entry const> entries() const noexcept { return entries_; }
     /// How many machines lack only the labels.
@@ -37,8 +37,8 @@ public:
     double unseen_arrivals() const noexcept { return unseen_arrivals_; }
 
 private:
-    void select(Fleet const& fleet, PlacementRequest const& request, std::size_t from,
-                std::size_t to) noexcept;
+    void select(Fleet const& fleet, PlacementRequest const& request, ExpectedCost const& cost,
+                std::size_t from, std::size_t to) noexcept;
 
     std::vector<Entry> entries_;
     std::size_t lacking_ = 0;

@@ -57,7 +57,11 @@ bool is_usable(LoadReport const& report)
     auto const is_count = [](auto const& number) { return !number || *number >= 0; };
     return is_percentage(report.load) && (!report.memory || is_percentage(*report.memory)) &&
            is_count(report.sessions) && is_count(report.starting) && is_count(report.capacity) &&
-           is_count(report.arrivals) && is_count(report.failed) && is_count(report.departures);
+           is_count(report.arrivals) && is_count(report.failed) && is_count(report.departures) &&
+           (!report.processors || positive(*report.processors)) &&
+           std::ranges::all_of(report.worlds, [](WorldUse const& use) {
+               return use.running >= 0 && use.starting >= 0 && is_percentage(use.processors);
+           });
 }
 
 } // namespace
@@ -171,9 +175,14 @@ struct Scheduler::Impl
         if (!are_labels(request.labels))
             return unusable("labels: wanted at most 32, of letters, digits, \".\", \"_\", \"-\" and \"+\"");
         placement::Record& record = next_record(now);
-        bool const selects = !request.labels.empty();
+        placement::ExpectedCost cost;
+        if (!request.world.empty())
+            cost = fleet.expect(world_key(request.world, request.mode));
+        if (cost.is_known)
+            record.expected_cost = cost.mean;
+        bool const selects = !request.labels.empty() || cost.is_known;
         if (selects) {
-            selection.select(fleet, request);
+            selection.select(fleet, request, cost);
             record.restrict_to(selection, request.labels, fleet);
             if (record.offered == 0 && !can_ever_serve(fleet, request))
                 return nobody_has(request.labels);
@@ -186,12 +195,13 @@ struct Scheduler::Impl
             return none_available();
         }
         if (selects)
-            return choose(placement::SelectedSnapshot(fleet, selection, record), record, now);
-        return choose(placement::LiveSnapshot(fleet, record), record, now);
+            return choose(placement::SelectedSnapshot(fleet, selection, record), record, cost, now);
+        return choose(placement::LiveSnapshot(fleet, record), record, cost, now);
     }
 
     template<class Snapshot>
-    result<Placement> choose(Snapshot const& snapshot, placement::Record& record, TimePoint now)
+    result<Placement> choose(Snapshot const& snapshot, placement::Record& record,
+                             placement::ExpectedCost const& cost, TimePoint now)
     {
         RandomSource random(record.random);
         std::size_t const position = record.policy->choose(snapshot, random);
@@ -201,7 +211,7 @@ struct Scheduler::Impl
         record.note(position, snapshot.view(position));
         std::size_t const slot = snapshot.slot(position);
         record.chosen = fleet.machine(slot).address();
-        fleet.place(slot, now);
+        fleet.place(slot, cost, now);
         Placement placement;
         placement.address = record.chosen;
         placement.decision = record.id;

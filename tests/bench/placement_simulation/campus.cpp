@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
+#include <map>
+#include <numbers>
 #include <numeric>
 #include <optional>
 
@@ -26,8 +29,11 @@ TimePoint at(double time)
     return TimePoint(std::chrono::duration_cast<Duration>(std::chrono::duration<double>(3600 + time)));
 }
 
+constexpr double use_noise = 0.1; // of what a world's sessions are seen to use, relatively, either way
+
 struct Session
 {
+    std::size_t world;
     double load; ///< Percent of its machine.
     double arrives;
     double visible;
@@ -64,8 +70,9 @@ class Day
 {
 public:
     Day(Campus const& campus, std::uint64_t seed)
-        : campus_(campus), random_(seed), machines_(campus.seats.size())
+        : campus_(campus), random_(seed), world_random_(seed + 1'000'000), machines_(campus.seats.size())
     {
+        choose_worlds();
         std::vector<ServerSpec> specs;
         for (std::size_t machine = 0; machine != machines_.size(); ++machine) {
             specs.emplace_back(std::to_string(machine));
@@ -139,7 +146,67 @@ private:
         }
     }
 
-    LoadReport look_at(MachineState const& machine, double now) const
+    /// Worlds by cost, each with its popularity: a few are started often, most are rare.
+    void choose_worlds()
+    {
+        std::vector<std::size_t> ranks(static_cast<std::size_t>(campus_.worlds));
+        std::iota(ranks.begin(), ranks.end(), 1);
+        for (std::size_t last = ranks.size(); last > 1; --last)
+            std::swap(ranks[last - 1],
+                      ranks[static_cast<std::size_t>(world_random_.uniform() * static_cast<double>(last))]);
+        double sum = 0;
+        for (std::size_t const rank : ranks)
+            popularity_.push_back(sum += 1 / static_cast<double>(rank));
+        for (double& part : popularity_)
+            part /= sum;
+    }
+
+    /// The world of a session whose cost has the normal variate `z`: sessions of one world differ by
+    /// `same_world`.
+    std::size_t world_of(double z)
+    {
+        if (campus_.new_worlds)
+            return ++new_worlds_;
+        double const within = campus_.same_world / campus_.cost_spread;
+        double const of_world = std::sqrt(1 - within * within) * z + within * world_random_.normal();
+        double const quantile = std::erfc(-of_world / std::numbers::sqrt2) / 2;
+        auto const found = std::ranges::lower_bound(popularity_, quantile);
+        return static_cast<std::size_t>(std::min(found, popularity_.end() - 1) - popularity_.begin());
+    }
+
+    std::string address_of(std::size_t world) const
+    {
+        auto const repository = world / static_cast<std::size_t>(campus_.worlds_per_repository);
+        return "https://github.com/o/r" + std::to_string(repository) + "/blob/main/worlds/w" +
+               std::to_string(world) + ".wbt";
+    }
+
+    void report_worlds(MachineState const& machine, double now, LoadReport& report)
+    {
+        double const crowded = std::max(1.0, machine.visible(now) / 100);
+        report.processors = 100 / machine.percent_per_cost; // an average session keeps one busy
+        std::map<std::size_t, WorldUse> uses;
+        for (Session const& session : machine.sessions) {
+            if (session.arrives > now)
+                continue;
+            WorldUse& use = uses[session.world];
+            bool const runs = session.visible <= now;
+            ++(runs ? use.running : use.starting);
+            if (runs)
+                use.processors += session.load / machine.percent_per_cost / crowded;
+        }
+        for (auto& [world, use] : uses) {
+            use.key = world_key(address_of(world), "mjpeg");
+            use.processors *= 1 + world_random_.uniform(-use_noise, use_noise);
+            report.worlds.push_back(use);
+        }
+        auto const sessions = [](WorldUse const& use) { return use.running + use.starting; };
+        std::ranges::stable_sort(report.worlds, std::greater(), sessions);
+        if (report.worlds.size() > LoadReport::max_worlds)
+            report.worlds.resize(LoadReport::max_worlds);
+    }
+
+    LoadReport look_at(MachineState const& machine, double now)
     {
         LoadReport report(std::accumulate(machine.recent.begin(), machine.recent.end(), 0.0) / samples);
         if (campus_.peers == Peers::bare)
@@ -152,7 +219,9 @@ private:
         report.starting = *report.sessions - counts(&Session::visible);
         if (campus_.peers == Peers::seated)
             report.capacity = machine.seats;
-        if (campus_.peers == Peers::exact) {
+        if (campus_.peers == Peers::worlds)
+            report_worlds(machine, now, report);
+        if (campus_.peers == Peers::exact || campus_.peers == Peers::worlds) {
             report.departures = static_cast<std::int64_t>(machine.departed);
             report.arrivals = *report.departures + *report.sessions;
             report.failed = 0;
@@ -184,29 +253,37 @@ private:
     void seat_user(double now)
     {
         double const sigma = campus_.cost_spread;
-        double const cost = std::exp(sigma * random_.normal() - sigma * sigma / 2); // mean 1
+        double const z = random_.normal();
+        double const cost = std::exp(sigma * z - sigma * sigma / 2); // mean 1
+        std::size_t const world = world_of(z);
         bool const comes = !random_.chance(campus_.no_show);
         double const stays = random_.exponential(campus_.duration);
         bool const measured = now >= campus_.warm_up;
         users_ += measured;
+        // The oracle draws it as well, so that it sees the same day.
+        auto const server =
+            static_cast<std::size_t>(random_.uniform() * static_cast<double>(schedulers_.size()));
         std::optional<std::size_t> const choice =
-            campus_.knowledge == Knowledge::reports ? ask(now) : divine(cost);
+            campus_.knowledge == Knowledge::reports ? ask(server, world, now) : divine(cost);
         if (!choice) {
             refused_ += measured;
         } else if (!machines_[*choice].alive) {
             stranded_ += measured;
         } else if (comes) {
             MachineState& machine = machines_[*choice];
-            machine.sessions.push_back({cost * machine.percent_per_cost, now + travel, now + visible_after,
-                                        now + visible_after + stays});
+            machine.sessions.push_back({world, cost * machine.percent_per_cost, now + travel,
+                                        now + visible_after, now + visible_after + stays});
         }
     }
 
-    std::optional<std::size_t> ask(double now)
+    std::optional<std::size_t> ask(std::size_t server, std::size_t world, double now)
     {
-        auto const server =
-            static_cast<std::size_t>(random_.uniform() * static_cast<double>(schedulers_.size()));
-        auto const placement = schedulers_[server].place(at(now));
+        PlacementRequest request;
+        if (campus_.peers == Peers::worlds) {
+            request.world = address_of(world);
+            request.mode = "mjpeg";
+        }
+        auto const placement = schedulers_[server].place(request, at(now));
         if (!placement)
             return std::nullopt;
         return std::stoul(std::string(placement->address));
@@ -260,6 +337,10 @@ private:
 
     Campus const& campus_;
     Randomness random_;
+    Randomness
+        world_random_; ///< Its own, so that the costs of sessions are the same with and without worlds.
+    std::vector<double> popularity_; ///< Of the worlds, by cost: sums.
+    std::size_t new_worlds_ = 1'000'000;
     std::vector<MachineState> machines_;
     std::vector<Scheduler> schedulers_;
     double users_per_second_ = 0;

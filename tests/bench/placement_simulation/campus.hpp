@@ -16,7 +16,8 @@ enum class Peers
     bare,    ///< A number.
     counted, ///< A number, `sessions` and `starting`.
     seated,  ///< These and `capacity`.
-    exact    ///< Those without `capacity`, and the counters since they came up.
+    exact,   ///< Those without `capacity`, and the counters since they came up.
+    worlds   ///< These, and what the sessions of each world use.
 };
 
 /// Who places: the real Scheduler, or somebody who knows what no scheduler can.
@@ -35,13 +36,17 @@ struct Campus
     double seat_load =
         12; ///< Percent of an 8-seat machine that an average session takes; others in proportion.
     double cost_spread = 0.998; ///< Log-normal sigma: 95 of 100 sessions lie within a factor of 50.
-    double duration = 600;      ///< s, exponential mean.
-    double utilisation = 0.7;   ///< Of all seats, on average.
-    double in_classes = 0.5;    ///< The part of users that comes in classes.
-    int class_size = 30;        ///< Who click within 30 s.
-    double no_show = 0;         ///< The part of placements that never arrive.
-    double mean_life = 0;       ///< s until a machine dies; 0: none does. It is back, empty, after `repair`.
-    double repair = 300;        ///< s.
+    int worlds = 300;           ///< Worlds differ; those of one repository are alike.
+    int worlds_per_repository = 5;
+    double same_world = 0.2;  ///< Log-normal sigma of the sessions of one world; a part of `cost_spread`.
+    bool new_worlds = false;  ///< No session's world has been seen before.
+    double duration = 600;    ///< s, exponential mean.
+    double utilisation = 0.7; ///< Of all seats, on average.
+    double in_classes = 0.5;  ///< The part of users that comes in classes.
+    int class_size = 30;      ///< Who click within 30 s.
+    double no_show = 0;       ///< The part of placements that never arrive.
+    double mean_life = 0;     ///< s until a machine dies; 0: none does. It is back, empty, after `repair`.
+    double repair = 300;      ///< s.
     std::size_t session_servers = 1;
     Peers peers = Peers::counted;
     Knowledge knowledge = Knowledge::reports;

@@ -36,6 +36,7 @@ struct Contestant
     Knowledge knowledge = Knowledge::reports;
     std::string policy = "least_committed";
     Peers peers = Peers::counted;
+    bool new_worlds = false;
 };
 
 std::vector<Contestant> contestants()
@@ -43,6 +44,8 @@ std::vector<Contestant> contestants()
     return {{"oracle", Knowledge::everything},
             {"oracle without costs", Knowledge::every_queue},
             {"least_committed, with capacity", Knowledge::reports, "least_committed", Peers::seated},
+            {"least_committed, worlds reported", Knowledge::reports, "least_committed", Peers::worlds},
+            {"the same, no world seen before", Knowledge::reports, "least_committed", Peers::worlds, true},
             {"least_committed, arrivals counted", Knowledge::reports, "least_committed", Peers::exact},
             {"least_committed", Knowledge::reports},
             {"least_committed, bare numbers", Knowledge::reports, "least_committed", Peers::bare},
@@ -72,6 +75,7 @@ void campus(Output& output)
             campus.knowledge = contestant.knowledge;
             campus.policy = contestant.policy;
             campus.peers = contestant.peers;
+            campus.new_worlds = contestant.new_worlds;
             CampusFigures const figures = average_campus(campus, seeds);
             print_row(output.tables, {contestant.name, decimals(figures.crammed, 1),
                                       decimals(figures.slowdown, 3), decimals(figures.refused, 1),

@@ -52,11 +52,11 @@ BOOST_AUTO_TEST_CASE(a_minute_of_other_work_hardly_moves_the_cost)
 BOOST_AUTO_TEST_CASE(many_sessions_at_once_tell_their_cost_by_the_load_itself)
 {
     SessionCost estimate(12);
-    estimate.weigh(5 + 40 * 1.5, 40);
+    estimate.weigh(5 + 40 * 1.5, 40, 40);
     estimate.combine(1, 60);
     BOOST_TEST(estimate.value() < 2);
     BOOST_TEST(estimate.value() > 1.5);
-    estimate.weigh(50, 3);
+    estimate.weigh(50, 3, 3);
     estimate.combine(1, 300);
     BOOST_TEST(estimate.value() == 12);
 }
@@ -232,7 +232,7 @@ BOOST_AUTO_TEST_CASE(what_a_machine_taught_fades_within_hours)
 BOOST_AUTO_TEST_CASE(a_few_light_sessions_say_little_by_the_load_itself)
 {
     SessionCost estimate(12);
-    estimate.weigh(5 + 10 * 0.1, 10); // most of it is the five percent of load from other programs
+    estimate.weigh(5 + 10 * 0.1, 10, 10); // most of it is the five percent of load from other programs
     estimate.combine(1, 60);
     BOOST_TEST(estimate.value() > 10);
 }

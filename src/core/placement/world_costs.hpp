@@ -1,0 +1,72 @@
+// What a session of a world costs, relative to the average session: learned from the machines' reports.
+#pragma once
+
+#include <webots_cloud/load_report.hpp>
+#include <webots_cloud/time.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+#include <unordered_map>
+
+namespace webots_cloud::placement {
+
+/// What is expected of one session.
+struct ExpectedCost
+{
+    double mean = 1;     ///< 1 is the average session.
+    double variance = 0; ///< Of that, where the mean is not all that is known; see `is_known`.
+    bool is_known = false;
+};
+
+/// Estimates of worlds, towards those of their repositories, of their modes, and of the fleet, with weights
+/// that fall as a world is seen for longer.
+///
+/// Costs are processors that a simulation keeps busy, so machines of any size teach one another; relative to
+/// the average, so that nothing changes where no world is known. What differs by more than a factor of four
+/// from what is known already counts as just that, and no report weighs more than a minute of one session of
+/// its world. Estimates fade with a time constant of two weeks, and the oldest are forgotten when there are
+/// too many.
+class WorldCosts
+{
+public:
+    /// Of a session of that world; the average one where nothing is known of it.
+    ExpectedCost expect(WorldKey const& key) const noexcept;
+
+    /// Processors that the average session keeps busy; 0: nobody has said.
+    double processors() const noexcept { return fleet_.mean; }
+
+    /// One machine's report, `since_last` after the one before.
+    void learn(std::vector<WorldUse> const& worlds, Duration since_last, TimePoint now);
+
+    std::size_t size() const noexcept { return estimates_.size(); }
+
+    /// How many worlds, repositories and modes are remembered.
+    static constexpr std::size_t max_estimates = 20'000;
+
+private:
+    /// In processors for each session; `weight` in minutes of sessions.
+    struct Estimate
+    {
+        double mean = 0;
+        double weight = 0;
+        TimePoint seen{};
+    };
+
+    /// How an estimate takes samples: the most that it remembers, and the factor by which one may differ.
+    struct Memory
+    {
+        double max_weight;
+        double max_factor;
+    };
+
+    static void add(Estimate& estimate, double sample, double weight, Memory memory, TimePoint now) noexcept;
+    void learn(std::uint64_t digest, double sample, double weight, Memory memory, TimePoint now);
+    Estimate const* find(std::uint64_t digest) const noexcept;
+    void forget_oldest();
+
+    std::unordered_map<std::uint64_t, Estimate> estimates_;
+    Estimate fleet_;
+};
+
+} // namespace webots_cloud::placement
