@@ -15,6 +15,8 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <functional>
+#include <map>
 #include <utility>
 
 namespace webots_cloud {
@@ -183,7 +185,37 @@ LoadReport OperatorEndpoints::report() const
     report.failed = static_cast<std::int64_t>(context_.starts.lost());
     report.departures = *report.arrivals - *report.sessions;
     report.labels = params_.labels;
+    if (description_.cores > 0) {
+        report.processors = description_.cores;
+        report.worlds = worlds();
+    }
     return report;
+}
+
+/// What simulations use, by world: those of which most are here, if there are too many.
+std::vector<WorldUse> OperatorEndpoints::worlds() const
+{
+    std::map<std::uint64_t, WorldUse> uses;
+    for (auto const& [id, session] : sessions_) {
+        auto const key = session->world_key();
+        auto& use = uses[key.world];
+        use.key = key;
+        if (session->is_starting()) {
+            ++use.starting;
+        } else if (session->is_measured()) {
+            ++use.running;
+            use.processors += session->processors();
+            use.memory += static_cast<double>(session->usage().memory_bytes);
+        }
+    }
+    std::vector<WorldUse> worlds;
+    auto const simulations = [](WorldUse const& use) { return use.running + use.starting; };
+    for (auto const& [world, use] : uses)
+        if (simulations(use) > 0)
+            worlds.push_back(use);
+    std::ranges::stable_sort(worlds, std::greater<>(), simulations);
+    worlds.resize(std::min(worlds.size(), LoadReport::max_worlds));
+    return worlds;
 }
 
 std::string OperatorEndpoints::monitor_snapshot()
@@ -375,6 +407,8 @@ Answer OperatorEndpoints::readiness(IncomingRequest const&)
 Answer OperatorEndpoints::load_answer(IncomingRequest const& request)
 {
     bool const wants_json = request.header("Accept").find("application/json") != std::string_view::npos;
+    if (wants_json)
+        want_look(); // for the next report
     return wants_json ? core::json_page(to_json(report(), version()))
                       : core::page(core::python_float(average_.value()));
 }

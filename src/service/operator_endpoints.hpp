@@ -74,6 +74,7 @@ private:
     std::vector<core::SimulationRow> rows() const;
     std::size_t capacity() const;
     LoadReport report() const;
+    std::vector<WorldUse> worlds() const;
     std::string monitor_snapshot();
     std::string monitor_text() const;
 

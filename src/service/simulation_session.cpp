@@ -145,6 +145,12 @@ bool SimulationSession::is_starting() const noexcept
     return stage() == Life::Stage::fetching || stage() == Life::Stage::launching;
 }
 
+WorldKey SimulationSession::world_key() const
+{
+    auto const* start = std::get_if<core::StartMessage>(&request_);
+    return webots_cloud::world_key(core::world_of(request_), start ? start->mode : std::string());
+}
+
 core::SimulationRow SimulationSession::row() const
 {
     core::SimulationRow row;

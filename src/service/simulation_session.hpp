@@ -11,6 +11,7 @@
 #include "core/simulation/simulation_life.hpp"
 #include "core/simulation/start_figures.hpp"
 
+#include <webots_cloud/load_report.hpp>
 #include <webots_cloud/project_fetcher.hpp>
 #include <webots_cloud/simulation_launcher.hpp>
 #include <webots_cloud/transport/clock.hpp>
@@ -149,6 +150,10 @@ public:
     /// What it consumed when it was last looked at; nothing before that.
     ProcessUsage const& usage() const noexcept { return used_; }
     double processors() const noexcept { return cpu_.value_or(0) / 100; }
+    bool is_measured() const noexcept { return cpu_.has_value(); }
+
+    /// Which world it shows, for session servers.
+    WorldKey world_key() const;
 
     core::SimulationRow row() const;
 

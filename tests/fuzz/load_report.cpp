@@ -41,6 +41,15 @@ int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
     fuzz::require(again->memory.has_value() == report->memory.has_value());
     again->load = report->load;
     again->memory = report->memory;
+    fuzz::require(again->processors.has_value() == report->processors.has_value());
+    again->processors = report->processors;
+    fuzz::require(again->worlds.size() == report->worlds.size() &&
+                  report->worlds.size() <= LoadReport::max_worlds);
+    for (std::size_t i = 0; i != report->worlds.size(); ++i) {
+        fuzz::require(std::isfinite(report->worlds[i].processors) && report->worlds[i].processors >= 0);
+        again->worlds[i].processors = report->worlds[i].processors;
+        again->worlds[i].memory = report->worlds[i].memory;
+    }
     fuzz::require(*again == *report);
     // As servers of the previous generation say it.
     auto const plain = parse_load_report(core::python_float(report->load));

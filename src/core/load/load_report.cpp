@@ -92,6 +92,92 @@ bool read_labels(json::object const& object, std::vector<std::string>& labels)
     return true;
 }
 
+constexpr std::size_t digest_length = 16;
+
+/// A digest is 16 hexadecimal digits: numbers of 64 bits do not survive every JSON reader.
+bool read_digest(json::object const& object, std::string_view key, std::uint64_t& digest)
+{
+    auto const* value = object.if_contains(key);
+    auto const* text = value ? value->if_string() : nullptr;
+    if (!text || text->size() != digest_length)
+        return false;
+    auto const [end, error] = std::from_chars(text->data(), text->data() + text->size(), digest, 16);
+    return error == std::errc() && end == text->data() + text->size();
+}
+
+std::string digest_text(std::uint64_t digest)
+{
+    constexpr std::string_view digits = "0123456789abcdef";
+    std::string text(digest_length, '0');
+    for (auto digit = text.rbegin(); digest != 0; ++digit, digest /= 16)
+        *digit = digits[digest % 16];
+    return text;
+}
+
+/// Reads `key` if it is there; false when its value is no finite number from 0 up.
+bool read_amount(json::object const& object, std::string_view key, double& amount)
+{
+    auto const* value = object.if_contains(key);
+    if (!value)
+        return true;
+    boost::system::error_code ignored;
+    if (!value->is_number() || !is_load(value->to_number<double>(ignored)))
+        return false;
+    amount = value->to_number<double>(ignored);
+    return true;
+}
+
+std::optional<WorldUse> read_world(json::value const& entry)
+{
+    auto const* object = entry.if_object();
+    WorldUse use;
+    std::optional<int> running;
+    std::optional<int> starting;
+    if (!object || !read_digest(*object, "world", use.key.world) ||
+        !read_digest(*object, "repository", use.key.repository) ||
+        !read_digest(*object, "mode", use.key.mode) || !read_count(*object, "running", running) ||
+        !read_count(*object, "starting", starting) || !read_amount(*object, "processors", use.processors) ||
+        !read_amount(*object, "memory", use.memory))
+        return std::nullopt;
+    use.running = running.value_or(0);
+    use.starting = starting.value_or(0);
+    return use;
+}
+
+/// `processors` and `worlds`: both or nothing.
+bool read_worlds(json::object const& object, LoadReport& report)
+{
+    auto const* value = object.if_contains("worlds");
+    if (!value)
+        return true;
+    auto const* list = value->if_array();
+    double processors = 0;
+    if (!list || list->size() > LoadReport::max_worlds || !read_amount(object, "processors", processors) ||
+        processors <= 0)
+        return false;
+    report.processors = processors;
+    for (auto const& entry : *list) {
+        auto const use = read_world(entry);
+        if (!use)
+            return false;
+        report.worlds.push_back(*use);
+    }
+    return true;
+}
+
+json::object world_json(WorldUse const& use)
+{
+    json::object object;
+    object["world"] = digest_text(use.key.world);
+    object["repository"] = digest_text(use.key.repository);
+    object["mode"] = digest_text(use.key.mode);
+    object["running"] = use.running;
+    object["starting"] = use.starting;
+    object["processors"] = use.processors;
+    object["memory"] = use.memory;
+    return object;
+}
+
 std::optional<LoadReport> read_object(json::object const& object)
 {
     LoadReport report;
@@ -103,7 +189,7 @@ std::optional<LoadReport> read_object(json::object const& object)
     if (!is_load(report.load) || !read_count(object, "sessions", report.sessions) ||
         !read_count(object, "starting", report.starting) ||
         !read_count(object, "capacity", report.capacity) || !read_counters(object, report) ||
-        !read_labels(object, report.labels))
+        !read_labels(object, report.labels) || !read_worlds(object, report))
         return std::nullopt;
     if (auto const* memory = object.if_contains("memory")) {
         if (!memory->is_number() || !is_load(memory->to_number<double>(ignored)))
@@ -160,6 +246,12 @@ std::string to_json(LoadReport const& report, std::string_view version)
         object["departures"] = *report.departures;
     if (!report.labels.empty())
         object["labels"] = json::array(report.labels.begin(), report.labels.end());
+    if (report.processors) {
+        object["processors"] = *report.processors;
+        auto& worlds = object["worlds"].emplace_array();
+        for (WorldUse const& use : report.worlds)
+            worlds.push_back(world_json(use));
+    }
     object["version"] = version;
     return json::serialize(object);
 }

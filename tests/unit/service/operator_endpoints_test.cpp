@@ -407,6 +407,32 @@ BOOST_AUTO_TEST_CASE(the_report_counts_sessions_starts_and_those_who_came_and_le
     BOOST_TEST(fixture.report().departures.value() == 1);
 }
 
+BOOST_AUTO_TEST_CASE(the_report_tells_what_worlds_use_once_it_has_been_measured)
+{
+    Fixture fixture;
+    fixture.metrics.host.cores = 8;
+    fixture.endpoints.emplace(fixture.params, fixture.hooks, fixture.context, fixture.sessions,
+                              fixture.metrics);
+    std::optional<result<>> ended;
+    fixture.tasks.spawn(look_at_processes(*fixture.endpoints, ended));
+    fixture.world.settle();
+    fixture.processes.expect().prints(".\n");
+    fixture.run(fixture.add_session());
+    fixture.add_session();
+    fixture.add_session();
+    fixture.add_session("https://github.com/o/r/blob/main/worlds/b.wbt");
+    auto report = fixture.report(); // which asks for a look at the simulators
+    BOOST_TEST(report.processors.value() == 8);
+    BOOST_REQUIRE(report.worlds.size() == 2u);
+    BOOST_TEST((report.worlds[0].key == world_key("https://github.com/o/r/blob/main/worlds/a.wbt", "x3d")));
+    BOOST_TEST(report.worlds[0].starting == 2);
+    BOOST_TEST(report.worlds[0].running == 0, "nothing is known of it");
+    BOOST_TEST(report.worlds[1].starting == 1);
+    fixture.world.advance(1s);
+    fixture.world.settle();
+    BOOST_TEST(fixture.report().worlds[0].running == 1);
+}
+
 BOOST_AUTO_TEST_CASE(figures_show_each_session_in_one_state)
 {
     Fixture fixture;

@@ -75,6 +75,58 @@ BOOST_AUTO_TEST_CASE(our_own_servers_say_more_and_are_understood)
     BOOST_TEST((parse_load_report(to_json(report, "1.2.3")).value() == report));
 }
 
+BOOST_AUTO_TEST_CASE(what_worlds_use_is_told_by_digests)
+{
+    LoadReport report(12.5);
+    report.processors = 16;
+    WorldUse& use = report.worlds.emplace_back();
+    use.key = world_key("https://github.com/o/r/blob/main/worlds/w.wbt", "mjpeg");
+    use.running = 3;
+    use.starting = 1;
+    use.processors = 2.5;
+    use.memory = 1e9;
+    std::string const text = to_json(report, "1.2.3");
+    BOOST_TEST((parse_load_report(text).value() == report));
+    BOOST_TEST(text.find("github") == std::string::npos);
+    BOOST_TEST(boost::json::parse(text).at("worlds").at(0).at("world").as_string().size() == 16u);
+    report.worlds.clear();
+    BOOST_TEST((parse_load_report(to_json(report, "1.2.3")).value() == report));
+}
+
+BOOST_AUTO_TEST_CASE(worlds_that_make_no_sense_are_no_report)
+{
+    auto const with = [](std::string const& processors, std::string const& worlds) {
+        return parse_load_report(R"({"load":1,"processors":)" + processors + R"(,"worlds":[)" + worlds +
+                                 "]}");
+    };
+    std::string const keys =
+        R"("world":"0123456789abcdef","repository":"0123456789abcdef","mode":"0123456789abcdef")";
+    BOOST_TEST(with("4", "{" + keys + "}").has_value());
+    BOOST_TEST(
+        with("4", "{" + keys + R"(,"running":2,"starting":1,"processors":0.5,"memory":1})").has_value());
+    BOOST_TEST(!parse_load_report(R"({"load":1,"worlds":[]})"), "of how many processors?");
+    for (auto const* processors : {"0", "-1", "1e999", "\"4\""})
+        BOOST_TEST(!with(processors, "{" + keys + "}"), processors);
+    std::vector<std::string> const wrong = {
+        std::string("1"),
+        std::string("{}"),
+        std::string(R"({"world":"0123456789abcdef"})"),
+        "{" + keys + R"(,"running":-1})",
+        "{" + keys + R"(,"starting":0.5})",
+        "{" + keys + R"(,"processors":-1})",
+        "{" + keys + R"(,"memory":"much"})",
+        R"({"world":"0123456789abcde","repository":"0123456789abcdef","mode":"0123456789abcdef"})",
+        R"({"world":"0123456789abcdeg","repository":"0123456789abcdef","mode":"0123456789abcdef"})",
+        R"({"world":-1,"repository":"0123456789abcdef","mode":"0123456789abcdef"})"};
+    for (auto const& entry : wrong)
+        BOOST_TEST(!with("4", entry), entry);
+    std::string many = "{" + keys + "}";
+    for (int world = 2; world <= 64; ++world)
+        many += ",{" + keys + "}";
+    BOOST_TEST(with("4", many)->worlds.size() == LoadReport::max_worlds);
+    BOOST_TEST(!with("4", many + ",{" + keys + "}"));
+}
+
 BOOST_AUTO_TEST_CASE(more_labels_than_a_machine_can_have_are_refused)
 {
     std::string labels = R"("l1")";
