@@ -4,14 +4,20 @@
 
 namespace webots_cloud::placement {
 
-void Selection::select(Fleet const& fleet, PlacementRequest const& request, ExpectedCost const& cost,
-                       std::size_t from, std::size_t to) noexcept
+void Selection::select(Fleet const& fleet, PlacementRequest const& request, ExpectedCost const& cost) noexcept
 {
-    for (std::size_t position = from; position != to; ++position) {
+    entries_.clear();
+    lacking_ = 0;
+    bool has_roomy = false;
+    for (std::size_t position = 0; position != fleet.usable(); ++position) {
         std::size_t const slot = fleet.slot_at(position);
         Machine const& machine = fleet.machine(slot);
-        if (!machine.has_labels(request.labels))
+        bool const suits = machine.has_labels(request.labels);
+        lacking_ += !suits;
+        bool const roomy = position < fleet.roomy(); // those come first
+        if (!suits || (!roomy && has_roomy))
             continue;
+        has_roomy = roomy;
         Entry entry;
         entry.slot = static_cast<std::uint32_t>(slot);
         entry.score = cost.is_known ? machine.score(cost) : machine.view().score;
@@ -19,18 +25,6 @@ void Selection::select(Fleet const& fleet, PlacementRequest const& request, Expe
         entry.by_load = order_key(machine.view().load, machine.turn());
         entries_.push_back(entry); // reserved for all machines: never allocates
     }
-}
-
-void Selection::select(Fleet const& fleet, PlacementRequest const& request, ExpectedCost const& cost) noexcept
-{
-    entries_.clear();
-    lacking_ = 0;
-    if (!request.labels.empty())
-        for (std::size_t position = 0; position != fleet.usable(); ++position)
-            lacking_ += !fleet.machine(fleet.slot_at(position)).has_labels(request.labels);
-    select(fleet, request, cost, 0, fleet.roomy());
-    if (entries_.empty())
-        select(fleet, request, cost, fleet.roomy(), fleet.usable());
     double const part = fleet.offered() == 0
                             ? 0
                             : static_cast<double>(entries_.size()) / static_cast<double>(fleet.offered());

@@ -37,9 +37,6 @@ public:
     double unseen_arrivals() const noexcept { return unseen_arrivals_; }
 
 private:
-    void select(Fleet const& fleet, PlacementRequest const& request, ExpectedCost const& cost,
-                std::size_t from, std::size_t to) noexcept;
-
     std::vector<Entry> entries_;
     std::size_t lacking_ = 0;
     double unseen_arrivals_ = 0;
