@@ -3,6 +3,7 @@
 
 import asyncio
 import contextlib
+import functools
 import json
 import os
 import shlex
@@ -58,6 +59,29 @@ class Starts(unittest.IsolatedAsyncioTestCase):
                     await browser.hear("webots:")
                 self.assertIn(os.path.join(simulation.folder, "wh", "webots"), simulation.log())
                 simulation.wait_until_clean()
+
+    # 4.2: session servers place by it.
+    async def test_the_load_tells_what_the_machine_can_run_and_what_its_worlds_use(self):
+        simulation = server(webotsHome="wh", labels=["gpu"])
+        with contextlib.closing(simulation):
+            os.makedirs(os.path.join(simulation.folder, "wh", "resources"))
+            os.symlink(program("webots-demo-simulator"), os.path.join(simulation.folder, "wh", "webots"))
+            with open(os.path.join(simulation.folder, "wh", "resources", "version.txt"), "w") as file:
+                file.write("R2025a\n")
+            simulation.start()
+            ask = functools.partial(simulation.get, "/load", {"Accept": "application/json"})
+            self.assertEqual(json.loads(ask())["labels"], ["gpu", "R2025a"])
+            async with Browser(simulation) as browser:
+                await browser.start()
+                await browser.hear("webots:")
+                wait_until(lambda: any(use["running"] for use in json.loads(ask())["worlds"]), "the simulation is not measured")
+                report = json.loads(ask())
+                self.assertEqual(report["processors"], os.cpu_count())
+                self.assertEqual([(use["running"], use["starting"]) for use in report["worlds"]], [(1, 0)])
+                self.assertGreater(report["worlds"][0]["memory"], 0)
+                self.assertNotIn("arena", ask(), "everybody may read it")
+            wait_until(lambda: json.loads(ask())["worlds"] == [], "a world is reported that nobody runs")
+            simulation.wait_until_clean()
 
     # 4.1.1: malformed messages; 4.1.2 steps 2, 3, 5 and 8, 4.1.3: the sentences; 4.1.4: the close.
     async def test_failures_are_told_and_the_socket_is_closed(self):
