@@ -128,9 +128,16 @@ result<> check_files(Configured<SessionConfig>& configured, fs::path const& orig
     if (auto const& file = configured.config.ca_file; !file.empty())
         if (auto const usable = check_authorities(file); !usable)
             return usable;
-    if (auto const& file = configured.config.teacher_password_file; !file.empty())
-        if (auto const password = read_password(file); !password)
+    if (auto const& file = configured.config.teacher_password_file; !file.empty()) {
+        std::error_code ignored;
+        if (!fs::exists(file, ignored))
+            configured.warnings.push_back(
+                concat(origin.string(), ": key \"teacherPasswordFile\": there is no file ",
+                       fs::absolute(file, ignored).string(),
+                       ": nobody can open a class until a password is in it and the server gets SIGHUP"));
+        else if (auto const password = read_password(file); !password)
             return password.error();
+    }
     return check_access(configured.config.access);
 }
 

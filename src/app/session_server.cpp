@@ -20,6 +20,7 @@
 #include <boost/json/object.hpp>
 #include <boost/json/serialize.hpp>
 
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <random>
@@ -107,12 +108,14 @@ struct AdministratorMail
     OperatorMail mail;
 };
 
+/// Without the file of the teachers' password there are no classes: `check_files` has warned of that.
 /// Errors: as `read_password`.
 result<SessionServiceParams> session_service_params(SessionConfig const& config)
 {
     SessionServiceParams params;
     params.teacher_password = config.teacher_password;
-    if (auto const& file = config.teacher_password_file; !file.empty()) {
+    std::error_code ignored;
+    if (auto const& file = config.teacher_password_file; std::filesystem::exists(file, ignored)) {
         auto password = read_password(file);
         if (!password)
             return password.error();

@@ -346,7 +346,9 @@ class PasswordFile(unittest.TestCase):
                 done = subprocess.run([server.program(), "--check-config", path], capture_output=True, text=True, timeout=PATIENCE)
                 return done.returncode, done.stdout + done.stderr
 
-            self.assertNotEqual(check()[0], 0, "there is no such file")
+            status, said = check()
+            self.assertEqual(status, 0)
+            self.assertIn("nobody can open a class", said)
             with open(file, "w") as password:
                 password.write(PASSWORD + "\n")
             os.chmod(file, 0o644)
