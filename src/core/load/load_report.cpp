@@ -93,6 +93,8 @@ bool read_labels(json::object const& object, std::vector<std::string>& labels)
 }
 
 constexpr std::size_t digest_length = 16;
+constexpr double min_processors = 0.01;
+constexpr double max_processors = 100'000;
 
 /// A digest is 16 hexadecimal digits: numbers of 64 bits do not survive every JSON reader.
 bool read_digest(json::object const& object, std::string_view key, std::uint64_t& digest)
@@ -153,7 +155,7 @@ bool read_worlds(json::object const& object, LoadReport& report)
     auto const* list = value->if_array();
     double processors = 0;
     if (!list || list->size() > LoadReport::max_worlds || !read_amount(object, "processors", processors) ||
-        processors <= 0)
+        processors < min_processors || processors > max_processors)
         return false;
     report.processors = processors;
     for (auto const& entry : *list) {

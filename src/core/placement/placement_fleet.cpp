@@ -95,8 +95,8 @@ void Fleet::report(std::string_view server, LoadReport const& report, TimePoint 
     // just started.
     bool const established = now - *first_report_ < params_.slow_start && !machines_[slot].was_unreachable();
     // What a crowded machine gives a simulation is not what that wants.
-    if (machines_[slot].reporting() && report.load < params_.threshold)
-        lessons_.worlds.learn(report.worlds, now - machines_[slot].last_report(), now);
+    if (report.processors && machines_[slot].reporting() && report.load < params_.threshold)
+        lessons_.worlds.learn(report.worlds, *report.processors, now - machines_[slot].last_report(), now);
     Arrivals const arrivals = machines_[slot].report(report, lessons_.worlds, now, established);
     if (arrivals.counted && !arrivals.exact)
         lessons_.show_rate.record(arrivals.confirmed, arrivals.expired);

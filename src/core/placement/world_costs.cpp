@@ -26,6 +26,8 @@ constexpr double enough_to_clip = 0.5; // min
 constexpr double max_relative = 50;
 constexpr double min_relative = 0.02;
 constexpr double least_processors = 0.001;
+/// No machine outweighs a fleet by the sessions that it claims to have.
+constexpr double most_sessions = 64;
 /// The relative standard deviation of the sessions of one world.
 constexpr double within_world = 0.25;
 /// The fraction that a fading estimate loses in a second: a time constant of two weeks.
@@ -84,19 +86,20 @@ void WorldCosts::learn(std::uint64_t digest, double sample, double weight, Memor
     add(estimate, sample, weight, memory, now);
 }
 
-void WorldCosts::learn(std::vector<WorldUse> const& worlds, Duration since_last, TimePoint now)
+void WorldCosts::learn(std::vector<WorldUse> const& worlds, double processors, Duration since_last,
+                       TimePoint now)
 {
     double const minutes = std::chrono::duration<double, std::ratio<60>>(since_last).count();
     for (WorldUse const& use : worlds) {
         if (use.running <= 0 || minutes <= 0)
             continue;
-        double const each = std::max(use.processors / use.running, least_processors);
+        double const each = std::max(std::min(use.processors / use.running, processors), least_processors);
         double const weight = std::min(minutes * use.running, most_at_once);
         if (fleet_.weight == 0)
             fleet_.seen = now;
         double const sessions = use.running;
         // The fleet's mean is over all sessions, so its weights are.
-        add(fleet_, each, minutes * std::min(sessions, 1000.0), {most_of_fleet, of_any}, now);
+        add(fleet_, each, minutes * std::min(sessions, most_sessions), {most_of_fleet, of_any}, now);
         learn(use.key.mode, each, weight, {most_of_fleet, of_any}, now);
         learn(use.key.repository, each, weight, {most_of_repository, of_one_repository}, now);
         learn(use.key.world, each, weight, {most_of_world, of_one_world}, now);

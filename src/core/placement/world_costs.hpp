@@ -37,7 +37,8 @@ public:
     double processors() const noexcept { return fleet_.mean; }
 
     /// One machine's report, `since_last` after the one before.
-    void learn(std::vector<WorldUse> const& worlds, Duration since_last, TimePoint now);
+    /// `processors`: those of the machine; no simulation keeps more of them busy.
+    void learn(std::vector<WorldUse> const& worlds, double processors, Duration since_last, TimePoint now);
 
     std::size_t size() const noexcept { return estimates_.size(); }
 

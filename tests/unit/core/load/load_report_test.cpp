@@ -105,7 +105,7 @@ BOOST_AUTO_TEST_CASE(worlds_that_make_no_sense_are_no_report)
     BOOST_TEST(
         with("4", "{" + keys + R"(,"running":2,"starting":1,"processors":0.5,"memory":1})").has_value());
     BOOST_TEST(!parse_load_report(R"({"load":1,"worlds":[]})"), "of how many processors?");
-    for (auto const* processors : {"0", "-1", "1e999", "\"4\""})
+    for (auto const* processors : {"0", "-1", "1e999", "1e-9", "1e9", "\"4\""})
         BOOST_TEST(!with(processors, "{" + keys + "}"), processors);
     std::vector<std::string> const wrong = {
         std::string("1"),

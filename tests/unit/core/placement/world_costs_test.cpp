@@ -40,7 +40,7 @@ struct Fleet
     {
         worlds.push_back(use_of("average", "average", 900, 900));
         for (int report = 0; report != reports; ++report)
-            costs.learn(worlds, seconds(5), now += seconds(5));
+            costs.learn(worlds, 10'000, seconds(5), now += seconds(5));
     }
     ExpectedCost expect(std::string const& repository, std::string const& world,
                         std::string const& mode = "mjpeg") const
@@ -243,6 +243,16 @@ BOOST_FIXTURE_TEST_CASE(a_full_machine_says_nothing_about_what_its_simulations_w
     scheduler.report("b", with(50, 64, {}), now);
     auto const placement = scheduler.place(of("t", "starved"), now).value();
     BOOST_TEST(!scheduler.explain(placement.decision)->expected_cost.has_value());
+}
+
+BOOST_FIXTURE_TEST_CASE(a_machine_that_lies_has_nobody_refused_on_others_whose_worlds_are_known, Campus)
+{
+    for (int seen = 0; seen != 720; ++seen) {
+        now += seconds(5);
+        scheduler.report("a", with(25, 1e5, {use_of("t", "lie", 1000, 1e300)}), now);
+        scheduler.report("b", with(50, 64, {use_of("r", "average", 28, 28, 2)}), now);
+        BOOST_REQUIRE((machine("b", now).refusal == Refusal::none));
+    }
 }
 
 BOOST_FIXTURE_TEST_CASE(impossible_numbers_of_worlds_are_a_failed_poll, Campus)
