@@ -21,6 +21,9 @@ core::ClassHooks ClassEndpoint::book_hooks()
     hooks.random = hooks_.random_bytes;
     hooks.free_seats = [this] { return scheduler_.free_seats(clock_.now()); };
     hooks.machines = [this](core::ClassConnection teacher) { return machines_for(teacher); };
+    hooks.simulator_address = [this](std::string_view entry, core::ClassConnection teacher) {
+        return hooks_.simulator_address(entry, conversations_.at(teacher).host);
+    };
     hooks.tell_of_guesses = [this](std::string_view what, std::string_view quota_key) {
         warn_of_guesses(what, quota_key);
     };
@@ -102,7 +105,7 @@ core::SeatRequest ClassEndpoint::ask_for_seat(std::string_view token, TimePoint 
     return seat;
 }
 
-void ClassEndpoint::take_seat(std::string_view token, core::SeatRequest seat, std::string machine,
+void ClassEndpoint::take_seat(std::string_view token, core::SeatRequest seat, core::StudentMachine machine,
                               TimePoint now)
 {
     book_.take_seat(token, seat, std::move(machine), now);

@@ -29,6 +29,8 @@ struct ClassEndpointHooks
     core::RandomBytes random_bytes;
     /// Where a browser whose `Host` was this reaches a machine: `wss://host/2000`, with a ticket if need be.
     std::function<std::string(std::string_view server, std::string_view host)> machine_address;
+    /// The same without a ticket: `wss://host/2000/simulation/abc/2001`.
+    std::function<std::string(std::string_view entry, std::string_view host)> simulator_address;
 };
 
 /// Passes what browsers say to a ClassBook, and does what it says: sends, closes, holds seats.
@@ -54,7 +56,8 @@ public:
 
     /// As in ClassBook.
     core::SeatRequest ask_for_seat(std::string_view token, TimePoint now);
-    void take_seat(std::string_view token, core::SeatRequest seat, std::string machine, TimePoint now);
+    void take_seat(std::string_view token, core::SeatRequest seat, core::StudentMachine machine,
+                   TimePoint now);
 
     core::ClassFigures figures() const noexcept { return book_.figures(); }
     std::uint64_t pictures_relayed() const noexcept { return relayed_; }

@@ -98,6 +98,7 @@ struct SessionService::Impl
     void take(LoadEvent const& event);
     void update_availability(TimePoint now);
     bool may_ask(std::string_view quota_key, TimePoint now);
+    std::string address_of(std::string_view server, std::string_view host) const;
     std::string machine_address(std::string_view server, std::string_view host);
     template<class GetHost>
     std::string place(TimePoint now, std::string_view token, core::SeatRequest seat, GetHost const& host);
@@ -231,6 +232,7 @@ ClassEndpointHooks SessionService::Impl::class_hooks()
     ClassEndpointHooks of_classes;
     of_classes.random_bytes = hooks.random_bytes;
     of_classes.machine_address = std::bind_front(&Impl::machine_address, this);
+    of_classes.simulator_address = std::bind_front(&Impl::address_of, this);
     return of_classes;
 }
 
@@ -275,14 +277,22 @@ bool SessionService::Impl::may_ask(std::string_view quota_key, TimePoint now)
     return false;
 }
 
-/// Where a browser whose request had this `Host` reaches a simulation server.
-std::string SessionService::Impl::machine_address(std::string_view server, std::string_view host)
+/// Where a browser whose request had this `Host` reaches a simulation server, or what is below it.
+std::string SessionService::Impl::address_of(std::string_view server, std::string_view host) const
 {
     std::string_view const scheme = params.ssl ? "wss://" : "ws://";
-    auto const ticket = hooks.make_ticket ? concat("/ticket/", hooks.make_ticket(server)) : std::string();
     if (!server.starts_with(core::asked_name))
-        return concat(scheme, server, ticket);
-    return concat(scheme, core::machine_reached_at(server, host), ticket);
+        return concat(scheme, server);
+    return concat(scheme, core::machine_reached_at(server, host));
+}
+
+/// The same with a ticket, if need be.
+std::string SessionService::Impl::machine_address(std::string_view server, std::string_view host)
+{
+    auto address = address_of(server, host);
+    if (hooks.make_ticket)
+        address += concat("/ticket/", hooks.make_ticket(server));
+    return address;
 }
 
 /// `token` and `seat` are of a student; others have `unknown`. `host` returns the request's header, which is
@@ -299,11 +309,15 @@ std::string SessionService::Impl::place(TimePoint now, std::string_view token, c
         return "Error: no simulation server available at the moment.";
     }
     bool const has_name = !placement->address.starts_with(core::asked_name);
-    auto address = machine_address(placement->address, has_name ? std::string_view() : host());
-    if (seat != core::SeatRequest::unknown)
-        classes.take_seat(token, seat, address, now);
+    std::string const asked(has_name ? std::string_view() : host());
+    if (seat != core::SeatRequest::unknown) {
+        // The gateway passes on what is below a machine's port, and no other ports.
+        classes.take_seat(
+            token, seat,
+            {std::string(placement->address), address_of(placement->address, asked), params.gateway}, now);
+    }
     update_availability(now);
-    return address;
+    return machine_address(placement->address, asked);
 }
 
 /// With status 200, as every answer of /session: pages of before 2021 show nothing for any other status, and

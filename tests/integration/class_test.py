@@ -142,7 +142,7 @@ class Lesson(OneServer):
         self.assertEqual(self.server.get("/session?class=guessed"), NONE_FREE)
         self.assertEqual(self.figure("webots_class_seats_held"), str(SEATS - 1))
 
-        here, elsewhere = "ws://127.0.0.1:2001/x", "ws://evil.example/"
+        here, elsewhere = "ws://127.0.0.1:2001", "ws://127.0.0.1:1999/session?url=" + WORLD
         ada.send({"state": {"state": "running", "time": 64.5, "simulator": here}})
         self.assertEqual(teacher.until("student"), {"id": 1, "name": "<b>Ada</b>", "state": "running", "time": 64, "simulator": here})
         ada.send({"state": {"state": "running", "time": 96, "simulator": elsewhere}})

@@ -227,6 +227,22 @@ test('one simulation is looked at, large and without disturbing, and then there 
   await until(async () => await cloud.get('streams') === 0, 'the end of the picture');
 });
 
+test('what a student names as his simulation starts nothing on the teacher\'s page', async (t) => {
+  const session = (await cloud.call('address', 'session')).replace(/\/*$/, '');
+  const simulator = await cloud.call('address', 'simulator');
+  const eve = (address) => student(1, 'Eve', { state: 'running', simulator: address });
+  const page = await openClass(t, { students: [eve(`${session}/session?url=${WORLD}`)] });
+  await says(page, '#fetch-status', '1 of 1');
+  const started = (await cloud.get('started')).length;
+  await tile(page, 1).locator('.look').click();
+  await shown(page, 'look');
+  await tell({ student: eve(`${session}/project/worlds/arena.wbt`) });
+  await tell({ student: { ...eve(simulator), name: 'Eve, at last' } });
+  await page.waitForSelector('#look-view [data-live]');
+  assert.ok(!(await cloud.get('requests')).some((path) => path.startsWith('/session')), 'no seat was asked for');
+  assert.equal((await cloud.get('started')).length, started);
+});
+
 test('seats are changed; a class is closed, and nothing is kept', async (t) => {
   const page = await openClass(t, { students: [student(1, 'Ada')] });
   await page.fill('#class-seats', '20');

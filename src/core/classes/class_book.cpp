@@ -2,8 +2,6 @@
 
 #include "core/text.hpp"
 
-#include <boost/url/parse.hpp>
-
 #include <algorithm>
 
 namespace webots_cloud::core {
@@ -15,17 +13,6 @@ constexpr std::uint16_t policy_violation = 1008;
 constexpr std::uint16_t try_again_later = 1013;
 constexpr std::uint16_t taken_over = 4001; // ours, as on /client: another window has the student
 
-/// Scheme and host of a WebSocket's address; empty: it is none, or not a plain one.
-std::string site_of(std::string_view address)
-{
-    auto const url = boost::urls::parse_uri(address);
-    if (!url || (url->scheme() != "ws" && url->scheme() != "wss") || url->has_userinfo() ||
-        url->encoded_host().empty())
-        return {};
-    auto const host = url->encoded_host();
-    return lower_case(concat(url->scheme(), "://", std::string_view(host.data(), host.size())));
-}
-
 } // namespace
 
 struct ClassBook::Student
@@ -35,8 +22,8 @@ struct ClassBook::Student
     std::string token;
     StudentState state = StudentState::joined;
     std::int64_t time = 0;
-    std::string simulator;
-    std::string machine;            ///< Scheme and host of the one that the class gave.
+    std::string simulator;          ///< As `simulator_entry` has it; empty: none.
+    StudentMachine machine;         ///< That the class gave.
     bool has_seat = false;          ///< One that was held.
     ClassConnection connection = 0; ///< 0: it is lost.
     TimePoint lost_at{};
@@ -51,7 +38,6 @@ struct ClassBook::Student
         row.name = name;
         row.state = connection == 0 ? StudentState::away : state;
         row.time = time;
-        row.simulator = simulator;
         return row;
     }
 };
@@ -177,13 +163,13 @@ SeatRequest ClassBook::ask_for_seat(std::string_view token, TimePoint now)
     return of->seats_wanted() > 0 ? SeatRequest::held : SeatRequest::any;
 }
 
-void ClassBook::take_seat(std::string_view token, SeatRequest seat, std::string machine, TimePoint now)
+void ClassBook::take_seat(std::string_view token, SeatRequest seat, StudentMachine machine, TimePoint now)
 {
     auto const [of, student] = find_student(token);
     if (!student)
         return;
     (void)student->seats.take(now, class_limits::seat_interval, class_limits::seat_burst);
-    student->machine = site_of(machine);
+    student->machine = std::move(machine);
     student->simulator.clear();
     if (seat == SeatRequest::held && !student->has_seat) {
         student->has_seat = true;
@@ -360,9 +346,8 @@ void ClassBook::obey(ClassConnection from, ReportState const& message, TimePoint
         return;
     student->state = message.state;
     student->time = message.time;
-    bool const is_own = message.simulator.size() <= class_limits::simulator && !student->machine.empty() &&
-                        site_of(message.simulator) == student->machine;
-    student->simulator = is_own ? message.simulator : std::string();
+    bool const is_short = message.simulator.size() <= class_limits::simulator;
+    student->simulator = is_short ? simulator_entry(message.simulator, student->machine) : std::string();
     if (message.state == StudentState::ended)
         release_seat(*of, *student);
     tell_teachers(*of, *student);
@@ -445,8 +430,12 @@ void ClassBook::add_teacher(Class& of, ClassConnection teacher)
     row.mode = of.mode;
     row.seats = of.seats;
     row.reserved = of.reserved;
-    for (auto const& [id, student] : of.students)
+    std::vector<std::string> simulators; // which the rows refer to
+    simulators.reserve(of.students.size());
+    for (auto const& [id, student] : of.students) {
         row.students.push_back(student.row());
+        row.students.back().simulator = simulators.emplace_back(simulator_for(teacher, student.simulator));
+    }
     row.machines = hooks_.machines(teacher);
     if (row.machines.size() > class_limits::machines)
         row.machines.resize(class_limits::machines);
@@ -545,8 +534,18 @@ void ClassBook::tell_teachers(Class const& of, std::string const& text)
 
 void ClassBook::tell_teachers(Class const& of, Student const& student)
 {
-    if (!of.windows.empty())
-        tell_teachers(of, student_message(student.row()));
+    auto row = student.row();
+    for (auto const& window : of.windows) {
+        auto const simulator = simulator_for(window.connection, student.simulator);
+        row.simulator = simulator;
+        say(window.connection, student_message(row));
+    }
+}
+
+/// As this browser reaches it.
+std::string ClassBook::simulator_for(ClassConnection teacher, std::string_view entry)
+{
+    return entry.empty() ? std::string() : hooks_.simulator_address(entry, teacher);
 }
 
 void ClassBook::say(ClassConnection to, std::string text)

@@ -4,6 +4,7 @@
 #include "class_limits.hpp"
 #include "class_messages.hpp"
 #include "class_pictures.hpp"
+#include "class_simulators.hpp"
 #include "class_text.hpp"
 #include "core/access/silent_clients.hpp"
 #include "guess_limit.hpp"
@@ -47,6 +48,9 @@ struct ClassHooks
     std::function<std::size_t()> free_seats;
     /// Where the project of a class can be fetched beforehand, as this browser reaches the machines.
     std::function<std::vector<std::string>(ClassConnection teacher)> machines;
+    /// Where this browser reaches a simulator, whose entry is as `simulator_entry` makes it:
+    /// `ws://host:2001`.
+    std::function<std::string(std::string_view entry, ClassConnection teacher)> simulator_address;
     /// Somebody tries passwords or codes (`what`), and is refused from now on.
     std::function<void(std::string_view what, std::string_view quota_key)> tell_of_guesses;
 };
@@ -95,8 +99,8 @@ public:
     /// A student, who is known by a token, asks for a simulation. A seat that the student has already is
     /// free again, as a page asks anew only where its simulation is over.
     SeatRequest ask_for_seat(std::string_view token, TimePoint now);
-    /// The student has been sent to a machine, `ws://host:2000`, perhaps with a path.
-    void take_seat(std::string_view token, SeatRequest seat, std::string machine, TimePoint now);
+    /// The student has been sent to a machine.
+    void take_seat(std::string_view token, SeatRequest seat, StudentMachine machine, TimePoint now);
     /// How many seats to hold back from others: of each class, those that no student has taken yet.
     std::size_t seats_to_hold() const noexcept;
 
@@ -140,6 +144,7 @@ private:
     void release_seat(Class& of, Student& student);
     void tell_teachers(Class const& of, std::string const& text);
     void tell_teachers(Class const& of, Student const& student);
+    std::string simulator_for(ClassConnection teacher, std::string_view entry);
     void say(ClassConnection to, std::string text);
     void refuse(ClassConnection to, ClassError error) { say(to, class_error_message(error)); }
     void close(ClassConnection connection, std::string text, std::uint16_t code);

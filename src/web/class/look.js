@@ -1,11 +1,14 @@
 // One student's simulation, large, only to watch: also for a projector. Touches the DOM.
 
+import { parseViewAddress } from './view/address.js';
 import { say } from './view/texts.js';
 import { View } from './view/webots_view.js';
-import { duration, element, offerFullscreen, setText } from './page.js';
+import { duration, element, offerFullscreen, ownServer, setText } from './page.js';
 import { wordsFor } from './wall.js';
 
 const RETRY_MS = 3000;
+const LONG_MS = 10000; // what was shown for less ended at once
+const MOST_RETRIES = 3;
 
 export class Look {
   #view = new View(element('look-view'));
@@ -13,13 +16,15 @@ export class Look {
   #mode = '';
   #address = '';
   #retry = 0;
+  #retries = 0; // since something was shown
+  #opened = 0;
 
   // `act(action, student)` as of Wall; `back()` when the wall is wanted again.
   constructor(act, back) {
     this.#view.broadcast = true;
     this.#view.setToolbar(false); // its commands would do nothing
     this.#view.showRobotWindow = false; // nor do pages of a student's project belong into the teacher's
-    this.#view.onclose = () => { this.#retry = setTimeout(() => this.#show(), RETRY_MS); };
+    this.#view.onclose = () => this.#again();
     element('look-back').addEventListener('click', back);
     for (const button of element('look').querySelectorAll('[data-do]'))
       button.addEventListener('click', () => act(button.dataset.do, this.#student));
@@ -34,6 +39,7 @@ export class Look {
   open(student, mode) {
     this.#student = student;
     this.#mode = mode;
+    this.#retries = 0;
     this.#show();
     element('look-back').focus();
   }
@@ -67,15 +73,36 @@ export class Look {
     element('look').classList.toggle('gone', simulator === undefined);
   }
 
+  // Not for ever: somebody has to ask again for what ends at once.
+  #again() {
+    if (performance.now() - this.#opened > LONG_MS)
+      this.#retries = 0;
+    if (this.#retries++ < MOST_RETRIES)
+      this.#retry = setTimeout(() => this.#show(), RETRY_MS);
+  }
+
   #show() {
     clearTimeout(this.#retry);
     if (this.#student === null)
       return;
-    this.#address = this.#student.simulator ?? '';
+    const address = this.#student.simulator ?? '';
+    if (address !== this.#address)
+      this.#retries = 0;
+    this.#address = address;
+    this.#opened = performance.now();
     this.sayAll();
-    if (this.#address !== '')
-      this.#view.open(this.#address, this.#mode);
+    if (isSimulator(address))
+      this.#view.open(address, this.#mode);
     else
       this.#view.close();
+  }
+}
+
+// The student's page has named it: nothing else may be opened, least of all what would start a simulation of the teacher's.
+function isSimulator(address) {
+  try {
+    return address !== '' && parseViewAddress(address, ownServer, location).kind === 'simulator';
+  } catch {
+    return false;
   }
 }

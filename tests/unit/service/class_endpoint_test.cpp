@@ -70,13 +70,14 @@ struct Fixture
         world.run(tasks.join());
     }
 
-    testing::LoopbackChannel& connect(std::string path = "/class", std::string query = {})
+    testing::LoopbackChannel& connect(std::string path = "/class", std::string query = {},
+                                      std::string host = "localhost:1999")
     {
         auto& browser = browsers.emplace_back(world.executor());
         ChannelInfo info;
         info.path = std::move(path);
         info.query = std::move(query);
-        info.host = "localhost:1999";
+        info.host = std::move(host);
         info.quota_key = "203.0.113.7";
         tasks.spawn(service.serve_websocket(std::move(info), browser));
         world.settle();
@@ -184,6 +185,29 @@ BOOST_AUTO_TEST_CASE(nothing_is_fetched_on_a_machine_that_drains)
     fixture.service.set_servers({drained});
     auto& teacher = fixture.open_class(30);
     BOOST_TEST(teacher.sent[0].find(R"("machines":[])") != std::string::npos, teacher.sent[0]);
+}
+
+// Of the name `*` each browser has its own.
+BOOST_AUTO_TEST_CASE(a_student_does_not_choose_the_host_that_the_teachers_page_connects_to)
+{
+    auto params = params_with_password();
+    params.gateway = true;
+    Fixture fixture(params);
+    ServerSpec machine("*/2000");
+    machine.internal_address = "a:2000";
+    fixture.service.set_servers({machine});
+    fixture.world.advance(2s);
+    auto& teacher = fixture.open_class(5);
+    auto& ada = fixture.join("Ada");
+    auto& session = fixture.connect("/session", concat("class=", fixture.token), "evil.example");
+    BOOST_TEST(session.sent.back().starts_with("ws://evil.example/2000/ticket/"), session.sent.back());
+    fixture.say(ada, R"({"state":{"state":"running","simulator":"ws://evil.example/2001"}})");
+    BOOST_TEST(teacher.sent.back().find("simulator") == std::string::npos, teacher.sent.back());
+    fixture.say(ada,
+                R"({"state":{"state":"running","simulator":"ws://evil.example/2000/simulation/a/2001"}})");
+    BOOST_TEST(teacher.sent.back().find(R"("simulator":"ws://localhost:1999/2000/simulation/a/2001")") !=
+                   std::string::npos,
+               teacher.sent.back());
 }
 
 BOOST_AUTO_TEST_CASE(seats_of_a_class_are_its_students_alone)

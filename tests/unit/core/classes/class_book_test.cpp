@@ -35,6 +35,10 @@ struct Fixture
         };
         hooks.free_seats = [this] { return free_seats; };
         hooks.machines = [this](ClassConnection) { return machines; };
+        hooks.simulator_address = [](std::string_view entry, ClassConnection teacher) {
+            return concat("wss://", entry.starts_with('*') ? concat("seen-by-", std::to_string(teacher)) : "",
+                          entry.substr(entry.starts_with('*') ? 1 : 0));
+        };
         hooks.tell_of_guesses = [this](std::string_view what, std::string_view who) {
             guesses.push_back(concat(what, " ", who));
         };
@@ -512,7 +516,7 @@ BOOST_AUTO_TEST_CASE(seats_are_held_until_students_take_them)
     BOOST_TEST((fixture.book.ask_for_seat("guessed", fixture.now) == SeatRequest::unknown));
     auto const take = [&fixture](std::string const& token) {
         auto const seat = fixture.book.ask_for_seat(token, fixture.now);
-        fixture.book.take_seat(token, seat, "ws://h:2000", fixture.now);
+        fixture.book.take_seat(token, seat, {"h:2000", "ws://h:2000"}, fixture.now);
         return seat;
     };
     BOOST_TEST((take(ada) == SeatRequest::held));
@@ -547,7 +551,7 @@ BOOST_AUTO_TEST_CASE(a_student_cannot_start_one_simulation_after_the_other)
         auto const seat = fixture.book.ask_for_seat(fixture.token, fixture.now);
         if (seat == SeatRequest::too_often)
             continue;
-        fixture.book.take_seat(fixture.token, seat, "ws://h:2000", fixture.now);
+        fixture.book.take_seat(fixture.token, seat, {"h:2000", "ws://h:2000"}, fixture.now);
         ++starts;
     }
     BOOST_TEST(starts == 6);
@@ -590,14 +594,38 @@ BOOST_AUTO_TEST_CASE(a_student_cannot_send_the_teachers_page_to_another_host)
         return fixture.last_told(teacher).find("\"simulator\"") != std::string::npos;
     };
     BOOST_TEST(!shown("wss://h:2001")); // nothing was given yet
-    fixture.book.take_seat(fixture.token, SeatRequest::held, "wss://h/2000/ticket/abc", fixture.now);
+    fixture.book.take_seat(fixture.token, SeatRequest::held, {"h/2000", "wss://h/2000"}, fixture.now);
     BOOST_TEST(shown("wss://h/2000/simulation/abc/2001"));
-    BOOST_TEST(shown("wss://H:2001"));
-    for (auto const* simulator : {"ws://h:2001", "wss://evil.example/2000", "wss://h.evil.example/",
-                                  "wss://h@evil.example/", "wss://evil.example\\\\@h/", "javascript:alert(1)",
-                                  "https://h/", "", "wss://", "wss://h:2001/<script>"})
+    BOOST_TEST(fixture.last_told(teacher).find(R"("simulator":"wss://h/2000/simulation/abc/2001")") !=
+               std::string::npos);
+    BOOST_TEST(shown("wss://H/2001"));
+    for (auto const* simulator :
+         {"ws://h/2001", "wss://evil.example/2000", "wss://h.evil.example/", "wss://h@evil.example/",
+          "wss://evil.example\\\\@h/", "javascript:alert(1)", "https://h/", "", "wss://",
+          "wss://h/2001/<script>", "wss://h/session?url=https://e.org/a.wbt", "wss://h/p/worlds/a.wbt"})
         BOOST_TEST(!shown(simulator), simulator);
-    BOOST_TEST(!shown("wss://h/" + std::string(300, 'a')));
+    BOOST_TEST(!shown("wss://h/2000/simulation/" + std::string(300, 'a') + "/2001"));
+}
+
+// With the name `*` a student's browser says by `Host` how it calls the machine.
+BOOST_AUTO_TEST_CASE(each_window_of_a_teacher_gets_a_simulator_as_it_reaches_the_machine)
+{
+    Fixture fixture;
+    auto const teacher = fixture.open_class();
+    auto const key = Fixture::text_of(fixture.row.at("key"));
+    auto const ada = fixture.join("Ada");
+    fixture.book.take_seat(fixture.token, SeatRequest::held, {"*:2000", "wss://evil.example:2000"},
+                           fixture.now);
+    (void)fixture.say(ada, R"({"state":{"state":"running","simulator":"wss://evil.example:2001"}})");
+    auto const simulator_for = [](ClassConnection window) {
+        return concat(R"("simulator":"wss://seen-by-)", std::to_string(window), ":2001\"");
+    };
+    BOOST_TEST(fixture.last_told(teacher).find(simulator_for(teacher)) != std::string::npos,
+               fixture.last_told(teacher));
+    auto const other = fixture.connect();
+    (void)fixture.say(other, concat(R"({"teach":{"key":")", key, "\"}}"));
+    BOOST_TEST(fixture.last_told(other).find(simulator_for(other)) != std::string::npos,
+               fixture.last_told(other));
 }
 
 BOOST_AUTO_TEST_CASE(a_teachers_page_is_told_of_64_machines_at_most)
