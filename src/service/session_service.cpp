@@ -311,10 +311,12 @@ std::string SessionService::Impl::place(TimePoint now, std::string_view token, c
     bool const has_name = !placement->address.starts_with(core::asked_name);
     std::string const asked(has_name ? std::string_view() : host());
     if (seat != core::SeatRequest::unknown) {
+        core::StudentMachine machine;
+        machine.entry = placement->address;
+        machine.reached_at = address_of(placement->address, asked);
         // The gateway passes on what is below a machine's port, and no other ports.
-        classes.take_seat(
-            token, seat,
-            {std::string(placement->address), address_of(placement->address, asked), params.gateway}, now);
+        machine.is_closed = params.gateway && core::public_port(placement->address) != 0;
+        classes.take_seat(token, seat, std::move(machine), now);
     }
     update_availability(now);
     return machine_address(placement->address, asked);

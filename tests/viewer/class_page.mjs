@@ -5,10 +5,10 @@ import { FakeCloud } from './fake_cloud.mjs';
 import { openBrowser, openPage, until } from './page.mjs';
 
 export const WORLD = 'https://github.com/owner/repository/blob/main/worlds/arena.wbt';
-export const CODE = 'K7M2Q';
+export const CODE = 'K7M2QX';
 export const PHONE = { viewport: { width: 360, height: 740 }, deviceScaleFactor: 3, hasTouch: true, isMobile: true };
 export const LANDSCAPE = { ...PHONE, viewport: { width: 740, height: 360 } };
-export const JOINED = { id: 1, token: 'token-of-ada', name: 'Ada', world: WORLD, mode: 'mjpeg' };
+export const JOINED = { id: 1, token: 'token-of-ada', seat: 'seat-of-ada', name: 'Ada', world: WORLD, mode: 'mjpeg' };
 
 export const browser = await openBrowser();
 export const cloud = new FakeCloud();

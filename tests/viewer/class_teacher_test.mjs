@@ -178,6 +178,28 @@ test('one student or all are paused, run, reset, written to, ended and removed',
     { students: null, do: 'message', text: 'Five minutes left' }]);
 });
 
+test('a new code takes the place of the old one', async (t) => {
+  const page = await openClass(t, { students: [student(1, 'Ada')] });
+  await page.click('#new-code');
+  assert.equal(await waitForSaid('code'), 'new');
+  await tell({ code: 'ABCDEF' });
+  await says(page, '#class-code', 'ABCDEF');
+  assert.equal(await page.getAttribute('#link', 'href'), await address('ABCDEF'));
+  assert.deepEqual(await names(page), ['Ada']);
+});
+
+test('a student who runs and says nothing more does not break the connection of the class', async (t) => {
+  const page = await openClass(t, { students: [student(1, 'Ada', { state: 'running', time: 7 })] });
+  await page.clock.install();
+  await tell({ student: student(1, 'Ada', { state: 'running', time: 7 }) });
+  await tell({ student: student(2, 'Bob') });
+  await tile(page, 2).waitFor();
+  await page.clock.runFor(30_000);
+  await tell({ student: student(3, 'Cyd') });
+  await tile(page, 3).waitFor();
+  assert.equal((await said('teach')).length, 1, 'it was not given up');
+});
+
 test('pictures are wanted while the wall is seen', async (t) => {
   const page = await openClass(t);
   await waitForSaid('watch');

@@ -32,7 +32,7 @@ test('two doors; a code as people type it leads to the name', async (t) => {
   await page.goto(await address());
   await shown(page, 'doors');
   await clean(page, 'doors');
-  await page.fill('#code', ' k7m 2q');
+  await page.fill('#code', ' k7m 2qx');
   await page.keyboard.press('Enter');
   await page.waitForURL(await address(CODE));
   await shown(page, 'name');
@@ -58,7 +58,7 @@ test('what the class refuses is said in words, and can be tried again', async (t
 
 test('the simulation starts with the seat of the class, and the teacher is told what it does', async (t) => {
   const page = await runSimulation(t);
-  assert.ok((await cloud.get('requests')).includes(`/session?class=${JOINED.token}`));
+  assert.ok((await cloud.get('requests')).includes(`/session?class=${JOINED.seat}`));
   assert.deepEqual(JSON.parse((await cloud.get('started'))[0]).start.url, WORLD);
   await controls('real-time:');
   const simulator = await cloud.call('address', 'simulator');

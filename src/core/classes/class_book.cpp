@@ -20,6 +20,7 @@ struct ClassBook::Student
     StudentId id = 0;
     std::string name;
     std::string token;
+    std::string seat_token;
     StudentState state = StudentState::joined;
     std::int64_t time = 0;
     std::string simulator;          ///< As `simulator_entry` has it; empty: none.
@@ -30,6 +31,7 @@ struct ClassBook::Student
     Pace states;
     Pace pictures;
     Pace seats;
+    Pace held_seats;
 
     StudentRow row() const
     {
@@ -152,26 +154,30 @@ void ClassBook::stop()
             say(id, class_closed_message(ClassEnd::server));
 }
 
-SeatRequest ClassBook::ask_for_seat(std::string_view token, TimePoint now)
+SeatRequest ClassBook::ask_for_seat(std::string_view seat_token, TimePoint now)
 {
-    auto const [of, student] = find_student(token);
+    auto const [of, student] = find_student(seat_tokens_, seat_token);
     if (!student)
         return SeatRequest::unknown;
     if (!student->seats.has_token(now, class_limits::seat_interval, class_limits::seat_burst))
         return SeatRequest::too_often;
     release_seat(*of, *student);
-    return of->seats_wanted() > 0 ? SeatRequest::held : SeatRequest::any;
+    bool const may_have_held =
+        student->held_seats.has_token(now, class_limits::held_seat_interval, class_limits::held_seat_burst);
+    return may_have_held && of->seats_wanted() > 0 ? SeatRequest::held : SeatRequest::any;
 }
 
-void ClassBook::take_seat(std::string_view token, SeatRequest seat, StudentMachine machine, TimePoint now)
+void ClassBook::take_seat(std::string_view seat_token, SeatRequest seat, StudentMachine machine,
+                          TimePoint now)
 {
-    auto const [of, student] = find_student(token);
+    auto const [of, student] = find_student(seat_tokens_, seat_token);
     if (!student)
         return;
     (void)student->seats.take(now, class_limits::seat_interval, class_limits::seat_burst);
     student->machine = std::move(machine);
     student->simulator.clear();
     if (seat == SeatRequest::held && !student->has_seat) {
+        (void)student->held_seats.take(now, class_limits::held_seat_interval, class_limits::held_seat_burst);
         student->has_seat = true;
         ++of->seated;
     }
@@ -215,13 +221,7 @@ void ClassBook::obey(ClassConnection from, OpenClass const& message, TimePoint n
     if (classes_.size() >= class_limits::classes)
         return refuse(from, ClassError::limit);
     auto made = std::make_unique<Class>();
-    auto const is_used = [this](std::string_view code) {
-        return std::any_of(classes_.begin(), classes_.end(),
-                           [code](auto const& each) { return each->code == code; });
-    };
-    do
-        made->code = make_class_code(hooks_.random);
-    while (is_used(made->code));
+    made->code = unused_code();
     made->key = make_class_token(hooks_.random);
     made->world = message.world;
     made->mode = message.mode;
@@ -294,6 +294,15 @@ void ClassBook::obey(ClassConnection from, TellStudents const& message, TimePoin
         update_pictures(*of);
 }
 
+void ClassBook::obey(ClassConnection from, RenewCode const&, TimePoint)
+{
+    auto* const of = class_of_teacher(from);
+    if (!of)
+        return;
+    of->code = unused_code();
+    tell_teachers(*of, code_message(of->code));
+}
+
 void ClassBook::obey(ClassConnection from, CloseClass const&, TimePoint)
 {
     if (auto* const of = class_of_teacher(from))
@@ -315,12 +324,16 @@ void ClassBook::obey(ClassConnection from, JoinClass const& message, TimePoint n
     auto& of = **found;
     if (of.students.size() >= class_limits::students_per_seat * of.seats)
         return refuse(from, ClassError::full);
+    if (joins_.take(connections_.at(from).quota_key, now) != TokenBuckets::Verdict::taken)
+        return refuse(from, ClassError::tries);
     auto const id = ++of.last_id;
     auto& student = of.students[id];
     student.id = id;
     student.name = message.name;
     student.token = make_class_token(hooks_.random);
+    student.seat_token = make_class_token(hooks_.random);
     tokens_.emplace(student.token, std::pair(&of, id));
+    seat_tokens_.emplace(student.seat_token, std::pair(&of, id));
     greet_student(of, student, from);
 }
 
@@ -328,7 +341,7 @@ void ClassBook::obey(ClassConnection from, ReturnAsStudent const& message, TimeP
 {
     if (connections_.at(from).of)
         return refuse(from, ClassError::message);
-    auto const [of, student] = find_student(message.token);
+    auto const [of, student] = find_student(tokens_, message.token);
     if (!student)
         return refuse(from, ClassError::code);
     auto const old = student->connection;
@@ -357,7 +370,7 @@ void ClassBook::obey(ClassConnection from, ReportPicture const& message, TimePoi
 {
     constexpr int burst = 2; // networks are not even
     auto const [of, student] = class_of_student(from);
-    if (!student || !of->terms || !is_jpeg_in_base64(message.base64, of->terms->bytes) ||
+    if (!student || !of->terms || !is_picture_in_base64(message.base64, *of->terms) ||
         !student->pictures.take(now, of->terms->interval, burst))
         return;
     auto const text = picture_message(student->id, message.base64);
@@ -398,13 +411,24 @@ std::pair<ClassBook::Class*, ClassBook::Student*> ClassBook::class_of_student(Cl
     return {nullptr, nullptr};
 }
 
-std::pair<ClassBook::Class*, ClassBook::Student*> ClassBook::find_student(std::string_view token)
+std::pair<ClassBook::Class*, ClassBook::Student*> ClassBook::find_student(Tokens const& tokens,
+                                                                          std::string_view token)
 {
-    auto const found = tokens_.find(std::string(token));
-    if (found == tokens_.end())
+    auto const found = tokens.find(std::string(token));
+    if (found == tokens.end())
         return {nullptr, nullptr};
     auto const [of, id] = found->second;
     return {of, &of->students.at(id)};
+}
+
+std::string ClassBook::unused_code() const
+{
+    for (;;) {
+        auto code = make_class_code(hooks_.random);
+        if (std::none_of(classes_.begin(), classes_.end(),
+                         [&code](auto const& each) { return each->code == code; }))
+            return code;
+    }
 }
 
 bool ClassBook::may_try(GuessLimit const& limit, ClassConnection from, std::string_view what, TimePoint now)
@@ -449,7 +473,14 @@ void ClassBook::greet_student(Class& of, Student& student, ClassConnection conne
     connections_.at(connection).of = &of;
     connections_.at(connection).student = student.id;
     student.connection = connection;
-    say(connection, joined_message(student.id, student.token, student.name, of.world, of.mode));
+    JoinedRow row;
+    row.id = student.id;
+    row.token = student.token;
+    row.seat = student.seat_token;
+    row.name = student.name;
+    row.world = of.world;
+    row.mode = of.mode;
+    say(connection, joined_message(row));
     auto const before = of.terms;
     update_pictures(of);
     if (of.terms == before)
@@ -467,9 +498,15 @@ void ClassBook::forget_student(Class& of, StudentId id)
         connection->second.student = 0;
     }
     release_seat(of, found->second);
-    tokens_.erase(found->second.token);
+    forget_tokens(found->second);
     of.students.erase(found);
     tell_teachers(of, gone_message(id));
+}
+
+void ClassBook::forget_tokens(Student const& student)
+{
+    tokens_.erase(student.token);
+    seat_tokens_.erase(student.seat_token);
 }
 
 void ClassBook::end_class(Class& of, ClassEnd why)
@@ -486,7 +523,7 @@ void ClassBook::end_class(Class& of, ClassEnd why)
         close(id, text, normal);
     }
     for (auto const& [id, student] : of.students)
-        tokens_.erase(student.token);
+        forget_tokens(student);
     std::erase_if(classes_, [&of](auto const& each) { return each.get() == &of; });
     share_free_seats();
 }

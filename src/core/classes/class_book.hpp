@@ -96,11 +96,11 @@ public:
 
     std::vector<ClassOutput> take_output() { return std::exchange(output_, {}); }
 
-    /// A student, who is known by a token, asks for a simulation. A seat that the student has already is
-    /// free again, as a page asks anew only where its simulation is over.
-    SeatRequest ask_for_seat(std::string_view token, TimePoint now);
+    /// A student, who is known by a token for that alone, asks for a simulation. A seat that the student has
+    /// already is free again, as a page asks anew only where its simulation is over.
+    SeatRequest ask_for_seat(std::string_view seat_token, TimePoint now);
     /// The student has been sent to a machine.
-    void take_seat(std::string_view token, SeatRequest seat, StudentMachine machine, TimePoint now);
+    void take_seat(std::string_view seat_token, SeatRequest seat, StudentMachine machine, TimePoint now);
     /// How many seats to hold back from others: of each class, those that no student has taken yet.
     std::size_t seats_to_hold() const noexcept;
 
@@ -124,6 +124,7 @@ private:
     void obey(ClassConnection from, SetSeats const& message, TimePoint now);
     void obey(ClassConnection from, WatchPictures const& message, TimePoint now);
     void obey(ClassConnection from, TellStudents const& message, TimePoint now);
+    void obey(ClassConnection from, RenewCode const& message, TimePoint now);
     void obey(ClassConnection from, CloseClass const& message, TimePoint now);
     void obey(ClassConnection from, JoinClass const& message, TimePoint now);
     void obey(ClassConnection from, ReturnAsStudent const& message, TimePoint now);
@@ -133,11 +134,14 @@ private:
 
     Class* class_of_teacher(ClassConnection from);
     std::pair<Class*, Student*> class_of_student(ClassConnection from);
-    std::pair<Class*, Student*> find_student(std::string_view token);
+    using Tokens = std::unordered_map<std::string, std::pair<Class*, StudentId>>;
+    static std::pair<Class*, Student*> find_student(Tokens const& tokens, std::string_view token);
+    std::string unused_code() const;
     bool may_try(GuessLimit const& limit, ClassConnection from, std::string_view what, TimePoint now);
     void add_teacher(Class& of, ClassConnection teacher);
     void greet_student(Class& of, Student& student, ClassConnection connection);
     void forget_student(Class& of, StudentId id);
+    void forget_tokens(Student const& student);
     void end_class(Class& of, ClassEnd why);
     void share_free_seats();
     void update_pictures(Class& of);
@@ -153,11 +157,12 @@ private:
     std::string password_;
     std::vector<std::unique_ptr<Class>> classes_; // the oldest first
     std::unordered_map<ClassConnection, Connection> connections_;
-    /// Of the students of all classes, by their tokens.
-    std::unordered_map<std::string, std::pair<Class*, StudentId>> tokens_;
+    Tokens tokens_; // of the students of all classes
+    Tokens seat_tokens_;
     SilentClients silent_{class_limits::silent, class_limits::silent_per_client};
     GuessLimit passwords_{class_limits::passwords_of_client, class_limits::passwords_of_all};
     GuessLimit codes_{class_limits::codes_of_client, class_limits::codes_of_all};
+    TokenBuckets joins_{class_limits::joins_burst, class_limits::joins_a_second};
     std::vector<ClassOutput> output_;
 };
 

@@ -31,12 +31,18 @@ inline constexpr Duration message_interval =
 inline constexpr int message_burst = 100;
 inline constexpr Duration seat_interval = std::chrono::seconds(10); ///< Between two simulations of a student,
 inline constexpr int seat_burst = 6;                                ///< but for the first ones.
+/// Of those that are held for a class: whoever says that a simulation is over may still have it.
+inline constexpr Duration held_seat_interval = std::chrono::minutes(10);
+inline constexpr int held_seat_burst = 2;
+inline constexpr std::size_t joins_burst = 100; ///< Of one address: as many students at once,
+inline constexpr double joins_a_second = 1;     ///< and in the long run.
 
 /// A picture waits behind at most so many bytes that a teacher's browser has not taken; else it is dropped.
 inline constexpr std::size_t queue_before_picture = 32 * 1024;
 
 /// Wrong passwords or codes, of one client and of all together: so many at once, and so many a second in the
-/// long run. A class behind one address mistypes codes more often than a teacher the password.
+/// long run. A class behind one address mistypes codes more often than a teacher the password, and nobody
+/// behind that address may keep the others from joining.
 struct Guesses
 {
     std::size_t burst;
@@ -44,7 +50,7 @@ struct Guesses
 };
 inline constexpr Guesses passwords_of_client{10, 0.1};
 inline constexpr Guesses passwords_of_all{50, 0.5};
-inline constexpr Guesses codes_of_client{60, 0.5};
-inline constexpr Guesses codes_of_all{300, 5};
+inline constexpr Guesses codes_of_client{500, 20};
+inline constexpr Guesses codes_of_all{1000, 100};
 
 } // namespace webots_cloud::core::class_limits

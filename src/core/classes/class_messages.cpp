@@ -176,8 +176,12 @@ ClassMessage read_value(std::string_view key, json::value const& value)
         if (key == "tell")
             return read_tell(*object);
     }
-    if (auto const* text = value.if_string(); text && key == "picture")
-        return ReportPicture{std::string(*text)};
+    if (auto const* text = value.if_string()) {
+        if (key == "picture")
+            return ReportPicture{std::string(*text)};
+        if (key == "code" && *text == "new")
+            return RenewCode();
+    }
     if (auto const* on = value.if_bool()) {
         if (key == "watch")
             return WatchPictures{*on};
@@ -330,15 +334,20 @@ std::string reserved_message(std::size_t seats)
     return message_with("reserved", seats);
 }
 
-std::string joined_message(StudentId id, std::string_view token, std::string_view name,
-                           std::string_view world, std::string_view mode)
+std::string code_message(std::string_view code)
+{
+    return message_with("code", json::string(code));
+}
+
+std::string joined_message(JoinedRow const& row)
 {
     json::object joined;
-    joined["id"] = id;
-    joined["token"] = token;
-    joined["name"] = name;
-    joined["world"] = world;
-    joined["mode"] = mode;
+    joined["id"] = row.id;
+    joined["token"] = row.token;
+    joined["seat"] = row.seat;
+    joined["name"] = row.name;
+    joined["world"] = row.world;
+    joined["mode"] = row.mode;
     return message_with("joined", std::move(joined));
 }
 

@@ -87,6 +87,10 @@ struct TellStudents
     std::string text; ///< Of `message`.
 };
 
+/// Who has the old code can't come in with it any more.
+struct RenewCode
+{};
+
 struct CloseClass
 {};
 
@@ -128,7 +132,7 @@ struct BadClassMessage
 
 using ClassMessage =
     std::variant<BadClassMessage, OpenClass, ReturnAsTeacher, SetSeats, WatchPictures, TellStudents,
-                 CloseClass, JoinClass, ReturnAsStudent, ReportState, ReportPicture, LeaveClass>;
+                 RenewCode, CloseClass, JoinClass, ReturnAsStudent, ReportState, ReportPicture, LeaveClass>;
 
 /// Reads any bytes.
 ClassMessage parse_class_message(std::string_view text);
@@ -187,11 +191,24 @@ std::string picture_message(StudentId student, std::string_view base64);
 /// `{"reserved":18}`
 std::string reserved_message(std::size_t seats);
 
+/// `{"code":"K7M2QX"}`
+std::string code_message(std::string_view code);
+
 // --- to students
 
+struct JoinedRow
+{
+    StudentId id = 0;
+    std::string_view token; ///< To return with.
+    std::string_view
+        seat; ///< To ask for simulations with: it stands in addresses, and so in logs of proxies.
+    std::string_view name;
+    std::string_view world;
+    std::string_view mode;
+};
+
 /// `{"joined":{...}}`
-std::string joined_message(StudentId id, std::string_view token, std::string_view name,
-                           std::string_view world, std::string_view mode);
+std::string joined_message(JoinedRow const& row);
 
 /// `{"pictures":{...}}`; null: none are wanted.
 std::string pictures_message(PictureTerms const* terms);

@@ -23,7 +23,8 @@ struct PictureTerms
 /// students do with two pictures a second each.
 PictureTerms picture_terms(std::size_t students);
 
-/// Whether a text is base64 (RFC 4648, section 4) of at most so many bytes that begin like a JPEG.
-bool is_jpeg_in_base64(std::string_view text, std::size_t max_bytes) noexcept;
+/// Whether a text is base64 (RFC 4648, section 4) of a JPEG of at most so many bytes and pixels. A browser
+/// that decodes it takes memory for all pixels that the file claims to have.
+bool is_picture_in_base64(std::string_view text, PictureTerms const& terms);
 
 } // namespace webots_cloud::core

@@ -10,7 +10,7 @@ namespace webots_cloud::core {
 namespace {
 
 constexpr std::string_view code_letters = "23456789ABCDEFGHJKMNPQRSTVWXYZ"; // without 0, 1, I, L, O and U
-constexpr std::size_t code_length = 5;
+constexpr std::size_t code_length = 6;
 constexpr std::size_t token_bytes = 16;
 
 char upper(char c) noexcept

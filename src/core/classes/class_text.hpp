@@ -12,7 +12,7 @@ namespace webots_cloud::core {
 /// So many bytes that nobody can guess.
 using RandomBytes = std::function<std::string(std::size_t size)>;
 
-/// Five letters and digits, none of which looks like another: `K7M2Q`.
+/// Six letters and digits, none of which looks like another: `K7M2QX`.
 std::string make_class_code(RandomBytes const& random);
 
 /// A code as people type it, in small letters, with spaces or hyphens. Empty: it can't be one.

@@ -9,7 +9,9 @@
 namespace webots_cloud::core {
 
 /// Counts wrong guesses of each client, and of all together, since an attacker may have many addresses. Who
-/// has used them up may not even try: otherwise the right one would be found as fast as ever.
+/// has used them up may not even try: otherwise the right one would be found as fast as ever. Where all
+/// together have, a client that has guessed nothing wrong for an hour still may, once: so nobody shuts
+/// strangers out, and each of many addresses gains one guess.
 class GuessLimit
 {
 public:
@@ -19,13 +21,15 @@ public:
 
     bool may_try(std::string_view client, TimePoint now) const
     {
-        return clients_.has_token(client, now) && all_.has_token(everybody_, now);
+        return clients_.has_token(client, now) &&
+               (all_.has_token(everybody_, now) || (!client.empty() && strangers_.has_token(client, now)));
     }
 
     void count_wrong(std::string_view client, TimePoint now)
     {
         (void)clients_.take(client, now);
         (void)all_.take(everybody_, now);
+        (void)strangers_.take(client, now);
     }
 
 private:
@@ -33,6 +37,7 @@ private:
 
     TokenBuckets clients_;
     TokenBuckets all_;
+    TokenBuckets strangers_{1, 1.0 / 3600};
 };
 
 } // namespace webots_cloud::core

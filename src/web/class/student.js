@@ -18,7 +18,7 @@ const SETTLING_MS = 2000; // in which those who wait ask for a seat, when one is
 export class Student {
   #code;
   #socket = null;
-  #class = null; // {id, token, name, world, mode}
+  #class = null; // {id, token, seat, name, world, mode}
   #memory = new TabMemory('webots.class');
   #view = new View(element('simulation'));
   #thumbnails = new Thumbnails(this.#view, (picture) => this.#socket?.send({ picture }));
@@ -155,7 +155,7 @@ export class Student {
     clearTimeout(this.#retry);
     element('again').hidden = true;
     this.#ticket = ticket;
-    const request = `${ownServer}session?class=${encodeURIComponent(this.#class.token)}`;
+    const request = `${ownServer}session?class=${encodeURIComponent(this.#class.seat)}`;
     this.#view.open(this.#class.world, this.#class.mode, { request, ticket });
   }
 

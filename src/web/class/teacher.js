@@ -13,7 +13,7 @@ import { Wall, wordsFor } from './wall.js';
 
 const WORLDS = 'webots_cloud.worlds'; // that were used on this browser
 const MOST_WORLDS = 10;
-const SILENT_MS = 10000; // Students who run tell their time every second.
+const SILENT_MS = 10000; // Students whose time goes on tell it every second.
 const AT_A_GLANCE = ['running', 'paused', 'starting', 'waiting', 'lost', 'away', 'hidden', 'ended', 'joined'];
 
 export class Teacher {
@@ -23,6 +23,7 @@ export class Teacher {
   #fetched = false; // the machines have the project
   #isFetchedAgain = false;
   #fetching = null;
+  #times = new Map(); // Of students: {time, at}, `at` when it went on.
   #wall = new Wall((action, student) => this.#act(action, student));
   #look = new Look((action, student) => this.#act(action, student), () => this.#backToWall());
   #saidProblem = () => '';
@@ -32,6 +33,7 @@ export class Teacher {
     element('open-form').addEventListener('submit', (event) => this.#open(event));
     element('seats-form').addEventListener('submit', (event) => this.#changeSeats(event));
     element('fetch-again').addEventListener('click', () => this.#fetchAgain());
+    element('new-code').addEventListener('click', () => this.#socket?.send({ code: 'new' }));
     element('close-class').addEventListener('click', () => this.#close());
     for (const button of element('for-all').querySelectorAll('[data-do]'))
       button.addEventListener('click', () => this.#actOnAll(button.dataset.do));
@@ -138,6 +140,9 @@ export class Teacher {
     else if (message.reserved !== undefined) {
       this.#class.reserved = message.reserved;
       this.#sayClass();
+    } else if (message.code) {
+      this.#class.code = message.code;
+      this.#sayClass();
     } else if (message.error)
       this.#takeError(message);
   }
@@ -222,10 +227,22 @@ export class Teacher {
     element('nobody').hidden = students.length > 0;
     for (const button of element('for-all').querySelectorAll('button'))
       button.disabled = students.length === 0;
-    this.#socket?.expect(this.#watches && students.some(({ state }) => state === 'running') ? SILENT_MS : 0);
+    this.#noteTimes(students);
+    this.#socket?.expect(this.#watches && students.some((student) => this.#goesOn(student)) ? SILENT_MS : 0);
     this.#saySummary();
     this.#look.follow(students);
   }
+
+  #noteTimes(students) {
+    const before = this.#times;
+    this.#times = new Map(students.map(({ id, time }) => {
+      const known = before.get(id);
+      return [id, known?.time === time ? known : { time, at: known === undefined ? -Infinity : Date.now() }];
+    }));
+  }
+
+  // Not one that says it runs while its time stands still, as at a breakpoint of a controller: nothing is told of that.
+  #goesOn({ id, state }) { return state === 'running' && Date.now() - this.#times.get(id).at < SILENT_MS; }
 
   #saySummary() {
     const { students } = this.#wall;

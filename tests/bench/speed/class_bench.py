@@ -24,6 +24,7 @@ import websockets  # noqa: E402
 
 PASSWORD = "abcd-efgh-jkmn"
 PATIENCE = 30
+FRAME = b"\xff\xd8\xff\xc0\x00\x0b\x08\x00\x78\x00\xa0\x01\x01\x11\x00"  # of a JPEG of 160x120 pixels
 SETTLING_S = 3
 
 
@@ -89,7 +90,7 @@ class Student(Client):
         while True:
             await asyncio.sleep((self.terms or {"interval": 100})["interval"] / 1000)
             if self.terms is not None:
-                jpeg = b"\xff\xd8\xff\xe0" + os.urandom(self.terms["bytes"] - 4)
+                jpeg = FRAME + os.urandom(self.terms["bytes"] - len(FRAME))
                 await self.send({"picture": base64.b64encode(jpeg).decode()})
 
 

@@ -106,7 +106,7 @@ struct Fixture
         auto& student = connect();
         say(student, concat(R"({"join":{"code":")", code, R"(","name":")", name, "\"}}"));
         BOOST_REQUIRE(student.was_told(R"({"joined":{)"));
-        token = part(student.sent.front(), R"("token":")");
+        seat = part(student.sent.front(), R"("seat":")");
         return student;
     }
 
@@ -136,7 +136,7 @@ struct Fixture
     std::string ours = R"({"load":1E1,"sessions":0,"starting":0,"capacity":5,"memory":1E1,"arrivals":0})";
     std::string code;
     std::string key;
-    std::string token;
+    std::string seat; ///< The token of the last student for seats.
     testing::World world;
     testing::RecordingLog log;
     testing::ScriptedHttp http;
@@ -149,7 +149,7 @@ struct Fixture
 
 std::string picture()
 {
-    std::string jpeg("\xff\xd8\xff");
+    std::string jpeg("\xff\xd8\xff\xc0\0\x0b\x08\0\x78\0\xa0\x01\x01\x11", 14); // 160x120 pixels
     jpeg.resize(100);
     return concat(R"({"picture":")", core::base64(jpeg), "\"}");
 }
@@ -199,7 +199,7 @@ BOOST_AUTO_TEST_CASE(a_student_does_not_choose_the_host_that_the_teachers_page_c
     fixture.world.advance(2s);
     auto& teacher = fixture.open_class(5);
     auto& ada = fixture.join("Ada");
-    auto& session = fixture.connect("/session", concat("class=", fixture.token), "evil.example");
+    auto& session = fixture.connect("/session", concat("class=", fixture.seat), "evil.example");
     BOOST_TEST(session.sent.back().starts_with("ws://evil.example/2000/ticket/"), session.sent.back());
     fixture.say(ada, R"({"state":{"state":"running","simulator":"ws://evil.example/2001"}})");
     BOOST_TEST(teacher.sent.back().find("simulator") == std::string::npos, teacher.sent.back());
@@ -220,12 +220,12 @@ BOOST_AUTO_TEST_CASE(seats_of_a_class_are_its_students_alone)
     BOOST_TEST(lamp.sent.back() == "0");
     BOOST_TEST(fixture.get("/session").body == none_free);
     (void)fixture.join("Ada");
-    BOOST_TEST(fixture.get("/session", concat("url=x&class=", fixture.token)).body ==
+    BOOST_TEST(fixture.get("/session", concat("url=x&class=", fixture.seat)).body ==
                "ws://a:2000/ticket/for-a:2000");
     BOOST_TEST(fixture.has_figure("webots_class_seats_held 4"));
     BOOST_TEST(fixture.get("/session", "class=guessed").body == none_free);
-    BOOST_TEST(fixture.get("/session", concat("class=", fixture.token), "HEAD").status == 200);
-    auto& by_websocket = fixture.connect("/session", concat("class=", fixture.token));
+    BOOST_TEST(fixture.get("/session", concat("class=", fixture.seat), "HEAD").status == 200);
+    auto& by_websocket = fixture.connect("/session", concat("class=", fixture.seat));
     BOOST_TEST(by_websocket.sent.back() == "ws://a:2000/ticket/for-a:2000");
     BOOST_TEST(fixture.has_figure("webots_class_seats_held 4"));
 }
@@ -235,7 +235,7 @@ BOOST_AUTO_TEST_CASE(a_student_who_asks_again_and_again_waits)
     Fixture fixture;
     (void)fixture.open_class(5);
     (void)fixture.join("Ada");
-    auto const query = concat("class=", fixture.token);
+    auto const query = concat("class=", fixture.seat);
     int placed = 0;
     for (int i = 0; i < 100; ++i)
         placed += fixture.get("/session", query).body.starts_with("ws://") ? 1 : 0;
@@ -375,7 +375,7 @@ BOOST_AUTO_TEST_CASE(the_log_knows_who_guesses_and_nothing_of_a_class)
     BOOST_TEST(all.find("Too many wrong passwords of teachers come from 203.0.113.7") != std::string::npos,
                all);
     for (auto const& secret : {std::string("Lovelace"), std::string("Look here"), std::string("guess\""),
-                               fixture.code, fixture.key, fixture.token, std::string("secret")})
+                               fixture.code, fixture.key, fixture.seat, std::string("secret")})
         BOOST_TEST(all.find(secret) == std::string::npos, all);
 }
 

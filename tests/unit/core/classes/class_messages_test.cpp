@@ -66,11 +66,13 @@ BOOST_AUTO_TEST_CASE(what_is_wrong_with_an_opening_is_said)
 
 BOOST_AUTO_TEST_CASE(a_student_joins_and_returns)
 {
-    auto const join = read<JoinClass>(R"({"join":{"code":"k7m 2q","name":" Ada "}})");
-    BOOST_TEST(join.code == "K7M2Q");
+    auto const join = read<JoinClass>(R"({"join":{"code":"k7m 2qx","name":" Ada "}})");
+    BOOST_TEST(join.code == "K7M2QX");
     BOOST_TEST(join.name == "Ada");
     BOOST_TEST(read<JoinClass>(R"({"join":{"code":"nonsense","name":"Ada"}})").code == "");
-    BOOST_TEST((refusal_of(R"({"join":{"code":"K7M2Q","name":" "}})") == ClassError::name));
+    BOOST_TEST((refusal_of(R"({"join":{"code":"K7M2QX","name":" "}})") == ClassError::name));
+    (void)read<RenewCode>(R"({"code":"new"})");
+    BOOST_TEST((refusal_of(R"({"code":"K7M2QX"})") == ClassError::message)); // chance makes them
     BOOST_TEST(read<ReturnAsStudent>(R"({"join":{"token":"t"}})").token == "t");
 }
 
@@ -125,7 +127,7 @@ BOOST_AUTO_TEST_CASE(anything_else_is_not_understood)
 {
     for (auto const* text :
          {"", "{", "[]", "null", "5", "{}", R"({"close":false})", R"({"close":1})", R"({"what":true})",
-          R"({"watch":true,"close":true})", R"({"teach":[]})", R"({"join":"K7M2Q"})", R"({"picture":5})",
+          R"({"watch":true,"close":true})", R"({"teach":[]})", R"({"join":"K7M2QX"})", R"({"picture":5})",
           R"({"join":{"code":5,"name":"Ada"}})", "{\"join\":{\"code\":\"K7M2Q\",\"name\":\"\xc3\x28\"}}"})
         BOOST_TEST((refusal_of(text) == ClassError::message), text);
     BOOST_TEST((refusal_of(std::string(100, '[')) == ClassError::message));
@@ -143,7 +145,7 @@ BOOST_AUTO_TEST_CASE(what_is_sent_is_json_whatever_names_hold)
     student.simulator = "ws://h:2001";
     student.state = StudentState::away;
     ClassRow row;
-    row.code = "K7M2Q";
+    row.code = "K7M2QX";
     row.key = "k";
     row.world = "w";
     row.mode = "mjpeg";
@@ -153,14 +155,22 @@ BOOST_AUTO_TEST_CASE(what_is_sent_is_json_whatever_names_hold)
     row.machines = {"ws://h:2000"};
     BOOST_TEST(
         class_message(row) ==
-        R"({"class":{"code":"K7M2Q","key":"k","world":"w","mode":"mjpeg","seats":30,"reserved":18,)"
+        R"({"class":{"code":"K7M2QX","key":"k","world":"w","mode":"mjpeg","seats":30,"reserved":18,)"
         R"("students":[{"id":1,"name":"\"</script>","state":"away","time":0,"simulator":"ws://h:2001"}],)"
         R"("machines":["ws://h:2000"]}})");
     BOOST_TEST(gone_message(7) == R"({"gone":7})");
     BOOST_TEST(reserved_message(3) == R"({"reserved":3})");
     BOOST_TEST(picture_message(7, "/9j/") == R"({"picture":{"id":7,"jpeg":"/9j/"}})");
-    BOOST_TEST(joined_message(7, "t", "Ada", "w", "mjpeg") ==
-               R"({"joined":{"id":7,"token":"t","name":"Ada","world":"w","mode":"mjpeg"}})");
+    JoinedRow joined;
+    joined.id = 7;
+    joined.token = "t";
+    joined.seat = "s";
+    joined.name = "Ada";
+    joined.world = "w";
+    joined.mode = "mjpeg";
+    BOOST_TEST(joined_message(joined) ==
+               R"({"joined":{"id":7,"token":"t","seat":"s","name":"Ada","world":"w","mode":"mjpeg"}})");
+    BOOST_TEST(code_message("K7M2QX") == R"({"code":"K7M2QX"})");
     auto const terms = picture_terms(1);
     BOOST_TEST(pictures_message(&terms) ==
                R"({"pictures":{"interval":500,"width":160,"height":120,"bytes":2800}})");

@@ -21,26 +21,26 @@ RandomBytes counting_from(unsigned first)
 
 BOOST_AUTO_TEST_SUITE(class_text)
 
-BOOST_AUTO_TEST_CASE(a_code_has_five_letters_or_digits_that_do_not_look_alike)
+BOOST_AUTO_TEST_CASE(a_code_has_six_letters_or_digits_that_do_not_look_alike)
 {
     for (unsigned first = 0; first < 256; ++first) {
         auto const code = make_class_code(counting_from(first));
-        BOOST_TEST(code.size() == 5u);
+        BOOST_TEST(code.size() == 6u);
         BOOST_TEST(code.find_first_of("01ILOU") == std::string::npos, code);
         BOOST_TEST(read_class_code(code) == code);
     }
     // 240 is the end of whole alphabets: those bytes are left out, so that each letter is as frequent.
-    BOOST_TEST(make_class_code(counting_from(0)) == "23456");
-    BOOST_TEST(make_class_code(counting_from(238)) == "YZ234");
+    BOOST_TEST(make_class_code(counting_from(0)) == "234567");
+    BOOST_TEST(make_class_code(counting_from(238)) == "YZ2345");
 }
 
 BOOST_AUTO_TEST_CASE(codes_are_read_as_people_type_them)
 {
-    BOOST_TEST(read_class_code(" k7m-2q ") == "K7M2Q");
-    BOOST_TEST(read_class_code("K7M2") == "");
-    BOOST_TEST(read_class_code("K7M2QQ") == "");
-    BOOST_TEST(read_class_code("K7M2O") == "");
-    BOOST_TEST(read_class_code(std::string(40, ' ') + "K7M2Q") == "");
+    BOOST_TEST(read_class_code(" k7m-2qx ") == "K7M2QX");
+    BOOST_TEST(read_class_code("K7M2Q") == "");
+    BOOST_TEST(read_class_code("K7M2QXX") == "");
+    BOOST_TEST(read_class_code("K7M2QO") == "");
+    BOOST_TEST(read_class_code(std::string(40, ' ') + "K7M2QX") == "");
     BOOST_TEST(read_class_code("") == "");
 }
 
