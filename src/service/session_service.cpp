@@ -11,6 +11,7 @@
 #include "core/pages/session_board.hpp"
 #include "core/pages/shared_page.hpp"
 #include "core/placement/drained_machines.hpp"
+#include "core/simulation/gateway_address.hpp"
 #include "core/text.hpp"
 #include "core/time_text.hpp"
 #include "monitor_feed.hpp"
@@ -596,6 +597,10 @@ std::optional<Forward> SessionService::Impl::pass_on(IncomingRequest const& requ
     forward.upstream = Upstream(std::move(target->machine.host), target->machine.port);
     forward.upstream.tls = target->machine.tls;
     forward.target = std::move(target->target);
+    if (target->is_simulator) { // as a simulation server's gateway says of them
+        forward.answer_headers.emplace_back("Access-Control-Allow-Origin", "*");
+        forward.added_answer_headers.emplace_back("Content-Security-Policy", core::sandbox_policy);
+    }
     return forward;
 }
 

@@ -329,7 +329,10 @@ Forward SimulationSession::forward(core::GatewayPath const& path, IncomingReques
     if (!request.query.empty())
         forward.target.append("?").append(request.query);
     forward.group = tunnels_;
-    if (path.port != ready_.port)
+    bool const is_editor = path.port != ready_.port;
+    forward.added_answer_headers.emplace_back("Content-Security-Policy",
+                                              is_editor ? core::editor_policy : core::sandbox_policy);
+    if (is_editor)
         return forward; // Docker opens that port of the machine for the editor
     forward.upstream.broker = ready_.broker;
     // Webots names its own files in what it serves by http:// and this header.

@@ -31,6 +31,7 @@ except ImportError as error:
     raise SystemExit(print(f"skipped: {error} (package python3-websockets)") or 77)
 
 TRUST = ssl._create_unverified_context()
+SANDBOX = "sandbox allow-scripts allow-forms allow-popups allow-downloads"
 
 
 def trusting(address):
@@ -135,9 +136,11 @@ class Sessions(unittest.IsolatedAsyncioTestCase):
             status, headers, body = await asyncio.to_thread(fetch, http + "/worlds/arena.wbt")
             self.assertEqual((status, body), (200, demo_project()["worlds/arena.wbt"]))
             self.assertEqual(headers["Access-Control-Allow-Origin"], "*")
+            self.assertEqual(headers.get_all("Content-Security-Policy"), [SANDBOX])
             status, headers, _ = await asyncio.to_thread(fetch, http + "/worlds/arena.wbt", {"If-None-Match": headers["etag"]})
             self.assertEqual(status, 304)
-            self.assertEqual((await asyncio.to_thread(fetch, http + "/missing"))[0], 404)
+            status, headers, _ = await asyncio.to_thread(fetch, http + "/missing")
+            self.assertEqual((status, headers["Content-Security-Policy"]), (404, SANDBOX))
             # Webots' own files, which are named in those of projects, are asked for where this one came from.
             _, _, body = await asyncio.to_thread(fetch, http + "/assets/a.css")
             self.assertEqual(body.decode(), f"url(http://{address.split('://')[1]}/x.png)")
@@ -226,9 +229,10 @@ class Neighbours(unittest.IsolatedAsyncioTestCase):
         with server(gateway=True) as simulation:
             async with Browser(simulation) as browser:
                 address = await address_of(browser)
-                async with websockets.connect(address + "/", origin="https://another.example", max_size=None) as viewer:
-                    await viewer.send("mjpeg: 320x240")
-                    await hear(viewer, "scene load completed")
+                for origin in ("https://another.example", "null"):  # the latter: of a page in a sandbox
+                    async with websockets.connect(address + "/", origin=origin, max_size=None) as viewer:
+                        await viewer.send("mjpeg: 320x240")
+                        await hear(viewer, "scene load completed")
                 with self.assertRaises(websockets.InvalidStatusCode):
                     await websockets.connect(f"ws://localhost:{simulation.port}/client", origin="https://another.example")
 

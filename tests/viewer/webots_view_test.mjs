@@ -45,6 +45,9 @@ for (const name of ['onready', 'onclose', 'onerror', 'onstdout', 'onstderr', 'on
   view[name] = (...values) => told.push([name, ...values]);
 </script></body></html>`;
 
+// Of every answer of a simulation.
+const SANDBOX = 'sandbox allow-scripts allow-forms allow-popups allow-downloads';
+
 // What a test says of the servers, and what they have heard.
 class Cloud {
   session = MACHINE; // the answer of /session
@@ -354,7 +357,10 @@ describe('What the simulation says', () => {
       const socket = new WebSocket(location.href.replace('http', 'ws').replace(/robot_windows.*/, ''));
       socket.onopen = () => socket.send('robot:' + name + ':init robot window');
       socket.onmessage = ({ data }) => { document.getElementById('p').textContent = data; };
-    </script>` };
+    </script><p id="m">-</p><script type="module" src="more.js"></script>`, headers: { 'Content-Security-Policy': SANDBOX } };
+    cloud.pages['https://machine.test/2001/robot_windows/panel/more.js'] = { contentType: 'text/javascript',
+      headers: { 'Access-Control-Allow-Origin': '*', 'Content-Security-Policy': SANDBOX },
+      body: "document.getElementById('m').textContent = `module of ${origin}`;" };
     await open();
     await state('paused');
     cloud.send('robot window: {"robot":"e-puck","window":"panel"}');
@@ -363,6 +369,7 @@ describe('What the simulation says', () => {
     await button('Window of e-puck').click();
     await page.frameLocator('iframe[title="e-puck"]').getByText('"message":"hello"').waitFor();
     assert.deepEqual(cloud.windows, ['robot:e-puck:init robot window']);
+    await page.frameLocator('iframe[title="e-puck"]').getByText('module of null').waitFor();
     await button('Window of e-puck').click();
     await page.locator('iframe').waitFor({ state: 'detached' });
     cloud.send('robot window: {"remove":true,"robot":"e-puck","window":"panel"}');
@@ -379,6 +386,32 @@ describe('What the simulation says', () => {
     cloud.send('robot window: {"robot":"evil","visible":true,"window":"evil"}');
     await page.frameLocator('iframe[title="evil"]').getByText('SecurityError').waitFor();
     assert.equal(await page.title(), 'My robot');
+  });
+
+  test('a window that leads its frame to the origin of the page has an origin of its own there', async () => {
+    await show(WITH_CLASS());
+    cloud.pages['https://machine.test/2001/robot_windows/evil/evil.html'] = { headers: { 'Content-Security-Policy': SANDBOX },
+      body: `<!DOCTYPE html><html lang="en"><title>w</title><script>location.href = '${SITE}/2001/robot_windows/evil/evil.html';</script>` };
+    cloud.pages[`${SITE}/2001/robot_windows/evil/evil.html`] = { headers: { 'Content-Security-Policy': SANDBOX },
+      body: `<!DOCTYPE html><html lang="en"><title>w</title><p id="p">-</p><script>
+      const tries = [() => parent.document.title, () => sessionStorage.length, () => localStorage.length];
+      p.textContent = tries.map((steal) => { try { return 'got ' + steal(); } catch (error) { return error.name; } }).join();
+    </script>` };
+    await page.evaluate((url) => globalThis.view.open(url, 'mjpeg'), 'wss://machine.test/2001');
+    await state('paused');
+    cloud.send('robot window: {"robot":"evil","visible":true,"window":"evil"}');
+    await page.frameLocator('iframe[title="evil"]').getByText('SecurityError,SecurityError,SecurityError').waitFor();
+  });
+
+  test('who only watches sees windows that want to be open when they press the button', async () => {
+    await show(WITH_CLASS());
+    await page.evaluate((url) => { globalThis.view.broadcast = true; globalThis.view.open(url, 'mjpeg'); }, 'wss://machine.test/2001');
+    await until(() => cloud.simulator !== null, 'a viewer');
+    cloud.send('robot window: {"robot":"e-puck","visible":true,"window":"panel"}');
+    await button('Window of e-puck').waitFor();
+    assert.equal(await page.locator('iframe').count(), 0);
+    await button('Window of e-puck').click();
+    await page.locator('iframe').waitFor();
   });
 
   test('a window of an old simulation lies beside the page and gets its messages', async () => {

@@ -116,15 +116,18 @@ struct Upstream
 /// both sides are sent what the other one says, as it is. Other answers go to the browser as they come; its
 /// connection lives on where they tell their length. The adapter answers 502 or 504 itself where the other
 /// server can't be reached or is late. The other server is told `X-Forwarded-For`, with the peer appended,
-/// and nothing that concerns the browser's connection alone (RFC 9110, 7.6.1).
+/// and nothing that concerns the browser's connection alone (RFC 9110, 7.6.1). The browser is not told
+/// `Service-Worker-Allowed`: scripts of the other server get no say about other paths of this one.
 struct Forward
 {
     Forward() = default;
 
     Upstream upstream;
-    std::string target;                 ///< The path, and the query, that the other server is asked for.
-    HttpHeaders headers;                ///< Replace the request's headers of these names.
-    HttpHeaders answer_headers;         ///< Of the answer, where the other server sends none of these names.
+    std::string target;         ///< The path, and the query, that the other server is asked for.
+    HttpHeaders headers;        ///< Replace the request's headers of these names.
+    HttpHeaders answer_headers; ///< Of the answer, where the other server sends none of these names.
+    /// Of the answer, in addition to what the other server sends; not where it accepts a WebSocket handshake.
+    HttpHeaders added_answer_headers;
     std::shared_ptr<TunnelGroup> group; ///< Null: of none.
 };
 

@@ -170,6 +170,11 @@ void ForwardedResponse::add_missing(std::string_view name, std::string_view valu
         fields_.emplace_back(name, value);
 }
 
+void ForwardedResponse::add(std::string_view name, std::string_view value)
+{
+    added_.emplace_back(name, value);
+}
+
 void ForwardedResponse::find_body(bool is_chunked, std::optional<std::uint64_t> length)
 {
     length_ = 0;
@@ -197,9 +202,14 @@ void ForwardedResponse::append_head(std::string& out, bool keep_alive) const
             connection_options_.begin(), connection_options_.end(),
             [&name = name](std::string_view option) { return equal_ignoring_case(name, option); });
         bool const is_local = is_named || is_among(of_one_connection, name);
-        if ((is_coding && is_coded) || (!is_local && !is_misleading))
+        // A service worker answers for all paths that this header gives to its script.
+        bool const is_for_other_paths = equal_ignoring_case(name, "Service-Worker-Allowed");
+        if ((is_coding && is_coded) || (!is_local && !is_misleading && !is_for_other_paths))
             append_field(out, name, value);
     }
+    if (body_ != Body::websocket)
+        for (auto const& [name, value] : added_) // also where the other server's Connection names them
+            append_field(out, name, value);
     if (body_ == Body::websocket)
         out.append("Upgrade: websocket\r\nConnection: Upgrade\r\n\r\n");
     else

@@ -59,6 +59,9 @@ public:
     /// Adds a header, unless the other server sent one of this name.
     void add_missing(std::string_view name, std::string_view value);
 
+    /// Adds a header whatever the other server says; not to the answer to an accepted handshake.
+    void add(std::string_view name, std::string_view value);
+
     /// Appends the head for the browser, whose connection stays open or not.
     void append_head(std::string& out, bool keep_alive) const;
 
@@ -76,6 +79,7 @@ private:
     std::size_t head_size_ = 0;
     std::string reason_;
     std::vector<std::pair<std::string, std::string>> fields_;
+    std::vector<std::pair<std::string, std::string>> added_;
     std::vector<std::string> connection_options_;
 };
 

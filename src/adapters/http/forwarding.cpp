@@ -66,6 +66,8 @@ asio::awaitable<result<>> Forwarding::ask()
         if (progress == ForwardedResponse::Progress::complete) {
             for (auto const& [name, value] : forward_.answer_headers)
                 response_.add_missing(name, value);
+            for (auto const& [name, value] : forward_.added_answer_headers)
+                response_.add(name, value);
             co_return result<>();
         }
         if (progress == ForwardedResponse::Progress::malformed)

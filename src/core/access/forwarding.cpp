@@ -147,6 +147,7 @@ ForwardingTable::ForwardingTable(std::vector<ServerSpec> const& servers)
             continue;
         range.first = range.machine.port = server.first_port;
         range.last = server.last_port;
+        range.is_of_simulators = true;
         ranges_.push_back(std::move(range));
     }
 }
@@ -170,6 +171,7 @@ std::optional<ForwardTarget> ForwardingTable::find(std::string_view path, std::s
     target.machine = range->machine;
     target.machine.port = static_cast<std::uint16_t>(range->machine.port + (split->port - range->first));
     target.target = split->rest;
+    target.is_simulator = range->is_of_simulators;
     if (!query.empty())
         target.target.append("?").append(query);
     return target;

@@ -68,7 +68,8 @@ struct ForwardTarget
     ForwardTarget() = default;
 
     InternalAddress machine;
-    std::string target; ///< Path and query.
+    std::string target;        ///< Path and query.
+    bool is_simulator = false; ///< One of a machine's simulators, not its server.
 };
 
 /// The ports of all simulation servers behind the gateway. Nothing else is ever passed on: no part of a
@@ -98,6 +99,7 @@ private:
         std::uint16_t first = 0; ///< In public paths.
         std::uint16_t last = 0;
         InternalAddress machine; ///< With what the first port is there.
+        bool is_of_simulators = false;
     };
 
     Range const* range_of(std::uint16_t port) const noexcept;

@@ -13,6 +13,14 @@ namespace webots_cloud::core {
 /// The port of a simulation's editor is so far above its own.
 inline constexpr int editor_distance = 500;
 
+/// What simulations serve is written by strangers, but has the origin of our pages: so browsers give it an
+/// origin of its own, in which it reaches neither them nor what they have stored.
+inline constexpr std::string_view sandbox_policy =
+    "sandbox allow-scripts allow-forms allow-popups allow-downloads";
+
+/// Editors do not work without their origin: they may be shown in no frame, whose parent they could read.
+inline constexpr std::string_view editor_policy = "frame-ancestors 'none'";
+
 /// A path below `/simulation/`: views into the path.
 struct GatewayPath
 {

@@ -4,7 +4,8 @@
 const OLD_MESSAGES = 200; // kept for a window that is still loading
 
 // Pages of a simulation are written by whoever wrote the simulation. In a frame of another origin they can't reach the page around
-// them; where a proxy gives both one origin, the frame gets an origin of its own.
+// them; where a proxy gives both one origin, the frame gets an origin of its own. Our servers give them one wherever they are
+// shown (Content-Security-Policy: sandbox), since a window may lead its frame elsewhere.
 const ALLOWED = 'allow-scripts allow-forms allow-popups allow-downloads';
 
 export class RobotWindows {

@@ -770,7 +770,19 @@ BOOST_AUTO_TEST_CASE(the_gateway_passes_requests_of_machines_on_and_no_others)
         BOOST_TEST(forward->upstream.port == 2000);
         BOOST_TEST(!forward->upstream.tls);
         BOOST_TEST(forward->target == "/client?a=b");
+        BOOST_TEST(forward->added_answer_headers.empty()); // its gateway knows what is a simulation's
     }
+    server.first_port = 2001;
+    server.last_port = 2002;
+    fixture.service.set_servers({server});
+    request.path = "/2001/robot_windows/x.html";
+    auto const page = std::get<Forward>(fixture.service.respond(request));
+    BOOST_TEST((page.answer_headers == HttpHeaders{{"Access-Control-Allow-Origin", "*"}}));
+    BOOST_TEST((page.added_answer_headers ==
+                HttpHeaders{{"Content-Security-Policy",
+                             "sandbox allow-scripts allow-forms allow-popups allow-downloads"}}));
+    server.first_port = server.last_port = 0;
+    request.path = "/2000/client";
     fixture.http.expect("GET https://sim2:2000/load").reply(200, "1").always();
     server.internal_address = "https://sim2:2000";
     fixture.service.set_servers({server});

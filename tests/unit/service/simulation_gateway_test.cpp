@@ -1,5 +1,7 @@
 #include "simulation_fixture.hpp"
 
+#include "core/simulation/gateway_address.hpp"
+
 #include <webots_cloud/simulation_launcher.hpp>
 
 using namespace webots_cloud;
@@ -77,6 +79,9 @@ BOOST_AUTO_TEST_CASE(a_simulation_is_announced_with_its_token_and_reached_throug
     BOOST_TEST(file.target == "/a/b.png?x=1&y");
     BOOST_TEST((file.headers == HttpHeaders{{"Host", "host.org:2000/simulation/secreta/2001"}}));
     BOOST_TEST((file.answer_headers == HttpHeaders{{"Access-Control-Allow-Origin", "*"}}));
+    HttpHeaders const sandbox{{"Content-Security-Policy", std::string(core::sandbox_policy)}};
+    BOOST_TEST((file.added_answer_headers == sandbox));
+    BOOST_TEST((socket.added_answer_headers == sandbox));
     BOOST_TEST((file.group == socket.group && file.group));
     fixture.leave(browser);
 }

@@ -175,6 +175,28 @@ BOOST_AUTO_TEST_CASE(a_header_is_added_unless_the_other_server_sends_it)
     }
 }
 
+BOOST_AUTO_TEST_CASE(a_header_is_added_whatever_the_other_server_sends)
+{
+    for (std::string const sent :
+         {"Content-Security-Policy: x\r\n", "", "Connection: content-security-policy, close\r\n"}) {
+        auto response = parsed("HTTP/1.1 200 OK\r\nContent-Length: 1\r\n" + sent + "\r\n");
+        response.add("Content-Security-Policy", "sandbox");
+        auto const kept = sent.starts_with("Connection") ? "" : sent;
+        BOOST_TEST(head_of(response) == "HTTP/1.1 200 OK\r\nContent-Length: 1\r\n" + kept +
+                                            "Content-Security-Policy: sandbox\r\n"
+                                            "Connection: keep-alive\r\n\r\n");
+    }
+    auto handshake = parsed("HTTP/1.1 101 Switching Protocols\r\n\r\n", false, true);
+    handshake.add("Content-Security-Policy", "sandbox");
+    BOOST_TEST(head_of(handshake).find("sandbox") == std::string::npos);
+}
+
+BOOST_AUTO_TEST_CASE(a_script_of_the_other_server_gets_no_say_about_other_paths)
+{
+    auto const response = parsed("HTTP/1.1 200 OK\r\nservice-worker-allowed: /\r\nContent-Length: 1\r\n\r\n");
+    BOOST_TEST(head_of(response) == "HTTP/1.1 200 OK\r\nContent-Length: 1\r\nConnection: keep-alive\r\n\r\n");
+}
+
 BOOST_AUTO_TEST_CASE(interim_answers_are_skipped)
 {
     std::string const text = "HTTP/1.1 103 Early Hints\r\nLink: x\r\n\r\nHTTP/1.1 100 Continue\r\n\r\n"
