@@ -176,9 +176,14 @@ asio::awaitable<bool> HttpConnection::read_body()
         co_await refuse(413, "a body that is too long, or not expected");
         co_return false;
     }
-    auto body = std::make_unique<RequestBody>(context_.body_bytes);
+    auto body = std::make_unique<RequestBody>(context_.bodies, quota_key());
     auto const begun = reader_.rest().substr(
         0, static_cast<std::size_t>(std::min<std::uint64_t>(length, reader_.rest().size())));
+    if (!body->has_room(begun.size())) {
+        body.reset();
+        co_await refuse(503, "a body, for which there is no memory", no_memory);
+        co_return false;
+    }
     body->append(begun);
     reader_.skip(begun.size());
     bool const wants_word = equal_ignoring_case(request.header("Expect"), "100-continue");
@@ -192,7 +197,7 @@ asio::awaitable<bool> HttpConnection::read_body()
     set_deadline(context_.params.body_timeout);
     std::array<char, body_piece> piece; // NOLINT(cppcoreguidelines-pro-type-member-init): it is read into
     while (body->text().size() < length) {
-        if (context_.body_bytes + piece.size() > context_.params.body_bytes) {
+        if (!body->has_room(piece.size())) {
             body.reset();
             co_await refuse(503, "a body, for which there is no memory", no_memory);
             co_return false;

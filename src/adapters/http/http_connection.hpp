@@ -1,6 +1,7 @@
 // One connection of the HTTP server, until it ends or becomes a WebSocket.
 #pragma once
 
+#include "body_memory.hpp"
 #include "connection_limit.hpp"
 #include "forwarding.hpp"
 #include "http_request_reader.hpp"
@@ -16,6 +17,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace webots_cloud::adapters {
 
@@ -30,8 +32,8 @@ struct HttpConnectionContext
     ConnectionLimit& limit;
     Tunnels& tunnels;
     Upstreams& upstreams;
-    std::size_t& forwardings;       ///< How many requests are being passed on.
-    std::size_t& body_bytes;        ///< Of bodies that are in memory.
+    std::size_t& forwardings; ///< How many requests are being passed on.
+    BodyMemory& bodies;
     std::function<bool()> has_room; ///< For one more connection; may make some.
 };
 
@@ -39,22 +41,26 @@ struct HttpConnectionContext
 class RequestBody
 {
 public:
-    explicit RequestBody(std::size_t& total) noexcept : total_(total) {}
-    ~RequestBody() { total_ -= text_.size(); }
+    /// `client`: its quota key.
+    RequestBody(BodyMemory& memory, std::string client) : memory_(memory), client_(std::move(client)) {}
+    ~RequestBody() { memory_.remove(client_, text_.size()); }
     RequestBody(RequestBody const&) = delete;
     RequestBody& operator=(RequestBody const&) = delete;
+
+    bool has_room(std::size_t size) const { return memory_.has_room(client_, size); }
 
     void append(std::string_view bytes)
     {
         text_.append(bytes);
-        total_ += bytes.size();
+        memory_.add(client_, bytes.size());
     }
 
     std::string const& text() const noexcept { return text_; }
 
 private:
     std::string text_;
-    std::size_t& total_;
+    BodyMemory& memory_;
+    std::string client_;
 };
 
 /// Reads requests and answers them in order, with a deadline for everything that the client does.

@@ -73,7 +73,7 @@ public:
                                                                       tunnels_,
                                                                       upstreams_,
                                                                       forwardings_,
-                                                                      body_bytes_,
+                                                                      bodies_,
                                                                       [this] { return has_room(1); }},
           acceptor_(executor_), sweeper_(executor_), tasks_(executor_)
     {}
@@ -117,7 +117,7 @@ private:
     ConnectionLimit limit_;
     /// Requests on their way to other servers, each with a connection of its own.
     std::size_t forwardings_ = 0;
-    std::size_t body_bytes_ = 0;
+    adapters::BodyMemory bodies_{params_.body_bytes};
     adapters::Tunnels tunnels_;
     adapters::Upstreams upstreams_;
     HttpConnectionContext context_;

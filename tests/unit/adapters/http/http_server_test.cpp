@@ -191,6 +191,36 @@ BOOST_AUTO_TEST_CASE(all_bodies_together_have_a_limit_and_room_again_when_one_is
     BOOST_TEST(third.read_to("\r\n").starts_with("HTTP/1.1 200 "));
 }
 
+BOOST_AUTO_TEST_CASE(one_client_has_a_quarter_of_the_memory_for_bodies)
+{
+    HttpServerParams params;
+    params.body_bytes = 400'000;
+    RunningServer server(params);
+    auto const request = [](std::string const& path, std::string const& client, std::size_t size) {
+        return "POST " + path + " HTTP/1.1\r\nHost: h\r\nX-Forwarded-For: " + client +
+               "\r\nContent-Length: " + std::to_string(size) + "\r\n\r\n" + std::string(size, 'x');
+    };
+    Client first(server);
+    first.say(request("/body/later", "203.0.113.7", 80'000));
+    BOOST_TEST(eventually([&] { return server.endpoint.held != nullptr; }));
+    for (std::size_t const size :
+         {std::size_t{60'000}, std::size_t{21'000}}) { // one of which comes with its head
+        Client more(server);
+        more.say(request("/body", "203.0.113.7", size));
+        auto const refusal = more.read_to("\r\n\r\n");
+        BOOST_TEST(refusal.starts_with("HTTP/1.1 503 "), size);
+        BOOST_TEST(refusal.find("\r\nRetry-After: 5\r\n") != std::string::npos);
+    }
+    Client other(server);
+    other.say(request("/body", "203.0.113.8", 60'000));
+    BOOST_TEST(other.read_to("\r\n").starts_with("HTTP/1.1 200 "));
+    server.run([&] { server.endpoint.held.load()->cancel(); });
+    BOOST_TEST(first.read_to("\r\n").starts_with("HTTP/1.1 200 "));
+    Client again(server);
+    again.say(request("/body", "203.0.113.7", 60'000));
+    BOOST_TEST(again.read_to("\r\n").starts_with("HTTP/1.1 200 "));
+}
+
 BOOST_AUTO_TEST_CASE(who_goes_away_before_its_body_has_come_leaves_nothing_behind)
 {
     HttpServerParams params;
