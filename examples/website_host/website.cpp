@@ -31,6 +31,9 @@ constexpr std::uint64_t max_form = std::uint64_t{64} << 10;
 constexpr std::uint64_t max_upload = std::uint64_t{2} << 20; // as PHP's upload_max_filesize
 constexpr auto wrong_key_delay = std::chrono::seconds(1);    // who guesses keys is slow
 
+constexpr std::string_view too_many_guesses =
+    "Error: Too many wrong passwords or keys came from your address. Please try again in a minute.";
+
 bool is_script(std::string_view path)
 {
     return path == download_path || path == upload_path || path == sign_in_path;
@@ -216,10 +219,10 @@ asio::awaitable<HttpResponse> Website::respond_to_body(Request const& request)
     co_return response;
 }
 
-asio::awaitable<HttpResponse> Website::run_script(Request const& request, Form form) const
+asio::awaitable<HttpResponse> Website::run_script(Request const& request, Form form)
 {
     if (request.path == download_path) {
-        auto response = co_await download(std::move(form));
+        auto response = co_await download(std::string(request.quota_key), std::move(form));
         co_return response;
     }
     if (comes_from_elsewhere(request))
@@ -228,7 +231,7 @@ asio::awaitable<HttpResponse> Website::run_script(Request const& request, Form f
         auto response = co_await upload(request, std::move(form));
         co_return response;
     }
-    auto response = co_await sign_in(std::move(form));
+    auto response = co_await sign_in(std::string(request.quota_key), std::move(form));
     co_return response;
 }
 
@@ -288,8 +291,10 @@ HttpResponse Website::site(Request const& request) const
     return response;
 }
 
-asio::awaitable<HttpResponse> Website::sign_in(Form form) const
+asio::awaitable<HttpResponse> Website::sign_in(std::string client, Form form)
 {
+    if (!guesses_.may_guess(client, std::chrono::steady_clock::now()))
+        co_return answer(std::string(too_many_guesses), 429);
     auto const* const email = field(form, "email");
     auto const* const password = field(form, "password");
     for (auto const& account : accounts_)
@@ -302,16 +307,20 @@ asio::awaitable<HttpResponse> Website::sign_in(Form form) const
             response.headers.emplace_back("Set-Cookie", "password=" + account.token + std::string(rest));
             co_return response;
         }
+    guesses_.was_wrong(client, std::chrono::steady_clock::now()); // before others of that client are answered
     co_await wait(wrong_key_delay);
     co_return answer("Error: This e-mail address and this password do not belong together.", 403);
 }
 
 /// Protocol, 5.3.
-asio::awaitable<HttpResponse> Website::download(Form form) const
+asio::awaitable<HttpResponse> Website::download(std::string client, Form form)
 {
     if (auto missing = missing_in_download(form); !missing.empty())
         co_return answer(std::move(missing));
+    if (!guesses_.may_guess(client, std::chrono::steady_clock::now()))
+        co_return answer(std::string(too_many_guesses));
     if (!equal_in_constant_time(form.at("key"), key_)) {
+        guesses_.was_wrong(client, std::chrono::steady_clock::now());
         co_await wait(wrong_key_delay);
         co_return answer("Error: Wrong key.");
     }

@@ -3,6 +3,7 @@
 
 #include "configuration.hpp"
 #include "form.hpp"
+#include "guess_limit.hpp"
 #include "page.hpp"
 #include "user_files.hpp"
 
@@ -53,17 +54,18 @@ private:
     Account const* account(std::string_view id, std::string_view token) const;
     bool is_folder_of_project(std::string_view dirname) const;
     Response site(Request const& request) const;
-    boost::asio::awaitable<Response> sign_in(Form form) const;
-    boost::asio::awaitable<Response> download(Form form) const;
+    boost::asio::awaitable<Response> sign_in(std::string client, Form form);
+    boost::asio::awaitable<Response> download(std::string client, Form form);
     boost::asio::awaitable<Response> upload(Request const& request, Form form) const;
     boost::asio::awaitable<Response> on_disk(std::function<Response()> work) const;
-    boost::asio::awaitable<Response> run_script(Request const& request, Form form) const;
+    boost::asio::awaitable<Response> run_script(Request const& request, Form form);
     void note(Request const& request, Response const& response) const;
 
     Configuration configuration_;
     Page page_;
     std::string key_;
     std::vector<Account> accounts_;
+    GuessLimit guesses_;
     UserFiles files_;
     boost::asio::thread_pool& disk_;
     webots_cloud::Logger log_;

@@ -170,6 +170,17 @@ class Hostile(WebsiteHostTest):
             answer = self.say(f"POST {path} HTTP/1.1\r\nHost: localhost\r\nCookie: {cookies}\r\nContent-Length: {length}\r\n\r\n".encode())
             self.assertTrue(answer.startswith(b"HTTP/1.1 413 "), (path, answer[:100]))
 
+    def test_many_connections_of_an_address_guess_no_more_than_one(self):
+        def guess(path, fields, client, password):
+            return self.website.post(path, {**fields, "email": ADA["email"], "password": password}, **{"X-Forwarded-For": client})
+
+        answers = at_once(lambda i: guess("/ajax/sign-in", {}, "203.0.113.7", f"guess {i}")[0], range(30))
+        self.assertEqual((answers.count(403), answers.count(429)), (20, 10))
+        status, _, said = guess("/ajax/sign-in", {}, "203.0.113.7", ADA["password"])
+        self.assertEqual((status, said[:16]), (429, b"Error: Too many "))
+        self.assertTrue(guess(DOWNLOAD, self.fields(), "203.0.113.7", "")[2].startswith(b"Error: Too many "))
+        self.assertEqual(guess("/ajax/sign-in", {}, "203.0.113.8", ADA["password"])[0], 200)
+
     def test_forms_that_make_no_sense_are_refused(self):
         for content_type, body in (("multipart/form-data", b"x"), ("multipart/form-data; boundary=b", b"--b\r\n"), ("text/plain", b"a=b"),
                                    ("multipart/form-data; boundary=b", b"--b\r\nContent-Disposition: form-data\r\n\r\nx\r\n--b--"),
