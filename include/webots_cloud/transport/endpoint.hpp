@@ -117,7 +117,8 @@ struct Upstream
 /// connection lives on where they tell their length. The adapter answers 502 or 504 itself where the other
 /// server can't be reached or is late. The other server is told `X-Forwarded-For`, with the peer appended,
 /// and nothing that concerns the browser's connection alone (RFC 9110, 7.6.1). The browser is not told
-/// `Service-Worker-Allowed`: scripts of the other server get no say about other paths of this one.
+/// what would concern the rest of the site: `Set-Cookie`, `Clear-Site-Data`, `Strict-Transport-Security` and
+/// `Service-Worker-Allowed`.
 struct Forward
 {
     Forward() = default;

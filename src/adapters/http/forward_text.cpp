@@ -21,6 +21,10 @@ constexpr int first_final_status = 200;
 constexpr std::array<std::string_view, 6> of_one_connection{"Connection", "Keep-Alive", "Proxy-Connection",
                                                             "TE",         "Upgrade",    "Transfer-Encoding"};
 
+// What browsers apply to the rest of the site as well: other pages, or other paths (service workers).
+constexpr std::array<std::string_view, 4> of_the_whole_site{
+    "Set-Cookie", "Clear-Site-Data", "Strict-Transport-Security", "Service-Worker-Allowed"};
+
 // What is written anew, or says something of a body that there is not.
 constexpr std::array<std::string_view, 5> rewritten{"X-Forwarded-For", "Forwarded", "Content-Length",
                                                     "Expect", "Trailer"};
@@ -202,9 +206,8 @@ void ForwardedResponse::append_head(std::string& out, bool keep_alive) const
             connection_options_.begin(), connection_options_.end(),
             [&name = name](std::string_view option) { return equal_ignoring_case(name, option); });
         bool const is_local = is_named || is_among(of_one_connection, name);
-        // A service worker answers for all paths that this header gives to its script.
-        bool const is_for_other_paths = equal_ignoring_case(name, "Service-Worker-Allowed");
-        if ((is_coding && is_coded) || (!is_local && !is_misleading && !is_for_other_paths))
+        bool const is_for_whole_site = is_among(of_the_whole_site, name);
+        if ((is_coding && is_coded) || (!is_local && !is_misleading && !is_for_whole_site))
             append_field(out, name, value);
     }
     if (body_ != Body::websocket)
