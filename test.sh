@@ -5,10 +5,10 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 source cmake/packages/install.sh
 
-# Sanitizers find nothing more in these, which take long: theory is statistics over millions of placements, whose code the
-# scheduler's own tests and the simulated classroom run as well; walls is what sandboxes keep out.
-without_sanitizers='^(packaging|browser|bench|theory|walls)$'
-# Whole servers and classrooms run under the sanitizers of g++; a second time would take too long. The preset builds only what remains.
+# Sanitizers find nothing more in these, which take long: theory and simulation are statistics over millions of placements, whose
+# code the scheduler's own tests run as well; walls is what sandboxes keep out.
+without_sanitizers='^(packaging|browser|bench|theory|simulation|walls)$'
+# Whole servers run under the sanitizers of g++; a second time would take too long. The preset builds only what remains.
 without_second_sanitizers='^(packaging|browser|bench|theory|walls|integration|simulation)$'
 
 main()
