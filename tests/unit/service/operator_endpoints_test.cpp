@@ -409,11 +409,11 @@ BOOST_AUTO_TEST_CASE(the_report_counts_sessions_starts_and_those_who_came_and_le
 
 BOOST_AUTO_TEST_CASE(the_report_tells_what_worlds_use_once_it_has_been_measured)
 {
+    Ended ended; // outlives the fixture, whose end cancels what writes it
     Fixture fixture;
     fixture.metrics.host.cores = 8;
     fixture.endpoints.emplace(fixture.params, fixture.hooks, fixture.context, fixture.sessions,
                               fixture.metrics);
-    std::optional<result<>> ended;
     fixture.tasks.spawn(look_at_processes(*fixture.endpoints, ended));
     fixture.world.settle();
     fixture.processes.expect().prints(".\n");
