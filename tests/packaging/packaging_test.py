@@ -112,7 +112,10 @@ class FindPackage(PackagingTest):
             program = os.path.join(self.prefix, "bin", f"webots-{kind}-server")
             done = subprocess.run([program, "--check-config"], cwd="/", text=True, capture_output=True)
             expected = os.path.join(self.prefix, "share", "webots_cloud", "config", kind, "local.json")
-            self.assertEqual((done.returncode, done.stdout, done.stderr), (0, f"{expected}: good\n", ""))
+            # That file is for ./server.sh, which makes the password of teachers in the folder where it is started.
+            warning = (f'webots-session-server: warning: {expected}: key "teacherPasswordFile": there is no file /log/.teacher-password: '
+                       "nobody can open a class until a password is in it and the server gets SIGHUP\n") if kind == "session" else ""
+            self.assertEqual((done.returncode, done.stdout, done.stderr), (0, f"{expected}: good\n", warning))
 
     # Decision 002: a linker that leaves the library out says nothing.
     def test_the_simulation_server_allocates_without_locks(self):
