@@ -366,7 +366,7 @@ class Operator(unittest.TestCase):
         wait_until(lambda: self.texts("dialog"), "it asks for no token")
         self.type_token(token)
         wait_until(lambda: self.texts("#operator") == ["Stop being the operator"], lambda: self.texts("dialog .failure"))
-        self.assertEqual(self.texts("dialog"), [])
+        wait_until(lambda: not self.texts("dialog"), "the dialog does not close")
 
     def type_token(self, token):
         self.find("dialog input").clear()
