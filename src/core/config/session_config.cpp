@@ -8,7 +8,6 @@
 #include "core/text.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <map>
 #include <optional>
 #include <tuple>
