@@ -15,37 +15,8 @@ constexpr std::string_view purpose =
 constexpr std::size_t expiry_size = 8;
 constexpr std::size_t mac_size = 32;
 constexpr std::size_t ticket_size = expiry_size + ticket_nonce_size + mac_size;
-constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
 // Clocks of two machines differ. A ticket from further in the future would have to be remembered for long.
 constexpr Duration max_clock_difference = std::chrono::minutes(5);
-
-std::string encode(std::string_view bytes)
-{
-    auto text = base64(bytes);
-    std::replace(text.begin(), text.end(), '+', '-');
-    std::replace(text.begin(), text.end(), '/', '_');
-    text.erase(std::min(text.size(), text.find('=')));
-    return text;
-}
-
-std::optional<std::string> decode(std::string_view text)
-{
-    std::string bytes;
-    std::uint32_t bits = 0;
-    int count = 0;
-    for (char const c : text) {
-        auto const digit = digits.find(c);
-        if (digit == std::string_view::npos)
-            return std::nullopt;
-        bits = (bits << 6) | static_cast<std::uint32_t>(digit);
-        count += 6;
-        if (count >= 8) {
-            count -= 8;
-            bytes += static_cast<char>((bits >> count) & 0xff);
-        }
-    }
-    return bytes;
-}
 
 /// Milliseconds since 1970, the highest byte first: the order of the texts is that of the times.
 std::string bytes_of(WallTime time)
@@ -71,7 +42,7 @@ std::string make_ticket(Mac const& mac, std::string_view server, std::string_vie
 {
     auto const content =
         concat(bytes_of(now + std::chrono::duration_cast<WallTime::duration>(ticket_lifetime)), nonce);
-    return encode(concat(content, mac(concat(purpose, content, server_of_ticket(server)))));
+    return base64url(concat(content, mac(concat(purpose, content, server_of_ticket(server)))));
 }
 
 std::string_view ticket_in(std::string_view path) noexcept
@@ -116,7 +87,7 @@ TicketVerdict TicketBook::redeem(std::string_view ticket, WallTime now)
 {
     if (ticket.empty())
         return TicketVerdict::missing;
-    auto const bytes = ticket.size() <= 2 * ticket_size ? decode(ticket) : std::nullopt;
+    auto const bytes = ticket.size() <= 2 * ticket_size ? base64url_bytes(ticket) : std::nullopt;
     if (!bytes || bytes->size() != ticket_size)
         return TicketVerdict::unknown;
     auto const content = std::string_view(*bytes).substr(0, expiry_size + ticket_nonce_size);

@@ -1,0 +1,101 @@
+#include "wait_estimate.hpp"
+
+#include <boost/math/distributions/fisher_f.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace webots_cloud::core {
+namespace {
+
+using namespace std::chrono_literals;
+using Seconds = std::chrono::duration<double>;
+
+constexpr double time_constant = 3600;
+constexpr std::size_t least_departures = 5;
+// Departures that have faded to less than this say too little about now: some two hours without any.
+constexpr double least_weight = 0.5;
+constexpr Duration longest = 24h;
+
+struct Step
+{
+    Duration below;
+    Duration step;
+};
+constexpr std::array steps = {Step{1min, 5s}, Step{5min, 30s}, Step{15min, 1min},
+                              Step{1h, 5min}, Step{4h, 15min}, Step{Duration::max(), 1h}};
+
+Duration rounded(Duration time)
+{
+    auto const step = std::find_if(steps.begin(), steps.end(), [time](Step const& candidate) {
+                          return time < candidate.below;
+                      })->step;
+    return (time + step / 2) / step * step;
+}
+
+Duration duration_of(double seconds)
+{
+    auto const most = Seconds(longest).count();
+    return std::chrono::duration_cast<Duration>(Seconds(std::min(seconds, most)));
+}
+
+// Errors of the computation, such as an overflow, give an infinite wait instead of an exception.
+using Policy = boost::math::policies::policy<
+    boost::math::policies::domain_error<boost::math::policies::ignore_error>,
+    boost::math::policies::overflow_error<boost::math::policies::ignore_error>,
+    boost::math::policies::evaluation_error<boost::math::policies::ignore_error>>;
+
+} // namespace
+
+WaitRange rounded(WaitRange range)
+{
+    auto const most = std::clamp<Duration>(range.most, 5s, longest);
+    return {rounded(std::clamp<Duration>(range.least, 0s, most)), rounded(most)};
+}
+
+void WaitEstimate::session_began(TimePoint now)
+{
+    seen_ = seen_at(now);
+    updated_ = now;
+    ++running_;
+}
+
+void WaitEstimate::session_ended(TimePoint now)
+{
+    if (running_ == 0)
+        return;
+    seen_ = seen_at(now);
+    updated_ = now;
+    --running_;
+    ++total_departures_;
+    seen_.departures += 1;
+    seen_.squares += 1;
+}
+
+std::optional<WaitRange> WaitEstimate::expect(std::size_t ahead, TimePoint now) const
+{
+    auto const seen = seen_at(now);
+    if (total_departures_ < least_departures || running_ == 0 || seen.departures < least_weight)
+        return std::nullopt;
+    auto const worth = seen.departures * seen.departures / seen.squares;
+    auto const between = seen.exposure / seen.departures / static_cast<double>(running_);
+    auto const awaited = static_cast<double>(ahead) + 1;
+    boost::math::fisher_f_distribution<double, Policy> const ratio(2 * awaited, 2 * worth);
+    auto const at = [&](double share) {
+        return duration_of(awaited * between * boost::math::quantile(ratio, share));
+    };
+    return WaitRange{at(0.1), at(0.9)};
+}
+
+WaitEstimate::Seen WaitEstimate::seen_at(TimePoint now) const
+{
+    auto const kept = std::exp(-Seconds(now - updated_).count() / time_constant);
+    auto seen = seen_;
+    seen.exposure = seen.exposure * kept + static_cast<double>(running_) * time_constant * (1 - kept);
+    seen.departures *= kept;
+    seen.squares *= kept * kept;
+    return seen;
+}
+
+} // namespace webots_cloud::core

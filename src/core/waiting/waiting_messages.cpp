@@ -1,0 +1,86 @@
+#include "waiting_messages.hpp"
+
+#include "core/text.hpp"
+
+namespace webots_cloud::core {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// 4 or 1.5 `minutes`; of rounded times, halves are all there is.
+std::string number(Duration time, Duration unit)
+{
+    auto const halves = time / (unit / 2);
+    return concat(std::to_string(halves / 2), halves % 2 == 1 ? ".5" : "");
+}
+
+bool in_seconds(Duration time)
+{
+    return time < 1min;
+}
+
+std::string time_text(Duration time)
+{
+    if (in_seconds(time))
+        return concat(number(time, 1s), " seconds");
+    return concat(number(time, 1min), time == 1min ? " minute" : " minutes");
+}
+
+std::string wait_text(std::optional<WaitRange> const& wait)
+{
+    if (!wait)
+        return "there is no estimate of the wait yet";
+    auto const [least, most] = rounded(*wait);
+    if (least >= 1h)
+        return "the wait is more than an hour";
+    if (most > 1h)
+        return least == 0s
+                   ? "the wait may be more than an hour"
+                   : concat("the wait is at least ", time_text(least), ", and may be more than an hour");
+    auto const last = most == 1h ? std::string("an hour") : time_text(most);
+    if (least == 0s)
+        return concat("the wait is less than ", last);
+    if (least == most)
+        return concat("the wait is about ", last);
+    bool const same_unit = in_seconds(least) == in_seconds(most) && most < 1h;
+    return concat("the wait is about ",
+                  same_unit ? number(least, in_seconds(least) ? 1s : 1min) : time_text(least), " to ", last);
+}
+
+} // namespace
+
+std::string queue_message(std::size_t ahead)
+{
+    return concat("queue:", std::to_string(ahead));
+}
+
+std::string waiting_sentence(std::size_t ahead, std::optional<WaitRange> const& wait)
+{
+    auto const place = ahead == 0   ? std::string("You are next")
+                       : ahead == 1 ? std::string("1 is ahead of you")
+                                    : concat(std::to_string(ahead), " are ahead of you");
+    return concat("loading: ", place, "; ", wait_text(wait), ".");
+}
+
+std::string waiting_message(std::size_t ahead, std::optional<WaitRange> const& wait)
+{
+    auto const seconds = [](Duration time) {
+        return std::to_string(std::chrono::duration_cast<std::chrono::seconds>(time).count());
+    };
+    if (!wait)
+        return concat("waiting: ", std::to_string(ahead), " - -");
+    auto const [least, most] = rounded(*wait);
+    return concat("waiting: ", std::to_string(ahead), " ", seconds(least), " ", seconds(most));
+}
+
+std::string waiting_ticket_message(std::string_view ticket)
+{
+    return concat("waitingTicket: ", ticket);
+}
+
+std::string turn_message()
+{
+    return "loading: A machine is free.";
+}
+
+} // namespace webots_cloud::core

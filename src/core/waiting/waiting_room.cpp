@@ -1,0 +1,108 @@
+#include "waiting_room.hpp"
+
+#include <algorithm>
+#include <iterator>
+
+namespace webots_cloud::core {
+namespace {
+
+constexpr std::size_t least_group_places = 40; // a class behind one address
+
+Duration penalty(WaitingRoomParams const& params, std::size_t seats)
+{
+    if (params.seat_penalty <= Duration::zero())
+        return Duration::zero();
+    auto const most = static_cast<std::size_t>(params.max_penalty / params.seat_penalty);
+    return seats > most ? params.max_penalty : params.seat_penalty * static_cast<Duration::rep>(seats);
+}
+
+} // namespace
+
+WaitingRoom::Verdict WaitingRoom::enter(Id id, std::string group, std::size_t held, WallTime arrived)
+{
+    auto const answer = verdict(group);
+    if (answer == Verdict::waits) {
+        auto const later = penalty(params_, held + size_of(group));
+        add(id, std::move(group), arrived + std::chrono::duration_cast<WallTime::duration>(later));
+    }
+    return answer;
+}
+
+WaitingRoom::Verdict WaitingRoom::return_to(Id id, std::string group, WallTime rank)
+{
+    auto const answer = verdict(group);
+    if (answer == Verdict::waits)
+        add(id, std::move(group), rank);
+    return answer;
+}
+
+bool WaitingRoom::leave(Id id)
+{
+    auto const found = places_.find(id);
+    if (found == places_.end())
+        return false;
+    line_.erase({found->second.rank, id});
+    if (auto* const group = found->second.group; group && --group->second == 0)
+        groups_.erase(groups_.find(group->first));
+    places_.erase(found);
+    return true;
+}
+
+std::optional<WaitingRoom::Id> WaitingRoom::first() const
+{
+    if (line_.empty())
+        return std::nullopt;
+    return line_.begin()->second;
+}
+
+void WaitingRoom::visit(std::function<bool(Id, std::size_t)> const& visitor) const
+{
+    std::size_t ahead = 0;
+    for (auto const& [rank, id] : line_) {
+        if (!visitor(id, ahead++))
+            return;
+    }
+}
+
+std::size_t WaitingRoom::ahead_of(Id id) const
+{
+    // Who has just come is near the end.
+    auto const found = line_.find({rank(id), id});
+    return line_.size() - static_cast<std::size_t>(std::distance(found, line_.end()));
+}
+
+std::size_t WaitingRoom::size_of(std::string const& group) const
+{
+    auto const found = groups_.find(group);
+    return found == groups_.end() ? 0 : found->second;
+}
+
+std::size_t WaitingRoom::group_places() const noexcept
+{
+    return std::max(params_.places / 4, std::min(params_.places, least_group_places));
+}
+
+WallTime WaitingRoom::rank(Id id) const
+{
+    return places_.at(id).rank;
+}
+
+WaitingRoom::Verdict WaitingRoom::verdict(std::string const& group) const
+{
+    if (is_full())
+        return Verdict::full;
+    return size_of(group) >= group_places() ? Verdict::group_full : Verdict::waits;
+}
+
+void WaitingRoom::add(Id id, std::string group, WallTime rank)
+{
+    Groups::value_type* counted = nullptr;
+    if (!group.empty()) {
+        counted = &*groups_.try_emplace(std::move(group)).first;
+        ++counted->second;
+    }
+    line_.emplace(rank, id);
+    places_.emplace(id, Place{rank, counted});
+}
+
+} // namespace webots_cloud::core

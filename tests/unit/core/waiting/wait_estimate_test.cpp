@@ -1,0 +1,135 @@
+#include "unit_test.hpp"
+
+#include "core/waiting/wait_estimate.hpp"
+
+using namespace webots_cloud;
+using namespace std::chrono_literals;
+using core::WaitEstimate;
+using core::WaitRange;
+
+namespace {
+
+constexpr TimePoint start{1000h};
+
+double seconds(Duration time)
+{
+    return std::chrono::duration<double>(time).count();
+}
+
+/// After so many sessions of a minute, ten at a time, which end one after the other.
+WaitEstimate after(int departures, TimePoint& now)
+{
+    WaitEstimate estimate;
+    now = start;
+    for (int i = 0; i < 10; ++i)
+        estimate.session_began(now);
+    for (int i = 0; i < departures; ++i) {
+        now += 6s; // ten sessions of a minute
+        estimate.session_ended(now);
+        estimate.session_began(now);
+    }
+    return estimate;
+}
+
+} // namespace
+
+// Issue 22, item 3.
+BOOST_AUTO_TEST_SUITE(wait_estimate)
+
+BOOST_AUTO_TEST_CASE(before_five_departures_there_is_none)
+{
+    BOOST_TEST(!WaitEstimate().expect(0, start));
+    TimePoint now;
+    BOOST_TEST(!after(4, now).expect(0, now));
+    BOOST_TEST(after(5, now).expect(0, now).has_value());
+}
+
+BOOST_AUTO_TEST_CASE(while_nothing_runs_there_is_none)
+{
+    TimePoint now;
+    auto estimate = after(20, now);
+    BOOST_TEST(estimate.running() == 10u);
+    for (int i = 0; i < 10; ++i)
+        estimate.session_ended(now);
+    BOOST_TEST(estimate.running() == 0u);
+    BOOST_TEST(!estimate.expect(0, now));
+    estimate.session_ended(now); // of one that it never saw
+    BOOST_TEST(estimate.running() == 0u);
+}
+
+BOOST_AUTO_TEST_CASE(after_many_departures_it_is_the_gamma_distribution)
+{
+    TimePoint now;
+    auto const estimate = after(20'000, now);
+    // A departure in 6 s: quantiles 10 % and 90 % of Gamma(1, 1/6), and of Gamma(10, 1/6).
+    auto const next = estimate.expect(0, now).value();
+    BOOST_TEST(seconds(next.least) == 6 * 0.1054, boost::test_tools::tolerance(0.03));
+    BOOST_TEST(seconds(next.most) == 6 * 2.3026, boost::test_tools::tolerance(0.03));
+    auto const tenth = estimate.expect(9, now).value();
+    BOOST_TEST(seconds(tenth.least) == 6 * 6.2213, boost::test_tools::tolerance(0.03));
+    BOOST_TEST(seconds(tenth.most) == 6 * 14.206, boost::test_tools::tolerance(0.03));
+}
+
+BOOST_AUTO_TEST_CASE(after_few_departures_the_range_is_wider)
+{
+    TimePoint now;
+    auto const few = after(5, now).expect(9, now).value();
+    auto const many = after(500, now).expect(9, now).value();
+    BOOST_TEST(seconds(few.least) < seconds(many.least));
+    BOOST_TEST(seconds(few.most) > 1.3 * seconds(many.most));
+}
+
+BOOST_AUTO_TEST_CASE(sessions_that_go_on_count_too)
+{
+    TimePoint now;
+    auto const estimate = after(20, now);
+    auto const at_once = estimate.expect(0, now).value();
+    auto const later = estimate.expect(0, now + 2min).value();
+    BOOST_TEST(seconds(later.most) > 1.5 * seconds(at_once.most));
+}
+
+BOOST_AUTO_TEST_CASE(what_was_hours_ago_is_forgotten)
+{
+    TimePoint now;
+    auto estimate = after(600, now); // an hour
+    for (int i = 0; i < 600; ++i) {  // and then five of sessions ten times as long
+        now += 30s;
+        estimate.session_ended(now);
+        estimate.session_began(now);
+    }
+    auto const tenth = estimate.expect(9, now).value();
+    BOOST_TEST(seconds(tenth.least) == 30 * 6.2213, boost::test_tools::tolerance(0.1));
+    BOOST_TEST(!estimate.expect(0, now + 8h), "without any departure");
+}
+
+BOOST_AUTO_TEST_CASE(a_large_room_is_no_problem)
+{
+    TimePoint now;
+    auto const estimate = after(100, now);
+    auto const last = estimate.expect(9999, now).value();
+    BOOST_TEST(seconds(last.least) > 6 * 9999 * 0.7);
+    BOOST_TEST(seconds(last.most) < 6 * 9999 * 1.4);
+    auto const beyond = estimate.expect(1'000'000'000, now).value();
+    BOOST_TEST(seconds(beyond.most) == 86400.0, "a day at most");
+}
+
+BOOST_AUTO_TEST_CASE(ranges_are_rounded)
+{
+    auto const is = [](WaitRange range, WaitRange wanted) {
+        auto const given = core::rounded(range);
+        BOOST_TEST(seconds(given.least) == seconds(wanted.least));
+        BOOST_TEST(seconds(given.most) == seconds(wanted.most));
+    };
+    is({0s, 0s}, {0s, 5s});
+    is({2s, 3s}, {0s, 5s});
+    is({3s, 57s}, {5s, 55s});
+    is({58s, 74s}, {1min, 1min});
+    is({76s, 4min + 46s}, {90s, 5min});
+    is({5min + 29s, 14min + 29s}, {5min, 14min});
+    is({17min, 58min}, {15min, 1h});
+    is({67min, 70min}, {1h, 75min});
+    is({4h + 29min, 30h}, {4h, 24h});
+    is({30h, 40h}, {24h, 24h});
+}
+
+BOOST_AUTO_TEST_SUITE_END()
