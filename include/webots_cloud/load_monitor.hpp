@@ -71,6 +71,10 @@ public:
     void set_servers(std::vector<std::string> const& addresses);
     void set_polled_servers(std::vector<PolledServer> const& servers);
 
+    /// One more poll of that server at once, unless one is in flight, or it is not in the list, or `run()` is
+    /// not awaited: for who has reason to think that something has changed there.
+    void poll_now(std::string_view address);
+
     /// Cancellation: terminal; polls in flight are abandoned.
     /// Errors: `operation_aborted`.
     boost::asio::awaitable<result<>> run();

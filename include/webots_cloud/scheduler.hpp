@@ -65,8 +65,9 @@ enum class Refusal : std::uint8_t
     load,      ///< Its reported load reaches `threshold`.
     committed, ///< Its reported load does not reach `threshold`, but does with its starting sessions.
     labels,    ///< It lacks a label that this request needs: only in a `Decision`.
+    excluded,  ///< This request does not want it: only in a `Decision`.
 };
-inline constexpr std::size_t refusal_count = 10;
+inline constexpr std::size_t refusal_count = 11;
 
 /// The name of a reason, as in `GET /api/decisions`.
 std::string_view to_string(Refusal reason) noexcept;
@@ -220,6 +221,13 @@ struct PlacementRequest
     /// sessions decides where this one has room. Empty: it counts as the average session.
     std::string world;
     std::string mode;
+    /// Machines, by their entries of "simulationServers", that do not come into question: some that have
+    /// refused this session, for instance.
+    std::vector<std::string> excluded;
+    /// For who can wait: fails where every machine that is offered has as many sessions as it can carry,
+    /// counting placements that no browser has claimed yet, instead of choosing the one that is the least
+    /// overcommitted.
+    bool only_free = false;
     /// Seats are held for it: see Scheduler::hold().
     bool held = false;
 };
@@ -399,8 +407,8 @@ public:
     /// position that does not exist.
     result<Placement> place(TimePoint now);
 
-    /// The same for a session of which more is known. O(n) where it needs labels, or where its
-    /// world is known.
+    /// The same for a session of which more is known. O(n) where its world is known, and where not
+    /// every machine that is offered comes into question.
     ///
     /// Errors: as place(now), but for held seats where they are for it; `errc::refused`, with a sentence for
     /// people, when no machine of the list has the labels, so that waiting would not help;

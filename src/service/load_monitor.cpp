@@ -33,6 +33,7 @@ struct Watch
 
     std::string address;
     std::string internal_address; ///< Instead of the address, unless it is empty.
+    bool is_polled = false;       ///< A poll is in flight.
     double phase = 0;             ///< Where in the interval its polls lie, from 0 to 1.
     bool removed = false;
     std::optional<async::TaskGroup::Task> task;
@@ -83,6 +84,9 @@ struct LoadMonitor::Impl
     asio::awaitable<result<>> run();
     asio::awaitable<result<std::vector<LoadEvent>>> next_events();
     asio::awaitable<void> keep_polling(std::shared_ptr<Watch> watch);
+    asio::awaitable<void> poll_once(std::shared_ptr<Watch> watch);
+    void poll_now(std::string_view address);
+    HttpRequest load_request(Watch const& watch) const;
     void record(Watch const& watch, result<LoadReport> const& outcome);
 
     LoadMonitorParams params;
@@ -103,12 +107,9 @@ asio::awaitable<void> LoadMonitor::Impl::keep_polling(std::shared_ptr<Watch> wat
     auto due = began + std::chrono::duration_cast<Duration>(params.interval * watch->phase);
     due -= due.time_since_epoch() % moment;
     while (!watch->removed) {
-        HttpRequest request(watch->internal_address.empty()
-                                ? server_url(watch->address, params.tls, "/load")
-                                : core::internal_url(watch->internal_address, "/load"));
-        request.headers.emplace_back("Accept", "application/json, text/plain;q=0.5");
-        request.timeout = params.timeout;
-        auto const response = co_await http.send(std::move(request));
+        watch->is_polled = true;
+        auto const response = co_await http.send(load_request(*watch));
+        watch->is_polled = false;
         bool const cancelled = co_await async::is_cancelled();
         if (watch->removed || cancelled || was_aborted(response))
             break;
@@ -121,6 +122,36 @@ asio::awaitable<void> LoadMonitor::Impl::keep_polling(std::shared_ptr<Watch> wat
         due += params.interval;
     }
     watch->task.reset();
+}
+
+HttpRequest LoadMonitor::Impl::load_request(Watch const& watch) const
+{
+    HttpRequest request(watch.internal_address.empty() ? server_url(watch.address, params.tls, "/load")
+                                                       : core::internal_url(watch.internal_address, "/load"));
+    request.headers.emplace_back("Accept", "application/json, text/plain;q=0.5");
+    request.timeout = params.timeout;
+    return request;
+}
+
+/// Besides those of `keep_polling`, which know nothing of it.
+asio::awaitable<void> LoadMonitor::Impl::poll_once(std::shared_ptr<Watch> watch)
+{
+    co_await asio::this_coro::throw_if_cancelled(false);
+    auto const response = co_await http.send(load_request(*watch));
+    watch->is_polled = false;
+    bool const cancelled = co_await async::is_cancelled();
+    if (!watch->removed && !cancelled && !was_aborted(response))
+        record(*watch, judge(response));
+}
+
+void LoadMonitor::Impl::poll_now(std::string_view address)
+{
+    auto const found = std::find_if(watches.begin(), watches.end(),
+                                    [address](auto const& watch) { return watch->address == address; });
+    if (!tasks || found == watches.end() || (*found)->is_polled)
+        return;
+    (*found)->is_polled = true;
+    tasks->spawn(poll_once(*found));
 }
 
 void LoadMonitor::Impl::record(Watch const& watch, result<LoadReport> const& outcome)
@@ -242,6 +273,11 @@ asio::awaitable<result<std::vector<LoadEvent>>> LoadMonitor::Impl::next_events()
                                  std::make_move_iterator(events.end()));
     events.clear();
     co_return taken;
+}
+
+void LoadMonitor::poll_now(std::string_view address)
+{
+    impl_->poll_now(address);
 }
 
 LoadTotals LoadMonitor::totals() const noexcept

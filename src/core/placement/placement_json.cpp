@@ -13,7 +13,8 @@ namespace json = boost::json;
 std::string_view to_string(Refusal reason) noexcept
 {
     static constexpr std::array<std::string_view, refusal_count> names = {
-        "none", "unknown", "lost", "stale", "draining", "full", "memory", "load", "committed", "labels"};
+        "none",   "unknown", "lost",      "stale",  "draining", "full",
+        "memory", "load",    "committed", "labels", "excluded"};
     return names[static_cast<std::size_t>(reason)];
 }
 

@@ -39,17 +39,22 @@ void Record::begin(std::uint64_t decision, Policy const& decides, std::uint64_t 
     }
 }
 
-void Record::restrict_to(Selection const& selection, std::vector<std::string> const& labels,
+void Record::restrict_to(Selection const& selection, PlacementRequest const& request,
                          Fleet const& fleet) noexcept
 {
     auto const chosen_ones = selection.entries();
     offered = chosen_ones.size();
     refused[static_cast<std::size_t>(Refusal::labels)] = selection.lacking();
+    refused[static_cast<std::size_t>(Refusal::excluded)] = selection.excluded();
     unseen_arrivals = selection.unseen_arrivals();
     for (std::size_t slot = 0; slot != entry_count; ++slot) {
         Entry& entry = entries[slot];
         entry.position = no_position;
-        if (entry.machine.refusal == Refusal::none && !fleet.machine(slot).has_labels(labels))
+        if (entry.machine.refusal != Refusal::none)
+            continue;
+        if (is_excluded(fleet.machine(slot), request))
+            entry.machine.refusal = Refusal::excluded;
+        else if (!fleet.machine(slot).has_labels(request.labels))
             entry.machine.refusal = Refusal::labels;
     }
     if (!whole_fleet)

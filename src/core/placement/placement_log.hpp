@@ -51,8 +51,8 @@ struct Record
 
     void begin(std::uint64_t decision, Policy const& decides, std::uint64_t seed, TimePoint now,
                Fleet const& fleet) noexcept;
-    /// Only these are offered, as they have the labels: to be called after `begin`.
-    void restrict_to(Selection const& selection, std::vector<std::string> const& labels,
+    /// Only these are offered, as they suit the request: to be called after `begin`.
+    void restrict_to(Selection const& selection, PlacementRequest const& request,
                      Fleet const& fleet) noexcept;
     void note(std::size_t position, Candidate const& machine) noexcept;
     Decision decision() const;

@@ -4,18 +4,26 @@
 
 namespace webots_cloud::placement {
 
+bool is_excluded(Machine const& machine, PlacementRequest const& request) noexcept
+{
+    return std::ranges::find(request.excluded, machine.address()) != request.excluded.end();
+}
+
 void Selection::select(Fleet const& fleet, PlacementRequest const& request, ExpectedCost const& cost) noexcept
 {
     entries_.clear();
     lacking_ = 0;
+    excluded_ = 0;
     bool has_roomy = false;
     for (std::size_t position = 0; position != fleet.usable(); ++position) {
         std::size_t const slot = fleet.slot_at(position);
         Machine const& machine = fleet.machine(slot);
+        bool const is_wanted = !is_excluded(machine, request);
         bool const suits = machine.has_labels(request.labels);
-        lacking_ += !suits;
+        excluded_ += !is_wanted;
+        lacking_ += is_wanted && !suits;
         bool const roomy = position < fleet.roomy(); // those come first
-        if (!suits || (!roomy && has_roomy))
+        if (!is_wanted || !suits || (!roomy && (has_roomy || request.only_free)))
             continue;
         has_roomy = roomy;
         Entry entry;

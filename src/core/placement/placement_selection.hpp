@@ -33,14 +33,18 @@ public:
     std::span<Entry const> entries() const noexcept { return entries_; }
     /// How many machines lack only the labels.
     std::size_t lacking() const noexcept { return lacking_; }
+    std::size_t excluded() const noexcept { return excluded_; }
     /// Of the sessions that others have probably placed unseen, those that went to these machines.
     double unseen_arrivals() const noexcept { return unseen_arrivals_; }
 
 private:
     std::vector<Entry> entries_;
     std::size_t lacking_ = 0;
+    std::size_t excluded_ = 0;
     double unseen_arrivals_ = 0;
 };
+
+bool is_excluded(Machine const& machine, PlacementRequest const& request) noexcept;
 
 /// Whether a machine of the list has the labels, or may turn out to have them: it has not reported yet.
 bool can_ever_serve(Fleet const& fleet, PlacementRequest const& request) noexcept;

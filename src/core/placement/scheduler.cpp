@@ -180,10 +180,11 @@ struct Scheduler::Impl
             cost = fleet.expect(world_key(request.world, request.mode));
         if (cost.is_known)
             record.expected_cost = cost.mean;
-        bool const selects = !request.labels.empty() || cost.is_known;
+        bool const selects =
+            !request.labels.empty() || !request.excluded.empty() || request.only_free || cost.is_known;
         if (selects) {
             selection.select(fleet, request, cost);
-            record.restrict_to(selection, request.labels, fleet);
+            record.restrict_to(selection, request, fleet);
             if (record.offered == 0 && !can_ever_serve(fleet, request))
                 return nobody_has(request.labels);
         }

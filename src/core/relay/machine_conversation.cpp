@@ -1,0 +1,119 @@
+#include "machine_conversation.hpp"
+
+#include "core/simulation/client_protocol.hpp"
+#include "core/text.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace webots_cloud::core {
+namespace {
+
+constexpr std::string_view refusal_prefix = "refusal: ";
+constexpr std::string_view needs_prefix = "needs ";
+constexpr std::string_view error_prefix = "loading: Error: ";
+constexpr std::string_view heartbeat_prefix = "heartbeat: ";
+constexpr std::string_view ready_prefix = "webots:";
+constexpr std::string_view token_prefix = "reconnectToken: ";
+
+constexpr std::size_t max_labels = 32;
+
+/// A server of ours says something as soon as it is asked, and once a second from then on.
+constexpr Duration patience_with_ours = std::chrono::seconds(10);
+/// A Python server says nothing while it clones.
+constexpr Duration patience_with_others = std::chrono::minutes(5);
+
+/// How the sentences of Python servers begin that concern the machine, not the project (protocol section
+/// 4.1.2).
+constexpr std::array<std::string_view, 5> about_the_machine{
+    "Docker not enabled", "This simulation server is not configured to share idle time",
+    "Cannot share idle time", "Cannot run simulation from blocked repository", "Unable to start Webots"};
+
+bool concerns_machine(std::string_view sentence) noexcept
+{
+    return std::any_of(about_the_machine.begin(), about_the_machine.end(),
+                       [sentence](std::string_view start) { return sentence.starts_with(start); });
+}
+
+} // namespace
+
+MachineConversation::MachineConversation(RelayOptions options, std::string entry, bool is_ours)
+    : options_(std::move(options)), entry_(std::move(entry)), is_ours_(is_ours)
+{}
+
+MachineConversation::Step MachineConversation::take(std::string message)
+{
+    if (!is_ready_ && message.starts_with(refusal_prefix))
+        return take_refusal(std::string_view(message).substr(refusal_prefix.size()));
+    if (!is_ready_ && message.starts_with(error_prefix))
+        return take_error(message);
+    promises_heartbeat_ |= message.starts_with(heartbeat_prefix);
+    is_ready_ |= message.starts_with(ready_prefix);
+    Step step;
+    if (is_for_browser(message))
+        step.for_browser = message.starts_with(token_prefix) ? with_entry(message) : std::move(message);
+    return step;
+}
+
+/// A token as browsers get it.
+std::string MachineConversation::with_entry(std::string_view message) const
+{
+    return concat(token_prefix, relayed_token(message.substr(token_prefix.size()), entry_));
+}
+
+/// Heartbeats are for us, unless the browser asked for them; those of simulators, which nobody can tell from
+/// them, browsers have always got.
+bool MachineConversation::is_for_browser(std::string_view message) const noexcept
+{
+    if (message.starts_with(heartbeat_prefix))
+        return options_.wants_heartbeat;
+    if (message.starts_with(token_prefix))
+        return options_.can_return;
+    return message != heartbeat_message || options_.wants_heartbeat || is_ready_;
+}
+
+MachineConversation::Step MachineConversation::take_refusal(std::string_view why)
+{
+    announced_ = MachineRefusal::machine;
+    if (why == "full")
+        announced_ = MachineRefusal::full;
+    if (why.starts_with(needs_prefix)) {
+        announced_ = MachineRefusal::needs;
+        needs_.clear();
+        for (auto const label : split(why.substr(needs_prefix.size()), ' '))
+            if (!label.empty() && needs_.size() < max_labels)
+                needs_.emplace_back(label);
+    }
+    return {};
+}
+
+MachineConversation::Step MachineConversation::take_error(std::string_view message)
+{
+    auto refusal = announced_;
+    if (refusal == MachineRefusal::none && !is_ours_ && concerns_machine(message.substr(error_prefix.size())))
+        refusal = MachineRefusal::machine;
+    Step step;
+    step.refusal = refusal;
+    has_said_error_ = true;
+    if (refusal == MachineRefusal::none)
+        step.for_browser = message;
+    else
+        last_word_ = message;
+    return step;
+}
+
+MachineRefusal MachineConversation::on_end() const noexcept
+{
+    if (is_ready_ || has_said_error_)
+        return MachineRefusal::none;
+    return announced_ == MachineRefusal::none ? MachineRefusal::silent : announced_;
+}
+
+Duration MachineConversation::patience() const noexcept
+{
+    if (promises_heartbeat_ || (is_ours_ && !is_ready_))
+        return patience_with_ours;
+    return is_ready_ ? Duration::max() : patience_with_others;
+}
+
+} // namespace webots_cloud::core

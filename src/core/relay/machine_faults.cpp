@@ -1,0 +1,50 @@
+#include "machine_faults.hpp"
+
+#include <algorithm>
+
+namespace webots_cloud::core {
+
+void MachineFaults::was_silent(std::string_view entry, TimePoint now)
+{
+    auto& faults = machines_[std::string(entry)];
+    faults.pause = faults.pause == Duration::zero() ? first_pause : std::min(2 * faults.pause, longest_pause);
+    faults.until = now + faults.pause;
+}
+
+void MachineFaults::has_refused(std::string_view entry, std::string_view group)
+{
+    auto& faults = machines_[std::string(entry)];
+    if (faults.refused.size() < groups_refused)
+        faults.refused.emplace(group);
+}
+
+void MachineFaults::has_served(std::string_view entry)
+{
+    if (auto const found = machines_.find(entry); found != machines_.end())
+        machines_.erase(found);
+}
+
+void MachineFaults::keep_only(std::set<std::string, std::less<>> const& entries)
+{
+    std::erase_if(machines_, [&entries](auto const& machine) { return !entries.contains(machine.first); });
+}
+
+std::vector<std::string> MachineFaults::silent(TimePoint now) const
+{
+    std::vector<std::string> found;
+    for (auto const& [entry, faults] : machines_)
+        if (now < faults.until)
+            found.push_back(entry);
+    return found;
+}
+
+std::vector<std::string> MachineFaults::unwilling() const
+{
+    std::vector<std::string> found;
+    for (auto const& [entry, faults] : machines_)
+        if (faults.refused.size() >= groups_refused)
+            found.push_back(entry);
+    return found;
+}
+
+} // namespace webots_cloud::core

@@ -1,0 +1,54 @@
+// Machines that a session server which relays would rather not try: they hang, or refuse everybody.
+#pragma once
+
+#include <webots_cloud/time.hpp>
+
+#include <cstddef>
+#include <map>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace webots_cloud::core {
+
+/// Remembers what machines did to browsers.
+///
+/// A machine that was silent is not tried for 10 s, then 20, 40 and so on, a minute at most: meanwhile it
+/// costs nobody anything, and once in that time one browser waits for it in vain. A machine that refuses,
+/// which a stranger's projects can bring about, is tried after all others, once browsers of three groups were
+/// refused there in turn; nothing more, so that nobody can take a machine from the others.
+class MachineFaults
+{
+public:
+    void was_silent(std::string_view entry, TimePoint now);
+    /// `group`: who was refused, as in WaitingRoom.
+    void has_refused(std::string_view entry, std::string_view group);
+    /// A simulation became ready there.
+    void has_served(std::string_view entry);
+    /// Those not in the list any more are forgotten.
+    void keep_only(std::set<std::string, std::less<>> const& entries);
+
+    /// Not to be tried now.
+    std::vector<std::string> silent(TimePoint now) const;
+    /// To be tried last.
+    std::vector<std::string> unwilling() const;
+
+    static constexpr Duration first_pause = std::chrono::seconds(10);
+    static constexpr Duration longest_pause = std::chrono::minutes(1);
+    static constexpr std::size_t groups_refused = 3;
+
+private:
+    struct Faults
+    {
+        Faults() = default;
+
+        Duration pause{};
+        TimePoint until{};
+        std::set<std::string, std::less<>> refused; ///< Groups, at most `groups_refused`.
+    };
+
+    std::map<std::string, Faults, std::less<>> machines_;
+};
+
+} // namespace webots_cloud::core

@@ -1,0 +1,190 @@
+// The WebSocket /client of a session server: finds a machine for each browser, has it wait where none is
+// free, and relays what both say (protocol section 13.16).
+#pragma once
+
+#include "async/task_group.hpp"
+#include "core/access/silent_clients.hpp"
+#include "core/access/tickets.hpp"
+#include "core/classes/class_book.hpp"
+#include "core/pages/histogram.hpp"
+#include "core/relay/machine_conversation.hpp"
+#include "core/relay/machine_faults.hpp"
+#include "core/waiting/wait_estimate.hpp"
+#include "core/waiting/waiting_room.hpp"
+#include "core/waiting/waiting_ticket.hpp"
+
+#include <webots_cloud/load_monitor.hpp>
+#include <webots_cloud/scheduler.hpp>
+#include <webots_cloud/transport/clock.hpp>
+#include <webots_cloud/transport/endpoint.hpp>
+#include <webots_cloud/transport/logger.hpp>
+#include <webots_cloud/transport/websocket_client.hpp>
+
+#include <boost/asio/awaitable.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+namespace webots_cloud {
+
+struct ClientRelayParams
+{
+    ClientRelayParams() = default;
+
+    bool tls = false;               ///< Machines without an internal address are reached by `wss://`.
+    std::size_t waiting_places = 0; ///< 0: nobody waits.
+};
+
+/// None of them may block.
+struct ClientRelayHooks
+{
+    ClientRelayHooks() = default;
+
+    WebSocketClient* websockets = nullptr; ///< Null: nothing is relayed.
+    /// As in SessionServiceHooks; empty: machines want no tickets.
+    std::function<std::string(std::string_view server)> make_ticket;
+    /// Signs the tickets of those who wait; empty: nobody gets one.
+    core::Mac waiting_mac;
+    std::function<std::string(std::size_t size)> random_bytes;
+    /// Whether a client may ask for a simulation once more.
+    std::function<bool(std::string_view quota_key)> may_ask;
+    /// Somebody was placed, or was not.
+    std::function<void(bool placed)> note_placement;
+    /// What a student of a class gets.
+    std::function<core::SeatRequest(std::string_view student)> ask_for_seat;
+    /// A student was sent to that machine, by a browser that called us `host`.
+    std::function<void(std::string_view student, core::SeatRequest seat, std::string_view entry,
+                       std::string_view host)>
+        take_seat;
+    /// What students of one class have in common; empty: there is no such student.
+    std::function<std::string(std::string_view student)> class_of;
+};
+
+/// Serves browsers, and gives seats to those who wait.
+///
+/// Lifetime: everything passed by reference must outlive it, and the browsers must have left.
+/// Thread-safety: one executor.
+class ClientRelay
+{
+public:
+    ClientRelay(ClientRelayParams params, LoadMonitor& monitor, Scheduler& scheduler, Clock& clock,
+                Logger log, ClientRelayHooks hooks);
+    ~ClientRelay();
+
+    void apply(ClientRelayParams params);
+    void set_servers(std::vector<ServerSpec> const& servers);
+
+    /// Whether who comes now is served or may wait.
+    bool takes_more(TimePoint now) const;
+
+    boost::asio::awaitable<void> serve(ChannelInfo info, Channel& channel);
+
+    /// Machines may have become free, or the time may have come to tell those who wait where they are.
+    void update();
+
+    /// Looks after those who wait, as long as it is awaited.
+    /// Cancellation: terminal.
+    /// Errors: `operation_aborted`.
+    boost::asio::awaitable<result<>> run();
+
+    /// The server is being stopped: simulations outlive it for their grace.
+    void stop();
+
+    struct Figures
+    {
+        Figures() = default;
+
+        std::size_t waiting = 0;
+        Duration longest_wait{};
+        std::size_t relayed = 0; ///< Browsers with a machine, or on their way to one.
+        std::uint64_t given_up = 0;
+        std::uint64_t refused = 0;
+        std::map<std::string_view, std::uint64_t> attempts; ///< At machines, by how they ended.
+    };
+
+    Figures figures() const;
+    core::Histogram const& waits() const noexcept { return waits_; } ///< Seconds, of those who got a seat.
+
+private:
+    using Id = core::WaitingRoom::Id;
+    struct Browser;
+    struct Machine;
+
+    enum class Next
+    {
+        another_machine,
+        line,
+        end
+    };
+
+    boost::asio::awaitable<void> talk(Browser& browser);
+    boost::asio::awaitable<std::optional<std::string>> receive_first(Browser& browser);
+    void take_first(Browser& browser, std::string text);
+    void begin(Browser& browser, std::string text);
+    void come_back(Browser& browser, std::string_view text);
+    static void refuse(Browser& browser, std::string_view sentence);
+    boost::asio::awaitable<void> leave(Browser& browser, Failure const& why);
+
+    std::string group_of(Browser const& browser) const;
+    bool is_settling(TimePoint now) const;
+    bool wait_in_line(Browser& browser, TimePoint now);
+    bool leave_line(Browser& browser);
+    void take_out_of_line(Browser& browser);
+    void claim_ticket(Browser& browser);
+    void give_ticket(Browser& browser, TimePoint now);
+    boost::asio::awaitable<void> tell_places();
+    void tell_place(Browser& browser, std::size_t ahead, std::optional<core::WaitRange> const& range,
+                    TimePoint now);
+    void give_out_seats(TimePoint now);
+    void look_for_freed_seats(TimePoint now);
+
+    result<> try_to_place(Browser& browser, TimePoint now);
+    result<Placement> find_machine(Browser const& browser, TimePoint now);
+    void start_carrying(Browser& browser);
+    boost::asio::awaitable<void> carry(Browser& browser);
+    boost::asio::awaitable<bool> carry_to_end(Browser& browser);
+    boost::asio::awaitable<core::MachineRefusal> converse(Browser& browser);
+    boost::asio::awaitable<result<std::unique_ptr<Channel>>> connect(Browser const& browser);
+    boost::asio::awaitable<result<std::string>> hear(Channel& machine, Duration patience);
+    bool is_ours(std::string_view entry) const;
+    void note_ready(std::string_view entry);
+    static void end_browser(Browser& browser, Failure const& why);
+    void note_refusal(Browser& browser, core::MachineRefusal refusal);
+    Next try_again(Browser& browser, core::MachineRefusal refusal);
+
+    ClientRelayParams params_;
+    LoadMonitor& monitor_;
+    Scheduler& scheduler_;
+    Clock& clock_;
+    Logger log_;
+    ClientRelayHooks hooks_;
+    std::map<std::string, Machine, std::less<>> machines_; ///< By entry.
+    core::MachineFaults faults_;
+    core::SilentClients silent_;
+    core::WaitingRoom room_;
+    core::WaitEstimate estimate_;
+    core::WaitingTickets tickets_;
+    core::Histogram waits_;
+    std::unordered_map<Id, std::unique_ptr<Browser>> browsers_;
+    std::unordered_map<std::string, std::size_t> held_; ///< Seats, by group.
+    std::optional<async::TaskGroup> tasks_;
+    std::optional<async::Wakeup> somebody_waits_;
+    TimePoint began_;
+    TimePoint told_{}; ///< When all were last told their places.
+    Id last_id_ = 0;
+    std::size_t relayed_ = 0;
+    std::uint64_t given_up_ = 0;
+    std::uint64_t refused_ = 0;
+    std::map<std::string_view, std::uint64_t> attempts_;
+    bool is_stopping_ = false;
+};
+
+} // namespace webots_cloud

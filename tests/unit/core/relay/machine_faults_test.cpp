@@ -1,0 +1,58 @@
+#include "unit_test.hpp"
+
+#include "core/relay/machine_faults.hpp"
+
+using namespace webots_cloud;
+using namespace webots_cloud::core;
+using namespace std::chrono_literals;
+
+namespace {
+
+TimePoint at(Duration time)
+{
+    return TimePoint(time);
+}
+
+} // namespace
+
+BOOST_AUTO_TEST_SUITE(machine_faults)
+
+BOOST_AUTO_TEST_CASE(a_silent_machine_rests_for_longer_each_time_and_a_minute_at_most)
+{
+    MachineFaults faults;
+    auto now = at(0s);
+    for (auto const pause : {10s, 20s, 40s, 60s, 60s}) {
+        faults.was_silent("a", now);
+        BOOST_TEST(faults.silent(now + pause - 1ms).size() == 1u);
+        BOOST_TEST(faults.silent(now + pause).empty());
+        now += pause;
+    }
+    faults.has_served("a");
+    faults.was_silent("a", now);
+    BOOST_TEST(faults.silent(now + 10s).empty());
+}
+
+BOOST_AUTO_TEST_CASE(three_groups_that_were_refused_in_turn_make_a_machine_the_last)
+{
+    MachineFaults faults;
+    for (int i = 0; i < 10; ++i)
+        faults.has_refused("a", "one address");
+    faults.has_refused("a", "another");
+    BOOST_TEST(faults.unwilling().empty());
+    faults.has_refused("a", "a third");
+    BOOST_TEST(faults.unwilling() == std::vector<std::string>{"a"}, boost::test_tools::per_element());
+    BOOST_TEST(faults.silent(at(0s)).empty());
+    faults.has_served("a");
+    BOOST_TEST(faults.unwilling().empty());
+}
+
+BOOST_AUTO_TEST_CASE(machines_that_have_left_the_list_are_forgotten)
+{
+    MachineFaults faults;
+    faults.was_silent("a", at(0s));
+    faults.was_silent("b", at(0s));
+    faults.keep_only({"b"});
+    BOOST_TEST(faults.silent(at(0s)) == std::vector<std::string>{"b"}, boost::test_tools::per_element());
+}
+
+BOOST_AUTO_TEST_SUITE_END()
