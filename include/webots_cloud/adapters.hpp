@@ -220,6 +220,11 @@ result<std::string> read_password(std::filesystem::path const& file);
 result<std::function<std::string(std::string_view message)>>
 make_ticket_mac(std::filesystem::path const& file);
 
+/// The same with a secret that nobody else has to know: a random word in `file`, which is made where there is
+/// none. `log` is told where it can't be kept: then another one is made at the next start.
+std::function<std::string(std::string_view message)> make_own_mac(std::filesystem::path const& file,
+                                                                  Logger const& log);
+
 /// All bytes of a regular file. Never waits for anybody, whatever stands there.
 ///
 /// Errors: `unavailable`, its detail the reason alone, as "it is larger than <limit> bytes".
