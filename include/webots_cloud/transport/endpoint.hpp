@@ -54,9 +54,10 @@ struct IncomingRequest
     bool is_operator = false;
 };
 
-/// An open WebSocket, seen from the server.
+/// An open WebSocket, seen from either side: a server serves browsers on it (`Endpoint::serve_websocket`),
+/// and what a `WebSocketClient` has opened leads to another server. The peer is whoever is at its other end.
 ///
-/// Lifetime: while `Endpoint::serve_websocket` runs.
+/// Lifetime: a server's, while `Endpoint::serve_websocket` runs; a client's is destroyed by who opened it.
 /// Thread-safety: one executor.
 class Channel
 {
@@ -65,11 +66,11 @@ public:
 
     /// Queues a text message and returns at once. Messages arrive in order.
     ///
-    /// Errors: `closed`; `too_large` when the browser has not read and the queue is full: the channel is then
+    /// Errors: `closed`; `too_large` when the peer has not read and the queue is full: the channel is then
     /// dropped.
     virtual result<> send(std::string text) = 0;
 
-    /// The next message of the browser, text or binary.
+    /// The next message of the peer, text or binary.
     /// Cancellation: terminal, nothing is lost.
     ///
     /// Errors: `closed` properly by either side; `unreachable`: the connection was lost without a close
@@ -80,11 +81,11 @@ public:
     /// does nothing.
     virtual void close(std::uint16_t code = 0, std::string reason = {}) = 0;
 
-    /// About how many bytes wait because the browser, or its network, does not take them as fast as they are
+    /// About how many bytes wait because the peer, or its network, does not take them as fast as they are
     /// sent: for messages that are better left out than late.
     virtual std::size_t queued() noexcept { return 0; }
 
-    /// The code with which the browser has closed it; 0: none, or it has not.
+    /// The code with which the peer has closed it; 0: none, or it has not.
     virtual std::uint16_t farewell() const noexcept { return 0; }
 };
 

@@ -32,8 +32,9 @@ struct WebSocketRequest
 
 /// Opens WebSockets to other servers.
 ///
-/// The channel answers pings. Destroying it drops the connection without a close frame; then nobody may be in
-/// `receive()`.
+/// The channel answers pings. Destroying it drops the connection without a close frame, unless `close` was
+/// called before: then what is queued and the close frame still go out, as long as the other side takes them.
+/// Nobody may be in `receive()` when it is destroyed.
 /// Lifetime: the client must outlive its channels.
 /// Cancellation: terminal; the connection is abandoned and `operation_aborted` reported.
 /// Errors: `invalid_url`; `unreachable` (name, connection or TLS: refused, or not in time); `timed_out` (the
