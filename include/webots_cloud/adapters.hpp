@@ -17,6 +17,7 @@
 #include <webots_cloud/transport/service_manager.hpp>
 #include <webots_cloud/transport/simulation_logs.hpp>
 #include <webots_cloud/transport/text_files.hpp>
+#include <webots_cloud/transport/websocket_client.hpp>
 
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/awaitable.hpp>
@@ -54,6 +55,15 @@ std::unique_ptr<Clock> make_steady_clock(boost::asio::any_io_executor executor);
 /// `check_authorities`.
 std::unique_ptr<HttpClient> make_http_client(boost::asio::any_io_executor executor,
                                              std::filesystem::path authorities = {}, Logger log = Logger());
+
+/// WebSockets over Boost.Beast and OpenSSL, without compression. Another side that says nothing is pinged
+/// after 30 s; the connection is lost when it has said nothing for 60 s, or when what it said has not been
+/// received for so long. It has 5 s to take what is queued, and to answer, when a channel is closed.
+///
+/// `authorities`, `log`: as for `make_http_client`.
+std::unique_ptr<WebSocketClient> make_websocket_client(boost::asio::any_io_executor executor,
+                                                       std::filesystem::path authorities = {},
+                                                       Logger log = Logger());
 
 struct HttpServerParams
 {

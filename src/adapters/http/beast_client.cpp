@@ -1,24 +1,15 @@
 #include "core/text.hpp"
-#include "name_resolver.hpp"
-#include "tls_trust.hpp"
+#include "server_connection.hpp"
 
 #include <webots_cloud/adapters.hpp>
 
 #include <boost/asio/as_tuple.hpp>
-#include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/ssl/context.hpp>
-#include <boost/asio/ssl/error.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/core/read_size.hpp>
-#include <boost/beast/core/tcp_stream.hpp>
 #include <boost/beast/http/parser.hpp>
 #include <boost/beast/http/string_body.hpp>
-#include <boost/beast/ssl/ssl_stream.hpp>
-#include <boost/url/parse.hpp>
-
-#include <openssl/ssl.h>
 
 #include <iterator>
 #include <optional>
@@ -33,6 +24,7 @@ namespace {
 namespace asio = boost::asio;
 namespace beast = boost::beast;
 namespace http = beast::http;
+using adapters::ServerTarget;
 using asio::ip::tcp;
 using core::concat;
 
@@ -55,45 +47,12 @@ constexpr std::size_t max_answer(std::size_t body_limit) noexcept
 // What a certificate says is looked at anew that often: one that has expired is noticed.
 constexpr auto max_age_of_tls = std::chrono::minutes(10);
 
-constexpr std::uint16_t http_port = 80;
-constexpr std::uint16_t https_port = 443;
-
-struct Target
-{
-    bool tls = false;
-    std::string host;
-    std::uint16_t port = 0;
-    std::string path;
-};
-
-result<Target> parse_target(std::string const& text)
-{
-    auto const unusable = [&text] {
-        return Failure(errc::invalid_url,
-                       concat("\"", core::printable(text, 200), "\" is no http or https URL"));
-    };
-    auto const url = boost::urls::parse_uri(text);
-    if (!url || (url->scheme() != "http" && url->scheme() != "https") || url->host().empty())
-        return unusable();
-    Target target;
-    target.tls = url->scheme() == "https";
-    target.host = url->host_address();
-    target.port = target.tls ? https_port : http_port;
-    if (url->has_port())
-        target.port = core::parse_port({url->port().data(), url->port().size()});
-    if (target.port == 0)
-        return unusable();
-    auto const path = url->encoded_resource();
-    target.path = path.empty() ? "/" : std::string(path.data(), path.size());
-    return target;
-}
-
 /// A connection to one server, plain or encrypted.
 class Connection
 {
 public:
-    using Plain = beast::tcp_stream;
-    using Encrypted = beast::ssl_stream<beast::tcp_stream>;
+    using Plain = adapters::PlainStream;
+    using Encrypted = adapters::EncryptedStream;
 
     explicit Connection(asio::any_io_executor const& executor) { stream_.emplace<Plain>(executor); }
     Connection(asio::any_io_executor const& executor, asio::ssl::context& context)
@@ -102,7 +61,12 @@ public:
         stream_.emplace<Encrypted>(executor, context);
     }
 
-    asio::awaitable<result<>> open(Target const& target, std::vector<tcp::endpoint> addresses);
+    /// As `adapters::open_connection`.
+    asio::awaitable<result<>> open(ServerTarget const& target, std::vector<tcp::endpoint> addresses)
+    {
+        return adapters::open_connection(lowest(), std::get_if<Encrypted>(&stream_), target,
+                                         std::move(addresses));
+    }
     asio::awaitable<result<HttpResponse>> exchange(std::string request, std::size_t body_limit);
 
     void expires_at(TimePoint when) { lowest().expires_at(when); }
@@ -121,7 +85,6 @@ private:
             return *plain;
         return beast::get_lowest_layer(std::get<Encrypted>(stream_));
     }
-    asio::awaitable<result<>> encrypt(Encrypted& stream, std::string const& host);
     using Parser = http::response_parser<http::string_body>;
 
     beast::error_code parse(Parser& parser);
@@ -168,37 +131,6 @@ Failure explain(beast::error_code error)
     if (error.category() == http::make_error_code(http::error::end_of_stream).category())
         return Failure(errc::protocol_error, concat("no HTTP answer: ", error.message()));
     return Failure(errc::unreachable, error.message());
-}
-
-asio::awaitable<result<>> Connection::open(Target const& target, std::vector<tcp::endpoint> addresses)
-{
-    auto const [error, endpoint] =
-        co_await lowest().async_connect(addresses, asio::as_tuple(asio::use_awaitable));
-    if (error == beast::error::timeout)
-        co_return Failure(errc::unreachable, "no connection in time");
-    if (error)
-        co_return explain(error);
-    beast::error_code ignored;
-    lowest().socket().set_option(tcp::no_delay(true), ignored);
-    if (auto* encrypted = std::get_if<Encrypted>(&stream_))
-        co_return co_await encrypt(*encrypted, target.host);
-    co_return result<>();
-}
-
-asio::awaitable<result<>> Connection::encrypt(Encrypted& stream, std::string const& host)
-{
-    if (!adapters::expect_host(stream.native_handle(), host))
-        co_return Failure(errc::unavailable, "there is no memory for TLS");
-    auto const [error] =
-        co_await stream.async_handshake(asio::ssl::stream_base::client, asio::as_tuple(asio::use_awaitable));
-    if (error == beast::error::timeout)
-        co_return Failure(errc::unreachable, "TLS failed: no answer in time");
-    if (!error)
-        co_return result<>();
-    bool const is_of_openssl = error.category() == asio::error::get_ssl_category();
-    auto const openssl_error = is_of_openssl ? static_cast<unsigned long>(error.value()) : 0UL;
-    co_return Failure(errc::unreachable,
-                      adapters::handshake_problem(stream.native_handle(), openssl_error, error.message()));
 }
 
 asio::awaitable<result<HttpResponse>> Connection::exchange(std::string request, std::size_t body_limit)
@@ -278,7 +210,7 @@ struct IdleConnection
 {
     IdleConnection() = default;
 
-    Target target;
+    ServerTarget target;
     std::unique_ptr<Connection> connection;
 };
 
@@ -286,7 +218,7 @@ class BeastClient final : public HttpClient
 {
 public:
     BeastClient(asio::any_io_executor executor, std::filesystem::path authorities, Logger log)
-        : executor_(std::move(executor)), trust_(std::move(authorities), std::move(log)), resolver_(executor_)
+        : executor_(std::move(executor)), servers_(executor_, std::move(authorities), std::move(log))
     {}
 
     asio::awaitable<result<HttpResponse>> send(HttpRequest request) override;
@@ -294,20 +226,17 @@ public:
 private:
     asio::awaitable<result<HttpResponse>> send_anew(HttpRequest request, TimePoint deadline);
     result<std::unique_ptr<Connection>> make_connection(bool tls);
-    asio::awaitable<result<std::vector<tcp::endpoint>>> resolve(Target const& target, TimePoint deadline);
     bool may_keep(Connection& connection) const;
 
     asio::any_io_executor executor_;
-    adapters::TlsTrust trust_;
-    adapters::NameResolver resolver_;
+    adapters::ServerDirectory servers_;
     std::unordered_map<std::string, IdleConnection>
         idle_; ///< By the whole URL, so that a poll need not take it apart.
 };
 
 // Not through Beast's serializer, which takes as long as all the rest of a poll.
-std::string to_text(HttpRequest const& request, Target const& target)
+std::string to_text(HttpRequest const& request, ServerTarget const& target)
 {
-    bool const usual_port = target.port == (target.tls ? https_port : http_port);
     std::string text;
     text.reserve(usual_request + request.body.size());
     text.append(request.method)
@@ -315,7 +244,7 @@ std::string to_text(HttpRequest const& request, Target const& target)
         .append(target.path)
         .append(" HTTP/1.1\r\nHost: ")
         .append(target.host);
-    if (!usual_port)
+    if (!target.has_usual_port())
         text.append(":").append(std::to_string(target.port));
     text.append("\r\nUser-Agent: webots_cloud\r\n");
     for (auto const& [name, value] : request.headers)
@@ -350,10 +279,10 @@ asio::awaitable<result<HttpResponse>> BeastClient::send(HttpRequest request)
 /// A coroutine of its own, so that polls on kept connections do not carry its frame.
 asio::awaitable<result<HttpResponse>> BeastClient::send_anew(HttpRequest request, TimePoint deadline)
 {
-    auto target = parse_target(request.url);
+    auto target = adapters::parse_http_target(request.url);
     if (!target)
         co_return target.error();
-    auto addresses = co_await resolve(*target, deadline);
+    auto addresses = co_await servers_.resolve(*target, deadline);
     if (!addresses)
         co_return addresses.error();
     IdleConnection fresh;
@@ -373,34 +302,14 @@ asio::awaitable<result<HttpResponse>> BeastClient::send_anew(HttpRequest request
     co_return response;
 }
 
-asio::awaitable<result<std::vector<tcp::endpoint>>> BeastClient::resolve(Target const& target,
-                                                                         TimePoint deadline)
-{
-    std::vector<tcp::endpoint> endpoints;
-    boost::system::error_code not_numeric;
-    auto const address = asio::ip::make_address(target.host, not_numeric);
-    if (!not_numeric) {
-        endpoints.emplace_back(address, target.port);
-        co_return endpoints;
-    }
-    auto const addresses = co_await resolver_.resolve(target.host, deadline);
-    if (!addresses)
-        co_return addresses.error();
-    for (auto const& found : *addresses)
-        endpoints.emplace_back(found, target.port);
-    co_return endpoints;
-}
-
 result<std::unique_ptr<Connection>> BeastClient::make_connection(bool tls)
 {
     if (!tls)
         return std::make_unique<Connection>(executor_);
-    auto const trusted = trust_.context();
-    if (!trusted)
-        return trusted.error();
-    SSL_CTX_up_ref(*trusted);
-    asio::ssl::context context(*trusted); // the connection has a share of its own
-    return std::make_unique<Connection>(executor_, context);
+    auto context = servers_.tls();
+    if (!context)
+        return context.error();
+    return std::make_unique<Connection>(executor_, *context);
 }
 
 /// Takes the deadline off a connection that may be used again.

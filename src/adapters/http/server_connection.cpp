@@ -1,0 +1,120 @@
+#include "server_connection.hpp"
+
+#include "core/text.hpp"
+
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/ssl/error.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <boost/url/parse.hpp>
+
+#include <openssl/ssl.h>
+
+#include <string_view>
+#include <utility>
+
+namespace webots_cloud::adapters {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+using asio::ip::tcp;
+using core::concat;
+
+namespace {
+
+result<ServerTarget> parse_server_target(std::string const& text, std::string_view plain,
+                                         std::string_view tls)
+{
+    auto const unusable = [&] {
+        return Failure(errc::invalid_url,
+                       concat("\"", core::printable(text, 200), "\" is no ", plain, " or ", tls, " URL"));
+    };
+    auto const url = boost::urls::parse_uri(text);
+    if (!url || (url->scheme() != plain && url->scheme() != tls) || url->host().empty())
+        return unusable();
+    ServerTarget target;
+    target.tls = url->scheme() == tls;
+    target.host = url->host_address();
+    target.port = target.tls ? usual_tls_port : usual_plain_port;
+    if (url->has_port())
+        target.port = core::parse_port({url->port().data(), url->port().size()});
+    if (target.port == 0)
+        return unusable();
+    auto const path = url->encoded_resource();
+    target.path = path.empty() ? "/" : std::string(path.data(), path.size());
+    return target;
+}
+
+asio::awaitable<result<>> encrypt(EncryptedStream& stream, std::string const& host)
+{
+    if (!expect_host(stream.native_handle(), host))
+        co_return Failure(errc::unavailable, "there is no memory for TLS");
+    auto const [error] =
+        co_await stream.async_handshake(asio::ssl::stream_base::client, asio::as_tuple(asio::use_awaitable));
+    if (error == beast::error::timeout)
+        co_return Failure(errc::unreachable, "TLS failed: no answer in time");
+    if (!error)
+        co_return result<>();
+    bool const is_of_openssl = error.category() == asio::error::get_ssl_category();
+    auto const openssl_error = is_of_openssl ? static_cast<unsigned long>(error.value()) : 0UL;
+    co_return Failure(errc::unreachable,
+                      handshake_problem(stream.native_handle(), openssl_error, error.message()));
+}
+
+} // namespace
+
+result<ServerTarget> parse_http_target(std::string const& url)
+{
+    return parse_server_target(url, "http", "https");
+}
+
+result<ServerTarget> parse_websocket_target(std::string const& url)
+{
+    return parse_server_target(url, "ws", "wss");
+}
+
+asio::awaitable<result<std::vector<tcp::endpoint>>> ServerDirectory::resolve(ServerTarget const& target,
+                                                                             TimePoint deadline)
+{
+    std::vector<tcp::endpoint> endpoints;
+    boost::system::error_code not_numeric;
+    auto const address = asio::ip::make_address(target.host, not_numeric);
+    if (!not_numeric) {
+        endpoints.emplace_back(address, target.port);
+        co_return endpoints;
+    }
+    auto const addresses = co_await resolver_.resolve(target.host, deadline);
+    if (!addresses)
+        co_return addresses.error();
+    for (auto const& found : *addresses)
+        endpoints.emplace_back(found, target.port);
+    co_return endpoints;
+}
+
+result<asio::ssl::context> ServerDirectory::tls()
+{
+    auto const trusted = trust_.context();
+    if (!trusted)
+        return trusted.error();
+    SSL_CTX_up_ref(*trusted);
+    return asio::ssl::context(*trusted); // a share of its own
+}
+
+asio::awaitable<result<>> open_connection(PlainStream& lowest, EncryptedStream* encrypted,
+                                          ServerTarget const& target, std::vector<tcp::endpoint> addresses)
+{
+    auto const [error, endpoint] =
+        co_await lowest.async_connect(addresses, asio::as_tuple(asio::use_awaitable));
+    if (error == beast::error::timeout)
+        co_return Failure(errc::unreachable, "no connection in time");
+    if (error == asio::error::operation_aborted)
+        co_return Failure(error);
+    if (error)
+        co_return Failure(errc::unreachable, error.message());
+    beast::error_code ignored;
+    lowest.socket().set_option(tcp::no_delay(true), ignored);
+    if (encrypted)
+        co_return co_await encrypt(*encrypted, target.host);
+    co_return result<>();
+}
+
+} // namespace webots_cloud::adapters
