@@ -349,7 +349,10 @@ BOOST_AUTO_TEST_CASE(a_channel_that_is_destroyed_drops_its_connection)
     Fixture fixture;
     auto channel = fixture.open(peer.url());
     channel.reset();
-    auto const said = heard.get_future().get(); // without a turn of the event loop
+    auto ended = heard.get_future();
+    BOOST_TEST_REQUIRE(
+        (ended.wait_for(patience) == std::future_status::ready)); // without a turn of the event loop
+    auto const said = ended.get();
     BOOST_TEST((said.end == asio::error::eof || said.end == asio::error::connection_reset));
     BOOST_TEST(said.code == 0U);
 }
