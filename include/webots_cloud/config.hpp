@@ -91,8 +91,12 @@ struct SessionConfig
     double load_threshold = 95;                            ///< `loadThreshold`, percent.
     std::string scheduling = "least_committed";            ///< `scheduling`: a policy of the Scheduler.
     Duration placement_timeout = std::chrono::seconds(60); ///< `placementTimeout`, in seconds.
-    int session_burst = 200;        ///< `sessionBurst`: of one client, at once; 0: any number.
-    double session_rate = 10;       ///< `sessionRate`: of one client, a second; 0: any number.
+    int session_burst = 200;  ///< `sessionBurst`: of one client, at once; 0: any number.
+    double session_rate = 10; ///< `sessionRate`: of one client, a second; 0: any number.
+    /// `relay`: the session server takes `/client` itself, finds a machine when a browser asks for a
+    /// simulation, and relays.
+    bool relay = false;
+    int waiting_room = 1000; ///< `waitingRoom`: with `relay`, so many may wait for a machine; 0: nobody.
     bool decisions_for_all = false; ///< `decisionsForAll`: `/api/decisions` answers everybody.
     std::string teacher_password;   ///< `teacherPassword`: opens classes. Empty: nobody can.
     std::filesystem::path

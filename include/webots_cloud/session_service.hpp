@@ -4,10 +4,12 @@
 
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/load_monitor.hpp>
+#include <webots_cloud/public_address.hpp>
 #include <webots_cloud/scheduler.hpp>
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/endpoint.hpp>
 #include <webots_cloud/transport/logger.hpp>
+#include <webots_cloud/transport/websocket_client.hpp>
 
 #include <boost/asio/awaitable.hpp>
 
@@ -38,6 +40,14 @@ struct SessionServiceParams
     /// Requests for `/2000/...` are passed on to the server of that port with an internal address (its
     /// ServerSpec), unless the path is the operator's.
     bool gateway = false;
+    /// `/session` answers this server's own address, whose `/client` finds a machine when a browser asks for
+    /// a simulation, and relays. Only with `SessionServiceHooks::websockets`.
+    bool relay = false;
+    /// With `relay`: so many browsers may wait for a machine; 0: none.
+    std::size_t waiting_places = 1000;
+    /// With `relay`: where the world outside reaches this server, and other names that it has.
+    PublicAddress own_address;
+    std::vector<std::string> own_names;
     /// `GET /api/decisions` answers everybody, not the operator alone.
     bool decisions_for_all = false;
     /// Of teachers, who open classes with it; empty: nobody can.
@@ -58,11 +68,17 @@ struct SessionServiceHooks
     std::function<std::string(std::string_view server)> make_ticket;
     /// So many bytes that nobody can guess, for the codes and keys of classes. Empty: there are no classes.
     std::function<std::string(std::size_t size)> random_bytes;
+    /// To simulation servers, for `SessionServiceParams::relay`. Must outlive the service.
+    WebSocketClient* websockets = nullptr;
+    /// Signs the tickets with which browsers that wait keep their places (HMAC-SHA256), the same after a
+    /// restart. Empty: they keep none.
+    std::function<std::string(std::string_view message)> sign_waiting_ticket;
     /// More families for `GET /metrics`, in the text format of Prometheus, appended to the service's own.
     std::function<std::string()> more_metrics;
 };
 
-/// Tells browsers whether a simulation could be started, and sends each to a machine.
+/// Tells browsers whether a simulation could be started, and sends each to a machine, or relays what they
+/// say.
 ///
 /// It has to be served by an adapter. While `run()` is awaited, reports are passed from the monitor to the
 /// scheduler, and changes of availability to the browsers.

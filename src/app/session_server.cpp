@@ -128,9 +128,29 @@ result<SessionServiceParams> session_service_params(SessionConfig const& config)
     params.session_burst = static_cast<std::size_t>(config.session_burst);
     params.session_rate = config.session_rate;
     params.gateway = config.gateway;
+    params.relay = config.relay;
+    params.waiting_places = static_cast<std::size_t>(config.waiting_room);
+    params.own_address = config.address;
+    params.own_names = config.access.host_names;
     params.decisions_for_all = config.decisions_for_all;
     params.viewer_defaults = viewer_defaults(config);
     return params;
+}
+
+/// With `sessionSecret` several session servers take each other's tickets. Otherwise a secret is made when
+/// the first browser waits. Errors: as `make_ticket_mac`.
+result<std::function<std::string(std::string_view)>> waiting_mac(SessionConfig const& config,
+                                                                 Logger const& log)
+{
+    using Mac = std::function<std::string(std::string_view)>;
+    if (!config.access.session_secret.empty())
+        return make_ticket_mac(config.access.session_secret);
+    return Mac(
+        [file = config.log_dir / ".waiting-room-secret", log, mac = Mac()](std::string_view message) mutable {
+            if (!mac)
+                mac = make_own_mac(file, log);
+            return mac(message);
+        });
 }
 
 AccessParams session_access_params(SessionConfig const& config)
@@ -149,6 +169,7 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     using namespace asio::experimental::awaitable_operators;
     auto const clock = make_steady_clock(executor);
     auto const http = make_http_client(executor, config.ca_file, log);
+    auto const websockets = make_websocket_client(executor, config.ca_file, log);
     auto made_monitor = LoadMonitor::make(load_monitor_params(config), *http, *clock);
     if (!made_monitor)
         co_return made_monitor.error();
@@ -169,6 +190,11 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     SessionServiceHooks hooks;
     hooks.make_ticket = *tickets;
     hooks.random_bytes = random_bytes;
+    hooks.websockets = websockets.get();
+    auto sign = waiting_mac(config, log);
+    if (!sign)
+        co_return sign.error();
+    hooks.sign_waiting_ticket = std::move(*sign);
     hooks.tell_operator = [&administrator](LoadEvent const& event) { return administrator.mail.note(event); };
     hooks.more_metrics = [&server, &administrator] {
         return app::http_server_metrics(server->statistics()) +

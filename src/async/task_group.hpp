@@ -51,6 +51,8 @@ public:
             cancel(task++); // a task may end, and erase itself, while it is being cancelled
     }
 
+    boost::asio::any_io_executor const& executor() const noexcept { return executor_; }
+
     std::size_t size() const noexcept { return signals_.size(); }
 
     /// Waits until no task is left. Not cancellable: cancel the tasks instead.

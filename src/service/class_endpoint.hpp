@@ -56,6 +56,7 @@ public:
 
     /// As in ClassBook.
     core::SeatRequest ask_for_seat(std::string_view token, TimePoint now);
+    std::string class_of(std::string_view token) const { return book_.class_of(token); }
     void take_seat(std::string_view token, core::SeatRequest seat, core::StudentMachine machine,
                    TimePoint now);
 

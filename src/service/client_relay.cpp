@@ -38,7 +38,6 @@ constexpr std::size_t max_full = 10;    // machines that turn out to be full, be
 constexpr Duration look_at_line = std::chrono::milliseconds(250);
 constexpr Duration between_tellings = std::chrono::seconds(1);
 constexpr Duration longest_silence = std::chrono::seconds(10); // towards those who wait
-constexpr Duration ticket_interval = std::chrono::seconds(20);
 // A machine that has just ended a simulation is asked that often and for so long whether its place is free.
 constexpr Duration freed_seat_poll = std::chrono::milliseconds(500);
 constexpr Duration freed_seat_time = std::chrono::seconds(6);
@@ -93,29 +92,29 @@ struct ClientRelay::Machine
     TimePoint polled = TimePoint::min();
 };
 
+/// Of a browser on its way to a machine, or there.
+struct ClientRelay::Ride
+{
+    explicit Ride(asio::any_io_executor const& executor) : ended(executor) {}
+
+    std::string entry;
+    std::string opening; ///< For the machine.
+    Placement placement;
+    bool is_placed = false;    ///< By the scheduler: it does not return.
+    bool is_unclaimed = false; ///< The machine knows nothing of that.
+    bool is_known = false;     ///< The machine has got the request.
+    std::unique_ptr<Channel> machine;
+    std::optional<async::TaskGroup::Task> task;
+    async::Wakeup ended;
+    std::string last_word; ///< Of the machine that refused last.
+    std::string problem;   ///< Of the one that could not be reached.
+};
+
 /// A browser, from the handshake to the end of its connection. Those that wait are many: what only the others
 /// need is in `Ride`.
 struct ClientRelay::Browser
 {
     Browser(Id number, Channel& browser) : id(number), channel(browser) {}
-
-    /// On its way to a machine, or there.
-    struct Ride
-    {
-        explicit Ride(asio::any_io_executor const& executor) : ended(executor) {}
-
-        std::string entry;
-        std::string opening; ///< For the machine.
-        Placement placement;
-        bool is_placed = false; ///< By the scheduler: it does not return.
-        bool is_known = false;  ///< The machine has got the request.
-        bool was_connected = false;
-        std::unique_ptr<Channel> machine;
-        std::optional<async::TaskGroup::Task> task;
-        async::Wakeup ended;
-        std::string last_word; ///< Of the machine that refused last.
-        std::string problem;   ///< Of the one that could not be reached.
-    };
 
     Id id;
     Channel& channel;
@@ -126,11 +125,12 @@ struct ClientRelay::Browser
     core::RelayOptions options;
     std::string group;
     std::optional<WallTime> rank; ///< In the line.
-    bool came_back = false;       ///< With a ticket.
+    bool is_in_line = false;
+    bool came_back = false; ///< With a ticket.
     core::SeatRequest seat = core::SeatRequest::unknown;
     std::optional<core::WaitingTicket> ticket;
     TimePoint waits_since{};
-    TimePoint ticket_given = TimePoint::min();
+    TimePoint next_ticket = TimePoint::min();
     TimePoint told = TimePoint::min();
     TimePoint not_before = TimePoint::min();
     std::size_t told_ahead = 0;
@@ -197,23 +197,20 @@ asio::awaitable<void> ClientRelay::talk(Browser& browser)
 {
     if (!tasks_)
         tasks_.emplace(co_await asio::this_coro::executor);
-    auto first = co_await receive_first(browser);
-    if (first)
-        take_first(browser, std::move(*first));
-    for (;;) {
-        auto const message = co_await browser.channel.receive();
-        if (!message) {
-            co_await leave(browser, message.error());
-            break;
-        }
-        if (browser.ride && browser.ride->is_known)
-            (void)browser.ride->machine->send(*message);
+    auto message = co_await receive_first(browser);
+    if (message)
+        take_first(browser, std::move(*message));
+    while (message) {
+        message = co_await browser.channel.receive();
+        if (message && browser.ride && browser.ride->is_known)
+            (void)browser.ride->machine->send(std::move(*message));
     }
+    co_await leave(browser, message.error());
     browsers_.erase(browser.id);
 }
 
-/// The first message; the channel is being closed when there is none in time.
-asio::awaitable<std::optional<std::string>> ClientRelay::receive_first(Browser& browser)
+/// The first message. Errors: as of Channel::receive; `timed_out`: there is none in time.
+asio::awaitable<result<std::string>> ClientRelay::receive_first(Browser& browser)
 {
     auto const id = browser.id;
     if (auto const oldest = silent_.enter(id, browser.quota_key))
@@ -221,11 +218,9 @@ asio::awaitable<std::optional<std::string>> ClientRelay::receive_first(Browser& 
     auto text = co_await async::with_deadline(clock_, clock_.now() + first_message_timeout,
                                               browser.channel.receive());
     silent_.leave(id);
-    if (text)
-        co_return std::move(*text);
-    if (text.error() == errc::timed_out)
+    if (!text && text.error() == errc::timed_out)
         refuse(browser, "No simulation was asked for in time: please start again.");
-    co_return std::nullopt;
+    co_return text;
 }
 
 void ClientRelay::refuse(Browser& browser, std::string_view sentence)
@@ -285,13 +280,15 @@ bool ClientRelay::is_settling(TimePoint now) const
     return now - began_ < return_first;
 }
 
+/// Whose seats count together with this browser's; empty: nobody's, as behind a trusted proxy that names no
+/// clients.
 std::string ClientRelay::group_of(Browser const& browser) const
 {
+    auto key = browser.quota_key;
     if (auto const& student = browser.options.student; !student.empty() && hooks_.class_of)
-        if (auto of_class = hooks_.class_of(student); !of_class.empty())
-            return concat("class ", of_class);
-    // A trusted proxy that names no clients: nobody knows whose they are.
-    return browser.quota_key.empty() ? concat("#", std::to_string(browser.id)) : browser.quota_key;
+        if (auto const of_class = hooks_.class_of(student); !of_class.empty())
+            key = concat("class ", of_class);
+    return hooks_.waiting_mac ? core::waiting_group(hooks_.waiting_mac, key) : key;
 }
 
 /// A browser returns to its simulation.
@@ -303,7 +300,7 @@ void ClientRelay::come_back(Browser& browser, std::string_view text)
     browser.options.can_return = true;
     browser.options.wants_heartbeat = true;
     browser.group = group_of(browser);
-    browser.ride = std::make_unique<Browser::Ride>(tasks_->executor());
+    browser.ride = std::make_unique<Ride>(tasks_->executor());
     browser.ride->entry = token->entry;
     browser.ride->opening = core::reconnect_message(token->token);
     start_carrying(browser);
@@ -318,9 +315,10 @@ bool ClientRelay::wait_in_line(Browser& browser, TimePoint now)
     if (browser.rank) { // it had a place before
         verdict = room_.return_to(browser.id, browser.group, *browser.rank);
     } else {
+        auto const wall = clock_.wall();
         auto const held = held_.find(browser.group);
-        verdict =
-            room_.enter(browser.id, browser.group, held == held_.end() ? 0 : held->second, clock_.wall());
+        auto const seats = held == held_.end() ? 0 : held->second;
+        verdict = room_.enter(browser.id, browser.group, seats + tickets_.away(browser.group, wall), wall);
     }
     if (verdict != Verdict::waits) {
         ++refused_;
@@ -328,13 +326,11 @@ bool ClientRelay::wait_in_line(Browser& browser, TimePoint now)
         refuse(browser, verdict == Verdict::full ? no_server : group_full);
         return false;
     }
+    browser.is_in_line = true;
     browser.rank = room_.rank(browser.id);
     browser.told = TimePoint::min();
-    room_.visit([&](Id id, std::size_t ahead) {
-        if (id == browser.id)
-            tell_place(browser, ahead, estimate_.expect(ahead, now), now);
-        return id != browser.id;
-    });
+    auto const ahead = room_.ahead_of(browser.id);
+    tell_place(browser, ahead, estimate_.expect(ahead, now), now);
     if (somebody_waits_)
         somebody_waits_->notify();
     return true;
@@ -343,53 +339,41 @@ bool ClientRelay::wait_in_line(Browser& browser, TimePoint now)
 /// The place that a ticket of the browser's keeps, if it is a good one.
 void ClientRelay::claim_ticket(Browser& browser)
 {
-    if (!hooks_.waiting_mac || browser.options.waiting_ticket.empty())
+    auto const text = std::exchange(browser.options.waiting_ticket, {});
+    if (!hooks_.waiting_mac || text.empty())
         return;
     auto const wall = clock_.wall();
-    auto ticket = core::read_waiting_ticket(hooks_.waiting_mac, browser.options.waiting_ticket, wall);
-    browser.options.waiting_ticket = {};
-    if (!ticket)
+    auto ticket = core::read_waiting_ticket(hooks_.waiting_mac, text, wall, room_.params().max_penalty);
+    if (!ticket || !tickets_.is_usable(ticket->id, wall))
         return;
-    auto const claim = tickets_.claim(ticket->id, browser.id, wall);
-    if (!claim.is_usable)
-        return;
+    // The connection that has the place may not know yet that it is lost.
+    if (auto const holder = tickets_.enter(ticket->id, ticket->group, browser.id)) {
+        auto& old = *browsers_.at(*holder);
+        (void)leave_line(old);
+        old.channel.close(core::taken_over_code, "another page waits in this place");
+    }
     browser.came_back = true;
+    browser.group = ticket->group;
     browser.rank = ticket->rank;
     browser.ticket = std::move(*ticket);
-    // The connection that has the place may not know yet that it is lost.
-    if (auto const found = browsers_.find(claim.holder); found != browsers_.end()) {
-        leave_line(*found->second);
-        found->second->channel.close(core::taken_over_code, "another page waits in this place");
-    }
 }
 
 /// Tickets are made anew from time to time, since each is good for a while only.
 void ClientRelay::give_ticket(Browser& browser, TimePoint now)
 {
-    if (!hooks_.waiting_mac ||
-        (browser.ticket_given != TimePoint::min() && now - browser.ticket_given < ticket_interval))
+    if (!hooks_.waiting_mac || now < browser.next_ticket)
         return;
-    browser.ticket_given = now;
-    auto const wall = clock_.wall();
+    browser.next_ticket = now + core::waiting_ticket_interval;
     if (!browser.ticket) {
         browser.ticket.emplace();
-        browser.ticket->id = hooks_.random_bytes(core::waiting_ticket_id_size);
-        (void)tickets_.claim(browser.ticket->id, browser.id, wall);
+        browser.ticket->id = hooks_.random_bytes(core::waiting_id_size);
+        browser.ticket->group = browser.group;
+        (void)tickets_.enter(browser.ticket->id, browser.group, browser.id);
     }
     browser.ticket->rank = *browser.rank;
-    browser.ticket->issued = wall;
+    browser.ticket->issued = clock_.wall();
     (void)browser.channel.send(
         core::waiting_ticket_message(core::make_waiting_ticket(hooks_.waiting_mac, *browser.ticket)));
-}
-
-/// False: it was not there.
-bool ClientRelay::leave_line(Browser& browser)
-{
-    if (!room_.leave(browser.id))
-        return false;
-    if (browser.ticket)
-        tickets_.leave(browser.ticket->id, browser.id);
-    return true;
 }
 
 /// Finds a machine, where the browser goes next.
@@ -401,12 +385,12 @@ result<> ClientRelay::try_to_place(Browser& browser, TimePoint now)
         return placement.error();
     hooks_.note_placement(true);
     if (!browser.ride)
-        browser.ride = std::make_unique<Browser::Ride>(tasks_->executor());
+        browser.ride = std::make_unique<Ride>(tasks_->executor());
     auto& ride = *browser.ride;
     ride.entry = placement->address;
     ride.opening = core::request_for_machine(browser.request);
     ride.placement = *placement;
-    ride.is_placed = true;
+    ride.is_placed = ride.is_unclaimed = true;
     if (browser.seat != core::SeatRequest::unknown)
         hooks_.take_seat(browser.options.student, browser.seat, ride.entry, browser.host);
     return {};
@@ -439,7 +423,8 @@ result<Placement> ClientRelay::find_machine(Browser const& browser, TimePoint no
 void ClientRelay::start_carrying(Browser& browser)
 {
     ++relayed_;
-    ++held_[browser.group];
+    if (!browser.group.empty())
+        ++held_[browser.group];
     browser.ride->task = tasks_->spawn(carry(browser));
 }
 
@@ -449,8 +434,9 @@ asio::awaitable<void> ClientRelay::carry(Browser& browser)
     bool const goes_back = co_await carry_to_end(browser);
     auto& ride = *browser.ride;
     ride.machine.reset();
+    give_back(ride);
     --relayed_;
-    if (auto const held = held_.find(browser.group); --held->second == 0)
+    if (auto const held = held_.find(browser.group); held != held_.end() && --held->second == 0)
         held_.erase(held);
     if (auto const machine = machines_.find(ride.entry); machine != machines_.end())
         machine->second.freed = clock_.now();
@@ -487,6 +473,16 @@ asio::awaitable<bool> ClientRelay::carry_to_end(Browser& browser)
     }
 }
 
+/// Nobody comes where the scheduler has placed the browser.
+void ClientRelay::give_back(Ride& ride)
+{
+    if (!std::exchange(ride.is_unclaimed, false))
+        return;
+    auto placement = ride.placement;
+    placement.address = ride.entry; // the scheduler may have forgotten the server by now, and its name
+    scheduler_.release(placement, clock_.now());
+}
+
 void ClientRelay::note_refusal(Browser& browser, MachineRefusal refusal)
 {
     auto& ride = *browser.ride;
@@ -498,9 +494,7 @@ void ClientRelay::note_refusal(Browser& browser, MachineRefusal refusal)
     } else if (refusal == MachineRefusal::machine) {
         faults_.has_refused(ride.entry, browser.group);
     }
-    // Machines of ours count whoever has asked them.
-    if (ride.is_placed && !ride.was_connected)
-        scheduler_.release(ride.placement, now);
+    give_back(ride);
     (refusal == MachineRefusal::full ? browser.full : browser.tried).push_back(ride.entry);
 }
 
@@ -537,13 +531,12 @@ ClientRelay::Next ClientRelay::try_again(Browser& browser, MachineRefusal refusa
 asio::awaitable<MachineRefusal> ClientRelay::converse(Browser& browser)
 {
     auto& ride = *browser.ride;
-    ride.was_connected = false;
     auto opened = co_await connect(browser);
     if (!opened) {
         ride.problem = opened.error().message();
         co_return MachineRefusal::silent;
     }
-    ride.was_connected = true;
+    ride.is_unclaimed = false; // from here on the machine counts it
     ride.machine = std::move(*opened);
     (void)ride.machine->send(ride.opening);
     ride.is_known = true;
@@ -637,6 +630,8 @@ asio::awaitable<void> ClientRelay::leave(Browser& browser, Failure const& why)
 {
     browser.has_left = true;
     given_up_ += leave_line(browser) ? 1 : 0;
+    if (browser.ticket)
+        tickets_.leave(browser.ticket->id, browser.id, clock_.wall());
     if (!browser.ride)
         co_return;
     auto& ride = *browser.ride;
@@ -657,13 +652,20 @@ void ClientRelay::update()
     give_out_seats(clock_.now());
 }
 
+/// False: it was not there.
+bool ClientRelay::leave_line(Browser& browser)
+{
+    browser.is_in_line = false;
+    return room_.leave(browser.id);
+}
+
 /// Its turn has come.
 void ClientRelay::take_out_of_line(Browser& browser)
 {
-    room_.leave(browser.id);
+    (void)leave_line(browser);
     if (browser.ticket)
-        tickets_.serve(std::exchange(browser.ticket, std::nullopt)->id, clock_.wall());
-    browser.ticket_given = TimePoint::min();
+        tickets_.serve(std::exchange(browser.ticket, std::nullopt)->id, browser.id, clock_.wall());
+    browser.next_ticket = TimePoint::min();
 }
 
 /// First come, first served, but for those who need what no free machine has.
@@ -690,7 +692,7 @@ void ClientRelay::give_out_seats(TimePoint now)
     for (auto* const browser : seated) {
         take_out_of_line(*browser);
         waits_.add(std::chrono::duration<double>(now - browser->waits_since).count());
-        (void)browser->channel.send(core::loading_message("A machine is free."));
+        (void)browser->channel.send(core::turn_message());
         start_carrying(*browser);
     }
     for (auto const& [browser, why] : hopeless) {
@@ -747,10 +749,16 @@ asio::awaitable<void> ClientRelay::tell_places()
         return true;
     });
     auto const executor = co_await asio::this_coro::executor;
-    core::WaitRanges ranges(estimate_, now);
+    std::optional<core::WaitRange> range;
+    std::size_t next_range = 0;
     for (std::size_t ahead = 0; ahead < line.size(); ++ahead) {
-        if (room_.contains(line[ahead])) // others have had their turn meanwhile
-            tell_place(*browsers_.at(line[ahead]), ahead, ranges.expect(ahead), now);
+        if (ahead >= next_range) { // a range takes some microseconds: those far behind share theirs
+            range = estimate_.expect(ahead, now);
+            next_range = ahead + 1 + ahead / 50;
+        }
+        auto const found = browsers_.find(line[ahead]);
+        if (found != browsers_.end() && found->second->is_in_line) // others have had their turn meanwhile
+            tell_place(*found->second, ahead, range, now);
         if (ahead % told_at_once == told_at_once - 1)
             co_await asio::post(executor, asio::use_awaitable);
     }
@@ -771,7 +779,7 @@ void ClientRelay::tell_place(Browser& browser, std::size_t ahead, std::optional<
         return;
     }
     (void)browser.channel.send(core::queue_message(ahead));
-    (void)browser.channel.send(core::loading_message(core::waiting_sentence(ahead, range)));
+    (void)browser.channel.send(core::waiting_sentence(ahead, range));
 }
 
 void ClientRelay::stop()

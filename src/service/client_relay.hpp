@@ -116,6 +116,7 @@ public:
 private:
     using Id = core::WaitingRoom::Id;
     struct Browser;
+    struct Ride;
     struct Machine;
 
     enum class Next
@@ -126,7 +127,7 @@ private:
     };
 
     boost::asio::awaitable<void> talk(Browser& browser);
-    boost::asio::awaitable<std::optional<std::string>> receive_first(Browser& browser);
+    boost::asio::awaitable<result<std::string>> receive_first(Browser& browser);
     void take_first(Browser& browser, std::string text);
     void begin(Browser& browser, std::string text);
     void come_back(Browser& browser, std::string_view text);
@@ -157,6 +158,7 @@ private:
     bool is_ours(std::string_view entry) const;
     void note_ready(std::string_view entry);
     static void end_browser(Browser& browser, Failure const& why);
+    void give_back(Ride& ride);
     void note_refusal(Browser& browser, core::MachineRefusal refusal);
     Next try_again(Browser& browser, core::MachineRefusal refusal);
 

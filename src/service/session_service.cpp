@@ -1,6 +1,7 @@
 #include <webots_cloud/session_service.hpp>
 
 #include "class_endpoint.hpp"
+#include "client_relay.hpp"
 #include "core/access/asked_name.hpp"
 #include "core/access/forwarding.hpp"
 #include "core/access/token_buckets.hpp"
@@ -71,6 +72,7 @@ constexpr std::string_view html_for_any_origin = "Content-Type: text/html; chars
                                                  "Access-Control-Allow-Methods: POST, GET, OPTIONS\r\n";
 constexpr std::string_view too_many_sessions =
     "Error: too many sessions are asked for from your network. Please try again in a moment.";
+constexpr std::string_view no_server = "Error: no simulation server available at the moment.";
 constexpr std::string_view any_origin = html_for_any_origin.substr(html_for_any_origin.find("X-"));
 
 } // namespace
@@ -82,13 +84,16 @@ struct SessionService::Impl
         : params(std::move(parameters)), monitor(load_monitor), scheduler(placing), clock(time),
           log(std::move(logger)), hooks(std::move(others)), started(clock.wall()),
           board(params.history_step, params.threshold),
-          classes(load_monitor, placing, time, log, class_hooks())
+          classes(load_monitor, placing, time, log, class_hooks()),
+          relay(relay_params(), load_monitor, placing, time, log, relay_hooks())
     {
         set_budget();
         classes.set_password(params.teacher_password);
     }
 
     ClassEndpointHooks class_hooks();
+    ClientRelayParams relay_params() const;
+    ClientRelayHooks relay_hooks();
 
     void set_budget() { asked = core::TokenBuckets(params.session_burst, params.session_rate); }
 
@@ -103,6 +108,10 @@ struct SessionService::Impl
     std::string machine_address(std::string_view server, std::string_view host);
     template<class GetHost>
     std::string place(TimePoint now, std::string_view token, core::SeatRequest seat, GetHost const& host);
+    core::StudentMachine student_machine(std::string_view entry, std::string_view host) const;
+    bool relays(IncomingRequest const& request) const;
+    std::string own_address(std::string_view host) const;
+    Answer client_without_upgrade(IncomingRequest const& request);
     HttpResponse too_many_asked(Duration wait) const;
     std::optional<Forward> pass_on(IncomingRequest const& request) const;
 
@@ -123,6 +132,7 @@ struct SessionService::Impl
     Answer liveness(IncomingRequest const& request);
     Answer readiness(IncomingRequest const& request);
 
+    void write_relay(core::MetricsText& text) const;
     void update_monitor();
     void count_placed();
     void note_drained();
@@ -155,6 +165,7 @@ struct SessionService::Impl
     std::uint64_t good_polls = 0;
     std::uint64_t failed_polls = 0;
     ClassEndpoint classes;
+    ClientRelay relay;
 };
 
 SessionService::SessionService(SessionServiceParams params, LoadMonitor& monitor, Scheduler& scheduler,
@@ -174,6 +185,7 @@ void SessionService::apply(SessionServiceParams params)
     impl_->params = std::move(params);
     impl_->board.set_threshold(impl_->params.threshold);
     impl_->classes.set_password(impl_->params.teacher_password);
+    impl_->relay.apply(impl_->relay_params());
     if (!keeps_budget)
         impl_->set_budget();
     impl_->monitor_html.expire();
@@ -189,6 +201,7 @@ void SessionService::set_servers(std::vector<ServerSpec> const& servers)
     impl_->scheduler.set_servers(impl_->machines.servers());
     impl_->monitor.set_polled_servers(polled);
     impl_->forwarding = core::ForwardingTable(servers);
+    impl_->relay.set_servers(servers);
     impl_->board.list(impl_->monitor.servers());
     impl_->note_drained();
     impl_->monitor_html.expire();
@@ -200,8 +213,8 @@ void SessionService::set_servers(std::vector<ServerSpec> const& servers)
 asio::awaitable<result<>> SessionService::run()
 {
     using namespace asio::experimental::awaitable_operators;
-    auto const ended = co_await (impl_->carry_reports() || impl_->check_availability());
-    co_return ended.index() == 0 ? std::get<0>(ended) : std::get<1>(ended);
+    auto const ended = co_await (impl_->carry_reports() || impl_->check_availability() || impl_->relay.run());
+    co_return std::visit([](result<> const& each) { return each; }, ended);
 }
 
 asio::awaitable<result<>> SessionService::Impl::carry_reports()
@@ -212,6 +225,7 @@ asio::awaitable<result<>> SessionService::Impl::carry_reports()
             co_return events.error();
         for (auto const& event : *events)
             take(event);
+        relay.update();
         update_availability(clock.now());
     }
 }
@@ -235,6 +249,37 @@ ClassEndpointHooks SessionService::Impl::class_hooks()
     of_classes.machine_address = std::bind_front(&Impl::machine_address, this);
     of_classes.simulator_address = std::bind_front(&Impl::address_of, this);
     return of_classes;
+}
+
+ClientRelayParams SessionService::Impl::relay_params() const
+{
+    ClientRelayParams of_relay;
+    of_relay.tls = params.ssl;
+    of_relay.waiting_places = params.waiting_places;
+    return of_relay;
+}
+
+ClientRelayHooks SessionService::Impl::relay_hooks()
+{
+    ClientRelayHooks of_relay;
+    of_relay.websockets = hooks.websockets;
+    of_relay.make_ticket = hooks.make_ticket;
+    of_relay.waiting_mac = hooks.sign_waiting_ticket;
+    of_relay.random_bytes = hooks.random_bytes;
+    of_relay.may_ask = [this](std::string_view quota_key) { return may_ask(quota_key, clock.now()); };
+    of_relay.note_placement = [this](bool is_placed) {
+        ++(is_placed ? placed : refused);
+        update_availability(clock.now());
+    };
+    of_relay.ask_for_seat = [this](std::string_view student) {
+        return classes.ask_for_seat(student, clock.now());
+    };
+    of_relay.take_seat = [this](std::string_view student, core::SeatRequest seat, std::string_view entry,
+                                std::string_view host) {
+        classes.take_seat(student, seat, student_machine(entry, host), clock.now());
+    };
+    of_relay.class_of = [this](std::string_view student) { return classes.class_of(student); };
+    return of_relay;
 }
 
 void SessionService::Impl::take(LoadEvent const& event)
@@ -307,20 +352,47 @@ std::string SessionService::Impl::place(TimePoint now, std::string_view token, c
     ++(placement ? placed : refused);
     if (!placement) {
         update_availability(now);
-        return "Error: no simulation server available at the moment.";
+        return std::string(no_server);
     }
     bool const has_name = !placement->address.starts_with(core::asked_name);
     std::string const asked(has_name ? std::string_view() : host());
-    if (seat != core::SeatRequest::unknown) {
-        core::StudentMachine machine;
-        machine.entry = placement->address;
-        machine.reached_at = address_of(placement->address, asked);
-        // The gateway passes on what is below a machine's port, and no other ports.
-        machine.is_closed = params.gateway && core::public_port(placement->address) != 0;
-        classes.take_seat(token, seat, std::move(machine), now);
-    }
+    if (seat != core::SeatRequest::unknown)
+        classes.take_seat(token, seat, student_machine(placement->address, asked), now);
     update_availability(now);
     return machine_address(placement->address, asked);
+}
+
+/// Where the simulators of a student will be, whose browser asked for us by `host`.
+core::StudentMachine SessionService::Impl::student_machine(std::string_view entry,
+                                                           std::string_view host) const
+{
+    core::StudentMachine machine;
+    machine.entry = entry;
+    machine.reached_at = address_of(entry, host);
+    // The gateway passes on what is below a machine's port, and no other ports.
+    machine.is_closed = params.gateway && core::public_port(entry) != 0;
+    return machine;
+}
+
+/// Whether `/client` is here.
+bool SessionService::Impl::relays(IncomingRequest const&) const
+{
+    return params.relay && hooks.websockets;
+}
+
+/// What `/session` answers where this server relays. No place is taken before a browser asks for a
+/// simulation.
+std::string SessionService::Impl::own_address(std::string_view host) const
+{
+    if (!relay.takes_more(clock.now()))
+        return std::string(no_server);
+    return concat(params.ssl ? "wss://" : "ws://",
+                  core::own_authority(params.own_address, params.own_names, host));
+}
+
+Answer SessionService::Impl::client_without_upgrade(IncomingRequest const&)
+{
+    return HttpResponse(400, std::string(core::html_type), "Can \"Upgrade\" only to \"WebSocket\".");
 }
 
 /// With status 200, as every answer of /session: pages of before 2021 show nothing for any other status, and
@@ -352,6 +424,7 @@ std::span<Route<SessionService::Impl> const> SessionService::Impl::routes()
         {"/api/drain",     Methods::post,             &Impl::is_operators,       ignored,  &Impl::drain},
         {"/viewer*",       Methods::read,             everybody,                 ignored,  &Impl::web_file},
         {"/view/*",        Methods::read,             everybody,                 ignored,  &Impl::web_file, any_origin},
+        {"/client",        Methods::get,              &Impl::relays,             accepted, &Impl::client_without_upgrade},
         {"/class",         Methods::read,             everybody,                 accepted, &Impl::class_page},
         {"/class/*",       Methods::read,             everybody,                 ignored,  &Impl::class_page},
         // clang-format on
@@ -362,6 +435,11 @@ std::span<Route<SessionService::Impl> const> SessionService::Impl::routes()
 Answer SessionService::Impl::session(IncomingRequest const& request)
 {
     if (request.method == "GET") {
+        if (relays(request)) {
+            HttpResponse response(200, {}, own_address(request.header("Host")));
+            response.fixed_headers = html_for_any_origin;
+            return response;
+        }
         auto const now = clock.now();
         auto const token = core::class_token(request.query);
         if (!may_ask(request.quota_key, now))
@@ -581,10 +659,32 @@ Answer SessionService::Impl::metrics(IncomingRequest const&)
     text.family("class_pictures_total", "counter", "Pictures of students, for windows of their teachers.")
         .add(static_cast<double>(classes.pictures_relayed()), {{"result", "relayed"}})
         .add(static_cast<double>(classes.pictures_dropped()), {{"result", "dropped"}});
+    if (params.relay)
+        write_relay(text);
     text.family("polls_total", "counter", "Polls of simulation servers.")
         .add(static_cast<double>(good_polls), {{"result", "good"}})
         .add(static_cast<double>(failed_polls), {{"result", "failed"}});
     return core::metrics_page(text.take(), hooks.more_metrics);
+}
+
+void SessionService::Impl::write_relay(core::MetricsText& text) const
+{
+    auto const figures = relay.figures();
+    text.family("waiting", "gauge", "Browsers that wait for a machine.")
+        .add(static_cast<double>(figures.waiting));
+    text.family("waiting_longest_seconds", "gauge", "How long the one that has waited longest has waited.")
+        .add(std::chrono::duration<double>(figures.longest_wait).count());
+    text.histogram("waiting_seconds", "How long browsers waited until there was a machine.", relay.waits());
+    text.family("waiting_given_up_total", "counter", "Browsers that left while they waited.")
+        .add(static_cast<double>(figures.given_up));
+    text.family("waiting_refused_total", "counter", "Browsers for which there was no place to wait.")
+        .add(static_cast<double>(figures.refused));
+    text.family("relayed", "gauge", "Browsers whose messages are relayed to a machine.")
+        .add(static_cast<double>(figures.relayed));
+    text.family("relay_attempts_total", "counter",
+                "What became of browsers on the machines to which they were relayed.");
+    for (auto const& [outcome, count] : figures.attempts)
+        text.add(static_cast<double>(count), {{"result", outcome}});
 }
 
 /// To the simulation server whose port the path begins with.
@@ -614,6 +714,7 @@ Answer SessionService::respond(IncomingRequest const& request)
 void SessionService::stopping()
 {
     impl_->classes.stop();
+    impl_->relay.stop();
 }
 
 /// Not a coroutine itself, as its frame would cost memory for every browser that waits.
@@ -625,6 +726,10 @@ asio::awaitable<void> SessionService::serve_websocket(ChannelInfo info, Channel&
             impl_->greeting = impl_->monitor_snapshot();
         return impl_->feed.serve(impl_->greeting, channel);
     }
+    if (info.path == "/client")
+        return impl_->relay.serve(std::move(info), channel);
+    if (info.path == "/session" && impl_->params.relay && impl_->hooks.websockets)
+        return impl_->say_place(impl_->own_address(info.host), channel);
     if (info.path == "/session") {
         auto const now = impl_->clock.now();
         auto const token = core::class_token(info.query);

@@ -48,6 +48,7 @@ ROOMS = {
     'src/core': {
         'access': [],
         'classes': ['access'],
+        'relay': ['simulation'],
         'git': ['access'],
         'load': [],
         'logs': [],

@@ -2,8 +2,12 @@
 
 #include "core/text.hpp"
 
+#include <webots_cloud/transport/http.hpp>
+
 #include <boost/url/authority_view.hpp>
 #include <boost/url/parse.hpp>
+
+#include <algorithm>
 
 namespace webots_cloud::core {
 namespace {
@@ -38,6 +42,17 @@ std::string machine_reached_at(std::string_view machine, std::string_view host)
         return std::string(machine);
     machine.remove_prefix(asked_name.size());
     return concat(host_of(host, machine.starts_with('/') ? Port::kept : Port::dropped), machine);
+}
+
+std::string own_authority(PublicAddress const& address, std::vector<std::string> const& names,
+                          std::string_view host)
+{
+    auto const asked = host_of(host, Port::dropped);
+    auto const is_asked = [&asked](std::string_view name) { return equal_ignoring_case(asked, name); };
+    if (address.host == asked_name || address.host == "localhost" || is_asked(address.host) ||
+        std::any_of(names.begin(), names.end(), is_asked))
+        return host_of(host, Port::kept);
+    return concat(address.host, address.port_rewrite ? "/" : ":", std::to_string(address.port));
 }
 
 } // namespace webots_cloud::core

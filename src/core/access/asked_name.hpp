@@ -6,6 +6,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace webots_cloud::core {
 
@@ -19,5 +20,11 @@ PublicAddress reached_at(PublicAddress address, std::string_view host);
 
 /// The same for an entry of `simulationServers`: `*/2000` or `*:2000`. Others are returned as they are.
 std::string machine_reached_at(std::string_view machine, std::string_view host);
+
+/// What follows `ws://` in the address of this server, for a browser whose request had this `Host`: as it
+/// asked, where that is the server's name or one of `names`, or where the server has no name but `localhost`.
+/// Others have come through a proxy that puts a name of its own there.
+std::string own_authority(PublicAddress const& address, std::vector<std::string> const& names,
+                          std::string_view host);
 
 } // namespace webots_cloud::core

@@ -167,6 +167,12 @@ SeatRequest ClassBook::ask_for_seat(std::string_view seat_token, TimePoint now)
     return may_have_held && of->seats_wanted() > 0 ? SeatRequest::held : SeatRequest::any;
 }
 
+std::string ClassBook::class_of(std::string_view seat_token) const
+{
+    auto const [of, student] = find_student(seat_tokens_, seat_token);
+    return student ? of->code : std::string();
+}
+
 void ClassBook::take_seat(std::string_view seat_token, SeatRequest seat, StudentMachine machine,
                           TimePoint now)
 {

@@ -99,6 +99,8 @@ public:
     /// A student, who is known by a token for that alone, asks for a simulation. A seat that the student has
     /// already is free again, as a page asks anew only where its simulation is over.
     SeatRequest ask_for_seat(std::string_view seat_token, TimePoint now);
+    /// What the students of one class have in common, and others have not; empty: there is no such student.
+    std::string class_of(std::string_view seat_token) const;
     /// The student has been sent to a machine.
     void take_seat(std::string_view seat_token, SeatRequest seat, StudentMachine machine, TimePoint now);
     /// How many seats to hold back from others: of each class, those that no student has taken yet.

@@ -164,6 +164,13 @@ void read_session_budget(ConfigReader& reader, SessionConfig& config)
         reader.refuse("sessionRate", "0, or a number from 0.01 to 100000");
 }
 
+void read_relay(ConfigReader& reader, SessionConfig& config)
+{
+    constexpr int max = 100'000;
+    reader.read("relay", config.relay);
+    reader.read_integer("waitingRoom", config.waiting_room, 0, max);
+}
+
 void read_teacher_password(ConfigReader& reader, SessionConfig& config)
 {
     reader.read_secret("teacherPassword", config.teacher_password);
@@ -254,6 +261,7 @@ result<Configured<SessionConfig>> parse_session_config(std::string_view text,
                         {"least_committed", "least_reported", "random", "power_of_two"});
     read_seconds(*reader, "placementTimeout", config.placement_timeout, 0);
     read_session_budget(*reader, config);
+    read_relay(*reader, config);
     reader->read("decisionsForAll", config.decisions_for_all);
     read_teacher_password(*reader, config);
     reader->read("viewerUrl", config.viewer_url);

@@ -1,6 +1,8 @@
 // Figures in the text format of Prometheus, version 0.0.4.
 #pragma once
 
+#include "histogram.hpp"
+
 #include <initializer_list>
 #include <string>
 #include <string_view>
@@ -23,6 +25,9 @@ public:
     MetricsText& family(std::string_view name, std::string_view type, std::string_view help);
 
     MetricsText& add(double value, Labels labels = {});
+
+    /// A whole family.
+    MetricsText& histogram(std::string_view name, std::string_view help, Histogram const& histogram);
 
     std::string take() { return std::move(text_); }
 

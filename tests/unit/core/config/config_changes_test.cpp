@@ -32,7 +32,7 @@ BOOST_AUTO_TEST_CASE(a_session_server_takes_over_servers_mail_polling_and_addres
         session(R"({"port":1,"simulationServers":["a:1"],"server":"s","ssl":false,"portRewrite":false,
         "administrator":"a@b","mailServer":"m","mailServerPort":25,"mailSender":"s@b","mailSenderUser":"u","mailSenderPassword":"p",
         "loadRefresh":1,"loadTimeout":1,"loadThreshold":50,"scheduling":"random","decisionsForAll":true,"teacherPassword":"p","viewerUrl":"u","pauseHidden":9,"sessionBurst":1,"sessionRate":1,
-        "hostNames":["h"],"allowedOrigins":["*"],"frameAncestors":[],"monitorAddresses":["10.0.0.1"],"monitorPassword":"p","operatorTokenFile":"t","gateway":true})");
+        "hostNames":["h"],"allowedOrigins":["*"],"frameAncestors":[],"monitorAddresses":["10.0.0.1"],"monitorPassword":"p","operatorTokenFile":"t","gateway":true,"relay":true,"waitingRoom":5})");
     BOOST_TEST(keys_for_restart(running, next).empty());
     auto const by_file = session(R"({"port":1,"simulationServers":[],"teacherPasswordFile":"f"})");
     BOOST_TEST(keys_for_restart(running, by_file).empty());

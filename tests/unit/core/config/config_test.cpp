@@ -797,6 +797,23 @@ BOOST_AUTO_TEST_CASE(a_client_may_ask_for_so_many_sessions_at_once_and_so_many_a
         BOOST_TEST(!parse(bad), bad);
 }
 
+BOOST_AUTO_TEST_CASE(a_session_server_relays_only_when_told_and_then_a_thousand_may_wait)
+{
+    auto const parse = [](std::string_view keys) {
+        return parse_session_config(R"({"port":1,"simulationServers":[])" + std::string(keys) + "}",
+                                    "c.json");
+    };
+    BOOST_TEST(!parse("")->config.relay);
+    BOOST_TEST(parse("")->config.waiting_room == 1000);
+    auto const configured = parse(R"(,"relay":true,"waitingRoom":0)").value();
+    BOOST_TEST(configured.warnings.empty());
+    BOOST_TEST(configured.config.relay);
+    BOOST_TEST(configured.config.waiting_room == 0);
+    for (auto const* bad : {R"(,"relay":1)", R"(,"waitingRoom":-1)", R"(,"waitingRoom":100001)",
+                            R"(,"waitingRoom":1.5)", R"(,"waitingRoom":true)"})
+        BOOST_TEST(!parse(bad), bad);
+}
+
 BOOST_AUTO_TEST_CASE(trust_in_everybody_is_warned_of)
 {
     for (std::string const everybody : {"0.0.0.0/0", "::/0"}) {
