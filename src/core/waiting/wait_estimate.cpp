@@ -26,12 +26,22 @@ struct Step
 constexpr std::array steps = {Step{1min, 5s}, Step{5min, 30s}, Step{15min, 1min},
                               Step{1h, 5min}, Step{4h, 15min}, Step{Duration::max(), 1h}};
 
-Duration rounded(Duration time)
+Duration step_at(Duration time)
 {
-    auto const step = std::find_if(steps.begin(), steps.end(), [time](Step const& candidate) {
-                          return time < candidate.below;
-                      })->step;
-    return (time + step / 2) / step * step;
+    return std::find_if(steps.begin(), steps.end(), [time](Step const& one) { return time < one.below; })
+        ->step;
+}
+
+Duration rounded_down(Duration time)
+{
+    auto const step = step_at(time);
+    return time / step * step;
+}
+
+Duration rounded_up(Duration time)
+{
+    auto const step = step_at(time);
+    return (time + step - Duration(1)) / step * step;
 }
 
 Duration duration_of(double seconds)
@@ -51,7 +61,7 @@ using Policy = boost::math::policies::policy<
 WaitRange rounded(WaitRange range)
 {
     auto const most = std::clamp<Duration>(range.most, 5s, longest);
-    return {rounded(std::clamp<Duration>(range.least, 0s, most)), rounded(most)};
+    return {rounded_down(std::clamp<Duration>(range.least, 0s, most)), rounded_up(most)};
 }
 
 void WaitEstimate::session_began(TimePoint now)

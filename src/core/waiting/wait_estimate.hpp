@@ -18,7 +18,8 @@ struct WaitRange
 
 /// As people say it: in steps of 5 s below a minute, of half a minute below 5 minutes, of a minute below 15,
 /// of 5 minutes below an hour, of a quarter of an hour below 4 hours, of an hour above, and at most a day.
-/// `least` may become 0, `most` is at least 5 s.
+/// `least` down and `most` up, so that what is said holds at least as often as what was computed. `least` may
+/// become 0, `most` is at least 5 s.
 WaitRange rounded(WaitRange range);
 
 /// Expects that sessions end as if each had the same chance to end in the next second, however long it has

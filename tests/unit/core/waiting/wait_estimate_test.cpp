@@ -121,14 +121,15 @@ BOOST_AUTO_TEST_CASE(ranges_are_rounded)
         BOOST_TEST(seconds(given.most) == seconds(wanted.most));
     };
     is({0s, 0s}, {0s, 5s});
-    is({2s, 3s}, {0s, 5s});
-    is({3s, 57s}, {5s, 55s});
-    is({58s, 74s}, {1min, 1min});
-    is({76s, 4min + 46s}, {90s, 5min});
-    is({5min + 29s, 14min + 29s}, {5min, 14min});
-    is({17min, 58min}, {15min, 1h});
-    is({67min, 70min}, {1h, 75min});
-    is({4h + 29min, 30h}, {4h, 24h});
+    is({4900ms, 5100ms}, {0s, 10s});
+    is({5s, 10s}, {5s, 10s});
+    is({59s, 59s}, {55s, 1min});
+    is({61s, 61s}, {1min, 90s});
+    is({119s, 4min + 46s}, {90s, 5min});
+    is({5min + 59s, 14min + 1s}, {5min, 15min});
+    is({19min, 58min}, {15min, 1h});
+    is({67min, 77min}, {1h, 90min});
+    is({4h + 59min, 30h}, {4h, 24h});
     is({30h, 40h}, {24h, 24h});
 }
 

@@ -44,11 +44,11 @@ BOOST_AUTO_TEST_CASE(the_sentence_says_place_and_wait)
 BOOST_AUTO_TEST_CASE(waits_are_said_as_people_say_them)
 {
     BOOST_TEST(sentence(0s, 9s) == "is less than 10 seconds.");
-    BOOST_TEST(sentence(1s, 61s) == "is less than 1 minute.");
-    BOOST_TEST(sentence(91s, 272s) == "is about 1.5 to 4.5 minutes.");
+    BOOST_TEST(sentence(1s, 56s) == "is less than 1 minute.");
+    BOOST_TEST(sentence(91s, 269s) == "is about 1.5 to 4.5 minutes.");
     BOOST_TEST(sentence(6min, 6min) == "is about 6 minutes.");
-    BOOST_TEST(sentence(61s, 70s) == "is about 1 minute.");
-    BOOST_TEST(sentence(50s, 61s) == "is about 50 seconds to 1 minute.");
+    BOOST_TEST(sentence(1min, 1min) == "is about 1 minute.");
+    BOOST_TEST(sentence(51s, 1min) == "is about 50 seconds to 1 minute.");
     BOOST_TEST(sentence(8min + 29s, 33min) == "is about 8 to 35 minutes.");
     BOOST_TEST(sentence(40min, 59min) == "is about 40 minutes to an hour.");
     BOOST_TEST(sentence(1s, 1h) == "is less than an hour.");

@@ -2,7 +2,9 @@
 
 #include "core/waiting/waiting_room.hpp"
 
+#include <algorithm>
 #include <chrono>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -181,6 +183,33 @@ BOOST_AUTO_TEST_CASE(a_visit_can_end_early)
     std::size_t visited = 0;
     room.visit([&](WaitingRoom::Id, std::size_t) { return ++visited < 2; });
     BOOST_TEST(visited == 2u);
+}
+
+BOOST_AUTO_TEST_CASE(ten_thousand_stand_in_the_order_of_their_ranks)
+{
+    constexpr WaitingRoom::Id count = 10'000;
+    auto room = room_of(count);
+    std::mt19937 random(1);
+    std::vector<std::pair<WallTime, WaitingRoom::Id>> wanted;
+    auto now = noon;
+    for (WaitingRoom::Id id = 0; id < count; ++id) {
+        now += std::chrono::milliseconds(random() % 200);
+        auto const verdict = room.enter(id, group(static_cast<int>(random() % 100)), random() % 40, now);
+        BOOST_REQUIRE(verdict == Verdict::waits);
+        BOOST_REQUIRE((room.rank(id) >= now && room.rank(id) <= now + 5min));
+        wanted.emplace_back(room.rank(id), id);
+    }
+    std::erase_if(wanted, [&](auto const& one) { return random() % 3 == 0 && room.leave(one.second); });
+    std::sort(wanted.begin(), wanted.end());
+    std::vector<WaitingRoom::Id> ids;
+    for (auto const& [rank, id] : wanted)
+        ids.push_back(id);
+    BOOST_TEST(line_of(room) == ids, boost::test_tools::per_element());
+    BOOST_TEST(room.ahead_of(ids.at(1234)) == 1234u);
+    while (auto const first = room.first())
+        room.leave(*first);
+    for (int number = 0; number < 100; ++number)
+        BOOST_TEST(room.size_of(group(number)) == 0u);
 }
 
 BOOST_AUTO_TEST_SUITE_END()

@@ -3,6 +3,7 @@
 #include "core/waiting/waiting_ticket.hpp"
 
 #include <functional>
+#include <vector>
 
 using namespace webots_cloud;
 using namespace std::chrono_literals;
@@ -102,8 +103,22 @@ BOOST_AUTO_TEST_CASE(what_is_not_ours_is_refused)
                             std::string(100'000, 'A'), std::string(96, 'A'), std::string(96, '\xff'),
                             good.substr(0, 10) + "\n" + good.substr(11)})
         BOOST_TEST(!read(bad));
-    // A ticket for a machine has the same secret.
-    BOOST_TEST(!read(core::make_ticket(mac, "sim.example.org:2000", id(1), noon)));
+}
+
+BOOST_AUTO_TEST_CASE(the_same_secret_serves_for_other_things_too)
+{
+    std::vector<std::string> messages;
+    core::Mac const recording = [&](std::string_view message) {
+        messages.emplace_back(message);
+        return mac(message);
+    };
+    core::make_waiting_ticket(recording, ticket());
+    core::waiting_group(recording, "203.0.113.7");
+    core::make_ticket(recording, "sim.example.org:2000", id(1), noon);
+    BOOST_TEST(messages.size() == 3u);
+    BOOST_TEST(messages.at(0).starts_with("webots_cloud waiting ticket 1\n"));
+    BOOST_TEST(messages.at(1).starts_with("webots_cloud waiting group 1\n"));
+    BOOST_TEST(messages.at(2).starts_with("webots_cloud ticket 1\n"));
 }
 
 BOOST_AUTO_TEST_CASE(a_group_is_named_but_not_told)
