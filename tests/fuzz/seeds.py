@@ -1,5 +1,6 @@
 """What the fuzzers start from: small, ordinary and a few not so ordinary inputs for each parser."""
 
+import base64
 import hashlib
 import io
 import json
@@ -32,6 +33,14 @@ def port_path():
     yield from (b"/2000/client", b"/2009", b"/2000/metrics", b"/2000//%6detrics", b"/2005/a/../api/x", b"/2000/api//../x", b"/22/", b"//10.0.0.9:22/",
                 b"/ticket/" + b"A" * 75 + b"/client", b"/ticket/x/y/client", b"/.well-known/acme-challenge/a-B_1", b"/.well-known/acme-challenge/../x",
                 b"sim.example.org:80", b"[::1]:80", b"someone@sim.example.org", b"127.0.0.1")
+
+
+def waiting_ticket():
+    now = 400_000 * 3600 * 10**9
+    for rank, issued in ((now, now), (now - 10**10, now - 80 * 10**9), (now + 305 * 10**9, now), (0, now), (-1, -1), (2**63 - 1, -2**63)):
+        for group in (b"groupgro", b"\0" * 8):
+            yield base64.urlsafe_b64encode(b"i" * 16 + group + struct.pack(">qq", rank, issued) + b"x" * 32)
+    yield from (b"", b"A" * 96, b"A" * 95 + b"=")
 
 
 def docker_project():
@@ -312,4 +321,4 @@ def smtp_reply():
 
 SEEDS = {each.__name__: each for each in (archive, class_message, client_message, configuration, docker_listing, docker_project, form, forward, git_layout, git_lfs, git_pack, git_protocol,
                                           http_answer, http_request, load_report, mail, mount_table, policy, port_path, simulator_output, smtp_reply,
-                                          websocket_frames, world_url)}
+                                          waiting_ticket, websocket_frames, world_url)}
