@@ -7,6 +7,7 @@
 #include "core/projects/outside_projects.hpp"
 #include "core/simulation/client_protocol.hpp"
 #include "core/simulation/gateway_address.hpp"
+#include "core/simulation/start_refusal.hpp"
 #include "core/text.hpp"
 #include "limit_watch.hpp"
 #include "operator_endpoints.hpp"
@@ -66,7 +67,8 @@ struct SimulationService::Impl
     static std::span<Route<Impl> const> routes();
     Answer client_without_upgrade(IncomingRequest const& request);
     bool has_ticket(IncomingRequest const& request) const;
-    bool admit(std::uint64_t id, std::string const& path, Channel& channel);
+    bool admit(std::uint64_t id, std::string const& path, core::SimulationRequest const& request,
+               Channel& channel);
     bool leads_to_simulation(IncomingRequest const& request) const;
     Answer forward(IncomingRequest const& request);
     SimulationSession const* simulation_at(core::GatewayPath const& path) const;
@@ -220,12 +222,15 @@ bool SimulationService::Impl::has_ticket(IncomingRequest const& request) const
 }
 
 /// Whether the browser that connected to a path may start a simulation; otherwise it is told why not.
-bool SimulationService::Impl::admit(std::uint64_t id, std::string const& path, Channel& channel)
+bool SimulationService::Impl::admit(std::uint64_t id, std::string const& path,
+                                    core::SimulationRequest const& request, Channel& channel)
 {
     auto const why = hooks.refuse_ticket ? hooks.refuse_ticket(core::ticket_in(path)) : std::string();
     if (why.empty())
         return true;
     context.log.warning(LogCause("ticket"), concat("[", std::to_string(id), "] Refused: ", why));
+    if (core::is_relayed(request))
+        (void)channel.send(std::string(core::refusal_message(core::StartRefusal::here)));
     (void)channel.send(core::error_message(why));
     return false;
 }
@@ -264,7 +269,7 @@ asio::awaitable<void> SimulationService::serve_websocket(ChannelInfo info, Chann
     auto first = co_await impl_->receive_request(id, channel);
     impl_->remove_silent(id);
     auto* const request = std::get_if<core::SimulationRequest>(&first);
-    if (request && impl_->admit(id, info.path, channel))
+    if (request && impl_->admit(id, info.path, *request, channel))
         co_await impl_->simulate(id, std::move(info), std::move(*request), channel);
     else if (auto const* reconnect = std::get_if<core::ReconnectMessage>(&first))
         co_await impl_->reconnect(id, std::move(info.host), reconnect->token, channel);

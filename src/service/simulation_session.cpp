@@ -220,7 +220,8 @@ void SimulationSession::on_server_stop()
 {
     if (life_.server_stops() && channel_)
         refuse(*channel_,
-               Failure(errc::unavailable, "This simulation server is being stopped. Please start again."));
+               Failure(errc::unavailable, "This simulation server is being stopped. Please start again."),
+               core::StartRefusal::here);
     life_changed_.notify();
 }
 
@@ -238,7 +239,8 @@ bool SimulationSession::end_by_operator()
 void SimulationSession::tell_who_ended(Channel& channel)
 {
     if (life_.was_ended_by_operator() && life_.state() != Life::State::handing_over)
-        refuse(channel, Failure(errc::refused, "The operator has ended this simulation."));
+        refuse(channel, Failure(errc::refused, "The operator has ended this simulation."),
+               core::StartRefusal::everywhere);
 }
 
 /// Ends when another connection takes over, when the operator ends the simulation, or when the server stops
@@ -415,13 +417,15 @@ void SimulationSession::send_error(Channel& channel, std::string_view error)
 }
 
 /// The start has failed.
-void SimulationSession::refuse(Channel& channel, Failure const& failure)
+void SimulationSession::refuse(Channel& channel, Failure const& failure, core::StartRefusal refusal)
 {
     bool const is_first = life_.failed();
     if (is_first && is_fetch_only())
         context_.fetches.failed(failure);
     else if (is_first)
         context_.starts.failed(failure);
+    if (core::is_relayed(request_) && refusal != core::StartRefusal::everywhere)
+        (void)channel.send(std::string(core::refusal_message(refusal)));
     send_error(channel, failure.message());
 }
 
@@ -436,7 +440,7 @@ asio::awaitable<void> SimulationSession::simulate(Channel& channel)
     auto const fetched = co_await fetch(channel);
     if (!fetched) {
         if (fetched.error().code() != asio::error::operation_aborted)
-            refuse(channel, fetched.error());
+            refuse(channel, fetched.error(), core::refusal_at(step_, fetched.error()));
         co_return;
     }
     if (is_fetch_only()) {
@@ -445,7 +449,7 @@ asio::awaitable<void> SimulationSession::simulate(Channel& channel)
     }
     auto const launched = co_await launch(channel);
     if (!launched) {
-        refuse(channel, launched.error());
+        refuse(channel, launched.error(), core::refusal_at(step_, launched.error()));
         co_return;
     }
     bool const cancelled = co_await async::is_cancelled(); // a launch is not interrupted: check now
@@ -508,7 +512,9 @@ asio::awaitable<result<Project>> SimulationSession::fetch_requested(std::shared_
     auto const admitted = admit();
     if (!admitted)
         co_return admitted.error();
-    if (auto const* website = std::get_if<WebsiteProject>(&request_))
+    auto const* const website = std::get_if<WebsiteProject>(&request_);
+    step_ = website ? core::StartStep::website : core::StartStep::repository;
+    if (website)
         co_return co_await context_.fetcher.fetch(*website, std::move(progress));
     auto const ref = context_.fetcher.parse(std::get<core::StartMessage>(request_).url);
     if (!ref)
@@ -600,6 +606,7 @@ LaunchSpec SimulationSession::launch_spec() const
 
 asio::awaitable<result<>> SimulationSession::launch(Channel& channel)
 {
+    step_ = core::StartStep::launch;
     auto spec = launch_spec();
     open_output(spec);
     auto simulation = co_await context_.launcher.launch(std::move(spec));
@@ -686,10 +693,18 @@ asio::awaitable<void> SimulationSession::relay(Channel& channel)
             if (ended.was_ready)
                 send_error(channel, ended.reason);
             else
-                refuse(channel, Failure(errc::start_failed, ended.reason));
+                refuse_start(ended, channel);
             co_return;
         }
     }
+}
+
+/// The simulator has ended before it was ready. At a limit, the world needs too much.
+void SimulationSession::refuse_start(SimulationEnded const& ended, Channel& channel)
+{
+    Failure const failure(errc::start_failed, ended.reason);
+    refuse(channel, failure,
+           ended.overrun ? core::StartRefusal::everywhere : core::refusal_at(step_, failure));
 }
 
 void SimulationSession::close_tunnels()

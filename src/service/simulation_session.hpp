@@ -10,6 +10,7 @@
 #include "core/simulation/service_state.hpp"
 #include "core/simulation/simulation_life.hpp"
 #include "core/simulation/start_figures.hpp"
+#include "core/simulation/start_refusal.hpp"
 
 #include <webots_cloud/load_report.hpp>
 #include <webots_cloud/project_fetcher.hpp>
@@ -187,7 +188,8 @@ private:
     result<> admit();
     result<> take_place();
     void open_output(LaunchSpec& spec);
-    void refuse(Channel& channel, Failure const& failure);
+    void refuse(Channel& channel, Failure const& failure, core::StartRefusal refusal);
+    void refuse_start(SimulationEnded const& ended, Channel& channel);
     void send_error(Channel& channel, std::string_view error);
     std::string log_prefix() const;
 
@@ -197,7 +199,8 @@ private:
     std::string asked_host_;
     core::SimulationRequest request_;
     core::SimulationLife life_;
-    Channel* channel_ = nullptr; ///< To the browser, while `run` or `resume` uses it.
+    core::StartStep step_ = core::StartStep::admission; ///< Until the simulation is ready.
+    Channel* channel_ = nullptr;                        ///< To the browser, while `run` or `resume` uses it.
     TimePoint started_;
     core::Admission::Place place_;
     std::optional<Project> project_;

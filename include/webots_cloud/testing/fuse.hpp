@@ -4,6 +4,7 @@
 #include <webots_cloud/error.hpp>
 
 #include <optional>
+#include <utility>
 
 namespace webots_cloud::testing {
 
@@ -14,7 +15,9 @@ class Fuse
 {
 public:
     Fuse() = default;
-    explicit Fuse(int calls) : left_(calls) {}
+    explicit Fuse(int calls, Failure failure = Failure(errc::unreachable, "the fuse blew"))
+        : left_(calls), failure_(std::move(failure))
+    {}
 
     /// The failure to report, or nothing when the call may go on.
     std::optional<Failure> strike()
@@ -22,13 +25,14 @@ public:
         if (left_ == 0 || --left_ > 0)
             return std::nullopt;
         blown_ = true;
-        return Failure(errc::unreachable, "the fuse blew");
+        return failure_;
     }
 
     bool blown() const noexcept { return blown_; }
 
 private:
     int left_ = 0;
+    Failure failure_;
     bool blown_ = false;
 };
 

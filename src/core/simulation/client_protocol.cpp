@@ -44,6 +44,7 @@ ClientMessage read_start(json::value const& value)
     message.wants_heartbeat = is_true(*start, "heartbeat");
     message.can_extend = is_true(*start, "extend");
     message.fetch_only = is_true(*start, "fetch_only");
+    message.relayed = is_true(*start, "relayed");
     return SimulationRequest(std::move(message));
 }
 
@@ -76,7 +77,7 @@ ClientMessage read_extend(json::value const& value)
     return ExtendMessage{std::chrono::seconds(static_cast<std::int64_t>(std::min(seconds, longest)))};
 }
 
-ClientMessage read_init(json::value const& value, json::value const* mode)
+ClientMessage read_init(json::value const& value, json::object const& message)
 {
     auto const* list = value.if_array();
     if (!list || !std::all_of(list->begin(), list->end(),
@@ -88,11 +89,12 @@ ClientMessage read_init(json::value const& value, json::value const* mode)
     auto project = parse_init(elements);
     if (!project)
         return MalformedMessage{project.error().message()};
-    if (mode && !mode->is_null()) {
+    if (auto const* mode = message.if_contains("mode"); mode && !mode->is_null()) {
         if (!mode->is_string())
             return MalformedMessage{"the \"mode\" of \"init\" must be a string"};
         project->mode = mode->get_string();
     }
+    project->relayed = is_true(message, "relayed");
     return SimulationRequest(std::move(*project));
 }
 
@@ -114,7 +116,7 @@ ClientMessage parse_client_message(std::string_view text)
     if (auto const* extend = object->if_contains("extend"))
         return read_extend(*extend);
     if (auto const* init = object->if_contains("init"))
-        return read_init(*init, object->if_contains("mode"));
+        return read_init(*init, *object);
     if (auto const* start = object->if_contains("start"))
         return read_start(*start);
     return UnknownMessage{};
@@ -136,6 +138,11 @@ bool can_extend(SimulationRequest const& request)
 {
     auto const* start = std::get_if<StartMessage>(&request);
     return start && start->can_extend;
+}
+
+bool is_relayed(SimulationRequest const& request)
+{
+    return std::visit([](auto const& asked) { return asked.relayed; }, request);
 }
 
 bool is_fetch_only(SimulationRequest const& request)

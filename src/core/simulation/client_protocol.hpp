@@ -24,6 +24,7 @@ struct StartMessage
     bool wants_heartbeat = false;
     bool can_extend = false; ///< Its page has a button for `extend`.
     bool fetch_only = false; ///< No simulator is to be started: the project is to be in the cache for others.
+    bool relayed = false;    ///< It comes from a session server, which can ask another machine.
 
     bool operator==(StartMessage const&) const = default;
 };
@@ -85,6 +86,9 @@ bool wants_heartbeat(SimulationRequest const& request);
 
 /// Whether the browser has said that it can extend simulations.
 bool can_extend(SimulationRequest const& request);
+
+/// Whether it comes from a session server, which is told where another machine may take what is refused.
+bool is_relayed(SimulationRequest const& request);
 
 /// Whether the project is to be fetched for later starts, and nothing else.
 bool is_fetch_only(SimulationRequest const& request);

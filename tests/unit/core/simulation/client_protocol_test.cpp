@@ -38,6 +38,8 @@ BOOST_AUTO_TEST_CASE(a_start_says_what_the_page_can_do)
     BOOST_TEST(!wants_heartbeat(request("")));
     BOOST_TEST(!can_extend(request("")));
     BOOST_TEST(!is_fetch_only(request("")));
+    BOOST_TEST(!is_relayed(request("")));
+    BOOST_TEST(is_relayed(request(R"(,"relayed":true)")));
     BOOST_TEST(is_fetch_only(request(R"(,"fetch_only":true)")));
     BOOST_TEST(can_extend(request(R"(,"extend":true)")));
     BOOST_TEST(can_return(request(R"(,"reconnect":true)")));
@@ -46,6 +48,7 @@ BOOST_AUTO_TEST_CASE(a_start_says_what_the_page_can_do)
         BOOST_TEST(!can_return(request(std::string(R"(,"reconnect":)") + other)), other);
         BOOST_TEST(!wants_heartbeat(request(std::string(R"(,"heartbeat":)") + other)), other);
         BOOST_TEST(!is_fetch_only(request(std::string(R"(,"fetch_only":)") + other)), other);
+        BOOST_TEST(!is_relayed(request(std::string(R"(,"relayed":)") + other)), other);
     }
     auto const old = parse_client_message(R"({"init":["https://w.org","p","a.wbt"]})");
     BOOST_TEST(!can_return(std::get<SimulationRequest>(old)));

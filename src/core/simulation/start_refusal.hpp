@@ -1,0 +1,35 @@
+// What a start that fails here means to a session server that relays it for a browser, and could ask another
+// machine.
+#pragma once
+
+#include <webots_cloud/error.hpp>
+
+#include <string_view>
+
+namespace webots_cloud::core {
+
+/// How far a start has come.
+enum class StartStep
+{
+    admission,  ///< Whether this machine takes it: nothing was looked at but the address of the world.
+    repository, ///< The project of a `start` is fetched.
+    website,    ///< The project of an `init` is fetched.
+    launch      ///< From the fetched project until the simulation is ready.
+};
+
+/// Where a start that was refused here would be refused as well.
+enum class StartRefusal
+{
+    everywhere, ///< The project or the request is at fault.
+    here,       ///< Another machine may take it.
+    full        ///< So may this one, later.
+};
+
+/// What a failure at this step tells.
+StartRefusal refusal_at(StartStep step, Failure const& failure);
+
+/// What a session server is told before the error: `refusal: full`, `refusal: machine`, or nothing for what
+/// is refused everywhere.
+std::string_view refusal_message(StartRefusal refusal) noexcept;
+
+} // namespace webots_cloud::core
