@@ -46,6 +46,7 @@ struct Project
     std::filesystem::path root;            ///< The folder that holds `worlds/`.
     std::filesystem::path world;           ///< The world file, absolute.
     std::string world_header; ///< The first line of the world file, which names a release of Webots.
+    std::string webots_yml;   ///< The beginning of its `webots.yml`, or else `webots.yaml`: at most 64 KiB.
     std::string revision;     ///< The version that was fetched: a commit, for instance.
     std::string notice;       ///< A sentence for the user, or empty.
 };

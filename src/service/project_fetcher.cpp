@@ -63,6 +63,7 @@ struct ProjectFetcher::Impl
         project.world = fetched->root / "worlds" / world;
         project.root = std::move(fetched->root);
         project.world_header = std::move(fetched->world_header);
+        project.webots_yml = std::move(fetched->webots_yml);
         project.revision = std::move(fetched->revision);
         project.notice = std::move(fetched->notice);
         co_return project;

@@ -56,6 +56,7 @@ struct SimulationService::Impl
           operators(params, hooks, context, sessions, metrics)
     {
         set_policy();
+        context.labels = params.labels;
         context.simulation_logs = hooks.simulation_logs;
         context.reconnect_grace = params.reconnect_grace;
         context.return_grace = params.return_grace;

@@ -416,16 +416,21 @@ void SimulationSession::send_error(Channel& channel, std::string_view error)
     (void)channel.send(core::error_message(error));
 }
 
-/// The start has failed.
 void SimulationSession::refuse(Channel& channel, Failure const& failure, core::StartRefusal refusal)
+{
+    refuse(channel, failure, core::refusal_message(refusal));
+}
+
+/// The start has failed. `announcement`: what a session server is told before that; possibly empty.
+void SimulationSession::refuse(Channel& channel, Failure const& failure, std::string_view announcement)
 {
     bool const is_first = life_.failed();
     if (is_first && is_fetch_only())
         context_.fetches.failed(failure);
     else if (is_first)
         context_.starts.failed(failure);
-    if (core::is_relayed(request_) && refusal != core::StartRefusal::everywhere)
-        (void)channel.send(std::string(core::refusal_message(refusal)));
+    if (core::is_relayed(request_) && !announcement.empty())
+        (void)channel.send(std::string(announcement));
     send_error(channel, failure.message());
 }
 
@@ -447,6 +452,8 @@ asio::awaitable<void> SimulationSession::simulate(Channel& channel)
         fetched_for_later(channel);
         co_return;
     }
+    if (!check_needs(channel))
+        co_return;
     auto const launched = co_await launch(channel);
     if (!launched) {
         refuse(channel, launched.error(), core::refusal_at(step_, launched.error()));
@@ -504,6 +511,23 @@ result<> SimulationSession::take_place()
                                          " simulations on this server already, and may not have more. "
                                          "Please end one of them, or try again later. Its operator can "
                                          "raise \"simulationsPerAddress\"."));
+}
+
+/// Whether this machine has what the project needs; otherwise the browser is told. Programs that run without
+/// containers ignore `dockerCompose:`, as they always did, unless somebody can choose a machine with them.
+bool SimulationSession::check_needs(Channel& channel)
+{
+    auto const needs = core::project_needs(std::exchange(project_->webots_yml, {}));
+    if (!needs) {
+        refuse(channel, needs.error(), core::StartRefusal::everywhere);
+        return false;
+    }
+    auto const needed = core::is_relayed(request_) ? needs->all() : needs->labels;
+    auto const missing = core::lacking(needed, context_.labels);
+    if (missing.empty())
+        return true;
+    refuse(channel, core::lacks_labels(missing), core::needs_message(needed));
+    return false;
 }
 
 /// Asks the rules about worlds (HACKING.md, "A rule about worlds"), then the fetcher.

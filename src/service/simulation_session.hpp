@@ -4,6 +4,7 @@
 #include "async/wakeup.hpp"
 #include "core/access/admission.hpp"
 #include "core/pages/simulation_board.hpp"
+#include "core/projects/project_needs.hpp"
 #include "core/projects/repository_policy.hpp"
 #include "core/simulation/client_protocol.hpp"
 #include "core/simulation/gateway_address.hpp"
@@ -30,6 +31,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace webots_cloud {
 
@@ -48,8 +50,9 @@ struct SessionContext
     SimulationLogs* simulation_logs = nullptr; ///< Null: what simulators print is not kept.
     PublicAddress address;
     core::RepositoryPolicy policy;
-    Duration reconnect_grace{}; ///< How long a simulation waits for a browser that lost its connection.
-    Duration return_grace{};    ///< The same, for a browser that has said that it returns.
+    std::vector<std::string> labels; ///< What this machine can run.
+    Duration reconnect_grace{};      ///< How long a simulation waits for a browser that lost its connection.
+    Duration return_grace{};         ///< The same, for a browser that has said that it returns.
     std::function<std::string()> new_token;         ///< Not empty, unless both are 0.
     std::function<std::string()> new_address_token; ///< Not empty where there is a gateway.
     std::uint64_t traffic_limit = 0;                ///< Bytes per second of each simulation; 0: any number.
@@ -185,11 +188,13 @@ private:
     void extend(Duration by, Channel& channel);
     void announce(Channel& channel);
     result<> check_policy() const;
+    bool check_needs(Channel& channel);
     result<> admit();
     result<> take_place();
     void open_output(LaunchSpec& spec);
     void refuse(Channel& channel, Failure const& failure, core::StartRefusal refusal);
     void refuse_start(SimulationEnded const& ended, Channel& channel);
+    void refuse(Channel& channel, Failure const& failure, std::string_view announcement);
     void send_error(Channel& channel, std::string_view error);
     std::string log_prefix() const;
 

@@ -41,6 +41,7 @@ public:
         false; ///< Fetches that have begun succeed even when cancelled, like one whose thread has finished.
     RefMeaning refs = RefMeaning::git;
     std::string notice;          ///< The notice of what is fetched.
+    std::string webots_yml;      ///< The settings of what is fetched.
     bool large_files = false;    ///< The progress of fetches shows large files (Git LFS).
     bool waits = false;          ///< The progress of fetches shows that they wait for others.
     int fetching = 0;            ///< Fetches under way.

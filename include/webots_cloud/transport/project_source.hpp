@@ -76,6 +76,8 @@ struct FetchedProject
     std::string revision;       ///< Which version it is: a commit, for instance.
     std::string world_header;   ///< The first line of the world file, at most 256 bytes of it.
     std::string
+        webots_yml; ///< The beginning of `webots.yml`, or else `webots.yaml`, in the root: at most 64 KiB.
+    std::string
         notice; ///< A sentence for the user, for instance that the project may be out of date; or empty.
 };
 

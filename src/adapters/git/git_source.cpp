@@ -201,6 +201,7 @@ private:
         project.root = std::move(*root);
         project.revision = to_hex(snapshot.target.commit);
         project.world_header = std::move(*header);
+        project.webots_yml = adapters::read_webots_yml(project.root);
         return project;
     }
 

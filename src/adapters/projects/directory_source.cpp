@@ -53,6 +53,7 @@ result<FetchedProject> copy_project(fs::path const& folder, FetchOrder const& or
     fetched.root = order.directory;
     fetched.revision = "folder";
     fetched.world_header = std::move(*header);
+    fetched.webots_yml = adapters::read_webots_yml(fetched.root);
     return fetched;
 }
 

@@ -5,6 +5,18 @@
 #include <fstream>
 
 namespace webots_cloud::adapters {
+namespace {
+
+/// At most so many bytes of a file that was opened.
+std::string beginning_of(std::ifstream& file, std::size_t length)
+{
+    std::string text(length, '\0');
+    file.read(text.data(), static_cast<std::streamsize>(text.size()));
+    text.resize(static_cast<std::size_t>(file.gcount()));
+    return text;
+}
+
+} // namespace
 
 result<std::string> require_world(std::filesystem::path const& root, std::string const& world)
 {
@@ -15,10 +27,22 @@ result<std::string> require_world(std::filesystem::path const& root, std::string
         file.open(path, std::ios::binary);
     if (!file.is_open())
         return Failure(errc::not_found, core::concat(core::printable(world, 200), " does not exist."));
-    std::string line(256, '\0');
-    file.read(line.data(), static_cast<std::streamsize>(line.size()));
-    line.resize(static_cast<std::size_t>(file.gcount()));
+    auto const line = beginning_of(file, 256);
     return line.substr(0, line.find_first_of("\r\n"));
+}
+
+std::string read_webots_yml(std::filesystem::path const& root)
+{
+    constexpr std::size_t longest = std::size_t{64} << 10;
+    for (auto const* name : {"webots.yml", "webots.yaml"}) {
+        std::error_code failed;
+        if (std::filesystem::symlink_status(root / name, failed).type() !=
+            std::filesystem::file_type::regular)
+            continue;
+        if (std::ifstream file(root / name, std::ios::binary); file.is_open())
+            return beginning_of(file, longest);
+    }
+    return {};
 }
 
 } // namespace webots_cloud::adapters

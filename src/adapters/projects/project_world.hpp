@@ -1,4 +1,4 @@
-// The world of a fetched project, which every source has to make sure of.
+// What every source reads of a fetched project: the world, of which it has to make sure, and `webots.yml`.
 #pragma once
 
 #include <webots_cloud/error.hpp>
@@ -13,5 +13,9 @@ namespace webots_cloud::adapters {
 ///
 /// Errors: `not_found`, with the message of the Python server.
 result<std::string> require_world(std::filesystem::path const& root, std::string const& world);
+
+/// The beginning of `webots.yml`, or else `webots.yaml`, in the folder, at most 64 KiB of it; empty where
+/// neither is a regular file: links are not followed. Blocks.
+std::string read_webots_yml(std::filesystem::path const& root);
 
 } // namespace webots_cloud::adapters

@@ -176,6 +176,7 @@ private:
         fetched.root = order_.directory;
         fetched.revision = std::move(revision);
         fetched.world_header = std::move(*header);
+        fetched.webots_yml = adapters::read_webots_yml(fetched.root);
         return fetched;
     }
 

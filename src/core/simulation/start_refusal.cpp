@@ -1,5 +1,7 @@
 #include "start_refusal.hpp"
 
+#include "core/text.hpp"
+
 #include <algorithm>
 #include <initializer_list>
 
@@ -51,6 +53,11 @@ std::string_view refusal_message(StartRefusal refusal) noexcept
         return "refusal: full";
     }
     return {};
+}
+
+std::string needs_message(std::vector<std::string> const& labels)
+{
+    return concat("refusal: needs ", join({labels.begin(), labels.end()}, " "));
 }
 
 } // namespace webots_cloud::core

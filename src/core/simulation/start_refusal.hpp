@@ -4,7 +4,9 @@
 
 #include <webots_cloud/error.hpp>
 
+#include <string>
 #include <string_view>
+#include <vector>
 
 namespace webots_cloud::core {
 
@@ -31,5 +33,8 @@ StartRefusal refusal_at(StartStep step, Failure const& failure);
 /// What a session server is told before the error: `refusal: full`, `refusal: machine`, or nothing for what
 /// is refused everywhere.
 std::string_view refusal_message(StartRefusal refusal) noexcept;
+
+/// `refusal: needs <labels>`: only a machine with all of them can run it.
+std::string needs_message(std::vector<std::string> const& labels);
 
 } // namespace webots_cloud::core

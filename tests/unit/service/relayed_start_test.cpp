@@ -238,4 +238,56 @@ BOOST_AUTO_TEST_CASE(websites_are_told_apart_from_session_servers_too)
         BOOST_TEST(fixture.say("", init(other)).sent == (Texts{error}), boost::test_tools::per_element());
 }
 
+BOOST_AUTO_TEST_CASE(a_project_runs_only_where_its_labels_are)
+{
+    auto params = simulation_service_params();
+    params.labels = {"gpu", "R2025a"};
+    Fixture fixture(std::move(params));
+    fixture.source.webots_yml = "labels: gpu R2025a\n";
+    fixture.processes.expect().prints(".\n");
+    fixture.processes.expect().prints(".\n");
+    for (auto const* members : {"", relayed}) {
+        auto& taken = fixture.say("", start(world_url, members));
+        BOOST_TEST(taken.was_told("webots:"), members);
+        fixture.leave(taken);
+    }
+    fixture.source.webots_yml = "labels: gpu lidar big\n";
+    std::string const lacks =
+        "loading: Error: This simulation server can't run the project: it lacks what webots.yml asks for: "
+        "lidar, big. Please start it on another one.";
+    BOOST_TEST(fixture.say("", start(world_url)).sent == (Texts{lacks}), boost::test_tools::per_element());
+    BOOST_TEST(fixture.say("", start(world_url, relayed)).sent ==
+                   (Texts{"refusal: needs gpu lidar big", lacks}),
+               boost::test_tools::per_element());
+    BOOST_TEST(fixture.processes.started().size() == 2u);
+    fixture.source.webots_yml = "labels: a,b\n";
+    auto& wrong = fixture.say("", start(world_url, relayed));
+    BOOST_TEST_REQUIRE(wrong.sent.size() == 1u);
+    BOOST_TEST(wrong.sent[0].starts_with("loading: Error: Wrong line in webots.yml: \"labels: a,b\"."));
+}
+
+BOOST_AUTO_TEST_CASE(a_project_with_containers_runs_without_them_unless_another_machine_can_be_asked)
+{
+    Fixture fixture;
+    fixture.source.webots_yml = "dockerCompose:theia:controllers/\n";
+    fixture.processes.expect().prints(".\n");
+    auto& browser = fixture.say("", start(world_url));
+    BOOST_TEST(browser.sent == (Texts{"shutdownTimeout: 600", "webots:ws://host.org:2001"}),
+               boost::test_tools::per_element());
+    auto& session_server = fixture.say("", start(world_url, relayed));
+    BOOST_TEST_REQUIRE(session_server.sent.size() == 2u);
+    BOOST_TEST(session_server.sent[0] == "refusal: needs docker");
+    BOOST_TEST(session_server.sent[1].find("it lacks what webots.yml asks for: docker.") !=
+               std::string::npos);
+    fixture.leave(browser);
+}
+
+BOOST_AUTO_TEST_CASE(what_is_only_fetched_needs_nothing)
+{
+    Fixture fixture;
+    fixture.source.webots_yml = "labels: gpu\n";
+    BOOST_TEST(
+        fixture.say("", start(world_url, R"(,"relayed":true,"fetch_only":true)")).was_told("fetched:"));
+}
+
 BOOST_AUTO_TEST_SUITE_END()

@@ -108,7 +108,8 @@ struct Git
 template<class Kind>
 struct Fixture
 {
-    Fixture()
+    /// `yml`: the name of a file with settings; null: there is none.
+    explicit Fixture(char const* yml = nullptr)
     {
         auto name = (fs::temp_directory_path() / "webots_cloud_source_XXXXXX").string();
         BOOST_TEST_REQUIRE(::mkdtemp(name.data()) != nullptr);
@@ -116,6 +117,8 @@ struct Fixture
         auto const project = folder / "projects" / Kind::project;
         write(project / "worlds" / "a.wbt", "#VRML_SIM R2025a utf8\nWorldInfo {}\n");
         write(project / "controllers" / "c" / "c.py", std::string(1000, 'x'));
+        if (yml)
+            write(project / yml, "labels: gpu\n");
         fs::create_symlink("/etc/passwd", project / "link");
         BOOST_TEST_REQUIRE(::mkfifo((project / "pipe").c_str(), 0600) == 0);
         source = kind.make(context.get_executor(), folder / "projects");
@@ -182,6 +185,18 @@ BOOST_AUTO_TEST_CASE_TEMPLATE(a_project_arrives_with_the_first_line_of_its_world
     BOOST_TEST(!fetched->revision.empty());
     BOOST_TEST(read(fetched->root / "controllers" / "c" / "c.py") == std::string(1000, 'x'));
     BOOST_TEST(order.progress->bytes_received >= 1000u);
+}
+
+BOOST_AUTO_TEST_CASE_TEMPLATE(with_it_arrives_what_its_settings_ask_for, Kind, Kinds)
+{
+    for (auto const* name : {"webots.yml", "webots.yaml"}) {
+        Fixture<Kind> fixture(name);
+        auto const fetched = fixture.fetch(fixture.order());
+        BOOST_TEST_REQUIRE(fetched.has_value());
+        BOOST_TEST(fetched->webots_yml == "labels: gpu\n", name);
+    }
+    Fixture<Kind> none;
+    BOOST_TEST(none.fetch(none.order())->webots_yml == "");
 }
 
 // "blockedRepositories" depends on it.

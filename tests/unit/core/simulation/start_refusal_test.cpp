@@ -76,6 +76,7 @@ BOOST_AUTO_TEST_CASE(session_servers_are_told_nothing_of_what_is_refused_everywh
     BOOST_TEST(core::refusal_message(Refusal::full) == "refusal: full");
     BOOST_TEST(core::refusal_message(Refusal::here) == "refusal: machine");
     BOOST_TEST(core::refusal_message(Refusal::everywhere) == "");
+    BOOST_TEST(core::needs_message({"gpu", "docker"}) == "refusal: needs gpu docker");
 }
 
 BOOST_AUTO_TEST_SUITE_END()
