@@ -9,6 +9,7 @@
 #include <webots_cloud/server_load.hpp>
 #include <webots_cloud/transport/host_metrics.hpp>
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,7 @@ struct SessionMonitorView
     bool gateway = false; ///< Machines `host/port` are reached below this server.
     double threshold = 95;
     std::vector<SessionRow> servers;
+    std::optional<WaitingFigures> waiting; ///< Of a server that relays.
     PageAssets assets;
 };
 

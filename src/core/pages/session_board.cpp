@@ -1,5 +1,6 @@
 #include "session_board.hpp"
 
+#include "core/text.hpp"
 #include "core/time_text.hpp"
 #include "json_text.hpp"
 
@@ -32,6 +33,14 @@ SessionRow session_row(ServerLoad const& server, std::uint64_t placed, std::stri
     if (drained_by.empty() && is_up && server.report.draining)
         row.drained_by = "machine";
     return row;
+}
+
+std::string waiting_text(WaitingFigures const& figures)
+{
+    auto const longest =
+        figures.waiting == 0 ? std::string() : concat(" (longest ", age_text(figures.longest), ")");
+    return concat("Waiting: ", std::to_string(figures.waiting), longest,
+                  ", relayed: ", std::to_string(figures.relayed));
 }
 
 void SessionBoard::set_threshold(double threshold)
@@ -87,6 +96,17 @@ void SessionBoard::note_drained(std::function<std::string_view(std::string_view 
     }
 }
 
+void SessionBoard::note_waiting(std::optional<WaitingFigures> figures)
+{
+    must_restate_ = must_restate_ || figures.has_value() != waiting_.has_value();
+    if (figures) // as watchers are told: nothing changes in the middle of a second
+        figures->longest = std::chrono::floor<std::chrono::seconds>(figures->longest);
+    if (figures && waiting_)
+        is_waiting_changed_ = is_waiting_changed_ || figures->waiting != waiting_->waiting ||
+                              figures->longest != waiting_->longest || figures->relayed != waiting_->relayed;
+    waiting_ = figures;
+}
+
 void SessionBoard::change_row(std::size_t row)
 {
     if (!std::exchange(rows_[row].is_changed, true))
@@ -102,6 +122,7 @@ void SessionBoard::take(std::span<ServerLoad const> servers, TimePoint now, Wall
     told_ = std::exchange(changed_, {});
     for (auto const row : told_)
         rows_[row].is_changed = false;
+    tells_waiting_ = std::exchange(is_waiting_changed_, false);
     has_new_point_ = add_point(servers);
 }
 
@@ -116,6 +137,16 @@ bool SessionBoard::add_point(std::span<ServerLoad const> servers)
                                                         : std::numeric_limits<float>::quiet_NaN());
     history_.add(loads, now_);
     return true;
+}
+
+void SessionBoard::append_waiting(std::string& text) const
+{
+    append_key(text, "waiting");
+    append_number(text, static_cast<double>(waiting_->waiting), 0);
+    append_key(text, "longestWait");
+    append_number(text, as_seconds(waiting_->longest), 0);
+    append_key(text, "relayed");
+    append_number(text, static_cast<double>(waiting_->relayed), 0);
 }
 
 void SessionBoard::append_row(std::string& text, SessionRow const& row) const
@@ -155,6 +186,8 @@ std::string SessionBoard::snapshot(std::span<ServerLoad const> servers) const
     append_number(text, as_seconds(now_ - history_.last()), 3);
     append_key(text, "spacing");
     append_number(text, rows_.empty() ? 0 : as_seconds(history_.line(0, each).spacing), 3);
+    if (waiting_)
+        append_waiting(text);
     append_key(text, "servers");
     text += '[';
     for (std::size_t i = 0; i < rows_.size(); ++i) {
@@ -173,7 +206,7 @@ std::string SessionBoard::update(std::span<ServerLoad const> servers) const
 {
     if (restates_)
         return snapshot(servers);
-    if (told_.empty() && !has_new_point_)
+    if (told_.empty() && !has_new_point_ && !tells_waiting_)
         return {};
     std::string text = "{";
     append_key(text, "now");
@@ -182,6 +215,8 @@ std::string SessionBoard::update(std::span<ServerLoad const> servers) const
         append_key(text, "point");
         text += "true";
     }
+    if (waiting_ && tells_waiting_)
+        append_waiting(text);
     append_key(text, "rows");
     text += '[';
     for (std::size_t i = 0; i < told_.size(); ++i) {

@@ -6,6 +6,7 @@
 
 #include <webots_cloud/server_load.hpp>
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -34,6 +35,19 @@ struct SessionRow
 
 /// What a page shows of a server. `drained_by`: whoever has drained it but itself.
 SessionRow session_row(ServerLoad const& server, std::uint64_t placed, std::string_view drained_by = {});
+
+/// The line above the table, of a session server that relays.
+struct WaitingFigures
+{
+    WaitingFigures() = default;
+
+    std::size_t waiting = 0; ///< Browsers that wait for a machine.
+    Duration longest{};      ///< How long the one that has waited longest has waited.
+    std::size_t relayed = 0; ///< Browsers whose messages are relayed to a machine.
+};
+
+/// `Waiting: 12 (longest 2 min), relayed: 40`; the page's script says it in the same words.
+std::string waiting_text(WaitingFigures const& figures);
 
 /// Keeps which rows of the page have changed since watchers were last told, and ten minutes of loads.
 ///
@@ -64,14 +78,17 @@ public:
     /// Asks who has drained each server, but the server itself. The names have to live as long as the board.
     void note_drained(std::function<std::string_view(std::string_view address)> const& drained_by);
 
+    /// Nothing: this server does not relay. To be called when somebody watches, or asks for a snapshot.
+    void note_waiting(std::optional<WaitingFigures> figures);
+
     /// The next update has what changed since the last `take`. To be called about once a second.
     void take(std::span<ServerLoad const> servers, TimePoint now, WallTime wall);
 
     /// Everything, for a browser that has just connected; times are those of the last `take`.
     std::string snapshot(std::span<ServerLoad const> servers) const;
 
-    /// The rows that the last `take` found changed; a snapshot when other servers are listed than before;
-    /// empty when nothing changed.
+    /// The rows and figures that the last `take` found changed; a snapshot when other servers are listed than
+    /// before; empty when nothing changed.
     std::string update(std::span<ServerLoad const> servers) const;
 
 private:
@@ -85,6 +102,7 @@ private:
 
     void change_row(std::size_t row);
     bool add_point(std::span<ServerLoad const> servers);
+    void append_waiting(std::string& text) const;
     void append_row(std::string& text, SessionRow const& row) const;
 
     LoadHistory history_;
@@ -93,8 +111,11 @@ private:
     std::unordered_map<std::string_view, std::size_t> positions_; ///< In `rows_`, which owns the addresses.
     std::vector<std::size_t> changed_;                            ///< Rows, since the last `take`.
     std::vector<std::size_t> told_; ///< Rows that the last `take` found changed.
-    bool must_restate_ = false;     ///< The next update is a snapshot.
-    bool restates_ = false;         ///< This one is.
+    std::optional<WaitingFigures> waiting_;
+    bool is_waiting_changed_ = false; ///< Since the last `take`.
+    bool tells_waiting_ = false;      ///< The last `take` found it changed.
+    bool must_restate_ = false;       ///< The next update is a snapshot.
+    bool restates_ = false;           ///< This one is.
     bool has_new_point_ = false;
     TimePoint now_{};
     WallTime wall_{};

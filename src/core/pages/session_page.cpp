@@ -81,7 +81,8 @@ std::string session_monitor_page(SessionMonitorView const& view)
 {
     auto const count = view.servers.size();
     auto html = page_begin("session", "Webots session server", view.assets);
-    html += concat("<p>Started on ", long_local_time(view.started),
+    html += concat("<p>Started on ", long_local_time(view.started), "</p>\n<p id=\"waiting\"",
+                   view.waiting ? concat(">", waiting_text(*view.waiting)) : " hidden>",
                    "</p>\n<section id=\"charts\" hidden></section>\n<section>\n<p id=\"managing\">Managing ",
                    std::to_string(count), count > 1 ? " simulation servers:" : " simulation server:",
                    "</p>\n<div class=\"scroll\"><table class=\"bordered\" id=\"servers\"",

@@ -7,6 +7,7 @@
   const section = document.getElementById("charts");
   const table = document.getElementById("servers");
   const body = table.tBodies[0];
+  const line = document.getElementById("waiting"); // where the server relays
 
   let servers = [];
   let times = []; // of the points, in seconds since 1970
@@ -19,6 +20,8 @@
   function take(message) {
     if (message.servers)
       takeSnapshot(message);
+    if (message.waiting !== undefined)
+      showWaiting(message);
     for (const row of message.rows ?? []) {
       const server = servers[row.row];
       Object.assign(server, {sessions: undefined, problem: undefined, age: undefined, drained: undefined}, row, {heard: performance.now()});
@@ -31,7 +34,14 @@
       draw();
   }
 
+  // As the server says it.
+  function showWaiting({waiting, longestWait, relayed}) {
+    const longest = waiting ? ` (longest ${monitor.age(longestWait)})` : "";
+    write(line, `Waiting: ${waiting}${longest}, relayed: ${relayed}`);
+  }
+
   function takeSnapshot(message) {
+    line.hidden = message.waiting === undefined;
     threshold = message.threshold;
     const count = message.servers[0]?.history.length ?? 0;
     times = Array.from({length: count}, (_, index) => message.now - message.last - (count - 1 - index) * message.spacing);

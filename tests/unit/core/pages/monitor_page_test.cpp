@@ -87,6 +87,20 @@ BOOST_AUTO_TEST_CASE(the_page_of_a_machine_behind_the_gateway_is_below_ours)
     BOOST_TEST(!contains(session_monitor_page(view), "data-gateway"));
 }
 
+BOOST_AUTO_TEST_CASE(who_waits_is_shown_where_the_server_relays)
+{
+    SessionMonitorView view;
+    BOOST_TEST(contains(session_monitor_page(view), "<p id=\"waiting\" hidden></p>"));
+    WaitingFigures figures;
+    figures.relayed = 40;
+    view.waiting = figures;
+    BOOST_TEST(contains(session_monitor_page(view), "<p id=\"waiting\">Waiting: 0, relayed: 40</p>"));
+    view.waiting->waiting = 12;
+    view.waiting->longest = std::chrono::minutes(2);
+    BOOST_TEST(contains(session_monitor_page(view),
+                        "<p id=\"waiting\">Waiting: 12 (longest 2 min), relayed: 40</p>"));
+}
+
 BOOST_AUTO_TEST_CASE(a_full_server_is_marked)
 {
     SessionMonitorView view;

@@ -27,6 +27,15 @@ ServerLoad server(std::string address, std::optional<double> load, std::string p
     return server;
 }
 
+WaitingFigures waiting_figures(std::size_t waiting, Duration longest, std::size_t relayed)
+{
+    WaitingFigures figures;
+    figures.waiting = waiting;
+    figures.longest = longest;
+    figures.relayed = relayed;
+    return figures;
+}
+
 /// A board and what it looks at.
 struct Fixture
 {
@@ -201,6 +210,34 @@ BOOST_AUTO_TEST_CASE(numbers_are_short_and_never_break_the_text)
         text += ' ';
     }
     BOOST_TEST(text == "1 0.5 0 100 100000000000000000000 null null ");
+}
+
+BOOST_AUTO_TEST_CASE(who_waits_and_who_is_relayed_is_told_by_a_server_that_relays)
+{
+    Fixture fixture({});
+    fixture.take();
+    BOOST_TEST(fixture.snapshot().find("waiting") == std::string::npos);
+    auto figures = waiting_figures(12, 125900ms, 40);
+    fixture.board.note_waiting(figures);
+    fixture.take(start + 1s, wall + 1s);
+    BOOST_TEST(fixture.update() == R"({"now":1700000001,"threshold":95,"last":1,"spacing":0,)"
+                                   R"("waiting":12,"longestWait":125,"relayed":40,"servers":[]})");
+    figures.longest = 125950ms;
+    fixture.board.note_waiting(figures); // nothing that watchers see
+    fixture.take(start + 2s, wall + 2s);
+    BOOST_TEST(fixture.update() == "");
+    for (auto const& next :
+         {waiting_figures(12, 126s, 40), waiting_figures(11, 126s, 40), waiting_figures(11, 126s, 41)}) {
+        fixture.board.note_waiting(next);
+        fixture.take(start + 2s, wall + 2s);
+        BOOST_TEST(fixture.update() ==
+                   "{\"now\":1700000002,\"waiting\":" + std::to_string(next.waiting) +
+                       ",\"longestWait\":126,\"relayed\":" + std::to_string(next.relayed) + ",\"rows\":[]}");
+    }
+    fixture.board.note_waiting({}); // it relays no longer: the line has to go
+    fixture.take(start + 3s, wall + 3s);
+    BOOST_TEST(fixture.update() == fixture.snapshot());
+    BOOST_TEST(fixture.update().find("waiting") == std::string::npos);
 }
 
 BOOST_AUTO_TEST_CASE(watchers_learn_a_new_threshold_with_the_next_state)
