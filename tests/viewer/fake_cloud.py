@@ -33,6 +33,9 @@ class FakeCloud:
     def __init__(self):
         self.answer = None  # Text of /session; None: the address of the fake simulation server.
         self.defaults = None  # Content of defaults.json; None: 404.
+        self.relays = False  # The session server answers its own address, and takes /client.
+        self.place = None  # [ahead, least, most] of whoever comes to the line of that session server, as it says them; None: a machine is free.
+        self.tickets = 0  # Of places in the line that it has given.
         self.launch = None  # Messages of the simulation server after "start"; None: the shortest good start.
         self.world = ["world:worlds/arena.wbt:worlds/arena.wbt"]  # The simulator's messages before it is loaded.
         self.multimedia = "multimedia: mjpeg pause "
@@ -53,7 +56,7 @@ class FakeCloud:
         self.mute = set()  # Roles that say nothing any more, and read nothing, on connections that stay open.
         self._streaming = set()
         self._dead = set()  # Streams that stay open, and on which nothing comes any more.
-        self._sockets = {"session": set(), "simulation": set(), "simulator": set(), "class": set()}
+        self._sockets = {"session": set(), "simulation": set(), "simulator": set(), "class": set(), "line": set()}
         self._class_sockets = []  # By their numbers.
         self._available = "1"
         self._mode, self._time = "pause", 0
@@ -110,6 +113,25 @@ class FakeCloud:
         """Sends `text` on every open socket of `role`."""
         self._run(self._send(role, text))
 
+    @property
+    def line(self):
+        """The number of browsers on /client of the session server."""
+        return len(self._sockets["line"])
+
+    def move(self, ahead, least="-", most="-"):
+        """Everybody in the line has this place from now on."""
+        self.place = [ahead, least, most]
+        self.send("line", self._waiting())
+
+    def take_turn(self):
+        """A machine is free, for everybody in the line."""
+        self.place = None
+        for text in ["loading: A machine is free.", *self._start("")]:
+            self.send("line", text)
+
+    def _waiting(self):
+        return "waiting: " + " ".join(str(each) for each in self.place)
+
     def tell_class(self, message, number=None):
         """Sends `message` to the page of a class on the socket of this number, or to all."""
         self._run(self._tell_class(json.dumps(message), number))
@@ -141,6 +163,8 @@ class FakeCloud:
                 self.role, self.rest = split_path(path, role)
                 if (self.role, self.rest) == ("session", "/class") and "Upgrade" in headers:
                     self.role = "class"
+                if server.relays and (self.role, self.rest) == ("session", "/client"):
+                    self.role = "line"
                 return await server._serve_file(self, headers)
 
         return await legacy.serve(self._talk, "127.0.0.1", port, create_protocol=Protocol,
@@ -188,6 +212,22 @@ class FakeCloud:
         await socket.send(self._available)
         async for _ in socket:
             pass
+
+    async def _talk_line(self, socket):
+        try:
+            async for message in socket:
+                self.started.append(message)
+                for text in self._start_in_line(message):
+                    if "line" not in self.mute:
+                        await socket.send(text)
+        finally:
+            self.farewells.append(socket.close_code)
+
+    def _start_in_line(self, message):
+        if self.place is None:
+            return self._start(message)
+        self.tickets += 1
+        return [f"waitingTicket: ticket-{self.tickets}", self._waiting()]
 
     async def _talk_class(self, socket):
         number = len(self._class_sockets)
@@ -269,7 +309,8 @@ class FakeCloud:
 
     def _session_file(self, path):
         if path == "/session":
-            text = self.answer if self.answer is not None else self.address("simulation")
+            own = self.address("session" if self.relays else "simulation")
+            text = self.answer if self.answer is not None else own
             return respond(200, "text/html; charset=UTF-8", text.encode())
         if path in ("/viewer/defaults.json", "/class/defaults.json") and self.defaults is not None:
             return respond(200, "application/json", json.dumps(self.defaults).encode())

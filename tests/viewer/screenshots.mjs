@@ -47,6 +47,14 @@ async function openViewer(t, options) {
   return page;
 }
 
+async function openLine() {
+  await cloud.renew();
+  await cloud.set('defaults', { waiting: true });
+  await cloud.set('relays', true);
+  await cloud.set('place', [3, '-', '-']);
+  await cloud.call('set_available', '0');
+}
+
 async function run(page) {
   await page.click('#start');
   await page.waitForSelector('#picture[data-live]');
@@ -72,10 +80,12 @@ const STATES = {
     await page.click('#start');
     await state(page, 'failed');
   },
-  refused: async (page) => {
+  'free-again': async (page) => {
     await cloud.set('answer', null);
     await cloud.call('set_available', '1');
     await page.waitForSelector('body[data-availability="available"][data-state="idle"]');
+  },
+  refused: async (page) => {
     const launch = await cloud.get('launch');
     await cloud.set('launch', ['loading: Error: Repository https://github.com/owner/repository does not exist or is private.']);
     await page.click('#start');
@@ -119,6 +129,29 @@ const STATES = {
     await cloud.call('send', 'simulation', 'loading: Error: Webots has quit unexpectedly (signal 11).');
     await cloud.call('close', 'simulation');
     await state(page, 'ended');
+  },
+};
+
+// The line of a session server.
+const LINE = {
+  busy: async (page) => page.waitForSelector('body[data-room][data-availability="full"]'),
+  'waiting-no-estimate': async (page) => {
+    await page.click('#start');
+    await state(page, 'waiting');
+  },
+  waiting: async (page) => {
+    await cloud.call('move', 3, 60, 480);
+    await page.waitForFunction(() => document.getElementById('status').textContent.includes('8'));
+  },
+  next: async (page) => {
+    await cloud.call('move', 0);
+    await page.waitForFunction(() => !document.getElementById('status').textContent.includes('4'));
+  },
+  returning: async (page) => {
+    await cloud.call('close', 'line', 1012);
+    await cloud.call('shut', 'session');
+    await page.waitForFunction(() => /[56]\d/.test(document.getElementById('status').textContent));
+    await cloud.call('open', 'session');
   },
 };
 
@@ -183,6 +216,17 @@ if (FOLDER === undefined) {
       test(`viewer ${size} ${look}`, async (t) => {
         const page = await openViewer(t, { ...options, ...language });
         for (const [name, reach] of Object.entries(STATES)) {
+          await reach(page);
+          await shoot(page, size, look, `viewer-${name}`);
+        }
+      });
+    }
+    for (const [look, language] of Object.entries({ ...LOOKS, chinese: { colorScheme: 'light', locale: 'zh-CN' } })) {
+      test(`line ${size} ${look}`, async (t) => {
+        await openLine();
+        const page = await openPage(t, browser, { ...options, ...language });
+        await page.goto(`${await cloud.get('page')}?url=${WORLD}`);
+        for (const [name, reach] of Object.entries(LINE)) {
           await reach(page);
           await shoot(page, size, look, `viewer-${name}`);
         }

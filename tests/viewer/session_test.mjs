@@ -47,6 +47,7 @@ async function settle() {
 
 let up = true; // the link
 let sockets = [];
+let answer = 'ws://machine:2000'; // of the session server
 
 class FakeSocket {
   static CONNECTING = 0;
@@ -196,7 +197,7 @@ globalThis.CustomEvent ??= class extends Event {
 globalThis.fetch = async (address) => ({
   ok: true,
   json: async () => JSON.parse(readFileSync(new URL(address), 'utf-8')),
-  text: async () => 'ws://machine:2000'
+  text: async () => answer
 });
 globalThis.WebSocket = FakeSocket;
 Object.defineProperty(globalThis, 'performance', { value: { now: () => now }, configurable: true, writable: true });
@@ -206,11 +207,46 @@ globalThis.removeEventListener = (type) => listeners.delete(type);
 
 const { loadTexts, say } = await import(new URL('texts.js', VIEW));
 const { Session } = await import(new URL('session.js', VIEW));
+const { SlowVoice } = await import(new URL('waiting.js', VIEW));
 await loadTexts(['en']);
 
 const TARGET = { kind: 'session', server: 'http://s/', request: 'http://s/session?url=w', world: 'w' };
 let events = [];
 let session = null;
+
+// A session server that relays: it has a line, and is the simulation server to whom it lets in.
+class Relay extends Server {
+  place = '- -'; // what comes after `waiting: `; null: a machine is free
+  tickets = 0;
+
+  serve(socket, message) {
+    if (this.place === null || 'reconnect' in message)
+      return super.serve(socket, message);
+    this.lease = socket;
+    this.heard = now;
+    this.tickets += 1;
+    socket.says(`waitingTicket: ticket-${this.tickets}`);
+    socket.says(`waiting: ${this.place}`);
+  }
+
+  move(place) {
+    this.place = place;
+    this.lease.says(`waiting: ${place}`);
+  }
+
+  takeTurn() {
+    this.place = null;
+    this.lease.says('loading: A machine is free.');
+    super.serve(this.lease, {});
+  }
+
+  beat() {
+    if (this.place === null)
+      super.beat();
+    else if (this.lease !== null && now % 10000 < 1000)
+      this.lease.says(`waiting: ${this.place}`);
+  }
+}
 
 beforeEach(() => {
   now = 1000;
@@ -218,6 +254,7 @@ beforeEach(() => {
   sockets = [];
   events = [];
   up = true;
+  answer = 'ws://machine:2000';
   globalThis.setTimeout = (action, delay = 0) => addTimer(action, delay);
   globalThis.setInterval = (action, delay) => addTimer(action, delay, delay);
   globalThis.clearTimeout = globalThis.clearInterval = removeTimer;
@@ -405,6 +442,240 @@ test('a session of a reloaded page returns with the ticket, and does not press p
   await run({}, ticket);
   assert.deepEqual(sockets[0].sent, ['{"reconnect":"secret"}']);
   assert.ok(!sockets[1].sent.some((text) => text.startsWith('real-time')));
+});
+
+// --- the line of a session server ---
+
+const OWN = 'ws://s';
+const WAITING = { url: 'w', mode: 'mjpeg', reconnect: true, heartbeat: true, extend: true, waiting: true };
+
+async function waitInLine(place = '3 60 240', { target = TARGET, ticket = null } = {}) {
+  answer = OWN;
+  server = new Relay();
+  server.place = place;
+  return comeToTheLine(target, ticket);
+}
+
+async function comeToTheLine(target = TARGET, ticket = null) {
+  session = new Session(target, { width: 1, height: 1 }, ticket);
+  for (const type of ['ready', 'lost', 'ended', 'ticket', 'progress', 'problem'])
+    session.addEventListener(type, ({ detail }) => events.push([type, detail, now]));
+  session.start();
+  await pass(100);
+}
+
+const told = () => last('progress')[1];
+const opening = (socket) => JSON.parse(socket.sent[0]);
+
+test('a start waits in the line of the session server, and starts by itself when its turn comes', async () => {
+  await waitInLine('3 - -');
+  assert.equal(sockets[0].url, 'ws://s/client');
+  assert.deepEqual(opening(sockets[0]), { start: WAITING });
+  assert.deepEqual(told(), { text: 'You are number 4 in line. How long it takes is not known yet.', percent: null, ahead: 3, least: null, most: null });
+  server.move('3 60 240');
+  assert.deepEqual(told(), { text: 'You are number 4 in line. About 1 to 4 minutes.', percent: null, ahead: 3, least: 60, most: 240 });
+  server.lease.says('queue:3'); // for others
+  assert.equal(told().ahead, 3);
+  server.move('0 - -');
+  assert.equal(told().text, 'You are next.');
+  await pass(60000);
+  assert.equal(sockets.length, 1, 'the connection is not given up');
+  server.takeTurn();
+  await pass(100);
+  assert.ok(events.some(([type, detail]) => type === 'progress' && detail.text === say('waiting.turn') && detail.ahead === undefined));
+  assert.equal(last('ready', 'ended')[0], 'ready');
+  assert.ok(sockets[1].sent.some((text) => text.startsWith('real-time')), 'it runs');
+  assert.deepEqual(last('ticket')[1], { machine: OWN, token: 'secret' });
+  assert.equal(count('lost') + count('problem'), 0);
+});
+
+test('an estimate is said as people say it, and is never narrower than what the server says', async () => {
+  await waitInLine();
+  const texts = {
+    '1 0 20': 'Up to about 20 seconds.', '1 15 60': 'About 15 to 60 seconds.', '1 30 90': 'Up to about 2 minutes.', '1 90 150': 'About 1 to 3 minutes.',
+    '1 300 300': 'About 5 minutes.', '1 600 7200': 'This may take more than an hour.', '0 60 240': 'You are next. About 1 to 4 minutes.'
+  };
+  for (const [place, text] of Object.entries(texts)) {
+    server.move(place);
+    assert.ok(told().text.endsWith(text), `${place}: ${told().text}`);
+  }
+  const before = count('progress');
+  for (const nonsense of ['', '- - -', 'x 1 2', '-1 1 2'])
+    server.lease.says(`waiting: ${nonsense}`);
+  assert.equal(count('progress'), before);
+});
+
+test('only a session server that answers with its own address may make the page wait', async () => {
+  server = new Server();
+  await comeToTheLine();
+  assert.equal('waiting' in opening(sockets[0]).start, false);
+  for (const [own, from] of [['wss://s', 'https://s:443/'], ['ws://S:80/', 'http://s/'], ['wss://s/1999', 'https://s/1999/']]) {
+    sockets = [];
+    answer = own;
+    server = new Relay();
+    await comeToTheLine({ ...TARGET, server: from });
+    assert.deepEqual(opening(sockets[0]), { start: WAITING }, own);
+    session.stop();
+  }
+});
+
+test('a student waits with the token of the class', async () => {
+  await waitInLine('3 - -', { target: { ...TARGET, request: 'http://s/session?class=seat-of-ada' } });
+  assert.deepEqual(opening(sockets[0]), { start: { ...WAITING, class: 'seat-of-ada' } });
+});
+
+for (const code of [1006, 1012]) {
+  test(`a place in the line is kept when the connection closes with ${code}`, async () => {
+    await waitInLine();
+    assert.deepEqual(last('ticket')[1], { machine: OWN, waiting: 'ticket-1' });
+    up = false;
+    server.lease.breaks(code);
+    assert.equal(told().returning, 60);
+    await pass(20000);
+    assert.equal(told().text, 'Returning to the line: your place is kept for 40 seconds.');
+    up = true;
+    await pass(3000);
+    assert.equal(told().ahead, 3);
+    assert.deepEqual(opening(sockets.at(-1)), { start: { ...WAITING, waitingTicket: 'ticket-1' } });
+    const returns = sockets.length;
+    await pass(60000);
+    assert.equal(sockets.length, returns);
+    assert.equal(told().ahead, 3, 'nothing counts down any more');
+    server.takeTurn();
+    await pass(100);
+    assert.equal(last('ready', 'ended')[0], 'ready');
+    assert.equal(count('lost') + count('problem') + count('ended'), 0);
+  });
+}
+
+test('a place that is no longer kept is said to be lost, and the page waits again all the same', async () => {
+  await waitInLine();
+  up = false;
+  server.lease.breaks();
+  await pass(90000);
+  assert.equal(told().text, say('waiting.returningLate'));
+  up = true;
+  await pass(35000); // what opens a socket waits longer and longer
+  assert.equal(told().ahead, 3);
+  assert.equal(count('ended'), 0);
+});
+
+test('a connection in the line on which nothing comes any more is given up, and the place taken again', async () => {
+  await waitInLine();
+  const first = server.lease;
+  up = false;
+  await pass(27000);
+  assert.equal(first.farewell, 4000);
+  assert.ok(told().returning <= 35, `${told().returning} s`);
+  up = true;
+  await pass(6000);
+  assert.equal(opening(sockets.at(-1)).start.waitingTicket, 'ticket-1');
+  assert.equal(told().ahead, 3);
+});
+
+test('a machine that has the turn may be silent for minutes, and one that was tried before has promised nothing', async () => {
+  await waitInLine();
+  server.lease.says('loading: A machine is free.');
+  server.place = null;
+  server.promises = false;
+  const { lease } = server;
+  server.lease = null; // says nothing
+  await pass(120000);
+  assert.equal(sockets.length, 1);
+  server.lease = lease;
+  lease.says('heartbeat: 1');
+  lease.says('loading: Trying another machine.');
+  assert.equal(told().text, say('session.otherMachine'));
+  await pass(60000);
+  assert.equal(sockets.length, 1);
+  server.place = '2 - -';
+  lease.says('waiting: 2 - -');
+  await pass(60000);
+  assert.equal(sockets.length, 1);
+  assert.equal(told().ahead, 2);
+});
+
+test('a reloaded page takes its place again, and runs the simulation that it has waited for', async () => {
+  await waitInLine();
+  const ticket = last('ticket')[1];
+  session.leave();
+  assert.equal(server.farewell ?? sockets[0].farewell, 4000);
+  sockets = [];
+  await comeToTheLine(TARGET, ticket);
+  assert.deepEqual(sockets.map((socket) => opening(socket)), [{ start: { ...WAITING, waitingTicket: 'ticket-1' } }]);
+  server.takeTurn();
+  await pass(100);
+  assert.ok(sockets[1].sent.some((text) => text.startsWith('real-time')), 'it runs');
+});
+
+test('without a grace there is nothing to return to once the simulation runs', async () => {
+  await waitInLine();
+  server.lease.says('webots:ws://machine:2001');
+  assert.equal(last('ticket')[1], null);
+  await pass(100);
+  server.lease.breaks();
+  assert.equal(last('ready', 'ended')[0], 'ended');
+});
+
+test('who gives the place up closes the connection for good', async () => {
+  await waitInLine();
+  const { lease } = server;
+  session.stop();
+  assert.equal(lease.farewell, 1000);
+  await pass(10000);
+  assert.equal(sockets.length, 1);
+});
+
+test('a start that is refused on /client because everything is full is refused as by /session', async () => {
+  await waitInLine();
+  server.lease.says('loading: Error: No simulation server available at the moment.');
+  server.lease.breaks(1006);
+  assert.deepEqual(last('ended')[1], { text: say('refusal.noMachine'), failed: true, full: true, busy: true });
+  assert.equal(sockets.length, 1, 'an error is no reason to return');
+});
+
+test('a machine that is full refuses as a site that is full', async () => {
+  server = new Server();
+  server.serve = (socket) => socket.says('loading: Error: Too many open connections (>100): this simulation server is full. Please try again later.');
+  await comeToTheLine();
+  sockets[0].breaks(1000);
+  const { full, busy } = last('ended')[1];
+  assert.deepEqual([full, busy], [true, true]);
+});
+
+test('a start that was sent on the way back to the line is not sent again when the page is seen', async () => {
+  await waitInLine();
+  server.lease.breaks();
+  server.serve = () => {}; // it looks for a machine
+  await pass(2000);
+  const returns = sockets.length;
+  listeners.get('online')();
+  await pass(10000);
+  assert.equal(sockets.length, returns);
+});
+
+test('the line of another server, which tells the number alone, is shown as ever', async () => {
+  server = new Server();
+  server.serve = (socket) => socket.says('queue:3');
+  await comeToTheLine();
+  assert.deepEqual(told(), { text: say('session.queue', { count: 3 }), percent: null });
+});
+
+test('a screen reader is told at once, and then every ten seconds the last that there was', async () => {
+  const heard = [];
+  const voice = new SlowVoice((text) => heard.push([text, now]));
+  const begin = now;
+  for (const text of ['a', 'b', 'c']) {
+    voice.tell(text);
+    await pass(2000);
+  }
+  assert.deepEqual(heard, [['a', begin]]);
+  await pass(10000);
+  assert.deepEqual(heard, [['a', begin], ['c', begin + 10000]]);
+  voice.tell('d');
+  voice.stop();
+  await pass(20000);
+  assert.deepEqual(heard.slice(2).map(([text]) => text), ['']);
 });
 
 // --- what people are told ---

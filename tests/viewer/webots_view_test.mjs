@@ -11,6 +11,7 @@ import { accessibilityFindings, openBrowser, until } from './page.mjs';
 const HERE = new URL('.', import.meta.url);
 const HOST = 'https://cloud.test'; // the session server, whose /view/ has the modules
 const SITE = 'https://www.website.test'; // the page of somebody else
+const OWN = 'wss://cloud.test'; // its sockets
 const MACHINE = 'wss://machine.test/2000';
 const SIMULATOR = 'wss://machine.test/2001';
 const PROJECT = 'wss://cloud.test/student/simple/worlds/simple.wbt';
@@ -61,6 +62,8 @@ class Cloud {
   refuse = false; // the WebSocket of the simulation server
   world = ['world:worlds/arena.wbt:worlds/arena.wbt;worlds/corridor.wbt'];
   upload = 'OK';
+  available = '1'; // what the session server tells of its machines
+  watchers = []; // sockets to which it tells that
   lease = null;
   simulator = null;
   pages = {};
@@ -91,8 +94,12 @@ class Cloud {
 
   connect(socket) {
     const url = new URL(socket.url());
-    if (url.pathname === '/2000/client')
+    if (['/2000/client', '/client'].includes(url.pathname))
       return this.#takeLease(socket);
+    if (url.href === `${OWN}/`) {
+      this.watchers.push(socket);
+      return socket.send(this.available);
+    }
     this.#simulate(socket);
   }
 
@@ -464,6 +471,73 @@ describe('The editor of a page', () => {
     const problem = await page.evaluate(() => globalThis.view.saveController('line', 'line.py', 'x = 2').catch((error) => error.message));
     assert.equal(problem, 'Disk quota exceeded: 10 MB');
     assert.deepEqual(cloud.controls, []);
+  });
+});
+
+describe('The line of the session server', () => {
+  async function waitInLine() {
+    cloud.session = OWN;
+    cloud.launch = ['waitingTicket: ticket-1', 'waiting: 3 60 240'];
+    await show(WITH_CLASS());
+    await page.evaluate((url) => {
+      view.onprogress = (progress) => told.push(['onprogress', progress]);
+      view.onticket = (ticket) => told.push(['onticket', ticket]);
+      view.open(url, 'mjpeg');
+    }, WORLD);
+    await state('waiting');
+  }
+
+  test('is shown and told, and the simulation starts by itself', async () => {
+    await waitInLine();
+    const place = { text: 'You are number 4 in line. About 1 to 4 minutes.', percent: null, ahead: 3, least: 60, most: 240 };
+    assert.deepEqual((await told('onprogress')).at(-1), [place]);
+    await page.locator('.message .text', { hasText: place.text }).waitFor();
+    await page.locator('.message', { hasText: 'starts by itself' }).waitFor();
+    assert.equal(await page.locator('.message .text').getAttribute('aria-live'), 'off');
+    assert.equal(await page.locator('.message .unseen').textContent(), place.text);
+    assert.deepEqual(await told('onticket'), [[{ machine: OWN, waiting: 'ticket-1' }]]);
+    assert.deepEqual(await accessibilityFindings(page), []);
+    cloud.sendLease('loading: A machine is free.');
+    await state('starting');
+    await page.locator('.message .text', { hasText: 'A machine is free' }).waitFor();
+    assert.equal(await page.locator('.message .hint').isVisible(), false);
+    cloud.sendLease(`webots:${SIMULATOR}`);
+    await state('paused');
+    assert.deepEqual((await told('onstate')).flat(), ['starting', 'waiting', 'starting', 'paused']);
+    assert.deepEqual((await told('onticket')).at(-1), [null]);
+    assert.deepEqual([await told('onerror'), await told('onclose')], [[], []]);
+  });
+
+  test('is taken again with the ticket, by a view that was opened anew as well', async () => {
+    await waitInLine();
+    await page.evaluate((url) => view.open(url, 'mjpeg', { ticket: { machine: 'wss://cloud.test', waiting: 'ticket-1' } }), WORLD);
+    await until(() => cloud.leases.length === 2, 'the return');
+    assert.equal(JSON.parse(cloud.leases[1]).start.waitingTicket, 'ticket-1');
+    assert.equal(cloud.requests.filter((url) => url.includes('/session')).length, 1);
+  });
+
+  test('is not needed to hear that a machine is free: the view says so, with a button, unless the page does', async () => {
+    cloud.session = 'Error: no simulation server available at the moment.';
+    cloud.available = '0';
+    await open(WORLD);
+    await state('failed');
+    await until(() => cloud.watchers.length === 1, 'who watches the machines');
+    assert.equal(await button('Start simulation').count(), 0);
+    cloud.session = MACHINE;
+    cloud.watchers[0].send('1');
+    await page.locator('.message:not(.problem) .text', { hasText: 'A machine is free now.' }).waitFor();
+    assert.deepEqual(await accessibilityFindings(page), []);
+    await button('Start simulation').click();
+    await state('paused');
+    assert.equal(await button('Start simulation').count(), 0);
+    cloud.session = 'Error: no simulation server available at the moment.';
+    await page.evaluate((url) => {
+      view.offersStart = false;
+      view.open(url, 'mjpeg');
+    }, WORLD);
+    await state('failed');
+    await page.evaluate(() => new Promise((done) => { requestAnimationFrame(() => requestAnimationFrame(done)); }));
+    assert.equal(cloud.watchers.length, 1);
   });
 });
 

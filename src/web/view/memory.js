@@ -2,6 +2,7 @@
 // simulation to which it can return. No DOM, but for the storage of the tab.
 
 const ANSWER_MS = 200;
+const PLACE_KEPT_MS = 60000;
 
 export class TabMemory {
   #key;
@@ -60,15 +61,21 @@ export class TabMemory {
   }
 }
 
-// The simulation to which the page can return: `ticket`, from the event of Session, and whatever else the page needs.
+// The simulation, or the place in the line, to which the page can return: `ticket`, from the event of Session, and whatever else the
+// page needs.
 const simulation = new TabMemory('webots.simulation');
 
-export const remember = (found) => simulation.remember(found, found.ticket.token);
+export const remember = (found) => simulation.remember({ ...found, at: Date.now() }, found.ticket.token ?? found.ticket.waiting);
 export const forget = () => simulation.forget();
 
+// A place that was left long ago is not found: nobody expects a simulation to start by itself then.
 export async function recall() {
   const found = await simulation.recall();
-  return typeof found?.ticket?.token === 'string' && typeof found.ticket.machine === 'string' ? found : null;
+  if (typeof found?.ticket?.machine !== 'string')
+    return null;
+  const { token, waiting } = found.ticket;
+  const isKept = typeof token === 'string' || (typeof waiting === 'string' && Date.now() - found.at < PLACE_KEPT_MS);
+  return isKept ? found : null;
 }
 
 const page = () => location.pathname + location.search;

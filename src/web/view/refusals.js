@@ -52,8 +52,8 @@ export function explain(text) {
   return sentence(told);
 }
 
-// Whether the session server has no machine for a session: it will tell when there is one.
-export const isFull = (text) => TABLE[0][0].test(text.trim());
+// Whether no machine takes a session, or the chosen one no longer does: the session server will tell when there is one.
+export const isFull = (text) => [TABLE[0], TABLE[2]].some(([pattern]) => pattern.test(text.trim()));
 
 // Whether it has none, or was asked too often: then it is worth asking again later.
 export const isBusy = (text) => isFull(text) || TABLE[1][0].test(text.trim());

@@ -2,6 +2,10 @@
 // progress, and connect to the simulator when it is ready. No DOM.
 //
 // Events (CustomEvents): those of Simulator except "silent", "heard" and "closed", and
+//   progress {text, percent, ahead, least, most, returning}  `percent` is null where it is not known. The last four are there only
+//                            while the session waits in a line: so many are before it, for so many seconds, or null where there is
+//                            no estimate (waiting.js); or, while a broken connection is restored, the place is kept for so many
+//                            seconds
 //   notice {text}            something to tell while the session goes on
 //   problem {text}           an error that the server reported; the session may or may not end after it
 //   lost {text, connected}   nothing arrives, or a connection broke: what is shown is old. `text` says why; `connected` when it is
@@ -10,15 +14,18 @@
 //   deadline {ends, extendable}  when the simulation will be ended, as Date.now() counts, and by how many seconds extend() can
 //                            put that off
 //   rest                     the page is hidden: show no picture; "picture" comes when it is seen again
-//   ticket (ticket)          with which another session, also of a reloaded page, can return to the simulation
+//   ticket (ticket)          with which another session, also of a reloaded page, can return to the simulation, or to the place in the line;
+//                            null: there is nothing to return to any more
 //   message {from, text}     a message as it came, `from` the 'server' of simulations or the 'simulator'
 //   ended {text, failed, full, busy}  the last event; `failed` when the simulation never became ready, `full` when no machine was free,
 //                            `busy` when that is so, or the session server is asked too often: it may be asked again later
 
+import { webToSocket } from './address.js';
 import { Lease } from './lease.js';
 import { explain, isBusy, isFull } from './refusals.js';
 import { Simulator } from './simulator.js';
 import { say } from './texts.js';
+import { placeText, returningText } from './waiting.js';
 import { SILENT_MS } from './watch.js';
 
 const SESSION_ANSWER_MS = 30000;
@@ -28,6 +35,8 @@ const LONGEST_TIMER_S = 2 ** 31 / 1000;
 const LOSSES = 60;
 const EXTENSION_S = 900; // at once
 const PATIENCE_MS = 10000; // with a simulator that is silent; doubled each time
+const PLACE_KEPT_S = 60;
+const PLACE_KEPT_AFTER_SILENCE_S = 35; // by then it has been lost for a while
 const SERVER_STOPS = 1001;
 const BROKEN = 1006;
 const TAKEN_OVER = 4001;
@@ -39,6 +48,9 @@ export class Session extends EventTarget {
   #over = false;
   #ready = false;
   #problem = '';
+  #refusal = {}; // whether `#problem` was that no machine is free
+  #hasLine = false; // the server tells the place in it, by `waiting:`
+  #countdown = 0; // the timer of a return to the line
   #abort = new AbortController();
   #lease = null;
   #simulator = null;
@@ -64,13 +76,14 @@ export class Session extends EventTarget {
   //   paused     true: a simulation that is started here waits for play(), instead of running at once
   //   broadcast  true: only watches, and sends the simulator nothing but the line that says so
   //   mode       'mjpeg' (pictures, unless given), 'w3d' or 'x3d' (the scene)
-  // `size` is {width, height} of the picture in pixels. `ticket`: of an earlier session, to whose simulation this one returns.
+  // `size` is {width, height} of the picture in pixels. `ticket`: of an earlier session, to whose simulation, or place in the line,
+  // this one returns.
   constructor(target, size, ticket = null) {
     super();
     this.#target = target;
     this.#size = size;
     this.#ticket = ticket;
-    this.#returns = ticket !== null;
+    this.#returns = ticket?.token !== undefined;
   }
 
   // Null until the simulator's address is known.
@@ -95,6 +108,9 @@ export class Session extends EventTarget {
 
   // Whether the simulation goes on for a while without this page, which can return to it with the ticket.
   get lasting() { return this.#lease?.lasting ?? false; }
+
+  // Whether the page can return, to the simulation or to the line.
+  get #canReturn() { return this.lasting || (this.#lease?.waitingTicket ?? '') !== ''; }
 
   // Whether nobody sees the page: then there is no picture.
   set hidden(hidden) {
@@ -127,7 +143,7 @@ export class Session extends EventTarget {
     }
   }
 
-  // Ends the session for the user: no "ended" event follows.
+  // Ends the session, or gives its place in the line up, for the user: no "ended" event follows.
   stop() {
     this.#finish();
     this.#lease?.close();
@@ -135,7 +151,7 @@ export class Session extends EventTarget {
 
   // The page goes away, and may return with the ticket. No event follows.
   leave() {
-    if (!this.lasting)
+    if (!this.#canReturn)
       return this.stop();
     this.#finish();
     this.#lease.leave();
@@ -146,6 +162,7 @@ export class Session extends EventTarget {
     this.#abort.abort();
     clearTimeout(this.#silence);
     clearTimeout(this.#warning);
+    clearInterval(this.#countdown);
     this.#timers.forEach(clearTimeout);
     this.#simulator?.close();
   }
@@ -184,23 +201,60 @@ export class Session extends EventTarget {
   }
 
   #takeLease(machine) {
-    const text = this.#ticket === null ? say('session.connecting') : say('lease.returning');
-    this.#tell('progress', { text, percent: null });
-    const start = { url: this.#target.world, mode: this.#target.mode ?? 'mjpeg', reconnect: true, heartbeat: true, extend: true };
+    const waitingTicket = this.#ticket?.waiting;
+    if (waitingTicket !== undefined)
+      this.#returnToLine(PLACE_KEPT_S);
+    else
+      this.#tell('progress', { text: this.#returns ? say('lease.returning') : say('session.connecting'), percent: null });
     try {
-      this.#lease = new Lease(`${machine}/client`, this.#target.opening ?? { start }, this.#ticket?.token);
+      this.#lease = new Lease(`${machine}/client`, this.#target.opening ?? { start: this.#startAt(machine) },
+        { token: this.#ticket?.token, waitingTicket });
     } catch {
       throw new Error(refusedSocket(machine));
     }
     this.#lease.addEventListener('message', ({ detail }) => this.#receive(detail.text));
     this.#lease.addEventListener('token', () => {
-      this.#ticket = { machine, token: this.#lease.token };
+      const { token, waitingTicket: waiting } = this.#lease;
+      if (token !== '')
+        this.#ticket = { machine, token };
+      else
+        this.#ticket = waiting === '' ? null : { machine, waiting };
       this.#tell('ticket', this.#ticket);
     });
-    this.#lease.addEventListener('lost', ({ detail }) => this.#lose(detail.silent ? say('lease.silent') : say('lease.returning')));
-    this.#lease.addEventListener('restored', () => this.#verifySimulator());
+    this.#lease.addEventListener('lost', ({ detail: { silent, waiting } }) => {
+      if (waiting)
+        this.#returnToLine(silent ? PLACE_KEPT_AFTER_SILENCE_S : PLACE_KEPT_S);
+      else
+        this.#lose(silent ? say('lease.silent') : say('lease.returning'));
+    });
+    this.#lease.addEventListener('restored', () => {
+      clearInterval(this.#countdown);
+      this.#verifySimulator();
+    });
     this.#lease.addEventListener('closed', ({ detail }) =>
-      this.#end(this.#lastWord || leaseLoss(detail, this.#ready, machine)));
+      this.#end(this.#lastWord || leaseLoss(detail, this.#ready, machine), this.#refusal));
+  }
+
+  // A session server that answers with its own address takes the start itself: then it may make the page wait, and gives students
+  // the seats of their class.
+  #startAt(machine) {
+    const start = { url: this.#target.world, mode: this.#target.mode ?? 'mjpeg', reconnect: true, heartbeat: true, extend: true };
+    if (!isSame(machine, webToSocket(this.#target.server)))
+      return start;
+    const student = new URL(this.#target.request).searchParams.get('class');
+    return { ...start, waiting: true, ...(student === null ? {} : { class: student }) };
+  }
+
+  // Nobody needs to do anything: the lease returns by itself.
+  #returnToLine(seconds) {
+    const until = performance.now() + seconds * 1000;
+    const tell = () => {
+      const returning = Math.max(0, Math.round((until - performance.now()) / 1000));
+      this.#tell('progress', { text: returningText(returning), percent: null, returning });
+    };
+    clearInterval(this.#countdown);
+    this.#countdown = setInterval(tell, 1000);
+    tell();
   }
 
   #receive(message) {
@@ -211,7 +265,8 @@ export class Session extends EventTarget {
       case 'Error': case 'error': return this.#report(rest);
       case 'shutdownTimeout': return this.#planShutdown(Number(rest));
       case 'extendable': return this.#setExtendable(Number(rest));
-      case 'queue': return this.#tell('progress', { text: say('session.queue', { count: Number(rest) }), percent: null });
+      case 'waiting': return this.#wait(rest.trim());
+      case 'queue': return this.#hasLine || this.#tell('progress', { text: say('session.queue', { count: Number(rest) }), percent: null });
       case 'webots': return this.#connect(rest.trim());
     }
   }
@@ -219,11 +274,22 @@ export class Session extends EventTarget {
   #load(line) {
     if (line.startsWith('Error:'))
       return this.#report(line.slice('Error:'.length));
-    this.#tell('progress', { text: line, percent: percentOf(line) });
+    this.#tell('progress', { text: inOurWords(line), percent: percentOf(line) });
+  }
+
+  // "3 60 240" or, without an estimate, "3 - -"
+  #wait(rest) {
+    const [ahead, least, most] = rest.split(' ').map((word) => (/^\d+$/.test(word ?? '') ? Number(word) : null));
+    if (ahead === null)
+      return;
+    this.#hasLine = true;
+    const place = { ahead, least: least ?? null, most: most ?? null };
+    this.#tell('progress', { text: placeText(place), percent: null, ...place });
   }
 
   #report(text) {
     this.#problem = explain(text);
+    this.#refusal = { full: isFull(text), busy: isBusy(text) };
     this.#tell('problem', { text: this.#problem });
   }
 
@@ -298,6 +364,7 @@ export class Session extends EventTarget {
     this.#ready = true;
     this.#lost = false;
     this.#problem = this.#lastWord = '';
+    this.#refusal = {};
     this.#losses = 0;
     this.#tell('ready');
   }
@@ -379,6 +446,24 @@ function leaseLoss({ opened, code }, ready, machine) {
   if (!ready)
     return say('lease.closedEarly');
   return code === BROKEN ? say('lease.lost') : say('lease.closed');
+}
+
+// Of WebSockets.
+function isSame(address, other) {
+  try {
+    return new URL(`${address}/`).href === new URL(other).href;
+  } catch {
+    return false;
+  }
+}
+
+// What a session server says itself, of which there are few sentences.
+function inOurWords(line) {
+  switch (line) {
+    case 'A machine is free.': return say('waiting.turn');
+    case 'Trying another machine.': return say('session.otherMachine');
+    default: return line;
+  }
 }
 
 const refusal = (text) => Object.assign(new Error(explain(text)), { full: isFull(text), busy: isBusy(text) });

@@ -3,6 +3,7 @@
 import { Console } from './console.js';
 import { say } from './texts.js';
 import { adopt, STYLE } from './view_style.js';
+import { SlowVoice } from './waiting.js';
 
 // The toolbar's buttons: name, the option that shows it, whether it says which state it is.
 const COMMANDS = [
@@ -18,6 +19,7 @@ export class ViewFrame extends EventTarget {
   #buttons = new Map();
   #options;
   #output;
+  #voice = new SlowVoice((text) => { this.#parts.unseen.textContent = text; });
   #close = { console: null };
 
   // Events: command {name} (the buttons of COMMANDS, quit, and extend), world {name}, window {robot}.
@@ -42,9 +44,19 @@ export class ViewFrame extends EventTarget {
 
   clearConsole() { this.#output.clear(); }
 
-  // One sentence over the picture; `percent` is a number, null (unknown) or undefined (no progress is shown).
-  setMessage(text, { problem = false, percent } = {}) {
-    const { message, text: paragraph, bar } = this.#parts;
+  // One sentence over the picture; `percent` is a number, null (unknown) or undefined (no progress is shown). `slow`: it changes
+  // often, so a screen reader is told slowly. `hint`: a second sentence, that stays. `button`: {label, pressed()}.
+  setMessage(text, { problem = false, percent, slow = false, hint = '', button = null } = {}) {
+    const { message, text: paragraph, bar, hint: second, offer } = this.#parts;
+    paragraph.setAttribute('aria-live', slow ? 'off' : 'polite');
+    if (slow)
+      this.#voice.tell(text);
+    else
+      this.#voice.stop();
+    second.hidden = hint === '';
+    if (second.textContent !== hint)
+      second.textContent = hint;
+    offer.replaceChildren(...(button === null ? [] : [this.#button(button.label, button.pressed)]));
     message.hidden = text === '';
     message.classList.toggle('problem', problem);
     if (paragraph.textContent !== text)
@@ -150,6 +162,9 @@ export class ViewFrame extends EventTarget {
     make('div', 'labels', stage);
     const message = make('div', 'message', stage, { hidden: true });
     make('p', 'text', message).setAttribute('role', 'status');
+    make('p', 'hint', message, { hidden: true }).setAttribute('role', 'status');
+    make('p', 'unseen', message).setAttribute('aria-live', 'polite'); // what a screen reader is told slowly
+    make('div', 'offer', message);
     make('progress', 'bar', message, { max: 100, hidden: true }).setAttribute('aria-label', say('viewer.progress'));
     const notice = make('div', 'notice', view, { hidden: true });
     make('p', 'noticeText', notice).setAttribute('role', 'alert');

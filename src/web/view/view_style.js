@@ -36,6 +36,9 @@ export const STYLE = `
 .message { position: absolute; left: 50%; top: 50%; width: min(34rem, 92%); max-height: 92%; overflow: auto; transform: translate(-50%, -50%); padding: 0.75rem 1rem; border-radius: 6px; background: var(--panel); color: var(--text); text-align: center; }
 .message p { margin: 0; overflow-wrap: anywhere; }
 .message.problem p { color: var(--bad); font-weight: 600; }
+.message .hint { margin-top: 0.4rem; font-weight: 400; }
+.message .offer:not(:empty) { margin-top: 0.6rem; }
+.unseen { position: absolute; width: 1px; height: 1px; overflow: hidden; clip-path: inset(50%); white-space: nowrap; }
 .message progress { width: 100%; margin-top: 0.5rem; accent-color: var(--accent); }
 .notice { display: flex; gap: 0.5rem; align-items: center; padding: 0.35rem 0.5rem; border-top: 1px solid var(--line); }
 .notice p { flex: 1; margin: 0; font-weight: 600; }

@@ -21,16 +21,18 @@
 //   showWorldSelection, showIde  whether the toolbar has them; set on the view, or on `webots`, before open()
 //   play(), pause(), step(), fast(), reset(), reload(), loadWorld(name), send(text), sendRobotMessage(robot, message),
 //   extend()            more time, as far as the operator allows it
-//   state               'idle' | 'starting' | 'paused' | 'running' | 'fast' | 'lost' (nothing arrives) | 'ended' | 'failed'
+//   state               'idle' | 'starting' | 'waiting' (in the line of the session server; it starts by itself) | 'paused' | 'running' | 'fast' | 'lost' (nothing arrives) | 'ended' | 'failed'
 //   time                simulated milliseconds
 //   project             of ws://host/project/worlds/world.wbt; otherwise ''
 //   simulator           the address of the simulator, ws://host:2001, once it is known; otherwise ''
+//   offersStart         false: where no machine was free, the view does not say when one is; otherwise it does, with a button that starts
 //   runOnLoad           true: plays as soon as it can
 //   snapshot(width, height)  resolves to an OffscreenCanvas with what is shown, at most so large; to null while nothing is; rejects
 //                       where the simulator does not let scripts of this page read its picture
 //
 // Handlers, which pages set: onready(), onclose({text, failed, full, busy}) (as the event "ended" of Session; without an argument
-// after close()), onticket(ticket) (the simulation outlives the page for a while, and open() can return to it), onerror(text),
+// after close()), onticket(ticket) (the simulation, or the place in the line, outlives the page for a while, and open() can return to it;
+// null: to nothing any more), onprogress({text, percent, ahead, least, most, returning}) (as the event of Session), onerror(text),
 // onstdout(text), onstderr(text), onquit(), onstate(state), onworldloaded(), onrobotmessage(robot, message),
 // oncontroller({controller, file, content}).
 //
@@ -53,6 +55,7 @@
 // ondisconnect, view.
 
 import { parseViewAddress, sessionServerOf, socketToWeb, webToSocket } from './address.js';
+import { Availability } from './availability.js';
 import { Labels } from './labels.js';
 import { Picture } from './picture.js';
 import { RobotWindows } from './robot_windows.js';
@@ -63,6 +66,7 @@ import { adopt, ELEMENT_STYLE } from './view_style.js';
 import { fileMessage, initMessage, parseFileMessage, upload } from './website.js';
 
 const DEFAULT_TIMEOUT_S = 60;
+const SETTLING_MS = 3000; // a machine that was free a moment ago may have been taken
 const ACTIVE = ['paused', 'running', 'fast'];
 const DRAWN = ['w3d', 'x3d'];
 const NOT_WANTED = { Scene: null, missing: '' };
@@ -80,10 +84,12 @@ let texts = null;
 export class View {
   broadcast = false;
   runOnLoad = false;
+  offersStart = true;
   thumbnail = '';
   onready = null;
   onclose = null;
   onticket = null;
+  onprogress = null;
   onerror = (text) => console.warn(text);
   onstdout = null;
   onstderr = null;
@@ -117,6 +123,9 @@ export class View {
   #animation = null;
   #loaded = false; // the world; pages have been told
   #ticket = null;
+  #openAgain = null; // what was opened, without a ticket
+  #availability = null; // of machines, after a start for which there was none
+  #settling = 0;
   #returns = false; // to a simulation that runs, or was paused by somebody
   #page = null; // an AbortController: while something is open, the view follows the page's going and coming
 
@@ -135,6 +144,7 @@ export class View {
   async open(url, mode, { request, ticket = null } = {}) {
     this.#leave();
     this.#ticket = ticket;
+    this.#openAgain = () => this.open(url, mode, { request });
     const attempt = ++this.#attempt;
     await (texts ??= loadTexts());
     if (attempt !== this.#attempt)
@@ -266,7 +276,7 @@ export class View {
     this.#base = target.kind === 'simulator' ? socketToWeb(target.url) : '';
     this.#listen(this.#session = new Session({ ...target, opening: this.#opening(target, wanted), mode: wanted, paused: true,
       broadcast: this.broadcast === true }, this.#display.size, this.#ticket));
-    this.#returns = this.#ticket !== null;
+    this.#returns = this.#ticket?.token !== undefined;
     this.#session.hidden = document.hidden;
     this.#session.start();
   }
@@ -298,7 +308,7 @@ export class View {
 
   #listen(session) {
     const on = (type, handler) => session.addEventListener(type, ({ detail }) => session === this.#session && handler(detail));
-    on('progress', ({ text, percent }) => this.#frame.setMessage(text, { percent }));
+    on('progress', (told) => this.#takeProgress(told));
     on('lost', ({ text }) => this.#lose(text));
     on('problem', ({ text }) => this.#tellProblem(text));
     on('notice', ({ text }) => this.#frame.setNotice(text));
@@ -322,6 +332,17 @@ export class View {
     on('mode', (mode) => this.#takeMode(mode));
     on('ready', () => this.#becomeReady());
     on('ended', (detail) => this.#end(detail));
+  }
+
+  #takeProgress(told) {
+    const { text, percent, ahead, returning } = told;
+    const waits = ahead !== undefined || returning !== undefined;
+    if (waits)
+      this.#setState('waiting');
+    else if (this.#state === 'waiting')
+      this.#setState('starting');
+    this.#frame.setMessage(text, waits ? { slow: true, hint: say('waiting.hint') } : { percent });
+    this.onprogress?.(told);
   }
 
   #hearServer(text) {
@@ -477,10 +498,28 @@ export class View {
   }
 
   #end({ text, failed, full, busy }) {
+    const { server } = this.#target;
     const hint = failed && this.#mayBeRefused ? ` ${say('view.origin', { origin: location.origin })}` : '';
     this.#leave(failed ? 'failed' : 'ended');
     this.#tellProblem(text + hint);
+    if (full && this.offersStart)
+      this.#followMachines(server);
     this.onclose?.({ text, failed, full, busy });
+  }
+
+  // Says when a machine is free. Until then there is the sentence that says that none is.
+  #followMachines(server) {
+    this.#availability ??= new Availability((value) => {
+      clearTimeout(this.#settling);
+      if (value === 'available')
+        this.#settling = setTimeout(() => this.#offerStart(), SETTLING_MS);
+    });
+    this.#availability.follow(webToSocket(server));
+  }
+
+  #offerStart() {
+    this.#availability.follow(null);
+    this.#frame.setMessage(say('view.machineAgain'), { button: { label: say('viewer.start'), pressed: this.#openAgain } });
   }
 
   // Scripts are not told why a WebSocket was refused. A server of another site may not know the page's.
@@ -493,6 +532,8 @@ export class View {
     const session = this.#session;
     this.#session = null;
     session?.stop();
+    this.#availability?.follow(null);
+    clearTimeout(this.#settling);
     this.#display?.hide();
     this.#display = null;
     this.#windows?.clear();

@@ -1,6 +1,7 @@
 // Joins the page's controls to the session. The state is kept on <body>:
 //   data-availability  available | full | unknown
-//   data-state         idle | starting | paused | running | fast | lost (nothing arrives) | ended (after it ran) | failed (never ran)
+//   data-room          there while one may wait when no machine is free
+//   data-state         idle | starting | waiting (in line) | paused | running | fast | lost (nothing arrives) | ended (after it ran) | failed (never ran)
 //   data-time          simulated time in milliseconds
 
 import { parseAddress, parseViewAddress, sessionServerOf, webToSocket } from './view/address.js';
@@ -13,6 +14,7 @@ import { Scene } from './view/scene.js';
 import { Session } from './view/session.js';
 import { say } from './view/texts.js';
 import { WakeLock } from './view/wake_lock.js';
+import { placeText, returningText, SlowVoice, waitingTitle } from './view/waiting.js';
 
 const SETTLING_MS = 3000; // the server updates its availability once a second
 const COMMANDS = ['play', 'pause', 'step', 'fast', 'reset', 'reload'];
@@ -31,6 +33,10 @@ let deadline = { ends: Infinity, extendable: 0 };
 let pauseHidden = 0; // seconds
 let resting = 0; // the timer that pauses the simulation of a hidden page
 let interrupted = ''; // its mode before that
+let place = null; // in the line: what the event "progress" tells of it
+let ticket = null; // to return with, and to what
+let hasRoom = false; // the session server of this page lets people wait
+let unseen = ''; // what happened while the page was hidden: 'started' or 'free'
 let saidStatus = () => say('viewer.idle'); // said again when the language changes
 const output = new Console(element('console'));
 const wakeLock = new WakeLock();
@@ -38,6 +44,7 @@ const picture = new Picture(element('screen'), { resized: (size) => session?.res
 picture.element.id = 'picture';
 const scene = new Scene(element('screen'), { told: setWarning });
 scene.element.id = 'scene';
+const voice = new SlowVoice((text) => setText('place-said', text));
 const availability = new Availability((value) => {
   page.dataset.availability = value;
   setText('light-text', light());
@@ -48,7 +55,7 @@ const availability = new Availability((value) => {
 function light() {
   switch (page.dataset.availability) {
     case 'available': return say('light.available');
-    case 'full': return say('light.full');
+    case 'full': return 'room' in page.dataset ? say('light.busy') : say('light.full');
     default: return say('light.unknown');
   }
 }
@@ -66,12 +73,28 @@ function setStatus(text, problem = false) {
   element('status').classList.toggle('problem', problem);
 }
 
+// People look at other tabs meanwhile.
+function sayTitle() {
+  const title = say('viewer.title');
+  switch (unseen) {
+    case 'started': document.title = say('waiting.titleStarted', { title }); break;
+    case 'free': document.title = say('waiting.titleFree', { title }); break;
+    default: document.title = waitingTitle(title, place);
+  }
+}
+
+function note(what) {
+  unseen = document.hidden ? what : '';
+  sayTitle();
+}
+
 // Hides the error message, which is no longer true.
 function takeBackRefusal() {
   if (!refused)
     return;
   refused = false;
   setState('idle');
+  note('free');
   setStatus(() => say('viewer.machineAgain'));
 }
 
@@ -122,6 +145,8 @@ function setState(state) {
 }
 
 function startText() {
+  if (place !== null)
+    return say('viewer.leaveLine');
   if (session !== null)
     return ready ? say('viewer.disconnect') : say('viewer.cancel');
   return page.dataset.state === 'idle' ? say('viewer.start') : say('viewer.startAgain');
@@ -129,7 +154,37 @@ function startText() {
 
 // What stands where the picture will be.
 function sayWithoutPicture() {
+  if (place !== null)
+    return setText('no-picture', say('waiting.hint'));
   setText('no-picture', session === null ? say('viewer.noSimulation') : say('viewer.pictureComes'));
+}
+
+const sayPlace = () => (place.ahead === undefined ? returningText(place.returning) : placeText(place));
+
+// `told`: what the event "progress" says of the place in the line. It may change every second: a screen reader is told slowly.
+function showPlace(told) {
+  const isNew = place === null;
+  place = told;
+  element('status').setAttribute('aria-live', 'off');
+  setStatus(sayPlace);
+  if (isNew) {
+    setProgress(undefined);
+    setState('waiting');
+    sayWithoutPicture();
+  }
+  voice.tell(isNew ? `${sayPlace()} ${say('waiting.hint')}` : sayPlace());
+  sayTitle();
+}
+
+function leaveLine() {
+  if (place === null)
+    return;
+  place = null;
+  voice.stop();
+  element('status').setAttribute('aria-live', 'polite');
+  setState('starting');
+  sayWithoutPicture();
+  sayTitle();
 }
 
 function sayMode() {
@@ -142,6 +197,7 @@ function sayMode() {
 
 // What scripts and styles say, in the language of the page.
 function sayAll() {
+  sayTitle();
   setText('light-text', light());
   setText('status', saidStatus());
   setText('start', startText());
@@ -159,6 +215,8 @@ function followAvailability() {
   try {
     server = parseAddress(element('connect-to').value, ownServer).server ?? ownServer;
   } catch { /* The address is not complete yet; Start tells what is wrong with it. */ }
+  page.toggleAttribute('data-room', hasRoom && server === ownServer);
+  setText('light-text', light());
   availability.follow(webToSocket(server));
 }
 
@@ -195,12 +253,13 @@ async function openScene(url) {
   }
 }
 
-// `ticket`: to return to a simulation.
-function begin(target, ticket = null) {
+// `kept`: a ticket, to return to a simulation or to the place in the line.
+function begin(target, kept = null) {
   followAvailability();
+  note('');
   scene.hide();
   lastMode = 'paused';
-  session = new Session(target, picture.size, ticket);
+  session = new Session(target, picture.size, kept);
   session.hidden = document.hidden;
   deadline = { ends: Infinity, extendable: 0 };
   interrupted = '';
@@ -225,6 +284,8 @@ function showDeadline() {
 
 // With `pauseHidden` in the server's configuration, a simulation of this page does not run for long while nobody sees it.
 function setHidden() {
+  if (!document.hidden)
+    note('');
   clearTimeout(resting);
   const mode = page.dataset.state;
   if (session !== null)
@@ -242,7 +303,9 @@ function setHidden() {
 }
 
 function leave(state, text) {
+  leaveLine();
   forget();
+  ticket = null;
   session = null;
   ready = false;
   picture.hide();
@@ -256,19 +319,37 @@ function leave(state, text) {
 }
 
 function disconnect() {
-  const owned = session.owned;
+  const said = whatWasLeft();
   session.stop();
-  leave('idle', owned ? () => say('viewer.stopped') : () => say('viewer.left'));
+  leave('idle', said);
+}
+
+function whatWasLeft() {
+  if (place !== null)
+    return () => say('viewer.gaveUp');
+  return session.owned ? () => say('viewer.stopped') : () => say('viewer.left');
 }
 
 function listen(to) {
   const on = (type, handler) => to.addEventListener(type, ({ detail }) => handler(detail));
-  on('progress', ({ text, percent }) => {
+  on('progress', ({ text, percent, ...told }) => {
+    if (told.ahead !== undefined || told.returning !== undefined)
+      return showPlace(told);
+    leaveLine();
     setStatus(percent === null || text.includes('%') ? text : `${text} (${Math.round(percent)} %)`);
     setProgress(percent);
   });
-  on('problem', ({ text }) => setStatus(text, true));
-  on('ticket', (ticket) => remember({ target: to.target, address: element('connect-to').value, ticket }));
+  on('problem', ({ text }) => {
+    leaveLine();
+    setStatus(text, true);
+  });
+  on('ticket', (given) => {
+    ticket = given === null ? null : { target: to.target, address: element('connect-to').value, ticket: given };
+    if (ticket === null)
+      forget();
+    else
+      remember(ticket);
+  });
   on('lost', ({ text, connected }) => {
     if (!ready)
       return;
@@ -299,6 +380,8 @@ function listen(to) {
     showMode();
   });
   on('ready', () => {
+    if (!ready)
+      note('started');
     ready = true;
     setProgress(undefined);
     showMode();
@@ -306,7 +389,7 @@ function listen(to) {
   on('ended', ({ text, failed, full }) => {
     const awaited = full && page.dataset.availability !== 'unknown';
     leave(failed ? 'failed' : 'ended', awaited ? () => `${text} ${say('viewer.willTell')}` : text);
-    if (awaited)
+    if (full)
       awaitMachine();
   });
 }
@@ -351,6 +434,7 @@ async function loadDefaults() {
     .catch(() => ({}));
   if (field.value === '' && typeof defaults.url === 'string')
     field.value = defaults.url;
+  hasRoom = defaults.waiting === true;
   if (Number.isFinite(defaults.pauseHidden))
     pauseHidden = defaults.pauseHidden;
   if (typeof defaults.notice === 'string' && defaults.notice !== '') {
@@ -388,7 +472,11 @@ element('extend').addEventListener('click', () => session?.extend());
 document.addEventListener('visibilitychange', setHidden);
 setInterval(() => session !== null && showDeadline(), 1000);
 // Who comes back, by a reload or with the button Back, finds the simulation again.
-window.addEventListener('pagehide', () => session?.leave());
+window.addEventListener('pagehide', () => {
+  if (ticket !== null)
+    remember(ticket); // a place is kept for so long from now on
+  session?.leave();
+});
 window.addEventListener('pageshow', ({ persisted }) => persisted && session !== null && location.reload());
 const kept = await recall();
 await loadDefaults();

@@ -1,0 +1,191 @@
+// The viewer page in the line of a session server, against fake servers.
+
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { accessibilityFindings, until } from './page.mjs';
+import { LANDSCAPE, PHONE, WORLD, cloud, openViewer, state, status } from './viewer_page.mjs';
+
+const TITLE = 'Webots simulation viewer';
+const clean = async (page, where) => assert.deepEqual(await accessibilityFindings(page), [], where);
+const title = (page, text) => page.waitForFunction((wanted) => document.title === wanted, text);
+const hide = (page, hidden) => page.evaluate((value) => {
+  Object.defineProperty(document, 'hidden', { value, configurable: true });
+  document.dispatchEvent(new Event('visibilitychange'));
+}, hidden);
+const starts = async () => (await cloud.get('started')).map((text) => JSON.parse(text));
+
+// A page whose machines are all busy, and where one may wait.
+async function openBusy(t, options) {
+  await cloud.set('defaults', { waiting: true });
+  await cloud.set('relays', true);
+  await cloud.set('place', [3, '-', '-']);
+  await cloud.call('set_available', '0');
+  return openViewer(t, options);
+}
+
+async function waitInLine(t, options) {
+  const page = await openBusy(t, options);
+  await page.click('#start');
+  await state(page, 'waiting');
+  return page;
+}
+
+test('where one may wait, the lamp says so, and a start waits', async (t) => {
+  const page = await openBusy(t);
+  await page.waitForFunction(() => document.getElementById('light-text').textContent === 'All machines are busy: you can wait in line.');
+  assert.ok(await page.isEnabled('#start'));
+  await page.click('#start');
+  await status(page, 'You are number 4 in line. How long it takes is not known yet.');
+  assert.equal((await starts())[0].start.waiting, true);
+  assert.equal(await page.isVisible('#status.problem'), false);
+});
+
+test('the lamp of another session server, and of one without a line, says that no machine is free', async (t) => {
+  const page = await openBusy(t);
+  await page.waitForSelector('body[data-room]');
+  await page.fill('#connect-to', `${(await cloud.get('page')).replace('/viewer/', '')}/other/session?url=${WORLD}`);
+  await page.locator('#connect-to').dispatchEvent('change');
+  await page.waitForSelector('body:not([data-room])');
+  await cloud.set('defaults', {});
+  const plain = await openViewer(t);
+  assert.equal(await plain.textContent('#light-text'), 'No machine is free');
+});
+
+test('place and estimate are told, and the simulation starts by itself', async (t) => {
+  const page = await waitInLine(t);
+  await title(page, `No. 4 in line – ${TITLE}`);
+  assert.equal(await page.textContent('#start'), 'Leave the line');
+  assert.equal(await page.textContent('#no-picture'), 'The simulation starts by itself when it is your turn. You can look at other tabs meanwhile.');
+  await cloud.call('move', 1, 60, 240);
+  await status(page, 'You are number 2 in line. About 1 to 4 minutes.');
+  await cloud.call('move', 0);
+  await status(page, 'You are next.');
+  await title(page, `Next in line – ${TITLE}`);
+  await cloud.call('take_turn');
+  await state(page, 'running');
+  await title(page, TITLE);
+  assert.equal(await page.textContent('#start'), 'Disconnect');
+});
+
+test('a screen reader hears the place at once, and what follows ten seconds later', async (t) => {
+  const page = await waitInLine(t);
+  assert.equal(await page.getAttribute('#status', 'aria-live'), 'off');
+  assert.match(await page.textContent('#place-said'), /^You are number 4 in line\. .* starts by itself/);
+  const begin = Date.now();
+  for (const ahead of [2, 1, 0])
+    await cloud.call('move', ahead);
+  await status(page, 'You are next.');
+  const said = await page.waitForFunction(() => {
+    const { textContent } = document.getElementById('place-said');
+    return textContent.startsWith('You are number 4') ? false : textContent;
+  });
+  assert.equal(await said.jsonValue(), 'You are next.');
+  assert.ok(Date.now() - begin > 8000, `${Date.now() - begin} ms`);
+  await cloud.call('take_turn');
+  await state(page, 'running');
+  assert.equal(await page.getAttribute('#status', 'aria-live'), 'polite');
+  assert.equal(await page.textContent('#place-said'), '');
+});
+
+test('a page that is hidden tells its place in the title, and then that it has started', async (t) => {
+  const page = await waitInLine(t);
+  await hide(page, true);
+  await cloud.call('move', 1);
+  await title(page, `No. 2 in line – ${TITLE}`);
+  await cloud.call('take_turn');
+  await title(page, `Started – ${TITLE}`);
+  await hide(page, false);
+  await title(page, TITLE);
+});
+
+test('a connection that breaks in the line is restored by itself, and the place is kept', async (t) => {
+  const page = await waitInLine(t);
+  await cloud.call('close', 'line', 1012); // the server is restarted
+  await cloud.call('shut', 'session');
+  await status(page, 'Returning to the line: your place is kept for');
+  assert.equal(await page.isVisible('#status.problem'), false);
+  assert.equal(await page.getAttribute('body', 'data-state'), 'waiting');
+  await title(page, `Waiting – ${TITLE}`);
+  await clean(page, 'returning');
+  await cloud.call('open', 'session');
+  await status(page, 'You are number 4 in line.');
+  assert.equal((await starts()).at(-1).start.waitingTicket, 'ticket-1');
+});
+
+test('a reloaded page is in its place again, and one that gave its place up is not', async (t) => {
+  const page = await waitInLine(t);
+  await page.reload();
+  await state(page, 'waiting');
+  await status(page, 'You are number 4 in line.');
+  assert.equal((await starts())[1].start.waitingTicket, 'ticket-1');
+  assert.ok((await cloud.get('requests')).filter((path) => path.startsWith('/session?')).length === 1, 'nothing is asked for anew');
+  await page.click('#start');
+  await state(page, 'idle');
+  await status(page, 'You have left the line.');
+  await title(page, TITLE);
+  await until(async () => await cloud.get('line') === 0, 'the end of the connection');
+  assert.equal((await cloud.get('farewells')).at(-1), 1000);
+  await page.reload();
+  await page.waitForSelector('body[data-room]');
+  await state(page, 'idle');
+  assert.equal((await starts()).length, 2);
+});
+
+test('a refusal on /client is taken back when a machine is free, also on a hidden page', async (t) => {
+  await cloud.set('relays', true);
+  await cloud.call('set_available', '0');
+  await cloud.set('launch', ['loading: Error: No simulation server available at the moment.']);
+  const page = await openViewer(t);
+  await page.click('#start');
+  await status(page, 'No machine is free at the moment.');
+  await cloud.call('close', 'line');
+  await state(page, 'failed');
+  await status(page, 'This page says when there is one.');
+  await hide(page, true);
+  await cloud.call('set_available', '1');
+  await status(page, 'A machine is available now');
+  assert.equal(await page.isVisible('#status.problem'), false);
+  await title(page, `A machine is free – ${TITLE}`);
+  await cloud.set('launch', null);
+  await hide(page, false);
+  await page.click('#start');
+  await state(page, 'running');
+});
+
+test('a refusal is taken back also where it was not known whether a machine is free', async (t) => {
+  const page = await openViewer(t);
+  await cloud.set('answer', 'Error: no simulation server available at the moment.');
+  await page.evaluate(() => { document.body.dataset.availability = 'unknown'; }); // its socket is broken
+  await page.click('#start');
+  await state(page, 'failed');
+  assert.equal(await page.textContent('#status'), 'No machine is free at the moment. Please try again in a few minutes.');
+  await cloud.call('set_available', '1');
+  await status(page, 'A machine is available now');
+});
+
+test('the line is said in every language, and again when another one is chosen', async (t) => {
+  const page = await waitInLine(t, { ...PHONE, locale: 'de-DE' });
+  await status(page, 'Sie sind Nummer 4 in der Warteschlange.');
+  await page.selectOption('#language', 'zh');
+  await status(page, '您排在第4位。');
+  assert.match(await page.title(), /^第4位 – /);
+  for (const language of ['en', 'de', 'es', 'fr', 'it', 'ja', 'zh']) {
+    await page.selectOption('#language', language);
+    await page.waitForSelector(`html[lang="${language}"]`);
+    assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), PHONE.viewport.width, language);
+  }
+});
+
+for (const [name, options] of Object.entries({ 'wide and light': {}, 'upright and dark': { ...PHONE, colorScheme: 'dark' }, 'on its side': LANDSCAPE })) {
+  test(`axe-core finds nothing against the line ${name}`, async (t) => {
+    const page = await openBusy(t, options);
+    await page.waitForSelector('body[data-room]');
+    await clean(page, 'busy');
+    await page.click('#start');
+    await state(page, 'waiting');
+    await clean(page, 'waiting');
+    await cloud.call('move', 0, 60, 240);
+    await status(page, 'You are next.');
+    await clean(page, 'next');
+  });
+}
