@@ -64,6 +64,15 @@ for (const [size, viewport] of Object.entries(SIZES)) {
       await shoot(page, 'student-waits');
     });
 
+    test(`student in line ${size} ${colorScheme}`, async (t) => {
+      await cloud.set('relays', true);
+      await cloud.set('place', [3, 60, 240]);
+      const page = await join(t, options);
+      await state(page, 'waiting');
+      await page.waitForSelector('#place:not([hidden])');
+      await shoot(page, 'student-in-line');
+    });
+
     test(`teacher ${size} ${colorScheme}`, async (t) => {
       const form = await openForm(t, options);
       await cloud.set('class_answers', { teach: [{ error: 'password', text: '' }] });

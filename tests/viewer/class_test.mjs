@@ -177,6 +177,38 @@ test('when every seat is taken it waits, and starts by itself when one is free',
   assert.equal(await page.isVisible('#waiting'), false);
 });
 
+test('where the session server keeps a line, it waits there as a student of the class, and starts by itself', async (t) => {
+  await cloud.set('relays', true);
+  await cloud.set('place', [3, 60, 240]);
+  const page = await join(t, PHONE);
+  await state(page, 'waiting');
+  await says(page, '#place', 'You are number 4 in line. About 1 to 4 minutes.');
+  await says(page, '#place-said', 'You are number 4 in line.');
+  await waitForSaid('state', (each) => each.state === 'waiting');
+  const { start } = JSON.parse((await cloud.get('started'))[0]);
+  assert.deepEqual([start.class, start.waiting, start.url], [JOINED.seat, true, WORLD]);
+  assert.match(await page.title(), /^No\. 4 in line – /);
+  assert.equal(await page.isVisible('#simulation'), false);
+  await clean(page, 'in line');
+  await page.reload();
+  await says(page, '#place', 'You are number 4 in line.');
+  assert.equal(JSON.parse((await cloud.get('started'))[1]).start.waitingTicket, 'ticket-1');
+  await cloud.call('close', 'line', 1012);
+  await says(page, '#place', 'Returning to the line');
+  await says(page, '#place', 'You are number 4 in line.');
+  assert.equal(await page.getAttribute('body', 'data-state'), 'waiting');
+  await hide(page, true);
+  await cloud.call('take_turn');
+  await waitForSaid('state', (each) => each.state === 'hidden');
+  assert.match(await page.title(), /^Started – /);
+  await hide(page, false);
+  await state(page, 'running');
+  assert.equal(await page.isVisible('#waiting'), false);
+  assert.equal(await page.title(), 'Webots class');
+  const asked = (await cloud.get('requests')).filter((path) => path.startsWith('/session?'));
+  assert.deepEqual(asked, [`/session?class=${JOINED.seat}`]);
+});
+
 test('after a reload it is the same place and the same simulation, as it was left', async (t) => {
   await cloud.set('keeps', true);
   await cloud.set('launch', ['reconnectToken: abc', `webots:${await cloud.call('address', 'simulator')}`]);

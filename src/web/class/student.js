@@ -4,6 +4,7 @@ import { Availability } from './view/availability.js';
 import { webToSocket } from './view/address.js';
 import { TabMemory } from './view/memory.js';
 import { say } from './view/texts.js';
+import { placeText, returningText, SlowVoice, waitingTitle } from './view/waiting.js';
 import { View } from './view/webots_view.js';
 import { ClassSocket } from './class_socket.js';
 import { classSocket, defaults, element, explainCode, explainEnd, ownServer, setText, setTrouble, show } from './page.js';
@@ -25,7 +26,10 @@ export class Student {
   #availability = new Availability((value) => value === 'available' && this.#hurry());
   #ticket = null;
   #began = false; // a simulation, at some time
-  #waits = false; // for a seat
+  #waits = false; // for a seat, where nobody else keeps a line: this page asks again and again
+  #place = null; // in the line of a session server that keeps one: what the event "progress" tells of it
+  #voice = new SlowVoice((text) => setText('place-said', text));
+  #startedUnseen = false; // the page was hidden
   #attempts = 0;
   #retry = 0;
   #reported = { text: '', at: -Infinity };
@@ -39,12 +43,19 @@ export class Student {
     this.#code = code;
     this.#view.runOnLoad = true;
     this.#view.showQuit = false; // the page has a button of its own, which says what it does
+    this.#view.offersStart = false;
     this.#view.setTimeout(-1);
     this.#view.onstate = () => this.#takeState();
     this.#view.onclose = (end) => this.#takeEnd(end);
+    this.#view.onprogress = (told) => this.#takePlace(told);
+    this.#view.onready = () => {
+      this.#startedUnseen = document.hidden;
+      this.#sayTitle();
+    };
     this.#view.onticket = (ticket) => {
       this.#ticket = ticket;
-      this.#stopWaiting();
+      if (ticket?.token !== undefined)
+        this.#stopWaiting();
       this.#keep();
     };
     element('name-form').addEventListener('submit', (event) => this.#join(event));
@@ -53,6 +64,8 @@ export class Student {
     element('told-close').addEventListener('click', () => { element('told').hidden = true; });
     element('over-next').href = './';
     document.addEventListener('visibilitychange', () => {
+      this.#startedUnseen &&= document.hidden;
+      this.#sayTitle();
       this.#rest();
       this.#sayState();
       this.#report();
@@ -66,6 +79,8 @@ export class Student {
     setText('name-title', say('class.joinTitle', { code: this.#code }));
     setText('where', this.#class === null ? this.#code : `${this.#code} · ${this.#class.name}`);
     setText('seat-status', this.#saidStatus());
+    setText('place', this.#placeText);
+    this.#sayTitle();
   }
 
   // After a reload. Whether there was something to come back to.
@@ -150,7 +165,7 @@ export class Student {
     setText('name-problem', explainCode(error, text));
   }
 
-  // `ticket`: to return to a simulation.
+  // `ticket`: to return to a simulation, or to a place in the line.
   #start(ticket = null) {
     clearTimeout(this.#retry);
     element('again').hidden = true;
@@ -161,11 +176,42 @@ export class Student {
 
   #takeState() {
     this.#began ||= this.#view.state === 'starting';
-    if (['paused', 'running', 'fast'].includes(this.#view.state))
+    if (['waiting', 'paused', 'running', 'fast'].includes(this.#view.state))
       this.#stopWaiting();
+    if (this.#view.state !== 'waiting')
+      this.#takePlace({});
     this.#sayState();
     this.#report();
   }
+
+  #takePlace(told) {
+    const inLine = told.ahead !== undefined || told.returning !== undefined;
+    if (!inLine && this.#place === null)
+      return;
+    this.#place = inLine ? told : null;
+    if (inLine)
+      this.#voice.tell(this.#placeText);
+    else
+      this.#voice.stop();
+    setText('place', this.#placeText);
+    element('place').hidden = !inLine;
+    this.#sayTitle();
+  }
+
+  get #placeText() {
+    if (this.#place === null)
+      return '';
+    return this.#place.ahead === undefined ? returningText(this.#place.returning) : placeText(this.#place);
+  }
+
+  // People look at other tabs meanwhile.
+  #sayTitle() {
+    const title = say('class.title');
+    const place = this.#place ?? (this.#waits ? {} : null);
+    document.title = this.#startedUnseen ? say('waiting.titleStarted', { title }) : waitingTitle(title, place);
+  }
+
+  get #isWaiting() { return this.#waits || this.#view.state === 'waiting'; }
 
   // Nobody else knows which simulations this class has room for, so those who wait ask, now and then, and when any seat is free.
   #takeEnd(end) {
@@ -203,18 +249,19 @@ export class Student {
 
   // As the teacher is told.
   get #state() {
-    if (this.#waits)
+    if (this.#isWaiting)
       return 'waiting';
     const state = { fast: 'running', failed: 'ended', idle: this.#began ? 'ended' : 'joined' }[this.#view.state] ?? this.#view.state;
     return document.hidden && ['running', 'paused'].includes(state) ? 'hidden' : state;
   }
 
   #sayState() {
-    element('waiting').hidden = !this.#waits;
-    element('simulation').hidden = this.#waits;
+    element('waiting').hidden = !this.#isWaiting;
+    element('simulation').hidden = this.#isWaiting;
+    this.#sayTitle();
     document.body.dataset.state = this.#state;
     this.#saidStatus = () => {
-      switch (this.#waits ? 'waiting' : this.#view.state) {
+      switch (this.#isWaiting ? 'waiting' : this.#view.state) {
         case 'waiting': return say('class.waitingTitle');
         case 'starting': return say('class.statusStarting');
         case 'running': return say('viewer.running');
