@@ -58,6 +58,8 @@ std::string viewer_defaults(SessionConfig const& config)
         defaults["url"] = config.viewer_url;
     if (config.pause_hidden > Duration::zero())
         defaults["pauseHidden"] = std::chrono::duration<double>(config.pause_hidden).count();
+    if (config.relay && config.waiting_room > 0)
+        defaults["waiting"] = true;
     return boost::json::serialize(defaults);
 }
 

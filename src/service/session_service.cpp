@@ -135,6 +135,7 @@ struct SessionService::Impl
     void write_relay(core::MetricsText& text) const;
     void update_monitor();
     void count_placed();
+    std::optional<core::WaitingFigures> waiting_figures() const;
     void note_drained();
     std::string monitor_snapshot();
     std::string monitor_text() const;
@@ -483,6 +484,19 @@ Answer SessionService::Impl::readiness(IncomingRequest const&)
 void SessionService::Impl::count_placed()
 {
     board.count_placed(std::bind_front(&Scheduler::placed, &scheduler));
+    board.note_waiting(waiting_figures());
+}
+
+std::optional<core::WaitingFigures> SessionService::Impl::waiting_figures() const
+{
+    if (!params.relay)
+        return std::nullopt;
+    auto const figures = relay.figures();
+    core::WaitingFigures waiting;
+    waiting.waiting = figures.waiting;
+    waiting.longest = figures.longest_wait;
+    waiting.relayed = figures.relayed;
+    return waiting;
 }
 
 void SessionService::Impl::note_drained()
@@ -528,6 +542,7 @@ std::string SessionService::Impl::monitor_text() const
     view.ssl = params.ssl;
     view.gateway = params.gateway;
     view.threshold = params.threshold;
+    view.waiting = waiting_figures();
     for (auto const& server : monitor.servers())
         view.servers.push_back(
             core::session_row(server, scheduler.placed(server.address), machines.drained_by(server.address)));
