@@ -26,7 +26,7 @@ FLOORS = {
     'include/webots_cloud': ['webots_cloud/', 'boost/system/', 'boost/asio/awaitable', 'boost/asio/any_io_executor'],
     'include/webots_cloud/testing': ['webots_cloud/', *ASIO_CORE],
     'src/core': [*VALUES, 'src/core/', 'boost/json', 'boost/url/', 'boost/system/',
-                 'boost/archive/iterators/', 'boost/math/distributions/'],
+                 'boost/archive/iterators/'],
     'src/web': ['src/web/'],
     'src/async': ['webots_cloud/error.hpp', 'webots_cloud/time.hpp', 'webots_cloud/transport/clock.hpp', 'src/async/', *ASIO_CORE],
     'src/service': ['webots_cloud/', 'src/core/', 'src/async/', 'src/service/', 'src/web/', *ASIO_CORE],

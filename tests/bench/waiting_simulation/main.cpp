@@ -2,6 +2,7 @@
 #include "scenarios.hpp"
 #include "table.hpp"
 
+#include "core/waiting/wait_estimate.hpp"
 #include "core/waiting/waiting_ticket.hpp"
 
 #include <algorithm>
@@ -164,7 +165,7 @@ void cost()
     std::uint64_t sum = 0;
     std::cout << "\n10,000 who wait, microseconds:\n\n";
     print_heading(std::cout, {"enter", "ahead_of the last who came", "visit all", "leave, the first",
-                              "bytes each, with its ticket"});
+                              "expect", "bytes each, with its ticket"});
     auto const enter = microseconds(
         [&] {
             for (std::uint64_t id = 0; id != count; ++id)
@@ -192,7 +193,21 @@ void cost()
                 room.leave(*first);
         },
         count);
-    print_row(std::cout, {enter, ahead, visit, leave, bytes});
+    core::WaitEstimate estimate;
+    TimePoint now{std::chrono::hours(1000)};
+    for (int session = 0; session != 10; ++session) {
+        estimate.session_began(now);
+        now += std::chrono::seconds(1);
+        estimate.session_ended(now);
+        estimate.session_began(now);
+    }
+    auto const expect = microseconds(
+        [&] {
+            for (std::size_t ahead_of_it = 0; ahead_of_it != count; ++ahead_of_it)
+                sum += static_cast<std::uint64_t>(estimate.expect(ahead_of_it, now)->most.count());
+        },
+        count);
+    print_row(std::cout, {enter, ahead, visit, leave, expect, bytes});
     if (sum == 0)
         std::cout << '\n'; // so that the compiler can't leave out what is measured
 }

@@ -2,6 +2,11 @@
 
 #include "core/waiting/wait_estimate.hpp"
 
+#include <boost/math/distributions/fisher_f.hpp>
+#include <boost/math/distributions/gamma.hpp>
+
+#include <cmath>
+
 using namespace webots_cloud;
 using namespace std::chrono_literals;
 using core::WaitEstimate;
@@ -61,22 +66,29 @@ BOOST_AUTO_TEST_CASE(after_many_departures_it_is_the_gamma_distribution)
 {
     TimePoint now;
     auto const estimate = after(20'000, now);
-    // A departure in 6 s: quantiles 10 % and 90 % of Gamma(1, 1/6), and of Gamma(10, 1/6).
-    auto const next = estimate.expect(0, now).value();
-    BOOST_TEST(seconds(next.least) == 6 * 0.1054, boost::test_tools::tolerance(0.03));
-    BOOST_TEST(seconds(next.most) == 6 * 2.3026, boost::test_tools::tolerance(0.03));
-    auto const tenth = estimate.expect(9, now).value();
-    BOOST_TEST(seconds(tenth.least) == 6 * 6.2213, boost::test_tools::tolerance(0.03));
-    BOOST_TEST(seconds(tenth.most) == 6 * 14.206, boost::test_tools::tolerance(0.03));
+    for (std::size_t const ahead : {0u, 1u, 9u, 99u}) {
+        boost::math::gamma_distribution<> const wait(static_cast<double>(ahead) + 1, 6); // a departure in 6 s
+        auto const range = estimate.expect(ahead, now).value();
+        BOOST_TEST(std::abs(cdf(wait, seconds(range.least)) - 0.1) < 0.01);
+        BOOST_TEST(std::abs(cdf(wait, seconds(range.most)) - 0.9) < 0.01);
+    }
 }
 
 BOOST_AUTO_TEST_CASE(after_few_departures_the_range_is_wider)
 {
     TimePoint now;
-    auto const few = after(5, now).expect(9, now).value();
     auto const many = after(500, now).expect(9, now).value();
+    auto const estimate = after(5, now);
+    auto const few = estimate.expect(9, now).value();
     BOOST_TEST(seconds(few.least) < seconds(many.least));
     BOOST_TEST(seconds(few.most) > 1.3 * seconds(many.most));
+    for (std::size_t const ahead : {0u, 1u, 9u, 99u}) {
+        auto const awaited = static_cast<double>(ahead) + 1;
+        boost::math::fisher_f_distribution<> const ratio(2 * awaited, 2 * 5);
+        auto const range = estimate.expect(ahead, now).value();
+        BOOST_TEST(std::abs(cdf(ratio, seconds(range.least) / (6 * awaited)) - 0.1) < 0.01);
+        BOOST_TEST(std::abs(cdf(ratio, seconds(range.most) / (6 * awaited)) - 0.9) < 0.01);
+    }
 }
 
 BOOST_AUTO_TEST_CASE(sessions_that_go_on_count_too)
