@@ -123,6 +123,40 @@ def of_crowd(key):
     return setting
 
 
+PAUSE = 1.2  # seconds; who waits is told of changes at most once a second
+
+
+@functools.cache  # two rows look at the same runs
+def waiting_room(count, _run):
+    """Browsers that wait for a seat, and the first of them leaves six times; beside them, browsers that watch the availability, and the floor."""
+    watchers = crowd(count, _run)
+    with Machines(1) as machines, PinnedSessionServer(machines, relay=True, waitingRoom=count, loadRefresh=0.1) as server:
+        machines.say("load 99")  # no seat is free
+        machines.hear("answered")
+        server.wait_for_polls(machines)
+        before = memory(server.pid)
+        with Tool("waiters", server.port, count) as waiters:
+            waiters.hear("connected")
+            time.sleep(PAUSE)  # of those who came last, others have yet to hear
+            held = (memory(server.pid) - before) / count / 1e3
+            changes = []
+            for _ in range(6):
+                left = waiters.ask("leave", "left")[0]
+                changes.append((waiters.hear("all")[0] - left) / 1e6)
+                time.sleep(PAUSE)
+    return {"memory": {"ours": held, "watching the availability": watchers["ours"]["memory"]},
+            "change": {"ours": statistics.median(changes), "floor": watchers["floor"]["flip"]}}
+
+
+def of_waiting_room(key):
+    """A setting whose samples are one figure of `waiting_room`."""
+    @contextlib.contextmanager
+    def setting(quick):
+        runs = itertools.count()
+        yield lambda: waiting_room(500 if quick else 10_000, next(runs))[key]
+    return setting
+
+
 def cost_of_polls(closing):
     @contextlib.contextmanager
     def setting(quick):
@@ -244,6 +278,10 @@ ROWS = [
     Row("memory per idle browser, 10,000", "kB", "at most 3 kB", 3, itself, memory_of_browsers),
     Row("browsers connected", "per second", "at least 12,000", 1 / 12_000, lambda sample: 1 / sample["ours"], of_crowd("rate")),
     Row("a change reaches the last of 10,000 browsers", "ms", "at most 1.15 × floor", 1.15, ratio("floor"), of_crowd("flip")),
+    Row("memory per browser in the waiting room, 10,000", "kB", "at most 1 kB more than one that watches", 1,
+        lambda sample: sample["ours"] - sample["watching the availability"], of_waiting_room("memory")),
+    Row("10,000 browsers in the waiting room learn their new position", "ms", "at most 1.15 × floor", 1.15, ratio("floor"),
+        of_waiting_room("change")),
     Row("a poll, 5,000 machines, kept connections", "µs of processor", "at most 2 × floor", 2, ratio("floor"), cost_of_polls(False)),
     Row("a poll, 5,000 machines that close", "µs of processor", "at most 2 × floor", 2, ratio("floor"), cost_of_polls(True)),
     Row("longest wait of `GET /session` while 5,000 machines are polled", "ms", "at most 5 ms", 5, itself, wait_while_polled(5000, 0)),

@@ -18,7 +18,7 @@ from row import Row, itself
 from support.browser_client import LOCAL, Browser
 from support.git_server import GitServer
 from support.ports import free_port
-from support.servers import program
+from support.servers import SessionServer, program, wait_until
 
 
 def stage_milliseconds(server, stage):
@@ -62,6 +62,33 @@ def overhead_of_start(quick):
                 overheads.append(took - (stage_milliseconds(server, "fetch") - fetched) - own_start_milliseconds())
                 server.wait_until_clean()
         return {"ours": statistics.median(overheads), "whole start": statistics.median(whole)}
+    yield measure
+
+
+@contextlib.contextmanager
+def relayed_start(quick):
+    """From `start` to `webots:` through a session server that relays `/client`, and directly; in turns, the same simulation server."""
+    starts = 3 if quick else 20
+
+    async def start(server):
+        async with Browser(server) as browser:
+            began = time.monotonic()
+            await browser.start()
+            await browser.hear("webots:")
+            return (time.monotonic() - began) * 1e3
+
+    def measure():
+        with FreeSimulationServer(**LOCAL) as simulation, SessionServer([simulation.address], relay=True) as session:
+            wait_until(lambda: session.ask("/readyz")[0] == 200, "the session server found no machine")
+            ways = {"ours": session, "direct": simulation}
+            took = {way: [] for way in ways}
+            for number in range(starts + 1):
+                for way, server in ways.items():
+                    milliseconds = asyncio.run(start(server))
+                    simulation.wait_until_clean()
+                    if number > 0:  # the first one pays for what a process does once
+                        took[way].append(milliseconds)
+        return {way: statistics.median(values) for way, values in took.items()}
     yield measure
 
 
@@ -140,6 +167,8 @@ def load_while_fetching(quick):
 
 ROWS = [
     Row("from `start` to `webots:` beyond fetch and simulator", "ms", "at most 5 ms", 5, itself, overhead_of_start),
+    Row("from `start` to `webots:`, `/client` relayed by the session server", "ms", "at most 1 ms more than direct", 1,
+        lambda sample: sample["ours"] - sample["direct"], relayed_start),
     Row("a running simulation, 100 of them", "% of a core", "under 0.1 %", 0.1, itself, of_running("cpu")),
     Row("a running simulation in the server's memory, 100 of them", "kB", "at most 64 kB", 64, itself, of_running("memory")),
     Row("a running simulation, 1,000 of them", "% of a core", "under 0.1 %", 0.1, itself, of_running("cpu", 1000)),
