@@ -29,8 +29,10 @@ constexpr auto first_message_timeout = std::chrono::seconds(30);
 constexpr std::size_t max_silent = 1000;
 constexpr std::size_t max_silent_per_client = 100;
 
-// Of a request: those who wait are many, and theirs are kept.
-constexpr std::size_t max_request = 4096;
+// Requests of those who wait are kept: short ones of all, and of long ones (`init` lists files) so many
+// bytes.
+constexpr std::size_t short_request = 4096;
+constexpr std::size_t max_kept = 16 * 1024 * 1024;
 
 constexpr std::size_t max_failures = 3; // at machines, of one browser
 constexpr std::size_t max_full = 10;    // machines that turn out to be full, before a browser waits again
@@ -41,11 +43,13 @@ constexpr Duration longest_silence = std::chrono::seconds(10); // towards those 
 // A machine that has just ended a simulation is asked that often and for so long whether its place is free.
 constexpr Duration freed_seat_poll = std::chrono::milliseconds(500);
 constexpr Duration freed_seat_time = std::chrono::seconds(6);
+constexpr Duration any_seat_poll = std::chrono::seconds(1); // of the others, in turn
+constexpr std::size_t polls_at_once = 20;
 constexpr Duration pause_after_full = std::chrono::seconds(1);
-// Who waited before a restart has so long to come back before others are served.
+// After a start nobody has a turn at first, and then only who waited before: they come back about a second
+// after they were lost, in no order.
+constexpr Duration all_return = std::chrono::milliseconds(1200);
 constexpr Duration return_first = std::chrono::seconds(2);
-// For a machine's answer to a close frame.
-constexpr Duration farewell_time = std::chrono::seconds(2);
 
 constexpr std::size_t told_at_once = 500;     // browsers, before others have their turn
 constexpr std::size_t tried_out_of_turn = 32; // browsers that need certain labels
@@ -88,8 +92,8 @@ struct ClientRelay::Machine
     Machine() = default;
 
     std::string internal_address;
-    TimePoint freed = TimePoint::min(); ///< When a simulation of ours has ended there.
-    TimePoint polled = TimePoint::min();
+    TimePoint freed{}; ///< When a simulation of ours has ended there.
+    TimePoint polled{};
 };
 
 /// Of a browser on its way to a machine, or there.
@@ -231,9 +235,6 @@ void ClientRelay::refuse(Browser& browser, std::string_view sentence)
 
 void ClientRelay::take_first(Browser& browser, std::string text)
 {
-    if (text.size() > max_request)
-        return refuse(browser,
-                      concat("This message is longer than ", std::to_string(max_request), " bytes."));
     auto const message = core::parse_client_message(text);
     if (auto const* request = std::get_if<core::SimulationRequest>(&message)) {
         if (core::is_fetch_only(*request))
@@ -269,6 +270,8 @@ void ClientRelay::begin(Browser& browser, std::string text)
         return start_carrying(browser);
     }
     if (params_.waiting_places == 0)
+        return refuse(browser, no_server);
+    if (browser.request.size() > short_request && kept_ + browser.request.size() > max_kept)
         return refuse(browser, no_server);
     if (wait_in_line(browser, now))
         give_out_seats(now);
@@ -327,6 +330,7 @@ bool ClientRelay::wait_in_line(Browser& browser, TimePoint now)
         return false;
     }
     browser.is_in_line = true;
+    kept_ += browser.request.size();
     browser.rank = room_.rank(browser.id);
     browser.told = TimePoint::min();
     auto const ahead = room_.ahead_of(browser.id);
@@ -636,11 +640,8 @@ asio::awaitable<void> ClientRelay::leave(Browser& browser, Failure const& why)
         co_return;
     auto& ride = *browser.ride;
     bool const is_lost = why == errc::unreachable || is_stopping_;
-    if (!is_lost && ride.machine) { // a machine that hears of it ends the simulation at once
+    if (!is_lost && ride.machine) // it ends the simulation at once; otherwise after the grace
         ride.machine->close(browser.channel.farewell());
-        if (ride.task)
-            (void)co_await async::with_deadline(clock_, clock_.now() + farewell_time, ride.ended.wait());
-    }
     if (ride.task)
         async::TaskGroup::cancel(*ride.task);
     while (ride.task)
@@ -655,8 +656,11 @@ void ClientRelay::update()
 /// False: it was not there.
 bool ClientRelay::leave_line(Browser& browser)
 {
+    if (!room_.leave(browser.id))
+        return false;
     browser.is_in_line = false;
-    return room_.leave(browser.id);
+    kept_ -= browser.request.size();
+    return true;
 }
 
 /// Its turn has come.
@@ -671,7 +675,7 @@ void ClientRelay::take_out_of_line(Browser& browser)
 /// First come, first served, but for those who need what no free machine has.
 void ClientRelay::give_out_seats(TimePoint now)
 {
-    if (room_.size() == 0 || is_stopping_ || !scheduler_.available(now))
+    if (room_.size() == 0 || is_stopping_ || now - began_ < all_return || !scheduler_.available(now))
         return;
     std::vector<Browser*> seated;
     std::vector<std::pair<Browser*, Failure>> hopeless;
@@ -679,7 +683,7 @@ void ClientRelay::give_out_seats(TimePoint now)
     room_.visit([&](Id id, std::size_t) {
         auto& browser = *browsers_.at(id);
         if (now < browser.not_before || (is_settling(now) && !browser.came_back))
-            return true;
+            return true; // it keeps its place
         auto const placed = try_to_place(browser, now);
         if (placed)
             seated.push_back(&browser);
@@ -707,9 +711,11 @@ asio::awaitable<result<>> ClientRelay::run()
     if (!somebody_waits_)
         somebody_waits_.emplace(co_await asio::this_coro::executor);
     for (;;) {
-        // Nobody is looked after who is not there.
-        auto const waited = room_.size() == 0 ? co_await somebody_waits_->wait()
-                                              : co_await clock_.wait_until(clock_.now() + look_at_line);
+        result<> waited;
+        if (room_.size() == 0) // nobody is to be looked after
+            waited = co_await somebody_waits_->wait();
+        else
+            waited = co_await clock_.wait_until(clock_.now() + look_at_line);
         bool const cancelled = co_await async::is_cancelled();
         if (!waited || cancelled)
             co_return Failure(asio::error::operation_aborted);
@@ -720,18 +726,31 @@ asio::awaitable<result<>> ClientRelay::run()
     }
 }
 
-/// A machine reports a free place up to `loadRefresh` later: those where a simulation has just ended are
-/// asked at once while somebody waits.
+/// A machine's regular reports tell up to `loadRefresh` later that a place is free. While somebody waits,
+/// machines are asked more often: those first where a simulation of ours has just ended, then the others in
+/// turn.
 void ClientRelay::look_for_freed_seats(TimePoint now)
 {
     if (room_.size() == 0)
         return;
-    for (auto& [entry, machine] : machines_) {
-        bool const was_freed = machine.freed != TimePoint::min() && now - machine.freed < freed_seat_time;
-        if (!was_freed || (machine.polled != TimePoint::min() && now - machine.polled < freed_seat_poll))
-            continue;
-        machine.polled = now;
-        monitor_.poll_now(entry);
+    std::size_t polls = 0;
+    auto const poll = [&](auto& entry) {
+        entry.second.polled = now;
+        monitor_.poll_now(entry.first);
+        ++polls;
+    };
+    for (auto& entry : machines_)
+        if (polls < polls_at_once && now < entry.second.freed + freed_seat_time &&
+            now >= entry.second.polled + freed_seat_poll)
+            poll(entry);
+    auto next = machines_.upper_bound(last_polled_);
+    for (std::size_t left = machines_.size(); left > 0 && polls < polls_at_once; --left) {
+        if (next == machines_.end())
+            next = machines_.begin();
+        last_polled_ = next->first;
+        if (now >= next->second.polled + any_seat_poll)
+            poll(*next);
+        ++next;
     }
 }
 

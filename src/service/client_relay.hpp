@@ -179,6 +179,8 @@ private:
     std::unordered_map<std::string, std::size_t> held_; ///< Seats, by group.
     std::optional<async::TaskGroup> tasks_;
     std::optional<async::Wakeup> somebody_waits_;
+    std::size_t kept_ = 0;    ///< Bytes of the requests of those who wait.
+    std::string last_polled_; ///< Machine, of those that are polled in turn.
     TimePoint began_;
     TimePoint told_{}; ///< When all were last told their places.
     Id last_id_ = 0;

@@ -213,12 +213,16 @@ class Machines(Relay):
     async def test_one_that_drains_sends_browsers_on(self):
         draining, good = self.machine(), self.machine()
         session = await self.session(draining.address, good.address, loadRefresh=SELDOM)
+        await self.is_served(session)  # after that nobody waits, and no machine is asked again
         self.assertEqual(draining.command("--drain")[0], 0)
         await self.served_after(session, draining, "is about to stop")
 
     async def test_one_that_is_full_sends_browsers_on(self):
         full, good = self.machine(maxConnections=1), self.machine()
         session = await self.session(full.address, good.address, loadRefresh=SELDOM)
+        first, _ = await self.is_served(session)  # after that nobody waits, and no machine is asked again
+        await first.leave()
+        await asyncio.to_thread(full.wait_until_clean)
         other = await self.visitor(full)  # the session server does not know of it
         await other.open(f"ws://{full.address}")
         await other.say(start={"url": WORLD})

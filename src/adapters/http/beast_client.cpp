@@ -237,13 +237,16 @@ private:
 // Not through Beast's serializer, which takes as long as all the rest of a poll.
 std::string to_text(HttpRequest const& request, ServerTarget const& target)
 {
+    bool const is_v6 = target.host.find(':') != std::string::npos;
     std::string text;
     text.reserve(usual_request + request.body.size());
     text.append(request.method)
         .append(" ")
         .append(target.path)
         .append(" HTTP/1.1\r\nHost: ")
-        .append(target.host);
+        .append(is_v6 ? "[" : "")
+        .append(target.host)
+        .append(is_v6 ? "]" : "");
     if (!target.has_usual_port())
         text.append(":").append(std::to_string(target.port));
     text.append("\r\nUser-Agent: webots_cloud\r\n");

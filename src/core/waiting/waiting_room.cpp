@@ -23,7 +23,10 @@ WaitingRoom::Verdict WaitingRoom::enter(Id id, std::string group, std::size_t he
     auto const answer = verdict(group);
     if (answer == Verdict::waits) {
         auto const later = penalty(params_, held + size_of(group));
-        add(id, std::move(group), arrived + std::chrono::duration_cast<WallTime::duration>(later));
+        auto rank = arrived + std::chrono::duration_cast<WallTime::duration>(later);
+        if (auto const others = groups_.find(group); others != groups_.end())
+            rank = std::max(rank, others->second.last);
+        add(id, std::move(group), rank);
     }
     return answer;
 }
@@ -42,7 +45,7 @@ bool WaitingRoom::leave(Id id)
     if (found == places_.end())
         return false;
     line_.erase({found->second.rank, id});
-    if (auto* const group = found->second.group; group && --group->second == 0)
+    if (auto* const group = found->second.group; group && --group->second.waiting == 0)
         groups_.erase(groups_.find(group->first));
     places_.erase(found);
     return true;
@@ -74,7 +77,7 @@ std::size_t WaitingRoom::ahead_of(Id id) const
 std::size_t WaitingRoom::size_of(std::string const& group) const
 {
     auto const found = groups_.find(group);
-    return found == groups_.end() ? 0 : found->second;
+    return found == groups_.end() ? 0 : found->second.waiting;
 }
 
 std::size_t WaitingRoom::group_places() const noexcept
@@ -99,7 +102,8 @@ void WaitingRoom::add(Id id, std::string group, WallTime rank)
     Groups::value_type* counted = nullptr;
     if (!group.empty()) {
         counted = &*groups_.try_emplace(std::move(group)).first;
-        ++counted->second;
+        ++counted->second.waiting;
+        counted->second.last = std::max(counted->second.last, rank);
     }
     line_.emplace(rank, id);
     places_.emplace(id, Place{rank, counted});

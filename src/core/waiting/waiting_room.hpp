@@ -27,10 +27,12 @@ struct WaitingRoomParams
 ///
 ///     arrival + min(max_penalty, seat_penalty * (seats that its group has + others of it who wait))
 ///
-/// and the lowest rank is first, the lowest id among equals. A rank never changes once it is given. So nobody
-/// is ever overtaken by somebody who came more than `max_penalty` later; and since any group may have only so
-/// many of the places, nobody can fill the room alone. Ranks are moments of the calendar, to outlive a
-/// restart: where the calendar is set back by t, the bound is `max_penalty` + t for those who waited then.
+/// or that of the last one of its group who waits, if that is later, so that a group is served in the order
+/// of arrival; the lowest rank is first, the lowest id among equals. A rank never changes once it is given.
+/// So nobody is ever overtaken by somebody who came more than `max_penalty` later; and since any group may
+/// have only so many of the places, nobody can fill the room alone. Ranks are moments of the calendar, to
+/// outlive a restart: where the calendar is set back by t, the bound is `max_penalty` + t for those who
+/// waited then.
 ///
 /// From VirtualClock (L. Zhang, SIGCOMM 1990) and Start-time Fair Queueing (P. Goyal, H. Vin, H. Cheng,
 /// SIGCOMM 1996) comes the idea to stamp each arrival with a time that lies the further ahead the more its
@@ -88,7 +90,12 @@ public:
     void apply(WaitingRoomParams params) { params_ = params; }
 
 private:
-    using Groups = std::unordered_map<std::string, std::size_t>; // group -> how many of it wait
+    struct Group
+    {
+        std::size_t waiting = 0;
+        WallTime last{}; ///< The latest rank of those who wait, or have waited since one of them did.
+    };
+    using Groups = std::unordered_map<std::string, Group>;
     struct Place
     {
         WallTime rank;

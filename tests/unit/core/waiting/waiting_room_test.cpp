@@ -77,10 +77,27 @@ BOOST_AUTO_TEST_CASE(each_seat_that_a_group_has_or_waits_for_makes_it_come_later
     BOOST_TEST(room.first().value() == 3u, "another group is not late");
     room.leave(1);
     room.enter(4, group(1), 0, noon + 2s);
-    BOOST_TEST((room.rank(4) == noon + 12s), "who has left counts no more");
+    BOOST_TEST((room.rank(4) == room.rank(2)), "who has left counts no more, but a group keeps its order");
     BOOST_TEST((room.rank(2) == noon + 31s), "a rank never changes");
     BOOST_TEST(room.size_of(group(1)) == 2u);
     BOOST_TEST(room.size_of(group(9)) == 0u);
+}
+
+BOOST_AUTO_TEST_CASE(a_group_is_served_in_the_order_of_arrival_although_it_has_less_by_now)
+{
+    WaitingRoom room;
+    WallTime const noon{};
+    for (WaitingRoom::Id id = 1; id <= 3; ++id)
+        (void)room.enter(id, "class", 10, noon); // ranks of 100 to 120 s
+    room.leave(1);
+    room.leave(2);
+    (void)room.enter(4, "class", 0, noon + 1s); // 11 s, if it were alone
+    BOOST_TEST(*room.first() == 3u);
+    BOOST_TEST((room.rank(4) == room.rank(3)));
+    room.leave(3);
+    room.leave(4);
+    (void)room.enter(5, "class", 0, noon + 2s);
+    BOOST_TEST((room.rank(5) == noon + 2s));
 }
 
 BOOST_AUTO_TEST_CASE(the_penalty_has_a_limit)
