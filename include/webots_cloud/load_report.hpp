@@ -27,6 +27,12 @@ struct WorldKey
 /// `address`: as in `start`. Not secret: who has an address can tell whether a key is that of it.
 WorldKey world_key(std::string_view address, std::string_view mode) noexcept;
 
+/// What a project is known by where somebody has it in a cache: of the address of one of its worlds, up to
+/// the folder `worlds`. `blob` or `tree`, percent-encoding, a query and a fragment make no difference.
+std::uint32_t project_key(std::string_view world_address);
+/// The same of its parts, decoded: `https://github.com/o/r` and `<ref>[/<folder>]`.
+std::uint32_t project_key(std::string_view repository, std::string_view ref_and_folder) noexcept;
+
 /// What the simulations of one world on one machine use together.
 struct WorldUse
 {
@@ -36,7 +42,7 @@ struct WorldUse
     int running = 0;       ///< Simulations that are ready,
     int starting = 0;      ///< and others.
     double processors = 0; ///< That those running keep busy.
-    double memory = 0;     ///< Bytes, of all.
+    double memory = 0;     ///< Bytes, of those running.
 
     bool operator==(WorldUse const&) const = default;
 };
@@ -72,9 +78,15 @@ struct LoadReport
     std::vector<std::string> labels;
     /// Processors of the machine: only with `worlds`.
     std::optional<double> processors;
+    /// Bytes of memory of the machine: only with `worlds`.
+    std::optional<double> memory_bytes;
     /// What its simulations use, by world: at most `max_worlds`, those with the most simulations.
     std::vector<WorldUse> worlds;
     static constexpr std::size_t max_worlds = 64;
+    /// The projects that it has in its cache, by their `project_key`, those used last first: at most
+    /// `max_projects`.
+    std::vector<std::uint32_t> projects;
+    static constexpr std::size_t max_projects = 128;
 
     bool operator==(LoadReport const&) const = default;
 };

@@ -8,6 +8,7 @@
 
 #include <boost/asio/awaitable.hpp>
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -73,6 +74,9 @@ public:
     ///
     /// Errors: as `parse_world_url`.
     result<ProjectRef> parse(std::string_view url) const;
+
+    /// Projects that are in caches, as `ProjectSource::cached` says, of all sources.
+    std::vector<std::uint32_t> cached() const;
 
     /// Fetches a project into a new directory. The source checks that the world is there.
     ///

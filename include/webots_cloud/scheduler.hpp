@@ -89,6 +89,8 @@ struct Candidate
     /// Counting placements that no browser has claimed yet, it would be refused as `full`, `memory` or
     /// `committed`. It is offered only while every machine is like that.
     bool overcommitted = false;
+    /// It has the project of this request in its cache, and its score was lowered for that.
+    bool warm = false;
 
     bool operator==(Candidate const&) const = default;
 };
@@ -218,7 +220,8 @@ struct PlacementRequest
     /// of their `ServerSpec`. Letters, digits, `.`, `_`, `-` and `+`, at most 40 in each, at most 32 labels.
     std::vector<std::string> labels;
     /// The address of its world and its mode, as in `start`: what machines have reported of that world's
-    /// sessions decides where this one has room. Empty: it counts as the average session.
+    /// sessions decides where this one has room; of machines that are about equally good, one that has its
+    /// project in its cache is chosen. Empty: it counts as the average session.
     std::string world;
     std::string mode;
     /// Machines, by their entries of "simulationServers", that do not come into question: some that have
@@ -379,6 +382,14 @@ public:
     Scheduler(Scheduler&&) noexcept;
     Scheduler& operator=(Scheduler&&) noexcept;
 
+    /// What is known of the costs of worlds, as text: some 200 kB at most, of those seen last. For who wants
+    /// to know it again after a restart.
+    std::string save_costs(TimePoint now) const;
+    /// Replaces what is known of the costs of worlds by what was saved, as old as it was then.
+    ///
+    /// Errors: `errc::invalid_argument` when the text is of no save_costs(); then nothing changes.
+    result<> load_costs(std::string_view text, TimePoint now);
+
     /// Replaces the list of machines: new ones are added, those missing are forgotten, and what is known
     /// about the others stays. Of entries with one address the first counts; a weight that is not positive
     /// counts as 1.
@@ -407,8 +418,8 @@ public:
     /// position that does not exist.
     result<Placement> place(TimePoint now);
 
-    /// The same for a session of which more is known. O(n) where its world is known, and where not
-    /// every machine that is offered comes into question.
+    /// The same for a session of which more is known. O(n) where its world is known or machines report
+    /// projects, and where not every machine that is offered comes into question.
     ///
     /// Errors: as place(now), but for held seats where they are for it; `errc::refused`, with a sentence for
     /// people, when no machine of the list has the labels, so that waiting would not help;

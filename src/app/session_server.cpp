@@ -1,6 +1,7 @@
 #include "core/text.hpp"
 #include "current_notifier.hpp"
 #include "https_redirect.hpp"
+#include "kept_costs.hpp"
 #include "log_summaries.hpp"
 #include "metrics.hpp"
 #include "operator_requests.hpp"
@@ -180,6 +181,8 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     if (!made_scheduler)
         co_return made_scheduler.error();
     auto& scheduler = *made_scheduler;
+    auto const costs = make_kept_file(config.log_dir / "session" / "world_costs.txt", app::max_kept_costs);
+    app::load_costs(scheduler, *costs, *clock, log);
     AdministratorMail administrator(config, *clock, log);
     if (auto const usable = administrator.obey(config); !usable)
         co_return usable;
@@ -241,10 +244,11 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
         return {};
     };
     auto const manager = make_service_manager();
-    auto const ended = co_await (server->run(access) || redirect.run() || operators->run(access) ||
-                                 report_to(*manager, *clock) || service.run() || monitor.run() ||
-                                 administrator.mail.run() || app::sum_up_log(log, *clock) ||
-                                 app::obey_sighup(executor, std::move(reload), config, apply, log));
+    auto const ended =
+        co_await (server->run(access) || redirect.run() || operators->run(access) ||
+                  report_to(*manager, *clock) || service.run() || monitor.run() || administrator.mail.run() ||
+                  app::sum_up_log(log, *clock) || app::keep_costs(scheduler, *costs, *clock, log) ||
+                  app::obey_sighup(executor, std::move(reload), config, apply, log));
     co_return std::visit([](result<> const& outcome) { return outcome; }, ended);
 }
 

@@ -9,9 +9,7 @@
 #include "core/text.hpp"
 #include "core/waiting/waiting_messages.hpp"
 
-#include <boost/asio/post.hpp>
 #include <boost/asio/this_coro.hpp>
-#include <boost/asio/use_awaitable.hpp>
 
 #include <algorithm>
 #include <set>
@@ -711,14 +709,16 @@ asio::awaitable<result<>> ClientRelay::run()
     if (!somebody_waits_)
         somebody_waits_.emplace(co_await asio::this_coro::executor);
     for (;;) {
+        bool const cancelled = co_await async::is_cancelled();
+        if (cancelled)
+            co_return Failure(asio::error::operation_aborted);
         result<> waited;
         if (room_.size() == 0) // nobody is to be looked after
             waited = co_await somebody_waits_->wait();
         else
             waited = co_await clock_.wait_until(clock_.now() + look_at_line);
-        bool const cancelled = co_await async::is_cancelled();
-        if (!waited || cancelled)
-            co_return Failure(asio::error::operation_aborted);
+        if (!waited)
+            co_return waited;
         auto const now = clock_.now();
         look_for_freed_seats(now);
         give_out_seats(now);
@@ -767,7 +767,6 @@ asio::awaitable<void> ClientRelay::tell_places()
         line.push_back(id);
         return true;
     });
-    auto const executor = co_await asio::this_coro::executor;
     std::optional<core::WaitRange> range;
     std::size_t next_range = 0;
     for (std::size_t ahead = 0; ahead < line.size(); ++ahead) {
@@ -779,7 +778,7 @@ asio::awaitable<void> ClientRelay::tell_places()
         if (found != browsers_.end() && found->second->is_in_line) // others have had their turn meanwhile
             tell_place(*found->second, ahead, range, now);
         if (ahead % told_at_once == told_at_once - 1)
-            co_await asio::post(executor, asio::use_awaitable);
+            (void)co_await clock_.wait_until(clock_.now());
     }
 }
 

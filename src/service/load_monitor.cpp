@@ -33,7 +33,7 @@ struct Watch
 
     std::string address;
     std::string internal_address; ///< Instead of the address, unless it is empty.
-    bool is_polled = false;       ///< A poll is in flight.
+    int polls = 0;                ///< In flight.
     double phase = 0;             ///< Where in the interval its polls lie, from 0 to 1.
     bool removed = false;
     std::optional<async::TaskGroup::Task> task;
@@ -107,9 +107,9 @@ asio::awaitable<void> LoadMonitor::Impl::keep_polling(std::shared_ptr<Watch> wat
     auto due = began + std::chrono::duration_cast<Duration>(params.interval * watch->phase);
     due -= due.time_since_epoch() % moment;
     while (!watch->removed) {
-        watch->is_polled = true;
+        ++watch->polls;
         auto const response = co_await http.send(load_request(*watch));
-        watch->is_polled = false;
+        --watch->polls;
         bool const cancelled = co_await async::is_cancelled();
         if (watch->removed || cancelled || was_aborted(response))
             break;
@@ -138,7 +138,7 @@ asio::awaitable<void> LoadMonitor::Impl::poll_once(std::shared_ptr<Watch> watch)
 {
     co_await asio::this_coro::throw_if_cancelled(false);
     auto const response = co_await http.send(load_request(*watch));
-    watch->is_polled = false;
+    --watch->polls;
     bool const cancelled = co_await async::is_cancelled();
     if (!watch->removed && !cancelled && !was_aborted(response))
         record(*watch, judge(response));
@@ -148,9 +148,9 @@ void LoadMonitor::Impl::poll_now(std::string_view address)
 {
     auto const found = std::find_if(watches.begin(), watches.end(),
                                     [address](auto const& watch) { return watch->address == address; });
-    if (!tasks || found == watches.end() || (*found)->is_polled)
+    if (!tasks || found == watches.end() || (*found)->polls != 0)
         return;
-    (*found)->is_polled = true;
+    ++(*found)->polls;
     tasks->spawn(poll_once(*found));
 }
 

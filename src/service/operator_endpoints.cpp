@@ -188,7 +188,10 @@ LoadReport OperatorEndpoints::report() const
     if (description_.cores > 0) {
         report.processors = description_.cores;
         report.worlds = worlds();
+        if (description_.memory_bytes > 0)
+            report.memory_bytes = static_cast<double>(description_.memory_bytes);
     }
+    report.projects = context_.fetcher.cached();
     return report;
 }
 

@@ -1,3 +1,4 @@
+#include <webots_cloud/load_report.hpp>
 #include <webots_cloud/project_fetcher.hpp>
 
 #include "core/text.hpp"
@@ -102,6 +103,25 @@ result<Forge> ProjectFetcher::forge_of(std::string_view url) const
 result<ProjectRef> ProjectFetcher::parse(std::string_view url) const
 {
     return parse_world_url(url, impl_->bases());
+}
+
+/// Of sources that have many, the first of each come first.
+std::vector<std::uint32_t> ProjectFetcher::cached() const
+{
+    std::vector<ProjectSource const*> sources;
+    std::vector<std::vector<std::uint32_t>> lists;
+    for (Forge const& forge : impl_->forges) {
+        if (std::ranges::find(sources, &forge.source.get()) != sources.end())
+            continue;
+        sources.push_back(&forge.source.get());
+        lists.push_back(forge.source.get().cached());
+    }
+    std::vector<std::uint32_t> all;
+    for (std::size_t rank = 0; rank != LoadReport::max_projects; ++rank)
+        for (auto const& list : lists)
+            if (rank < list.size() && all.size() != LoadReport::max_projects)
+                all.push_back(list[rank]);
+    return all;
 }
 
 asio::awaitable<result<Project>> ProjectFetcher::fetch(ProjectRef ref,

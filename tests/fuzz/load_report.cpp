@@ -43,6 +43,9 @@ int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
     again->memory = report->memory;
     fuzz::require(again->processors.has_value() == report->processors.has_value());
     again->processors = report->processors;
+    fuzz::require(again->memory_bytes.has_value() == report->memory_bytes.has_value());
+    again->memory_bytes = report->memory_bytes;
+    fuzz::require(report->projects.size() <= LoadReport::max_projects);
     fuzz::require(again->worlds.size() == report->worlds.size() &&
                   report->worlds.size() <= LoadReport::max_worlds);
     for (std::size_t i = 0; i != report->worlds.size(); ++i) {

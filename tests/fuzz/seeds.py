@@ -230,6 +230,7 @@ def load_report():
     yield b'{"load":7.875,"sessions":3,"starting":1,"capacity":100,"memory":41.5,"draining":false,"version":"1.0"}'
     yield (b'{"load":1,"sessions":2,"labels":["gpu","R2025a"],"processors":16,"worlds":[{"world":"0123456789abcdef",'
            b'"repository":"fedcba9876543210","mode":"0000000000000001","running":1,"starting":1,"processors":0.5,"memory":1e8}]}')
+    yield b'{"load":1,"processors":4,"memoryBytes":8e9,"worlds":[],"projects":"AAAAAfvvvvs"}'
     yield b'{"load":1e999,"sessions":-1}'
     yield b'{"load":0,"sessions":1.5}'
     yield b"<html>502 Bad Gateway</html>"

@@ -17,7 +17,7 @@ VALUES = ['webots_cloud/error.hpp', 'webots_cloud/time.hpp', 'webots_cloud/load_
           'webots_cloud/transport/http.hpp', 'webots_cloud/transport/host_metrics.hpp', 'webots_cloud/transport/logger.hpp',
           'webots_cloud/transport/tunnel_group.hpp']
 # What implements the services' seams, or puts everything together: none of the services' business.
-ABOVE_SERVICES = ['webots_cloud/adapters.hpp', 'webots_cloud/daemon.hpp', 'webots_cloud/instance_root.hpp', 'webots_cloud/servers.hpp',
+ABOVE_SERVICES = ['webots_cloud/adapters.hpp', 'webots_cloud/daemon.hpp', 'webots_cloud/instance_root.hpp', 'webots_cloud/kept_file.hpp', 'webots_cloud/servers.hpp',
                   'webots_cloud/subordinate_users.hpp']
 ASIO_CORE = ['boost/asio/' + name for name in (
     'any_io_executor', 'as_tuple', 'awaitable', 'bind_cancellation_slot', 'cancellation_signal', 'co_spawn', 'deferred', 'detached',
@@ -33,7 +33,7 @@ FLOORS = {
     'src/testing': ['webots_cloud/', 'src/async/', *ASIO_CORE],
     # daemon.hpp declares what adapters/threads/low_latency_scheduling.cpp implements.
     'src/adapters': [*VALUES, 'webots_cloud/transport/', 'webots_cloud/adapters.hpp', 'webots_cloud/daemon.hpp', 'webots_cloud/instance_root.hpp',
-                     'webots_cloud/subordinate_users.hpp', 'src/core/', 'src/async/', 'src/adapters/', 'boost/', 'openssl/', 'spdlog/', 'curl/',
+                     'webots_cloud/kept_file.hpp', 'webots_cloud/subordinate_users.hpp', 'src/core/', 'src/async/', 'src/adapters/', 'boost/', 'openssl/', 'spdlog/', 'curl/',
                      'git2', 'zlib.h', 'archive', 'sys/', 'linux/', 'netinet/', 'netdb.h', 'unistd.h', 'fcntl.h', 'dirent.h', 'spawn.h', 'semaphore.h', 'fts.h', 'arpa/inet.h', 'ifaddrs.h',
                      'dlfcn.h', 'grp.h', 'pwd.h'],
     'src/guard': ['src/guard/', 'sys/', 'linux/', 'net/', 'netinet/', 'arpa/', 'unistd.h', 'fcntl.h', 'poll.h', 'sched.h', 'mntent.h', 'dirent.h', 'ftw.h', 'grp.h'],
@@ -48,7 +48,6 @@ ROOMS = {
     'src/core': {
         'access': [],
         'classes': ['access'],
-        'relay': ['simulation'],
         'git': ['access'],
         'load': [],
         'logs': [],
@@ -58,6 +57,7 @@ ROOMS = {
         'projects': ['git'],
         'sandbox': ['access', 'load'],
         'simulation': ['pages'],
+        'relay': ['simulation'],
         'waiting': ['access'],
         'docker': ['simulation'],
         'config': ['access', 'docker', 'notices', 'projects', 'simulation'],

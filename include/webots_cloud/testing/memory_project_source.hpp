@@ -32,6 +32,7 @@ public:
     boost::asio::awaitable<result<>> discard(std::filesystem::path directory) override;
 
     RefMeaning ref_meaning() const noexcept override { return refs; }
+    std::vector<std::uint32_t> cached() const override { return in_cache; }
 
     /// Directories that were fetched into and not discarded; should be empty at the end of a test.
     std::set<std::filesystem::path> const& directories() const noexcept { return directories_; }
@@ -40,12 +41,13 @@ public:
     bool finishes =
         false; ///< Fetches that have begun succeed even when cancelled, like one whose thread has finished.
     RefMeaning refs = RefMeaning::git;
-    std::string notice;          ///< The notice of what is fetched.
-    std::string webots_yml;      ///< The settings of what is fetched.
-    bool large_files = false;    ///< The progress of fetches shows large files (Git LFS).
-    bool waits = false;          ///< The progress of fetches shows that they wait for others.
-    int fetching = 0;            ///< Fetches under way.
-    std::set<std::string> files; ///< What can be restored, relative to the root of a project.
+    std::vector<std::uint32_t> in_cache; ///< What `cached` says.
+    std::string notice;                  ///< The notice of what is fetched.
+    std::string webots_yml;              ///< The settings of what is fetched.
+    bool large_files = false;            ///< The progress of fetches shows large files (Git LFS).
+    bool waits = false;                  ///< The progress of fetches shows that they wait for others.
+    int fetching = 0;                    ///< Fetches under way.
+    std::set<std::string> files;         ///< What can be restored, relative to the root of a project.
     std::vector<std::string> restored;
     Fuse fuse;
 

@@ -14,6 +14,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace webots_cloud {
 
@@ -122,6 +123,10 @@ public:
 
     /// What the ref in the address of a world means to it. Asked of the sources of forges.
     virtual RefMeaning ref_meaning() const noexcept { return RefMeaning::unknown; }
+
+    /// The projects that can be fetched from a cache of its own, by their `project_key`, those used last
+    /// first; at most as many as a LoadReport has. A hint: some may be gone. Does no I/O.
+    virtual std::vector<std::uint32_t> cached() const { return {}; }
 
     /// Removes a directory that was given to `fetch`, with everything in it, whether or not that succeeded.
     virtual boost::asio::awaitable<result<>> discard(std::filesystem::path directory) = 0;

@@ -6,9 +6,11 @@
 #include "git_digest.hpp"
 #include "git_proof.hpp"
 
+#include "core/projects/repository_policy.hpp"
 #include "core/text.hpp"
 
 #include <webots_cloud/adapters.hpp>
+#include <webots_cloud/load_report.hpp>
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -16,6 +18,8 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <charconv>
+#include <functional>
 #include <utility>
 
 namespace webots_cloud::adapters {
@@ -78,6 +82,39 @@ std::optional<core::GitTarget> proven_target(fs::path const& folder, GitIndex co
     return target;
 }
 
+constexpr std::uint64_t max_ref_size = 4096;
+
+/// What a ref meant last, and the key of that project.
+struct RefMeant
+{
+    core::GitTarget target;
+    std::optional<std::uint32_t> project;
+};
+
+std::string write_ref(core::GitTarget const& target, std::uint32_t project)
+{
+    return concat(to_hex(target.commit), " ", target.folder, "\n", std::to_string(project), "\n");
+}
+
+std::optional<RefMeant> parse_ref(std::string_view text)
+{
+    auto const line = text.substr(0, text.find('\n'));
+    if (line.size() < 41 || line.size() == text.size())
+        return std::nullopt;
+    auto const commit = core::git_object_id(line.substr(0, 40));
+    if (!commit)
+        return std::nullopt;
+    RefMeant meant;
+    meant.target.commit = *commit;
+    meant.target.folder = line.substr(41);
+    auto const rest = text.substr(line.size() + 1);
+    std::uint32_t project = 0;
+    auto const [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), project);
+    if (error == std::errc() && std::string_view(end, rest.data() + rest.size()) == "\n")
+        meant.project = project;
+    return meant;
+}
+
 /// A link to one is none: what it leads to is not ours to clear away.
 bool is_folder(fs::directory_entry const& entry)
 {
@@ -86,6 +123,11 @@ bool is_folder(fs::directory_entry const& entry)
 }
 
 } // namespace
+
+std::uint32_t project_key_of(std::string const& clone_url, std::string const& ref_and_folder)
+{
+    return project_key(core::without_dot_git(clone_url), ref_and_folder);
+}
 
 GitIncoming::~GitIncoming()
 {
@@ -101,6 +143,7 @@ GitCache::GitCache(fs::path folder, std::uint64_t max_bytes, std::shared_ptr<Fet
         return;
     scan();
     trim();
+    list_projects();
 }
 
 GitCache::~GitCache() = default;
@@ -184,6 +227,28 @@ void GitCache::scan()
         if (stored_.size() == before)
             remove_tree(repository.path());
     }
+}
+
+/// What refs mean that was not removed. (A server that is older has written no keys.)
+void GitCache::list_projects()
+{
+    constexpr std::size_t max_files = 10'000;
+    std::vector<std::pair<fs::file_time_type, std::uint32_t>> found;
+    std::error_code failed;
+    for (auto const& repository : fs::directory_iterator(folder_ / "repositories", failed))
+        for (auto const& ref : fs::directory_iterator(repository.path() / "refs", failed)) {
+            auto const text = read_file(AT_FDCWD, ref.path().c_str(), max_ref_size);
+            auto const meaning = text ? parse_ref(*text) : std::nullopt;
+            if (!meaning || !meaning->project || found.size() == max_files)
+                continue;
+            auto const stored = stored_.find((repository.path() / snapshot_name(meaning->target)).string());
+            if (stored != stored_.end())
+                found.emplace_back(stored->second.used, *meaning->project);
+        }
+    std::ranges::sort(found, std::greater());
+    found.resize(std::min(found.size(), LoadReport::max_projects));
+    for (auto const& [used, project] : found)
+        projects_at_start_.push_back(project);
 }
 
 fs::path GitCache::repository(std::string const& url) const
@@ -465,9 +530,9 @@ void GitCache::remember(std::string const& url, std::string const& ref_and_folde
         return; // it always means the same
     auto const folder = repository(url) / "refs";
     auto const path = folder / digest_of(ref_and_folder);
-    auto const text = concat(to_hex(target.commit), " ", target.folder, "\n");
+    auto const text = write_ref(target, project_key_of(url, ref_and_folder));
     std::lock_guard const lock(mutex_);
-    auto const known = read_file(AT_FDCWD, path.c_str(), 4096);
+    auto const known = read_file(AT_FDCWD, path.c_str(), max_ref_size);
     if (known && *known == text)
         return;
     std::error_code failed;
@@ -488,16 +553,11 @@ std::optional<core::GitTarget> GitCache::recall(std::string const& url,
                                                 std::string const& ref_and_folder) const
 {
     auto const text =
-        read_file(AT_FDCWD, (repository(url) / "refs" / digest_of(ref_and_folder)).c_str(), 4096);
-    if (!text || text->size() < 42 || !text->ends_with('\n'))
+        read_file(AT_FDCWD, (repository(url) / "refs" / digest_of(ref_and_folder)).c_str(), max_ref_size);
+    auto meant = text ? parse_ref(*text) : std::nullopt;
+    if (!meant)
         return std::nullopt;
-    auto const commit = core::git_object_id(std::string_view(*text).substr(0, 40));
-    if (!commit)
-        return std::nullopt;
-    core::GitTarget target;
-    target.commit = *commit;
-    target.folder = text->substr(41, text->size() - 42);
-    return target;
+    return std::move(meant->target);
 }
 
 } // namespace webots_cloud::adapters

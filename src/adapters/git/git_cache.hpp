@@ -51,6 +51,9 @@ private:
     std::filesystem::path folder_;
 };
 
+/// The `project_key` of a project.
+std::uint32_t project_key_of(std::string const& clone_url, std::string const& ref_and_folder);
+
 /// Layout: `repositories/<digest of the url>/<commit>-<digest of the folder>/{index,proof,files/}`,
 /// `.../refs/<digest>` for what a ref last meant, and `incoming/` for what is not complete.
 ///
@@ -73,6 +76,10 @@ public:
 
     /// Why the cache can't be used, if so.
     result<> const& usable() const noexcept { return usable_; }
+
+    /// The projects that were there when it was made, by their `project_key`, as far as they are of branches
+    /// and tags; those asked for last first, at most as many as a LoadReport has.
+    std::vector<std::uint32_t> const& projects_at_start() const noexcept { return projects_at_start_; }
 
     /// The folder if it is there and as it should be; counts as used now. Nothing, too, soon after `aborted`
     /// becomes true.
@@ -134,6 +141,7 @@ private:
 
     void open(std::filesystem::path const& folder);
     void scan();
+    void list_projects();
     bool make_folders();
     bool restore_folders();
     void drop(std::filesystem::path const& folder);
@@ -154,6 +162,7 @@ private:
     std::shared_ptr<FetchBudget> budget_;
     FileDescriptor lock_;
     result<> usable_;
+    std::vector<std::uint32_t> projects_at_start_;
     mutable std::mutex mutex_;
     std::unordered_map<std::string, Stored> stored_; ///< By path.
     std::vector<std::string> notices_;

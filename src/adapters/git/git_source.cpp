@@ -16,6 +16,7 @@
 #include "core/text.hpp"
 
 #include <webots_cloud/adapters.hpp>
+#include <webots_cloud/load_report.hpp>
 
 #include <sys/stat.h>
 
@@ -61,6 +62,7 @@ public:
         else
             log_.error(concat("Projects can't be fetched: ", cache_.usable().error().message()));
         log_notices();
+        cached_ = cache_.projects_at_start();
     }
 
     asio::awaitable<result<FetchedProject>> fetch(FetchOrder order) override
@@ -73,7 +75,9 @@ public:
         HeadStart head_start;
         async::TaskGroup meanwhile(executor);
         meanwhile.spawn(try_head_start(order, head_start));
-        auto const key = concat(order.project.clone_url(), "\n", order.project.ref_and_folder);
+        auto const url = order.project.clone_url();
+        auto const ref_and_folder = order.project.ref_and_folder;
+        auto const key = concat(url, "\n", ref_and_folder);
         adapters::GitCoalescedFetches::Make make = maker_of(order);
         auto& fetches = fetches_.try_emplace(order.project.forge, executor_, fetches_at_once).first->second;
         auto const obtained = co_await fetches.join(key, order.progress, std::move(make));
@@ -91,12 +95,16 @@ public:
                 (void)co_await discard(order.directory);
             project = co_await deliver(std::move(order), obtained->snapshot);
         }
-        if (project)
+        if (project) {
             project->notice = obtained->notice;
+            note_use(adapters::project_key_of(url, ref_and_folder));
+        }
         co_return project;
     }
 
     RefMeaning ref_meaning() const noexcept override { return RefMeaning::git; }
+
+    std::vector<std::uint32_t> cached() const override { return cached_; }
 
     asio::awaitable<result<>> restore(RestoreOrder order) override
     {
@@ -121,6 +129,14 @@ public:
     }
 
 private:
+    /// What the cache drops stays here until others were used: that is known to threads of the pools alone.
+    void note_use(std::uint32_t project)
+    {
+        std::erase(cached_, project);
+        cached_.insert(cached_.begin(), project);
+        cached_.resize(std::min(cached_.size(), LoadReport::max_projects));
+    }
+
     void log_notices()
     {
         for (auto const& notice : cache_.take_notices())
@@ -214,6 +230,7 @@ private:
     adapters::GitCheckout checkout_;
     /// By directory: what must not leave the cache, be it mounted or wanted again.
     std::unordered_map<std::string, GitSnapshotPtr> in_use_;
+    std::vector<std::uint32_t> cached_; ///< Projects, by their key, those used last first.
     BlockingPool pool_; // these and the fetches end their threads before anything that they use goes
     BlockingPool cleaning_;
     asio::any_io_executor executor_;

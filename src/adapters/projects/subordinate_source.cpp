@@ -38,6 +38,8 @@ public:
 
     RefMeaning ref_meaning() const noexcept override { return source_.ref_meaning(); }
 
+    std::vector<std::uint32_t> cached() const override { return source_.cached(); }
+
     asio::awaitable<result<>> restore(RestoreOrder order) override
     {
         auto const scratch = scratch_ / ("restored-" + make_token());

@@ -2,6 +2,7 @@
 
 #include "core/machine_labels.hpp"
 #include "core/text.hpp"
+#include "project_digests.hpp"
 
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
@@ -158,6 +159,11 @@ bool read_worlds(json::object const& object, LoadReport& report)
         processors < min_processors || processors > max_processors)
         return false;
     report.processors = processors;
+    if (object.contains("memoryBytes")) {
+        report.memory_bytes = 0;
+        if (!read_amount(object, "memoryBytes", *report.memory_bytes) || *report.memory_bytes == 0)
+            return false;
+    }
     for (auto const& entry : *list) {
         auto const use = read_world(entry);
         if (!use)
@@ -165,6 +171,15 @@ bool read_worlds(json::object const& object, LoadReport& report)
         report.worlds.push_back(*use);
     }
     return true;
+}
+
+bool read_projects(json::object const& object, std::vector<std::uint32_t>& projects)
+{
+    auto const* value = object.if_contains("projects");
+    if (!value)
+        return true;
+    auto const* text = value->if_string();
+    return text && core::read_digests(*text, LoadReport::max_projects, projects);
 }
 
 json::object world_json(WorldUse const& use)
@@ -191,7 +206,8 @@ std::optional<LoadReport> read_object(json::object const& object)
     if (!is_load(report.load) || !read_count(object, "sessions", report.sessions) ||
         !read_count(object, "starting", report.starting) ||
         !read_count(object, "capacity", report.capacity) || !read_counters(object, report) ||
-        !read_labels(object, report.labels) || !read_worlds(object, report))
+        !read_labels(object, report.labels) || !read_worlds(object, report) ||
+        !read_projects(object, report.projects))
         return std::nullopt;
     if (auto const* memory = object.if_contains("memory")) {
         if (!memory->is_number() || !is_load(memory->to_number<double>(ignored)))
@@ -250,10 +266,14 @@ std::string to_json(LoadReport const& report, std::string_view version)
         object["labels"] = json::array(report.labels.begin(), report.labels.end());
     if (report.processors) {
         object["processors"] = *report.processors;
+        if (report.memory_bytes)
+            object["memoryBytes"] = *report.memory_bytes;
         auto& worlds = object["worlds"].emplace_array();
         for (WorldUse const& use : report.worlds)
             worlds.push_back(world_json(use));
     }
+    if (!report.projects.empty())
+        object["projects"] = core::write_digests(report.projects);
     object["version"] = version;
     return json::serialize(object);
 }

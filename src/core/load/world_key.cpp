@@ -1,6 +1,9 @@
 #include <webots_cloud/load_report.hpp>
 
+#include "core/text.hpp"
+
 #include <algorithm>
+#include <string>
 
 namespace webots_cloud {
 
@@ -32,6 +35,24 @@ WorldKey world_key(std::string_view address, std::string_view mode) noexcept
     key.repository = digest(repository_of(address), key.mode + 2);
     key.world = digest(address, key.mode + 3);
     return key;
+}
+
+std::uint32_t project_key(std::string_view world_address)
+{
+    std::string_view const location = core::without_query(world_address);
+    std::string decoded;
+    if (!core::percent_decode(location, decoded))
+        decoded = location;
+    std::string_view const address = decoded;
+    std::string_view const repository = repository_of(address);
+    std::string_view rest = address.substr(repository.size());
+    rest.remove_prefix(std::min(rest.size(), std::string_view("/blob/").size()));
+    return project_key(repository, rest.substr(0, rest.rfind("/worlds/")));
+}
+
+std::uint32_t project_key(std::string_view repository, std::string_view ref_and_folder) noexcept
+{
+    return static_cast<std::uint32_t>(digest(ref_and_folder, digest(repository, 4)) >> 32);
 }
 
 } // namespace webots_cloud

@@ -91,12 +91,14 @@ void Fleet::report(std::string_view server, LoadReport const& report, TimePoint 
     std::uint32_t const slot = found->second;
     if (!first_report_)
         first_report_ = now;
+    knows_projects_ = knows_projects_ || !report.projects.empty();
     // A machine that answers soon after our own start was running before; one that first answers later has
     // just started.
     bool const established = now - *first_report_ < params_.slow_start && !machines_[slot].was_unreachable();
     // What a crowded machine gives a simulation is not what that wants.
     if (report.processors && machines_[slot].reporting() && report.load < params_.threshold)
-        lessons_.worlds.learn(report.worlds, *report.processors, now - machines_[slot].last_report(), now);
+        lessons_.worlds.learn(report.worlds, {*report.processors, report.memory_bytes.value_or(0)},
+                              now - machines_[slot].last_report(), now);
     Arrivals const arrivals = machines_[slot].report(report, lessons_.worlds, now, established);
     if (arrivals.counted && !arrivals.exact)
         lessons_.show_rate.record(arrivals.confirmed, arrivals.expired);

@@ -44,6 +44,11 @@ public:
     /// Of a session of that world, relative to the average one.
     ExpectedCost expect(WorldKey const& key) const noexcept { return lessons_.worlds.expect(key); }
     double unseen_arrivals() const noexcept { return lessons_.foreign.unseen(); }
+    WorldCosts const& worlds() const noexcept { return lessons_.worlds; }
+    void replace_worlds(WorldCosts worlds) { lessons_.worlds = std::move(worlds); }
+    /// A machine has reported projects.
+    bool knows_projects() const noexcept { return knows_projects_; }
+    SchedulerParams const& params() const noexcept { return params_; }
 
     // Those offered, by position: dense, in no order. Overcommitted machines only while there are no others.
     std::size_t offered() const noexcept { return roomy_ != 0 ? roomy_ : usable_.size(); }
@@ -115,6 +120,7 @@ private:
     RandomSource first_turns_;
     std::uint32_t turns_ = 0;
     std::optional<TimePoint> first_report_;
+    bool knows_projects_ = false;
 };
 
 } // namespace webots_cloud::placement

@@ -34,6 +34,8 @@ json::object machine_json(Decision::Entry const& entry)
         object["refused"] = to_string(entry.machine.refusal);
     if (entry.machine.overcommitted)
         object["overcommitted"] = true;
+    if (entry.machine.warm)
+        object["warm"] = true;
     object["load"] = rounded(entry.machine.load);
     object["committed"] = rounded(entry.machine.committed);
     object["score"] = rounded(entry.machine.score);

@@ -63,6 +63,7 @@ void Record::restrict_to(Selection const& selection, PlacementRequest const& req
         Entry& entry = entries[chosen_ones[position].slot];
         entry.machine = fleet.machine(chosen_ones[position].slot).view();
         entry.machine.score = chosen_ones[position].score;
+        entry.machine.warm = chosen_ones[position].warm;
         entry.position = position;
     }
 }

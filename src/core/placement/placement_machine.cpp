@@ -26,6 +26,11 @@ constexpr int max_steps = 1'000'000;
 constexpr double max_seats = 1e6;
 /// The part of its room that a machine in its slow start has at first.
 constexpr double min_readiness = 0.1;
+/// In sessions: the part of a session's cost by which a machine that has the project may be worse.
+constexpr double preference_for_cached = 0.5;
+/// Percent of a machine's memory: more is not believed of one session, so that no false report about a world
+/// closes machines that have much free.
+constexpr double max_session_memory = 50;
 /// The rule of the Python servers: only reports count, for choosing and for refusing.
 constexpr std::string_view reports_only = "least_reported";
 
@@ -377,7 +382,7 @@ Refusal Machine::refusal(bool is_taught, SchedulerParams const& params) const no
     if (last_.capacity && view_.sessions >= *last_.capacity)
         return Refusal::full;
     int const starting = last_.starting.value_or(0);
-    if (last_.memory && *last_.memory + memory_cost_.value() * starting >= params.memory_threshold)
+    if (last_.memory && memory_with(starting_, starting) >= params.memory_threshold)
         return Refusal::memory;
     if (last_.load >= params.threshold)
         return Refusal::load;
@@ -389,11 +394,31 @@ Refusal Machine::refusal(bool is_taught, SchedulerParams const& params) const no
     return Refusal::none;
 }
 
-bool Machine::overcommitted(double unseen, bool is_taught, SchedulerParams const& params) const noexcept
+/// Percent: in use, and with so many sessions more, some of them known.
+double Machine::memory_with(KnownSessions const& known, double sessions) const noexcept
+{
+    if (!last_.memory)
+        return 0;
+    double const all = *last_.memory + memory_cost_.value() * sessions;
+    if (!last_.memory_bytes || known.sized <= 0)
+        return all;
+    double const sized = std::min(100 * known.memory / *last_.memory_bytes, max_session_memory * known.sized);
+    return all + sized - memory_cost_.value() * std::min(known.sized, sessions);
+}
+
+bool Machine::lacks_memory(ExpectedCost const& cost, SchedulerParams const& params) const noexcept
+{
+    if (!last_.memory || !last_.memory_bytes || cost.memory <= 0)
+        return false;
+    double const own = std::min(100 * cost.memory / *last_.memory_bytes, max_session_memory);
+    return memory_ + own >= params.memory_threshold;
+}
+
+bool Machine::overcommitted(bool is_taught, SchedulerParams const& params) const noexcept
 {
     if (last_.capacity && view_.sessions + view_.pending >= *last_.capacity)
         return true;
-    if (last_.memory && *last_.memory + memory_cost_.value() * unseen >= params.memory_threshold)
+    if (last_.memory && memory_ >= params.memory_threshold)
         return true;
     return is_taught && view_.committed >= params.threshold && params.policy != reports_only;
 }
@@ -418,6 +443,16 @@ double Machine::score(ExpectedCost const& cost) const noexcept
     return std::max(0.0, level_ + cost_.value() * next / room_) / weight_;
 }
 
+double Machine::preference(ExpectedCost const& cost) const noexcept
+{
+    return preference_for_cached * cost_.value() * cost.mean / weight_;
+}
+
+bool Machine::has_project(std::uint32_t key) const noexcept
+{
+    return std::ranges::find(last_.projects, key) != last_.projects.end();
+}
+
 void Machine::assess(TimePoint now, Lessons const& lessons, SchedulerParams const& params) noexcept
 {
     // Where simulations are measured, and none other, as a graphics processor, is scarcer, this is exact.
@@ -430,9 +465,7 @@ void Machine::assess(TimePoint now, Lessons const& lessons, SchedulerParams cons
     KnownSessions unseen = pending_;
     if (reservations_.count() != 0)
         unseen.scale(coming / reservations_.count());
-    unseen.count += starting_.count;
-    unseen.units += starting_.units;
-    unseen.variance += starting_.variance;
+    unseen.add(starting_);
     double const sessions = last_.starting.value_or(0) + coming;
     double const unknown = std::max(0.0, sessions - unseen.count);
     unseen_ = unseen.units_of(sessions);
@@ -453,7 +486,8 @@ void Machine::assess(TimePoint now, Lessons const& lessons, SchedulerParams cons
     view_.score = std::max(0.0, level_ + cost * next / room_) / weight_;
     bool const is_taught = lessons.cost.is_taught();
     view_.refusal = refusal(is_taught, params);
-    view_.overcommitted = overcommitted(sessions, is_taught, params);
+    memory_ = memory_with(unseen, sessions);
+    view_.overcommitted = overcommitted(is_taught, params);
     free_seats_ = seats_left(is_taught, params);
 }
 

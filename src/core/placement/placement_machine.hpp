@@ -40,6 +40,8 @@ struct KnownSessions
     double count = 0;
     double units = 0;
     double variance = 0;
+    double memory = 0; ///< Bytes,
+    double sized = 0;  ///< of so many of them.
 
     void add(ExpectedCost const& cost, double sessions) noexcept
     {
@@ -48,12 +50,26 @@ struct KnownSessions
         count += sessions;
         units += sessions * cost.mean;
         variance += sessions * cost.variance;
+        if (cost.memory > 0) {
+            memory += sessions * cost.memory;
+            sized += sessions;
+        }
+    }
+    void add(KnownSessions const& other) noexcept
+    {
+        count += other.count;
+        units += other.units;
+        variance += other.variance;
+        memory += other.memory;
+        sized += other.sized;
     }
     void scale(double part) noexcept
     {
         count *= part;
         units *= part;
         variance *= part;
+        memory *= part;
+        sized *= part;
     }
     /// Units of so many sessions, of which these are known.
     double units_of(double sessions) const noexcept { return sessions - count + units; }
@@ -88,6 +104,11 @@ public:
     Candidate const& view() const noexcept { return view_; }
     /// `view().score`, for a session of which more is known.
     double score(ExpectedCost const& cost) const noexcept;
+    /// By how much less than others it may be suited and still be chosen, because it has the project.
+    double preference(ExpectedCost const& cost) const noexcept;
+    bool has_project(std::uint32_t key) const noexcept;
+    /// That session would fill its memory.
+    bool lacks_memory(ExpectedCost const& cost, SchedulerParams const& params) const noexcept;
     /// How many more sessions it has room for: an estimate.
     std::uint32_t free_seats() const noexcept { return free_seats_; }
 
@@ -131,7 +152,8 @@ private:
     Evidence learn(LoadReport const& report, Change const& change, TimePoint now) noexcept;
     Evidence learn_by_placements(double load, TimePoint now) noexcept;
     Refusal refusal(bool is_taught, SchedulerParams const& params) const noexcept;
-    bool overcommitted(double unseen, bool is_taught, SchedulerParams const& params) const noexcept;
+    double memory_with(KnownSessions const& known, double sessions) const noexcept;
+    bool overcommitted(bool is_taught, SchedulerParams const& params) const noexcept;
     std::uint32_t seats_left(bool is_taught, SchedulerParams const& params) const noexcept;
     double readiness(TimePoint now, SchedulerParams const& params) const noexcept;
 
@@ -167,6 +189,7 @@ private:
     double variance_ = 0;    ///< and how uncertain they are.
     double variety_ = 0;     ///< Of sessions of which nothing is known.
     double room_ = 1;
+    double memory_ = 0; ///< Percent: in use, and what starting and placed sessions will need.
 
     PlacedHistory placed_;
     std::uint64_t placed_in_all_ = 0;

@@ -22,21 +22,44 @@ void Selection::select(Fleet const& fleet, PlacementRequest const& request, Expe
         bool const suits = machine.has_labels(request.labels);
         excluded_ += !is_wanted;
         lacking_ += is_wanted && !suits;
-        bool const roomy = position < fleet.roomy(); // those come first
+        bool const roomy = position < fleet.roomy() && !machine.lacks_memory(cost, fleet.params());
         if (!is_wanted || !suits || (!roomy && (has_roomy || request.only_free)))
             continue;
+        if (roomy && !has_roomy)
+            entries_.clear();
         has_roomy = roomy;
-        Entry entry;
-        entry.slot = static_cast<std::uint32_t>(slot);
-        entry.score = cost.is_known ? machine.score(cost) : machine.view().score;
-        entry.by_score = order_key(entry.score, machine.turn());
-        entry.by_load = order_key(machine.view().load, machine.turn());
-        entries_.push_back(entry); // reserved for all machines: never allocates
+        add(machine, slot, cost);
     }
     double const part = fleet.offered() == 0
                             ? 0
                             : static_cast<double>(entries_.size()) / static_cast<double>(fleet.offered());
     unseen_arrivals_ = fleet.unseen_arrivals() * std::min(part, 1.0);
+}
+
+void Selection::add(Machine const& machine, std::size_t slot, ExpectedCost const& cost) noexcept
+{
+    Entry entry;
+    entry.slot = static_cast<std::uint32_t>(slot);
+    entry.score = cost.is_known ? machine.score(cost) : machine.view().score;
+    entry.by_score = order_key(entry.score, machine.turn());
+    entry.by_load = order_key(machine.view().load, machine.turn());
+    entries_.push_back(entry); // reserved for all machines: never allocates
+}
+
+void Selection::prefer(Fleet const& fleet, std::uint32_t project, ExpectedCost const& cost) noexcept
+{
+    if (entries_.empty())
+        return;
+    double const best = std::ranges::min_element(entries_, {}, &Entry::score)->score;
+    for (Entry& entry : entries_) {
+        Machine const& machine = fleet.machine(entry.slot);
+        double const score = entry.score - machine.preference(cost);
+        if (score > best || !machine.has_project(project))
+            continue;
+        entry.warm = true;
+        entry.score = std::max(score, 0.0);
+        entry.by_score = order_key(entry.score, machine.turn());
+    }
 }
 
 bool can_ever_serve(Fleet const& fleet, PlacementRequest const& request) noexcept
@@ -52,6 +75,7 @@ Candidate SelectedSnapshot::view(std::size_t position) const noexcept
     Selection::Entry const& entry = selection_.entries()[position];
     Candidate machine = fleet_.machine(entry.slot).view();
     machine.score = entry.score;
+    machine.warm = entry.warm;
     return machine;
 }
 

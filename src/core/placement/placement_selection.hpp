@@ -22,13 +22,17 @@ public:
         std::uint64_t by_score = 0; ///< Keys: the smallest is first.
         std::uint64_t by_load = 0;
         double score = 0;
+        bool warm = false;
     };
 
     /// So that select() allocates nothing.
     void reserve(std::size_t machines) { entries_.reserve(machines); }
 
-    /// Overcommitted machines are among them only where there are no others.
+    /// Overcommitted machines, and those whose memory this session would fill, are among them only where
+    /// there are no others.
     void select(Fleet const& fleet, PlacementRequest const& request, ExpectedCost const& cost) noexcept;
+    /// To be called after select(): lowers the scores of machines that have the project.
+    void prefer(Fleet const& fleet, std::uint32_t project, ExpectedCost const& cost) noexcept;
 
     std::span<Entry const> entries() const noexcept { return entries_; }
     /// How many machines lack only the labels.
@@ -38,6 +42,8 @@ public:
     double unseen_arrivals() const noexcept { return unseen_arrivals_; }
 
 private:
+    void add(Machine const& machine, std::size_t slot, ExpectedCost const& cost) noexcept;
+
     std::vector<Entry> entries_;
     std::size_t lacking_ = 0;
     std::size_t excluded_ = 0;

@@ -59,8 +59,10 @@ bool is_usable(LoadReport const& report)
            is_count(report.sessions) && is_count(report.starting) && is_count(report.capacity) &&
            is_count(report.arrivals) && is_count(report.failed) && is_count(report.departures) &&
            (!report.processors || positive(*report.processors)) &&
+           (!report.memory_bytes || positive(*report.memory_bytes)) &&
            std::ranges::all_of(report.worlds, [](WorldUse const& use) {
-               return use.running >= 0 && use.starting >= 0 && is_percentage(use.processors);
+               return use.running >= 0 && use.starting >= 0 && is_percentage(use.processors) &&
+                      is_percentage(use.memory);
            });
 }
 
@@ -180,10 +182,13 @@ struct Scheduler::Impl
             cost = fleet.expect(world_key(request.world, request.mode));
         if (cost.is_known)
             record.expected_cost = cost.mean;
-        bool const selects =
-            !request.labels.empty() || !request.excluded.empty() || request.only_free || cost.is_known;
+        bool const may_be_cached = !request.world.empty() && fleet.knows_projects();
+        bool const selects = !request.labels.empty() || !request.excluded.empty() || request.only_free ||
+                             cost.is_known || may_be_cached;
         if (selects) {
             selection.select(fleet, request, cost);
+            if (may_be_cached)
+                selection.prefer(fleet, project_key(request.world), cost);
             record.restrict_to(selection, request, fleet);
             if (record.offered == 0 && !can_ever_serve(fleet, request))
                 return nobody_has(request.labels);
@@ -221,6 +226,7 @@ struct Scheduler::Impl
     }
 
     SchedulerParams params;
+    PlacementRequest const anybody; ///< Of place(now): made once.
     /// Those of logged decisions; the last one decides.
     std::list<placement::Policy> policies;
     std::set<std::string, std::less<>> names;
@@ -271,7 +277,7 @@ void Scheduler::mark_unreachable(std::string_view server, TimePoint now)
 
 result<Placement> Scheduler::place(TimePoint now)
 {
-    return impl_->place(PlacementRequest(), now);
+    return impl_->place(impl_->anybody, now);
 }
 
 result<Placement> Scheduler::place(PlacementRequest const& request, TimePoint now)
@@ -282,6 +288,20 @@ result<Placement> Scheduler::place(PlacementRequest const& request, TimePoint no
 void Scheduler::release(Placement const& placement, TimePoint now) noexcept
 {
     impl_->fleet.release(placement.address, placement.at, now);
+}
+
+std::string Scheduler::save_costs(TimePoint now) const
+{
+    return impl_->fleet.worlds().save(now);
+}
+
+result<> Scheduler::load_costs(std::string_view text, TimePoint now)
+{
+    auto worlds = placement::WorldCosts::load(text, now);
+    if (!worlds)
+        return unusable("these are no saved costs of worlds");
+    impl_->fleet.replace_worlds(std::move(*worlds));
+    return {};
 }
 
 bool Scheduler::available(TimePoint now) const

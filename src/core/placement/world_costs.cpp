@@ -1,7 +1,11 @@
 #include "world_costs.hpp"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
+#include <functional>
+#include <utility>
 #include <vector>
 
 namespace webots_cloud::placement {
@@ -28,6 +32,7 @@ constexpr double min_relative = 0.02;
 constexpr double least_processors = 0.001;
 /// No machine outweighs a fleet by the sessions that it claims to have.
 constexpr double most_sessions = 64;
+constexpr double max_memory = 1e15; // bytes
 /// The relative standard deviation of the sessions of one world.
 constexpr double within_world = 0.25;
 /// The fraction that a fading estimate loses in a second: a time constant of two weeks.
@@ -64,45 +69,63 @@ ExpectedCost WorldCosts::expect(WorldKey const& key) const noexcept
     expected.is_known = known > 0.5;
     double const spread = within_world * expected.mean;
     expected.variance = spread * spread;
+    if (auto const* const own = find(key.world); own && expected.is_known)
+        expected.memory = own->memory;
     return expected;
 }
 
-void WorldCosts::add(Estimate& estimate, double sample, double weight, Memory memory, TimePoint now) noexcept
+void WorldCosts::add(Estimate& estimate, Sample sample, Memory memory, TimePoint now) noexcept
 {
     double const away = std::max(0.0, std::chrono::duration<double>(now - estimate.seen).count());
+    auto const usual = [&](double number, double mean) {
+        return std::clamp(number, mean / memory.max_factor, mean * memory.max_factor);
+    };
     estimate.seen = now;
     estimate.weight = std::min(estimate.weight * fading / (fading + away), memory.max_weight);
-    if (estimate.weight > enough_to_clip)
-        sample = std::clamp(sample, estimate.mean / memory.max_factor, estimate.mean * memory.max_factor);
-    estimate.weight += weight;
-    estimate.mean += (sample - estimate.mean) * weight / estimate.weight;
+    if (estimate.weight > enough_to_clip) {
+        sample.processors = usual(sample.processors, estimate.mean);
+        if (sample.memory > 0 && estimate.memory > 0)
+            sample.memory = usual(sample.memory, estimate.memory);
+    }
+    estimate.weight += sample.weight;
+    double const part = sample.weight / estimate.weight;
+    estimate.mean += (sample.processors - estimate.mean) * part;
+    if (sample.memory > 0)
+        estimate.memory =
+            estimate.memory > 0 ? estimate.memory + (sample.memory - estimate.memory) * part : sample.memory;
 }
 
-void WorldCosts::learn(std::uint64_t digest, double sample, double weight, Memory memory, TimePoint now)
+void WorldCosts::learn(std::uint64_t digest, Sample const& sample, Memory memory, TimePoint now)
 {
     Estimate& estimate = estimates_[digest];
     if (estimate.weight == 0)
         estimate.seen = now;
-    add(estimate, sample, weight, memory, now);
+    add(estimate, sample, memory, now);
 }
 
-void WorldCosts::learn(std::vector<WorldUse> const& worlds, double processors, Duration since_last,
+void WorldCosts::learn(std::vector<WorldUse> const& worlds, MachineSize size, Duration since_last,
                        TimePoint now)
 {
     double const minutes = std::chrono::duration<double, std::ratio<60>>(since_last).count();
+    double const most_memory = size.memory > 0 ? std::min(size.memory, max_memory) : max_memory;
     for (WorldUse const& use : worlds) {
         if (use.running <= 0 || minutes <= 0)
             continue;
-        double const each = std::max(std::min(use.processors / use.running, processors), least_processors);
-        double const weight = std::min(minutes * use.running, most_at_once);
+        Sample sample;
+        sample.processors =
+            std::max(std::min(use.processors / use.running, size.processors), least_processors);
+        sample.memory = std::min(use.memory / use.running, most_memory);
+        sample.weight = std::min(minutes * use.running, most_at_once);
+        Sample of_all = sample;
         if (fleet_.weight == 0)
             fleet_.seen = now;
         double const sessions = use.running;
         // The fleet's mean is over all sessions, so its weights are.
-        add(fleet_, each, minutes * std::min(sessions, most_sessions), {most_of_fleet, of_any}, now);
-        learn(use.key.mode, each, weight, {most_of_fleet, of_any}, now);
-        learn(use.key.repository, each, weight, {most_of_repository, of_one_repository}, now);
-        learn(use.key.world, each, weight, {most_of_world, of_one_world}, now);
+        of_all.weight = minutes * std::min(sessions, most_sessions);
+        add(fleet_, of_all, {most_of_fleet, of_any}, now);
+        learn(use.key.mode, sample, {most_of_fleet, of_any}, now);
+        learn(use.key.repository, sample, {most_of_repository, of_one_repository}, now);
+        learn(use.key.world, sample, {most_of_world, of_one_world}, now);
     }
     if (estimates_.size() > max_estimates)
         forget_oldest();
@@ -118,6 +141,105 @@ void WorldCosts::forget_oldest()
     auto const middle = seen.begin() + static_cast<std::ptrdiff_t>(seen.size() / 2);
     std::ranges::nth_element(seen, middle);
     std::erase_if(estimates_, [limit = *middle](auto const& entry) { return entry.second.seen <= limit; });
+}
+
+namespace {
+
+/// The first line; another version of the format gets another number.
+constexpr std::string_view title = "webots_cloud costs of worlds 1\n";
+constexpr double max_processors = 100'000;
+constexpr double max_age = 10 * 365 * 86400.0; // s
+
+/// The next word of `line`, as a number from 0 up to `max`.
+std::optional<double> take_number(std::string_view& line, double max)
+{
+    if (!line.starts_with(' '))
+        return std::nullopt;
+    line.remove_prefix(1);
+    double number = 0;
+    auto const [end, error] = std::from_chars(line.data(), line.data() + line.size(), number);
+    if (error != std::errc() || !(number >= 0 && number <= max))
+        return std::nullopt;
+    line.remove_prefix(static_cast<std::size_t>(end - line.data()));
+    return number;
+}
+
+std::optional<std::uint64_t> take_digest(std::string_view& line)
+{
+    std::uint64_t digest = 0;
+    auto const [end, error] = std::from_chars(line.data(), line.data() + line.size(), digest, 16);
+    if (error != std::errc())
+        return std::nullopt;
+    line.remove_prefix(static_cast<std::size_t>(end - line.data()));
+    return digest;
+}
+
+void append(std::string& text, double number)
+{
+    std::array<char, 32> digits{};
+    auto const end =
+        std::to_chars(digits.data(), digits.data() + digits.size(), number, std::chars_format::general, 5)
+            .ptr;
+    text += ' ';
+    text.append(digits.data(), end);
+}
+
+} // namespace
+
+void WorldCosts::write(std::string& text, std::uint64_t digest, Estimate const& estimate, TimePoint now)
+{
+    std::array<char, 16> digits{};
+    text.append(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), digest, 16).ptr);
+    append(text, estimate.mean);
+    append(text, estimate.weight);
+    append(text, estimate.memory);
+    append(text, std::clamp(std::chrono::duration<double>(now - estimate.seen).count(), 0.0, max_age));
+    text += '\n';
+}
+
+/// The fleet comes first, under a digest that is not looked at.
+std::string WorldCosts::save(TimePoint now) const
+{
+    std::string text(title);
+    write(text, 0, fleet_, now);
+    std::vector<std::pair<TimePoint, std::uint64_t>> latest;
+    latest.reserve(estimates_.size());
+    for (auto const& [digest, estimate] : estimates_)
+        latest.emplace_back(estimate.seen, digest);
+    std::ranges::sort(latest, std::greater());
+    latest.resize(std::min(latest.size(), max_saved));
+    for (auto const& [seen, digest] : latest)
+        write(text, digest, estimates_.at(digest), now);
+    return text;
+}
+
+std::optional<WorldCosts> WorldCosts::load(std::string_view text, TimePoint now)
+{
+    if (!text.starts_with(title))
+        return std::nullopt;
+    text.remove_prefix(title.size());
+    WorldCosts costs;
+    for (std::size_t number = 0; !text.empty(); ++number) {
+        auto const end = text.find('\n');
+        if (end == std::string_view::npos || number > max_saved)
+            return std::nullopt;
+        std::string_view line = text.substr(0, end);
+        text.remove_prefix(end + 1);
+        auto const digest = take_digest(line);
+        auto const mean = digest ? take_number(line, max_processors) : std::nullopt;
+        auto const weight = mean ? take_number(line, most_of_fleet + most_sessions) : std::nullopt;
+        auto const memory = weight ? take_number(line, max_memory) : std::nullopt;
+        auto const age = memory ? take_number(line, max_age) : std::nullopt;
+        if (!age || !line.empty())
+            return std::nullopt;
+        Estimate estimate;
+        estimate.mean = std::max(*mean, least_processors);
+        estimate.weight = *weight;
+        estimate.memory = *memory;
+        estimate.seen = now - std::chrono::duration_cast<Duration>(std::chrono::duration<double>(*age));
+        (number == 0 ? costs.fleet_ : costs.estimates_[*digest]) = estimate;
+    }
+    return costs;
 }
 
 } // namespace webots_cloud::placement

@@ -6,6 +6,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <string>
 #include <string_view>
 #include <unordered_map>
 
@@ -17,6 +19,14 @@ struct ExpectedCost
     double mean = 1;     ///< 1 is the average session.
     double variance = 0; ///< Of that, where the mean is not all that is known; see `is_known`.
     bool is_known = false;
+    double memory = 0; ///< Bytes, where its world is known; 0: nobody has said.
+};
+
+/// A machine's size, which none of its simulations exceeds.
+struct MachineSize
+{
+    double processors = 0;
+    double memory = 0; ///< Bytes; 0: it has not said.
 };
 
 /// Estimates of worlds, towards those of their repositories, of their modes, and of the fleet, with weights
@@ -37,13 +47,18 @@ public:
     double processors() const noexcept { return fleet_.mean; }
 
     /// One machine's report, `since_last` after the one before.
-    /// `processors`: those of the machine; no simulation keeps more of them busy.
-    void learn(std::vector<WorldUse> const& worlds, double processors, Duration since_last, TimePoint now);
+    void learn(std::vector<WorldUse> const& worlds, MachineSize size, Duration since_last, TimePoint now);
 
     std::size_t size() const noexcept { return estimates_.size(); }
 
     /// How many worlds, repositories and modes are remembered.
     static constexpr std::size_t max_estimates = 20'000;
+
+    /// Lines of text, of at most `max_saved` estimates, those seen last.
+    std::string save(TimePoint now) const;
+    /// Nothing, if the text is of no save(), whatever else it is.
+    static std::optional<WorldCosts> load(std::string_view text, TimePoint now);
+    static constexpr std::size_t max_saved = 4000;
 
 private:
     /// In processors for each session; `weight` in minutes of sessions.
@@ -51,7 +66,16 @@ private:
     {
         double mean = 0;
         double weight = 0;
+        double memory = 0; ///< Bytes.
         TimePoint seen{};
+    };
+
+    /// What one report says of a session.
+    struct Sample
+    {
+        double processors;
+        double memory; ///< 0: nothing.
+        double weight;
     };
 
     /// How an estimate takes samples: the most that it remembers, and the factor by which one may differ.
@@ -61,8 +85,9 @@ private:
         double max_factor;
     };
 
-    static void add(Estimate& estimate, double sample, double weight, Memory memory, TimePoint now) noexcept;
-    void learn(std::uint64_t digest, double sample, double weight, Memory memory, TimePoint now);
+    static void add(Estimate& estimate, Sample sample, Memory memory, TimePoint now) noexcept;
+    void learn(std::uint64_t digest, Sample const& sample, Memory memory, TimePoint now);
+    static void write(std::string& text, std::uint64_t digest, Estimate const& estimate, TimePoint now);
     Estimate const* find(std::uint64_t digest) const noexcept;
     void forget_oldest();
 

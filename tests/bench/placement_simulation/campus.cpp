@@ -51,6 +51,7 @@ struct MachineState
     std::vector<Session> sessions;
     std::size_t departed = 0; ///< Since it came up.
     std::array<double, samples> recent{};
+    std::vector<std::uint32_t> cache; ///< Projects; the one used last is the first.
 
     double wanted() const
     {
@@ -217,6 +218,8 @@ private:
         };
         report.sessions = counts(&Session::arrives);
         report.starting = *report.sessions - counts(&Session::visible);
+        if (campus_.reports_projects)
+            report.projects = machine.cache;
         if (campus_.peers == Peers::seated)
             report.capacity = machine.seats;
         if (campus_.peers == Peers::worlds)
@@ -271,9 +274,23 @@ private:
             stranded_ += measured;
         } else if (comes) {
             MachineState& machine = machines_[*choice];
+            if (campus_.cached_projects != 0) {
+                bool const is_warm = fetch(machine, project_key(address_of(world)));
+                warm_ += measured && is_warm;
+                arrived_ += measured;
+            }
             machine.sessions.push_back({world, cost * machine.percent_per_cost, now + travel,
                                         now + visible_after, now + visible_after + stays});
         }
+    }
+
+    /// False when it was not in the cache.
+    bool fetch(MachineState& machine, std::uint32_t project) const
+    {
+        bool const is_there = std::erase(machine.cache, project) != 0;
+        machine.cache.insert(machine.cache.begin(), project);
+        machine.cache.resize(std::min(machine.cache.size(), campus_.cached_projects));
+        return is_there;
     }
 
     std::optional<std::size_t> ask(std::size_t server, std::size_t world, double now)
@@ -331,6 +348,7 @@ private:
         figures.slowdown = slow_seconds_ / user_seconds_;
         figures.refused = 100 * refused_ / users_;
         figures.stranded = 100 * stranded_ / users_;
+        figures.warm = arrived_ > 0 ? 100 * warm_ / arrived_ : 0;
         figures.unevenness = spread_ / moments_;
         return figures;
     }
@@ -350,6 +368,8 @@ private:
     double users_ = 0;
     double refused_ = 0;
     double stranded_ = 0;
+    double arrived_ = 0; ///< Where caches are looked at,
+    double warm_ = 0;    ///< and of them.
     double user_seconds_ = 0;
     double crammed_seconds_ = 0;
     double slow_seconds_ = 0;
@@ -374,6 +394,7 @@ CampusFigures average_campus(Campus const& campus, std::uint64_t seeds)
         mean.slowdown += day.slowdown / count;
         mean.refused += day.refused / count;
         mean.stranded += day.stranded / count;
+        mean.warm += day.warm / count;
         mean.unevenness += day.unevenness / count;
     }
     return mean;

@@ -48,6 +48,8 @@ struct Campus
     double mean_life = 0;     ///< s until a machine dies; 0: none does. It is back, empty, after `repair`.
     double repair = 300;      ///< s.
     std::size_t session_servers = 1;
+    std::size_t cached_projects = 0; ///< How many a machine's cache holds, those used last; 0: not looked at.
+    bool reports_projects = false;   ///< Peers::worlds tell which.
     Peers peers = Peers::counted;
     Knowledge knowledge = Knowledge::reports;
     std::string policy = "least_committed";
@@ -64,6 +66,7 @@ struct CampusFigures
     double slowdown = 0;   ///< Mean over users' time: how much more than all of it they want; 1 is none.
     double refused = 0;    ///< Of users: told that no server is available.
     double stranded = 0;   ///< Of users: sent to a machine that was dead already.
+    double warm = 0;       ///< Of users placed: where their project was in the cache.
     double unevenness = 0; ///< Percent: standard deviation of the load over machines, mean over time.
 };
 CampusFigures simulate_campus(Campus const& campus, std::uint64_t seed);

@@ -89,4 +89,30 @@ void campus(Output& output)
         std::ofstream(*output.images / "campus.svg") << to_svg(chart);
 }
 
+void warm_starts(Output& output)
+{
+    std::vector<Scenario> all(3);
+    all[0].name = "equal machines";
+    all[0].campus.seats.assign(20, 16);
+    all[1].name = "unequal";
+    all[2].name = "five session servers";
+    all[2].campus.session_servers = 5;
+    output.tables << "\nWhere the project is already there, seeds 1 to " << seeds << ":\n\n";
+    print_heading(output.tables, {"", "warm %", "time crammed %", "refused %", "unevenness %"});
+    for (Scenario& scenario : all) {
+        Campus& campus = scenario.campus;
+        campus.peers = Peers::worlds;
+        campus.worlds = 3000;
+        campus.cached_projects = 40;
+        for (bool const told : {false, true}) {
+            campus.reports_projects = told;
+            CampusFigures const figures = average_campus(campus, seeds);
+            print_row(output.tables, {scenario.name + (told ? ", projects reported" : ", not reported"),
+                                      decimals(figures.warm, 1), decimals(figures.crammed, 1),
+                                      decimals(figures.refused, 1), decimals(figures.unevenness, 1)});
+            output.tables.flush();
+        }
+    }
+}
+
 } // namespace simulation

@@ -17,5 +17,6 @@ void theory(Output& output);
 void stale_reports(Output& output);
 void classroom(Output& output);
 void campus(Output& output);
+void warm_starts(Output& output);
 
 } // namespace simulation

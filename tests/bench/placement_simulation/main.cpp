@@ -1,4 +1,4 @@
-// placement_simulation [--images FOLDER] [theory] [stale] [classroom] [campus]: without names, all
+// placement_simulation [--images FOLDER] [theory] [stale] [classroom] [campus] [warm]: without names, all
 // experiments.
 #include "experiments.hpp"
 
@@ -10,8 +10,11 @@
 int main(int argc, char** argv)
 {
     using namespace simulation;
-    std::map<std::string, void (*)(Output&)> const experiments = {
-        {"theory", theory}, {"stale", stale_reports}, {"classroom", classroom}, {"campus", campus}};
+    std::map<std::string, void (*)(Output&)> const experiments = {{"theory", theory},
+                                                                  {"stale", stale_reports},
+                                                                  {"classroom", classroom},
+                                                                  {"campus", campus},
+                                                                  {"warm", warm_starts}};
     Output output{std::cout, {}};
     std::vector<std::string> chosen;
     for (int argument = 1; argument < argc; ++argument) {
@@ -21,13 +24,13 @@ int main(int argc, char** argv)
         } else if (experiments.contains(word)) {
             chosen.push_back(word);
         } else {
-            std::cerr
-                << "usage: placement_simulation [--images FOLDER] [theory] [stale] [classroom] [campus]\n";
+            std::cerr << "usage: placement_simulation [--images FOLDER] [theory] [stale] [classroom] "
+                         "[campus] [warm]\n";
             return 2;
         }
     }
     if (chosen.empty())
-        chosen = {"theory", "stale", "classroom", "campus"};
+        chosen = {"theory", "stale", "classroom", "campus", "warm"};
     for (std::string const& name : chosen)
         experiments.at(name)(output);
 }

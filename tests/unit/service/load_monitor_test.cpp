@@ -235,6 +235,82 @@ BOOST_AUTO_TEST_CASE(new_parameters_hold_from_each_servers_next_poll_on)
     BOOST_TEST((fixture.monitor.apply(next).error() == errc::invalid_argument));
 }
 
+BOOST_AUTO_TEST_CASE(one_more_poll_comes_at_once_and_moves_no_other)
+{
+    Fixture fixture({"a:2000", "b:2000"});
+    Fixture other({"a:2000", "b:2000"});
+    for (Fixture* const each : {&fixture, &other}) {
+        each->http.expect("GET http://a:2000/load").reply(200, "1");
+        each->http.expect("GET http://a:2000/load").reply(200, "2").always();
+        each->http.expect("GET http://b:2000/load").reply(200, "1").always();
+        each->start();
+        each->events();
+        each->world.advance(1s);
+    }
+    fixture.monitor.poll_now("a:2000");
+    fixture.world.settle();
+    BOOST_TEST(fixture.events().front().server.report.load == 2);
+    for (int tenth = 0; tenth != 200; ++tenth) {
+        BOOST_TEST(fixture.polls_of("http://a:2000/load") == other.polls_of("http://a:2000/load") + 1);
+        BOOST_TEST(fixture.polls_of("http://b:2000/load") == other.polls_of("http://b:2000/load"));
+        fixture.world.advance(100ms);
+        other.world.advance(100ms);
+    }
+    BOOST_TEST(other.polls_of("http://a:2000/load") >= 5u);
+}
+
+BOOST_AUTO_TEST_CASE(no_second_poll_begins_while_one_is_in_flight)
+{
+    Fixture fixture({"a:2000"});
+    fixture.http.expect("GET http://a:2000/load").after(2s).reply(200, "1");
+    fixture.http.expect("GET http://a:2000/load").after(4500ms).reply(200, "2");
+    fixture.http.expect("GET http://a:2000/load").after(1s).reply(200, "3").always();
+    fixture.start();
+    fixture.monitor.poll_now("a:2000");
+    fixture.world.settle();
+    BOOST_TEST(fixture.polls_of("http://a:2000/load") == 1u);
+    fixture.world.advance(3s);
+    fixture.monitor.poll_now("a:2000"); // answers after 7.5 s
+    fixture.monitor.poll_now("a:2000");
+    fixture.world.settle();
+    BOOST_TEST(fixture.polls_of("http://a:2000/load") == 2u);
+    fixture.world.advance(3500ms); // that of 5 s has come back, the other one has not
+    fixture.monitor.poll_now("a:2000");
+    fixture.world.settle();
+    BOOST_TEST(fixture.polls_of("http://a:2000/load") == 3u);
+    fixture.world.advance(1s);
+    BOOST_TEST(fixture.monitor.servers()[0].report.load == 2);
+}
+
+BOOST_AUTO_TEST_CASE(a_poll_of_a_server_that_is_not_listed_or_not_watched_yet_does_nothing)
+{
+    Fixture fixture({"a:2000"});
+    fixture.http.expect("GET http://a:2000/load").reply(200, "1").always();
+    fixture.monitor.poll_now("a:2000");
+    fixture.world.settle();
+    BOOST_TEST(fixture.http.requests().empty());
+    fixture.start();
+    fixture.monitor.poll_now("b:2000");
+    fixture.world.settle();
+    BOOST_TEST(fixture.http.requests().size() == 1u);
+}
+
+BOOST_AUTO_TEST_CASE(the_answer_of_a_server_that_has_left_the_list_is_dropped)
+{
+    Fixture fixture({"a:2000"});
+    fixture.http.expect("GET http://a:2000/load").reply(200, "1");
+    fixture.http.expect("GET http://a:2000/load").after(2s).reply(200, "2");
+    fixture.start();
+    fixture.events();
+    fixture.world.advance(1s);
+    fixture.monitor.poll_now("a:2000");
+    fixture.world.settle();
+    fixture.monitor.set_servers({});
+    fixture.world.advance(5s);
+    BOOST_TEST(fixture.monitor.servers().empty());
+    BOOST_TEST(fixture.polls_of("http://a:2000/load") == 2u);
+}
+
 BOOST_AUTO_TEST_CASE(it_is_not_made_with_unusable_parameters)
 {
     testing::World world;

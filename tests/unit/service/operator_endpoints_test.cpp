@@ -412,6 +412,7 @@ BOOST_AUTO_TEST_CASE(the_report_tells_what_worlds_use_once_it_has_been_measured)
     Ended ended; // outlives the fixture, whose end cancels what writes it
     Fixture fixture;
     fixture.metrics.host.cores = 8;
+    fixture.metrics.host.memory_bytes = 16'000'000'000;
     fixture.endpoints.emplace(fixture.params, fixture.hooks, fixture.context, fixture.sessions,
                               fixture.metrics);
     fixture.tasks.spawn(look_at_processes(*fixture.endpoints, ended));
@@ -423,6 +424,7 @@ BOOST_AUTO_TEST_CASE(the_report_tells_what_worlds_use_once_it_has_been_measured)
     fixture.add_session("https://github.com/o/r/blob/main/worlds/b.wbt");
     auto report = fixture.report(); // which asks for a look at the simulators
     BOOST_TEST(report.processors.value() == 8);
+    BOOST_TEST(report.memory_bytes.value() == 16e9);
     BOOST_REQUIRE(report.worlds.size() == 2u);
     BOOST_TEST((report.worlds[0].key == world_key("https://github.com/o/r/blob/main/worlds/a.wbt", "x3d")));
     BOOST_TEST(report.worlds[0].starting == 2);
@@ -431,6 +433,14 @@ BOOST_AUTO_TEST_CASE(the_report_tells_what_worlds_use_once_it_has_been_measured)
     fixture.world.advance(1s);
     fixture.world.settle();
     BOOST_TEST(fixture.report().worlds[0].running == 1);
+}
+
+BOOST_AUTO_TEST_CASE(the_report_tells_which_projects_are_cached)
+{
+    Fixture fixture;
+    BOOST_TEST(fixture.report().projects.empty());
+    fixture.source.in_cache = {7, 0xffffffff};
+    BOOST_TEST((fixture.report().projects == std::vector<std::uint32_t>{7, 0xffffffff}));
 }
 
 BOOST_AUTO_TEST_CASE(figures_show_each_session_in_one_state)

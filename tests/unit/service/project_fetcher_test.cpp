@@ -2,6 +2,7 @@
 
 #include "async/task_group.hpp"
 
+#include <webots_cloud/load_report.hpp>
 #include <webots_cloud/project_fetcher.hpp>
 #include <webots_cloud/testing/memory_project_source.hpp>
 #include <webots_cloud/testing/recording_log.hpp>
@@ -9,6 +10,7 @@
 
 #include <boost/asio/this_coro.hpp>
 
+#include <algorithm>
 #include <optional>
 
 using namespace webots_cloud;
@@ -34,6 +36,8 @@ public:
         restores.push_back(order);
         return projects.restore(std::move(order));
     }
+
+    std::vector<std::uint32_t> cached() const override { return projects.in_cache; }
 
     asio::awaitable<result<>> discard(std::filesystem::path directory) override
     {
@@ -185,6 +189,25 @@ BOOST_AUTO_TEST_CASE(each_forge_fetches_restores_and_removes_what_is_its_own)
     BOOST_TEST((fixture.world.run(fixture.fetcher.restore(*project, "none.py")).error() == errc::not_found));
     fixture.discard(project);
     BOOST_TEST(fixture.lab.projects.directories().empty());
+}
+
+BOOST_AUTO_TEST_CASE(what_is_cached_is_told_of_all_forges_and_no_more_than_a_report_has)
+{
+    Fixture fixture;
+    BOOST_TEST(fixture.fetcher.cached().empty());
+    fixture.github.projects.in_cache = {1, 2, 3};
+    fixture.lab.projects.in_cache = {11};
+    BOOST_TEST((fixture.fetcher.cached() == std::vector<std::uint32_t>{1, 11, 2, 3}));
+    fixture.github.projects.in_cache.assign(LoadReport::max_projects, 7);
+    fixture.lab.projects.in_cache.assign(LoadReport::max_projects, 8);
+    auto const all = fixture.fetcher.cached();
+    BOOST_TEST(all.size() == LoadReport::max_projects);
+    BOOST_TEST((std::ranges::count(all, 8u) == 64));
+    ProjectFetcher const one_source(
+        fetcher_params(), {Forge("https://github.com", fixture.lab), Forge("https://lab.org", fixture.lab)},
+        fixture.log.logger());
+    fixture.lab.projects.in_cache = {5};
+    BOOST_TEST((one_source.cached() == std::vector<std::uint32_t>{5}));
 }
 
 BOOST_AUTO_TEST_CASE(projects_of_websites_have_a_source_of_their_own_for_all_of_their_life)

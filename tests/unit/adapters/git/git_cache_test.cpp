@@ -6,6 +6,8 @@
 #include "adapters/git/git_digest.hpp"
 #include "adapters/git/git_proof.hpp"
 
+#include <webots_cloud/load_report.hpp>
+
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -268,6 +270,33 @@ BOOST_AUTO_TEST_CASE(what_is_in_the_place_of_its_folders_is_set_aside)
             BOOST_TEST((cache->find(url, target) != nullptr));
         }
     }
+}
+
+BOOST_AUTO_TEST_CASE(the_projects_that_are_there_are_listed_at_the_start)
+{
+    BOOST_TEST(cache->projects_at_start().empty());
+    publish();
+    cache->remember(url, "main/folder", target);
+    auto elsewhere = target;
+    elsewhere.folder = "not here";
+    cache->remember(url, "dev", elsewhere);
+    BOOST_TEST((cache->recall(url, "main/folder").value().commit == target.commit));
+    BOOST_TEST(cache->recall(url, "dev").value().folder == "not here");
+    reopen();
+    std::vector<std::uint32_t> const expected = {
+        project_key("https://forge.org/owner/robots", "main/folder")};
+    BOOST_TEST((cache->projects_at_start() == expected));
+    BOOST_TEST((adapters::project_key_of(url, "main/folder") == expected.front()));
+    // As older servers have written it.
+    for (auto const& ref : fs::recursive_directory_iterator(folder / "cache" / "repositories"))
+        if (ref.path().parent_path().filename() == "refs")
+            std::ofstream(ref.path()) << to_hex(target.commit) << " folder\n";
+    reopen();
+    BOOST_TEST(cache->recall(url, "main/folder").value().folder == "folder");
+    BOOST_TEST(cache->projects_at_start().empty());
+    cache->make_room();
+    reopen();
+    BOOST_TEST(cache->projects_at_start().empty());
 }
 
 BOOST_AUTO_TEST_SUITE_END()

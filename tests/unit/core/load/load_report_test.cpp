@@ -85,6 +85,7 @@ BOOST_AUTO_TEST_CASE(what_worlds_use_is_told_by_digests)
     use.starting = 1;
     use.processors = 2.5;
     use.memory = 1e9;
+    report.memory_bytes = 64e9;
     std::string const text = to_json(report, "1.2.3");
     BOOST_TEST((parse_load_report(text).value() == report));
     BOOST_TEST(text.find("github") == std::string::npos);
@@ -105,6 +106,9 @@ BOOST_AUTO_TEST_CASE(worlds_that_make_no_sense_are_no_report)
     BOOST_TEST(
         with("4", "{" + keys + R"(,"running":2,"starting":1,"processors":0.5,"memory":1})").has_value());
     BOOST_TEST(!parse_load_report(R"({"load":1,"worlds":[]})"), "of how many processors?");
+    for (auto const* bytes : {"0", "-1", "1e999", "\"4\""})
+        BOOST_TEST(!with("4", std::string(R"(],"memoryBytes":)") + bytes + R"(,"x":[)"), bytes);
+    BOOST_TEST(with("4", R"(],"memoryBytes":8e9,"x":[)")->memory_bytes.value() == 8e9);
     for (auto const* processors : {"0", "-1", "1e999", "1e-9", "1e9", "\"4\""})
         BOOST_TEST(!with(processors, "{" + keys + "}"), processors);
     std::vector<std::string> const wrong = {
@@ -125,6 +129,49 @@ BOOST_AUTO_TEST_CASE(worlds_that_make_no_sense_are_no_report)
         many += ",{" + keys + "}";
     BOOST_TEST(with("4", many)->worlds.size() == LoadReport::max_worlds);
     BOOST_TEST(!with("4", many + ",{" + keys + "}"));
+}
+
+BOOST_AUTO_TEST_CASE(projects_are_one_string_of_digests)
+{
+    LoadReport report(12.5);
+    report.projects = {0, 1, 0xffffffff, 0x12345678, 0xfedcba98};
+    for (; !report.projects.empty(); report.projects.pop_back())
+        BOOST_TEST((parse_load_report(to_json(report, "1")).value() == report));
+    report.projects = {0x00000001, 0xfbefbefb};
+    BOOST_TEST(boost::json::parse(to_json(report, "1")).at("projects") == "AAAAAfvvvvs");
+    report.projects.assign(LoadReport::max_projects, 0xabcdef01);
+    std::string const most = to_json(report, "1");
+    BOOST_TEST(boost::json::parse(most).at("projects").as_string().size() == 683u);
+    BOOST_TEST((parse_load_report(most).value() == report));
+}
+
+BOOST_AUTO_TEST_CASE(projects_that_make_no_sense_are_no_report)
+{
+    auto const with = [](std::string const& projects) {
+        return parse_load_report(R"({"load":1,"projects":)" + projects + "}");
+    };
+    BOOST_TEST((with(R"("AAAAAQ")").value().projects == std::vector<std::uint32_t>{1}));
+    BOOST_TEST(with(R"("")").value().projects.empty());
+    for (auto const* wrong : {"1", "null", "[]", R"(["AAAAAQ"])", R"("AAAAA")", R"("AAAAAQA")", R"("AAAAAR")",
+                              R"("AAAA=Q")", R"("AAAA+Q")", R"("AAAA Q")", R"("AAAAAQ==")"})
+        BOOST_TEST(!with(wrong), wrong);
+    BOOST_TEST(!with("\"" + std::string(688, 'A') + "\""), "129 digests");
+}
+
+BOOST_AUTO_TEST_CASE(a_project_is_known_by_its_repository_ref_and_folder)
+{
+    std::uint32_t const key = project_key("https://github.com/o/r/blob/main/a/b/worlds/w.wbt");
+    BOOST_TEST(key == project_key("https://github.com/o/r", "main/a/b"));
+    for (auto const* same : {"https://github.com/o/r/blob/main/a/b/worlds/other.wbt",
+                             "https://github.com/o/r/tree/main/a/b/worlds/w.wbt",
+                             "https://github.com/o/r/blob/main/a/%62/worlds/w.wbt?x#y"})
+        BOOST_TEST(project_key(same) == key, same);
+    for (auto const* other :
+         {"https://github.com/o/r/blob/main/a/worlds/w.wbt",
+          "https://github.com/o/r/blob/dev/a/b/worlds/w.wbt",
+          "https://github.com/o/s/blob/main/a/b/worlds/w.wbt",
+          "https://gitlab.com/o/r/blob/main/a/b/worlds/w.wbt", "https://github.com/o/r", "", "%", "/blob/"})
+        BOOST_TEST(project_key(other) != key, other);
 }
 
 BOOST_AUTO_TEST_CASE(more_labels_than_a_machine_can_have_are_refused)

@@ -40,7 +40,7 @@ struct Fleet
     {
         worlds.push_back(use_of("average", "average", 900, 900));
         for (int report = 0; report != reports; ++report)
-            costs.learn(worlds, 10'000, seconds(5), now += seconds(5));
+            costs.learn(worlds, {10'000, 0}, seconds(5), now += seconds(5));
     }
     ExpectedCost expect(std::string const& repository, std::string const& world,
                         std::string const& mode = "mjpeg") const
@@ -149,6 +149,138 @@ BOOST_AUTO_TEST_CASE(memory_is_bounded_and_the_oldest_are_forgotten)
 
 namespace {
 
+/// A fleet that knows some worlds, and what it expects of them.
+struct Saved : Fleet
+{
+    Saved()
+    {
+        auto heavy = use_of("r", "heavy", 2, 8);
+        heavy.memory = 6e9;
+        watch({heavy, use_of("q", "light", 4, 0.4)}, 60);
+    }
+    static void check(WorldCosts const& one, WorldCosts const& other)
+    {
+        for (auto const* const name : {"heavy", "light", "other"})
+            for (auto const* const repository : {"r", "q", "p"}) {
+                auto const key = world_key(address(repository, name), "mjpeg");
+                BOOST_TEST(one.expect(key).mean == other.expect(key).mean,
+                           boost::test_tools::tolerance(1e-3));
+                BOOST_TEST(one.expect(key).memory == other.expect(key).memory,
+                           boost::test_tools::tolerance(1e-3));
+                BOOST_TEST(one.expect(key).is_known == other.expect(key).is_known);
+            }
+    }
+};
+
+} // namespace
+
+BOOST_FIXTURE_TEST_CASE(what_was_saved_is_known_again_after_a_restart, Saved)
+{
+    TimePoint const later = now - hours(1000); // the clock of another boot
+    auto const loaded = WorldCosts::load(costs.save(now), later);
+    BOOST_REQUIRE(loaded.has_value());
+    check(costs, *loaded);
+    BOOST_TEST(loaded->expect(world_key(address("r", "heavy"), "mjpeg")).memory == 3e9,
+               boost::test_tools::tolerance(1e-3));
+    BOOST_TEST(WorldCosts::load(WorldCosts().save(start), start).has_value());
+}
+
+BOOST_FIXTURE_TEST_CASE(what_was_saved_fades_like_what_was_not, Saved)
+{
+    auto loaded = WorldCosts::load(costs.save(now + hours(24 * 14)), start).value();
+    std::vector<WorldUse> const changed = {use_of("r", "heavy", 1, 1)};
+    loaded.learn(changed, {100, 0}, seconds(60), start);
+    costs.learn(changed, {100, 0}, seconds(60), now + hours(24 * 14));
+    check(costs, loaded);
+}
+
+BOOST_AUTO_TEST_CASE(what_is_saved_is_bounded_and_of_the_latest)
+{
+    Fleet fleet;
+    fleet.watch({use_of("old", "old", 1, 2)}, 20);
+    for (int world = 0; world != 3000; ++world)
+        fleet.watch({use_of("r" + std::to_string(world), "w", 1, 1)}, 1);
+    fleet.watch({use_of("new", "new", 1, 2)}, 20);
+    std::string const text = fleet.costs.save(fleet.now);
+    BOOST_TEST(text.size() < 300'000u);
+    auto const loaded = WorldCosts::load(text, start);
+    BOOST_TEST_REQUIRE(loaded.has_value());
+    BOOST_TEST(loaded->size() == WorldCosts::max_saved);
+    BOOST_TEST(loaded->expect(world_key(address("new", "new"), "mjpeg")).is_known);
+    BOOST_TEST(!loaded->expect(world_key(address("old", "old"), "mjpeg")).is_known);
+    std::string longer = text;
+    longer.insert(longer.rfind('\n', longer.size() - 2), "\n0123456789abcdef 1 1 1 1");
+    BOOST_TEST(!WorldCosts::load(longer, start).has_value(), "more than was ever saved");
+}
+
+BOOST_FIXTURE_TEST_CASE(text_that_was_not_saved_is_refused_whole, Saved)
+{
+    std::string const text = costs.save(now);
+    std::string const title = text.substr(0, text.find('\n') + 1);
+    for (std::string const& wrong : {std::string(),
+                                     std::string("{}"),
+                                     std::string(1000, '\0'),
+                                     title.substr(1),
+                                     "x" + text,
+                                     text + "x",
+                                     text.substr(0, text.size() - 1),
+                                     title + "\n",
+                                     title + "1 1 1 1\n",
+                                     title + "1 1 1 1 1 1\n",
+                                     title + "1 -1 1 1 1\n",
+                                     title + "1 nan 1 1 1\n",
+                                     title + "1 inf 1 1 1\n",
+                                     title + "1 1e999 1 1 1\n",
+                                     title + "1 1 1e9 1 1\n",
+                                     title + "1 1 1 1e99 1\n",
+                                     title + "1 1 1 1 1e99\n",
+                                     title + "1  1 1 1 1\n",
+                                     title + "g 1 1 1 1\n",
+                                     title + "11111111111111111 1 1 1 1\n",
+                                     title + "1 1 1 1 1\r\n"})
+        BOOST_TEST(!WorldCosts::load(wrong, now).has_value(), wrong.substr(0, 60));
+}
+
+BOOST_FIXTURE_TEST_CASE(any_bytes_are_survived, Saved)
+{
+    std::string const text = costs.save(now);
+    RandomSource random(7);
+    int usable = 0;
+    for (int round = 0; round != 20'000; ++round) {
+        std::string changed = text;
+        for (std::size_t changes = 1 + random.below(4); changes != 0; --changes) {
+            std::size_t const at = random.below(changed.size());
+            switch (random.below(4)) {
+            case 0:
+                changed[at] = static_cast<char>(random.below(256));
+                break;
+            case 1:
+                changed[at] = "0123456789. -e+\n"[random.below(16)];
+                break;
+            case 2:
+                changed.erase(at, random.below(30));
+                break;
+            default:
+                changed.insert(at, changed.substr(random.below(changed.size()), 20));
+            }
+            if (changed.empty())
+                break;
+        }
+        auto loaded = WorldCosts::load(changed, now);
+        if (!loaded)
+            continue;
+        ++usable;
+        loaded->learn({use_of("r", "heavy", 1, 1)}, {100, 0}, seconds(5), now + seconds(5));
+        ExpectedCost const expected = loaded->expect(world_key(address("r", "heavy"), "mjpeg"));
+        BOOST_REQUIRE((expected.mean >= 0.02 && expected.mean <= 50));
+        BOOST_REQUIRE((expected.memory >= 0 && expected.memory <= 1e15));
+        BOOST_REQUIRE(WorldCosts::load(loaded->save(now + seconds(5)), now).has_value());
+    }
+    BOOST_TEST(usable > 100, "some changes are of digits only");
+}
+
+namespace {
+
 /// Two machines, `a` of 4 processors and `b` of 64, that have run a world of 2 processors and one of 0.1.
 struct Campus : Fixture
 {
@@ -253,6 +385,120 @@ BOOST_FIXTURE_TEST_CASE(a_machine_that_lies_has_nobody_refused_on_others_whose_w
         scheduler.report("b", with(50, 64, {use_of("r", "average", 28, 28, 2)}), now);
         BOOST_REQUIRE((machine("b", now).refusal == Refusal::none));
     }
+}
+
+BOOST_FIXTURE_TEST_CASE(a_scheduler_expects_what_another_has_saved, Campus)
+{
+    Fixture fresh({}, {"a", "b"});
+    BOOST_TEST((fresh.scheduler.load_costs("nonsense", start).error() == errc::invalid_argument));
+    BOOST_TEST(fresh.scheduler.load_costs(scheduler.save_costs(now), start).has_value());
+    fresh.scheduler.report("a", with(25, 4, {use_of("r", "average", 1, 1)}), start);
+    fresh.scheduler.report("b", with(50, 64, {use_of("r", "average", 28, 28)}), start);
+    auto const placement = fresh.scheduler.place(of("q", "heavy"), start).value();
+    BOOST_TEST(fresh.scheduler.explain(placement.decision)->expected_cost.value() > 1.5);
+}
+
+namespace {
+
+/// `a` and `b` have run a world of 12 GB and one of 0.1 GB; `a` has 16 GB and is the less loaded, `b` has 64.
+struct Memory : Campus
+{
+    Memory()
+    {
+        for (int seen = 0; seen != 60; ++seen)
+            report(now += seconds(5), 30);
+    }
+    void report(TimePoint time, double used_of_a)
+    {
+        auto big = use_of("q", "big", 1, 1);
+        big.memory = 12e9;
+        auto small = use_of("s", "small", 2, 2);
+        small.memory = 0.2e9;
+        LoadReport b = with(60, 64, {big, small, use_of("r", "average", 28, 28)});
+        b.memory = 30;
+        b.memory_bytes = 64e9;
+        scheduler.report("b", b, time);
+        report_a(time, used_of_a);
+    }
+    void report_a(TimePoint time, double used)
+    {
+        LoadReport a = with(5, 4, {});
+        a.memory = used;
+        a.memory_bytes = 16e9;
+        scheduler.report("a", a, time);
+    }
+    std::string place(PlacementRequest const& request)
+    {
+        auto const placement = scheduler.place(request, now);
+        return placement ? std::string(placement->address) : "";
+    }
+};
+
+} // namespace
+
+BOOST_FIXTURE_TEST_CASE(a_world_goes_where_its_memory_fits, Memory)
+{
+    report(now, 45); // believed is half of it at most: 95 %
+    BOOST_TEST(place(of("q", "big")) == "b");
+    BOOST_TEST(place(of("s", "small")) == "a");
+}
+
+BOOST_FIXTURE_TEST_CASE(what_was_placed_counts_as_the_memory_that_its_world_needs, Memory)
+{
+    BOOST_TEST(place(of("q", "big")) == "a");
+    BOOST_TEST(place(of("q", "big")) == "b");
+    BOOST_TEST(place(of("s", "small")) == "a");
+}
+
+BOOST_FIXTURE_TEST_CASE(where_no_memory_is_free_who_can_wait_waits, Memory)
+{
+    report(now, 45);
+    scheduler.mark_unreachable("b", now);
+    PlacementRequest request = of("q", "big");
+    request.only_free = true;
+    BOOST_TEST(place(request) == "");
+    request.only_free = false;
+    BOOST_TEST(place(request) == "a", "the least bad one");
+}
+
+BOOST_FIXTURE_TEST_CASE(no_claim_about_a_world_keeps_it_off_machines_with_much_memory, Memory)
+{
+    auto lie = use_of("t", "lie", 1, 1);
+    lie.memory = 1e300;
+    for (int seen = 0; seen != 60; ++seen) {
+        LoadReport b = with(60, 64, {lie, use_of("r", "average", 28, 28)});
+        b.memory = 30;
+        b.memory_bytes = 1e300;
+        report_a(now += seconds(5), 30);
+        scheduler.report("b", b, now);
+    }
+    PlacementRequest request = of("t", "lie");
+    request.only_free = true;
+    BOOST_TEST(place(request) == "a");
+    BOOST_TEST(scheduler.load_costs(scheduler.save_costs(now), now).has_value(), "nor spoils what is saved");
+}
+
+BOOST_AUTO_TEST_CASE(what_a_machine_has_lied_is_forgotten_when_it_has_left)
+{
+    WorldCosts costs;
+    TimePoint now = start;
+    auto const report = [&](bool lies) {
+        now += seconds(5);
+        costs.learn({use_of("r", "w", 10, 20), use_of("q", "average", 20, 20)}, {64, 0}, seconds(5), now);
+        if (lies)
+            costs.learn({use_of("r", "w", 1000, 1e300)}, {1e5, 0}, seconds(5), now);
+        return costs.expect(world_key(address("r", "w"), "mjpeg")).mean;
+    };
+    double truth = 0;
+    for (int seen = 0; seen != 720; ++seen)
+        truth = report(false);
+    for (int seen = 0; seen != 720; ++seen)
+        report(true);
+    int reports = 1;
+    while (std::abs(report(false) / truth - 1) > 0.25 && reports < 100'000)
+        ++reports;
+    BOOST_TEST_MESSAGE("forgotten after " << reports * 5 / 60 << " min");
+    BOOST_TEST(reports <= 12 * 60 * 24);
 }
 
 BOOST_FIXTURE_TEST_CASE(impossible_numbers_of_worlds_are_a_failed_poll, Campus)
