@@ -132,6 +132,7 @@ struct ClientRelay::Browser
     core::SeatRequest seat = core::SeatRequest::unknown;
     std::optional<core::WaitingTicket> ticket;
     TimePoint waits_since{};
+    WallTime arrived{};
     TimePoint next_ticket = TimePoint::min();
     TimePoint told = TimePoint::min();
     TimePoint not_before = TimePoint::min();
@@ -261,6 +262,7 @@ void ClientRelay::begin(Browser& browser, std::string text)
         return refuse(browser, too_many);
     browser.group = group_of(browser);
     browser.waits_since = now;
+    browser.arrived = clock_.wall();
     bool const goes_first = browser.seat == core::SeatRequest::held || params_.waiting_places == 0 ||
                             (room_.size() == 0 && !is_settling(now));
     if (goes_first && try_to_place(browser, now)) {
@@ -316,10 +318,10 @@ bool ClientRelay::wait_in_line(Browser& browser, TimePoint now)
     if (browser.rank) { // it had a place before
         verdict = room_.return_to(browser.id, browser.group, *browser.rank);
     } else {
-        auto const wall = clock_.wall();
         auto const held = held_.find(browser.group);
         auto const seats = held == held_.end() ? 0 : held->second;
-        verdict = room_.enter(browser.id, browser.group, seats + tickets_.away(browser.group, wall), wall);
+        auto const away = tickets_.away(browser.group, clock_.wall());
+        verdict = room_.enter(browser.id, browser.group, seats + away, browser.arrived);
     }
     if (verdict != Verdict::waits) {
         ++refused_;

@@ -1,0 +1,501 @@
+#include "run.hpp"
+#include "unit_test.hpp"
+
+#include "async/task_count.hpp"
+#include "async/task_group.hpp"
+#include "core/text.hpp"
+
+#include <webots_cloud/session_service.hpp>
+#include <webots_cloud/testing/loopback_channel.hpp>
+#include <webots_cloud/testing/recording_log.hpp>
+#include <webots_cloud/testing/scripted_http.hpp>
+#include <webots_cloud/testing/scripted_websockets.hpp>
+#include <webots_cloud/testing/world.hpp>
+
+#include <algorithm>
+#include <array>
+#include <functional>
+#include <list>
+#include <map>
+
+using namespace webots_cloud;
+using namespace std::chrono_literals;
+using core::concat;
+
+namespace {
+
+constexpr std::string_view todays_start =
+    R"({"start":{"url":"https://e.org/o/r/blob/main/worlds/a.wbt","mode":"mjpeg"}})";
+constexpr std::string_view our_start =
+    R"({"start":{"url":"https://e.org/o/r/blob/main/worlds/a.wbt","waiting":true,"reconnect":true,"heartbeat":true}})";
+constexpr std::string_view refused = "loading: Error: Not here.";
+
+SessionServiceParams relaying()
+{
+    SessionServiceParams params;
+    params.ssl = false;
+    params.relay = true;
+    params.own_address.host = "localhost";
+    return params;
+}
+
+std::string bytes(std::size_t size, int& next)
+{
+    std::string text(size, '\0');
+    for (auto& each : text)
+        each = static_cast<char>(++next % 256);
+    return text;
+}
+
+/// A session server that relays, and whose machines are the test: polls are not made, but for those tests
+/// that ask for them.
+struct Fixture
+{
+    explicit Fixture(SessionServiceParams params = relaying(),
+                     std::vector<std::string> machines = {"a:2000", "b:2000"})
+        : http(world.clock), sockets(world.clock), monitor(http, world.clock),
+          service(std::move(params), monitor, scheduler, world.clock, log.logger(), hooks()),
+          tasks(world.executor()), conversations(world.executor())
+    {
+        std::vector<ServerSpec> servers;
+        for (auto const& machine : machines) {
+            servers.emplace_back(machine);
+            sockets.expect(concat("ws://", machine, "/client")).always();
+        }
+        service.set_servers(servers);
+        tasks.spawn(run(service));
+        world.advance(3s); // who waited before a restart would have come by now
+    }
+
+    ~Fixture()
+    {
+        for (auto& browser : browsers)
+            browser.browser_leaves();
+        world.run(conversations.join());
+        tasks.cancel_all();
+        world.run(tasks.join());
+        BOOST_TEST(world.clock.pending() == 0u);
+    }
+
+    SessionServiceHooks hooks()
+    {
+        SessionServiceHooks given;
+        given.websockets = &sockets;
+        given.random_bytes = [this](std::size_t size) { return bytes(size, random); };
+        given.sign_waiting_ticket = [](std::string_view message) {
+            return std::string(32, static_cast<char>(std::hash<std::string_view>()(message) % 256));
+        };
+        return given;
+    }
+
+    /// The machine has room for so many more.
+    void has_room(std::string_view machine, int seats)
+    {
+        LoadReport report(10);
+        auto const so_many = ++arrivals[std::string(machine)];
+        report.sessions = 10;
+        report.starting = 0;
+        report.capacity = 10 + seats;
+        report.arrivals = 1000 * so_many; // whoever was placed there has come
+        report.failed = 0;
+        report.departures = *report.arrivals - 10;
+        scheduler.report(machine, report, world.clock.now());
+        world.advance(1100ms);
+    }
+
+    testing::LoopbackChannel& connect(std::string client = "192.0.2.1")
+    {
+        auto& browser = browsers.emplace_back(world.executor());
+        ChannelInfo info;
+        info.path = "/client";
+        info.host = "localhost:1999";
+        info.client = info.quota_key = std::move(client);
+        conversations.spawn(service.serve_websocket(std::move(info), browser));
+        world.settle();
+        return browser;
+    }
+
+    testing::LoopbackChannel& start(std::string_view request = todays_start, std::string client = "192.0.2.1")
+    {
+        auto& browser = connect(std::move(client));
+        browser.browser_says(std::string(request));
+        world.settle();
+        return browser;
+    }
+
+    testing::ScriptedWebSockets::Peer& machine(std::string_view name)
+    {
+        return sockets.peer(concat("ws://", name, "/client"));
+    }
+
+    std::string answer(std::string_view path)
+    {
+        std::array<std::pair<std::string_view, std::string_view>, 1> headers{{{"Host", "localhost:1999"}}};
+        IncomingRequest request;
+        request.method = "GET";
+        request.path = path;
+        request.headers = headers;
+        return std::get<HttpResponse>(service.respond(request)).body;
+    }
+
+    int random = 0;
+    std::map<std::string, std::int64_t> arrivals;
+    std::list<testing::LoopbackChannel> browsers;
+    testing::World world;
+    testing::RecordingLog log;
+    testing::ScriptedHttp http;
+    testing::ScriptedWebSockets sockets;
+    LoadMonitor monitor;
+    Scheduler scheduler;
+    SessionService service;
+    async::TaskGroup tasks;
+    async::TaskCount conversations; // nobody cancels those
+};
+
+std::string last_of(testing::LoopbackChannel const& browser, std::string_view beginning)
+{
+    for (auto each = browser.sent.rbegin(); each != browser.sent.rend(); ++each)
+        if (each->starts_with(beginning))
+            return *each;
+    return {};
+}
+
+} // namespace
+
+// Protocol section 13.16.
+BOOST_AUTO_TEST_SUITE(client_relay)
+
+BOOST_AUTO_TEST_CASE(browsers_are_sent_to_the_session_server_itself_and_take_no_place)
+{
+    Fixture fixture;
+    fixture.has_room("a:2000", 1);
+    for (int i = 0; i < 5; ++i)
+        BOOST_TEST(fixture.answer("/session") == "ws://localhost:1999");
+    BOOST_TEST(fixture.answer("/") == "1");
+}
+
+BOOST_AUTO_TEST_CASE(without_relay_there_is_no_client_here)
+{
+    auto params = relaying();
+    params.relay = false;
+    Fixture fixture(params);
+    IncomingRequest request;
+    request.method = "GET";
+    request.path = "/client";
+    request.upgrade = true;
+    BOOST_TEST(std::get<HttpResponse>(fixture.service.respond(request)).status == 404);
+}
+
+BOOST_AUTO_TEST_CASE(what_both_say_is_relayed)
+{
+    Fixture fixture;
+    fixture.has_room("a:2000", 1);
+    auto& browser = fixture.start();
+    auto& machine = fixture.machine("a:2000");
+    BOOST_TEST(
+        machine.received().front() ==
+        R"({"start":{"url":"https://e.org/o/r/blob/main/worlds/a.wbt","mode":"mjpeg","relayed":true,"heartbeat":true}})");
+    BOOST_TEST((machine.request().headers == HttpHeaders{{"X-Forwarded-For", "192.0.2.1"}}));
+    for (auto const* text : {"heartbeat: 1", ".", "shutdownTimeout: 7200", "webots:ws://a:2001"})
+        machine.says(text);
+    fixture.world.settle();
+    BOOST_TEST(browser.sent == (std::vector<std::string>{"shutdownTimeout: 7200", "webots:ws://a:2001"}),
+               boost::test_tools::per_element());
+    browser.browser_says(R"({"reset controller":"c/c.py"})");
+    fixture.world.settle();
+    BOOST_TEST(machine.received().back() == R"({"reset controller":"c/c.py"})");
+    BOOST_TEST(fixture.answer("/metrics").find("webots_relayed 1\n") != std::string::npos);
+    browser.browser_leaves(1000);
+    fixture.world.settle();
+    BOOST_TEST(machine.close_code().value() == 1000);
+    BOOST_TEST(machine.dropped_at().has_value());
+    BOOST_TEST(fixture.answer("/metrics").find("webots_relayed 0\n") != std::string::npos);
+}
+
+BOOST_AUTO_TEST_CASE(a_connection_that_breaks_breaks_on_the_other_side_too)
+{
+    Fixture fixture;
+    fixture.has_room("a:2000", 2);
+    auto& browser = fixture.start();
+    browser.browser_is_lost();
+    fixture.world.settle();
+    BOOST_TEST(!fixture.machine("a:2000").close_code().has_value());
+    BOOST_TEST(fixture.machine("a:2000").dropped_at().has_value());
+    auto& other = fixture.start();
+    fixture.machine("a:2000").says("webots:ws://a:2001");
+    fixture.machine("a:2000").is_lost();
+    fixture.world.settle();
+    BOOST_TEST(other.close_code.value() == 1012);
+}
+
+BOOST_AUTO_TEST_CASE(the_machine_ends_the_conversation_with_its_code)
+{
+    Fixture fixture;
+    fixture.has_room("a:2000", 1);
+    auto& browser = fixture.start();
+    fixture.machine("a:2000").says("webots:ws://a:2001");
+    fixture.machine("a:2000").closes(4001);
+    fixture.world.settle();
+    BOOST_TEST(browser.close_code.value() == 4001);
+}
+
+BOOST_AUTO_TEST_CASE(who_finds_no_room_waits_and_starts_when_it_is_their_turn)
+{
+    Fixture fixture;
+    fixture.has_room("a:2000", 0);
+    auto& first = fixture.start(todays_start, "192.0.2.1");
+    auto& second = fixture.start(our_start, "192.0.2.2");
+    BOOST_TEST(first.sent.at(0) == "queue:0");
+    BOOST_TEST(first.sent.at(1).starts_with("loading: You are next"));
+    BOOST_TEST(second.sent.at(0).starts_with("waitingTicket: "));
+    BOOST_TEST(second.sent.at(1) == "waiting: 1 - -");
+    BOOST_TEST(fixture.sockets.accepted() == 0u);
+    BOOST_TEST(fixture.answer("/metrics").find("webots_waiting 2\n") != std::string::npos);
+    fixture.world.advance(11s);
+    BOOST_TEST(std::count(second.sent.begin(), second.sent.end(), "waiting: 1 - -") == 2);
+    fixture.has_room("a:2000", 1);
+    BOOST_TEST(first.was_told("loading: A machine is free."));
+    BOOST_TEST(fixture.sockets.accepted() == 1u);
+    fixture.world.advance(1s);
+    BOOST_TEST(second.was_told("waiting: 0 - -"));
+    fixture.has_room("a:2000", 1);
+    BOOST_TEST(fixture.sockets.accepted() == 2u);
+    BOOST_TEST(fixture.answer("/metrics").find("webots_waiting_seconds_count 2\n") != std::string::npos);
+}
+
+BOOST_AUTO_TEST_CASE(who_leaves_the_line_gives_the_place_up)
+{
+    Fixture fixture;
+    fixture.has_room("a:2000", 0);
+    auto& first = fixture.start(todays_start, "192.0.2.1");
+    auto& second = fixture.start(todays_start, "192.0.2.2");
+    first.browser_leaves(1000);
+    fixture.world.advance(2s);
+    BOOST_TEST(last_of(second, "queue:") == "queue:0");
+    BOOST_TEST(fixture.answer("/metrics").find("webots_waiting_given_up_total 1\n") != std::string::npos);
+}
+
+BOOST_AUTO_TEST_CASE(a_ticket_keeps_the_place_of_who_was_lost)
+{
+    Fixture fixture;
+    fixture.has_room("a:2000", 0);
+    auto& first = fixture.start(our_start, "192.0.2.1");
+    auto const ticket = last_of(first, "waitingTicket: ").substr(15);
+    fixture.world.advance(1s);
+    fixture.start(todays_start, "192.0.2.2");
+    first.browser_is_lost();
+    fixture.world.advance(30s);
+    auto& again = fixture.start(
+        concat(
+            R"({"start":{"url":"https://e.org/o/r/blob/main/worlds/a.wbt","waiting":true,"waitingTicket":")",
+            ticket, "\"}}"),
+        "198.51.100.9");
+    BOOST_TEST(last_of(again, "waiting: ") == "waiting: 0 - -");
+    // The same ticket a second time takes the place over.
+    auto& thief = fixture.start(
+        concat(
+            R"({"start":{"url":"https://e.org/o/r/blob/main/worlds/a.wbt","waiting":true,"waitingTicket":")",
+            ticket, "\"}}"),
+        "198.51.100.10");
+    BOOST_TEST(again.close_code.value() == 4001);
+    BOOST_TEST(last_of(thief, "waiting: ") == "waiting: 0 - -");
+    // Once it has had its turn it is worth nothing.
+    fixture.has_room("a:2000", 1);
+    BOOST_TEST(thief.was_told("loading: A machine is free."));
+    auto& late = fixture.start(
+        concat(
+            R"({"start":{"url":"https://e.org/o/r/blob/main/worlds/a.wbt","waiting":true,"waitingTicket":")",
+            ticket, "\"}}"),
+        "198.51.100.11");
+    BOOST_TEST(last_of(late, "waiting: ") == "waiting: 1 - -");
+}
+
+BOOST_AUTO_TEST_CASE(a_machine_that_refuses_is_not_noticed)
+{
+    Fixture fixture;
+    fixture.has_room("a:2000", 5);
+    fixture.has_room("b:2000", 1);
+    auto& browser = fixture.start();
+    auto& first = fixture.sockets.peer(0);
+    first.says("refusal: machine");
+    first.says(std::string(refused));
+    fixture.world.settle();
+    BOOST_TEST(fixture.sockets.accepted() == 2u);
+    BOOST_TEST(fixture.sockets.peer(0).request().url != fixture.sockets.peer(1).request().url);
+    BOOST_TEST(first.dropped_at().has_value());
+    fixture.sockets.peer(1).says("webots:ws://b:2001");
+    fixture.world.settle();
+    BOOST_TEST(browser.sent ==
+                   (std::vector<std::string>{"loading: Trying another machine.", "webots:ws://b:2001"}),
+               boost::test_tools::per_element());
+}
+
+BOOST_AUTO_TEST_CASE(where_all_refuse_the_last_sentence_is_told)
+{
+    auto params = relaying();
+    params.waiting_places = 0;
+    Fixture fixture(params);
+    fixture.has_room("a:2000", 5);
+    fixture.has_room("b:2000", 5);
+    auto& browser = fixture.start();
+    for (std::size_t number = 0; number < 2; ++number) {
+        fixture.sockets.peer(number).says("refusal: machine");
+        fixture.sockets.peer(number).says(std::string(refused));
+        fixture.world.settle();
+    }
+    BOOST_TEST(browser.sent.back() == refused);
+    BOOST_TEST(browser.close_code.value() == 0);
+}
+
+BOOST_AUTO_TEST_CASE(who_comes_to_a_full_machine_waits_again_where_it_was)
+{
+    Fixture fixture(relaying(), {"a:2000"});
+    fixture.has_room("a:2000", 1);
+    auto& first = fixture.start(todays_start, "192.0.2.1");
+    fixture.has_room("a:2000", 0);
+    auto& second = fixture.start(todays_start, "192.0.2.2");
+    fixture.machine("a:2000").says("refusal: full");
+    fixture.machine("a:2000").says(std::string(refused));
+    fixture.world.settle();
+    BOOST_TEST(last_of(first, "queue:") == "queue:0");
+    fixture.world.advance(2s);
+    BOOST_TEST(last_of(second, "queue:") == "queue:1");
+    BOOST_TEST(!first.was_told(refused));
+}
+
+BOOST_AUTO_TEST_CASE(a_fault_of_the_project_is_told_and_nothing_is_tried_again)
+{
+    Fixture fixture;
+    fixture.has_room("a:2000", 5);
+    fixture.has_room("b:2000", 5);
+    auto& browser = fixture.start();
+    fixture.sockets.peer(0).says("loading: Error: Wrong Webots simulation URL");
+    fixture.sockets.peer(0).closes();
+    fixture.world.settle();
+    BOOST_TEST(browser.sent.back() == "loading: Error: Wrong Webots simulation URL");
+    BOOST_TEST(browser.close_code.has_value());
+    BOOST_TEST(fixture.sockets.accepted() == 1u);
+}
+
+BOOST_AUTO_TEST_CASE(labels_that_no_machine_has_are_said_at_once)
+{
+    Fixture fixture;
+    fixture.has_room("a:2000", 5);
+    fixture.has_room("b:2000", 5);
+    auto& browser = fixture.start();
+    fixture.sockets.peer(0).says("refusal: needs gpu");
+    fixture.sockets.peer(0).says(std::string(refused));
+    fixture.world.settle();
+    BOOST_TEST(browser.sent.back().find("none has the label \"gpu\"") != std::string::npos,
+               browser.sent.back());
+    BOOST_TEST(browser.close_code.has_value());
+}
+
+BOOST_AUTO_TEST_CASE(a_machine_that_hangs_is_left_alone_for_a_while)
+{
+    Fixture fixture(relaying(), {"a:2000"});
+    fixture.http.expect("GET http://a:2000/load")
+        .reply(200,
+               R"({"load":1,"sessions":0,"starting":0,"capacity":9,"arrivals":0,"failed":0,"departures":0})")
+        .always();
+    fixture.tasks.spawn(run(fixture.monitor));
+    fixture.world.advance(1s);
+    auto& browser = fixture.start();
+    fixture.world.advance(9s);
+    BOOST_TEST(fixture.sockets.accepted() == 1u);
+    BOOST_TEST(browser.sent.empty());
+    fixture.world.advance(2s); // it is silent for longer than a server of ours would be
+    BOOST_TEST(fixture.sockets.peer(0).dropped_at().has_value());
+    BOOST_TEST(browser.was_told("queue:0"));
+    fixture.world.advance(7s);
+    BOOST_TEST(fixture.sockets.accepted() == 1u);
+    BOOST_TEST(fixture.log.contains("does not answer on /client"));
+}
+
+BOOST_AUTO_TEST_CASE(a_browser_returns_to_its_machine_by_the_token)
+{
+    Fixture fixture;
+    fixture.has_room("a:2000", 1);
+    auto& browser = fixture.start(our_start);
+    fixture.machine("a:2000").says("webots:ws://a:2001");
+    fixture.machine("a:2000").says("reconnectToken: abc");
+    fixture.world.settle();
+    BOOST_TEST(browser.sent.back() == "reconnectToken: abc@a:2000");
+    auto& again = fixture.start(R"({"reconnect":"abc@a:2000"})");
+    BOOST_TEST(fixture.machine("a:2000").received().front() == R"({"reconnect":"abc"})");
+    fixture.machine("a:2000").says("webots:ws://a:2001");
+    fixture.world.settle();
+    BOOST_TEST(again.was_told("webots:ws://a:2001"));
+}
+
+BOOST_AUTO_TEST_CASE(no_token_leads_to_another_host)
+{
+    Fixture fixture;
+    for (auto const* token : {"abc@evil.example:2000", "abc", "abc@", "@a:2000", ""}) {
+        auto& browser = fixture.start(concat(R"({"reconnect":")", token, "\"}"));
+        BOOST_TEST(browser.sent.back() == "loading: Error: This simulation has ended. Please start it again.",
+                   token);
+        BOOST_TEST(browser.close_code.has_value());
+    }
+    BOOST_TEST(fixture.sockets.requests().empty());
+}
+
+BOOST_AUTO_TEST_CASE(a_server_that_stops_asks_all_to_come_back)
+{
+    Fixture fixture;
+    fixture.has_room("a:2000", 1);
+    auto& relayed = fixture.start(our_start);
+    fixture.machine("a:2000").says("webots:ws://a:2001");
+    auto& waits = fixture.start(our_start, "192.0.2.2");
+    fixture.service.stopping();
+    BOOST_TEST(relayed.close_code.value() == 1012);
+    BOOST_TEST(waits.close_code.value() == 1012);
+    relayed.browser_leaves(1012);
+    fixture.world.settle();
+    BOOST_TEST(!fixture.machine("a:2000").close_code().has_value()); // the grace begins
+    BOOST_TEST(fixture.machine("a:2000").dropped_at().has_value());
+}
+
+BOOST_AUTO_TEST_CASE(a_room_that_is_full_refuses_as_ever)
+{
+    auto params = relaying();
+    params.waiting_places = 1;
+    Fixture fixture(params);
+    fixture.has_room("a:2000", 0);
+    fixture.start(todays_start, "192.0.2.1");
+    BOOST_TEST(fixture.answer("/session") == "Error: no simulation server available at the moment.");
+    auto& browser = fixture.start(todays_start, "192.0.2.2");
+    BOOST_TEST(browser.sent.back() == "loading: Error: No simulation server available at the moment.");
+    BOOST_TEST(browser.close_code.has_value());
+    BOOST_TEST(fixture.answer("/metrics").find("webots_waiting_refused_total 1\n") != std::string::npos);
+}
+
+BOOST_AUTO_TEST_CASE(whoever_asks_too_often_is_refused)
+{
+    auto params = relaying();
+    params.session_burst = 2;
+    params.session_rate = 0.1;
+    Fixture fixture(params);
+    fixture.has_room("a:2000", 9);
+    fixture.start();
+    fixture.start();
+    BOOST_TEST(fixture.start().sent.back().find("too many sessions") != std::string::npos);
+    BOOST_TEST(fixture.sockets.accepted() == 2u);
+}
+
+BOOST_AUTO_TEST_CASE(what_is_no_request_is_told_so)
+{
+    Fixture fixture;
+    for (auto const* text :
+         {"", "[]", R"({"start":{}})", R"({"extend":60})", R"({"start":{"url":"u","fetch_only":true}})"}) {
+        auto& browser = fixture.start(text);
+        BOOST_TEST(browser.sent.back().starts_with("loading: Error: "), text);
+        BOOST_TEST(browser.close_code.has_value(), text);
+    }
+    auto& silent = fixture.connect();
+    fixture.world.advance(31s);
+    BOOST_TEST(silent.sent.back().find("in time") != std::string::npos);
+    BOOST_TEST(silent.close_code.has_value());
+}
+
+BOOST_AUTO_TEST_SUITE_END()
