@@ -11,8 +11,10 @@ namespace asio = boost::asio;
 void load_costs(Scheduler& scheduler, KeptFile const& file, Clock const& clock, Logger const& log)
 {
     auto const text = file.read();
+    if (!text && text.error() == errc::not_found)
+        return; // a first start
     if (!text)
-        log.info(core::concat("What worlds cost is learned anew: ", text.error().message()));
+        log.warning(core::concat("What worlds cost is learned anew: ", text.error().message()));
     else if (auto const loaded = scheduler.load_costs(*text, clock.now()); !loaded)
         log.warning(core::concat("What worlds cost is learned anew: ", loaded.error().message()));
 }

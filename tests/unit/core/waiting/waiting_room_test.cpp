@@ -118,7 +118,7 @@ BOOST_AUTO_TEST_CASE(the_penalty_has_a_limit)
     BOOST_TEST((room.rank(1) == noon + 5min));
     params.seat_penalty = 0s;
     room.apply(params);
-    room.enter(2, group(1), 43, noon);
+    room.enter(2, group(2), 43, noon);
     BOOST_TEST((room.rank(2) == noon));
     BOOST_TEST((room.rank(1) == noon + 5min));
 }
