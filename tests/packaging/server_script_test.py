@@ -220,7 +220,7 @@ class Starting(ServerScriptTest):
                 return answer.read().decode()
         self.assertIn("<html", get(f"{site}/viewer/"))
         self.assertIn("<html", get(f"http://localhost:{self.ports['plain']}/viewer/"))  # is led to the other
-        self.assertEqual(get(f"{site}/session"), f"wss://localhost:{self.ports['session']}/{self.ports['simulation']}")
+        self.assertEqual(get(f"{site}/session"), f"wss://localhost:{self.ports['session']}")  # it relays
         self.assertGreaterEqual(float(get(f"{site}/{self.ports['simulation']}/load")), 0)
         self.assertNotIn("Made", self.run_script("restart", "tls")[1])
 
