@@ -32,9 +32,11 @@ constexpr std::size_t max_silent_per_client = 100;
 constexpr std::size_t short_request = 4096;
 constexpr std::size_t max_kept = 16 * 1024 * 1024;
 
-constexpr std::size_t max_failures = 3; // at machines, of one browser
-constexpr std::size_t max_full = 10;    // machines that turn out to be full, before a browser waits again
+constexpr std::size_t max_said = 16 * 1024; // bytes of one browser, before there is a simulation
+constexpr std::size_t max_failures = 3;     // at machines, of one browser
+constexpr std::size_t max_full = 10;        // machines that turn out to be full, before a browser waits again
 
+constexpr Duration longest_start = std::chrono::minutes(30); // on one machine, whatever it says
 constexpr Duration look_at_line = std::chrono::milliseconds(250);
 constexpr Duration between_tellings = std::chrono::seconds(1);
 constexpr Duration longest_silence = std::chrono::seconds(10); // towards those who wait
@@ -49,9 +51,11 @@ constexpr Duration pause_after_full = std::chrono::seconds(1);
 constexpr Duration all_return = std::chrono::milliseconds(1200);
 constexpr Duration return_first = std::chrono::seconds(2);
 
-constexpr std::size_t told_at_once = 500;     // browsers, before others have their turn
-constexpr std::size_t tried_out_of_turn = 32; // browsers that need certain labels
+constexpr std::size_t told_at_once = 500; // browsers, before others have their turn
+constexpr std::size_t max_wishes = 32;    // different ones, of those who want certain machines only
 
+constexpr std::uint16_t try_again_later = 1013; // both as in the registry of RFC 6455
+constexpr std::uint16_t internal_error = 1011;
 constexpr std::uint16_t service_restart = 1012; // RFC 6455's registry: come back
 
 constexpr std::string_view no_server = "No simulation server available at the moment.";
@@ -75,6 +79,13 @@ std::string_view label_of(MachineRefusal refusal) noexcept
         return "silent";
     }
     return {};
+}
+
+/// Codes with which simulation servers close; others are no business of a machine's.
+bool is_for_browsers(std::uint16_t close_code) noexcept
+{
+    constexpr std::uint16_t normal = 1000;
+    return close_code == 0 || close_code == normal || close_code == core::taken_over_code;
 }
 
 /// `host/2000` is reached at `host`, `host:2000` there.
@@ -105,6 +116,9 @@ struct ClientRelay::Ride
     bool is_placed = false;    ///< By the scheduler: it does not return.
     bool is_unclaimed = false; ///< The machine knows nothing of that.
     bool is_known = false;     ///< The machine has got the request.
+    bool is_ready = false;
+    bool is_at_fault = false; ///< The browser: nothing that happens says anything about the machine.
+    std::size_t said = 0;     ///< Bytes of the browser, before there is a simulation.
     std::unique_ptr<Channel> machine;
     std::optional<async::TaskGroup::Task> task;
     async::Wakeup ended;
@@ -127,6 +141,7 @@ struct ClientRelay::Browser
     core::RelayOptions options;
     std::string group;
     std::optional<WallTime> rank; ///< In the line.
+    bool was_seated = false;
     bool is_in_line = false;
     bool came_back = false; ///< With a ticket.
     core::SeatRequest seat = core::SeatRequest::unknown;
@@ -206,10 +221,23 @@ asio::awaitable<void> ClientRelay::talk(Browser& browser)
     while (message) {
         message = co_await browser.channel.receive();
         if (message && browser.ride && browser.ride->is_known)
-            (void)browser.ride->machine->send(std::move(*message));
+            pass_on(browser, std::move(*message));
     }
     co_await leave(browser, message.error());
     browsers_.erase(browser.id);
+}
+
+/// To the machine. A browser that says much before there is a simulation, or more than the machine takes, is
+/// to blame itself, and not the machine.
+void ClientRelay::pass_on(Browser& browser, std::string message)
+{
+    auto& ride = *browser.ride;
+    ride.said += ride.is_ready ? 0 : message.size();
+    bool const is_greedy = ride.said > max_said || !ride.machine->send(std::move(message));
+    if (!is_greedy)
+        return;
+    ride.is_at_fault = true;
+    refuse(browser, "This page says too much: please start again.");
 }
 
 /// The first message. Errors: as of Channel::receive; `timed_out`: there is none in time.
@@ -263,8 +291,9 @@ void ClientRelay::begin(Browser& browser, std::string text)
     browser.group = group_of(browser);
     browser.waits_since = now;
     browser.arrived = clock_.wall();
-    bool const goes_first = browser.seat == core::SeatRequest::held || params_.waiting_places == 0 ||
-                            (room_.size() == 0 && !is_settling(now));
+    claim_ticket(browser);
+    bool const may_go = params_.waiting_places == 0 || !is_settling(now);
+    bool const goes_first = browser.seat == core::SeatRequest::held || (room_.size() == 0 && may_go);
     if (goes_first && try_to_place(browser, now)) {
         waits_.add(0);
         return start_carrying(browser);
@@ -273,7 +302,7 @@ void ClientRelay::begin(Browser& browser, std::string text)
         return refuse(browser, no_server);
     if (browser.request.size() > short_request && kept_ + browser.request.size() > max_kept)
         return refuse(browser, no_server);
-    if (wait_in_line(browser, now))
+    if (wait_in_line(browser, now) && !is_settling(now))
         give_out_seats(now);
 }
 
@@ -300,6 +329,8 @@ void ClientRelay::come_back(Browser& browser, std::string_view text)
     auto const token = core::parse_relayed_token(text);
     if (!token || !machines_.contains(token->entry))
         return refuse(browser, "This simulation has ended. Please start it again.");
+    if (hooks_.may_ask && !hooks_.may_ask(browser.quota_key))
+        return browser.channel.close(try_again_later);
     browser.options.can_return = true;
     browser.options.wants_heartbeat = true;
     browser.group = group_of(browser);
@@ -313,9 +344,10 @@ void ClientRelay::come_back(Browser& browser, std::string_view text)
 bool ClientRelay::wait_in_line(Browser& browser, TimePoint now)
 {
     using Verdict = core::WaitingRoom::Verdict;
-    claim_ticket(browser);
     auto verdict = Verdict::waits;
-    if (browser.rank) { // it had a place before
+    if (browser.was_seated) { // and the machine had no place
+        room_.put_back(browser.id, browser.group, browser.rank.value_or(browser.arrived));
+    } else if (browser.rank) { // of its ticket
         verdict = room_.return_to(browser.id, browser.group, *browser.rank);
     } else {
         auto const held = held_.find(browser.group);
@@ -387,7 +419,6 @@ result<> ClientRelay::try_to_place(Browser& browser, TimePoint now)
     auto const placement = find_machine(browser, now);
     if (!placement)
         return placement.error();
-    hooks_.note_placement(true);
     if (!browser.ride)
         browser.ride = std::make_unique<Ride>(tasks_->executor());
     auto& ride = *browser.ride;
@@ -429,6 +460,12 @@ void ClientRelay::start_carrying(Browser& browser)
     ++relayed_;
     if (!browser.group.empty())
         ++held_[browser.group];
+    if (browser.ride->is_placed)
+        hooks_.note_placement(true);
+    if (browser.ticket)
+        tickets_.serve(std::exchange(browser.ticket, std::nullopt)->id, browser.id, clock_.wall());
+    browser.next_ticket = TimePoint::min();
+    browser.was_seated = true;
     browser.ride->task = tasks_->spawn(carry(browser));
 }
 
@@ -463,7 +500,7 @@ asio::awaitable<bool> ClientRelay::carry_to_end(Browser& browser)
         auto const refusal = co_await converse(browser);
         ride.is_known = false;
         bool const cancelled = co_await async::is_cancelled();
-        if (cancelled || browser.has_left)
+        if (cancelled || browser.has_left || ride.is_at_fault)
             co_return false;
         if (refusal == MachineRefusal::none)
             co_return false;
@@ -491,6 +528,8 @@ void ClientRelay::note_refusal(Browser& browser, MachineRefusal refusal)
 {
     auto& ride = *browser.ride;
     auto const now = clock_.now();
+    if (!ride.is_placed) // it is not known whether the machine has any such simulation
+        return;
     if (refusal == MachineRefusal::silent) {
         faults_.was_silent(ride.entry, now);
         log_.warning(LogCause("silent machine", ride.entry),
@@ -510,7 +549,7 @@ ClientRelay::Next ClientRelay::try_again(Browser& browser, MachineRefusal refusa
         browser.channel.close(service_restart);
         return Next::end;
     }
-    bool const is_failure = refusal == MachineRefusal::machine || refusal == MachineRefusal::silent;
+    bool const is_failure = refusal != MachineRefusal::full;
     browser.failures += is_failure ? 1 : 0;
     bool const may_try = browser.failures < max_failures && browser.full.size() < max_full;
     auto const placed = may_try ? try_to_place(browser, clock_.now()) : result<>(Failure(errc::unavailable));
@@ -538,7 +577,8 @@ asio::awaitable<MachineRefusal> ClientRelay::converse(Browser& browser)
     auto opened = co_await connect(browser);
     if (!opened) {
         ride.problem = opened.error().message();
-        co_return MachineRefusal::silent;
+        // A machine that answers may have a reason that concerns this client alone.
+        co_return opened.error() == errc::protocol_error ? MachineRefusal::machine : MachineRefusal::silent;
     }
     ride.is_unclaimed = false; // from here on the machine counts it
     ride.machine = std::move(*opened);
@@ -547,7 +587,13 @@ asio::awaitable<MachineRefusal> ClientRelay::converse(Browser& browser)
     core::MachineConversation conversation(browser.options, ride.entry, is_ours(ride.entry));
     bool was_ready = false;
     auto ended = MachineRefusal::none;
+    auto const latest = clock_.now() + longest_start;
     for (;;) {
+        if (!was_ready && clock_.now() > latest) {
+            ride.problem = "it does not come to an end with a start";
+            ended = MachineRefusal::silent;
+            break;
+        }
         auto message = co_await hear(*ride.machine, conversation.patience());
         if (!message) {
             ride.problem = message.error().message();
@@ -561,13 +607,12 @@ asio::awaitable<MachineRefusal> ClientRelay::converse(Browser& browser)
             (void)browser.channel.send(std::move(step.for_browser));
         if (step.refusal != MachineRefusal::none) {
             ended = step.refusal;
-            browser.needs.insert(browser.needs.end(), conversation.needs().begin(),
-                                 conversation.needs().end());
+            browser.needs = conversation.needs();
             ride.last_word = conversation.last_word();
             break;
         }
         if (conversation.is_ready() && !was_ready)
-            note_ready(ride.entry);
+            note_ready(browser);
         was_ready = conversation.is_ready();
     }
     if (was_ready)
@@ -613,10 +658,14 @@ bool ClientRelay::is_ours(std::string_view entry) const
     return found != servers.end() && found->report.arrivals.has_value();
 }
 
-void ClientRelay::note_ready(std::string_view entry)
+void ClientRelay::note_ready(Browser& browser)
 {
+    auto& ride = *browser.ride;
+    ride.is_ready = true;
+    ride.opening = {};
+    browser.request = {};
     ++attempts_[label_of(MachineRefusal::none)];
-    faults_.has_served(entry);
+    faults_.has_served(ride.entry);
     estimate_.session_began(clock_.now());
 }
 
@@ -624,7 +673,9 @@ void ClientRelay::note_ready(std::string_view entry)
 void ClientRelay::end_browser(Browser& browser, Failure const& why)
 {
     if (why == errc::closed)
-        browser.channel.close(browser.ride->machine->farewell());
+        browser.channel.close(is_for_browsers(browser.ride->machine->farewell())
+                                  ? browser.ride->machine->farewell()
+                                  : internal_error);
     else
         browser.channel.close(service_restart); // who can come back does
 }
@@ -663,15 +714,6 @@ bool ClientRelay::leave_line(Browser& browser)
     return true;
 }
 
-/// Its turn has come.
-void ClientRelay::take_out_of_line(Browser& browser)
-{
-    (void)leave_line(browser);
-    if (browser.ticket)
-        tickets_.serve(std::exchange(browser.ticket, std::nullopt)->id, browser.id, clock_.wall());
-    browser.next_ticket = TimePoint::min();
-}
-
 /// First come, first served, but for those who need what no free machine has.
 void ClientRelay::give_out_seats(TimePoint now)
 {
@@ -679,28 +721,34 @@ void ClientRelay::give_out_seats(TimePoint now)
         return;
     std::vector<Browser*> seated;
     std::vector<std::pair<Browser*, Failure>> hopeless;
-    std::size_t passed_over = 0;
+    std::set<std::vector<std::string>> in_vain; // what others ask for that no free machine has
     room_.visit([&](Id id, std::size_t) {
         auto& browser = *browsers_.at(id);
         if (now < browser.not_before || (is_settling(now) && !browser.came_back))
             return true; // it keeps its place
+        auto wishes = browser.needs;
+        wishes.insert(wishes.end(), browser.tried.begin(), browser.tried.end());
+        if (in_vain.contains(wishes))
+            return true;
         auto const placed = try_to_place(browser, now);
         if (placed)
             seated.push_back(&browser);
         else if (placed.error() == errc::refused)
             hopeless.emplace_back(&browser, placed.error());
-        else if (browser.needs.empty() && browser.tried.empty())
-            return false;
-        return placed || ++passed_over < tried_out_of_turn;
+        else if (wishes.empty())
+            return false; // nobody else has more to choose from
+        else
+            in_vain.insert(std::move(wishes));
+        return in_vain.size() < max_wishes;
     });
     for (auto* const browser : seated) {
-        take_out_of_line(*browser);
+        (void)leave_line(*browser);
         waits_.add(std::chrono::duration<double>(now - browser->waits_since).count());
         (void)browser->channel.send(core::turn_message());
         start_carrying(*browser);
     }
     for (auto const& [browser, why] : hopeless) {
-        take_out_of_line(*browser);
+        (void)leave_line(*browser);
         refuse(*browser, why.message());
     }
 }
@@ -817,9 +865,11 @@ ClientRelay::Figures ClientRelay::figures() const
     figures.given_up = given_up_;
     figures.refused = refused_;
     figures.attempts = attempts_;
-    room_.visit([&](Id id, std::size_t) {
-        figures.longest_wait = std::max(figures.longest_wait, clock_.now() - browsers_.at(id)->waits_since);
-        return true;
+    constexpr std::size_t first = 100; // those behind them have come later, but for some minutes
+    auto const now = clock_.now();
+    room_.visit([&](Id id, std::size_t ahead) {
+        figures.longest_wait = std::max(figures.longest_wait, now - browsers_.at(id)->waits_since);
+        return ahead < first;
     });
     return figures;
 }

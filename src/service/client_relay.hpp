@@ -138,7 +138,6 @@ private:
     bool is_settling(TimePoint now) const;
     bool wait_in_line(Browser& browser, TimePoint now);
     bool leave_line(Browser& browser);
-    void take_out_of_line(Browser& browser);
     void claim_ticket(Browser& browser);
     void give_ticket(Browser& browser, TimePoint now);
     boost::asio::awaitable<void> tell_places();
@@ -156,7 +155,8 @@ private:
     boost::asio::awaitable<result<std::unique_ptr<Channel>>> connect(Browser const& browser);
     boost::asio::awaitable<result<std::string>> hear(Channel& machine, Duration patience);
     bool is_ours(std::string_view entry) const;
-    void note_ready(std::string_view entry);
+    void note_ready(Browser& browser);
+    void pass_on(Browser& browser, std::string message);
     static void end_browser(Browser& browser, Failure const& why);
     void give_back(Ride& ride);
     void note_refusal(Browser& browser, core::MachineRefusal refusal);

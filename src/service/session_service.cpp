@@ -72,7 +72,7 @@ constexpr std::string_view html_for_any_origin = "Content-Type: text/html; chars
                                                  "Access-Control-Allow-Methods: POST, GET, OPTIONS\r\n";
 constexpr std::string_view too_many_sessions =
     "Error: too many sessions are asked for from your network. Please try again in a moment.";
-constexpr std::string_view no_server = "Error: no simulation server available at the moment.";
+constexpr std::string_view no_server_error = "Error: no simulation server available at the moment.";
 constexpr std::string_view any_origin = html_for_any_origin.substr(html_for_any_origin.find("X-"));
 
 } // namespace
@@ -353,7 +353,7 @@ std::string SessionService::Impl::place(TimePoint now, std::string_view token, c
     ++(placement ? placed : refused);
     if (!placement) {
         update_availability(now);
-        return std::string(no_server);
+        return std::string(no_server_error);
     }
     bool const has_name = !placement->address.starts_with(core::asked_name);
     std::string const asked(has_name ? std::string_view() : host());
@@ -386,7 +386,7 @@ bool SessionService::Impl::relays(IncomingRequest const&) const
 std::string SessionService::Impl::own_address(std::string_view host) const
 {
     if (!relay.takes_more(clock.now()))
-        return std::string(no_server);
+        return std::string(no_server_error);
     return concat(params.ssl ? "wss://" : "ws://",
                   core::own_authority(params.own_address, params.own_names, host));
 }

@@ -33,10 +33,10 @@ WaitingRoom::Verdict WaitingRoom::enter(Id id, std::string group, std::size_t he
 
 WaitingRoom::Verdict WaitingRoom::return_to(Id id, std::string group, WallTime rank)
 {
-    auto const answer = verdict(group);
-    if (answer == Verdict::waits)
-        add(id, std::move(group), rank);
-    return answer;
+    if (size_of(group) >= group_places())
+        return Verdict::group_full;
+    add(id, std::move(group), rank);
+    return Verdict::waits;
 }
 
 bool WaitingRoom::leave(Id id)

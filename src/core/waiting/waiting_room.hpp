@@ -58,8 +58,12 @@ public:
     /// Precondition: `id` does not wait.
     Verdict enter(Id id, std::string group, std::size_t held, WallTime arrived);
 
-    /// Joins with the rank of a ticket.   Precondition: `id` does not wait.
+    /// Joins with the rank of a ticket, also when the room is full: it had a place.   Precondition: `id` does
+    /// not wait.
     Verdict return_to(Id id, std::string group, WallTime rank);
+
+    /// Back after a turn that led nowhere, whatever the limits.   Precondition: `id` does not wait.
+    void put_back(Id id, std::string group, WallTime rank) { add(id, std::move(group), rank); }
 
     /// False: `id` did not wait.
     bool leave(Id id);

@@ -412,6 +412,51 @@ BOOST_AUTO_TEST_CASE(a_machine_that_hangs_is_left_alone_for_a_while)
     BOOST_TEST(fixture.log.contains("does not answer on /client"));
 }
 
+BOOST_AUTO_TEST_CASE(a_browser_that_says_too_much_is_to_blame_itself)
+{
+    Fixture fixture(relaying(), {"a:2000"});
+    fixture.has_room("a:2000", 5);
+    auto& browser = fixture.start();
+    for (int i = 0; i < 3; ++i)
+        browser.browser_says(std::string(8000, 'x'));
+    fixture.world.settle();
+    BOOST_TEST(browser.sent.back() == "loading: Error: This page says too much: please start again.");
+    browser.browser_leaves();
+    fixture.world.settle();
+    fixture.start(todays_start, "192.0.2.2");
+    BOOST_TEST(fixture.sockets.accepted() == 2u); // the machine is as good as before
+    BOOST_TEST(!fixture.log.contains("does not answer"));
+}
+
+BOOST_AUTO_TEST_CASE(those_who_want_what_is_busy_hold_up_nobody)
+{
+    Fixture fixture;
+    fixture.has_room("a:2000", 2);
+    fixture.has_room("b:2000", 0);
+    for (int i = 0; i < 2; ++i) { // what they want is busy now
+        fixture.start(todays_start, "192.0.2.1");
+        fixture.sockets.peer(static_cast<std::size_t>(i)).says("refusal: machine");
+        fixture.sockets.peer(static_cast<std::size_t>(i)).says(std::string(refused));
+        fixture.world.settle();
+    }
+    BOOST_TEST(fixture.sockets.accepted() == 2u);
+    auto& other = fixture.start(todays_start, "192.0.2.2");
+    fixture.has_room("a:2000", 1);
+    BOOST_TEST(fixture.sockets.accepted() == 3u);
+    BOOST_TEST(other.was_told("loading: A machine is free."));
+}
+
+BOOST_AUTO_TEST_CASE(a_code_that_is_no_business_of_a_machine_does_not_reach_the_browser)
+{
+    Fixture fixture;
+    fixture.has_room("a:2000", 1);
+    auto& browser = fixture.start();
+    fixture.machine("a:2000").says("webots:ws://a:2001");
+    fixture.machine("a:2000").closes(4000);
+    fixture.world.settle();
+    BOOST_TEST(browser.close_code.value() == 1011);
+}
+
 BOOST_AUTO_TEST_CASE(a_browser_returns_to_its_machine_by_the_token)
 {
     Fixture fixture;

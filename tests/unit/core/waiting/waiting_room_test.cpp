@@ -140,7 +140,8 @@ BOOST_AUTO_TEST_CASE(a_full_room_refuses)
     BOOST_TEST(room.return_to(2, group(1), noon) == Verdict::waits);
     BOOST_TEST(room.is_full());
     BOOST_TEST(room.enter(3, group(2), 0, noon) == Verdict::full);
-    BOOST_TEST(room.return_to(3, group(2), noon) == Verdict::full);
+    BOOST_TEST(room.return_to(4, group(2), noon) == Verdict::waits, "it had a place before");
+    BOOST_TEST(room.leave(4));
     BOOST_TEST(room.size() == 2u);
     BOOST_TEST(room.leave(1));
     BOOST_TEST(room.enter(3, group(2), 0, noon) == Verdict::waits);
@@ -157,7 +158,9 @@ BOOST_AUTO_TEST_CASE(one_group_never_fills_the_room)
             BOOST_TEST(room.enter(id, group(1), 0, noon) == Verdict::waits);
         auto const refused = most == places ? Verdict::full : Verdict::group_full;
         BOOST_TEST(room.enter(5000, group(1), 0, noon) == refused);
-        BOOST_TEST(room.return_to(5000, group(1), noon) == refused);
+        BOOST_TEST(room.return_to(5000, group(1), noon) == Verdict::group_full);
+        room.put_back(7000, group(1), noon);
+        BOOST_TEST(room.leave(7000), "a turn that led nowhere costs nobody the place");
         if (most < places)
             BOOST_TEST(room.enter(5000, group(2), 0, noon) == Verdict::waits);
         room.leave(0);
