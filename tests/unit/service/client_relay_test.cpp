@@ -140,8 +140,8 @@ struct Fixture
 
     int random = 0;
     std::map<std::string, std::int64_t> arrivals;
-    std::list<testing::LoopbackChannel> browsers;
     testing::World world;
+    std::list<testing::LoopbackChannel> browsers;
     testing::RecordingLog log;
     testing::ScriptedHttp http;
     testing::ScriptedWebSockets sockets;
