@@ -672,12 +672,10 @@ void ClientRelay::note_ready(Browser& browser)
 /// The machine has ended the conversation.
 void ClientRelay::end_browser(Browser& browser, Failure const& why)
 {
-    if (why == errc::closed)
-        browser.channel.close(is_for_browsers(browser.ride->machine->farewell())
-                                  ? browser.ride->machine->farewell()
-                                  : internal_error);
-    else
-        browser.channel.close(service_restart); // who can come back does
+    if (why != errc::closed)
+        return browser.channel.close(service_restart); // who can come back does
+    auto const code = browser.ride->machine->farewell();
+    browser.channel.close(is_for_browsers(code) ? code : internal_error);
 }
 
 /// The browser has left.
