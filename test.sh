@@ -7,7 +7,7 @@ source cmake/packages/install.sh
 
 # Sanitizers find nothing more in these, which take long: theory and simulation are statistics over millions of placements, whose
 # code the scheduler's own tests run as well; walls is what sandboxes keep out.
-without_sanitizers='^(packaging|browser|bench|theory|simulation|walls)$'
+without_sanitizers='^(packaging|browser|bench|theory|simulation|walls|documentation)$'
 
 usage="Usage: ./test.sh [--quick] [PRESET ...]
   --quick   only the release
@@ -30,7 +30,7 @@ main()
             ;;
         *) presets=("$@") ;;
     esac
-    install_packages cmake/packages/build.txt cmake/packages/test.txt
+    install_packages cmake/packages/build.txt cmake/packages/test.txt cmake/packages/docs.txt
     install_node_packages src/web/view || echo "The tests of the 3D view will be skipped: npm could not install its library." >&2
     install_node_packages src/web/class || echo "The QR code of a class will not be tested: npm could not install its library." >&2
     install_node_packages tests/viewer || echo "The tests of pages that need Playwright will be skipped: npm could not install it." >&2

@@ -86,6 +86,9 @@ using result = boost::system::result<T, Failure>;
 
 } // namespace webots_cloud
 
+// Doxygen 1.9 can't place a specialisation of another namespace's template.
+//! @cond
 template<>
 struct boost::system::is_error_code_enum<webots_cloud::errc> : std::true_type
 {};
+//! @endcond

@@ -1,0 +1,16 @@
+#!/usr/bin/env bash
+# Builds the documentation as a site, to be opened from disk or put on any web server. Warnings are errors.
+#   ./docs.sh [FOLDER]    FOLDER: build/site unless given; what is in it is removed
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")"
+source cmake/packages/install.sh
+
+install_packages cmake/packages/docs.txt
+site=${1:-build/site}
+rm -rf "$site"
+mkdir -p "$site"
+# From nothing, since Sphinx does not repeat the warnings of pages that it has read before.
+sphinx-build -W --keep-going -q -E -j auto -d "$site/.pages" -c docs/site . "$site"
+rm -rf "$site/.pages"
+(cat docs/site/Doxyfile && printf 'OUTPUT_DIRECTORY = "%s"\n' "$site") | doxygen -
+echo "The site is in $site/index.html"

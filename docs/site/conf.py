@@ -1,0 +1,92 @@
+"""How Sphinx builds the documentation as a site: see ./docs.sh, and docs/decisions/014-documentation-site.md for why it is Sphinx.
+
+The source folder is the root of the repository, so each page keeps the path that it has there, and a relative link means the same on
+the site, on a forge and in an editor."""
+import re
+from pathlib import Path
+
+from docutils import nodes
+from pygments.lexers.special import TextLexer
+from sphinx import addnodes
+
+ROOT = Path(__file__).resolve().parents[2]
+HEADERS = 'include/webots_cloud'
+
+project = 'webots_cloud'
+author = 'the authors of webots_cloud'
+copyright = author
+release = re.search(r'project\(webots_cloud VERSION (\S+)', (ROOT / 'CMakeLists.txt').read_text()).group(1)
+
+root_doc = 'docs/index'
+include_patterns = ['*.md', 'docs/**.md', 'examples/**/README.md']
+exclude_patterns = ['build', 'log', 'src', 'tests', 'tls', 'website', '**/node_modules']  # large, and without pages
+
+extensions = ['myst_parser']
+myst_heading_anchors = 4  # headings have the anchors that forges give them
+
+html_theme = 'furo'
+html_title = f'webots_cloud {release}'
+html_static_path = ['static']
+html_css_files = ['site.css']
+html_extra_path = ['extra']
+html_copy_source = False
+html_show_sphinx = False
+pygments_style = 'tango'
+pygments_dark_style = 'monokai'
+
+
+def header_page(path):
+    """The page that Doxygen makes of a public header, or of a folder of them, relative to the root of the site."""
+    name = Path(path).name
+    return 'api/' + (name.replace('_', '__').replace('.', '_8') + '.html' if name.endswith('.hpp') else 'files.html')
+
+
+def repository_path(document, target):
+    """Where a relative link of a document leads, relative to the root of the repository, or None."""
+    path = (ROOT / document).parent.joinpath(target.split('#')[0]).resolve()
+    return path.relative_to(ROOT).as_posix() if path.exists() and path.is_relative_to(ROOT) else None
+
+
+def lead_to_headers(app, doctree):
+    """Links to public headers lead to their pages in the API reference instead of offering the file."""
+    document = app.env.docname
+    for link in list(doctree.findall(addnodes.download_reference)):
+        path = repository_path(document, link['reftarget'].lstrip('/')) or link['reftarget'].lstrip('/')
+        if path.startswith(HEADERS):
+            up = '../' * document.count('/')
+            link.replace_self(nodes.reference('', '', *link.children, refuri=up + header_page(path), internal=True))
+
+
+def folder_reference(app, _environment, reference, text):
+    """Links to folders: those of public headers lead to the API reference. A site has no pages for others, so they are only named."""
+    path = repository_path(reference.get('refdoc', ''), reference['reftarget'])
+    if path is None or not (ROOT / path).is_dir():
+        return None  # Sphinx warns about it.
+    if not path.startswith(HEADERS):
+        return text
+    up = '../' * reference['refdoc'].count('/')
+    return nodes.reference('', '', text, refuri=up + header_page(path), internal=True)
+
+
+def complete_theme(app, exception):
+    """Debian's furo is not bundled as its authors publish it: its script imports another one, which browsers refuse in a page that was
+    opened from disk, and its style expects a file in the root of the web server. Newer packages have neither line, and stay as they are."""
+    if exception or app.builder.name != 'html':
+        return
+    static = Path(app.outdir) / '_static'
+    script = static / 'scripts/furo.js'
+    imported = re.match(r'import Gumshoe from "\./(.*)";\n', script.read_text())
+    if imported:
+        script.write_text((script.parent / imported.group(1)).read_text() + script.read_text()[imported.end():])
+    style = static / 'styles/furo.css'
+    imported = re.match(r'@import url\(/javascript/(.*)\);\n', style.read_text())
+    if imported:
+        style.write_text(Path('/usr/share/javascript', imported.group(1)).read_text() + style.read_text()[imported.end():])
+
+
+def setup(app):
+    app.add_lexer('mermaid', TextLexer)
+    app.connect('doctree-read', lead_to_headers)
+    app.connect('missing-reference', folder_reference)
+    app.connect('build-finished', complete_theme)
+    return {'parallel_read_safe': True, 'parallel_write_safe': True}
