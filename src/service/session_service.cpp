@@ -689,7 +689,8 @@ void SessionService::Impl::write_relay(core::MetricsText& text) const
         .add(static_cast<double>(figures.waiting));
     text.family("waiting_longest_seconds", "gauge", "How long the one that has waited longest has waited.")
         .add(std::chrono::duration<double>(figures.longest_wait).count());
-    text.histogram("waiting_seconds", "How long browsers waited until there was a machine.", relay.waits());
+    text.family("waiting_seconds", "histogram", "How long browsers waited until there was a machine.")
+        .add(relay.waits());
     text.family("waiting_given_up_total", "counter", "Browsers that left while they waited.")
         .add(static_cast<double>(figures.given_up));
     text.family("waiting_refused_total", "counter", "Browsers for which there was no place to wait.")

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <initializer_list>
+#include <numeric>
 #include <vector>
 
 namespace webots_cloud::core {
@@ -28,6 +29,10 @@ public:
     /// One for each bound, of values above the one before, and one for those above all.
     std::vector<std::uint64_t> const& counts() const noexcept { return counts_; }
     double sum() const noexcept { return sum_; }
+    std::uint64_t count() const noexcept
+    {
+        return std::accumulate(counts_.begin(), counts_.end(), std::uint64_t{});
+    }
 
 private:
     std::vector<double> bounds_;

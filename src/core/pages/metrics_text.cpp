@@ -33,34 +33,40 @@ MetricsText& MetricsText::family(std::string_view name, std::string_view type, s
 
 MetricsText& MetricsText::add(double value, Labels labels)
 {
-    text_.append(name_);
-    char separator = '{';
-    for (auto const& [key, label] : labels) {
-        text_.append(1, separator).append(key).append("=\"").append(label).append("\"");
-        separator = ',';
-    }
-    if (labels.size() > 0)
-        text_.append("}");
-    text_.append(" ").append(number_text(value)).append("\n");
+    line({}, labels, {}, value);
     return *this;
 }
 
-MetricsText& MetricsText::histogram(std::string_view name, std::string_view help, Histogram const& histogram)
+MetricsText& MetricsText::add(Histogram const& histogram, Labels labels)
 {
-    family(name, "histogram", help);
-    auto const whole = name_;
     std::uint64_t count = 0;
-    name_ = whole + "_bucket";
     for (std::size_t i = 0; i < histogram.bounds().size(); ++i) {
         count += histogram.counts()[i];
-        add(static_cast<double>(count), {{"le", number_text(histogram.bounds()[i])}});
+        line("_bucket", labels, number_text(histogram.bounds()[i]), static_cast<double>(count));
     }
-    count += histogram.counts().back();
-    add(static_cast<double>(count), {{"le", "+Inf"}});
-    name_ = whole + "_sum";
-    add(histogram.sum());
-    name_ = whole + "_count";
-    return add(static_cast<double>(count));
+    auto const all = static_cast<double>(histogram.count());
+    line("_bucket", labels, "+Inf", all);
+    line("_sum", labels, {}, histogram.sum());
+    line("_count", labels, {}, all);
+    return *this;
+}
+
+/// `bound`: of a bucket; none where it is empty.
+void MetricsText::line(std::string_view suffix, Labels labels, std::string_view bound, double value)
+{
+    text_.append(name_).append(suffix);
+    char separator = '{';
+    auto const label = [this, &separator](std::string_view key, std::string_view text) {
+        text_.append(1, separator).append(key).append("=\"").append(text).append("\"");
+        separator = ',';
+    };
+    for (auto const& [key, text] : labels)
+        label(key, text);
+    if (!bound.empty())
+        label("le", bound);
+    if (separator == ',')
+        text_.append("}");
+    text_.append(" ").append(number_text(value)).append("\n");
 }
 
 } // namespace webots_cloud::core

@@ -21,17 +21,19 @@ class MetricsText
 public:
     using Labels = std::initializer_list<std::pair<std::string_view, std::string_view>>;
 
-    /// Begins a family of figures; `type` is `counter` or `gauge`. Its values follow by `add`.
+    /// Begins a family of figures; `type` is `counter`, `gauge` or `histogram`. Its values follow by `add`.
     MetricsText& family(std::string_view name, std::string_view type, std::string_view help);
 
     MetricsText& add(double value, Labels labels = {});
 
-    /// A whole family.
-    MetricsText& histogram(std::string_view name, std::string_view help, Histogram const& histogram);
+    /// All lines of one histogram; the family is of this type.
+    MetricsText& add(Histogram const& histogram, Labels labels = {});
 
     std::string take() { return std::move(text_); }
 
 private:
+    void line(std::string_view suffix, Labels labels, std::string_view bound, double value);
+
     std::string text_;
     std::string name_;
 };

@@ -36,9 +36,7 @@ std::string_view start_failure_label(Failure const& failure) noexcept
 
 void StartFigures::passed(StartStage stage, Duration took)
 {
-    auto& sum = stages_[stage];
-    ++sum.count;
-    sum.seconds += std::chrono::duration<double>(took).count();
+    stages_[static_cast<std::size_t>(stage)].add(std::chrono::duration<double>(took).count());
 }
 
 std::uint64_t StartFigures::lost() const noexcept
@@ -51,19 +49,16 @@ std::uint64_t StartFigures::lost() const noexcept
 
 void StartFigures::write(MetricsText& text) const
 {
-    auto const ready = stages_.find(StartStage::ready);
+    auto const& ready = stages_[static_cast<std::size_t>(StartStage::ready)];
     text.family("starts_total", "counter", "Simulations that browsers asked for, by how that ended.")
-        .add(ready == stages_.end() ? 0 : static_cast<double>(ready->second.count),
-             {{"result", "ready"}, {"reason", ""}})
+        .add(static_cast<double>(ready.count()), {{"result", "ready"}, {"reason", ""}})
         .add(static_cast<double>(abandoned_), {{"result", "abandoned"}, {"reason", ""}});
     for (auto const& [reason, count] : failed_)
         text.add(static_cast<double>(count), {{"result", "failed"}, {"reason", reason}});
-    text.family("start_stage_seconds_sum", "counter", "Time that the stages of starts took.");
-    for (auto const& [stage, sum] : stages_)
-        text.add(sum.seconds, {{"stage", name_of(stage)}});
-    text.family("start_stage_seconds_count", "counter", "Stages of starts that were completed.");
-    for (auto const& [stage, sum] : stages_)
-        text.add(static_cast<double>(sum.count), {{"stage", name_of(stage)}});
+    text.family("start_stage_seconds", "histogram",
+                "How long the stages of starts took that were completed.");
+    for (auto const stage : {StartStage::fetch, StartStage::launch, StartStage::ready})
+        text.add(stages_[static_cast<std::size_t>(stage)], {{"stage", name_of(stage)}});
 }
 
 void FetchFigures::write(MetricsText& text) const

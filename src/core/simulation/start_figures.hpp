@@ -6,6 +6,7 @@
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/time.hpp>
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <string_view>
@@ -38,14 +39,11 @@ public:
     void write(MetricsText& text) const;
 
 private:
-    struct Sum
-    {
-        std::uint64_t count = 0;
-        double seconds = 0;
-    };
+    static Histogram stage_histogram() { return {0.1, 0.25, 0.5, 1, 2.5, 5, 10, 25, 60, 150, 300}; }
 
     std::uint64_t arrivals_ = 0;
-    std::map<StartStage, Sum> stages_;
+    /// Seconds, by stage. From a project that is there already to a large one, or a large world.
+    std::array<Histogram, 3> stages_{stage_histogram(), stage_histogram(), stage_histogram()};
     std::map<std::string_view, std::uint64_t> failed_;
     std::uint64_t abandoned_ = 0;
 };

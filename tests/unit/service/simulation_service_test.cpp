@@ -862,6 +862,8 @@ BOOST_AUTO_TEST_CASE(figures_count_starts_by_how_they_ended)
           "webots_starts_total{result=\"ready\",reason=\"\"} 1\n",
           "webots_starts_total{result=\"abandoned\",reason=\"\"} 1\n",
           "webots_starts_total{result=\"failed\",reason=\"not_found\"} 1\n",
+          "webots_start_stage_seconds_bucket{stage=\"ready\",le=\"1\"} 0\n",
+          "webots_start_stage_seconds_bucket{stage=\"ready\",le=\"2.5\"} 1\n",
           "webots_start_stage_seconds_sum{stage=\"ready\"} 2\n", "webots_simulations{state=\"idle\"} 1\n"})
         BOOST_TEST(figures.find(line) != std::string::npos, line << " is not in\n" << figures);
     fixture.leave(ready);

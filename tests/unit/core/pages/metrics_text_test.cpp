@@ -22,6 +22,26 @@ BOOST_AUTO_TEST_CASE(families_and_values_are_written_as_prometheus_reads_them)
                                  "webots_polls_total 12345678\n");
 }
 
+BOOST_AUTO_TEST_CASE(buckets_of_a_histogram_count_all_values_up_to_their_bound)
+{
+    Histogram took{0.5, 2};
+    for (double const value : {0.5, 1.0, 1.5, 7.0})
+        took.add(value);
+    MetricsText metrics;
+    metrics.family("took_seconds", "histogram", "Time.").add(took, {{"stage", "a"}}).add(Histogram{1});
+    auto const text = metrics.take();
+    BOOST_TEST(text.substr(text.find("histogram\n") + 10) ==
+               "webots_took_seconds_bucket{stage=\"a\",le=\"0.5\"} 1\n"
+               "webots_took_seconds_bucket{stage=\"a\",le=\"2\"} 3\n"
+               "webots_took_seconds_bucket{stage=\"a\",le=\"+Inf\"} 4\n"
+               "webots_took_seconds_sum{stage=\"a\"} 10\n"
+               "webots_took_seconds_count{stage=\"a\"} 4\n"
+               "webots_took_seconds_bucket{le=\"1\"} 0\n"
+               "webots_took_seconds_bucket{le=\"+Inf\"} 0\n"
+               "webots_took_seconds_sum 0\n"
+               "webots_took_seconds_count 0\n");
+}
+
 BOOST_AUTO_TEST_CASE(whole_numbers_have_no_exponent)
 {
     MetricsText metrics;
