@@ -2,6 +2,7 @@
 // from.
 #pragma once
 
+#include <webots_cloud/export.hpp>
 #include <webots_cloud/transport/endpoint.hpp>
 #include <webots_cloud/transport/logger.hpp>
 
@@ -12,7 +13,7 @@
 #include <string_view>
 #include <vector>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 struct AccessParams
 {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/export.hpp>
 #include <webots_cloud/own_files.hpp>
 #include <webots_cloud/process_limits.hpp>
 #include <webots_cloud/transport/clock.hpp>
@@ -32,7 +33,7 @@
 #include <string_view>
 #include <vector>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// 32 hexadecimal digits from the random numbers of the operating system: nobody guesses them.
 std::string make_token();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/export.hpp>
 #include <webots_cloud/public_address.hpp>
 #include <webots_cloud/scheduler.hpp>
 #include <webots_cloud/time.hpp>
@@ -13,7 +14,7 @@
 #include <string_view>
 #include <vector>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// How a server meets the network: keys that both configurations have.
 struct NetworkConfig

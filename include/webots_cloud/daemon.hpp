@@ -3,6 +3,7 @@
 
 #include <webots_cloud/config.hpp>
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/export.hpp>
 #include <webots_cloud/transport/logger.hpp>
 
 #include <boost/asio/any_io_executor.hpp>
@@ -17,7 +18,7 @@
 #include <utility>
 #include <vector>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// A request that the operator makes of a running server with an option of its program.
 struct OperatorCommand

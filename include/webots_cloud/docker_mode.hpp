@@ -2,6 +2,7 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/export.hpp>
 #include <webots_cloud/process_limits.hpp>
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/logger.hpp>
@@ -19,7 +20,7 @@
 #include <utility>
 #include <vector>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 struct LaunchSpec;
 

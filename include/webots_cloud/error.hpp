@@ -1,6 +1,8 @@
 // How every operation of this library fails: a code that a caller can act on, and a sentence for a person.
 #pragma once
 
+#include <webots_cloud/export.hpp>
+
 #include <boost/system/error_code.hpp>
 #include <boost/system/result.hpp>
 #include <boost/system/system_error.hpp>
@@ -9,7 +11,7 @@
 #include <string_view>
 #include <utility>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// What a caller can do something about. Codes of other libraries pass through unchanged beside these.
 enum class errc

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/export.hpp>
 
 #include <boost/asio/awaitable.hpp>
 
@@ -10,7 +11,7 @@
 #include <memory>
 #include <string>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// Thread-safety: one executor.
 class KeptFile

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/export.hpp>
 #include <webots_cloud/server_load.hpp>
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/http_client.hpp>
@@ -16,7 +17,7 @@
 #include <utility>
 #include <vector>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 struct LoadMonitorParams
 {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/export.hpp>
 
 #include <cstdint>
 #include <optional>
@@ -9,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// What a world is known by: digests, since reports are for everybody to read. Equal addresses and modes
 /// have equal keys everywhere.

@@ -1,12 +1,13 @@
 // A message for the administrator, before anyone decides how it travels.
 #pragma once
 
+#include <webots_cloud/export.hpp>
 #include <webots_cloud/time.hpp>
 
 #include <string>
 #include <utility>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// A message for the administrator.
 struct Notice

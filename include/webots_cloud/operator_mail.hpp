@@ -2,6 +2,7 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/export.hpp>
 #include <webots_cloud/public_address.hpp>
 #include <webots_cloud/server_load.hpp>
 #include <webots_cloud/transport/clock.hpp>
@@ -15,7 +16,7 @@
 #include <memory>
 #include <string>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 struct OperatorMailParams
 {

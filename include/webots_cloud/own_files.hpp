@@ -1,10 +1,12 @@
 // What of the file system a server needs.
 #pragma once
 
+#include <webots_cloud/export.hpp>
+
 #include <filesystem>
 #include <vector>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// Files and folders with all that is in them; absolute.
 struct OwnFiles

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/export.hpp>
 #include <webots_cloud/sandbox.hpp>
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/process_host.hpp>
@@ -10,7 +11,7 @@
 
 #include <filesystem>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// Which program makes the display, an X server without a screen.
 struct PrivateDisplay

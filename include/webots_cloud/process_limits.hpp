@@ -1,10 +1,12 @@
 // How much of the machine a program may use, together with everything that it starts.
 #pragma once
 
+#include <webots_cloud/export.hpp>
+
 #include <cstdint>
 #include <string>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// 0 everywhere: no limit.
 struct ProcessLimits

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/export.hpp>
 #include <webots_cloud/project_ref.hpp>
 #include <webots_cloud/transport/logger.hpp>
 #include <webots_cloud/transport/project_source.hpp>
@@ -16,7 +17,7 @@
 #include <string>
 #include <vector>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// A source, and the base of the world addresses that it fetches.
 struct Forge

@@ -2,12 +2,13 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/export.hpp>
 
 #include <string>
 #include <string_view>
 #include <vector>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// What a source makes of the `<ref>` in the address of a world. "blockedRepositories" has to know it: what a
 /// rule names by one ref must not run under another.

@@ -1,10 +1,12 @@
 // Where the world outside reaches a server of ours.
 #pragma once
 
+#include <webots_cloud/export.hpp>
+
 #include <cstdint>
 #include <string>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// The configuration keys `server`, `port`, `ssl` and `portRewrite`, which both servers have.
 struct PublicAddress

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/export.hpp>
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/http_client.hpp>
 #include <webots_cloud/transport/logger.hpp>
@@ -12,7 +13,7 @@
 #include <string>
 #include <vector>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 struct RegistrationParams
 {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/export.hpp>
 #include <webots_cloud/simulation_user.hpp>
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/process_host.hpp>
@@ -14,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// What simulators may see and reach.
 struct SandboxParams

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/export.hpp>
 #include <webots_cloud/load_report.hpp>
 #include <webots_cloud/time.hpp>
 
@@ -23,7 +24,7 @@
 #include <utility>
 #include <vector>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// One simulation server as the operator describes it.
 struct ServerSpec

@@ -1,6 +1,7 @@
 // What is known of a simulation server by its polls, and what one poll changed.
 #pragma once
 
+#include <webots_cloud/export.hpp>
 #include <webots_cloud/load_report.hpp>
 #include <webots_cloud/time.hpp>
 
@@ -8,7 +9,7 @@
 #include <string>
 #include <utility>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// What is known of a server: unknown is not idle.
 enum class ServerState

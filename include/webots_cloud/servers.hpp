@@ -4,6 +4,7 @@
 
 #include <webots_cloud/config.hpp>
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/export.hpp>
 #include <webots_cloud/transport/logger.hpp>
 
 #include <boost/asio/any_io_executor.hpp>
@@ -13,7 +14,7 @@
 #include <filesystem>
 #include <functional>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 struct HttpServerParams;
 

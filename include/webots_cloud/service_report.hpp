@@ -2,12 +2,13 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/export.hpp>
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/service_manager.hpp>
 
 #include <boost/asio/awaitable.hpp>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// To be called when the server is ready. Watchdog messages are sent from the caller's executor, so that they
 /// stop when the event loop hangs.

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/export.hpp>
 #include <webots_cloud/load_monitor.hpp>
 #include <webots_cloud/public_address.hpp>
 #include <webots_cloud/scheduler.hpp>
@@ -21,7 +22,7 @@
 #include <string_view>
 #include <vector>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 struct SessionServiceParams
 {

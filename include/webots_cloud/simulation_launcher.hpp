@@ -3,6 +3,7 @@
 
 #include <webots_cloud/docker_mode.hpp>
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/export.hpp>
 #include <webots_cloud/private_display.hpp>
 #include <webots_cloud/process_limits.hpp>
 #include <webots_cloud/sandbox.hpp>
@@ -23,7 +24,7 @@
 #include <variant>
 #include <vector>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 struct SimulationLauncherParams
 {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/export.hpp>
 #include <webots_cloud/project_fetcher.hpp>
 #include <webots_cloud/public_address.hpp>
 #include <webots_cloud/simulation_launcher.hpp>
@@ -24,7 +25,7 @@
 #include <string_view>
 #include <vector>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 struct SimulationServiceParams
 {

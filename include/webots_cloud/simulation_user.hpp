@@ -1,12 +1,14 @@
 // Who runs simulators: another user than the server's, where the server is root, or has subordinate numbers.
 #pragma once
 
+#include <webots_cloud/export.hpp>
+
 #include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// Numbers that `/etc/subuid` and `/etc/subgid` leave to a user.
 struct SubordinateRange

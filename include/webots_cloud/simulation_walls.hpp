@@ -1,9 +1,11 @@
 // What stands between simulations and the machine: whether projects of strangers may run on it.
 #pragma once
 
+#include <webots_cloud/export.hpp>
+
 #include <string>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// What shuts simulations in.
 struct SimulationWalls

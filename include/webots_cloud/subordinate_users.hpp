@@ -2,6 +2,7 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/export.hpp>
 #include <webots_cloud/simulation_user.hpp>
 #include <webots_cloud/transport/folder_meter.hpp>
 #include <webots_cloud/transport/project_source.hpp>
@@ -12,7 +13,7 @@
 #include <memory>
 #include <string>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// A user namespace in which such numbers are users, and the server's user is root. The server stays outside:
 /// what it can't do from there to the files of these users, a guard inside does for it.

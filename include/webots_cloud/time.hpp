@@ -1,9 +1,11 @@
 // Moments and durations, as the whole library counts them.
 #pragma once
 
+#include <webots_cloud/export.hpp>
+
 #include <chrono>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// A moment that never jumps; only differences mean anything.
 using TimePoint = std::chrono::steady_clock::time_point;

@@ -1,9 +1,11 @@
 // Which release of the library this is.
 #pragma once
 
+#include <webots_cloud/export.hpp>
+
 #include <string_view>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// For instance "0.1.0".
 std::string_view version() noexcept;

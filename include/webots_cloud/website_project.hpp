@@ -2,12 +2,13 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/export.hpp>
 
 #include <string>
 #include <string_view>
 #include <vector>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// What `{"init": [...]}` names (protocol section 5): a template among this server's own projects, over which
 /// the website lays what its user has changed.

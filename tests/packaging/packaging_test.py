@@ -40,9 +40,9 @@ class PackagingTest(unittest.TestCase):
         cls.addClassCleanup(folder.cleanup)
         cls.folder = folder.name
 
-    def build_consumer(self, name, *arguments):
+    def build_consumer(self, name, *arguments, build=None):
         """Configures and builds an outside project; returns its program."""
-        build = os.path.join(self.folder, name)
+        build = os.path.join(self.folder, build or name)
         run("cmake", "-S", os.path.join(HERE, name), "-B", build, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
             f"-DCMAKE_CXX_COMPILER={self.compiler}", f"-DCMAKE_CXX_FLAGS={self.flags}", *arguments)
         run("cmake", "--build", build, "--parallel", "2")
@@ -100,6 +100,52 @@ class FindPackage(PackagingTest):
         program = self.build_consumer("full_consumer", f"-DCMAKE_PREFIX_PATH={self.prefix}")
         self.assertEqual(run(program), "answered hello\n")
         self.assertIn("libcurl", self.linked_adapter_libraries(program))
+
+    def test_the_shared_library_is_the_same_library(self):
+        program = self.build_consumer("full_consumer", f"-DCMAKE_PREFIX_PATH={self.prefix}", "-DCOMPONENT=shared", build="shared_consumer")
+        self.assertEqual(run(program), "answered hello\n")
+        needed = re.findall(r"NEEDED\s+(\S+)", run("objdump", "--private-headers", program))
+        self.assertIn("libwebots_cloud.so.0.1", needed)
+        self.assertFalse([library for library in ADAPTER_LIBRARIES if any(name.startswith(library + ".") for name in needed)])
+
+    # What templates of other libraries leave behind is weak; of ours there is what public headers declare.
+    def test_the_shared_library_exports_its_interface_alone(self):
+        symbols = run("nm", "--dynamic", "--defined-only", "--demangle", os.path.join(self.prefix, "lib", "libwebots_cloud.so"))
+        strong = {line.split(" ", 2)[2] for line in symbols.splitlines() if line.split(" ", 2)[1] in "TDBR"}
+        self.assertIn("webots_cloud::version()", strong)
+        self.assertTrue(any(name.startswith("webots_cloud::Scheduler::place(") for name in strong))
+        declared = re.compile(r"(?:(?:typeinfo|typeinfo name|vtable|VTT|construction vtable) for )?webots_cloud::(?!(?:core|async|adapters|app|web)::)")
+        self.assertEqual([name for name in strong if not declared.match(name)], [])
+
+    def link_by_pkg_config(self, prefix, *options):
+        environment = {**os.environ, "PKG_CONFIG_PATH": os.path.join(prefix, "lib", "pkgconfig")}
+        flags = subprocess.run(["pkg-config", "--cflags", "--libs", *options, "webots_cloud"], env=environment, text=True, check=True,
+                               stdout=subprocess.PIPE).stdout.split()
+        program = os.path.join(prefix, "consumer")
+        run(self.compiler, "-std=c++20", os.path.join(HERE, "full_consumer", "main.cpp"), "-o", program, *flags, f"-Wl,-rpath,{prefix}/lib")
+        return program
+
+    def test_pkg_config_links_the_shared_library(self):
+        program = self.link_by_pkg_config(self.prefix)
+        self.assertEqual(run(program), "answered hello\n")
+        self.assertIn("libwebots_cloud.so", run("ldd", program))
+
+    def test_pkg_config_links_the_static_libraries_where_there_are_no_others(self):
+        prefix = os.path.join(self.folder, "static")
+        run("cmake", "--install", self.build, "--prefix", prefix)
+        for name in os.listdir(os.path.join(prefix, "lib")):
+            if ".so" in name:
+                os.remove(os.path.join(prefix, "lib", name))
+        program = self.link_by_pkg_config(prefix, "--static")
+        self.assertEqual(run(program), "answered hello\n")
+        self.assertNotIn("libwebots_cloud", run("ldd", program))
+
+    def test_a_module_of_python_schedules(self):
+        self.build_consumer("python_module", f"-DCMAKE_PREFIX_PATH={self.prefix}", "-DPYTHON_EXECUTABLE=/usr/bin/python3")
+        code = ("import webots_scheduler\nscheduler = webots_scheduler.Scheduler()\nscheduler.set_servers(['busy:2000', 'idle:2000'])\n"
+                "scheduler.report('busy:2000', 40)\nscheduler.report('idle:2000', 10)\nprint(scheduler.place())")
+        done = subprocess.run(["/usr/bin/python3", "-c", code], cwd=os.path.join(self.folder, "python_module"), text=True, capture_output=True)
+        self.assertEqual((done.stdout, done.stderr), ("idle:2000\n", ""))
 
     def test_an_unknown_component_is_refused_with_its_name(self):
         with self.assertRaisesRegex(AssertionError, "gateway"):

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/export.hpp>
 #include <webots_cloud/transport/http.hpp>
 #include <webots_cloud/transport/tunnel_group.hpp>
 
@@ -18,7 +19,7 @@
 #include <utility>
 #include <variant>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// A request as it came from the network: views into the adapter's buffer.
 ///

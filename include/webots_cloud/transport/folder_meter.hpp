@@ -1,12 +1,14 @@
 // How much disk a folder takes, as a seam.
 #pragma once
 
+#include <webots_cloud/export.hpp>
+
 #include <boost/asio/awaitable.hpp>
 
 #include <cstdint>
 #include <filesystem>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// What was found.
 struct FolderUse

@@ -2,12 +2,13 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/export.hpp>
 
 #include <cstdint>
 #include <optional>
 #include <string>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// Graphics processors; if there are several, the highest of each figure. All in percent.
 struct GpuSample

@@ -1,13 +1,15 @@
 // What the HTTP client seam and the server seam share.
 #pragma once
 
+#include <webots_cloud/export.hpp>
+
 #include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// Header fields in order; names compare without case.
 using HttpHeaders = std::vector<std::pair<std::string, std::string>>;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/export.hpp>
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/http.hpp>
 
@@ -10,7 +11,7 @@
 #include <cstddef>
 #include <string>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// One request to another server.
 struct HttpRequest

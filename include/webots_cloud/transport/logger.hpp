@@ -1,12 +1,14 @@
 // The log as a seam: a level and a function. Whoever embeds the library decides where lines go.
 #pragma once
 
+#include <webots_cloud/export.hpp>
+
 #include <functional>
 #include <memory>
 #include <string_view>
 #include <utility>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 enum class LogLevel
 {

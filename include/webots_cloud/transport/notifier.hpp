@@ -2,11 +2,12 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/export.hpp>
 #include <webots_cloud/notice.hpp>
 
 #include <boost/asio/awaitable.hpp>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// Delivers notices, one at a time, with one attempt each: the caller retries.
 ///

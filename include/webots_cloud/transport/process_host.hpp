@@ -2,6 +2,7 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/export.hpp>
 #include <webots_cloud/process_limits.hpp>
 #include <webots_cloud/transport/clock.hpp>
 
@@ -16,7 +17,7 @@
 #include <variant>
 #include <vector>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// What the processes of a tree reach of the network.
 struct ProcessNetwork

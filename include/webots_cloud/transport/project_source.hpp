@@ -2,6 +2,7 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/export.hpp>
 #include <webots_cloud/project_ref.hpp>
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/website_project.hpp>
@@ -16,7 +17,7 @@
 #include <string>
 #include <vector>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// How far a fetch is, for people: nothing is decided by it. Written by the source from any thread, read by
 /// whoever shows it. Sources that copy a folder, and websites', report `bytes_received` and `waiting` alone.

@@ -1,12 +1,13 @@
 // The service manager that started us (systemd, for instance), as a seam.
 #pragma once
 
+#include <webots_cloud/export.hpp>
 #include <webots_cloud/time.hpp>
 
 #include <optional>
 #include <string_view>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// Thread-safety: one executor.
 class ServiceManager

@@ -1,13 +1,14 @@
 // What tunnels to other servers have in common: see `Forward` in endpoint.hpp.
 #pragma once
 
+#include <webots_cloud/export.hpp>
 #include <webots_cloud/time.hpp>
 
 #include <cstddef>
 #include <cstdint>
 #include <unordered_set>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// What all tunnels to one simulation, say, share: their counts, a limit of their speed, and their end.
 ///

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/export.hpp>
 #include <webots_cloud/time.hpp>
 #include <webots_cloud/transport/endpoint.hpp>
 #include <webots_cloud/transport/http.hpp>
@@ -12,7 +13,7 @@
 #include <memory>
 #include <string>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 /// A WebSocket to open.
 struct WebSocketRequest
