@@ -30,16 +30,17 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/webots_cloudConfigVersion
 install(FILES ${PROJECT_BINARY_DIR}/webots_cloudConfig.cmake ${PROJECT_BINARY_DIR}/webots_cloudConfigVersion.cmake
     DESTINATION ${package_dir})
 
-# For pkg-config. Folders below the prefix are named by it, so that the prefix can be given at installation (pkg-config --define-prefix).
-foreach(folder LIBDIR INCLUDEDIR)
-    string(TOLOWER pc_${folder} variable)
-    cmake_path(IS_ABSOLUTE CMAKE_INSTALL_${folder} is_absolute)
-    if(is_absolute)
-        set(${variable} ${CMAKE_INSTALL_${folder}})
-    else()
-        set(${variable} "\${prefix}/${CMAKE_INSTALL_${folder}}")
-    endif()
-endforeach()
+# For pkg-config. The prefix is found from where the file lies, since cmake --install can be told another one.
+if(IS_ABSOLUTE ${CMAKE_INSTALL_LIBDIR} OR IS_ABSOLUTE ${CMAKE_INSTALL_INCLUDEDIR})
+    set(pc_prefix ${CMAKE_INSTALL_PREFIX})
+    set(pc_libdir ${CMAKE_INSTALL_FULL_LIBDIR})
+    set(pc_includedir ${CMAKE_INSTALL_FULL_INCLUDEDIR})
+else()
+    file(RELATIVE_PATH up /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
+    set(pc_prefix "\${pcfiledir}/${up}")
+    set(pc_libdir "\${prefix}/${CMAKE_INSTALL_LIBDIR}")
+    set(pc_includedir "\${prefix}/${CMAKE_INSTALL_INCLUDEDIR}")
+endif()
 set(package_configs webots_cloud_core)
 if(WEBOTS_CLOUD_BUILD_ADAPTERS)
     list(APPEND package_configs webots_cloud)
