@@ -140,6 +140,8 @@ private:
     bool leave_line(Browser& browser);
     void claim_ticket(Browser& browser);
     void give_ticket(Browser& browser, TimePoint now);
+    void note_change();
+    boost::asio::awaitable<result<>> wait_for_work();
     boost::asio::awaitable<void> tell_places();
     void tell_place(Browser& browser, std::size_t ahead, std::optional<core::WaitRange> const& range,
                     TimePoint now);
@@ -178,11 +180,13 @@ private:
     std::unordered_map<Id, std::unique_ptr<Browser>> browsers_;
     std::unordered_map<std::string, std::size_t> held_; ///< Seats, by group.
     std::optional<async::TaskGroup> tasks_;
-    std::optional<async::Wakeup> somebody_waits_;
+    std::optional<async::Wakeup> line_changed_;
     std::size_t kept_ = 0;    ///< Bytes of the requests of those who wait.
     std::string last_polled_; ///< Machine, of those that are polled in turn.
     TimePoint began_;
-    TimePoint told_{}; ///< When all were last told their places.
+    TimePoint told_{};   ///< When all were last told that the line had changed,
+    TimePoint looked_{}; ///< or might have been told something else.
+    bool has_changed_ = false;
     Id last_id_ = 0;
     std::size_t relayed_ = 0;
     std::uint64_t given_up_ = 0;

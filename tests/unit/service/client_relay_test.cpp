@@ -275,6 +275,24 @@ BOOST_AUTO_TEST_CASE(who_leaves_the_line_gives_the_place_up)
     BOOST_TEST(fixture.answer("/metrics").find("webots_waiting_given_up_total 1\n") != std::string::npos);
 }
 
+BOOST_AUTO_TEST_CASE(a_new_place_is_told_at_once_but_not_more_than_once_a_second)
+{
+    Fixture fixture;
+    std::vector<testing::LoopbackChannel*> line;
+    for (int i = 0; i < 4; ++i)
+        line.push_back(&fixture.start(todays_start, concat("192.0.2.", std::to_string(i + 1))));
+    fixture.world.advance(5s);
+    BOOST_TEST(last_of(*line[3], "queue:") == "queue:3");
+    line[0]->browser_leaves();
+    fixture.world.settle();
+    BOOST_TEST(last_of(*line[3], "queue:") == "queue:2");
+    line[1]->browser_leaves();
+    fixture.world.settle();
+    BOOST_TEST(last_of(*line[3], "queue:") == "queue:2");
+    fixture.world.advance(1250ms);
+    BOOST_TEST(last_of(*line[3], "queue:") == "queue:1");
+}
+
 BOOST_AUTO_TEST_CASE(a_ticket_keeps_the_place_of_who_was_lost)
 {
     Fixture fixture;

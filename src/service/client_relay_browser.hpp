@@ -1,0 +1,85 @@
+// What a ClientRelay knows of each browser and machine. For the files of ClientRelay alone.
+#pragma once
+
+#include "client_relay.hpp"
+
+#include "async/wakeup.hpp"
+
+#include <boost/asio/any_io_executor.hpp>
+
+#include <cstdint>
+#include <string_view>
+
+namespace webots_cloud {
+namespace relay {
+
+inline constexpr std::uint16_t service_restart = 1012; // RFC 6455's registry: come back
+inline constexpr std::string_view no_server = "No simulation server available at the moment.";
+
+} // namespace relay
+
+struct ClientRelay::Machine
+{
+    Machine() = default;
+
+    std::string internal_address;
+    TimePoint freed{}; ///< When a simulation of ours has ended there.
+    TimePoint polled{};
+};
+
+/// Of a browser on its way to a machine, or there.
+struct ClientRelay::Ride
+{
+    explicit Ride(boost::asio::any_io_executor const& executor) : ended(executor) {}
+
+    std::string entry;
+    std::string opening; ///< For the machine.
+    Placement placement;
+    bool is_placed = false;    ///< By the scheduler: it does not return.
+    bool is_unclaimed = false; ///< The machine knows nothing of that.
+    bool is_known = false;     ///< The machine has got the request.
+    bool is_ready = false;
+    bool is_at_fault = false; ///< The browser: nothing that happens says anything about the machine.
+    std::size_t said = 0;     ///< Bytes of the browser, before there is a simulation.
+    std::unique_ptr<Channel> machine;
+    std::optional<async::TaskGroup::Task> task;
+    async::Wakeup ended;
+    std::string last_word; ///< Of the machine that refused last.
+    std::string problem;   ///< Of the one that could not be reached.
+};
+
+/// A browser, from the handshake to the end of its connection. Those that wait are many: what only the others
+/// need is in `Ride`.
+struct ClientRelay::Browser
+{
+    Browser(Id number, Channel& browser) : id(number), channel(browser) {}
+
+    Id id;
+    Channel& channel;
+    std::string host;
+    std::string client;
+    std::string quota_key;
+    std::string request;
+    core::RelayOptions options;
+    std::string group;
+    std::optional<WallTime> rank; ///< In the line.
+    bool was_seated = false;
+    bool is_in_line = false;
+    bool came_back = false; ///< With a ticket.
+    core::SeatRequest seat = core::SeatRequest::unknown;
+    std::optional<core::WaitingTicket> ticket;
+    TimePoint waits_since{};
+    WallTime arrived{};
+    TimePoint next_ticket = TimePoint::min();
+    TimePoint told = TimePoint::min();
+    TimePoint not_before = TimePoint::min();
+    std::size_t told_ahead = 0;
+    std::size_t failures = 0;
+    std::vector<std::string> tried; ///< Machines that do not come into question any more,
+    std::vector<std::string> full;  ///< or not at the moment.
+    std::vector<std::string> needs;
+    std::unique_ptr<Ride> ride;
+    bool has_left = false;
+};
+
+} // namespace webots_cloud

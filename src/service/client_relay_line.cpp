@@ -1,0 +1,291 @@
+// Those who wait: in which order they get seats, and what they are told.
+#include "client_relay_browser.hpp"
+
+#include "async/cancellation.hpp"
+#include "async/deadline.hpp"
+#include "core/simulation/client_protocol.hpp"
+#include "core/text.hpp"
+#include "core/waiting/waiting_messages.hpp"
+
+#include <boost/asio/this_coro.hpp>
+
+#include <algorithm>
+#include <set>
+
+namespace webots_cloud {
+namespace asio = boost::asio;
+
+using core::concat;
+
+namespace {
+
+constexpr Duration look_at_line = std::chrono::milliseconds(250);
+constexpr Duration between_tellings = std::chrono::seconds(1);
+constexpr Duration longest_silence = std::chrono::seconds(10); // towards those who wait
+// A machine that has just ended a simulation is asked that often and for so long whether its place is free.
+constexpr Duration freed_seat_poll = std::chrono::milliseconds(500);
+constexpr Duration freed_seat_time = std::chrono::seconds(6);
+constexpr Duration any_seat_poll = std::chrono::seconds(1); // of the others, in turn
+constexpr std::size_t polls_at_once = 20;
+// After a start nobody has a turn at first, and then only who waited before: they come back about a second
+// after they were lost, in no order.
+constexpr Duration all_return = std::chrono::milliseconds(1200);
+constexpr Duration return_first = std::chrono::seconds(2);
+
+constexpr std::size_t told_at_once = 500; // browsers, before others have their turn
+constexpr std::size_t max_wishes = 32;    // different ones, of those who want certain machines only
+
+constexpr std::string_view group_full =
+    "Too many wait here from your network already. Please try again in a moment.";
+
+} // namespace
+
+/// Who waited before a restart comes back within a moment, and others are not served before.
+bool ClientRelay::is_settling(TimePoint now) const
+{
+    return now - began_ < return_first;
+}
+
+/// Whose seats count together with this browser's; empty: nobody's, as behind a trusted proxy that names no
+/// clients.
+std::string ClientRelay::group_of(Browser const& browser) const
+{
+    auto key = browser.quota_key;
+    if (auto const& student = browser.options.student; !student.empty() && hooks_.class_of)
+        if (auto const of_class = hooks_.class_of(student); !of_class.empty())
+            key = concat("class ", of_class);
+    return hooks_.waiting_mac ? core::waiting_group(hooks_.waiting_mac, key) : key;
+}
+
+/// False: it may not, and is told so.
+bool ClientRelay::wait_in_line(Browser& browser, TimePoint now)
+{
+    using Verdict = core::WaitingRoom::Verdict;
+    auto verdict = Verdict::waits;
+    if (browser.was_seated) { // and the machine had no place
+        room_.put_back(browser.id, browser.group, browser.rank.value_or(browser.arrived));
+    } else if (browser.rank) { // of its ticket
+        verdict = room_.return_to(browser.id, browser.group, *browser.rank);
+    } else {
+        auto const held = held_.find(browser.group);
+        auto const seats = held == held_.end() ? 0 : held->second;
+        auto const away = tickets_.away(browser.group, clock_.wall());
+        verdict = room_.enter(browser.id, browser.group, seats + away, browser.arrived);
+    }
+    if (verdict != Verdict::waits) {
+        ++refused_;
+        hooks_.note_placement(false);
+        refuse(browser, verdict == Verdict::full ? relay::no_server : group_full);
+        return false;
+    }
+    browser.is_in_line = true;
+    kept_ += browser.request.size();
+    browser.rank = room_.rank(browser.id);
+    browser.told = TimePoint::min();
+    auto const ahead = room_.ahead_of(browser.id);
+    tell_place(browser, ahead, estimate_.expect(ahead, now), now);
+    note_change();
+    return true;
+}
+
+/// False: it was not there.
+bool ClientRelay::leave_line(Browser& browser)
+{
+    if (!room_.leave(browser.id))
+        return false;
+    browser.is_in_line = false;
+    kept_ -= browser.request.size();
+    note_change();
+    return true;
+}
+
+/// The place that a ticket of the browser's keeps, if it is a good one.
+void ClientRelay::claim_ticket(Browser& browser)
+{
+    auto const text = std::exchange(browser.options.waiting_ticket, {});
+    if (!hooks_.waiting_mac || text.empty())
+        return;
+    auto const wall = clock_.wall();
+    auto ticket = core::read_waiting_ticket(hooks_.waiting_mac, text, wall, room_.params().max_penalty);
+    if (!ticket || !tickets_.is_usable(ticket->id, wall))
+        return;
+    // The connection that has the place may not know yet that it is lost.
+    if (auto const holder = tickets_.enter(ticket->id, ticket->group, browser.id)) {
+        auto& old = *browsers_.at(*holder);
+        (void)leave_line(old);
+        old.channel.close(core::taken_over_code, "another page waits in this place");
+    }
+    browser.came_back = true;
+    browser.group = ticket->group;
+    browser.rank = ticket->rank;
+    browser.ticket = std::move(*ticket);
+}
+
+/// Tickets are made anew from time to time, since each is good for a while only.
+void ClientRelay::give_ticket(Browser& browser, TimePoint now)
+{
+    if (!hooks_.waiting_mac || now < browser.next_ticket)
+        return;
+    browser.next_ticket = now + core::waiting_ticket_interval;
+    if (!browser.ticket) {
+        browser.ticket.emplace();
+        browser.ticket->id = hooks_.random_bytes(core::waiting_id_size);
+        browser.ticket->group = browser.group;
+        (void)tickets_.enter(browser.ticket->id, browser.group, browser.id);
+    }
+    browser.ticket->rank = *browser.rank;
+    browser.ticket->issued = clock_.wall();
+    (void)browser.channel.send(
+        core::waiting_ticket_message(core::make_waiting_ticket(hooks_.waiting_mac, *browser.ticket)));
+}
+
+/// First come, first served, but for those who need what no free machine has.
+void ClientRelay::give_out_seats(TimePoint now)
+{
+    if (room_.size() == 0 || is_stopping_ || now - began_ < all_return || !scheduler_.available(now))
+        return;
+    std::vector<Browser*> seated;
+    std::vector<std::pair<Browser*, Failure>> hopeless;
+    std::set<std::vector<std::string>> in_vain; // what others ask for that no free machine has
+    room_.visit([&](Id id, std::size_t) {
+        auto& browser = *browsers_.at(id);
+        if (now < browser.not_before || (is_settling(now) && !browser.came_back))
+            return true; // it keeps its place
+        auto wishes = browser.needs;
+        wishes.insert(wishes.end(), browser.tried.begin(), browser.tried.end());
+        if (in_vain.contains(wishes))
+            return true;
+        auto const placed = try_to_place(browser, now);
+        if (placed)
+            seated.push_back(&browser);
+        else if (placed.error() == errc::refused)
+            hopeless.emplace_back(&browser, placed.error());
+        else if (wishes.empty())
+            return false; // nobody else has more to choose from
+        else
+            in_vain.insert(std::move(wishes));
+        return in_vain.size() < max_wishes;
+    });
+    for (auto* const browser : seated) {
+        (void)leave_line(*browser);
+        waits_.add(std::chrono::duration<double>(now - browser->waits_since).count());
+        (void)browser->channel.send(core::turn_message());
+        start_carrying(*browser);
+    }
+    for (auto const& [browser, why] : hopeless) {
+        (void)leave_line(*browser);
+        refuse(*browser, why.message());
+    }
+}
+
+asio::awaitable<result<>> ClientRelay::run()
+{
+    co_await asio::this_coro::throw_if_cancelled(false);
+    if (!line_changed_)
+        line_changed_.emplace(co_await asio::this_coro::executor);
+    for (;;) {
+        bool const cancelled = co_await async::is_cancelled();
+        if (cancelled)
+            co_return Failure(asio::error::operation_aborted);
+        auto const waited = co_await wait_for_work();
+        if (!waited)
+            co_return waited;
+        auto const now = clock_.now();
+        look_for_freed_seats(now);
+        give_out_seats(now);
+        co_await tell_places();
+    }
+}
+
+void ClientRelay::note_change()
+{
+    has_changed_ = true;
+    if (line_changed_)
+        line_changed_->notify();
+}
+
+/// Until the line has changed, and those in it may be told, or it is time to look after them.
+asio::awaitable<result<>> ClientRelay::wait_for_work()
+{
+    auto const now = clock_.now();
+    if (room_.size() == 0) // nobody is to be looked after
+        co_return co_await line_changed_->wait();
+    if (has_changed_ && now - told_ < between_tellings)
+        co_return co_await clock_.wait_until(now + look_at_line);
+    auto changed = co_await async::with_deadline(clock_, now + look_at_line, line_changed_->wait());
+    if (!changed && changed.error() == errc::timed_out)
+        co_return result<>();
+    co_return changed;
+}
+
+/// A machine's regular reports tell up to `loadRefresh` later that a place is free. While somebody waits,
+/// machines are asked more often: those first where a simulation of ours has just ended, then the others in
+/// turn.
+void ClientRelay::look_for_freed_seats(TimePoint now)
+{
+    if (room_.size() == 0)
+        return;
+    std::size_t polls = 0;
+    auto const poll = [&](auto& entry) {
+        entry.second.polled = now;
+        monitor_.poll_now(entry.first);
+        ++polls;
+    };
+    for (auto& entry : machines_)
+        if (polls < polls_at_once && now < entry.second.freed + freed_seat_time &&
+            now >= entry.second.polled + freed_seat_poll)
+            poll(entry);
+    auto next = machines_.upper_bound(last_polled_);
+    for (std::size_t left = machines_.size(); left > 0 && polls < polls_at_once; --left) {
+        if (next == machines_.end())
+            next = machines_.begin();
+        last_polled_ = next->first;
+        if (now >= next->second.polled + any_seat_poll)
+            poll(*next);
+        ++next;
+    }
+}
+
+/// Those whose place has changed, and those who have heard nothing for a while.
+asio::awaitable<void> ClientRelay::tell_places()
+{
+    auto const now = clock_.now();
+    if (now - (has_changed_ ? told_ : looked_) < between_tellings)
+        co_return;
+    looked_ = now;
+    if (std::exchange(has_changed_, false))
+        told_ = now;
+    std::vector<Id> line;
+    line.reserve(room_.size());
+    room_.visit([&line](Id id, std::size_t) {
+        line.push_back(id);
+        return true;
+    });
+    for (std::size_t ahead = 0; ahead < line.size(); ++ahead) {
+        auto const found = browsers_.find(line[ahead]);
+        if (found != browsers_.end() && found->second->is_in_line) // others have had their turn meanwhile
+            tell_place(*found->second, ahead, estimate_.expect(ahead, now), now);
+        if (ahead % told_at_once == told_at_once - 1)
+            (void)co_await clock_.wait_until(clock_.now());
+    }
+}
+
+/// Unless the browser knows it.
+void ClientRelay::tell_place(Browser& browser, std::size_t ahead, std::optional<core::WaitRange> const& range,
+                             TimePoint now)
+{
+    bool const is_news = ahead != browser.told_ahead || browser.told == TimePoint::min();
+    if (!is_news && now - browser.told < longest_silence)
+        return;
+    browser.told = now;
+    browser.told_ahead = ahead;
+    if (browser.options.shows_waiting) {
+        give_ticket(browser, now);
+        (void)browser.channel.send(core::waiting_message(ahead, range));
+        return;
+    }
+    (void)browser.channel.send(core::queue_message(ahead));
+    (void)browser.channel.send(core::waiting_sentence(ahead, range));
+}
+
+} // namespace webots_cloud

@@ -1,0 +1,345 @@
+// A browser on its way to a machine, and there.
+#include "client_relay_browser.hpp"
+
+#include "async/cancellation.hpp"
+#include "async/deadline.hpp"
+#include "core/access/asked_name.hpp"
+#include "core/access/forwarding.hpp"
+#include "core/relay/relay_messages.hpp"
+#include "core/simulation/client_protocol.hpp"
+#include "core/text.hpp"
+
+#include <boost/asio/this_coro.hpp>
+
+#include <algorithm>
+
+namespace webots_cloud {
+namespace asio = boost::asio;
+
+using core::concat;
+using core::MachineRefusal;
+
+namespace {
+
+constexpr std::size_t max_said = 16 * 1024; // bytes of one browser, before there is a simulation
+constexpr std::size_t max_failures = 3;     // at machines, of one browser
+constexpr std::size_t max_full = 10;        // machines that turn out to be full, before a browser waits again
+
+constexpr Duration longest_start = std::chrono::minutes(30); // on one machine, whatever it says
+constexpr Duration pause_after_full = std::chrono::seconds(1);
+
+constexpr std::uint16_t internal_error = 1011; // RFC 6455
+
+std::string_view label_of(MachineRefusal refusal) noexcept
+{
+    switch (refusal) {
+    case MachineRefusal::none:
+        return "served";
+    case MachineRefusal::full:
+        return "full";
+    case MachineRefusal::machine:
+        return "refused";
+    case MachineRefusal::needs:
+        return "unsuitable";
+    case MachineRefusal::silent:
+        return "silent";
+    }
+    return {};
+}
+
+/// Codes with which simulation servers close; others are no business of a machine's.
+bool is_for_browsers(std::uint16_t close_code) noexcept
+{
+    constexpr std::uint16_t normal = 1000;
+    return close_code == 0 || close_code == normal || close_code == core::taken_over_code;
+}
+
+/// `host/2000` is reached at `host`, `host:2000` there.
+std::string_view authority_of(std::string_view entry) noexcept
+{
+    return entry.substr(0, entry.find('/'));
+}
+
+} // namespace
+
+/// To the machine. A browser that says much before there is a simulation, or more than the machine takes, is
+/// to blame itself, and not the machine.
+void ClientRelay::pass_on(Browser& browser, std::string message)
+{
+    auto& ride = *browser.ride;
+    ride.said += ride.is_ready ? 0 : message.size();
+    bool const is_greedy = ride.said > max_said || !ride.machine->send(std::move(message));
+    if (!is_greedy)
+        return;
+    ride.is_at_fault = true;
+    refuse(browser, "This page says too much: please start again.");
+}
+
+/// Finds a machine, where the browser goes next.
+/// Errors: `unavailable`; `refused`: there is no machine that could ever run this.
+result<> ClientRelay::try_to_place(Browser& browser, TimePoint now)
+{
+    auto const placement = find_machine(browser, now);
+    if (!placement)
+        return placement.error();
+    if (!browser.ride)
+        browser.ride = std::make_unique<Ride>(tasks_->executor());
+    auto& ride = *browser.ride;
+    ride.entry = placement->address;
+    ride.opening = core::request_for_machine(browser.request);
+    ride.placement = *placement;
+    ride.is_placed = ride.is_unclaimed = true;
+    if (browser.seat != core::SeatRequest::unknown)
+        hooks_.take_seat(browser.options.student, browser.seat, ride.entry, browser.host);
+    return {};
+}
+
+result<Placement> ClientRelay::find_machine(Browser const& browser, TimePoint now)
+{
+    auto const message = core::parse_client_message(browser.request);
+    auto const& asked = std::get<core::SimulationRequest>(message);
+    PlacementRequest request;
+    request.world = core::world_of(asked);
+    if (auto const* start = std::get_if<core::StartMessage>(&asked))
+        request.mode = start->mode;
+    request.labels = browser.needs;
+    request.held = browser.seat == core::SeatRequest::held;
+    request.only_free = params_.waiting_places > 0;
+    request.excluded = faults_.silent(now);
+    for (auto const* machines : {&browser.tried, &browser.full})
+        request.excluded.insert(request.excluded.end(), machines->begin(), machines->end());
+    auto const for_last = faults_.unwilling();
+    if (for_last.empty())
+        return scheduler_.place(request, now);
+    auto first = request;
+    first.excluded.insert(first.excluded.end(), for_last.begin(), for_last.end());
+    if (auto placement = scheduler_.place(first, now))
+        return placement;
+    return scheduler_.place(request, now);
+}
+
+void ClientRelay::start_carrying(Browser& browser)
+{
+    ++relayed_;
+    if (!browser.group.empty())
+        ++held_[browser.group];
+    if (browser.ride->is_placed)
+        hooks_.note_placement(true);
+    if (browser.ticket)
+        tickets_.serve(std::exchange(browser.ticket, std::nullopt)->id, browser.id, clock_.wall());
+    browser.next_ticket = TimePoint::min();
+    browser.was_seated = true;
+    browser.ride->task = tasks_->spawn(carry(browser));
+}
+
+asio::awaitable<void> ClientRelay::carry(Browser& browser)
+{
+    co_await asio::this_coro::throw_if_cancelled(false);
+    bool const goes_back = co_await carry_to_end(browser);
+    auto& ride = *browser.ride;
+    ride.machine.reset();
+    give_back(ride);
+    --relayed_;
+    if (auto const held = held_.find(browser.group); held != held_.end() && --held->second == 0)
+        held_.erase(held);
+    if (auto const machine = machines_.find(ride.entry); machine != machines_.end())
+        machine->second.freed = clock_.now();
+    if (goes_back && !browser.has_left) {
+        browser.ride.reset(); // this task's own; the browser may get another one at once
+        if (wait_in_line(browser, clock_.now()))
+            give_out_seats(clock_.now());
+        co_return;
+    }
+    ride.task.reset();
+    ride.ended.notify();
+}
+
+/// Until the simulation has ended, no machine takes it, or the browser has left. True: the browser waits
+/// again.
+asio::awaitable<bool> ClientRelay::carry_to_end(Browser& browser)
+{
+    auto& ride = *browser.ride;
+    for (;;) {
+        auto const refusal = co_await converse(browser);
+        ride.is_known = false;
+        bool const cancelled = co_await async::is_cancelled();
+        if (cancelled || browser.has_left || ride.is_at_fault)
+            co_return false;
+        if (refusal == MachineRefusal::none)
+            co_return false;
+        ++attempts_[label_of(refusal)];
+        ride.machine.reset();
+        note_refusal(browser, refusal);
+        auto const next = try_again(browser, refusal);
+        if (next != Next::another_machine)
+            co_return next == Next::line;
+        (void)browser.channel.send(core::loading_message("Trying another machine."));
+    }
+}
+
+/// Nobody comes where the scheduler has placed the browser.
+void ClientRelay::give_back(Ride& ride)
+{
+    if (!std::exchange(ride.is_unclaimed, false))
+        return;
+    auto placement = ride.placement;
+    placement.address = ride.entry; // the scheduler may have forgotten the server by now, and its name
+    scheduler_.release(placement, clock_.now());
+}
+
+void ClientRelay::note_refusal(Browser& browser, MachineRefusal refusal)
+{
+    auto& ride = *browser.ride;
+    auto const now = clock_.now();
+    if (!ride.is_placed) // it is not known whether the machine has any such simulation
+        return;
+    if (refusal == MachineRefusal::silent) {
+        faults_.was_silent(ride.entry, now);
+        log_.warning(LogCause("silent machine", ride.entry),
+                     concat(ride.entry, " does not answer on /client as it should: ", ride.problem));
+    } else if (refusal == MachineRefusal::machine) {
+        faults_.has_refused(ride.entry, browser.group);
+    }
+    give_back(ride);
+    (refusal == MachineRefusal::full ? browser.full : browser.tried).push_back(ride.entry);
+}
+
+/// After a refusal.
+ClientRelay::Next ClientRelay::try_again(Browser& browser, MachineRefusal refusal)
+{
+    auto& ride = *browser.ride;
+    if (!ride.is_placed) { // its simulation is there, or nowhere
+        browser.channel.close(relay::service_restart);
+        return Next::end;
+    }
+    bool const is_failure = refusal != MachineRefusal::full;
+    browser.failures += is_failure ? 1 : 0;
+    bool const may_try = browser.failures < max_failures && browser.full.size() < max_full;
+    auto const placed = may_try ? try_to_place(browser, clock_.now()) : result<>(Failure(errc::unavailable));
+    if (placed)
+        return Next::another_machine;
+    if (placed.error() == errc::refused) {
+        refuse(browser, placed.error().message());
+        return Next::end;
+    }
+    bool const may_wait = params_.waiting_places > 0 && browser.failures < max_failures;
+    if (may_wait) {
+        browser.full.clear();
+        browser.not_before = clock_.now() + pause_after_full;
+        return Next::line;
+    }
+    (void)browser.channel.send(ride.last_word.empty() ? core::error_message(relay::no_server)
+                                                      : ride.last_word);
+    browser.channel.close();
+    return Next::end;
+}
+
+/// With the machine of the browser's ride, until it ends.
+asio::awaitable<MachineRefusal> ClientRelay::converse(Browser& browser)
+{
+    auto& ride = *browser.ride;
+    auto opened = co_await connect(browser);
+    if (!opened) {
+        ride.problem = opened.error().message();
+        // A machine that answers may have a reason that concerns this client alone.
+        co_return opened.error() == errc::protocol_error ? MachineRefusal::machine : MachineRefusal::silent;
+    }
+    ride.is_unclaimed = false; // from here on the machine counts it
+    ride.machine = std::move(*opened);
+    (void)ride.machine->send(ride.opening);
+    ride.is_known = true;
+    core::MachineConversation conversation(browser.options, ride.entry, is_ours(ride.entry));
+    bool was_ready = false;
+    auto ended = MachineRefusal::none;
+    auto const latest = clock_.now() + longest_start;
+    for (;;) {
+        if (!was_ready && clock_.now() > latest) {
+            ride.problem = "it does not come to an end with a start";
+            ended = MachineRefusal::silent;
+            break;
+        }
+        auto message = co_await hear(*ride.machine, conversation.patience());
+        if (!message) {
+            ride.problem = message.error().message();
+            ended = conversation.on_end();
+            if (ended == MachineRefusal::none && !browser.has_left)
+                end_browser(browser, message.error());
+            break;
+        }
+        auto step = conversation.take(std::move(*message));
+        if (!step.for_browser.empty())
+            (void)browser.channel.send(std::move(step.for_browser));
+        if (step.refusal != MachineRefusal::none) {
+            ended = step.refusal;
+            browser.needs = conversation.needs();
+            ride.last_word = conversation.last_word();
+            break;
+        }
+        if (conversation.is_ready() && !was_ready)
+            note_ready(browser);
+        was_ready = conversation.is_ready();
+    }
+    if (was_ready)
+        estimate_.session_ended(clock_.now());
+    co_return ended;
+}
+
+/// The next message of a machine. Errors: as of Channel::receive; `timed_out`: it says nothing any more.
+asio::awaitable<result<std::string>> ClientRelay::hear(Channel& machine, Duration patience)
+{
+    if (patience == Duration::max())
+        return machine.receive();
+    return async::with_deadline(clock_, clock_.now() + patience, machine.receive());
+}
+
+asio::awaitable<result<std::unique_ptr<Channel>>> ClientRelay::connect(Browser const& browser)
+{
+    auto const& ride = *browser.ride;
+    auto const machine = machines_.find(ride.entry);
+    if (machine == machines_.end())
+        co_return Failure(errc::unreachable, "it was removed from \"simulationServers\"");
+    auto const& internal = machine->second.internal_address;
+    std::string path = "/client";
+    if (hooks_.make_ticket && ride.is_placed)
+        path = concat("/ticket/", hooks_.make_ticket(ride.entry), path);
+    WebSocketRequest request(internal.empty() ? concat(params_.tls ? "wss://" : "ws://", ride.entry, path)
+                                              : concat("ws", core::internal_url(internal, path).substr(4)));
+    // The machine answers with an address that this browser can reach, and counts for this browser.
+    if (!internal.empty()) {
+        bool const has_name = !ride.entry.starts_with(core::asked_name);
+        request.headers.emplace_back("Host", has_name ? std::string(authority_of(ride.entry)) : browser.host);
+    }
+    if (!browser.client.empty())
+        request.headers.emplace_back("X-Forwarded-For", browser.client);
+    co_return co_await hooks_.websockets->connect(std::move(request));
+}
+
+bool ClientRelay::is_ours(std::string_view entry) const
+{
+    auto const servers = monitor_.servers();
+    auto const found = std::find_if(servers.begin(), servers.end(),
+                                    [entry](ServerLoad const& server) { return server.address == entry; });
+    return found != servers.end() && found->report.arrivals.has_value();
+}
+
+void ClientRelay::note_ready(Browser& browser)
+{
+    auto& ride = *browser.ride;
+    ride.is_ready = true;
+    ride.opening = {};
+    browser.request = {};
+    ++attempts_[label_of(MachineRefusal::none)];
+    faults_.has_served(ride.entry);
+    estimate_.session_began(clock_.now());
+}
+
+/// The machine has ended the conversation.
+void ClientRelay::end_browser(Browser& browser, Failure const& why)
+{
+    if (why != errc::closed)
+        return browser.channel.close(relay::service_restart); // who can come back does
+    auto const code = browser.ride->machine->farewell();
+    browser.channel.close(is_for_browsers(code) ? code : internal_error);
+}
+
+} // namespace webots_cloud
