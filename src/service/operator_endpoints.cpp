@@ -277,28 +277,24 @@ boost::asio::awaitable<void> OperatorEndpoints::watch(Channel& channel)
 Answer OperatorEndpoints::figures(IncomingRequest const&)
 {
     core::MetricsText text;
-    text.family("build_info", "gauge", "Always 1; the version is the label.")
-        .add(1, {{"version", version()}});
-    text.family("load_ratio", "gauge", "The load that GET /load answers; 1 is full.")
-        .add(average_.value() / 100);
+    text.family(core::metric("build_info")).add(1, {{"version", version()}});
+    text.family(core::metric("load_ratio")).add(average_.value() / 100);
+    text.family(core::metric("memory_used_ratio")).add(last_sample_.memory_used / 100);
+    text.family(core::metric("disk_used_ratio")).add(last_sample_.disk_used / 100);
     auto const starting = static_cast<double>(report().starting.value_or(0));
     auto const active = static_cast<double>(running());
-    text.family("simulations", "gauge", "Simulations by state.")
+    text.family(core::metric("simulations"))
         .add(starting, {{"state", "starting"}})
         .add(active, {{"state", "running"}})
         .add(static_cast<double>(sessions_.size() - fetches()) - starting - active, {{"state", "idle"}});
-    text.family("simulations_max", "gauge", "Simulations that may run at once.")
-        .add(static_cast<double>(capacity()));
-    text.family("draining", "gauge", "1 while no new simulation is taken.")
-        .add(context_.state.is_draining() ? 1 : 0);
-    text.family("event_loop_lag_seconds", "gauge", "How late the last measurement of the machine was.")
+    text.family(core::metric("simulations_max")).add(static_cast<double>(capacity()));
+    text.family(core::metric("draining")).add(context_.state.is_draining() ? 1 : 0);
+    text.family(core::metric("event_loop_lag_seconds"))
         .add(std::chrono::duration<double>(event_loop_lag_).count());
     auto const highest = *std::max_element(event_loop_lags_.begin(), event_loop_lags_.end());
-    text.family("event_loop_lag_max_seconds", "gauge", "The highest of the last 60 measurements.")
+    text.family(core::metric("event_loop_lag_max_seconds"))
         .add(std::chrono::duration<double>(highest).count());
-    text.family("simulations_isolated", "gauge",
-                "1 where the kernel keeps simulations from the server and from each other.")
-        .add(params_.isolation_warning.empty() ? 1 : 0);
+    text.family(core::metric("simulations_isolated")).add(params_.isolation_warning.empty() ? 1 : 0);
     if (context_.launcher.params().limits.any())
         write_consumption(text);
     if (context_.launcher.params().gateway)
@@ -320,8 +316,8 @@ void OperatorEndpoints::write_traffic(core::MetricsText& text) const
             received += static_cast<double>(tunnels->received());
             sent += static_cast<double>(tunnels->sent());
         }
-    text.family("gateway_connections", "gauge", "Connections to simulations for browsers.").add(connections);
-    text.family("gateway_bytes_total", "counter", "Bytes relayed, by who sent them.")
+    text.family(core::metric("gateway_connections")).add(connections);
+    text.family(core::metric("gateway_bytes_total"))
         .add(received, {{"from", "browsers"}})
         .add(sent, {{"from", "simulations"}});
 }
@@ -337,11 +333,10 @@ void OperatorEndpoints::write_consumption(core::MetricsText& text) const
         processes += static_cast<double>(session->usage().processes);
         processors += session->processors();
     }
-    text.family("simulations_memory_bytes", "gauge", "Memory of all simulations together.").add(memory);
-    text.family("simulations_processes", "gauge", "Processes and threads of all simulations together.")
-        .add(processes);
-    text.family("simulations_processors", "gauge", "Processors that simulations keep busy.").add(processors);
-    text.family("simulations_over_limit_total", "counter", "Simulations that were ended at a limit.");
+    text.family(core::metric("simulations_memory_bytes")).add(memory);
+    text.family(core::metric("simulations_processes")).add(processes);
+    text.family(core::metric("simulations_processors")).add(processors);
+    text.family(core::metric("simulations_over_limit_total"));
     for (auto const limit : {Limit::memory, Limit::processes, Limit::disk}) {
         auto const found = context_.overruns.find(limit);
         text.add(found == context_.overruns.end() ? 0 : static_cast<double>(found->second),

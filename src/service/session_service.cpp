@@ -133,6 +133,8 @@ struct SessionService::Impl
     Answer readiness(IncomingRequest const& request);
 
     void write_relay(core::MetricsText& text) const;
+    std::string const& machine_metrics();
+    void expire_pages();
     void update_monitor();
     void count_placed();
     std::optional<core::WaitingFigures> waiting_figures() const;
@@ -154,6 +156,9 @@ struct SessionService::Impl
     MonitorFeed feed; // to those that watch the monitor page
     core::TimedPage monitor_html;
     core::TimedPage monitor_json;
+    /// The metrics of single machines, and when they were written.
+    std::string machine_figures;
+    std::optional<TimePoint> machine_figures_made;
     /// The first text for browsers that connect before the next update; empty: not made yet.
     std::string greeting;
     std::map<char const*, core::SharedPage>
@@ -189,8 +194,7 @@ void SessionService::apply(SessionServiceParams params)
     impl_->relay.apply(impl_->relay_params());
     if (!keeps_budget)
         impl_->set_budget();
-    impl_->monitor_html.expire();
-    impl_->monitor_json.expire();
+    impl_->expire_pages();
 }
 
 void SessionService::set_servers(std::vector<ServerSpec> const& servers)
@@ -205,8 +209,7 @@ void SessionService::set_servers(std::vector<ServerSpec> const& servers)
     impl_->relay.set_servers(servers);
     impl_->board.list(impl_->monitor.servers());
     impl_->note_drained();
-    impl_->monitor_html.expire();
-    impl_->monitor_json.expire();
+    impl_->expire_pages();
     impl_->update_availability(impl_->clock.now());
     impl_->update_monitor();
 }
@@ -632,8 +635,7 @@ Answer SessionService::Impl::drain(IncomingRequest const& request)
     scheduler.set_servers(machines.servers());
     note_drained();
     greeting = {};
-    monitor_html.expire();
-    monitor_json.expire();
+    expire_pages();
     update_availability(clock.now());
     if (outcome == Outcome::configured)
         return HttpResponse(
@@ -648,57 +650,94 @@ Answer SessionService::Impl::metrics(IncomingRequest const&)
 {
     auto const servers = monitor.totals();
     core::MetricsText text;
-    text.family("build_info", "gauge", "Always 1; the version is the label.")
-        .add(1, {{"version", version()}});
-    text.family("servers", "gauge", "Simulation servers by what their last poll said.")
+    text.family(core::metric("build_info")).add(1, {{"version", version()}});
+    text.family(core::metric("servers"))
         .add(static_cast<double>(servers.up), {{"state", "up"}})
         .add(static_cast<double>(servers.down), {{"state", "down"}})
         .add(static_cast<double>(servers.unknown), {{"state", "unknown"}});
-    text.family("servers_drained", "gauge", "Simulation servers that the operator has drained here.")
-        .add(static_cast<double>(machines.count()));
-    text.family("available", "gauge", "1 while a simulation server would take a session.")
-        .add(available ? 1 : 0);
-    text.family("availability_watchers", "gauge", "Browsers that are told about availability.")
-        .add(static_cast<double>(browsers.size()));
-    text.family("placements_total", "counter", "Requests for a simulation server.")
+    text.family(core::metric("servers_drained")).add(static_cast<double>(machines.count()));
+    text.family(core::metric("available")).add(available ? 1 : 0);
+    text.family(core::metric("availability_watchers")).add(static_cast<double>(browsers.size()));
+    text.family(core::metric("placements_total"))
         .add(static_cast<double>(placed), {{"result", "placed"}})
         .add(static_cast<double>(refused), {{"result", "refused"}})
         .add(static_cast<double>(limited), {{"result", "limited"}});
     auto const of_classes = classes.figures();
-    text.family("classes", "gauge", "Classes that teachers have opened.")
-        .add(static_cast<double>(of_classes.classes));
-    text.family("class_students", "gauge", "Students of all classes.")
-        .add(static_cast<double>(of_classes.students));
-    text.family("class_seats_held", "gauge", "Seats that are held back for students who have not come yet.")
-        .add(static_cast<double>(of_classes.seats_held));
-    text.family("class_pictures_total", "counter", "Pictures of students, for windows of their teachers.")
+    text.family(core::metric("classes")).add(static_cast<double>(of_classes.classes));
+    text.family(core::metric("class_students")).add(static_cast<double>(of_classes.students));
+    text.family(core::metric("class_seats_held")).add(static_cast<double>(of_classes.seats_held));
+    text.family(core::metric("class_pictures_total"))
         .add(static_cast<double>(classes.pictures_relayed()), {{"result", "relayed"}})
         .add(static_cast<double>(classes.pictures_dropped()), {{"result", "dropped"}});
     if (params.relay)
         write_relay(text);
-    text.family("polls_total", "counter", "Polls of simulation servers.")
+    text.family(core::metric("polls_total"))
         .add(static_cast<double>(good_polls), {{"result", "good"}})
         .add(static_cast<double>(failed_polls), {{"result", "failed"}});
-    return core::metrics_page(text.take(), hooks.more_metrics);
+    return core::metrics_page(text.take() + machine_metrics(), hooks.more_metrics);
+}
+
+/// Of thousands of machines they are a megabyte, so they are written once a second at most, however often
+/// somebody asks.
+std::string const& SessionService::Impl::machine_metrics()
+{
+    auto const now = clock.now();
+    if (machine_figures_made && now - *machine_figures_made < core::TimedPage::lifetime)
+        return machine_figures;
+    core::MetricsText text;
+    auto const family = [this, &text](core::Metric const& metric, auto const& value_of) {
+        text.family(metric);
+        for (auto const& server : monitor.servers())
+            if (std::optional<double> const value = value_of(server))
+                text.add(*value, {{"machine", server.address}});
+    };
+    // What a machine that is not up has reported before is not so any more.
+    auto const reported = [&family](core::Metric const& metric, auto const& value_of) {
+        family(metric, [&value_of](ServerLoad const& server) {
+            return server.state == ServerState::up ? value_of(server.report) : std::nullopt;
+        });
+    };
+    family(core::metric("machine_up"), [](ServerLoad const& server) -> std::optional<double> {
+        if (server.state == ServerState::unknown)
+            return std::nullopt;
+        return server.state == ServerState::up ? 1 : 0;
+    });
+    reported(core::metric("machine_load_ratio"),
+             [](LoadReport const& report) { return std::optional(report.load / 100); });
+    reported(core::metric("machine_simulations"),
+             [](LoadReport const& report) { return std::optional<double>(report.sessions); });
+    reported(core::metric("machine_simulations_max"),
+             [](LoadReport const& report) { return std::optional<double>(report.capacity); });
+    family(core::metric("machine_drained"), [this](ServerLoad const& server) -> std::optional<double> {
+        return server.report.draining || !machines.drained_by(server.address).empty() ? 1 : 0;
+    });
+    family(core::metric("machine_placements_total"), [this](ServerLoad const& server) {
+        return std::optional(static_cast<double>(scheduler.placed(server.address)));
+    });
+    machine_figures = text.take();
+    machine_figures_made = now;
+    return machine_figures;
+}
+
+/// Something has changed that whoever changed it wants to see at once.
+void SessionService::Impl::expire_pages()
+{
+    monitor_html.expire();
+    monitor_json.expire();
+    machine_figures_made.reset();
 }
 
 void SessionService::Impl::write_relay(core::MetricsText& text) const
 {
     auto const figures = relay.figures();
-    text.family("waiting", "gauge", "Browsers that wait for a machine.")
-        .add(static_cast<double>(figures.waiting));
-    text.family("waiting_longest_seconds", "gauge", "How long the one that has waited longest has waited.")
+    text.family(core::metric("waiting")).add(static_cast<double>(figures.waiting));
+    text.family(core::metric("waiting_longest_seconds"))
         .add(std::chrono::duration<double>(figures.longest_wait).count());
-    text.family("waiting_seconds", "histogram", "How long browsers waited until there was a machine.")
-        .add(relay.waits());
-    text.family("waiting_given_up_total", "counter", "Browsers that left while they waited.")
-        .add(static_cast<double>(figures.given_up));
-    text.family("waiting_refused_total", "counter", "Browsers for which there was no place to wait.")
-        .add(static_cast<double>(figures.refused));
-    text.family("relayed", "gauge", "Browsers whose messages are relayed to a machine.")
-        .add(static_cast<double>(figures.relayed));
-    text.family("relay_attempts_total", "counter",
-                "What became of browsers on the machines to which they were relayed.");
+    text.family(core::metric("waiting_seconds")).add(relay.waits());
+    text.family(core::metric("waiting_given_up_total")).add(static_cast<double>(figures.given_up));
+    text.family(core::metric("waiting_refused_total")).add(static_cast<double>(figures.refused));
+    text.family(core::metric("relayed")).add(static_cast<double>(figures.relayed));
+    text.family(core::metric("relay_attempts_total"));
     for (auto const& [outcome, count] : figures.attempts)
         text.add(static_cast<double>(count), {{"result", outcome}});
 }

@@ -85,8 +85,8 @@ def failures_said(text):
 
 
 def failures_of(source):
-    body = re.search(r'start_failure_label\(.*?^\}', source, re.M | re.S).group(0)
-    return dict(re.findall(r'errc::(\w+), "(\w+)"', body))
+    body = re.search(r'failure_labels\[\] = .*?;', source, re.S).group(0)
+    return dict(re.findall(r'errc::(\w+),\s+"(\w+)"', body))
 
 
 def reconfigured():

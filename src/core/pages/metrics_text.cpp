@@ -21,13 +21,40 @@ std::string number_text(double value)
     return std::string(digits, written.ptr);
 }
 
+std::string_view type_name(MetricType type) noexcept
+{
+    switch (type) {
+    case MetricType::counter:
+        return "counter";
+    case MetricType::gauge:
+        return "gauge";
+    case MetricType::histogram:
+        break;
+    }
+    return "histogram";
+}
+
+/// Addresses of machines come from the configuration, and a program that embeds the service may have others
+/// than our servers take.
+void append_escaped(std::string& text, std::string_view label)
+{
+    for (char const each : label) {
+        if (each == '\\' || each == '"')
+            text += '\\';
+        if (each == '\n')
+            text += "\\n";
+        else
+            text += each;
+    }
+}
+
 } // namespace
 
-MetricsText& MetricsText::family(std::string_view name, std::string_view type, std::string_view help)
+MetricsText& MetricsText::family(Metric const& metric)
 {
-    name_.assign("webots_").append(name);
-    text_.append("# HELP ").append(name_).append(" ").append(help);
-    text_.append("\n# TYPE ").append(name_).append(" ").append(type).append("\n");
+    name_.assign("webots_").append(metric.name);
+    text_.append("# HELP ").append(name_).append(" ").append(metric.help);
+    text_.append("\n# TYPE ").append(name_).append(" ").append(type_name(metric.type)).append("\n");
     return *this;
 }
 
@@ -57,7 +84,9 @@ void MetricsText::line(std::string_view suffix, Labels labels, std::string_view 
     text_.append(name_).append(suffix);
     char separator = '{';
     auto const label = [this, &separator](std::string_view key, std::string_view text) {
-        text_.append(1, separator).append(key).append("=\"").append(text).append("\"");
+        text_.append(1, separator).append(key).append("=\"");
+        append_escaped(text_, text);
+        text_.append("\"");
         separator = ',';
     };
     for (auto const& [key, text] : labels)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "histogram.hpp"
+#include "metrics_table.hpp"
 
 #include <initializer_list>
 #include <string>
@@ -15,14 +16,14 @@ inline constexpr std::string_view metrics_type = "text/plain; version=0.0.4; cha
 /// Builds the body of `GET /metrics`. Names get the prefix `webots_`; values are in base units (seconds,
 /// bytes, ratios).
 ///
-/// Names and labels are ours alone, never a user's text, so nothing is escaped.
+/// Names and labels are ours or the operator's, never a user's text: their number is limited.
 class MetricsText
 {
 public:
     using Labels = std::initializer_list<std::pair<std::string_view, std::string_view>>;
 
-    /// Begins a family of figures; `type` is `counter`, `gauge` or `histogram`. Its values follow by `add`.
-    MetricsText& family(std::string_view name, std::string_view type, std::string_view help);
+    /// Begins a family of figures, as in `family(metric("servers"))`. Its values follow by `add`.
+    MetricsText& family(Metric const& metric);
 
     MetricsText& add(double value, Labels labels = {});
 

@@ -24,6 +24,9 @@ enum class StartStage
 /// Why a start failed, as a label: one of a small fixed set.
 std::string_view start_failure_label(Failure const& failure) noexcept;
 
+/// A count for each of these labels.
+std::map<std::string_view, std::uint64_t> no_failures();
+
 class StartFigures
 {
 public:
@@ -44,7 +47,7 @@ private:
     std::uint64_t arrivals_ = 0;
     /// Seconds, by stage. From a project that is there already to a large one, or a large world.
     std::array<Histogram, 3> stages_{stage_histogram(), stage_histogram(), stage_histogram()};
-    std::map<std::string_view, std::uint64_t> failed_;
+    std::map<std::string_view, std::uint64_t> failed_ = no_failures();
     std::uint64_t abandoned_ = 0;
 };
 
@@ -60,7 +63,7 @@ public:
 
 private:
     std::uint64_t fetched_ = 0;
-    std::map<std::string_view, std::uint64_t> failed_;
+    std::map<std::string_view, std::uint64_t> failed_ = no_failures();
     std::uint64_t abandoned_ = 0;
 };
 

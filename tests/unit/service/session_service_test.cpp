@@ -549,6 +549,60 @@ BOOST_AUTO_TEST_CASE(probes_and_figures_tell_the_operator_how_it_is)
         BOOST_TEST(figures.body.find(line) != std::string::npos, line);
 }
 
+BOOST_AUTO_TEST_CASE(metrics_tell_of_each_machine_what_it_reports_and_whether_it_does)
+{
+    Fixture fixture;
+    fixture.http.expect("GET http://a:2000/load")
+        .reply(200, R"({"load":25,"sessions":3,"capacity":8,"draining":true,"version":"1"})")
+        .always();
+    fixture.http.expect("GET http://b/2000/load").reply(200, "50");
+    fixture.http.expect("GET http://b/2000/load").fail(errc::unreachable).always();
+    fixture.start({"a:2000", "b/2000"});
+    auto const says = [&fixture](std::string_view line) {
+        return fixture.get("/metrics").text().find(line) != std::string_view::npos;
+    };
+    BOOST_TEST(fixture.get("/session").body == "wss://b/2000"); // a drains
+    for (auto const* line :
+         {"webots_machine_up{machine=\"a:2000\"} 1\n", "webots_machine_load_ratio{machine=\"a:2000\"} 0.25\n",
+          "webots_machine_simulations{machine=\"a:2000\"} 3\n",
+          "webots_machine_simulations_max{machine=\"a:2000\"} 8\n",
+          "webots_machine_drained{machine=\"a:2000\"} 1\n", "webots_machine_drained{machine=\"b/2000\"} 0\n",
+          "webots_machine_load_ratio{machine=\"b/2000\"} 0.5\n",
+          "webots_machine_placements_total{machine=\"b/2000\"} 1\n"})
+        BOOST_TEST(says(line), line);
+    BOOST_TEST(!says("webots_machine_simulations{machine=\"b/2000\"}"), "it has reported its load alone");
+    fixture.world.advance(10s);
+    BOOST_TEST(says("webots_machine_up{machine=\"b/2000\"} 0\n"));
+    BOOST_TEST(!says("webots_machine_load_ratio{machine=\"b/2000\"}"), "nobody knows what it is now");
+    fixture.service.set_servers({ServerSpec("a:2000")}); // as SIGHUP does
+    BOOST_TEST(!says("b/2000"));
+}
+
+// Whoever asks often makes the server write a megabyte once a second, not each time.
+BOOST_AUTO_TEST_CASE(metrics_of_thousands_of_machines_are_written_once_a_second)
+{
+    Fixture fixture;
+    std::vector<std::string> names;
+    for (int i = 0; i < 5000; ++i) {
+        names.push_back("m" + std::to_string(i) + ":2000");
+        fixture.http.expect("GET http://" + names.back() + "/load").reply(200, "10").always();
+    }
+    fixture.start(names);
+    // Whether the site and the one machine that got it count a placement.
+    auto const counted = [&fixture] {
+        auto const page = fixture.get("/metrics").body;
+        BOOST_TEST(page.size() < 2u << 20);
+        auto const machines = page.substr(page.find("# TYPE webots_machine_placements_total"));
+        return std::pair(page.find("webots_placements_total{result=\"placed\"} 1\n") != std::string::npos,
+                         machines.find("\"} 1\n") != std::string::npos);
+    };
+    BOOST_TEST((counted() == std::pair(false, false)));
+    BOOST_TEST(fixture.get("/session").body.starts_with("wss://m"));
+    BOOST_TEST((counted() == std::pair(true, false)));
+    fixture.world.advance(1s);
+    BOOST_TEST((counted() == std::pair(true, true)));
+}
+
 BOOST_AUTO_TEST_CASE(figures_of_others_follow_its_own)
 {
     SessionServiceHooks hooks;
