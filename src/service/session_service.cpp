@@ -731,6 +731,7 @@ void SessionService::Impl::write_relay(core::MetricsText& text) const
 {
     auto const figures = relay.figures();
     text.family(core::metric("waiting")).add(static_cast<double>(figures.waiting));
+    text.family(core::metric("waiting_max")).add(static_cast<double>(params.waiting_places));
     text.family(core::metric("waiting_longest_seconds"))
         .add(std::chrono::duration<double>(figures.longest_wait).count());
     text.family(core::metric("waiting_seconds")).add(relay.waits());

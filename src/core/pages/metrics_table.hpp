@@ -68,6 +68,7 @@ inline constexpr auto all_metrics = [] {
         {"machine_drained", gauge, session, "machine", "", "1 while the machine gets no new sessions: by the operator, the configuration, or itself."},
         {"machine_placements_total", counter, session, "machine", "", "Sessions that were placed on the machine."},
         {"waiting", gauge, session, "", "relay", "Browsers that wait for a machine."},
+        {"waiting_max", gauge, session, "", "relay", "Browsers that may wait at once."},
         {"waiting_longest_seconds", gauge, session, "", "relay", "How long the one that has waited longest has waited."},
         {"waiting_seconds", histogram, session, "", "relay", "How long browsers waited until there was a machine."},
         {"waiting_given_up_total", counter, session, "", "relay", "Browsers that left while they waited."},
