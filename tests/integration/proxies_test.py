@@ -4,6 +4,7 @@ existing installations. Protocol sections 2, 4.1 and 8.4."""
 
 import asyncio
 import contextlib
+import http.client
 import json
 import os
 import shutil
@@ -76,6 +77,14 @@ class Site:
                 return answer.status, answer.read().decode()
         except urllib.error.HTTPError as refusal:
             return refusal.code, refusal.read().decode()
+
+    def upgrade(self, path, method="GET"):
+        """The status that the beginning of a WebSocket is answered with."""
+        connection = http.client.HTTPSConnection("localhost", self.port, timeout=PATIENCE, context=self.context)
+        with contextlib.closing(connection):
+            connection.request(method, path, headers={"Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Version": "13",
+                                                      "Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ=="})
+            return connection.getresponse().status
 
     def websocket(self, path):
         return self.follow(f"wss://localhost:{self.port}{path}")
@@ -152,9 +161,13 @@ class BehindAProxy(unittest.IsolatedAsyncioTestCase):
                 self.assertEqual(json.loads(await hear(teacher))["error"], "code")
         for path in (f"/{site.port}/load", "/22/", "/3000x/", "/nope"):
             self.assertEqual(site.get(path)[0], 404, path)
-        for path in ("api/decisions", "metrics", "metrics?a", "livez/../metrics"):
-            self.assertEqual(site.get(f"/{site.session.port}/{path}")[0], 404, f"{path}: the operator's, not the world's")
-        self.assertEqual(site.get(f"/{site.simulation.port}/metrics")[0], 404)
+        for server in (site.session, site.simulation):
+            for path in ("api/decisions", "metrics", "metrics?a", "/metrics", "./metrics", "%6detrics", "livez/../metrics"):
+                self.assertEqual(site.get(f"/{server.port}/{path}")[0], 404, f"{path}: the operator's, not the world's")
+                self.assertEqual(site.upgrade(f"/{server.port}/{path}"), 404, f"{path}, as if it were a WebSocket")
+            self.assertEqual(site.upgrade(f"/{server.port}/api/drain", "POST"), 404)
+        for path in ("/metrics", "/api/operator"):
+            self.assertEqual(site.get(path)[0], 404, path)
 
     async def check_availability_beside_the_sites_own_page(self, site):
         async with site.websocket("/") as light:
