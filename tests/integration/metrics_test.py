@@ -2,6 +2,8 @@
 """GET /metrics of both servers, and config/prometheus and config/grafana, which read it. Protocol section 13.7."""
 
 import asyncio
+import email
+import html
 import json
 import math
 import os
@@ -11,7 +13,7 @@ import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser_client import WORLD, Browser, server  # noqa: E402
-from support.prometheus import FOLDER, Prometheus, promtool  # noqa: E402
+from support.prometheus import FOLDER, Alertmanager, Prometheus, promtool  # noqa: E402
 from support.servers import SessionServer, SimulationServer, main, wait_until  # noqa: E402
 
 ROOT = os.path.join(os.path.dirname(__file__), "../..")
@@ -63,6 +65,10 @@ class Rules(unittest.TestCase):
         for alert in re.findall(r"- alert: (\w+)", read(os.path.join(FOLDER, "alerts.yml"))):
             self.assertRegex(tested, rf"alertname: {alert}\n +exp_alerts:", f"{alert}: an alert")
             self.assertIn(f"alertname: {alert}}}", tested, f"{alert}: none")
+
+    def test_every_alert_is_explained(self):
+        explained = re.findall(r"^\| `(Webots\w+)` \|", read(os.path.join(ROOT, "docs/monitoring.md")), re.M)
+        self.assertEqual(explained, re.findall(r"- alert: (\w+)", read(os.path.join(FOLDER, "alerts.yml"))))
 
     def test_panels_of_the_dashboard_lie_beside_each_other(self):
         panels = json.loads(read(DASHBOARD))["panels"]
@@ -130,6 +136,29 @@ class Site(unittest.IsolatedAsyncioTestCase):
 
     def health(self, name):
         return next(rule["health"] for group in self.seen.ask("rules")["groups"] for rule in group["rules"] if rule["name"] == name)
+
+
+class Mail(unittest.TestCase):
+    @staticmethod
+    def text_of(mail):
+        parts = [part for part in email.message_from_bytes(mail.content).walk() if not part.is_multipart()]
+        return html.unescape("".join(part.get_payload(decode=True).decode() for part in parts))
+
+    def test_a_machine_that_falls_silent_is_a_mail_to_the_operator(self):
+        try:
+            from support.mailbox import CompletionQueue
+        except ImportError as error:
+            self.skipTest(f"{error} (package python3-aiosmtpd)")
+        with CompletionQueue() as mailbox, Alertmanager(mailbox.port) as alertmanager, SimulationServer() as simulation:
+            with SessionServer([simulation.address]) as session:
+                changes = {"localhost:1999": session.address, "localhost:2000": simulation.address, "for: 2m": "for: 1s"}
+                with Prometheus(changes, alertmanager) as prometheus:
+                    wait_until(lambda: prometheus.query("webots_machine_up == 1"), "the machine is up")
+                    simulation.stop()
+                    sentence = f"The session server can't poll {simulation.address}."
+                    wait_until(lambda: any(sentence in self.text_of(mail) for mail in mailbox.mails),
+                               lambda: f"no mail says so: {[email.message_from_bytes(mail.content)['Subject'] for mail in mailbox.mails]}")
+                    self.assertEqual({recipient for mail in mailbox.mails for recipient in mail.recipients}, {"operator@example.org"})
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""A Prometheus of the test's own, with the configuration of config/prometheus, on the loopback."""
+"""Prometheus and its Alertmanager, with the configuration of config/prometheus, on the loopback."""
 
 import json
 import os
@@ -23,33 +23,41 @@ def promtool(*arguments, folder=None, text=None):
     return finished.returncode == 0, finished.stdout + finished.stderr
 
 
-class Prometheus(Startable):
-    """Asks five times a second what the configuration asks four times a minute. `targets`: by the address in the configuration, those of the test."""
+class _Program(Startable):
+    """A program in a folder of its own, with files of config/prometheus. `changes`: texts in these files, and what the test has instead."""
 
-    def __init__(self, targets):
-        self.program = required_program("prometheus", "prometheus")
-        with open(os.path.join(FOLDER, "prometheus.yml")) as file:
-            text = file.read()
-        for theirs, ours in {"_interval: 15s": "_interval: 200ms", "localhost:9093": f"localhost:{free_port()}", **targets}.items():
-            assert theirs in text, f"prometheus.yml does not mention {theirs} any more"
-            text = text.replace(theirs, ours)
-        self.configuration = text
+    PROGRAM = PACKAGE = ""
+    FILES = ()
+
+    def __init__(self, changes):
+        self.program = required_program(self.PROGRAM, self.PACKAGE)
         self.folder = tempfile.mkdtemp(prefix="webots_cloud_prometheus_")
         self.port = free_port()
         self.process = None
+        unused = set(changes)
+        for name in self.FILES:
+            with open(os.path.join(FOLDER, name)) as file:
+                text = file.read()
+            for theirs in [theirs for theirs in changes if theirs in text]:
+                text = text.replace(theirs, changes[theirs])
+                unused.discard(theirs)
+            with open(os.path.join(self.folder, name), "w") as file:
+                file.write(text)
+        assert not unused, f"{self.FILES} do not mention {unused} any more"
+
+    def options(self):
+        """Of the command line."""
+        raise NotImplementedError
 
     def start(self):
-        with open(os.path.join(self.folder, "prometheus.yml"), "w") as file:
-            file.write(self.configuration)
-        shutil.copy(os.path.join(FOLDER, "alerts.yml"), self.folder)
-        with open(os.path.join(self.folder, "log"), "w") as log:
-            self.process = subprocess.Popen([self.program, "--config.file=prometheus.yml", "--storage.tsdb.path=data",
-                                             f"--web.listen-address=127.0.0.1:{self.port}", "--log.level=warn"],
-                                            cwd=self.folder, stdin=subprocess.DEVNULL, stdout=log, stderr=log, preexec_fn=end_with_parent)
-        wait_until(lambda: self.process.poll() is not None or self.is_ready(), "Prometheus is not ready")
+        log_path = os.path.join(self.folder, "log")
+        with open(log_path, "w") as log:
+            self.process = subprocess.Popen([self.program, *self.options()], cwd=self.folder, stdin=subprocess.DEVNULL, stdout=log,
+                                            stderr=log, preexec_fn=end_with_parent)
+        wait_until(lambda: self.process.poll() is not None or self.is_ready(), f"{self.PROGRAM} is not ready")
         if self.process.poll() is not None:
-            with open(os.path.join(self.folder, "log")) as log:
-                raise AssertionError(f"Prometheus ended at once:\n{log.read()}")
+            with open(log_path) as log:
+                raise AssertionError(f"{self.PROGRAM} ended at once:\n{log.read()}")
 
     def is_ready(self):
         try:
@@ -57,6 +65,25 @@ class Prometheus(Startable):
                 return answer.status == 200
         except (urllib.error.URLError, ConnectionError):
             return False
+
+    def close(self):
+        if self.process:
+            end(self.process)
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+
+class Prometheus(_Program):
+    """Asks five times a second what the configuration asks four times a minute."""
+
+    PROGRAM = PACKAGE = "prometheus"
+    FILES = ("prometheus.yml", "alerts.yml")
+
+    def __init__(self, changes, alertmanager=None):
+        alerts_go_to = alertmanager.port if alertmanager else free_port()
+        super().__init__({"_interval: 15s": "_interval: 200ms", "localhost:9093": f"localhost:{alerts_go_to}", **changes})
+
+    def options(self):
+        return ("--config.file=prometheus.yml", "--storage.tsdb.path=data", f"--web.listen-address=127.0.0.1:{self.port}", "--log.level=warn")
 
     def ask(self, path, **parameters):
         """What its HTTP API answers; an error is raised."""
@@ -68,7 +95,17 @@ class Prometheus(Startable):
         """Label sets with their values now."""
         return [(each["metric"], float(each["value"][1])) for each in self.ask("query", query=expression)["result"]]
 
-    def close(self):
-        if self.process:
-            end(self.process)
-        shutil.rmtree(self.folder, ignore_errors=True)
+
+class Alertmanager(_Program):
+    """Sends mails without TLS, to a mail server of the test's."""
+
+    PROGRAM = PACKAGE = "prometheus-alertmanager"
+    FILES = ("alertmanager.yml",)
+
+    def __init__(self, mail_port):
+        super().__init__({"mail.example.org:587": f"127.0.0.1:{mail_port}", "smtp_from:": "smtp_require_tls: false\n  smtp_from:",
+                          "group_wait: 30s": "group_wait: 1s"})
+
+    def options(self):
+        return ("--config.file=alertmanager.yml", "--storage.path=data", f"--web.listen-address=127.0.0.1:{self.port}",
+                "--cluster.listen-address=", "--log.level=warn")
