@@ -3,7 +3,8 @@
 //   tests/support/run_page_test.sh tests/viewer/screenshots.mjs
 //
 // With FOLDER=build/screenshots in the environment: pictures of every state of the viewer, the monitors and the website of the example,
-// to be looked at: in several sizes, light and dark, in two languages. Needs the release build. (Those of a class: class_screenshots.mjs.)
+// to be looked at: in several sizes, light and dark, in two languages. Needs the release build; the picture
+// of README also the package pngquant. (Those of a class: class_screenshots.mjs. Those of the tutorial: tutorial_pictures.mjs.)
 
 import { spawn } from 'node:child_process';
 import { once } from 'node:events';
@@ -14,6 +15,7 @@ import { basename, join } from 'node:path';
 import { after, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
 import { startDemoSimulator } from './demo_simulator.mjs';
+import { saveDocumentPicture } from './document_picture.mjs';
 import { FakeCloud } from './fake_cloud.mjs';
 import { openBrowser, openPage, until } from './page.mjs';
 
@@ -207,7 +209,7 @@ if (FOLDER === undefined) {
   test('viewer.png', async (t) => {
     const page = await openViewer(t, WIDE);
     await run(page);
-    await page.screenshot({ path: root('docs/images/viewer.png') });
+    await saveDocumentPicture(page, 'viewer');
   });
 } else {
   await mkdir(FOLDER, { recursive: true });
