@@ -25,7 +25,7 @@ extensions = ['myst_parser']
 myst_heading_anchors = 4  # headings have the anchors that forges give them
 
 html_theme = 'furo'
-html_title = f'webots_cloud {release}'
+html_title = project
 html_static_path = ['static']
 html_css_files = ['site.css']
 html_extra_path = ['extra']
@@ -70,7 +70,8 @@ def folder_reference(app, _environment, reference, text):
 
 def complete_theme(app, exception):
     """Debian's furo is not bundled as its authors publish it: its script imports another one, which browsers refuse in a page that was
-    opened from disk, and its style expects a file in the root of the web server. Newer packages have neither line, and stay as they are."""
+    opened from disk; its style expects a file in the root of the web server, and has lost what makes a page dark for those whose system is.
+    Newer packages have all that, and stay as they are."""
     if exception or app.builder.name != 'html':
         return
     static = Path(app.outdir) / '_static'
@@ -78,10 +79,15 @@ def complete_theme(app, exception):
     imported = re.match(r'import Gumshoe from "\./(.*)";\n', script.read_text())
     if imported:
         script.write_text((script.parent / imported.group(1)).read_text() + script.read_text()[imported.end():])
-    style = static / 'styles/furo.css'
-    imported = re.match(r'@import url\(/javascript/(.*)\);\n', style.read_text())
+    path = static / 'styles/furo.css'
+    style = path.read_text()
+    imported = re.match(r'@import url\(/javascript/(.*)\);\n', style)
     if imported:
-        style.write_text(Path('/usr/share/javascript', imported.group(1)).read_text() + style.read_text()[imported.end():])
+        style = Path('/usr/share/javascript', imported.group(1)).read_text() + style[imported.end():]
+    if 'prefers-color-scheme' not in style:
+        colors = re.search(r'body\[data-theme="dark"\] (\{[^}]*--color-background-primary[^}]*\})', style).group(1)
+        style += f'@media screen and (prefers-color-scheme: dark) {{ body[data-theme="auto"] {colors} }}\n'
+    path.write_text(style)
 
 
 def setup(app):

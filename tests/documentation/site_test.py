@@ -1,10 +1,11 @@
 #!/usr/bin/python3
-"""docs.sh builds the site and the API reference without a warning, and in what it has built each link leads somewhere, and no page needs
-another host."""
+"""docs.sh builds the site and the API reference without a warning, and in what it has built each link leads somewhere, no page needs
+another host, and the search works from disk."""
 import html.parser
+import os
 import re
-import subprocess
 import shutil
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -67,6 +68,14 @@ class Site(unittest.TestCase):
                   for target in re.findall(r'url\(["\']?([^)"\']*)|@import ["\']([^"\']*)', path.read_text()) for target in target if target]
         self.assertGreater(len(loads), MIN_PAGES)
         self.assertEqual([f'{path}: {target}' for path, target in loads + styles if re.match(r'(https?:)?//|/', target)], [])
+
+    def test_it_is_searched_and_read_in_a_browser(self):
+        script = Path(__file__).with_name('site_page.mjs')
+        done = subprocess.run([ROOT / 'tests/support/run_page_test.sh', script], capture_output=True, text=True, timeout=200, check=False,
+                              env={**os.environ, 'SITE': str(self.folder / 'site')})
+        if done.returncode == 77:
+            self.skipTest(done.stdout.strip())
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
     def test_every_document_is_a_page(self):
         documents = [*ROOT.glob('*.md'), *(ROOT / 'docs').rglob('*.md')]

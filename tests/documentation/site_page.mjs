@@ -1,0 +1,62 @@
+// The site in Chromium, opened from disk and without a network: it is searched, read on a telephone and in the dark. Run by site_test.py,
+// with the folder of the site in SITE.
+
+import assert from 'node:assert/strict';
+import { pathToFileURL } from 'node:url';
+import { test } from 'node:test';
+import { openBrowser } from '../viewer/page.mjs';
+
+const site = (path) => `${pathToFileURL(process.env.SITE)}/${path}`;
+const PHONE = { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true };
+const browser = await openBrowser();
+
+// Opens a page of the site, which may load files of the site only, and whose scripts may not fail.
+async function open(t, path, options = {}) {
+  const context = await browser.newContext({ locale: 'en-US', viewport: { width: 1280, height: 800 }, offline: true, ...options });
+  const page = await context.newPage();
+  const complaints = [];
+  // Sphinx fetches each page that it has found, for the sentence around the word. From disk that is refused, and it does without.
+  page.on('pageerror', (error) => `${error}`.includes('Failed to fetch') || complaints.push(`${error}`));
+  page.on('request', (request) => /^(data:|file:)/.test(request.url()) || complaints.push(request.url()));
+  t.after(async () => {
+    await context.close();
+    assert.deepEqual(complaints, []);
+  });
+  await page.goto(site(path));
+  return page;
+}
+
+const background = (page) => page.evaluate(() => getComputedStyle(document.body).backgroundColor.match(/\d+/g).map(Number)[0]);
+
+test('the search finds a section', async (t) => {
+  const page = await open(t, 'index.html');
+  await page.waitForURL(/docs\/index\.html/);
+  await page.fill('.sidebar-search', 'waiting room');
+  await page.press('.sidebar-search', 'Enter');
+  await page.getByRole('link', { name: 'The waiting room' }).click();
+  await page.waitForURL(/scheduling\.html.*#the-waiting-room$/);
+});
+
+test('the API reference is found from the start page, and searched', async (t) => {
+  const page = await open(t, 'docs/index.html');
+  await page.getByRole('link', { name: 'headers', exact: true }).click();
+  await page.waitForURL(/api\/files\.html/);
+  await page.locator('#MSearchField').pressSequentially('LoadMonitor');
+  await page.frameLocator('#MSearchResults').getByRole('link', { name: 'LoadMonitor', exact: true }).first().waitFor();
+});
+
+test('pages follow the colours of the system, and a button changes them', async (t) => {
+  const light = await open(t, 'README.html');
+  assert.ok(await background(light) > 200);
+  const dark = await open(t, 'README.html', { colorScheme: 'dark' });
+  assert.ok(await background(dark) < 60);
+  await dark.click('.theme-toggle-content button.theme-toggle');
+  assert.ok(await background(dark) > 200);
+});
+
+test('no page is wider than a telephone', async (t) => {
+  for (const path of ['docs/index.html', 'README.html', 'docs/protocol.html', 'docs/performance.html']) {
+    const page = await open(t, path, PHONE);
+    assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), path);
+  }
+});
