@@ -38,6 +38,8 @@ pygments_dark_style = 'monokai'
 def header_page(path):
     """The page that Doxygen makes of a public header, or of a folder of them, relative to the root of the site."""
     name = Path(path).name
+    if path == HEADERS:
+        return 'api/index.html'
     return 'api/' + (name.replace('_', '__').replace('.', '_8') + '.html' if name.endswith('.hpp') else 'files.html')
 
 

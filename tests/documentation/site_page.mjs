@@ -39,8 +39,8 @@ test('the search finds a section', async (t) => {
 
 test('the API reference is found from the start page, and searched', async (t) => {
   const page = await open(t, 'docs/index.html');
-  await page.getByRole('link', { name: 'headers', exact: true }).click();
-  await page.waitForURL(/api\/files\.html/);
+  await page.getByRole('link', { name: 'API reference' }).click();
+  await page.waitForURL(/api\/index\.html/);
   await page.locator('#MSearchField').pressSequentially('LoadMonitor');
   await page.frameLocator('#MSearchResults').getByRole('link', { name: 'LoadMonitor', exact: true }).first().waitFor();
 });
