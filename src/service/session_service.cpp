@@ -462,9 +462,17 @@ Answer SessionService::Impl::session(IncomingRequest const& request)
     return response;
 }
 
-Answer SessionService::Impl::availability(IncomingRequest const&)
+/// Scripts are told whether a session could be placed; people, who have typed the address, are led to the
+/// page that starts one.
+Answer SessionService::Impl::availability(IncomingRequest const& request)
 {
-    return core::page(available ? "1" : "0");
+    auto response = core::page(available ? "1" : "0");
+    if (request.header("Accept").find("text/html") != std::string_view::npos) {
+        response = HttpResponse(302, {}, {});
+        response.headers.emplace_back("Location", "viewer/"); // relative, for proxies that rewrite paths
+    }
+    response.headers.emplace_back("Vary", "Accept");
+    return response;
 }
 
 Answer SessionService::Impl::mean_load(IncomingRequest const&)

@@ -44,12 +44,14 @@ struct Fixture
         world.settle();
     }
 
-    HttpResponse get(std::string_view path, std::string_view method = "GET")
+    HttpResponse get(std::string_view path, std::string_view method = "GET", std::string_view accept = "*/*")
     {
+        std::array<std::pair<std::string_view, std::string_view>, 1> const headers = {{{"Accept", accept}}};
         IncomingRequest request;
         request.quota_key = client;
         request.method = method;
         request.path = path;
+        request.headers = headers;
         return std::get<HttpResponse>(service.respond(request));
     }
 
@@ -353,6 +355,16 @@ BOOST_AUTO_TEST_CASE(get_on_the_root_tells_availability_too)
     BOOST_TEST(fixture.get("/").body == "0");
     fixture.start({"a:2000"});
     BOOST_TEST(fixture.get("/").body == "1");
+}
+
+BOOST_AUTO_TEST_CASE(people_who_open_the_root_are_led_to_the_viewer)
+{
+    Fixture fixture;
+    auto const opened = fixture.get("/", "GET", "text/html,application/xhtml+xml,*/*;q=0.8");
+    BOOST_TEST(opened.status == 302);
+    BOOST_TEST(header(opened, "Location") == "viewer/");
+    for (auto const& answer : {opened, fixture.get("/")})
+        BOOST_TEST(header(answer, "Vary") == "Accept");
 }
 
 BOOST_AUTO_TEST_CASE(what_a_browser_says_is_logged_safely_and_ignored)
