@@ -22,6 +22,8 @@ int main(int argc, char** argv)
     auto const [arguments, usage] = parse_arguments(argc, argv, program);
     if (!arguments)
         return usage;
+    if (arguments->doctor)
+        return diagnose_session_server(*arguments);
     auto const [config, status] = load_config(program, *arguments, parse_session_config);
     if (!config)
         return status;

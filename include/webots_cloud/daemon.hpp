@@ -61,6 +61,8 @@ struct Arguments
 
     std::filesystem::path config;           ///< The file to read.
     bool check_config = false;              ///< Read it, say what is wrong, and stop.
+    bool doctor = false;                    ///< Look at everything that an operator can get wrong, and stop.
+    bool json = false;                      ///< What `doctor` finds is for programs.
     std::string log_format;                 ///< `text` or `json`; empty: what the file says.
     std::optional<OperatorCommand> command; ///< Ask the server that runs with this configuration, and stop.
 };
@@ -80,6 +82,13 @@ std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* c
 /// is none, and returns an exit status.
 int ask_running_server(Program const& program, OperatorCommand const& command, std::uint16_t port,
                        AccessConfig const& access);
+
+/// What `--doctor` does: reads the configuration, looks at everything that an operator can get wrong, changes
+/// nothing, prints a line for each thing, and returns an exit status: `exit_ok`, 1 where there are warnings,
+/// 2 where something does not work. Takes some ten seconds at most.
+int diagnose_session_server(Arguments const& arguments);
+/// `programs` as for `serve_simulations`.
+int diagnose_simulation_server(Arguments const& arguments, std::filesystem::path const& programs);
 
 /// A sentence as a terminal may get it: in one line, and without what would steer it, whatever files and
 /// arguments are called.

@@ -41,9 +41,12 @@ std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* c
     options::options_description shown("Options");
     shown.add_options()                                                                 //
         ("check-config", "read the configuration, say what is wrong with it, and stop") //
-        ("help,h", "show this text")                                                    //
-        ("log-format", options::value<std::string>()->value_name("text|json"),          //
-         "how lines of the log are written, whatever the configuration says")           //
+        ("doctor", "look at everything that can be wrong with the server and this machine, say what to do, "
+                   "and stop")                                                 //
+        ("help,h", "show this text")                                           //
+        ("json", "with --doctor: say it in JSON")                              //
+        ("log-format", options::value<std::string>()->value_name("text|json"), //
+         "how lines of the log are written, whatever the configuration says")  //
         ("version", "show the version");
     for (auto const& command : program.commands) {
         if (command.value.empty())
@@ -89,6 +92,8 @@ std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* c
     arguments.config =
         configs.empty() ? find_default(program.default_config) : std::filesystem::path(configs.front());
     arguments.check_config = given.count("check-config") > 0;
+    arguments.doctor = given.count("doctor") > 0;
+    arguments.json = given.count("json") > 0;
     for (auto const& command : program.commands)
         if (given.count(command.option)) {
             arguments.command = command;

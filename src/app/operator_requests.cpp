@@ -57,6 +57,15 @@ fs::path operator_socket(std::string_view kind, std::uint16_t port, AccessConfig
            concat(kind, "-", std::to_string(port), ".sock");
 }
 
+fs::path find_operator_socket(std::string_view kind, std::uint16_t port, AccessConfig const& access)
+{
+    auto path = operator_socket(kind, port, access);
+    auto const of_service = fs::path(service_folder) / kind / path.filename();
+    if (access.operator_socket.empty() && has_socket(of_service))
+        path = of_service;
+    return path;
+}
+
 AccessParams access_params(std::string const& server, AccessConfig const& access)
 {
     AccessParams params;
@@ -82,11 +91,7 @@ result<OperatorTokenCheck> operator_token_check(AccessConfig const& access)
 int ask_running_server(Program const& program, OperatorCommand const& command, std::uint16_t port,
                        AccessConfig const& access)
 {
-    // Only the service itself has RUNTIME_DIRECTORY set, so look there too.
-    auto path = app::operator_socket(program.kind, port, access);
-    auto const of_service = fs::path(service_folder) / program.kind / path.filename();
-    if (access.operator_socket.empty() && has_socket(of_service))
-        path = of_service;
+    auto const path = app::find_operator_socket(program.kind, port, access);
     auto const answer = ask_operator_socket(path, command.method, command.target);
     if (answer) {
         std::cout << *answer << std::endl;

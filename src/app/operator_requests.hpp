@@ -17,6 +17,11 @@ namespace webots_cloud::app {
 /// the folder for temporary files.
 std::filesystem::path operator_socket(std::string_view kind, std::uint16_t port, AccessConfig const& access);
 
+/// Where the socket of a server that runs with this configuration is, seen by other programs, which do not
+/// have the service's environment.
+std::filesystem::path find_operator_socket(std::string_view kind, std::uint16_t port,
+                                           AccessConfig const& access);
+
 /// What the configuration says of access, for a server called `server`.
 AccessParams access_params(std::string const& server, AccessConfig const& access);
 

@@ -1,5 +1,7 @@
 #include "core/text.hpp"
 #include "current_notifier.hpp"
+#include "doctor/doctor_endpoint.hpp"
+#include "doctor/doctors.hpp"
 #include "https_redirect.hpp"
 #include "kept_costs.hpp"
 #include "log_summaries.hpp"
@@ -214,7 +216,8 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     auto const token_check = app::operator_token_check(config.access);
     if (!token_check)
         co_return token_check.error();
-    AccessControl access(session_access_params(config), service, log, *token_check);
+    app::DoctorEndpoint doctor(executor, service, *clock);
+    AccessControl access(session_access_params(config), doctor, log, *token_check);
     app::HttpsRedirect redirect(executor, config.address, config.network, config.access, log);
     if (auto const listening = server->listen(); !listening)
         co_return listening.error();
@@ -225,6 +228,10 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     auto const operators = make_operator_socket(executor, socket_path, log);
     if (auto const listening = operators->listen(); !listening)
         log.warning(core::concat("No --decisions: ", listening.error().message()));
+    auto examined = config;
+    app::DoctorEndpoint::Look const look = [&examined, &doctor, &executor] {
+        return app::examine_session_server(examined, app::view_from_inside(doctor.instance()), executor);
+    };
     std::function<result<>(SessionConfig const&)> const apply = [&](SessionConfig const& next) -> result<> {
         auto const next_token_check = app::operator_token_check(next.access);
         if (!next_token_check)
@@ -241,14 +248,15 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
         service.apply(std::move(*next_service_params));
         service.set_servers(next.simulation_servers);
         access.apply(session_access_params(next), *next_token_check);
+        examined = next;
         return {};
     };
     auto const manager = make_service_manager();
-    auto const ended =
-        co_await (server->run(access) || redirect.run() || operators->run(access) ||
-                  report_to(*manager, *clock) || service.run() || monitor.run() || administrator.mail.run() ||
-                  app::sum_up_log(log, *clock) || app::keep_costs(scheduler, *costs, *clock, log) ||
-                  app::obey_sighup(executor, std::move(reload), config, apply, log));
+    auto const ended = co_await (
+        server->run(access) || redirect.run() || operators->run(access) || report_to(*manager, *clock) ||
+        service.run() || monitor.run() || administrator.mail.run() || doctor.run(look) ||
+        app::sum_up_log(log, *clock) || app::keep_costs(scheduler, *costs, *clock, log) ||
+        app::obey_sighup(executor, std::move(reload), config, apply, log));
     co_return std::visit([](result<> const& outcome) { return outcome; }, ended);
 }
 

@@ -11,6 +11,8 @@
 #include "core/simulation/simulator_environment.hpp"
 #include "core/text.hpp"
 #include "display.hpp"
+#include "doctor/doctor_endpoint.hpp"
+#include "doctor/doctors.hpp"
 #include "environment.hpp"
 #include "https_redirect.hpp"
 #include "log_summaries.hpp"
@@ -19,6 +21,7 @@
 #include "own_confinement.hpp"
 #include "sandbox.hpp"
 #include "signals.hpp"
+#include "simulation_folders.hpp"
 #include "simulation_user.hpp"
 #include "tickets.hpp"
 
@@ -46,22 +49,13 @@ namespace {
 namespace asio = boost::asio;
 namespace fs = std::filesystem;
 using app::absolute_path;
+using app::cache_folder;
 using app::environment;
 using app::find_program;
 using app::is_program;
 using core::concat;
 
 constexpr std::size_t descriptors_per_simulation = 8; // pipes, the guard, and what fetching a project needs
-
-fs::path cache_folder(SimulationConfig const& config)
-{
-    auto base = fs::path(environment("XDG_CACHE_HOME"));
-    if (base.empty() && !environment("HOME").empty())
-        base = fs::path(environment("HOME")) / ".cache";
-    if (base.empty())
-        base = fs::temp_directory_path();
-    return base / "webots_cloud" / std::to_string(config.address.port);
-}
 
 std::string host_name()
 {
@@ -85,15 +79,8 @@ bool is_in_use(Failure const& failure)
 /// The folder for the projects of running simulations, in the first state folder that works.
 result<InstanceRoot> open_instances(SimulationConfig const& config, Logger const& log)
 {
-    core::StateFolderContext context;
-    context.configured = absolute_path(config.state_dir);
-    context.state_directory = environment("STATE_DIRECTORY");
-    context.xdg_state_home = environment("XDG_STATE_HOME");
-    context.home = environment("HOME");
-    context.temporary = fs::temp_directory_path();
-    context.user = ::getuid();
     auto const name = std::to_string(config.address.port);
-    auto const folders = core::state_folders(context);
+    auto const folders = app::state_folders(config);
     auto root = open_instances(folders.front(), name);
     for (std::size_t i = 1; i < folders.size() && !root && !is_in_use(root.error()); ++i) {
         log.warning(concat(root.error().message(), ". Trying ", folders[i].path.string(), " instead."));
@@ -449,6 +436,11 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     auto isolation_warning = co_await check_isolation(
         config, guard, read_only, ::geteuid() == 0 && !sandbox->params.user.is_other(), *clock, log);
 
+    auto wall_findings = app::wall_findings(config, choice);
+    if (!config.docker)
+        for (auto& each : app::wall_findings(*user, *sandbox, *display, isolation_warning))
+            wall_findings.push_back(std::move(each));
+
     // What starts programs, looks at them, or mounts, has been made by now; what handles anything that comes
     // from outside, has not.
     std::shared_ptr<MountThread> mounts;
@@ -534,7 +526,8 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     auto const token_check = app::operator_token_check(config.access);
     if (!token_check)
         co_return token_check.error();
-    AccessControl access(app::access_params(config.address.host, config.access), service, log, *token_check);
+    app::DoctorEndpoint doctor(executor, service, *clock);
+    AccessControl access(app::access_params(config.address.host, config.access), doctor, log, *token_check);
     app::HttpsRedirect redirect(executor, config.address, config.network, config.access, log);
     if (auto const listening = server->listen(); !listening)
         co_return listening.error();
@@ -547,6 +540,10 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
         log.warning(concat("No --drain, only SIGUSR1: ", listening.error().message()));
     auto const http = make_http_client(executor);
     Registration registration(registration_params(config), *http, *clock, log);
+    app::DoctorEndpoint::Look const look = [&config, &programs, &wall_findings, &doctor, &executor] {
+        return app::examine_simulation_server(config, programs, wall_findings,
+                                              app::view_from_inside(doctor.instance()), executor);
+    };
     std::function<result<>(SimulationConfig const&)> const apply =
         [&](SimulationConfig const& next) -> result<> {
         auto const next_token_check = app::operator_token_check(next.access);
@@ -562,7 +559,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     auto const manager = make_service_manager();
     auto const ended = co_await (
         server->run(access) || redirect.run() || operators->run(access) || report_to(*manager, *clock) ||
-        service.run() || registration.run() || run(docker.get(), *clock) ||
+        service.run() || registration.run() || run(docker.get(), *clock) || doctor.run(look) ||
         app::obey_sigusr1(executor, drain) || app::sum_up_log(log, *clock) ||
         app::obey_sighup(executor, std::move(reload), config, apply, log) || logs->run());
     co_return std::visit([](result<> const& outcome) { return outcome; }, ended);

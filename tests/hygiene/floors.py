@@ -9,7 +9,7 @@ ROOT = Path(__file__).resolve().parents[2]
 # Folder -> what its files may include. Names are prefixes: of our own paths, or of library headers.
 STD = r'[a-z_0-9/]+'  # a header without extension
 VALUES = ['webots_cloud/error.hpp', 'webots_cloud/time.hpp', 'webots_cloud/load_report.hpp', 'webots_cloud/server_load.hpp',
-          'webots_cloud/notice.hpp', 'webots_cloud/public_address.hpp',
+          'webots_cloud/certificate_facts.hpp', 'webots_cloud/notice.hpp', 'webots_cloud/public_address.hpp',
           'webots_cloud/simulation_user.hpp', 'webots_cloud/own_files.hpp',
           'webots_cloud/project_ref.hpp', 'webots_cloud/website_project.hpp',
           'webots_cloud/config.hpp', 'webots_cloud/process_limits.hpp', 'webots_cloud/version.hpp', 'webots_cloud/scheduler.hpp',
@@ -17,7 +17,7 @@ VALUES = ['webots_cloud/error.hpp', 'webots_cloud/time.hpp', 'webots_cloud/load_
           'webots_cloud/transport/http.hpp', 'webots_cloud/transport/host_metrics.hpp', 'webots_cloud/transport/logger.hpp',
           'webots_cloud/transport/tunnel_group.hpp']
 # What implements the services' seams, or puts everything together: none of the services' business.
-ABOVE_SERVICES = ['webots_cloud/adapters.hpp', 'webots_cloud/daemon.hpp', 'webots_cloud/instance_root.hpp', 'webots_cloud/kept_file.hpp', 'webots_cloud/servers.hpp',
+ABOVE_SERVICES = ['webots_cloud/adapters.hpp', 'webots_cloud/daemon.hpp', 'webots_cloud/instance_root.hpp', 'webots_cloud/kept_file.hpp', 'webots_cloud/probes.hpp', 'webots_cloud/servers.hpp',
                   'webots_cloud/subordinate_users.hpp']
 ASIO_CORE = ['boost/asio/' + name for name in (
     'any_io_executor', 'as_tuple', 'awaitable', 'bind_cancellation_slot', 'cancellation_signal', 'co_spawn', 'deferred', 'detached',
@@ -33,7 +33,7 @@ FLOORS = {
     'src/testing': ['webots_cloud/', 'src/async/', *ASIO_CORE],
     # daemon.hpp declares what adapters/threads/low_latency_scheduling.cpp implements.
     'src/adapters': [*VALUES, 'webots_cloud/transport/', 'webots_cloud/adapters.hpp', 'webots_cloud/daemon.hpp', 'webots_cloud/instance_root.hpp',
-                     'webots_cloud/kept_file.hpp', 'webots_cloud/subordinate_users.hpp', 'src/core/', 'src/async/', 'src/adapters/', 'boost/', 'openssl/', 'spdlog/', 'curl/',
+                     'webots_cloud/kept_file.hpp', 'webots_cloud/probes.hpp', 'webots_cloud/subordinate_users.hpp', 'src/core/', 'src/async/', 'src/adapters/', 'boost/', 'openssl/', 'spdlog/', 'curl/',
                      'git2', 'zlib.h', 'archive', 'sys/', 'linux/', 'netinet/', 'netdb.h', 'unistd.h', 'fcntl.h', 'dirent.h', 'spawn.h', 'semaphore.h', 'fts.h', 'arpa/inet.h', 'ifaddrs.h',
                      'dlfcn.h', 'grp.h', 'pwd.h'],
     'src/guard': ['src/guard/', 'sys/', 'linux/', 'net/', 'netinet/', 'arpa/', 'unistd.h', 'fcntl.h', 'poll.h', 'sched.h', 'mntent.h', 'dirent.h', 'ftw.h', 'grp.h'],
@@ -48,6 +48,7 @@ ROOMS = {
     'src/core': {
         'access': [],
         'classes': ['access'],
+        'doctor': [],
         'git': ['access'],
         'load': [],
         'logs': [],

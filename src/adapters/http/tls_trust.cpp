@@ -84,24 +84,6 @@ GENERAL_NAME const* name_at(GENERAL_NAMES const* names, int index)
         OPENSSL_sk_value(ossl_check_const_GENERAL_NAME_sk_type(names), index));
 }
 
-/// The names and addresses that a certificate is for.
-std::string names_of(X509 const* certificate)
-{
-    AlternativeNames const names(
-        static_cast<GENERAL_NAMES*>(X509_get_ext_d2i(certificate, NID_subject_alt_name, nullptr, nullptr)));
-    std::string text;
-    std::size_t count = 0;
-    for (int i = 0; names && i < sk_GENERAL_NAME_num(names.get()); ++i) {
-        auto const name = text_of(name_at(names.get(), i));
-        if (!name)
-            continue;
-        if (count == max_names)
-            return text.append(", ...");
-        text.append(count++ == 0 ? "" : ", ").append(*name);
-    }
-    return text.empty() ? "no name at all" : text;
-}
-
 /// Whom the connection was to lead to.
 std::string expected_host(X509_STORE_CTX* verification)
 {
@@ -181,6 +163,23 @@ bool trust_certificates(SSL_CTX* context, std::string const& text)
 }
 
 } // namespace
+
+std::string names_of(X509 const* certificate)
+{
+    AlternativeNames const names(
+        static_cast<GENERAL_NAMES*>(X509_get_ext_d2i(certificate, NID_subject_alt_name, nullptr, nullptr)));
+    std::string text;
+    std::size_t count = 0;
+    for (int i = 0; names && i < sk_GENERAL_NAME_num(names.get()); ++i) {
+        auto const name = text_of(name_at(names.get(), i));
+        if (!name)
+            continue;
+        if (count == max_names)
+            return text.append(", ...");
+        text.append(count++ == 0 ? "" : ", ").append(*name);
+    }
+    return text.empty() ? "no name at all" : text;
+}
 
 result<TlsContext> load_trust(std::filesystem::path const& authorities)
 {

@@ -45,6 +45,9 @@ private:
     std::string seen_; ///< What the file looked like when it was read last.
 };
 
+/// The names and addresses that a certificate is for, as in "robots.example.org, 10.0.0.1".
+std::string names_of(X509 const* certificate);
+
 /// Has `tls` accept only a certificate for `host`, a name or a numeric address, and tells the server the
 /// name. False: out of memory.
 bool expect_host(SSL* tls, std::string const& host);

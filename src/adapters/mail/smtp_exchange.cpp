@@ -109,14 +109,18 @@ void SmtpExchange::prepare()
     prepare_sockets();
     prepare_security();
 
+    curl_.easy_setopt(easy_, CURLOPT_HEADERFUNCTION, &SmtpExchange::on_reply);
+    curl_.easy_setopt(easy_, CURLOPT_HEADERDATA, this);
+    if (message_.empty()) {
+        curl_.easy_setopt(easy_, CURLOPT_CONNECT_ONLY, 1L);
+        return;
+    }
     recipients_ = curl_.slist_append(nullptr, concat("<", params_.recipient, ">").c_str());
     curl_.easy_setopt(easy_, CURLOPT_MAIL_FROM, concat("<", params_.sender, ">").c_str());
     curl_.easy_setopt(easy_, CURLOPT_MAIL_RCPT, recipients_);
     curl_.easy_setopt(easy_, CURLOPT_UPLOAD, 1L);
     curl_.easy_setopt(easy_, CURLOPT_READFUNCTION, &SmtpExchange::on_read);
     curl_.easy_setopt(easy_, CURLOPT_READDATA, this);
-    curl_.easy_setopt(easy_, CURLOPT_HEADERFUNCTION, &SmtpExchange::on_reply);
-    curl_.easy_setopt(easy_, CURLOPT_HEADERDATA, this);
 }
 
 void SmtpExchange::prepare_sockets()

@@ -18,7 +18,8 @@ namespace webots_cloud::adapters {
 class SmtpExchange
 {
 public:
-    /// `message` is the whole mail, its lines ending with CRLF.
+    /// `message` is the whole mail, its lines ending with CRLF. Empty: no mail is sent, but everything before
+    /// it is tried: connection, TLS and login.
     SmtpExchange(LoadedCurl const& curl, SmtpParams params, std::string message);
     SmtpExchange(SmtpExchange const&) = delete;
     ~SmtpExchange();

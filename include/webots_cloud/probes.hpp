@@ -1,0 +1,38 @@
+// What `--doctor` asks of libraries: looks at files and other servers that change nothing there. All of these
+// block: they are for threads that may wait.
+#pragma once
+
+#include <webots_cloud/certificate_facts.hpp>
+#include <webots_cloud/error.hpp>
+#include <webots_cloud/time.hpp>
+
+#include <filesystem>
+#include <string>
+
+namespace webots_cloud {
+
+struct SmtpParams;
+
+/// The first certificate of a PEM file; those after it are its chain. `host`: a name or a numeric address;
+/// empty: any will do. `authorities`: as for `make_http_client`.
+///
+/// Errors: `invalid_config`, naming the file.
+/// Thread-safety: any thread.
+result<CertificateFacts> read_certificate(std::filesystem::path const& certificate, std::string const& host,
+                                          std::filesystem::path const& authorities = {});
+
+/// Connects to a mail server as for a mail, with STARTTLS and the login where there is a password, and says
+/// goodbye. No mail is sent.
+///
+/// Errors: as of `Notifier::deliver`.
+/// Thread-safety: any thread.
+result<> try_mail_server(SmtpParams params);
+
+/// Whether anybody answers at a URL to what fetches projects: by way of the proxy that the environment names,
+/// if it does. The status of the answer, whatever it is.
+///
+/// Errors: `unreachable`, `timed_out`.
+/// Thread-safety: any thread.
+result<int> try_web_server(std::string const& url, Duration timeout);
+
+} // namespace webots_cloud

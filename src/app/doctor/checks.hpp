@@ -1,0 +1,107 @@
+// What both doctors look at.
+#pragma once
+
+#include "core/doctor/finding.hpp"
+#include "examination.hpp"
+
+#include <webots_cloud/config.hpp>
+#include <webots_cloud/daemon.hpp>
+#include <webots_cloud/transport/http_client.hpp>
+
+#include <boost/asio/awaitable.hpp>
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace webots_cloud::app {
+
+/// How long each check may take.
+inline constexpr Duration check_limit = std::chrono::seconds(9);
+/// How long others have to answer, so that what is said of them is more than that a check took too long.
+inline constexpr Duration answer_limit = std::chrono::seconds(7);
+
+using CheckWork = boost::asio::awaitable<core::Findings>;
+
+/// Who looks.
+struct Viewpoint
+{
+    Viewpoint() = default;
+
+    bool is_running = false; ///< A server with this configuration runs, this one perhaps.
+    std::string instance;    ///< What that calls itself; empty: it does not say.
+    bool is_server = false;  ///< It is the server itself, which starts no programs for this.
+};
+
+/// Of the server that calls itself so.
+Viewpoint view_from_inside(std::string instance);
+
+/// Of another program: asks the server that runs with this configuration.
+Viewpoint view_from_outside(std::string_view kind, std::uint16_t port, AccessConfig const& access);
+
+/// Memory, clock and open files. `memory` and `files`: what the server may want of them.
+core::Findings machine_findings(std::uint64_t memory, std::uint64_t files);
+
+/// A folder that the server writes into, and makes if need be. `wanted`: bytes.
+CheckWork check_folder(std::string subject, std::string key, std::filesystem::path folder,
+                       std::uint64_t wanted);
+
+/// The certificate of a server; nothing where it has none.
+CheckWork check_server_certificate(NetworkConfig network, PublicAddress address);
+
+/// `port`, and `redirectPort` where there is one.
+core::Findings port_findings(std::uint16_t port, NetworkConfig const& network, bool is_running);
+
+/// Whether nobody has this port, on any address of this machine.
+bool is_free(std::uint16_t port);
+
+/// What filters the packets that come in.
+CheckWork check_firewall(std::uint16_t port);
+
+/// Whether the public address leads to the server that runs here. Lifetime: `http` outlives the operation.
+CheckWork check_public_address(HttpClient& http, PublicAddress address, Viewpoint viewpoint);
+
+/// What a command that may hang prints; it is ended after some seconds. `command` is for the shell.
+/// Errors: `unavailable`, with what it printed, where it fails.
+boost::asio::awaitable<result<std::string>> output_of(std::string command);
+
+/// Has `look` look, unless it is empty, and prints what it and `before` have found, as the arguments say.
+/// Returns the exit status.
+int report_findings(Arguments const& arguments, core::Findings before,
+                    std::function<boost::asio::awaitable<core::Findings>(boost::asio::any_io_executor)> look);
+
+/// For `examine`, on a terminal.
+Progress shown_progress();
+
+/// Reads the configuration, whose faults and warnings are findings; nothing: the faults keep the server from
+/// starting at all.
+template<class Config>
+std::optional<Config> read_for_doctor(Arguments const& arguments,
+                                      result<Configured<Config>> (*parse)(std::string_view,
+                                                                          std::filesystem::path const&),
+                                      core::Findings& findings)
+{
+    using core::Verdict;
+    constexpr auto subject = "configuration";
+    auto configured = read_config(arguments, parse);
+    if (!configured) {
+        findings.emplace_back(Verdict::fault, subject, configured.error().message(),
+                              "Correct it: the server does not start with it.");
+        return std::nullopt;
+    }
+    auto const config = configured->config;
+    configured->config.network.ssl_certificate.clear(); // it has a check of its own
+    if (auto const usable = check_files(*configured, arguments.config); !usable)
+        findings.emplace_back(Verdict::fault, subject, usable.error().message(),
+                              "Correct it: the server does not start with it.");
+    for (auto const& warning : configured->warnings)
+        findings.emplace_back(Verdict::warning, subject, warning);
+    if (findings.empty())
+        findings.emplace_back(Verdict::ok, subject, arguments.config.string());
+    return config;
+}
+
+} // namespace webots_cloud::app

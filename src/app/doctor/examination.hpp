@@ -1,0 +1,37 @@
+// Many checks at the same time, each with the same deadline.
+#pragma once
+
+#include "core/doctor/finding.hpp"
+
+#include <webots_cloud/transport/clock.hpp>
+
+#include <boost/asio/awaitable.hpp>
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace webots_cloud::app {
+
+/// Something to look at.
+struct Check
+{
+    Check(std::string subject, boost::asio::awaitable<core::Findings> work)
+        : subject(std::move(subject)), work(std::move(work))
+    {}
+
+    std::string subject; ///< For a check that does not end in time.
+    boost::asio::awaitable<core::Findings> work;
+};
+
+/// Is told, once a second, what is still being looked at.
+using Progress = std::function<void(std::vector<std::string> const& subjects)>;
+
+/// What all checks have found, in their order. One that takes longer than `limit` is cancelled, and a warning
+/// stands in its place.
+///
+/// Cancellation: terminal; then nothing is found.
+boost::asio::awaitable<core::Findings> examine(std::vector<Check> checks, Clock& clock, Duration limit,
+                                               Progress progress = {});
+
+} // namespace webots_cloud::app

@@ -1,0 +1,111 @@
+#include "aside.hpp"
+#include "doctors.hpp"
+
+#include "core/access/forwarding.hpp"
+#include "core/doctor/network_findings.hpp"
+#include "core/text.hpp"
+
+#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/daemon.hpp>
+#include <webots_cloud/probes.hpp>
+
+namespace webots_cloud {
+namespace {
+
+namespace asio = boost::asio;
+using app::Check;
+using app::CheckWork;
+using core::concat;
+using core::Findings;
+
+constexpr std::uint64_t wanted_memory = std::uint64_t{64} << 20; // docs/operations.md, without its clients
+constexpr std::uint64_t wanted_files = 4096;                     // some thousand browsers
+constexpr std::uint64_t wanted_for_logs = std::uint64_t{64} << 20;
+constexpr std::uint16_t usual_mail_port = 25;
+
+CheckWork check_machine(HttpClient& http, ServerSpec server, bool tls)
+{
+    HttpRequest request(server.internal_address.empty()
+                            ? concat(tls ? "https://" : "http://", server.address, "/load")
+                            : core::internal_url(server.internal_address, "/load"));
+    request.timeout = app::answer_limit;
+    auto const answer = co_await http.send(std::move(request));
+    result<LoadReport> report = LoadReport();
+    if (!answer)
+        report = answer.error();
+    else if (answer->status != 200)
+        report = Failure(errc::protocol_error,
+                         concat("HTTP status ", std::to_string(answer->status), " from /load"));
+    else
+        report = parse_load_report(answer->body);
+    Findings findings{core::judge_simulation_server(server.address, report)};
+    co_return findings;
+}
+
+CheckWork check_mail(SessionConfig config)
+{
+    SmtpParams params;
+    params.host = config.mail_server;
+    params.port = config.mail_server_port;
+    params.sender = config.mail_sender;
+    params.recipient = config.administrator;
+    params.user = config.mail_sender_user;
+    params.password = config.mail_sender_password;
+    params.own_name = config.address.host;
+    params.timeout = app::answer_limit;
+    auto const address =
+        concat(params.host, ":", std::to_string(params.port == 0 ? usual_mail_port : params.port));
+    std::function<result<bool>()> const look = [params = std::move(params)] {
+        auto const tried = try_mail_server(params);
+        return tried ? result<bool>(true) : result<bool>(tried.error());
+    };
+    auto const tried = co_await app::aside<bool>(look);
+    Findings findings{core::judge_mail_server(address, tried ? result<>() : result<>(tried.error()))};
+    co_return findings;
+}
+
+} // namespace
+
+namespace app {
+
+CheckWork examine_session_server(SessionConfig config, Viewpoint viewpoint, asio::any_io_executor executor,
+                                 Progress progress)
+{
+    auto const clock = make_steady_clock(executor);
+    auto const http = make_http_client(executor, config.ca_file);
+    auto findings = port_findings(config.address.port, config.network, viewpoint.is_running);
+    for (auto& each : machine_findings(wanted_memory, wanted_files))
+        findings.push_back(std::move(each));
+    std::vector<Check> checks;
+    checks.emplace_back("logs",
+                        check_folder("logs", "\"logDir\"", config.log_dir / "session", wanted_for_logs));
+    checks.emplace_back("certificate", check_server_certificate(config.network, config.address));
+    if (!viewpoint.is_server)
+        checks.emplace_back("firewall", check_firewall(config.address.port));
+    checks.emplace_back("public address", check_public_address(*http, config.address, viewpoint));
+    for (auto const& server : config.simulation_servers)
+        checks.emplace_back(concat("machine ", server.address),
+                            check_machine(*http, server, config.address.ssl));
+    if (!config.administrator.empty())
+        checks.emplace_back("mail", check_mail(config));
+    auto more = co_await examine(std::move(checks), *clock, check_limit, std::move(progress));
+    findings.insert(findings.end(), more.begin(), more.end());
+    co_return findings;
+}
+
+} // namespace app
+
+int diagnose_session_server(Arguments const& arguments)
+{
+    Findings findings;
+    auto const config = app::read_for_doctor<SessionConfig>(arguments, parse_session_config, findings);
+    if (!config)
+        return app::report_findings(arguments, std::move(findings), {});
+    auto const viewpoint = app::view_from_outside("session", config->address.port, config->access);
+    return app::report_findings(
+        arguments, std::move(findings), [&config, &viewpoint](asio::any_io_executor executor) {
+            return app::examine_session_server(*config, viewpoint, executor, app::shown_progress());
+        });
+}
+
+} // namespace webots_cloud

@@ -1,0 +1,310 @@
+#include "aside.hpp"
+#include "doctors.hpp"
+
+#include "app/display.hpp"
+#include "app/environment.hpp"
+#include "app/sandbox.hpp"
+#include "app/simulation_folders.hpp"
+#include "app/simulation_user.hpp"
+#include "core/doctor/network_findings.hpp"
+#include "core/doctor/simulation_findings.hpp"
+#include "core/simulation/isolation.hpp"
+#include "core/text.hpp"
+
+#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/daemon.hpp>
+#include <webots_cloud/probes.hpp>
+#include <webots_cloud/transport/logger.hpp>
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <memory>
+
+namespace webots_cloud {
+namespace {
+
+namespace asio = boost::asio;
+namespace fs = std::filesystem;
+using app::absolute_path;
+using app::Check;
+using app::CheckWork;
+using core::concat;
+using core::Findings;
+using core::Verdict;
+
+constexpr std::uint64_t gigabyte = std::uint64_t{1} << 30;
+constexpr std::uint64_t wanted_for_logs = gigabyte;         // `max_logs` of `SimulationLogsParams`, half full
+constexpr std::uint64_t wanted_for_projects = 2 * gigabyte; // of the largest one
+constexpr std::uint64_t files_per_simulation = 8;
+constexpr std::uint64_t other_files = 1024;
+constexpr std::size_t max_version_file = 4096;
+
+/// A folder for files of the checks, which ends with them.
+class TemporaryFolder
+{
+public:
+    TemporaryFolder()
+    {
+        auto name = (fs::temp_directory_path() / "webots-doctor-XXXXXX").string();
+        if (::mkdtemp(name.data()))
+            path_ = name;
+        std::error_code failed; // simulations of other users have to get to theirs in it
+        fs::permissions(path_, fs::perms::owner_all | fs::perms::group_exec | fs::perms::others_exec, failed);
+    }
+    TemporaryFolder(TemporaryFolder const&) = delete;
+    ~TemporaryFolder()
+    {
+        std::error_code failed;
+        if (!path_.empty())
+            fs::remove_all(path_, failed);
+    }
+
+    fs::path const& path() const { return path_; } ///< Empty: there is none.
+
+private:
+    fs::path path_;
+};
+
+/// What the server would write into its log.
+struct Remarks
+{
+    std::shared_ptr<std::vector<std::string>> warnings = std::make_shared<std::vector<std::string>>();
+
+    Logger logger() const
+    {
+        return Logger([into = warnings](LogLevel, std::string_view line) { into->emplace_back(line); },
+                      LogLevel::warning);
+    }
+
+    std::vector<std::string> take() const { return std::exchange(*warnings, {}); }
+};
+
+result<core::SimulatorChoice> find_simulator(SimulationConfig const& config, fs::path const& programs)
+{
+    return core::choose_simulator(absolute_path(config.webots_home),
+                                  absolute_path(app::environment("WEBOTS_HOME")), programs, app::is_program);
+}
+
+core::Finding simulator_finding(result<core::SimulatorChoice> const& choice)
+{
+    if (!choice)
+        return core::judge_simulator(choice.error());
+    core::SimulatorReading reading;
+    reading.program = choice->program;
+    reading.is_webots = choice->notice.empty();
+    auto const text =
+        read_regular_file(choice->program.parent_path() / "resources" / "version.txt", max_version_file);
+    if (text)
+        reading.version_text = *text;
+    return core::judge_simulator(reading);
+}
+
+core::Finding graphics_finding()
+{
+    core::GraphicsReading reading;
+    std::error_code failed;
+    std::vector<fs::path> devices;
+    for (auto const& entry : fs::directory_iterator("/dev/dri", failed))
+        if (entry.path().filename().native().starts_with("renderD"))
+            devices.push_back(entry.path());
+    for (fs::path const device : {"/dev/nvidia0", "/dev/nvidia1"})
+        if (fs::exists(device, failed))
+            devices.push_back(device);
+    for (auto const& device : devices)
+        (::access(device.c_str(), R_OK | W_OK) == 0 ? reading.devices : reading.closed)
+            .push_back(device.string());
+    return core::judge_graphics(reading);
+}
+
+core::Finding attempt_finding(std::string_view subject, std::string_view key, std::string description,
+                              std::vector<std::string> warnings)
+{
+    core::AttemptReading reading;
+    reading.description = std::move(description);
+    reading.warnings = std::move(warnings);
+    return core::judge_attempt(subject, key, reading);
+}
+
+core::Finding user_finding(app::ChosenUser const& chosen, std::vector<std::string> warnings)
+{
+    auto who = chosen.user.kind == SimulationUser::Kind::one ? concat("simulations run as ", chosen.user.name)
+               : chosen.description.empty() ? std::string("simulations run as the server's own user")
+                                            : chosen.description;
+    return attempt_finding("user", "\"simulationUser\"", std::move(who), std::move(warnings));
+}
+
+core::Finding isolation_finding(std::string const& warning)
+{
+    std::vector<std::string> warnings;
+    if (!warning.empty())
+        warnings.push_back(warning);
+    return attempt_finding("processes", "the kernel's settings",
+                           warning.empty() ? "simulations are kept apart" : "simulations are not kept apart",
+                           std::move(warnings));
+}
+
+/// The user, the sandbox and the display depend on each other.
+CheckWork check_walls(SimulationConfig config, fs::path programs, core::SimulatorChoice choice, Clock& clock)
+{
+    Findings findings;
+    TemporaryFolder const folder;
+    auto const guard = programs / "webots-process-guard";
+    if (folder.path().empty() || !app::is_program(guard)) {
+        findings.emplace_back(Verdict::fault, "sandbox",
+                              folder.path().empty() ? "there is no room for temporary files"
+                                                    : concat("there is no program ", guard.string()),
+                              "No simulation starts without it: make room, or install it with the server.");
+        co_return findings;
+    }
+    auto const processes = make_process_host(co_await asio::this_coro::executor, guard);
+    Remarks remarks;
+    app::SandboxContext context;
+    context.simulator = choice.program;
+    context.guard = guard;
+    context.state = folder.path();
+    auto const user =
+        co_await app::choose_simulation_user(config, context, *processes, clock, remarks.logger());
+    if (!user) {
+        findings.push_back(core::judge_attempt("user", "\"simulationUser\"", user.error()));
+        co_return findings;
+    }
+    findings.push_back(user_finding(*user, remarks.take()));
+    context.user = user->user;
+    auto const sandbox = co_await app::choose_sandbox(config, context, *processes, clock, remarks.logger());
+    if (!sandbox) {
+        findings.push_back(core::judge_attempt("sandbox", "\"sandbox\"", sandbox.error()));
+        co_return findings;
+    }
+    findings.push_back(attempt_finding("sandbox", "\"sandbox\"", sandbox->description, remarks.take()));
+    auto const display = co_await app::choose_display(config, sandbox->params, guard, context.state,
+                                                      *processes, clock, remarks.logger());
+    if (!display)
+        findings.push_back(core::judge_attempt("display", "\"display\"", display.error()));
+    else
+        findings.push_back(attempt_finding("display", "\"display\"", display->description, remarks.take()));
+    co_return findings;
+}
+
+CheckWork check_isolation(fs::path guard, Clock& clock)
+{
+    std::vector<fs::path> const nothing_read_only;
+    auto const answer = co_await probe_guard(std::move(guard), nothing_read_only, clock);
+    auto const isolation = answer ? core::parse_isolation(*answer) : result<core::Isolation>(answer.error());
+    Findings findings;
+    if (isolation)
+        findings.push_back(isolation_finding(core::isolation_warning(*isolation)));
+    else
+        findings.push_back(core::judge_attempt("processes", "the kernel's settings", isolation.error()));
+    co_return findings;
+}
+
+CheckWork check_docker()
+{
+    auto const version = co_await app::output_of("docker version --format '{{.Server.Version}}'");
+    Findings findings{core::judge_docker(version)};
+    co_return findings;
+}
+
+using Judge = core::Finding (*)(std::string_view url, result<int> const& answer);
+
+CheckWork check_web_server(std::string url, Judge judge)
+{
+    std::function<result<int>()> const look = [url] { return try_web_server(url, app::answer_limit); };
+    auto const answer = co_await app::aside<int>(look);
+    Findings findings{judge(url, answer)};
+    co_return findings;
+}
+
+core::Finding simulation_ports_finding(SimulationConfig const& config)
+{
+    int free = 0;
+    for (int i = 1; i <= config.max_connections; ++i)
+        free += app::is_free(static_cast<std::uint16_t>(config.address.port + i)) ? 1 : 0;
+    return core::judge_simulation_ports(static_cast<std::uint16_t>(config.address.port + 1),
+                                        config.max_connections, free);
+}
+
+} // namespace
+
+namespace app {
+
+Findings wall_findings(SimulationConfig const& config, result<core::SimulatorChoice> const& choice)
+{
+    if (config.docker)
+        return {};
+    return {simulator_finding(choice), graphics_finding()};
+}
+
+Findings wall_findings(ChosenUser const& user, ChosenSandbox const& sandbox, ChosenDisplay const& display,
+                       std::string const& isolation_warning)
+{
+    std::vector<std::string> warnings;
+    if (!sandbox.warning.empty())
+        warnings.push_back(sandbox.warning);
+    return {isolation_finding(isolation_warning), user_finding(user, {}),
+            attempt_finding("sandbox", "\"sandbox\"", sandbox.description, std::move(warnings)),
+            attempt_finding("display", "\"display\"", display.description, {})};
+}
+
+CheckWork examine_simulation_server(SimulationConfig config, fs::path programs, Findings walls,
+                                    Viewpoint viewpoint, asio::any_io_executor executor, Progress progress)
+{
+    auto const clock = make_steady_clock(executor);
+    auto const http = make_http_client(executor);
+    auto findings = port_findings(config.address.port, config.network, viewpoint.is_running);
+    if (!viewpoint.is_running && !config.docker)
+        findings.push_back(simulation_ports_finding(config));
+    for (auto& each : machine_findings(
+             config.fetch_memory + gigabyte,
+             files_per_simulation * static_cast<std::uint64_t>(config.max_connections) + other_files))
+        findings.push_back(std::move(each));
+    findings.insert(findings.end(), walls.begin(), walls.end());
+    std::vector<Check> checks;
+    if (!viewpoint.is_server && config.docker)
+        checks.emplace_back("docker", check_docker());
+    auto const choice = find_simulator(config, programs);
+    if (!viewpoint.is_server && !config.docker) {
+        checks.emplace_back("processes", check_isolation(programs / "webots-process-guard", *clock));
+        if (choice)
+            checks.emplace_back("sandbox", check_walls(config, programs, *choice, *clock));
+    }
+    checks.emplace_back("state", check_folder("state", "\"stateDir\"", state_folders(config).front().path,
+                                              wanted_for_projects));
+    checks.emplace_back("cache",
+                        check_folder("cache", "XDG_CACHE_HOME", cache_folder(config), wanted_for_projects));
+    checks.emplace_back("logs",
+                        check_folder("logs", "\"logDir\"", config.log_dir / "simulation", wanted_for_logs));
+    checks.emplace_back("certificate", check_server_certificate(config.network, config.address));
+    if (!viewpoint.is_server)
+        checks.emplace_back("firewall", check_firewall(config.address.port));
+    checks.emplace_back("public address", check_public_address(*http, config.address, viewpoint));
+    for (auto const& forge : config.forges)
+        if (forge.directory.empty())
+            checks.emplace_back(concat("forge ", forge.url), check_web_server(forge.url, core::judge_forge));
+    for (auto const& registry : config.notify)
+        checks.emplace_back(concat("registry ", registry), check_web_server(registry, core::judge_registry));
+    auto more = co_await examine(std::move(checks), *clock, check_limit, std::move(progress));
+    findings.insert(findings.end(), more.begin(), more.end());
+    co_return findings;
+}
+
+} // namespace app
+
+int diagnose_simulation_server(Arguments const& arguments, fs::path const& programs)
+{
+    Findings findings;
+    auto const config = app::read_for_doctor<SimulationConfig>(arguments, parse_simulation_config, findings);
+    if (!config)
+        return app::report_findings(arguments, std::move(findings), {});
+    auto const absolute = absolute_path(programs);
+    auto const viewpoint = app::view_from_outside("simulation", config->address.port, config->access);
+    return app::report_findings(
+        arguments, std::move(findings), [&config, &absolute, &viewpoint](asio::any_io_executor executor) {
+            auto const walls = app::wall_findings(*config, find_simulator(*config, absolute));
+            return app::examine_simulation_server(*config, absolute, walls, viewpoint, executor,
+                                                  app::shown_progress());
+        });
+}
+
+} // namespace webots_cloud

@@ -1,0 +1,72 @@
+#include "simulation_findings.hpp"
+
+#include "core/machine_labels.hpp"
+#include "core/text.hpp"
+
+namespace webots_cloud::core {
+namespace {
+
+std::string listed(std::vector<std::string> const& texts, std::string_view separator)
+{
+    return join({texts.begin(), texts.end()}, separator);
+}
+
+} // namespace
+
+Finding judge_simulator(result<SimulatorReading> const& reading)
+{
+    constexpr std::string_view subject = "simulator";
+    constexpr std::string_view install = "Install Webots, or name its folder with \"webotsHome\".";
+    if (!reading)
+        return {Verdict::fault, subject, reading.error().message(), install};
+    auto const program = reading->program.string();
+    if (!reading->is_webots)
+        return {Verdict::warning, subject,
+                concat("no Webots is installed: ", program,
+                       " is the demo simulator, which shows a few robots in an arena"),
+                install};
+    auto const release = webots_release(reading->version_text);
+    if (release.empty())
+        return {Verdict::warning, subject, concat(program, " does not say which release of Webots it is"),
+                "Its folder should have resources/version.txt: see whether Webots is installed as a whole."};
+    return {Verdict::ok, subject, concat("Webots ", release, ", ", program)};
+}
+
+Finding judge_attempt(std::string_view subject, std::string_view key, result<AttemptReading> const& reading)
+{
+    if (!reading)
+        return {Verdict::fault, subject, reading.error().message(),
+                concat("Install what is missing, or change ", key, " (docs/sandboxes.md).")};
+    if (reading->warnings.empty())
+        return {Verdict::ok, subject, reading->description};
+    return {Verdict::warning, subject, concat(reading->description, ": ", listed(reading->warnings, " "))};
+}
+
+Finding judge_graphics(GraphicsReading const& reading)
+{
+    constexpr std::string_view subject = "graphics";
+    if (!reading.devices.empty() || !reading.models.empty())
+        return {Verdict::ok, subject,
+                concat(reading.models.empty() ? "a graphics processor that may be used" : reading.models,
+                       reading.devices.empty() ? "" : ": ", listed(reading.devices, ", "))};
+    if (!reading.closed.empty())
+        return {Verdict::warning, subject,
+                concat("there is a graphics processor, but this user may not use it: ",
+                       listed(reading.closed, ", ")),
+                "Put the user who runs the server into the groups render and video."};
+    return {
+        Verdict::warning, subject, "there is no graphics processor: Webots draws with the processor",
+        "Each simulation takes more of the processor so: where that is too much, add a graphics processor "
+        "and its driver."};
+}
+
+Finding judge_docker(result<std::string> const& info)
+{
+    if (!info)
+        return {Verdict::fault, "docker", info.error().message(),
+                "Install and start Docker, let the user who runs the server use it (group docker), or set "
+                "\"docker\" to false."};
+    return {Verdict::ok, "docker", concat("version ", trim(*info))};
+}
+
+} // namespace webots_cloud::core

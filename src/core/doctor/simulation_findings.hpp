@@ -1,0 +1,55 @@
+// What the readings of a simulation server's own parts mean: the simulator, its screen, its walls.
+#pragma once
+
+#include "finding.hpp"
+
+#include <webots_cloud/error.hpp>
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace webots_cloud::core {
+
+/// Which simulator runs here.
+struct SimulatorReading
+{
+    SimulatorReading() = default;
+
+    std::filesystem::path program;
+    bool is_webots = true;    ///< False: it is the demo simulator.
+    std::string version_text; ///< The file beside Webots; empty: there is none.
+};
+
+/// Errors of `reading`: there is no simulator.
+Finding judge_simulator(result<SimulatorReading> const& reading);
+
+/// What an attempt at the sandbox, the user or the display has come to.
+struct AttemptReading
+{
+    AttemptReading() = default;
+
+    std::string description;           ///< As on the monitor page: "bubblewrap, public internet only".
+    std::vector<std::string> warnings; ///< That the server would write into its log.
+};
+
+/// `key`: of the configuration, for the remedy.
+Finding judge_attempt(std::string_view subject, std::string_view key, result<AttemptReading> const& reading);
+
+struct GraphicsReading
+{
+    GraphicsReading() = default;
+
+    std::vector<std::string> devices; ///< As /dev/dri/renderD128, that may be used by us.
+    std::vector<std::string> closed;  ///< The same, that we may not use.
+    std::string models;               ///< As NVIDIA's library says; empty: there is none.
+};
+
+Finding judge_graphics(GraphicsReading const& reading);
+
+/// What `docker info` has said; Errors: there is no docker, or it said nothing.
+Finding judge_docker(result<std::string> const& info);
+
+} // namespace webots_cloud::core

@@ -1,0 +1,280 @@
+#!/usr/bin/python3
+"""`--doctor` of both servers: things are broken one by one, and exactly the line about each changes.
+
+The twin: the Python servers have nothing like it.
+"""
+
+import json
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import tempfile
+import unittest
+from contextlib import closing
+
+sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
+from support.certificates import Authority, self_signed  # noqa: E402
+from support.disks import mount_small_disk  # noqa: E402
+from support.mailbox import CompletionQueue  # noqa: E402
+from support.ports import free_port  # noqa: E402
+from support.servers import PATIENCE, SessionServer, SimulationServer, main, program, wait_until, without_systemd  # noqa: E402
+from support.web_site import web_site  # noqa: E402
+
+# What a machine of tests is like is not ours to say.
+OF_THE_MACHINE = {"clock", "memory", "firewall", "graphics", "open files", "processes", "user", "sandbox", "display"}
+
+
+def by_subject(answer):
+    return {each["subject"]: each for each in json.loads(answer)["findings"]}
+
+
+class Examination(unittest.TestCase):
+    """One server that does not run."""
+
+    PROGRAM = ""
+
+    def setUp(self):
+        self.folder = tempfile.mkdtemp(prefix="webots_cloud_doctor_")
+        self.addCleanup(shutil.rmtree, self.folder)
+        self.port = free_port(following=3)
+        self.environment = {}
+        self.config = {"server": "localhost", "ssl": False, "portRewrite": False, "port": self.port, "logDir": os.path.join(self.folder, "log"),
+                       **self.keys()}
+
+    def keys(self):
+        return {}
+
+    def run_doctor(self, *options, text=None, **keys):
+        """Exit status and output."""
+        path = os.path.join(self.folder, "config.json")
+        with open(path, "w") as file:
+            file.write(text or json.dumps({**self.config, **keys}))
+        environment = {**without_systemd(os.environ), "HOME": self.folder, "TMPDIR": self.folder, "XDG_RUNTIME_DIR": "",
+                       "XDG_STATE_HOME": os.path.join(self.folder, "state"), "XDG_CACHE_HOME": os.path.join(self.folder, "cache"),
+                       **self.environment}
+        finished = subprocess.run([program(self.PROGRAM), "--doctor", *options, path], capture_output=True, text=True, env=environment,
+                                  cwd=self.folder, timeout=PATIENCE)
+        self.assertEqual(finished.stderr, "")
+        return finished.returncode, finished.stdout
+
+    def findings(self, **keys):
+        """By their subjects, but those that depend on the machine."""
+        status, output = self.run_doctor("--json", **keys)
+        said = json.loads(output)
+        self.assertEqual(status, ("ok", "warning", "fault").index(said["verdict"]))
+        return {each["subject"]: each for each in said["findings"] if each["subject"] not in OF_THE_MACHINE}
+
+    def assert_broken(self, subject, verdict, words, **keys):
+        """Of all that is looked at, only one thing is found to be wrong."""
+        found = self.findings(**keys)
+        self.assertIn(subject, found)
+        self.assertEqual(found[subject]["verdict"], verdict, found[subject])
+        self.assertIn(words, found[subject]["found"])
+        self.assertNotEqual(found[subject]["remedy"], "")
+        self.assertEqual([each for each in found.values() if each["verdict"] != "ok" and each["subject"] not in (subject, *self.NOT_GOOD)], [])
+
+    NOT_GOOD = ()  # what is wrong with the healthy server of a test
+
+
+class SessionDoctor(Examination):
+    PROGRAM = "webots-session-server"
+
+    @classmethod
+    def setUpClass(cls):
+        cls.machine = f"localhost:{cls.enterClassContext(web_site('12.5'))}"
+
+    def keys(self):
+        return {"simulationServers": [self.machine]}
+
+    def certificate(self, *names, **options):
+        certificate, key = Authority(self.folder, "an authority").issue("own", *(names or ("DNS:localhost",)), **options)
+        self.environment["SSL_CERT_FILE"] = os.path.join(self.folder, "an_authority", "authority.pem")
+        return {"sslCertificate": certificate, "sslKey": key}
+
+    def test_a_healthy_server_has_only_good_lines(self):
+        found = self.findings()
+        self.assertEqual({each["verdict"] for each in found.values()}, {"ok"}, found)
+        self.assertEqual(set(found), {"configuration", f"port {self.port}", "logs", f"machine {self.machine}", "public address"})
+
+    def test_people_get_a_line_for_each_and_a_number_at_the_end(self):
+        status, output = self.run_doctor(port=self.port)
+        lines = output.splitlines()
+        self.assertTrue(lines[0].startswith("ok       configuration"), output)
+        self.assertRegex(lines[-1], r"(found nothing wrong|in \d+ checks)\.$")
+        self.assertNotIn("\x1b", output)
+        self.assertIn(status, (0, 1))
+
+    def test_a_configuration_that_can_not_be_read_is_all_that_is_found(self):
+        status, output = self.run_doctor(text='{"port": "x"}')
+        self.assertEqual(status, 2)
+        self.assertTrue(output.startswith("fault    configuration  "), output)
+        self.assertIn("the server does not start with it", output)
+
+    def test_an_unknown_key_is_a_warning(self):
+        found = self.findings(prot=1)
+        self.assertEqual(found["configuration"]["verdict"], "warning")
+        self.assertIn('"prot"', found["configuration"]["found"])
+
+    def test_a_port_that_another_program_has(self):
+        with closing(socket.create_server(("127.0.0.1", self.port))):
+            self.assert_broken(f"port {self.port}", "fault", "listens there")
+
+    def test_a_machine_that_does_not_answer(self):
+        nobody = f"localhost:{free_port()}"
+        self.assert_broken(f"machine {nobody}", "fault", "refused", simulationServers=[nobody, self.machine])
+
+    def test_a_good_certificate(self):
+        found = self.findings(ssl=True, simulationServers=[], **self.certificate(days=60))
+        self.assertEqual(found["certificate"]["found"], "for localhost, valid for 59 days", found)
+
+    def test_a_certificate_that_has_expired(self):
+        self.assert_broken("certificate", "fault", "it has expired on", ssl=True, simulationServers=[], **self.certificate(days=-1))
+
+    def test_a_certificate_that_will_expire(self):
+        self.assert_broken("certificate", "warning", "valid for 4 days", ssl=True, simulationServers=[], **self.certificate(days=5))
+
+    def test_a_certificate_for_another_host(self):
+        self.assert_broken("certificate", "fault", "it is for example.org, and not for localhost", ssl=True, simulationServers=[],
+                           **self.certificate("DNS:example.org", days=60))
+
+    def test_a_certificate_of_an_unknown_authority(self):
+        keys = self.certificate(days=60)
+        del self.environment["SSL_CERT_FILE"]
+        self.assert_broken("certificate", "warning", "browsers will not believe it", ssl=True, simulationServers=[], **keys)
+
+    def test_a_key_of_another_certificate(self):
+        keys = {**self.certificate(days=60), "sslKey": self_signed(self.folder, "DNS:localhost")[1]}
+        self.assert_broken("certificate", "fault", "it is not the key of the certificate", ssl=True, simulationServers=[], **keys)
+
+    def test_a_log_folder_that_can_not_be_made(self):
+        file = os.path.join(self.folder, "a_file")
+        open(file, "w").close()
+        self.assert_broken("logs", "fault", "is no folder", logDir=os.path.join(file, "log"))
+
+    def test_a_full_disk(self):
+        disk = os.path.join(self.folder, "disk")
+        os.mkdir(disk)
+        mount_small_disk(self, disk, "1m")
+        self.assert_broken("logs", "fault", "the disk is full", logDir=disk)
+
+    def test_a_disk_without_inodes(self):
+        disk = os.path.join(self.folder, "disk")
+        os.mkdir(disk)
+        mount_small_disk(self, disk, "200m,nr_inodes=20")
+        self.assert_broken("logs", "fault", "more files (inodes)", logDir=disk)
+
+    def test_a_mail_server_is_tried_without_a_mail(self):
+        with CompletionQueue() as mailbox:
+            mail = {"administrator": "a@example.org", "mailSender": "s@example.org", "mailServer": "localhost", "mailServerPort": mailbox.port}
+            self.assertEqual(self.findings(**mail)["mail"]["verdict"], "ok")
+            self.assertEqual(mailbox.mails, [])
+            self.assert_broken("mail", "fault", "", **mail, mailSenderPassword="secret")  # it has no STARTTLS
+        self.assert_broken("mail", "fault", "localhost", **mail)
+
+    def test_a_password_file_that_others_may_read(self):
+        file = os.path.join(self.folder, "password")
+        with open(file, "w") as words:
+            words.write("abcd-efgh-ijkl\n")
+        os.chmod(file, 0o644)
+        self.assert_broken("configuration", "fault", file, teacherPasswordFile=file)
+
+
+class SimulationDoctor(Examination):
+    PROGRAM = "webots-simulation-server"
+    NOT_GOOD = ("simulator",)  # it may be the demo simulator
+
+    @classmethod
+    def setUpClass(cls):
+        cls.forge = f"http://localhost:{cls.enterClassContext(web_site('a forge'))}"
+
+    def keys(self):
+        return {"forges": [self.forge], "notify": [], "maxConnections": 3, "sandbox": "none", "simulationUser": "none", "display": "none"}
+
+    def test_a_healthy_server_has_only_good_lines(self):
+        found = self.findings()
+        self.assertEqual(set(found), {"configuration", f"port {self.port}", f"ports from {self.port + 1}", "simulator", "state", "cache", "logs",
+                                      "forge", "public address"})
+        self.assertEqual({each["verdict"] for each in found.values() if each["subject"] != "simulator"}, {"ok"}, found)
+
+    def test_the_walls_of_simulations_are_tried(self):
+        sandbox = by_subject(self.run_doctor("--json")[1])["sandbox"]
+        self.assertEqual(sandbox["verdict"], "warning")
+        self.assertIn("Simulations run without a sandbox", sandbox["found"])
+        self.assertEqual([name for name in os.listdir(self.folder) if name.startswith("webots-doctor")], [])
+
+    def test_a_forge_that_nobody_runs(self):
+        nobody = f"http://localhost:{free_port()}"
+        self.assert_broken("forge", "fault", f"{nobody} is not reached", forges=[nobody])
+
+    def test_a_proxy_that_is_not_there(self):
+        self.environment = {"http_proxy": f"http://127.0.0.1:{free_port()}", "no_proxy": ""}
+        self.assert_broken("forge", "fault", "is not reached")
+
+    def test_a_registry_that_is_not_there(self):
+        self.assert_broken("registry", "warning", "is not reached", notify=[f"http://localhost:{free_port()}/setup"])
+
+    def test_a_port_of_simulators_that_another_program_has(self):
+        with closing(socket.create_server(("0.0.0.0", self.port + 2))):
+            self.assert_broken(f"ports from {self.port + 1}", "warning", "2 of the 3 ports")
+
+    def test_webots_that_is_not_where_it_should_be(self):
+        status, output = self.run_doctor("--json", webotsHome=self.folder)
+        said = by_subject(output)
+        self.assertEqual(status, 2)
+        self.assertEqual(said["configuration"]["verdict"], "fault")
+        self.assertIn("webotsHome", said["configuration"]["found"])
+
+    def test_webots_with_its_release(self):
+        home = os.path.join(self.folder, "webots_home")
+        os.makedirs(os.path.join(home, "resources"))
+        shutil.copy(program("webots-demo-simulator"), os.path.join(home, "webots"))
+        with open(os.path.join(home, "resources", "version.txt"), "w") as file:
+            file.write("R2025a\n")
+        simulator = self.findings(webotsHome=home)["simulator"]
+        self.assertEqual((simulator["verdict"], simulator["found"]), ("ok", f"Webots R2025a, {home}/webots"))
+
+
+class RunningServers(unittest.TestCase):
+    """The doctor asks the server that runs with the same configuration; and that has a doctor of its own."""
+
+    def doctor(self, running, **keys):
+        running.configure(**keys)
+        status, output = running.command("--doctor", "--json")
+        self.assertIn(status, (0, 1, 2))
+        return by_subject(output)
+
+    def test_the_public_address_leads_to_the_very_server(self):
+        with SimulationServer() as simulation, SimulationServer() as other, SessionServer([simulation.address]) as session:
+            for running in (simulation, session):
+                found = self.doctor(running)
+                self.assertEqual(found[f"port {running.port}"]["found"], "the server runs there")
+                self.assertEqual(found["public address"]["found"], f"{running.url}/livez leads here")
+            # As if the name, or the proxy in front, led elsewhere.
+            elsewhere = self.doctor(simulation, server=f"localhost:{other.port}", portRewrite=True)["public address"]
+            self.assertEqual(elsewhere["verdict"], "fault")
+            self.assertIn("does not lead to this server: HTTP status 404", elsewhere["found"])
+
+    def test_the_operator_asks_a_running_server_and_others_can_not(self):
+        folder = tempfile.mkdtemp(prefix="webots_cloud_doctor_")
+        self.addCleanup(shutil.rmtree, folder)
+        token = os.path.join(folder, "token")
+        with open(token, "w") as file:
+            file.write("a-token-of-the-operator\n")
+        os.chmod(token, 0o600)
+        authorized = {"Authorization": "Bearer a-token-of-the-operator"}
+        with SimulationServer(operatorTokenFile=token) as simulation, \
+                SessionServer([simulation.address], operatorTokenFile=token) as session:
+            for running in (simulation, session):
+                self.assertEqual(running.ask("/api/doctor")[0], 404)
+                self.assertEqual(running.ask("/api/doctor", "POST", authorized)[0], 405)
+                self.assertIsNone(json.loads(running.ask("/api/doctor?last", headers=authorized)[1])["examined"])
+                wait_until(lambda: json.loads(running.ask("/api/doctor", headers=authorized)[1])["examined"], "nobody has looked")
+                found = by_subject(running.ask("/api/doctor?last", headers=authorized)[1])
+                self.assertEqual(found["public address"]["found"], f"{running.url}/livez leads here")
+            self.assertEqual(found[f"machine {simulation.address}"]["verdict"], "ok")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,70 @@
+#include "unit_test.hpp"
+
+#include "core/doctor/simulation_findings.hpp"
+
+using namespace webots_cloud;
+using namespace webots_cloud::core;
+
+BOOST_AUTO_TEST_SUITE(simulation_findings)
+
+BOOST_AUTO_TEST_CASE(webots_is_named_with_its_release)
+{
+    SimulatorReading reading;
+    reading.program = "/usr/local/webots/webots";
+    reading.version_text = "R2025a\n";
+    BOOST_TEST((judge_simulator(reading) ==
+                Finding(Verdict::ok, "simulator", "Webots R2025a, /usr/local/webots/webots")));
+    reading.version_text.clear();
+    BOOST_TEST((judge_simulator(reading).verdict == Verdict::warning));
+}
+
+BOOST_AUTO_TEST_CASE(the_demo_simulator_is_not_taken_for_webots)
+{
+    SimulatorReading reading;
+    reading.program = "/opt/bin/webots-demo-simulator";
+    reading.is_webots = false;
+    auto const finding = judge_simulator(reading);
+    BOOST_TEST((finding.verdict == Verdict::warning));
+    BOOST_TEST(
+        finding.found.starts_with("no Webots is installed: /opt/bin/webots-demo-simulator is the demo"));
+    BOOST_TEST((judge_simulator(Failure(errc::not_found, "no Webots found")).verdict == Verdict::fault));
+}
+
+BOOST_AUTO_TEST_CASE(an_attempt_works_works_with_warnings_or_fails)
+{
+    AttemptReading reading;
+    reading.description = "bubblewrap, public internet only";
+    BOOST_TEST((judge_attempt("sandbox", "\"sandbox\"", reading) ==
+                Finding(Verdict::ok, "sandbox", "bubblewrap, public internet only")));
+    reading.warnings = {"Not so good.", "Not at all."};
+    BOOST_TEST(
+        (judge_attempt("sandbox", "\"sandbox\"", reading) ==
+         Finding(Verdict::warning, "sandbox", "bubblewrap, public internet only: Not so good. Not at all.")));
+    auto const failed = judge_attempt("sandbox", "\"sandbox\"", Failure(errc::start_failed, "no bwrap"));
+    BOOST_TEST((failed.verdict == Verdict::fault));
+    BOOST_TEST(failed.remedy == "Install what is missing, or change \"sandbox\" (docs/sandboxes.md).");
+}
+
+BOOST_AUTO_TEST_CASE(a_graphics_processor_has_to_be_there_and_ours_to_use)
+{
+    GraphicsReading reading;
+    BOOST_TEST((judge_graphics(reading).verdict == Verdict::warning));
+    reading.closed = {"/dev/dri/renderD128"};
+    BOOST_TEST(judge_graphics(reading).found ==
+               "there is a graphics processor, but this user may not use it: /dev/dri/renderD128");
+    BOOST_TEST((judge_graphics(reading).verdict == Verdict::warning));
+    reading.devices = {"/dev/dri/renderD129"};
+    BOOST_TEST(
+        (judge_graphics(reading) ==
+         Finding(Verdict::ok, "graphics", "a graphics processor that may be used: /dev/dri/renderD129")));
+    reading.models = "NVIDIA T4 (15.8GB)";
+    BOOST_TEST(judge_graphics(reading).found == "NVIDIA T4 (15.8GB): /dev/dri/renderD129");
+}
+
+BOOST_AUTO_TEST_CASE(docker_has_to_answer)
+{
+    BOOST_TEST((judge_docker("27.1\n") == Finding(Verdict::ok, "docker", "version 27.1")));
+    BOOST_TEST((judge_docker(Failure(errc::unavailable, "not found")).verdict == Verdict::fault));
+}
+
+BOOST_AUTO_TEST_SUITE_END()
