@@ -12,7 +12,7 @@ calm=15     # seconds for a machine to be free: loads are means of 5 s, and aske
 usage()
 {
     cat <<'END'
-Usage: ./server.sh start|stop|restart [NAME|--lan]
+Usage: ./server.sh start|stop|restart|status [NAME|--lan]
 
   start    Install missing packages, build, and start the servers with config/simulation/NAME.json,
            config/session/NAME.json and config/website_host/NAME.json: those whose file exists. NAME is "local"
@@ -24,7 +24,10 @@ Usage: ./server.sh start|stop|restart [NAME|--lan]
            which is made at the first start.
   stop     Stop them. Simulations that run are ended in order. With NAME only the servers that run with it.
   restart  stop, whatever runs, and start.
+  status   Say which servers run, since when, with which configuration, at which address, where they log, and how
+           many seats are taken. With NAME only those that run with it.
 
+Exit statuses: 0: done, or running; 1: it failed; 2: wrong arguments; 3, of status: no such server runs.
 Servers that run already are left as they are. They log to log/session, log/simulation and log/website_host.
 END
 }
@@ -34,7 +37,11 @@ main()
     [[ ${2-} != --lan ]] || set -- "$1" lan "${@:3}"
     local verb=${1-} name=${2-local}
     [[ $verb != -h && $verb != --help ]] || { usage && exit 0; }
-    [[ $verb =~ ^(start|stop|restart)$ && $# -le 2 ]] || { usage >&2 && exit 2; }
+    [[ $verb =~ ^(start|stop|restart|status)$ && $# -le 2 ]] || { usage >&2 && exit 2; }
+    if [[ $verb == status ]]; then # changes nothing, so it waits for nobody
+        status "${2-}"
+        return
+    fi
     ordinary log folder
     mkdir -p log
     ordinary log/.server.lock
@@ -194,6 +201,56 @@ stop()
     [[ -n $stopped ]] || echo "No ${name:+$name }server is running"
 }
 
+# As systemctl does: 3 where nothing runs.
+status()
+{
+    local name=$1 kind pid running=
+    for kind in simulation session website_host; do
+        pid=$(known_pid "$kind")
+        [[ -n $pid ]] || continue
+        [[ -z $name || $(running_name "$pid") == "$name" ]] || continue
+        running=yes
+        show_status "$kind" "$pid"
+    done
+    [[ -n $running ]] || { echo "No ${name:+$name }server is running" && return 3; }
+}
+
+# show_status KIND PID
+show_status()
+{
+    local kind=$1 pid=$2 file port load
+    file=$(config "$kind" "$(running_name "$pid")")
+    port=$(setting "$file" port)
+    port=${port:-2000}
+    load=$(ask "$port" "$(setting "$file" sslCertificate)" /load) || load=
+    echo "The $kind server runs since $(began "$pid") ($pid)"
+    echo "  configuration  $file"
+    [[ $kind == website_host ]] && echo "  address        http://localhost:$port/" || echo "  address        $(address "$file")"
+    echo "  logs           $(log_folder "$file")/$kind"
+    [[ $load == HTTP/1.1\ [24]* ]] || echo "  It does not answer on port $port."
+    [[ $kind != simulation || $load != *'"capacity":'* ]] || echo "  seats          $(figure "$load" sessions) of $(figure "$load" capacity) taken"
+}
+
+# figure JSON NAME: a number in it.
+figure() { sed -n 's/.*"'"$2"'":\([0-9]*\).*/\1/p' <<<"$1" | head -n 1; }
+
+# When a process began.
+began()
+{
+    local fields boot
+    fields=$(cat "/proc/$1/stat" 2>/dev/null) && read -ra fields <<<"${fields##*) }" # what follows the name: its 20th is when, after booting
+    boot=$(sed -n 's/^btime //p' /proc/stat)
+    date -d "@$((boot + ${fields[19]:-0} / $(getconf CLK_TCK)))" '+%Y-%m-%d %H:%M:%S'
+}
+
+# The folder of a configuration's logs, without their kind.
+log_folder()
+{
+    local folder
+    folder=$(setting "$1" logDir)
+    echo "${folder:-log}"
+}
+
 start_server()
 {
     local kind=$1 name=$2 pid file port
@@ -292,17 +349,21 @@ ordinary()
     echo "$path was not what it has to be, and is now $aside" >&2
 }
 
-# The process that the PID file of a kind names, if it is still that server: numbers are used again after a crash or reboot.
+# The same, and a PID file that names none is removed.
 running_pid()
 {
     local kind=$1 pid
     ordinary "log/.$kind.pid"
-    pid=$(cat "log/.$kind.pid" 2>/dev/null) || return 0
-    if [[ $pid =~ ^[1-9][0-9]*$ && $(argument "$pid" 1) == "$(program "$kind")" ]] && is_alive "$pid"; then
-        echo "$pid"
-    else
-        rm -f "log/.$kind.pid"
-    fi
+    pid=$(known_pid "$kind")
+    [[ -n $pid ]] && echo "$pid" || rm -f "log/.$kind.pid"
+}
+
+# The process that the PID file of a kind names, if it is still that server: numbers are used again after a crash or reboot.
+known_pid()
+{
+    local kind=$1 pid
+    [[ -f log/.$kind.pid ]] && pid=$(cat "log/.$kind.pid" 2>/dev/null) || return 0
+    [[ $pid =~ ^[1-9][0-9]*$ && $(argument "$pid" 1) == "$(program "$kind")" ]] && is_alive "$pid" && echo "$pid" || true
 }
 
 # The name of the configuration that a server was started with.
@@ -386,14 +447,19 @@ answers()
 # is_ready PORT CERTIFICATE: could a session be placed? The certificate is empty where the server speaks no TLS.
 is_ready()
 {
-    local said
-    if [[ -z $2 ]]; then
-        answers "$1" /readyz
-        return
-    fi
-    said=$(printf 'GET /readyz HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n' |
-        timeout 5 openssl s_client -connect "127.0.0.1:$1" -quiet -ign_eof 2>/dev/null)
-    [[ $said == "HTTP/1.1 200"* ]]
+    [[ $(ask "$1" "$2" /readyz) == "HTTP/1.1 200"* ]]
 }
+
+# ask PORT CERTIFICATE PATH: the whole answer of a server.
+ask()
+{
+    local request
+    printf -v request 'GET %s HTTP/1.1\r\nHost: localhost:%s\r\nAccept: application/json\r\nConnection: close\r\n\r\n' "$3" "$1"
+    if [[ -n $2 ]]; then
+        printf '%s' "$request" | timeout 5 openssl s_client -connect "127.0.0.1:$1" -quiet -ign_eof
+    else
+        exec 3<>"/dev/tcp/127.0.0.1/$1" && printf '%s' "$request" >&3 && timeout 5 cat <&3
+    fi
+} 2>/dev/null
 
 main "$@"

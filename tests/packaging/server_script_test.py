@@ -4,8 +4,10 @@
 Usage: server_script_test.py PATH_OF_SERVER_SH FOLDER_OF_PROGRAMS
 """
 
+import datetime
 import json
 import os
+import re
 import shutil
 import signal
 import socket
@@ -318,7 +320,50 @@ class Refusing(ServerScriptTest):
         for arguments in ([], ["begin"], ["start", "local", "more"]):
             status, output, errors = self.run_script(*arguments)
             self.assertEqual((status, output), (2, ""))
-            self.assertTrue(errors.startswith("Usage: ./server.sh start|stop|restart [NAME|--lan]"))
+            self.assertTrue(errors.startswith("Usage: ./server.sh start|stop|restart|status [NAME|--lan]"))
+
+
+class Status(ServerScriptTest):
+    def test_the_servers_that_run_are_described(self):
+        self.assertEqual(self.run_script("status"), (3, "No server is running\n", ""))
+        self.start()
+        status, output, errors = self.run_script("status")
+        self.assertEqual((status, errors), (0, ""))
+        lines = output.splitlines()
+        began = r"runs since \d{4}-\d\d-\d\d \d\d:\d\d:\d\d"
+        self.assertRegex(lines[0], rf"^The simulation server {began} \({self.pid('simulation')}\)$")
+        self.assertEqual(lines[1:5], ["  configuration  config/simulation/local.json",
+                                      f"  address        http://localhost:{self.ports['simulation']}/",
+                                      "  logs           log/simulation", "  seats          0 of 100 taken"])
+        self.assertRegex(lines[5], rf"^The session server {began} \({self.pid('session')}\)$")
+        self.assertEqual(lines[6:], ["  configuration  config/session/local.json", f"  address        http://localhost:{self.ports['session']}/",
+                                     "  logs           log/session"])
+        self.assertEqual(self.run_script("status", "local")[0], 0)
+        self.assertEqual(self.run_script("status", "other"), (3, "No other server is running\n", ""))
+
+    def test_a_server_is_said_to_run_since_it_began(self):
+        if not shutil.which("ps"):
+            self.skipTest("ps is missing (package procps)")
+        self.start()
+        said = re.search(r"since (\S+ \S+)", self.run_script("status")[1])[1]
+        known = subprocess.run(["ps", "-o", "lstart=", "-p", str(self.pid("simulation"))], capture_output=True, text=True, check=True,
+                               env={**os.environ, "LC_ALL": "C"}).stdout.strip()
+        difference = datetime.datetime.fromisoformat(said) - datetime.datetime.strptime(known, "%a %b %d %H:%M:%S %Y")
+        self.assertLessEqual(abs(difference.total_seconds()), 1, f"{said}, {known}")  # both round
+
+    def test_a_server_that_does_not_answer_is_told(self):
+        self.start()
+        os.kill(self.pid("simulation"), signal.SIGSTOP)
+        self.addCleanup(os.kill, self.pid("simulation"), signal.SIGCONT)
+        status, output, _ = self.run_script("status")
+        self.assertEqual(status, 0)
+        self.assertIn(f"  It does not answer on port {self.ports['simulation']}.\n", output)
+
+    def test_nothing_is_changed(self):
+        self.write("log/.session.pid", "no number\n")
+        self.assertEqual(self.run_script("status")[0], 3)
+        with open(self.path("log/.session.pid")) as file:
+            self.assertEqual(file.read(), "no number\n")
 
 
 class Stopping(ServerScriptTest):
