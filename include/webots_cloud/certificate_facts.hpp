@@ -1,11 +1,12 @@
 // What a certificate says of itself, and whether browsers will believe it.
 #pragma once
 
+#include <webots_cloud/export.hpp>
 #include <webots_cloud/time.hpp>
 
 #include <string>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 struct CertificateFacts
 {

@@ -4,12 +4,13 @@
 
 #include <webots_cloud/certificate_facts.hpp>
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/export.hpp>
 #include <webots_cloud/time.hpp>
 
 #include <filesystem>
 #include <string>
 
-namespace webots_cloud {
+namespace WEBOTS_CLOUD_API webots_cloud {
 
 struct SmtpParams;
 

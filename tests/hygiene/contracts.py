@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""In public headers each contract begins a line of its own, where who embeds the library finds it, and belongs to what follows it."""
+"""In public headers each contract begins a line of its own, where who embeds the library finds it, and belongs to what follows it;
+and a shared library exports what they declare."""
 import re
 import sys
 from pathlib import Path
@@ -18,6 +19,8 @@ def complaints(text):
             found.append((number, 'a contract in the middle of a line'))
         if re.search(r'//.*[.;`]\s+' + CONTRACT, line) and not comment:
             found.append((number, 'a contract in a remark behind code'))
+        if line.startswith('namespace webots_cloud {'):
+            found.append((number, 'what it declares is hidden: namespace WEBOTS_CLOUD_API webots_cloud'))
         if comment and number < len(lines):
             below = lines[number].strip()
             if not below or below.startswith('}'):
@@ -26,7 +29,7 @@ def complaints(text):
 
 
 def main():
-    for bad in ('/// Runs.   Errors: none.', 'int a; ///< One.   Lifetime: long.', '/// Runs.\n\nvoid run();'):
+    for bad in ('/// Runs.   Errors: none.', 'int a; ///< One.   Lifetime: long.', '/// Runs.\n\nvoid run();', 'namespace webots_cloud {'):
         assert complaints(bad), bad
     good = '/// Runs.\n///\n/// Errors: none.\n/// Thread-safety: none.\nvoid run();'
     assert not complaints(good), good
