@@ -22,7 +22,7 @@ PREPROCESSOR = re.compile(r'^\s*#(?:[^\n]*\\\n)*[^\n]*', re.M)
 TOKENS = re.compile(r'(?P<head>[^{};]*)(?P<mark>[{};])')
 ACCESS = re.compile(r'\b(public|protected|private)\s*:(?!:)')
 CLASS = re.compile(r'(?:^|[\s>])(struct|class)\s+(\w+)\s*(?:final\s*)?(?::[^:].*)?$', re.S)
-NAMESPACE = re.compile(r'\bnamespace\s+([\w:]+)\s*$')
+NAMESPACE = re.compile(r'\bnamespace\s+(?:WEBOTS_CLOUD_API\s+)?([\w:]+)\s*$')
 
 
 def public_classes(text):
@@ -64,7 +64,7 @@ def aggregates(compiler, names):
 
 
 SAMPLE = """
-namespace a::b {
+namespace WEBOTS_CLOUD_API a::b {
 struct Plain { int x = 0; }; // struct Commented { }
 class Kept { struct Hidden {}; public: struct Shown { int y; }; private: struct Other {}; };
 struct Derived final : Plain {};
