@@ -15,6 +15,7 @@
 
 namespace WEBOTS_CLOUD_API webots_cloud {
 
+/// Which pages, host names and clients AccessControl lets use a server.
 struct AccessParams
 {
     AccessParams() = default;

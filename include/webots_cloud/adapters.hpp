@@ -66,6 +66,7 @@ std::unique_ptr<WebSocketClient> make_websocket_client(boost::asio::any_io_execu
                                                        std::filesystem::path authorities = {},
                                                        Logger log = Logger());
 
+/// Where an HTTP server listens, and what it grants its clients.
 struct HttpServerParams
 {
     HttpServerParams() = default;
@@ -429,6 +430,7 @@ struct HostMetricsParams
 /// take three seconds to make.
 std::unique_ptr<HostMetrics> make_host_metrics(HostMetricsParams params = HostMetricsParams());
 
+/// Where a log is written, and how.
 struct LogParams
 {
     LogParams() = default;
@@ -452,6 +454,7 @@ std::function<void(std::string line)> make_line_file(boost::asio::any_io_executo
                                                      std::filesystem::path file, std::string first_line,
                                                      Logger log);
 
+/// Where the output of simulators is kept, and for how long.
 struct SimulationLogsParams
 {
     SimulationLogsParams() = default;

@@ -24,6 +24,7 @@ namespace WEBOTS_CLOUD_API webots_cloud {
 
 struct LaunchSpec;
 
+/// Which programs, images and files DockerMode makes containers with.
 struct DockerModeParams
 {
     DockerModeParams() = default;

@@ -19,6 +19,7 @@
 
 namespace WEBOTS_CLOUD_API webots_cloud {
 
+/// How often LoadMonitor polls the machines, and how long it waits for them.
 struct LoadMonitorParams
 {
     LoadMonitorParams() = default;

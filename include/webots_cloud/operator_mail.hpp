@@ -18,6 +18,7 @@
 
 namespace WEBOTS_CLOUD_API webots_cloud {
 
+/// Whom OperatorMail writes to.
 struct OperatorMailParams
 {
     OperatorMailParams() = default;

@@ -28,6 +28,7 @@ struct Forge
     std::reference_wrapper<ProjectSource> source;
 };
 
+/// Where ProjectFetcher puts projects, and the limits on them.
 struct ProjectFetcherParams
 {
     ProjectFetcherParams() = default;

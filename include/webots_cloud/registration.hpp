@@ -15,6 +15,7 @@
 
 namespace WEBOTS_CLOUD_API webots_cloud {
 
+/// What Registration announces, and to which registries.
 struct RegistrationParams
 {
     RegistrationParams() = default;

@@ -24,6 +24,7 @@
 
 namespace WEBOTS_CLOUD_API webots_cloud {
 
+/// What SessionService answers with, and its limits.
 struct SessionServiceParams
 {
     SessionServiceParams() = default;

@@ -26,6 +26,7 @@
 
 namespace WEBOTS_CLOUD_API webots_cloud {
 
+/// Which simulators SimulationLauncher starts, where, and for how long.
 struct SimulationLauncherParams
 {
     SimulationLauncherParams() = default;

@@ -27,6 +27,7 @@
 
 namespace WEBOTS_CLOUD_API webots_cloud {
 
+/// What SimulationService allows, and its limits.
 struct SimulationServiceParams
 {
     SimulationServiceParams() { address.port = 2000; }

@@ -13,7 +13,7 @@ from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 ROOT = Path(__file__).resolve().parents[2]
-MIN_PAGES = 30
+MIN_PAGES, MIN_CLASSES = 30, 100
 NEEDED = {'sphinx-build': 'python3-sphinx', 'doxygen': 'doxygen'}
 THEME = ('furo', 'myst_parser')
 DOXYGENS_OWN = '#nested-classes'  # It links to this anchor from each page, also from those that do not have it.
@@ -86,6 +86,13 @@ class Site(unittest.TestCase):
         headers = [path.name for path in (ROOT / 'include').rglob('*.hpp')]
         files = re.sub(r'<[^>]*>', ' ', self.texts[Path('site/api/files.html')])
         self.assertEqual([name for name in headers if not re.search(rf'\b{re.escape(name)}\b', files)], [])
+
+    def test_every_class_of_the_reference_says_what_it_is(self):
+        classes = dict(re.findall(
+            r'<a class="el" href="((?:class|struct)\w+)\.html"[^>]*>[^<]*</a></td><td class="desc">(.*?)</td>',
+            self.texts[Path('site/api/annotated.html')]))
+        self.assertGreater(len(classes), MIN_CLASSES)
+        self.assertEqual([page for page, text in classes.items() if not text], [])
 
 
 def main():

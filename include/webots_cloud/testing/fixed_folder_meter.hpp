@@ -7,6 +7,7 @@
 
 namespace webots_cloud::testing {
 
+/// Folders that take as much as the test says.
 class FixedFolderMeter final : public FolderMeter
 {
 public:

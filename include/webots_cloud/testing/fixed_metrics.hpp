@@ -5,6 +5,7 @@
 
 namespace webots_cloud::testing {
 
+/// A machine that is as busy as the test says.
 class FixedMetrics final : public HostMetrics
 {
 public:

@@ -21,6 +21,7 @@ class ScriptedHttp final : public HttpClient
 public:
     explicit ScriptedHttp(Clock& clock) : clock_(clock) {}
 
+    /// How one request is answered.
     class Step
     {
     public:

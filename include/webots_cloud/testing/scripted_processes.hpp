@@ -23,6 +23,7 @@ class ScriptedProcesses final : public ProcessHost
 public:
     explicit ScriptedProcesses(Clock& clock) : clock_(clock) {}
 
+    /// What a program prints and how it ends, one thing after the other.
     class Script
     {
     public:

@@ -29,6 +29,7 @@ class ScriptedWebSockets final : public WebSocketClient
 public:
     explicit ScriptedWebSockets(Clock& clock) : clock_(clock) {}
 
+    /// How one handshake is answered.
     class Step
     {
     public:

@@ -22,6 +22,7 @@ struct FolderUse
     bool operator==(FolderUse const&) const = default;
 };
 
+/// Measures how much of a disk a folder takes.
 class FolderMeter
 {
 public:
