@@ -29,6 +29,7 @@ html_title = project
 html_static_path = ['static']
 html_css_files = ['site.css']
 html_extra_path = ['extra']
+html_search_scorer = str(Path(__file__).with_name('search_order.js'))
 html_copy_source = False
 html_show_sphinx = False
 pygments_style = 'tango'

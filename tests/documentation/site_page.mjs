@@ -37,6 +37,14 @@ test('the search finds a section', async (t) => {
   await page.waitForURL(/scheduling\.html.*#the-waiting-room$/);
 });
 
+test('what to do is found before why', async (t) => {
+  const page = await open(t, 'search.html?q=certificate');
+  await page.getByText('Search finished').waitFor();
+  const found = await page.locator('ul.search > li > a').evaluateAll((links) => links.map((link) => link.getAttribute('href')));
+  assert.ok(found.some((path) => path.includes('docs/gateway')) && found.some((path) => path.includes('docs/decisions/')), `${found}`);
+  assert.ok(found.findLastIndex((path) => path.includes('docs/gateway')) < found.findIndex((path) => path.includes('docs/decisions/')), `${found}`);
+});
+
 test('the API reference is found from the start page, and searched', async (t) => {
   const page = await open(t, 'docs/index.html');
   await page.getByRole('link', { name: 'API reference' }).click();
