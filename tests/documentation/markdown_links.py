@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """Every link of every Markdown file that leads into the repository leads to something: to a file or a folder, and where it has an anchor to
-a heading. Anchors are those that forges make of headings."""
+a heading. Anchors are those that forges make of headings. Pictures are shown somewhere, and small."""
 import re
 import sys
 from pathlib import Path
@@ -8,6 +8,7 @@ from urllib.parse import unquote
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDERS = ('apps', 'cmake', 'config', 'docs', 'examples', 'include', 'src', 'tests')
+MAX_PICTURE = 150000  # bytes
 MIN_LINKS = 300  # With fewer, this check no longer understands how the documents are written.
 
 FENCED = re.compile(r'^( *)(```+|~~~+).*?^ *\2`*~* *$', re.M | re.S)
@@ -85,10 +86,22 @@ def documents():
     return sorted(path.relative_to(ROOT) for path in paths)
 
 
+def picture_faults():
+    """Pictures that nobody shows, and those that are too large for a page with several of them."""
+    shown = {(path.parent / target.partition('#')[0]).as_posix() for path in documents() for _, target in links((ROOT / path).read_text())}
+    shown = {re.sub(r'\w+/\.\./', '', target) for target in shown}
+    for picture in sorted((ROOT / 'docs/images').iterdir()):
+        name = picture.relative_to(ROOT).as_posix()
+        if name not in shown:
+            yield f'{name}: no document shows it'
+        if picture.stat().st_size > MAX_PICTURE:
+            yield f'{name}: it has more than {MAX_PICTURE} bytes; see tests/viewer/document_picture.mjs'
+
+
 def main():
     self_test()
     texts = {path: (ROOT / path).read_text() for path in documents()}
-    found = [fault for path, text in texts.items() for fault in faults(path, text, read_file)]
+    found = [fault for path, text in texts.items() for fault in faults(path, text, read_file)] + list(picture_faults())
     count = sum(len(list(links(text))) for text in texts.values())
     print('\n'.join(found) or f'{count} links in {len(texts)} documents lead somewhere')
     assert count >= MIN_LINKS, f'only {count} links were found'
