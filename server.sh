@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Starts and stops the servers of this folder, building them first if need be: session server, simulation server, and the example of a
-# website that starts simulations.
+# website that starts simulations. Or installs the two servers as services of this machine.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 source cmake/packages/install.sh
@@ -13,6 +13,7 @@ usage()
 {
     cat <<'END'
 Usage: ./server.sh start|stop|restart|status [NAME|--lan]
+       ./server.sh install
 
   start    Install missing packages, build, and start the servers with config/simulation/NAME.json,
            config/session/NAME.json and config/website_host/NAME.json: those whose file exists. NAME is "local"
@@ -26,6 +27,8 @@ Usage: ./server.sh start|stop|restart|status [NAME|--lan]
   restart  stop, whatever runs, and start.
   status   Say which servers run, since when, with which configuration, at which address, where they log, and how
            many seats are taken. With NAME only those that run with it.
+  install  Install missing packages, build, make Debian packages of the servers, and install these: as services that
+           systemd starts with the machine, configured in /etc/webots-cloud. An edited configuration is kept.
 
 Exit statuses: 0: done, or running; 1: it failed; 2: wrong arguments; 3, of status: no such server runs.
 Servers that run already are left as they are. They log to log/session, log/simulation and log/website_host.
@@ -37,7 +40,7 @@ main()
     [[ ${2-} != --lan ]] || set -- "$1" lan "${@:3}"
     local verb=${1-} name=${2-local}
     [[ $verb != -h && $verb != --help ]] || { usage && exit 0; }
-    [[ $verb =~ ^(start|stop|restart|status)$ && $# -le 2 ]] || { usage >&2 && exit 2; }
+    [[ $verb =~ ^(start|stop|restart|status)$ && $# -le 2 || $verb == install && $# -eq 1 ]] || { usage >&2 && exit 2; }
     if [[ $verb == status ]]; then # changes nothing, so it waits for nobody
         status "${2-}"
         return
@@ -50,6 +53,10 @@ main()
 
     if [[ $verb == stop ]]; then
         stop "${2-}"
+        return
+    fi
+    if [[ $verb == install ]]; then
+        install_site
         return
     fi
     prepare "$name"
@@ -116,6 +123,33 @@ make_teacher_password()
     letters=$(head -c 1000 /dev/urandom | LC_ALL=C tr -dc a-hjkmnp-z) # some 90, none of which looks like another
     [[ ${#letters} -ge 12 ]] || fail "No password for teachers could be made: /dev/urandom gave no letters."
     (umask 077 && echo "${letters:0:4}-${letters:4:4}-${letters:8:4}" >"$file")
+}
+
+# Packages, and services of them.
+install_site()
+{
+    local kind
+    [[ $(id -u) -eq 0 ]] || command -v sudo >/dev/null || fail "Installing needs root, and there is no sudo: run ./server.sh install as root."
+    for kind in session simulation; do
+        [[ -z $(running_pid "$kind") ]] || fail "The $kind server of this folder runs, and has the ports: ./server.sh stop"
+    done
+    install_packages cmake/packages/build.txt cmake/packages/package.txt
+    install_page_libraries
+    build
+    rm -rf build/release/packages # of an older version
+    cpack --preset release >build/release/packages.log 2>&1 || fail "The packages can't be made: see build/release/packages.log"
+    as_root apt-get install -y -q --reinstall -o Dpkg::Options::=--force-confdef -o Dpkg::Options::=--force-confold \
+        "$PWD"/build/release/packages/webots-cloud-*.deb || fail "apt-get install failed."
+    cat <<'END'
+
+Installed. Open http://localhost:1999/viewer/ unless you have configured another address.
+  Configurations: /etc/webots-cloud/session.json and simulation.json. The site is for this machine alone until you change
+  "listenAddress" there; docs/operations.md has the steps for a class, and for a public site.
+  Services:       systemctl status webots-session-server webots-simulation-server
+  Logs:           /var/log/webots-cloud
+  To remove all:  sudo apt purge webots-cloud-session-server webots-cloud-simulation-server webots-cloud-demo
+END
+    [[ -d /run/systemd/system ]] || echo "This machine runs no systemd now: the services start when it does."
 }
 
 # What other machines may call this one: the certificate of a simulation server is for the session server's eyes.

@@ -30,7 +30,7 @@ main()
             ;;
         *) presets=("$@") ;;
     esac
-    install_packages cmake/packages/build.txt cmake/packages/test.txt cmake/packages/docs.txt
+    install_packages cmake/packages/build.txt cmake/packages/package.txt cmake/packages/test.txt cmake/packages/docs.txt
     install_node_packages src/web/view || echo "The tests of the 3D view will be skipped: npm could not install its library." >&2
     install_node_packages src/web/class || echo "The QR code of a class will not be tested: npm could not install its library." >&2
     install_node_packages tests/viewer || echo "The tests of pages that need Playwright will be skipped: npm could not install it." >&2

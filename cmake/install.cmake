@@ -1,21 +1,28 @@
 # What is installed, and the package that find_package(webots_cloud) finds. Each component has an export file of its own, so
 # that a project that asks for core alone needs none of the libraries behind the adapters.
+#
+# COMPONENT says in which Debian package a file is (cmake/debian.cmake); cmake --install installs them all. The component
+# without_package is for what packages have elsewhere or in another form.
 include(CMakePackageConfigHelpers)
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/webots_cloud)
 set(data_dir ${CMAKE_INSTALL_DATADIR}/webots_cloud)
 
 function(webots_cloud_install_library target component)
-    install(TARGETS ${target} EXPORT webots_cloud-${component} ARCHIVE LIBRARY RUNTIME FILE_SET HEADERS)
+    install(TARGETS ${target} EXPORT webots_cloud-${component}
+        ARCHIVE COMPONENT dev
+        LIBRARY COMPONENT dev
+        RUNTIME COMPONENT dev
+        FILE_SET HEADERS COMPONENT dev)
     install(EXPORT webots_cloud-${component} NAMESPACE webots_cloud:: DESTINATION ${package_dir}
-        FILE webots_cloud-${component}.cmake)
+        FILE webots_cloud-${component}.cmake COMPONENT dev)
 endfunction()
 
 webots_cloud_install_library(webots_cloud_core core)
 webots_cloud_install_library(webots_cloud_testing testing)
 if(WEBOTS_CLOUD_BUILD_ADAPTERS)
     webots_cloud_install_library(webots_cloud webots_cloud)
-    install(TARGETS webots-process-guard)
+    install(TARGETS webots-process-guard RUNTIME COMPONENT simulation_server)
 endif()
 if(BUILD_SHARED_LIBS)
     webots_cloud_install_library(webots_cloud_shared shared)
@@ -28,7 +35,7 @@ configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/webots_cloudConfig.cmake
     NO_CHECK_REQUIRED_COMPONENTS_MACRO)
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/webots_cloudConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/webots_cloudConfig.cmake ${PROJECT_BINARY_DIR}/webots_cloudConfigVersion.cmake
-    DESTINATION ${package_dir})
+    DESTINATION ${package_dir} COMPONENT dev)
 
 # For pkg-config. The prefix is found from where the file lies, since cmake --install can be told another one.
 if(IS_ABSOLUTE ${CMAKE_INSTALL_LIBDIR} OR IS_ABSOLUTE ${CMAKE_INSTALL_INCLUDEDIR})
@@ -52,8 +59,15 @@ endforeach()
 
 # The servers look for their default configuration in share/webots_cloud, and local.json for the demo projects beside it.
 if(WEBOTS_CLOUD_BUILD_APPS)
-    install(TARGETS webots-session-server webots-simulation-server)
-    install(DIRECTORY ${PROJECT_SOURCE_DIR}/config DESTINATION ${data_dir})
-    install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples/demo_projects DESTINATION ${data_dir}/examples)
+    foreach(kind session simulation)
+        install(TARGETS webots-${kind}-server RUNTIME COMPONENT ${kind}_server)
+        install(DIRECTORY ${PROJECT_SOURCE_DIR}/config/${kind} DESTINATION ${data_dir}/config COMPONENT ${kind}_server)
+    endforeach()
+    foreach(proxy apache nginx)
+        install(DIRECTORY ${PROJECT_SOURCE_DIR}/config/${proxy} DESTINATION ${data_dir}/config COMPONENT session_server)
+    endforeach()
+    install(DIRECTORY ${PROJECT_SOURCE_DIR}/config/systemd ${PROJECT_SOURCE_DIR}/config/website_host
+        DESTINATION ${data_dir}/config COMPONENT without_package)
+    install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples/demo_projects DESTINATION ${data_dir}/examples COMPONENT demo)
 endif()
-install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT without_package)

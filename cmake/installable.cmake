@@ -1,4 +1,4 @@
-# The target `installable` builds what is installed. Where a part of it is missing nothing is installed at all: half a prefix looks
+# The target `installable` builds what is installed. Where a part of it is missing nothing is installed or packaged at all: half a prefix looks
 # like a whole one. Its rule comes first, so that it is checked before anything is copied.
 set(installed webots_cloud_core webots_cloud_testing)
 if(WEBOTS_CLOUD_BUILD_ADAPTERS)
@@ -28,6 +28,6 @@ foreach(file ${installed_files})
         message(FATAL_ERROR \"Nothing is installed, because \${file} is not built yet. \"
                 \"First: cmake --build ${PROJECT_BINARY_DIR} --target installable\")
     endif()
-endforeach()")
+endforeach()" ALL_COMPONENTS)
 unset(installed)
 unset(installed_files)

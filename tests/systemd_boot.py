@@ -46,8 +46,8 @@ class Unit:
         self.name = f"webots-{kind}-server.service"
         self.address = f"localhost:{PORTS[kind]}"
         self.url = f"http://{self.address}"
-        self.config = f"/etc/webots_cloud/{kind}/config.json"
-        self.folder = f"/var/lib/webots_cloud/{kind}"
+        self.config = f"/etc/webots-cloud/{kind}.json"
+        self.folder = f"/var/lib/webots-cloud/{kind}"
         self.log = f"{self.folder}/log/{kind}/output.log"
         self.drop_in = f"/etc/systemd/system/{self.name}.d/test.conf"
 
@@ -209,7 +209,7 @@ class Units(unittest.IsolatedAsyncioTestCase):
                 await browser.start(f"{git.url}/school/class/blob/main/worlds/arena.wbt")
                 await browser.hear("webots:")
             self.assertTrue(git.requests())
-            self.assertTrue(os.listdir("/var/cache/webots_cloud/simulation"))
+            self.assertTrue(os.listdir("/var/cache/webots-cloud/simulation"))
 
     def test_simulations_can_not_read_what_the_session_server_is_told(self):
         replaced = self.session.config + ".new"
@@ -218,7 +218,9 @@ class Units(unittest.IsolatedAsyncioTestCase):
         shutil.copy(self.session.config, replaced)
         os.chown(replaced, status.st_uid, status.st_gid)
         os.replace(replaced, self.session.config)  # as editors do
-        self.assertEqual(self.simulation.sees(os.path.dirname(self.session.config)), [])
+        read = subprocess.run(["runuser", "-u", "webots-cloud", "--", "cat", self.session.config], capture_output=True, text=True)
+        self.assertEqual((read.returncode, read.stdout), (1, ""))
+        self.assertIn("Permission denied", read.stderr)
 
     def test_reload_reads_the_configuration_again(self):
         for unit in self.both:
@@ -264,7 +266,7 @@ class Units(unittest.IsolatedAsyncioTestCase):
         for unit in self.both:
             self.assertEqual([unit.show("ActiveState"), unit.show("Result"), unit.show("ExecMainStatus")], ["inactive", "success", "0"])
             self.assertFalse(os.path.exists(unit.control_group))
-        self.assertEqual(owned_by(pwd.getpwnam("webots").pw_uid), [])
+        self.assertEqual(owned_by(pwd.getpwnam("webots-cloud").pw_uid), [])
         self.assertEqual([name for name in os.listdir("/tmp") if "webots" in name], [])
 
     def test_an_unusable_configuration_is_not_tried_again_and_again(self):
@@ -284,11 +286,15 @@ class Units(unittest.IsolatedAsyncioTestCase):
                 with open(os.path.join(unit.folder, "status")) as file:
                     self.assertEqual(file.read(), "1\n")
 
-    def test_the_display_of_the_user_is_within_reach(self):
+    def test_the_display_of_a_user_is_within_reach_where_the_operator_says_so(self):
         os.makedirs("/tmp/.X11-unix", exist_ok=True)
         with open("/tmp/.X11-unix/X0", "w"):
             self.simulation.restart()
+            self.assertNotIn(".X11-unix", self.simulation.sees("/tmp"))
+            self.simulation.override("Environment=DISPLAY=:0", "BindReadOnlyPaths=/tmp/.X11-unix")
+            self.simulation.restart()
             self.assertEqual(self.simulation.sees("/tmp/.X11-unix"), ["X0"])
+            self.assertIn("All simulations draw on the display :0", self.simulation.logged())
 
 
 if __name__ == "__main__":

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# Runs the units of config/systemd under a systemd of their own: makes a bare Debian, boots it in namespaces, installs the release as
-# docs/operations.md says, and there runs tests/systemd_boot.py. Needs root, debootstrap, a kernel with unified control groups, the release
-# built (cmake --build --preset release), 1 GB and some minutes. It makes one control group, and removes it at the end.
+# Installs the servers on a machine of their own: makes a bare Debian, boots it with its systemd in namespaces, and there installs, upgrades
+# and removes the Debian packages (tests/systemd_packages.py); then installs the release from source as docs/operations.md says, and
+# looks at what the units do (tests/systemd_boot.py). Needs root, debootstrap, a kernel with unified control groups, the release built
+# (cmake --build --preset release), 2 GB and some minutes. It makes one control group, and removes it at the end.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 source tests/support/bare_debian.sh
@@ -46,17 +47,20 @@ main()
     chmod 755 "$folder"
     trap clear_away EXIT
 
-    step "A bare Debian with systemd"
-    local packages=systemd,dbus,bubblewrap,iproute2,slirp4netns,python3-websockets,git,nginx-light,fcgiwrap
-    packages+=$(libraries "$build"/bin/webots-* | sed 's/^/,/' | tr -d '\n')
+    step "The packages"
+    make_packages "$build" "$folder.packages"
+
+    step "A bare Debian with systemd, and what our packages ask for"
+    local packages=systemd,dbus,python3-websockets,git,nginx-light,fcgiwrap
+    packages+=$(prerequisites "$folder.packages"/1/webots-*.deb | sed 's/^/,/' | tr -d '\n')
     # shellcheck disable=SC1091 # of the machine
     debootstrap --variant=minbase --include="$packages" "$(. /etc/os-release && echo "$VERSION_CODENAME")" "$folder" "$(mirror)" \
         >"$folder.log" 2>&1 || { tail "$folder.log" && exit 1; }
     echo '127.0.0.1 localhost' >"$folder/etc/hosts"
     mkdir -p "$folder/srv/tests/support" "$folder/put_old"
-    cp tests/systemd_boot.py "$folder/srv/tests/"
+    mv "$folder.packages" "$folder/srv/packages"
+    cp tests/systemd_boot.py tests/systemd_packages.py "$folder/srv/tests/"
     cp tests/support/*.py "$folder/srv/tests/support/"
-    ln -s /usr/local/share/webots_cloud/examples "$folder/srv/examples"
     ln -s /dev/null "$folder/etc/systemd/system/nginx.service" # the tests start one of their own
 
     step "systemd starts"
@@ -66,13 +70,18 @@ main()
     booted=$!
     until_booted
 
-    step "The servers are installed as docs/operations.md says"
+    step "The packages come, are upgraded, and go"
+    ln -s /usr/share/webots_cloud/examples "$folder/srv/examples"
+    in_tree python3 -B /srv/tests/systemd_packages.py
+    rm "$folder/srv/examples"
+
+    step "The servers are installed from source as docs/operations.md says"
     DESTDIR=$folder cmake --install "$build" --prefix /usr/local >/dev/null
-    in_tree useradd --create-home webots
+    ln -s /usr/local/share/webots_cloud/examples "$folder/srv/examples"
     in_tree bash -euxc '
-        groupadd --system webots-session
-        install -D -m 640 -g webots-session /usr/local/share/webots_cloud/config/session/production.json /etc/webots_cloud/session/config.json
-        install -D -m 644 /usr/local/share/webots_cloud/config/simulation/production.json /etc/webots_cloud/simulation/config.json
+        systemd-sysusers /usr/local/share/webots_cloud/config/systemd/*.conf
+        install -D -m 640 -g webots-session /usr/local/share/webots_cloud/config/session/production.json /etc/webots-cloud/session.json
+        install -D -m 644 /usr/local/share/webots_cloud/config/simulation/production.json /etc/webots-cloud/simulation.json
         cp /usr/local/share/webots_cloud/config/systemd/webots-*.service /etc/systemd/system/
         systemctl daemon-reload
         systemctl enable --now webots-session-server webots-simulation-server' ||
@@ -80,7 +89,7 @@ main()
 
     step "What they do under systemd"
     in_tree python3 -B /srv/tests/systemd_boot.py
-    step "The units are good"
+    step "Packages and units are good"
 }
 
 # boot TREE GROUP: in a new PID namespace, as its first process. Enters the control group, so that the namespace of control groups which is
@@ -153,16 +162,41 @@ clear_away()
         until ! grep -q 'populated 1' "$group/cgroup.events"; do sleep 0.1; done
         find "$group" -depth -type d -exec rmdir {} +
     fi
-    rm -rf --one-file-system "$folder" "$folder.log"
+    rm -rf --one-file-system "$folder" "$folder.log" "$folder.packages"
 }
 
-# The packages of the shared libraries that programs load, one a line.
-libraries()
+# make_packages BUILD FOLDER: into FOLDER/1 the packages, into FOLDER/2 those of a later version whose configurations differ.
+make_packages()
 {
-    local library
-    ldd "$@" | awk '$3 ~ "^/" { print $3 }' | sort -u | while read -r library; do
-        dpkg --search "$library" 2>/dev/null || dpkg --search "$(realpath "$library")"
-    done | cut -d: -f1 | sort -u
+    local file tree kind
+    mkdir -p "$2/1" "$2/2"
+    cpack --config "$1/CPackConfig.cmake" -B "$2" >"$folder.log" 2>&1 || fail "cpack has made no packages: $(tail "$folder.log")"
+    rm -r "$2/_CPack_Packages"
+    mv "$2"/*.deb "$2/1/"
+    for file in "$2"/1/webots-*.deb; do
+        tree=$2/tree
+        dpkg-deb --raw-extract "$file" "$tree"
+        sed -i 's/^Version: .*/&.1/' "$tree/DEBIAN/control"
+        for kind in session simulation; do
+            [[ ! -e $tree/etc/webots-cloud/$kind.json ]] || sed -i '2i\  "debug": false,' "$tree/etc/webots-cloud/$kind.json"
+        done
+        dpkg-deb --build --root-owner-group "$tree" "$2/2/$(basename "$file")" >/dev/null
+        rm -r "$tree"
+    done
+}
+
+# prerequisites PACKAGE...: the packages that these files depend on or recommend, one a line; of alternatives the first, and for a name that
+# packages only provide one of those.
+prerequisites()
+{
+    local file name
+    for file in "$@"; do
+        dpkg-deb --field "$file" Depends Recommends
+    done | sed 's/^[A-Za-z]*: //' | tr , '\n' | sed 's/^ *//; s/[ |(].*//' | grep -v '^webots-' | sort -u | while read -r name; do
+        [[ -n $(apt-cache show "$name" 2>/dev/null) ]] ||
+            name=$(apt-cache showpkg "$name" | sed -n '/^Reverse Provides/,$p' | awk 'NR == 2 { print $1 }')
+        echo "$name"
+    done
 }
 
 main "$@"

@@ -1,4 +1,5 @@
-# Installs Debian packages that are missing. Sourced by server.sh and test.sh; the lists are build.txt, test.txt and docs.txt beside it.
+# Installs Debian packages that are missing. Sourced by server.sh, test.sh and docs.sh; the lists are build.txt, package.txt, test.txt and docs.txt
+# beside it.
 # shellcheck shell=bash
 
 oldest_boost=1.81

@@ -14,22 +14,39 @@
 
 namespace webots_cloud {
 
+namespace fs = std::filesystem;
 namespace options = boost::program_options;
 
 namespace {
 
+using core::concat;
+
 constexpr std::size_t max_config_size = 1 << 20; // it is read again while the server runs
 
-/// `relative` in the working directory, or else in the tree that the program was built or installed in.
-std::filesystem::path find_default(std::filesystem::path const& relative)
+/// Where what is installed in `prefix` has its configuration: what is in /usr and /usr/local has it in /etc.
+fs::path etc_of(fs::path prefix)
 {
+    if (prefix.filename() == "local" && prefix.parent_path().filename() == "usr")
+        prefix = prefix.parent_path();
+    return (prefix.filename() == "usr" ? prefix.parent_path() : prefix) / "etc";
+}
+
+/// The default in the working directory, or else in the tree that the program was built or installed in.
+/// Releases before 1.0 had theirs in /etc/webots_cloud.
+fs::path find_default(Program const& program)
+{
+    auto const& relative = program.default_config;
     std::error_code ignored;
-    if (std::filesystem::exists(relative, ignored))
+    if (fs::exists(relative, ignored))
         return relative;
-    for (auto folder = program_folder(); folder.has_relative_path(); folder = folder.parent_path())
-        for (auto const& candidate : {folder / relative, folder / "share" / "webots_cloud" / relative})
-            if (std::filesystem::exists(candidate, ignored))
+    for (auto folder = program_folder(); folder.has_relative_path(); folder = folder.parent_path()) {
+        auto const etc = etc_of(folder);
+        for (auto const& candidate : {folder / relative, etc / "webots-cloud" / concat(program.kind, ".json"),
+                                      etc / "webots_cloud" / program.kind / "config.json",
+                                      folder / "share" / "webots_cloud" / relative})
+            if (fs::exists(candidate, ignored))
                 return candidate;
+    }
     return relative;
 }
 
@@ -73,7 +90,7 @@ std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* c
     if (given.count("help")) {
         std::cout << "Usage: " << program.name << " [OPTION...] [CONFIG.json]\n\n"
                   << program.summary << "\n\nWithout CONFIG.json it reads " << program.default_config.string()
-                  << ".\n\n"
+                  << ", or else /etc/webots-cloud/" << program.kind << ".json.\n\n"
                   << shown << "\nSIGTERM and SIGINT end it in order.\n";
         return {std::nullopt, exit_ok};
     }
@@ -89,8 +106,7 @@ std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* c
         return {std::nullopt, exit_usage};
     }
     Arguments arguments;
-    arguments.config =
-        configs.empty() ? find_default(program.default_config) : std::filesystem::path(configs.front());
+    arguments.config = configs.empty() ? find_default(program) : fs::path(configs.front());
     arguments.check_config = given.count("check-config") > 0;
     arguments.doctor = given.count("doctor") > 0;
     arguments.json = given.count("json") > 0;
@@ -110,8 +126,7 @@ std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* c
     return {arguments, exit_ok};
 }
 
-std::optional<Logger> open_log(Program const& program, std::filesystem::path const& file, bool to_stdout,
-                               bool json)
+std::optional<Logger> open_log(Program const& program, fs::path const& file, bool to_stdout, bool json)
 {
     LogParams params;
     params.json = json;
@@ -130,10 +145,10 @@ std::string terminal_text(std::string_view sentence)
     return core::printable(sentence, max_sentence_length);
 }
 
-result<std::string> read_config_file(std::filesystem::path const& path)
+result<std::string> read_config_file(fs::path const& path)
 {
     std::error_code ignored;
-    if (std::filesystem::is_directory(path, ignored))
+    if (fs::is_directory(path, ignored))
         return Failure(errc::invalid_config,
                        path.string() + ": expected a configuration file, found a folder");
     auto text = read_regular_file(path, max_config_size);

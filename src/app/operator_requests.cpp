@@ -9,6 +9,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
 #include <cstdlib>
 #include <iostream>
 
@@ -19,7 +20,8 @@ namespace fs = std::filesystem;
 using app::environment;
 using core::concat;
 
-constexpr auto service_folder = "/run/webots_cloud"; // as RuntimeDirectory of the units in config/systemd
+/// As RuntimeDirectory of the units in config/systemd; the second of those of releases before 1.0.
+constexpr std::array<char const*, 2> service_folders = {"/run/webots-cloud", "/run/webots_cloud"};
 
 /// The names by which browsers may address this machine.
 std::vector<std::string> own_names()
@@ -59,10 +61,12 @@ fs::path operator_socket(std::string_view kind, std::uint16_t port, AccessConfig
 
 fs::path find_operator_socket(std::string_view kind, std::uint16_t port, AccessConfig const& access)
 {
-    auto path = operator_socket(kind, port, access);
-    auto const of_service = fs::path(service_folder) / kind / path.filename();
-    if (access.operator_socket.empty() && has_socket(of_service))
-        path = of_service;
+    auto const path = operator_socket(kind, port, access);
+    if (!access.operator_socket.empty())
+        return path;
+    for (auto const* const folder : service_folders)
+        if (auto const of_service = fs::path(folder) / kind / path.filename(); has_socket(of_service))
+            return of_service;
     return path;
 }
 

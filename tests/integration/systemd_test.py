@@ -33,7 +33,7 @@ class Units(unittest.TestCase):
         self.assertIn(f"ExecStart=/usr/local/bin/{name} ", text)
         path = os.path.join(self.folder, f"{name}.service")
         with open(path, "w") as file:
-            file.write(text.replace(f"/usr/local/bin/{name}", program(name)).replace("User=webots", "User=daemon"))
+            file.write(text.replace(f"/usr/local/bin/{name}", program(name)).replace("User=webots-cloud", "User=daemon"))
         return path
 
     def analyze(self, *arguments):

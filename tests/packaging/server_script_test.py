@@ -43,7 +43,8 @@ class ServerScriptTest(unittest.TestCase):
         self.folder = folder.name
         self.ports = {"session": free_port(), "simulation": free_port(following=100)}
         shutil.copy(SCRIPT, self.folder)
-        self.write("cmake/packages/build.txt", "# the programs are built\n")
+        for name in ("build", "package"):
+            self.write(f"cmake/packages/{name}.txt", "# the programs are built\n")
         shutil.copy(os.path.join(os.path.dirname(SCRIPT), "cmake/packages/install.sh"), self.path("cmake/packages"))
         for place in ("src/web/view", "build/node/src/web/view", "src/web/class", "build/node/src/web/class"):  # are installed
             self.write(f"{place}/package-lock.json", "{}\n")
@@ -317,7 +318,7 @@ class Refusing(ServerScriptTest):
         self.assertRegex(errors, r"runs with config/simulation/local\.json")
 
     def test_wrong_arguments_print_the_usage(self):
-        for arguments in ([], ["begin"], ["start", "local", "more"]):
+        for arguments in ([], ["begin"], ["start", "local", "more"], ["install", "more"]):
             status, output, errors = self.run_script(*arguments)
             self.assertEqual((status, output), (2, ""))
             self.assertTrue(errors.startswith("Usage: ./server.sh start|stop|restart|status [NAME|--lan]"))
@@ -364,6 +365,38 @@ class Status(ServerScriptTest):
         self.assertEqual(self.run_script("status")[0], 3)
         with open(self.path("log/.session.pid")) as file:
             self.assertEqual(file.read(), "no number\n")
+
+
+class Installing(ServerScriptTest):
+    def setUp(self):
+        super().setUp()
+        for name, text in {"cpack": 'mkdir -p build/release/packages; touch build/release/packages/{webots-cloud-demo_1,libwebots-cloud-dev_1}.deb',
+                           "apt-get": 'printf "%s\\n" "$@" >installed', "sudo": 'exec "$@"'}.items():
+            self.write(f"bin/{name}", f"#!/bin/bash\n{text}\n")
+            os.chmod(self.path(f"bin/{name}"), 0o755)
+
+    def test_the_packages_of_the_servers_are_installed_and_it_is_said_where_things_are(self):
+        self.write("build/release/packages/webots-cloud-demo_0.deb", "of an older version")
+        status, output, errors = self.run_script("install")
+        self.assertEqual((status, errors), (0, ""))
+        with open(self.path("installed")) as file:
+            arguments = file.read().splitlines()
+        self.assertEqual([argument for argument in arguments if argument.endswith(".deb")],
+                         [self.path("build/release/packages/webots-cloud-demo_1.deb")])
+        self.assertIn("Dpkg::Options::=--force-confold", arguments)
+        for said in ("http://localhost:1999/viewer/", "/etc/webots-cloud/session.json", "/var/log/webots-cloud"):
+            self.assertIn(said, output)
+
+    def test_servers_that_run_here_would_be_in_the_way(self):
+        self.start()
+        status, _, errors = self.run_script("install")
+        self.assertEqual((status, errors), (1, "The session server of this folder runs, and has the ports: ./server.sh stop\n"))
+        self.assertFalse(os.path.exists(self.path("installed")))
+
+    def test_packages_that_can_not_be_made_are_not_installed(self):
+        self.write("bin/cpack", "#!/bin/sh\nexit 1\n")
+        self.assertEqual(self.run_script("install")[0], 1)
+        self.assertFalse(os.path.exists(self.path("installed")))
 
 
 class Stopping(ServerScriptTest):
