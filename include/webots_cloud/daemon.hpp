@@ -71,6 +71,8 @@ struct Arguments
 inline constexpr int exit_ok = 0;
 inline constexpr int exit_failed = 1; ///< It ran and could not go on.
 inline constexpr int exit_usage = 2;  ///< Arguments or configuration are unusable: it did not start.
+/// A port is in use, or something else is missing that may come: it did not start, but may the next time.
+inline constexpr int exit_try_again = 3;
 
 /// Understands a command line; prints what `--help` and `--version` ask for, or what is wrong.
 ///
@@ -167,8 +169,8 @@ result<> confine_session_server(SessionConfig config, std::filesystem::path cons
 /// From then on nobody but root can trace this process, and it leaves no core.
 ///
 /// Returns `exit_ok` when it was cancelled, and otherwise prints why it ended, after `name`, and returns
-/// `exit_usage` for `unavailable`, `invalid_config` and `invalid_argument`, and `exit_failed` for everything
-/// else.
+/// `exit_try_again` for `unavailable`, `exit_usage` for `invalid_config` and `invalid_argument`, and
+/// `exit_failed` for everything else.
 int run_daemon(std::string const& name,
                std::function<boost::asio::awaitable<result<>>(boost::asio::any_io_executor)> body);
 

@@ -69,10 +69,10 @@ int run_daemon(std::string const& name, std::function<asio::awaitable<result<>>(
         }
         auto const why = outcome.error();
         std::cerr << name << ": " << terminal_text(why.message()) << std::endl;
-        // For instance a port in use, or a certificate that can't be read.
-        bool const is_bad_configuration =
-            why == errc::unavailable || why == errc::invalid_config || why == errc::invalid_argument;
-        status = is_bad_configuration ? exit_usage : exit_failed;
+        bool const is_bad_configuration = why == errc::invalid_config || why == errc::invalid_argument;
+        status = is_bad_configuration       ? exit_usage
+                 : why == errc::unavailable ? exit_try_again // for instance a port in use
+                                            : exit_failed;
     };
     asio::co_spawn(context, until_signal(signals, body(context.get_executor())), report);
     context.run();

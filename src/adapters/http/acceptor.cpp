@@ -50,8 +50,9 @@ result<> Acceptor::open(tcp::endpoint const& where)
         return {};
     boost::system::error_code ignored;
     acceptor_.close(ignored);
+    // Another program may end, and an address come with its network; permissions stay as they are.
     return Failure(
-        errc::unavailable,
+        error == asio::error::access_denied ? errc::invalid_argument : errc::unavailable,
         concat("can't listen on port ", std::to_string(where.port()), ": ", error.message(),
                error == asio::error::address_in_use ? ". Is a server running there already?"
                : error == asio::error::access_denied
