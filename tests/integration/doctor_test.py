@@ -4,6 +4,7 @@
 The twin: the Python servers have nothing like it.
 """
 
+import contextlib
 import json
 import os
 import shutil
@@ -96,7 +97,7 @@ class SessionDoctor(Examination):
     def test_a_healthy_server_has_only_good_lines(self):
         found = self.findings()
         self.assertEqual({each["verdict"] for each in found.values()}, {"ok"}, found)
-        self.assertEqual(set(found), {"configuration", f"port {self.port}", "logs", f"machine {self.machine}", "public address"})
+        self.assertEqual(set(found), {"configuration", f"port {self.port}", "logs", f"machine {self.machine}", "name server", "public address"})
 
     def test_people_get_a_line_for_each_and_a_number_at_the_end(self):
         status, output = self.run_doctor(port=self.port)
@@ -173,6 +174,18 @@ class SessionDoctor(Examination):
             self.assert_broken("mail", "fault", "", **mail, mailSenderPassword="secret")  # it has no STARTTLS
         self.assert_broken("mail", "fault", "localhost", **mail)
 
+    def test_a_name_that_nobody_knows(self):
+        name = "r" * 64 + ".example.org"  # too long for any name server, so that none is asked
+        self.assert_broken("name server", "fault", f"{name} is not found", server=name)
+
+    def test_servers_that_take_a_connection_and_say_nothing_hold_up_no_other_check(self):
+        with contextlib.ExitStack() as open_sockets:
+            silent = [open_sockets.enter_context(closing(socket.create_server(("127.0.0.1", 0)))).getsockname()[1] for _ in range(2)]
+            found = self.findings(simulationServers=[f"localhost:{silent[0]}", self.machine], administrator="a@example.org",
+                                  mailSender="s@example.org", mailServer="localhost", mailServerPort=silent[1])
+        self.assertEqual({name: each["verdict"] for name, each in found.items() if each["verdict"] != "ok"},
+                         {f"machine localhost:{silent[0]}": "fault", "mail": "fault"}, found)
+
     def test_a_password_file_that_others_may_read(self):
         file = os.path.join(self.folder, "password")
         with open(file, "w") as words:
@@ -195,7 +208,7 @@ class SimulationDoctor(Examination):
     def test_a_healthy_server_has_only_good_lines(self):
         found = self.findings()
         self.assertEqual(set(found), {"configuration", f"port {self.port}", f"ports from {self.port + 1}", "simulator", "state", "cache", "logs",
-                                      "forge", "public address"})
+                                      "forge", "name server", "public address"})
         self.assertEqual({each["verdict"] for each in found.values() if each["subject"] != "simulator"}, {"ok"}, found)
 
     def test_the_walls_of_simulations_are_tried(self):

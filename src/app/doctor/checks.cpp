@@ -27,6 +27,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
+#include <set>
 #include <system_error>
 
 namespace webots_cloud::app {
@@ -217,6 +218,26 @@ CheckWork check_firewall(std::uint16_t port)
         reading.names_port = reading.names_port || found.names_port;
     }
     Findings findings{core::judge_firewall(reading, port)};
+    co_return findings;
+}
+
+CheckWork check_name(PublicAddress address)
+{
+    Findings findings;
+    auto const host = host_of(address);
+    if (host.empty())
+        co_return findings;
+    std::function<result<std::size_t>()> const look = [host]() -> result<std::size_t> {
+        asio::io_context context;
+        boost::system::error_code error;
+        auto const found = tcp::resolver(context).resolve(host, "", error);
+        std::set<asio::ip::address> addresses;
+        for (auto const& entry : found)
+            addresses.insert(entry.endpoint().address());
+        return error ? result<std::size_t>(Failure(error)) : addresses.size();
+    };
+    auto const addresses = co_await aside<std::size_t>(look);
+    findings.push_back(core::judge_name(host, addresses));
     co_return findings;
 }
 

@@ -61,6 +61,9 @@ bool is_free(std::uint16_t port);
 /// What filters the packets that come in.
 CheckWork check_firewall(std::uint16_t port);
 
+/// Whether the name that browsers know the server by is found.
+CheckWork check_name(PublicAddress address);
+
 /// Whether the public address leads to the server that runs here. Lifetime: `http` outlives the operation.
 CheckWork check_public_address(HttpClient& http, PublicAddress address, Viewpoint viewpoint);
 

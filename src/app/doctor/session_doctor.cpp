@@ -82,6 +82,7 @@ CheckWork examine_session_server(SessionConfig config, Viewpoint viewpoint, asio
     checks.emplace_back("certificate", check_server_certificate(config.network, config.address));
     if (!viewpoint.is_server)
         checks.emplace_back("firewall", check_firewall(config.address.port));
+    checks.emplace_back("name server", check_name(config.address));
     checks.emplace_back("public address", check_public_address(*http, config.address, viewpoint));
     for (auto const& server : config.simulation_servers)
         checks.emplace_back(concat("machine ", server.address),

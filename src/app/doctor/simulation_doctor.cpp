@@ -278,6 +278,7 @@ CheckWork examine_simulation_server(SimulationConfig config, fs::path programs, 
     checks.emplace_back("certificate", check_server_certificate(config.network, config.address));
     if (!viewpoint.is_server)
         checks.emplace_back("firewall", check_firewall(config.address.port));
+    checks.emplace_back("name server", check_name(config.address));
     checks.emplace_back("public address", check_public_address(*http, config.address, viewpoint));
     for (auto const& forge : config.forges)
         if (forge.directory.empty())
