@@ -6,19 +6,7 @@
 int main(int argc, char** argv)
 {
     using namespace webots_cloud;
-    Program program;
-    program.name = "webots-session-server";
-    program.kind = "session";
-    program.summary = "Tells browsers whether a simulation machine is free and sends each to the best one.";
-    program.default_config = "config/session/local.json";
-    program.commands = {
-        {"drain", "ADDRESS",
-         "ask the running server to send nobody to this simulation server, named as in \"simulationServers\"",
-         "POST", "/api/drain?machine="},
-        {"resume", "ADDRESS", "ask it to send browsers there again", "POST", "/api/drain?off&machine="},
-        {"decisions", "show the last 100 placements of the running server, and why", "GET", "/api/decisions"},
-    };
-
+    auto const program = session_server_program();
     auto const [arguments, usage] = parse_arguments(argc, argv, program);
     if (!arguments)
         return usage;

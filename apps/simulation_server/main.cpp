@@ -6,19 +6,7 @@
 int main(int argc, char** argv)
 {
     using namespace webots_cloud;
-    Program program;
-    program.name = "webots-simulation-server";
-    program.kind = "simulation";
-    program.summary = "Runs one simulation per browser on this machine, and cleans up after it.";
-    program.default_config = "config/simulation/local.json";
-    program.commands = {
-        {"drain", "ask the running server to take no new simulations", "POST", "/api/drain"},
-        {"drain-and-exit", "the same, and to end with the last simulation", "POST", "/api/drain?exit"},
-        {"resume", "ask it to take new simulations again", "POST", "/api/drain?off"},
-        {"end", "NUMBER", "ask it to end the simulation of this number on its monitor page", "POST",
-         "/api/end?simulation="},
-    };
-
+    auto const program = simulation_server_program();
     auto const [arguments, usage] = parse_arguments(argc, argv, program);
     if (!arguments)
         return usage;

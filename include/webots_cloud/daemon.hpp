@@ -54,6 +54,9 @@ struct Program
     std::vector<OperatorCommand> commands;
 };
 
+Program session_server_program();
+Program simulation_server_program();
+
 /// The command line, understood.
 struct Arguments
 {

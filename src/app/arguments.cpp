@@ -1,5 +1,6 @@
 #include "core/text.hpp"
 #include "core/web_form.hpp"
+#include "options.hpp"
 
 #include <webots_cloud/adapters.hpp>
 #include <webots_cloud/daemon.hpp>
@@ -10,6 +11,7 @@
 #include <boost/program_options/positional_options.hpp>
 #include <boost/program_options/variables_map.hpp>
 
+#include <algorithm>
 #include <iostream>
 
 namespace webots_cloud {
@@ -50,28 +52,32 @@ fs::path find_default(Program const& program)
     return relative;
 }
 
+/// In two columns.
+std::string table(std::vector<app::Meaning> const& meanings)
+{
+    constexpr std::size_t gap = 2;
+    std::size_t width = 0;
+    for (auto const& [name, meaning] : meanings)
+        width = std::max(width, name.size() + gap);
+    std::string text;
+    for (auto const& [name, meaning] : meanings)
+        text += core::concat("  ", name, std::string(width - name.size(), ' '), meaning, "\n");
+    return text;
+}
+
 } // namespace
 
 std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* const* argv,
                                                          Program const& program)
 {
     options::options_description shown("Options");
-    shown.add_options()                                                                 //
-        ("check-config", "read the configuration, say what is wrong with it, and stop") //
-        ("doctor", "look at everything that can be wrong with the server and this machine, say what to do, "
-                   "and stop")                                                 //
-        ("help,h", "show this text")                                           //
-        ("json", "with --doctor: say it in JSON")                              //
-        ("log-format", options::value<std::string>()->value_name("text|json"), //
-         "how lines of the log are written, whatever the configuration says")  //
-        ("version", "show the version");
-    for (auto const& command : program.commands) {
-        if (command.value.empty())
-            shown.add_options()(command.option.c_str(), command.summary.c_str());
+    for (auto const& option : app::options_of(program)) {
+        auto const name = option.letter ? option.name + "," + option.letter : option.name;
+        if (option.value.empty())
+            shown.add_options()(name.c_str(), option.summary.c_str());
         else
-            shown.add_options()(command.option.c_str(),
-                                options::value<std::string>()->value_name(command.value),
-                                command.summary.c_str());
+            shown.add_options()(name.c_str(), options::value<std::string>()->value_name(option.value),
+                                option.summary.c_str());
     }
     options::options_description all;
     all.add(shown).add_options()("config", options::value<std::vector<std::string>>());
@@ -91,7 +97,9 @@ std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* c
         std::cout << "Usage: " << program.name << " [OPTION...] [CONFIG.json]\n\n"
                   << program.summary << "\n\nWithout CONFIG.json it reads " << program.default_config.string()
                   << ", or else /etc/webots-cloud/" << program.kind << ".json.\n\n"
-                  << shown << "\nSIGTERM and SIGINT end it in order.\n";
+                  << shown << "\nSignals:\n"
+                  << table(app::signals_of(program)) << "\nExit statuses:\n"
+                  << table(app::exit_statuses());
         return {std::nullopt, exit_ok};
     }
     if (given.count("version")) {
@@ -116,6 +124,10 @@ std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* c
             if (!command.value.empty())
                 arguments.command->target += core::percent_encode(given[command.option].as<std::string>());
         }
+    if (arguments.json && !arguments.doctor) {
+        std::cerr << program.name << ": --json is for --doctor.\n";
+        return {std::nullopt, exit_usage};
+    }
     if (given.count("log-format"))
         arguments.log_format = given["log-format"].as<std::string>();
     if (!arguments.log_format.empty() && arguments.log_format != "text" && arguments.log_format != "json") {

@@ -90,6 +90,7 @@
 #include "container_network.hpp"
 #include "display.hpp"
 #include "folders.hpp"
+#include "options.hpp"
 #include "pid_namespace.hpp"
 #include "privileges.hpp"
 #include "subordinate.hpp"
@@ -490,21 +491,27 @@ int watch_owner()
     return owner > 0 ? static_cast<int>(syscall(SYS_pidfd_open, owner, 0)) : -1;
 }
 
+/// The usage text.
+void explain(std::FILE* file, char const* name)
+{
+    char const* before = "usage:";
+    for (char const* const form : webots_cloud::guard::forms) {
+        std::fprintf(file, "%-6s %s %s\n", before, name, form);
+        before = "";
+    }
+    std::fprintf(file, "\nOptions:\n");
+    for (auto const& option : webots_cloud::guard::options)
+        std::fprintf(file, "  --%s%s%s\n        %s\n", option.name, *option.value ? " " : "", option.value,
+                     option.summary);
+    std::fprintf(file,
+                 "\nSIGTERM, SIGINT and SIGHUP ask the program to end, as a byte on standard input does; "
+                 "its end kills the whole tree.\nThe exit status is that of the program; 127: it could "
+                 "not be started.\n");
+}
+
 int usage(char const* name)
 {
-    std::fprintf(
-        stderr,
-        "usage: %s [--cleanup COUNT WORD...] [--subordinate] [--set-user-id] [--network ...] [--group "
-        "FOLDER]... "
-        "[--limit NAME NUMBER]... [--container ...] [--own-sandbox FOLDER] [--own-displays] "
-        "[--open NUMBER FILE]... [--user ...] [--read-only FOLDER]... GRACE_MS PROGRAM [ARGUMENT...]\n"
-        "       %s --display SERVER LIMIT_MS PROGRAM [ARGUMENT...]\n"
-        "       %s --probe [--read-only FOLDER]...\n"
-        "       %s --filter PROGRAM [ARGUMENT...]\n"
-        "       %s --try FILE PORT PROCESS\n"
-        "       %s --make-users NEWUIDMAP NEWGIDMAP FIRST_USER FIRST_GROUP COUNT\n"
-        "       %s --subordinate --take-back FOLDER | --measure FOLDER ENOUGH | --put FROM TO FILE\n",
-        name, name, name, name, name, name, name);
+    explain(stderr, name);
     return 2;
 }
 
@@ -576,6 +583,10 @@ int probe(Program const& program)
 
 int main(int argc, char** argv)
 {
+    if (argc == 2 && std::strcmp(argv[1], "--help") == 0) {
+        explain(stdout, argv[0]);
+        return 0;
+    }
     if (argc == 5 && std::strcmp(argv[1], "--try") == 0)
         return webots_cloud::guard::try_forbidden_things(argv[2], std::atoi(argv[3]), std::atoi(argv[4]));
     if (argc >= 5 && std::strcmp(argv[1], "--display") == 0)

@@ -67,7 +67,7 @@ class Install(PackagingTest):
         if not os.path.exists(os.path.join(self.build, "build.ninja")):
             self.skipTest("the build is not one of Ninja, which says what a target needs")
         commands = run("ninja", "-C", self.build, "-t", "commands", "installable")
-        made = {without_version(os.path.basename(path)) for path in re.findall(r"(?: -o | qc )(\S+)", commands)}
+        made = {without_version(os.path.basename(path)) for path in re.findall(r"(?: -o | qc | > )(\S+)", commands)}
         prefix = os.path.join(self.folder, "prefix")
         run("cmake", "--install", self.build, "--prefix", prefix)
         built = {name for name in map(os.path.basename, files_below(prefix)) if name.startswith(("webots-", "libwebots"))}
@@ -94,6 +94,13 @@ class FindPackage(PackagingTest):
 
     def test_every_public_header_is_installed(self):
         self.assertEqual(files_below(os.path.join(self.prefix, "include")), files_below(os.path.join(SOURCE, "include")))
+
+    def test_manual_pages_and_completions_are_where_they_are_looked_for(self):
+        for name in ("webots-session-server", "webots-simulation-server", "webots-process-guard"):
+            for file in (f"man/man8/{name}.8", f"bash-completion/completions/{name}", f"zsh/vendor-completions/_{name}",
+                         f"fish/vendor_completions.d/{name}.fish"):
+                with open(os.path.join(self.prefix, "share", file)) as text:
+                    self.assertIn(name, text.read().replace("\\-", "-").lower(), file)
 
     def test_core_alone_needs_no_library_of_the_adapters(self):
         absent = [f"-DCMAKE_DISABLE_FIND_PACKAGE_{package}=ON" for package in ADAPTER_PACKAGES]

@@ -1,0 +1,54 @@
+// The options of the guard, for its usage text and its manual page. They are the servers' affair, and change
+// with them: no stable interface.
+#pragma once
+
+namespace webots_cloud::guard {
+
+/// A way to call the guard: what follows its name.
+inline constexpr char const* forms[] = {
+    "[OPTION]... GRACE_MS PROGRAM [ARGUMENT...]",
+    "--display SERVER LIMIT_MS PROGRAM [ARGUMENT...]",
+    "--probe [--read-only FOLDER]...",
+    "--filter PROGRAM [ARGUMENT...]",
+    "--try FILE PORT PROCESS",
+    "--make-users NEWUIDMAP NEWGIDMAP FIRST_USER FIRST_GROUP COUNT",
+    "--subordinate --take-back FOLDER | --measure FOLDER ENOUGH | --put FROM TO FILE",
+};
+
+struct Option
+{
+    char const* name;  ///< Without dashes.
+    char const* value; ///< What follows it; empty: nothing does.
+    char const* summary;
+};
+
+inline constexpr Option options[] = {
+    {"broker", "SOCKET", "with --network: hand out connections to the program at this Unix socket"},
+    {"cleanup", "COUNT WORD...", "run this command, COUNT words, when no process is left"},
+    {"container", "DOCKER PROJECT SERVICE", "the program is compose: give its container the network"},
+    {"display", "SERVER LIMIT_MS", "start an X server, and the program on it"},
+    {"filter", "", "forbid the program some system calls"},
+    {"group", "FOLDER", "put the program into this control group"},
+    {"help", "", "show this text"},
+    {"limit", "NAME NUMBER", "data, file-size, files or processes: what each process may use"},
+    {"make-users", "NEWUIDMAP NEWGIDMAP FIRST_USER FIRST_GROUP COUNT",
+     "make a user namespace of these users of /etc/subuid"},
+    {"measure", "FOLDER ENOUGH", "with --subordinate: print how large this folder is, up to ENOUGH bytes"},
+    {"network", "none PORT | internet PORT SLIRP IP RULES",
+     "give the program a network of its own, and relay connections to PORT into it"},
+    {"open", "NUMBER FILE", "open FILE for the program, as its descriptor NUMBER"},
+    {"own-displays", "", "hide X servers of the program and of the machine from each other"},
+    {"own-sandbox", "FOLDER", "the program makes a sandbox itself, and keeps its files in FOLDER"},
+    {"probe", "", "say how well this machine can keep simulations apart"},
+    {"put", "FROM TO FILE", "with --subordinate: replace FILE in the folder TO by that of FROM"},
+    {"read-only", "FOLDER", "the program can't change this folder"},
+    {"set-user-id", "", "let programs that run as another user work"},
+    {"subordinate", "", "run the program as a user of the namespace at descriptor 3"},
+    {"take-back", "FOLDER", "with --subordinate: make this folder, and all in it, ours again"},
+    {"try", "FILE PORT PROCESS", "in a sandbox: say what is possible there that should not be"},
+    {"user", "UID GID[,GID...] FOLDER HOME AUTHORITY",
+     "run the program as another user, to whom FOLDER is given"},
+    {"visible", "PATH", "with --user: the user has to reach this"},
+};
+
+} // namespace webots_cloud::guard

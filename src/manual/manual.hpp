@@ -1,0 +1,44 @@
+// What is generated of the programs' options: manual pages and completions for shells.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace webots_cloud::manual {
+
+struct Option
+{
+    std::string name; ///< Without dashes.
+    char letter = 0;  ///< As in `-h`; 0: none.
+    std::string value;
+    std::vector<std::string> choices;
+    std::string summary;
+};
+
+/// A name, and what it means.
+using Meaning = std::pair<std::string, std::string>;
+
+/// All that is known of a program.
+struct Manual
+{
+    std::string name;
+    std::string version;
+    std::string summary;
+    std::vector<std::string> forms;       ///< What may follow the name.
+    std::vector<std::string> description; ///< Paragraphs.
+    std::vector<Option> options;
+    std::vector<Meaning> signals;
+    std::vector<Meaning> exit_statuses;
+    std::vector<Meaning> files;
+    std::vector<std::string> see_also;
+    bool takes_configuration = false; ///< Its argument is a JSON file.
+};
+
+/// For section 8, in the macros of man(7).
+std::string man_page(Manual const& manual);
+std::string bash_completion(Manual const& manual);
+std::string zsh_completion(Manual const& manual);
+std::string fish_completion(Manual const& manual);
+
+} // namespace webots_cloud::manual
