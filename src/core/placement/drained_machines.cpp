@@ -2,7 +2,6 @@
 
 #include "core/text.hpp"
 
-#include <algorithm>
 #include <utility>
 
 namespace webots_cloud::placement {
@@ -26,13 +25,16 @@ std::optional<DrainOrder> parse_drain_order(std::string_view query)
 void DrainedMachines::list(std::vector<ServerSpec> servers)
 {
     servers_ = std::move(servers);
+    places_.clear();
+    for (std::size_t i = 0; i < servers_.size(); ++i)
+        places_.try_emplace(servers_[i].address, i);
     std::erase_if(drained_, [this](std::string const& address) { return !find(address); });
 }
 
 ServerSpec const* DrainedMachines::find(std::string_view address) const
 {
-    auto const found = std::ranges::find(servers_, address, &ServerSpec::address);
-    return found == servers_.end() ? nullptr : &*found;
+    auto const found = places_.find(address);
+    return found == places_.end() ? nullptr : &servers_[found->second];
 }
 
 DrainedMachines::Outcome DrainedMachines::obey(DrainOrder const& order)

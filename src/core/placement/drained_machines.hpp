@@ -4,6 +4,7 @@
 #include <webots_cloud/scheduler.hpp>
 
 #include <cstddef>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -54,6 +55,8 @@ private:
     ServerSpec const* find(std::string_view address) const;
 
     std::vector<ServerSpec> servers_;
+    /// Their places by address; of equal ones the first. Pages ask for each of thousands of machines.
+    std::map<std::string, std::size_t, std::less<>> places_;
     std::set<std::string, std::less<>> drained_; ///< By the operator.
 };
 
