@@ -6,6 +6,7 @@
 #include <webots_cloud/export.hpp>
 #include <webots_cloud/own_files.hpp>
 #include <webots_cloud/process_limits.hpp>
+#include <webots_cloud/time.hpp>
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/endpoint.hpp>
 #include <webots_cloud/transport/folder_meter.hpp>
@@ -150,6 +151,8 @@ struct HttpServerStatistics
     std::uint64_t upstream_tls_full = 0;     ///< Their certificate was verified.
     std::uint64_t upstream_tls_resumed = 0;  ///< It had been, for an earlier connection.
     std::uint64_t upstream_tls_failures = 0; ///< It is not to be trusted, or they speak no TLS.
+    /// When our certificate expires; none without TLS.
+    std::optional<WallTime> certificate_expires;
 };
 
 /// Serves an endpoint to the network.

@@ -2,6 +2,8 @@
 
 #include "core/pages/metrics_text.hpp"
 
+#include <chrono>
+
 namespace webots_cloud::app {
 namespace {
 
@@ -44,6 +46,9 @@ std::string http_server_metrics(HttpServerStatistics const& statistics)
         .add(figure(statistics.upstream_tls_full), {{"result", "full"}})
         .add(figure(statistics.upstream_tls_resumed), {{"result", "resumed"}})
         .add(figure(statistics.upstream_tls_failures), {{"result", "failed"}});
+    if (statistics.certificate_expires)
+        text.family(core::metric("http_certificate_expiry_timestamp_seconds"))
+            .add(static_cast<double>(std::chrono::system_clock::to_time_t(*statistics.certificate_expires)));
     text.family(core::metric("http_tunnel_bytes_total"))
         .add(figure(statistics.tunnel_bytes_received), {{"direction", "received"}})
         .add(figure(statistics.tunnel_bytes_sent), {{"direction", "sent"}});

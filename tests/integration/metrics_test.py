@@ -2,17 +2,22 @@
 """GET /metrics of both servers, and config/prometheus and config/grafana, which read it. Protocol section 13.7."""
 
 import asyncio
+import datetime
 import email
 import html
 import json
 import math
 import os
 import re
+import shutil
+import subprocess
 import sys
+import tempfile
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser_client import WORLD, Browser, server  # noqa: E402
+from support.certificates import self_signed  # noqa: E402
 from support.prometheus import FOLDER, Alertmanager, Prometheus, promtool  # noqa: E402
 from support.servers import SessionServer, SimulationServer, main, wait_until  # noqa: E402
 
@@ -24,6 +29,14 @@ SERVERS = {"Both servers": {"session", "simulation"}, "The session server": {"se
 def read(path):
     with open(path) as file:
         return file.read()
+
+
+def certified(case):
+    """The keys of a server with a certificate."""
+    if not shutil.which("openssl"):
+        case.skipTest("openssl is missing (package openssl)")
+    folder = case.enterContext(tempfile.TemporaryDirectory(prefix="webots_cloud_metrics_"))
+    return dict(zip(("sslCertificate", "sslKey"), self_signed(folder, "DNS:localhost")))
 
 
 def documented(server_kind):
@@ -44,14 +57,23 @@ def dashboard_queries():
 class Names(unittest.TestCase):
     def test_promtool_finds_nothing_wrong_with_the_metrics_of_both_servers(self):
         self.assertIn('should not have "_sum" suffix', promtool("check", "metrics", text="# HELP x_sum X.\n# TYPE x_sum counter\nx_sum 1\n")[1])
-        with SimulationServer(gateway=True) as simulation, SessionServer([simulation.address], relay=True) as session:
+        tls = certified(self)
+        with SimulationServer(gateway=True, **tls) as simulation, SessionServer([simulation.address], relay=True, **tls) as session:
             for each in (simulation, session):
                 self.assertEqual(promtool("check", "metrics", text=each.get("/metrics")), (True, ""), each.PROGRAM)
 
     def test_servers_have_the_metrics_that_are_documented_and_no_others(self):
-        with SimulationServer(gateway=True) as simulation, SessionServer([simulation.address], relay=True) as session:
+        tls = certified(self)
+        with SimulationServer(gateway=True, **tls) as simulation, SessionServer([simulation.address], relay=True, **tls) as session:
             self.assertEqual(announced(session.get("/metrics")), documented("session"))
             self.assertEqual(announced(simulation.get("/metrics")), documented("simulation"))
+
+    def test_the_certificate_expires_when_openssl_says_so(self):
+        tls = certified(self)
+        told = subprocess.run(["openssl", "x509", "-noout", "-enddate", "-in", tls["sslCertificate"]], check=True, capture_output=True, text=True).stdout
+        expires = datetime.datetime.strptime(told.strip(), "notAfter=%b %d %H:%M:%S %Y GMT").replace(tzinfo=datetime.timezone.utc)
+        with SessionServer([], **tls) as session:
+            self.assertIn(f"\nwebots_http_certificate_expiry_timestamp_seconds {expires.timestamp():.0f}\n", session.get("/metrics"))
 
 
 class Rules(unittest.TestCase):
@@ -86,9 +108,10 @@ class Site(unittest.IsolatedAsyncioTestCase):
     """A session server with two machines, some starts, and a real Prometheus that sees them."""
 
     async def test_a_real_prometheus_answers_every_query_of_dashboard_and_alerts(self):
-        with server() as first, server() as second, SessionServer([first.address, second.address], relay=True) as session:
+        with server() as first, server() as second, SessionServer([first.address, second.address], relay=True, **certified(self)) as session:
             wait_until(lambda: 'webots_servers{state="up"} 2' in session.get("/metrics"), "both machines are up")
-            with Prometheus({"localhost:1999": session.address, '"localhost:2000"': f'"{first.address}", "{second.address}"'}) as prometheus:
+            by_tls = f'["{session.address}"]\n    scheme: https\n    tls_config: {{insecure_skip_verify: true}}'
+            with Prometheus({'["localhost:1999"]': by_tls, '"localhost:2000"': f'"{first.address}", "{second.address}"'}) as prometheus:
                 self.seen = prometheus
                 await self.wait_for('sum(up{job=~"webots_.*"}) == 3')
                 await self.wait_for("count(webots_start_stage_seconds_count) == 6")
@@ -128,7 +151,8 @@ class Site(unittest.IsolatedAsyncioTestCase):
         self.assertEqual([rule["name"] for rule in rules], re.findall(r"- alert: (\w+)", read(os.path.join(FOLDER, "alerts.yml"))))
         for rule in rules:
             await asyncio.to_thread(wait_until, lambda name=rule["name"]: self.health(name) == "ok", f"{rule['name']} is evaluated")
-            self.assertEqual(rule["state"], "inactive", rule)
+            expected = "pending" if rule["name"] == "WebotsCertificateExpiring" else "inactive"  # that of the test has two days left
+            self.assertEqual(rule["state"], expected, rule)
             selectors = re.findall(r"(?:webots_\w+|\bup\b)(?:\{[^}]*\})?", rule["query"])
             self.assertTrue(selectors, rule["query"])
             for selector in selectors:

@@ -156,6 +156,8 @@ HttpServerStatistics NetworkServer::statistics() const
     statistics.connections = silent_.size() + active_.size() + conversations_.size() + tunnels_.open_ended();
     statistics.websockets = conversations_.size();
     statistics.tunnels = tunnels_.open_ended();
+    if (certificate_)
+        statistics.certificate_expires = certificate_->expires();
     return statistics;
 }
 

@@ -10,6 +10,8 @@
 #include <openssl/pem.h>
 #include <openssl/ssl.h>
 
+#include <chrono>
+#include <ctime>
 #include <memory>
 
 namespace webots_cloud::adapters {
@@ -119,6 +121,14 @@ void TlsCertificate::renew()
         log_.info(concat("The certificate ", certificate_.string(), " was read again"));
     else
         log_.error(concat("The certificate stays as it was: ", renewed.error().message()));
+}
+
+WallTime TlsCertificate::expires() const noexcept
+{
+    std::tm date{};
+    if (ASN1_TIME_to_tm(X509_get0_notAfter(SSL_CTX_get0_certificate(context_.get())), &date) != 1)
+        return {};
+    return std::chrono::system_clock::from_time_t(::timegm(&date));
 }
 
 } // namespace webots_cloud::adapters

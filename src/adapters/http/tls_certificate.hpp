@@ -2,6 +2,7 @@
 #pragma once
 
 #include <webots_cloud/error.hpp>
+#include <webots_cloud/time.hpp>
 #include <webots_cloud/transport/logger.hpp>
 
 #include <openssl/types.h>
@@ -46,6 +47,9 @@ public:
 
     /// For the next connection. Precondition: `load` succeeded.
     SSL_CTX* context() const noexcept { return context_.get(); }
+
+    /// When the certificate expires. Precondition: `load` succeeded.
+    WallTime expires() const noexcept;
 
 private:
     std::string stamp() const;

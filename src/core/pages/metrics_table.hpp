@@ -53,6 +53,7 @@ inline constexpr auto all_metrics = [] {
         {"http_requests_forwarded_total", counter, both, "", "", "Requests that were passed on to other servers."},
         {"http_forwarding_failures_total", counter, both, "reason", "", "Requests that the other server did not answer, by reason."},
         {"http_upstream_handshakes_total", counter, both, "result", "", "TLS handshakes with other servers: full, resumed from an earlier connection, or failed."},
+        {"http_certificate_expiry_timestamp_seconds", gauge, both, "", "sslCertificate", "When the server's certificate expires, in seconds since 1970."},
         {"http_tunnel_bytes_total", counter, both, "direction", "", "Bytes that were relayed, from browsers (received) and to them (sent)."},
 
         {"servers", gauge, session, "state", "", "Simulation servers by what their last poll said."},
