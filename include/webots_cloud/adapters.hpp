@@ -366,6 +366,9 @@ struct GitSourceParams
     /// last: after that time, that one is used, and `FetchedProject::notice` says so. Where the cache knows
     /// nothing, `FetchLimits::timeout` alone counts.
     Duration patience = std::chrono::seconds(10);
+    /// PEM file of certificates that are trusted besides the system's authorities; empty: none. Read when the
+    /// source is made; what can't be read is not trusted.
+    std::filesystem::path authorities;
 };
 
 /// Projects in git repositories over HTTP(S). `budget`: shared with other sources; null: one of its own.
@@ -383,6 +386,7 @@ struct WebsiteSourceParams
     std::filesystem::path keys;
     std::uint64_t low_speed = 1'000; ///< Bytes per second. A website that stays below is given up; 0: never.
     Duration low_speed_time = std::chrono::seconds(60); ///< For how long it may.
+    std::filesystem::path authorities;                  ///< As in `GitSourceParams`.
 };
 
 /// The projects that `init` asks for (`FetchOrder::website`): a copy of the template and, for a user of the

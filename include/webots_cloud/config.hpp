@@ -168,6 +168,9 @@ struct SimulationConfig
     std::vector<std::string> blocked_repositories; ///< `blockedRepositories`
     double share_idle_time = 50;                   ///< `shareIdleTime`, percent.
     std::vector<ForgeConfig> forges; ///< `forges`: strings, or objects with `url` and `directory`.
+    /// `caFile`: PEM file of certificates that are trusted besides the system's authorities, when forges,
+    /// websites and registries are asked by https.
+    std::filesystem::path ca_file;
     /// `notify`: registries that are told of this server; a string or a list, `[]` for none.
     std::vector<std::string> notify{"https://webots.cloud/ajax/server/setup.php"};
     std::uint64_t cache_bytes = std::uint64_t{10}

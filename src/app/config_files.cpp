@@ -21,6 +21,11 @@ result<> check_network(NetworkConfig const& network)
                                            : check_certificate(network.ssl_certificate, network.ssl_key);
 }
 
+result<> check_trust(fs::path const& ca_file)
+{
+    return ca_file.empty() ? result<>() : check_authorities(ca_file);
+}
+
 /// The files that every simulation in a container needs.
 result<> check_templates(SimulationConfig const& config, fs::path const& origin)
 {
@@ -125,9 +130,8 @@ result<> check_files(Configured<SessionConfig>& configured, fs::path const& orig
         return certified;
     if (!configured.config.teacher_password.empty())
         warn_of_open_secret(configured.warnings, origin, "\"teacherPassword\"");
-    if (auto const& file = configured.config.ca_file; !file.empty())
-        if (auto const usable = check_authorities(file); !usable)
-            return usable;
+    if (auto const trusted = check_trust(configured.config.ca_file); !trusted)
+        return trusted;
     if (auto const& file = configured.config.teacher_password_file; !file.empty()) {
         std::error_code ignored;
         if (!fs::exists(file, ignored))
@@ -148,7 +152,7 @@ result<> check_files(Configured<SimulationConfig>& configured, fs::path const& o
     warn_of_open_secrets(configured.warnings, configured.config.network, configured.config.access, origin);
     for (auto const& checked :
          {check_network(configured.config.network), check_access(configured.config.access),
-          check_webots(configured.config, origin)})
+          check_trust(configured.config.ca_file), check_webots(configured.config, origin)})
         if (!checked)
             return checked;
     return check_templates(configured.config, origin);

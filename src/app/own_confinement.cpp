@@ -105,13 +105,14 @@ result<> confine_simulation_server(SimulationConfig config, core::SimulationFile
 {
     context.config_file = absolute_path(context.config_file);
     context.socket = operator_socket("simulation", config.address.port, config.access);
-    make_absolute({&config.log_dir, &config.key_dir, &config.containers.directory, &context.caches,
-                   &context.templates});
+    make_absolute({&config.log_dir, &config.key_dir, &config.containers.directory, &config.ca_file,
+                   &context.caches, &context.templates});
     make_absolute(config.network, config.access);
     for (auto& forge : config.forges)
         forge.directory = nearest(absolute_path(forge.directory));
     auto files = core::simulation_server_files(config, context);
     add_targets(files.read, context.config_file, config.network, config.access);
+    add_targets(files.read, config.ca_file);
     for (auto const& forge : config.forges)
         if (!forge.directory.empty())
             add_links(files.read, forge.directory, 2); // <owner>/<repository>

@@ -187,6 +187,7 @@ struct Sources
                 params.cache = cache_folder(config);
                 params.cache_bytes = config.cache_bytes;
                 params.instances = instances;
+                params.authorities = config.ca_file;
                 git = make_git_source(executor, params, log, budget);
             }
             forges.emplace_back(forge.url, for_users(*git, owned));
@@ -202,6 +203,7 @@ WebsiteSourceParams website_params(SimulationConfig const& config, fs::path cons
 {
     WebsiteSourceParams params;
     params.keys = config.key_dir;
+    params.authorities = config.ca_file;
     params.projects = config.projects_dir;
     if (params.projects.empty())
         params.projects = simulator.parent_path() / "projects" / "samples" / "robotbenchmark";
@@ -538,7 +540,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     auto const operators = make_operator_socket(executor, socket_path, log);
     if (auto const listening = operators->listen(); !listening)
         log.warning(concat("No --drain, only SIGUSR1: ", listening.error().message()));
-    auto const http = make_http_client(executor);
+    auto const http = make_http_client(executor, config.ca_file, log);
     Registration registration(registration_params(config), *http, *clock, log);
     app::DoctorEndpoint::Look const look = [&config, &programs, &wall_findings, &doctor, &executor] {
         return app::examine_simulation_server(config, programs, wall_findings,

@@ -287,7 +287,7 @@ def configuration():
     yield (b'1{"server":"h.org","ssl":false,"port":65000,"docker":true,"dockerDir":"d","allowedRepositories":["https://github.com/a"],'
            b'"blockedRepositories":["https://github.com/b"],"shareIdleTime":50,"forges":["https://github.com",{"url":"local:","directory":"x"}],'
            b'"notify":["https://r.org/x"],"cacheSize":1.5,"maxConnections":499,"timeout":7200,"title":"A\\u001b","description":"B"}')
-    yield b'1{"sslCertificate":"$HOME/c","sslKey":"~/k","multimediaServer":"a","multimediaStream":"b:1","display":":0","sandbox":"auto","network":"host","keyDir":"k"}'
+    yield b'1{"sslCertificate":"$HOME/c","sslKey":"~/k","multimediaServer":"a","multimediaStream":"b:1","display":":0","sandbox":"auto","network":"host","keyDir":"k","caFile":"c"}'
     yield b'0{"mailSenderUser":"a\\r\\nRCPT TO:<x>","mailSenderPassword":"\\u0000","port":1,"simulationServers":[]}'
     yield b'0{"prot":1,"prto":2,"\\u001b[2J":3,"simulationServers":[{"adress":5}]}'
     yield b'1{"timeout":1,"port":2000,"startTimeout":1e300,"loadFormula":"reference","logFormat":"json","simulationLogDays":0}'

@@ -224,7 +224,7 @@ private:
     GitSourceParams params_;
     Logger log_;
     std::shared_ptr<FetchBudget> budget_;
-    adapters::CurlHttp http_;
+    adapters::CurlHttp http_{params_.authorities};
     adapters::GitServers servers_;
     adapters::GitCache cache_;
     adapters::GitCheckout checkout_;

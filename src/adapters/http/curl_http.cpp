@@ -1,6 +1,9 @@
 #include "curl_http.hpp"
 
+#include "adapters/files/regular_file.hpp"
 #include "core/text.hpp"
+#include "openssl_files.hpp"
+#include "tls_trust.hpp"
 
 #include <boost/asio/error.hpp>
 
@@ -130,6 +133,23 @@ int on_connection(void* user, char* address, char*, int, int)
     return may ? CURL_PREREQFUNC_OK : CURL_PREREQFUNC_ABORT;
 }
 
+/// Called for each TLS connection before it begins; `user` is the text of the PEM file.
+CURLcode on_tls(CURL*, void* context, void* user)
+{
+    bool const trusted =
+        trust_certificates(static_cast<SSL_CTX*>(context), *static_cast<std::string const*>(user));
+    return trusted ? CURLE_OK : CURLE_SSL_CACERT_BADFILE;
+}
+
+/// Empty where it can't be read: then its certificates are not trusted, which is found out soon enough.
+std::string text_of(std::filesystem::path const& pem_file)
+{
+    if (pem_file.empty())
+        return {};
+    auto const text = read_regular_file(pem_file, max_pem_file);
+    return text ? *text : std::string();
+}
+
 Failure failure_of(CURLcode code, char const* words)
 {
     std::string const detail = *words ? words : curl_easy_strerror(code);
@@ -148,7 +168,8 @@ Failure failure_of(CURLcode code, char const* words)
 class CurlHttp::Handle
 {
 public:
-    Handle() : curl_(curl_easy_init()) {}
+    /// `authorities`: the text of a PEM file, or empty.   Lifetime: outlives the handle.
+    explicit Handle(std::string const& authorities) : curl_(curl_easy_init()), authorities_(authorities) {}
     Handle(Handle const&) = delete;
     ~Handle()
     {
@@ -165,6 +186,7 @@ private:
     void prepare(CurlRequest const& request, CurlLimits const& limits, std::string const& url, bool is_away);
 
     CURL* curl_;
+    std::string const& authorities_;
     curl_slist* headers_ = nullptr;
     std::array<char, CURL_ERROR_SIZE> words_{};
 };
@@ -188,6 +210,10 @@ void CurlHttp::Handle::prepare(CurlRequest const& request, CurlLimits const& lim
     curl_easy_setopt(curl_, CURLOPT_USERAGENT, request.agent.c_str());
     curl_easy_setopt(curl_, CURLOPT_PROTOCOLS_STR, "http,https");
     curl_easy_setopt(curl_, CURLOPT_SSLVERSION, static_cast<long>(CURL_SSLVERSION_TLSv1_2)); // or newer
+    if (!authorities_.empty()) { // libcurl's own option would replace the system's authorities
+        curl_easy_setopt(curl_, CURLOPT_SSL_CTX_FUNCTION, on_tls);
+        curl_easy_setopt(curl_, CURLOPT_SSL_CTX_DATA, &authorities_);
+    }
     curl_easy_setopt(curl_, CURLOPT_FOLLOWLOCATION, 0L);
     curl_easy_setopt(curl_, CURLOPT_NOSIGNAL, 1L);
     curl_easy_setopt(curl_, CURLOPT_NETRC, static_cast<long>(CURL_NETRC_IGNORED));
@@ -239,7 +265,7 @@ result<int> CurlHttp::Handle::send(CurlRequest const& request, CurlLimits const&
     return static_cast<int>(status);
 }
 
-CurlHttp::CurlHttp()
+CurlHttp::CurlHttp(std::filesystem::path const& authorities) : authorities_(text_of(authorities))
 {
     static auto const initialized = curl_global_init(CURL_GLOBAL_DEFAULT);
     (void)initialized;
@@ -251,7 +277,7 @@ std::unique_ptr<CurlHttp::Handle> CurlHttp::take()
 {
     std::lock_guard const lock(mutex_);
     if (idle_.empty())
-        return std::make_unique<Handle>();
+        return std::make_unique<Handle>(authorities_);
     auto handle = std::move(idle_.back());
     idle_.pop_back();
     return handle;

@@ -8,6 +8,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -59,7 +60,9 @@ struct CurlRequest
 class CurlHttp
 {
 public:
-    CurlHttp();
+    /// `authorities`: PEM file of certificates that are trusted besides the system's authorities, read now;
+    /// empty: none.
+    explicit CurlHttp(std::filesystem::path const& authorities = {});
     ~CurlHttp();
 
     /// The status of the answer; the body has gone to the sink when it is 200, and of others at most 64 kB
@@ -75,6 +78,7 @@ private:
     std::unique_ptr<Handle> take();
     void give_back(std::unique_ptr<Handle> handle);
 
+    std::string const authorities_; ///< The text of that file.
     std::mutex mutex_;
     std::vector<std::unique_ptr<Handle>> idle_;
 };

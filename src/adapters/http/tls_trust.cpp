@@ -147,7 +147,8 @@ int note_problem(int is_good, X509_STORE_CTX* verification)
     return 0;
 }
 
-/// Adds the certificates of a text to whom we trust; false: OpenSSL says why.
+} // namespace
+
 bool trust_certificates(SSL_CTX* context, std::string const& text)
 {
     OpensslBio const bio(BIO_new_mem_buf(text.data(), static_cast<int>(text.size())));
@@ -161,8 +162,6 @@ bool trust_certificates(SSL_CTX* context, std::string const& text)
     }
     return count > 0 && was_last_part();
 }
-
-} // namespace
 
 std::string names_of(X509 const* certificate)
 {

@@ -48,6 +48,10 @@ private:
 /// The names and addresses that a certificate is for, as in "robots.example.org, 10.0.0.1".
 std::string names_of(X509 const* certificate);
 
+/// Adds the certificates of a PEM file's text to whom `context` trusts. False: there is none, or a bad one;
+/// OpenSSL says why.
+bool trust_certificates(SSL_CTX* context, std::string const& text);
+
 /// Has `tls` accept only a certificate for `host`, a name or a numeric address, and tells the server the
 /// name. False: out of memory.
 bool expect_host(SSL* tls, std::string const& host);

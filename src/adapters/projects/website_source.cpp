@@ -249,7 +249,7 @@ private:
     WebsiteSourceParams params_;
     Logger log_;
     std::shared_ptr<FetchBudget> budget_;
-    adapters::CurlHttp http_;
+    adapters::CurlHttp http_{params_.authorities};
     adapters::BlockingPool local_; // these end their threads before anything that they use goes
     std::unordered_map<std::string, adapters::BlockingPool> downloading_; ///< By host.
 };

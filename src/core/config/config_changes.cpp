@@ -68,6 +68,7 @@ std::vector<std::string_view> keys_for_restart(SimulationConfig const& running, 
     changes.compare("projectDockerfiles", docker.project_dockerfiles, next.containers.project_dockerfiles);
     changes.compare("persistantDockerImages", docker.persistent_images, next.containers.persistent_images);
     changes.compare("forges", running.forges, next.forges);
+    changes.compare("caFile", running.ca_file, next.ca_file);
     changes.compare("notify", running.notify, next.notify);
     changes.compare("cacheSize", running.cache_bytes, next.cache_bytes);
     changes.compare("stateDir", running.state_dir, next.state_dir);

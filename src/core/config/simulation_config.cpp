@@ -328,6 +328,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     config.simulation_log_keep =
         std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::ratio<86400>>(days));
     reader->read("projectsDir", config.projects_dir);
+    reader->read("caFile", config.ca_file);
     reader->read("keyDir", config.key_dir);
     read_multimedia(*reader, config);
     reader->ignore({"publicPort"});

@@ -11,6 +11,8 @@ OwnFiles simulation_server_files(SimulationConfig const& config, SimulationFiles
     for (auto const& forge : config.forges)
         if (!forge.directory.empty())
             files.read.push_back(forge.directory);
+    if (!config.ca_file.empty())
+        files.read.push_back(config.ca_file.parent_path());
     if (config.docker) {
         files.read.push_back(config.containers.directory);
     } else {

@@ -351,6 +351,7 @@ BOOST_AUTO_TEST_CASE(simulation_defaults_are_those_of_the_reference)
     BOOST_TEST(config.forges[0].url == "https://github.com");
     BOOST_TEST(config.projects_dir.empty());
     BOOST_TEST(config.key_dir == "key");
+    BOOST_TEST(config.ca_file.empty());
     BOOST_TEST(config.address.host == "localhost");
     BOOST_TEST(!config.docker);
     BOOST_TEST(config.allowed_repositories.empty());
@@ -678,6 +679,7 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
          [](auto const& c) { return c.multimedia_server == "m" && c.multimedia_stream == "s"; }},
         {R"("publicPort":80)", [](auto const&) { return true; }},
         // ours
+        {R"("caFile":"/tls/campus.pem")", [](auto const& c) { return c.ca_file == "/tls/campus.pem"; }},
         {R"("stateDir":"/s")", [](auto const& c) { return c.state_dir == "/s"; }},
         {R"("extendable":900)", [](auto const& c) { return c.extendable == std::chrono::seconds(900); }},
         {R"("startTimeout":20)", [](auto const& c) { return c.start_timeout == std::chrono::seconds(20); }},
@@ -1112,7 +1114,7 @@ BOOST_AUTO_TEST_CASE(values_that_reach_requests_commands_and_file_names_have_no_
     };
     for (auto const* key : {"server", "fullyQualifiedDomainName", "display", "dockerImages",
                             "multimediaServer", "multimediaStream", "webotsHome", "logDir", "dockerDir",
-                            "keyDir", "projectsDir", "sslCertificate", "notify"})
+                            "keyDir", "projectsDir", "sslCertificate", "notify", "caFile"})
         for (auto const* value : {R"("https://a\r\nX: b")", R"("https://a\u001b[2J")", R"("https://a\u0000")",
                                   R"("https://a\u0085b")"})
             refused(key, value);

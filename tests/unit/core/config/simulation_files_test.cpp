@@ -62,8 +62,9 @@ BOOST_AUTO_TEST_CASE(what_may_be_renewed_is_reached_by_its_folder)
     with_secrets.network.challenge_folder = "/srv/challenges";
     with_secrets.access.operator_token_file = "/srv/t/token";
     with_secrets.access.session_secret = "/srv/s/secret";
+    with_secrets.ca_file = "/authorities/campus.pem";
     auto const files = simulation_server_files(with_secrets, context());
-    for (auto const* folder : {"/certs/live", "/keys", "/srv/challenges", "/srv/t", "/srv/s"})
+    for (auto const* folder : {"/certs/live", "/keys", "/authorities", "/srv/challenges", "/srv/t", "/srv/s"})
         BOOST_TEST(has(files.read, folder), folder);
 }
 
