@@ -246,7 +246,7 @@ struct Configured
 /// its folder.
 ///
 /// `~` and `$NAME` are expanded in paths.
-/// Errors: `invalid_config`, one line with file, key, found and wanted.
+/// Errors: `invalid_config`, a line for each fault with file, line, column, key, wanted and found.
 result<Configured<SessionConfig>> parse_session_config(std::string_view text,
                                                        std::filesystem::path const& origin);
 result<Configured<SimulationConfig>> parse_simulation_config(std::string_view text,

@@ -130,8 +130,11 @@ result<Configured<Config>> read_config(Arguments const& arguments,
 result<> check_files(Configured<SessionConfig>& configured, std::filesystem::path const& origin);
 result<> check_files(Configured<SimulationConfig>& configured, std::filesystem::path const& origin);
 
-/// Reads a configuration and prints what is wrong with it, or with the files that it names, in one line on
-/// standard error.
+/// Prints why a program can't go on, on standard error, a line for each line of the sentence.
+void print_failure(Program const& program, Failure const& failure);
+
+/// Reads a configuration and prints everything that is wrong with it, or else with the files that it names,
+/// on standard error.
 ///
 /// Returns an exit status instead when the program is to end at once.
 template<class Config>
@@ -142,12 +145,13 @@ load_config(Program const& program, Arguments const& arguments,
     auto configured = read_config(arguments, parse);
     auto const usable =
         configured ? check_files(*configured, arguments.config) : result<>(configured.error());
+    if (configured)
+        for (auto const& warning : configured->warnings)
+            std::cerr << program.name << ": warning: " << terminal_text(warning) << std::endl;
     if (!usable) {
-        std::cerr << program.name << ": " << terminal_text(usable.error().message()) << std::endl;
+        print_failure(program, usable.error());
         return {std::nullopt, exit_usage};
     }
-    for (auto const& warning : configured->warnings)
-        std::cerr << program.name << ": warning: " << terminal_text(warning) << std::endl;
     if (arguments.check_config) {
         std::cout << terminal_text(arguments.config.string()) << ": good" << std::endl;
         return {std::nullopt, exit_ok};

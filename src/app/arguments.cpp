@@ -1,3 +1,4 @@
+#include "core/config/key_documents.hpp"
 #include "core/text.hpp"
 #include "core/web_form.hpp"
 #include "options.hpp"
@@ -65,6 +66,30 @@ std::string table(std::vector<app::Meaning> const& meanings)
     return text;
 }
 
+std::span<core::ConfigTopic const> topics_of(Program const& program)
+{
+    return program.kind == "session" ? core::session_topics() : core::simulation_topics();
+}
+
+/// `--help KEY`; whoever names a file along with `--help` wants the general text.
+bool is_key_asked(options::variables_map const& given)
+{
+    auto const& arguments = given["config"];
+    return !arguments.empty() &&
+           arguments.as<std::vector<std::string>>().front().find_first_of("./") == std::string::npos;
+}
+
+int print_key(Program const& program, std::string_view name)
+{
+    bool is_known = false;
+    auto const page = core::key_page(name, topics_of(program), is_known);
+    if (is_known)
+        std::cout << page;
+    else
+        std::cerr << program.name << ": " << page;
+    return is_known ? exit_ok : exit_usage;
+}
+
 } // namespace
 
 std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* const* argv,
@@ -92,6 +117,12 @@ std::pair<std::optional<Arguments>, int> parse_arguments(int argc, char const* c
         std::cerr << program.name << ": " << terminal_text(failure.what()) << ". See " << program.name
                   << " --help.\n";
         return {std::nullopt, exit_usage};
+    }
+    if (given.count("help") && is_key_asked(given))
+        return {std::nullopt, print_key(program, given["config"].as<std::vector<std::string>>().front())};
+    if (given.count("schema")) {
+        std::cout << core::json_schema(program.kind, topics_of(program));
+        return {std::nullopt, exit_ok};
     }
     if (given.count("help")) {
         std::cout << "Usage: " << program.name << " [OPTION...] [CONFIG.json]\n\n"
@@ -149,6 +180,13 @@ std::optional<Logger> open_log(Program const& program, fs::path const& file, boo
         return *log;
     std::cerr << program.name << ": " << terminal_text(log.error().message()) << std::endl;
     return std::nullopt;
+}
+
+void print_failure(Program const& program, Failure const& failure)
+{
+    auto const lines = failure.message();
+    for (auto const line : core::split(lines, '\n'))
+        std::cerr << program.name << ": " << terminal_text(line) << std::endl;
 }
 
 std::string terminal_text(std::string_view sentence)

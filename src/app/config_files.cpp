@@ -148,14 +148,16 @@ result<> check_files(Configured<SessionConfig>& configured, fs::path const& orig
 result<> check_files(Configured<SimulationConfig>& configured, fs::path const& origin)
 {
     warn_of_missing_folders(configured, origin);
-    warn_of_missing_system_calls(configured, origin);
     warn_of_open_secrets(configured.warnings, configured.config.network, configured.config.access, origin);
     for (auto const& checked :
          {check_network(configured.config.network), check_access(configured.config.access),
           check_trust(configured.config.ca_file), check_webots(configured.config, origin)})
         if (!checked)
             return checked;
-    return check_templates(configured.config, origin);
+    auto const has_templates = check_templates(configured.config, origin);
+    if (has_templates)
+        warn_of_missing_system_calls(configured, origin);
+    return has_templates;
 }
 
 } // namespace webots_cloud

@@ -58,10 +58,12 @@ std::vector<ProgramOption> options_of(Program const& program)
         option("check-config", "read the configuration, say what is wrong with it, and stop"),
         option("doctor", "look at everything that can be wrong with the server and this machine, say what to "
                          "do, and stop"),
-        option("help", "show this text"),
+        option("help",
+               "show this text; with the name of a key of the configuration after it: what that does"),
         option("json", "with --doctor: say it in JSON"),
         option("log-format", "how lines of the log are written, whatever the configuration says",
                "text|json"),
+        option("schema", "show the JSON Schema of the configuration, for editors"),
         option("version", "show the version"),
     };
     for (auto& each : all) {

@@ -38,7 +38,9 @@ boost::asio::awaitable<result<>> obey_sighup(boost::asio::any_io_executor execut
         auto const configured = reload();
         auto const applied = configured ? apply(configured->config) : result<>(configured.error());
         if (!applied) {
-            log.error(core::concat("The configuration stays as it was: ", applied.error().message()));
+            auto const lines = applied.error().message();
+            for (auto const line : core::split(lines, '\n'))
+                log.error(core::concat("The configuration stays as it was: ", line));
             continue;
         }
         for (auto const& warning : configured->warnings)

@@ -1,5 +1,5 @@
 // Configurations: what is accepted can be served with and holds nothing that steers a terminal or ends a
-// line; what is refused is so in one printable sentence of bounded length.
+// line; what is refused is so in printable sentences of bounded length, a line each.
 #include "fuzz.hpp"
 
 #include "core/notices/mail_message.hpp"
@@ -19,7 +19,7 @@ constexpr std::string_view origin = "c\x1b[2J.json";
 void check_sentence(std::string_view sentence)
 {
     fuzz::require(core::is_printable(sentence) && sentence.size() <= 8192);
-    fuzz::require(sentence.starts_with("c\\x1b[2J.json: "));
+    fuzz::require(sentence.starts_with("c\\x1b[2J.json:"));
 }
 
 void check_plain(std::vector<std::string> const& texts)
@@ -79,7 +79,10 @@ void read(std::string_view text,
     auto const configured = parse(text, origin);
     if (!configured) {
         fuzz::require(configured.error() == errc::invalid_config);
-        return check_sentence(configured.error().message());
+        auto const lines = configured.error().message();
+        for (auto const line : core::split(lines, '\n'))
+            check_sentence(line);
+        return;
     }
     for (auto const& warning : configured->warnings)
         check_sentence(warning);

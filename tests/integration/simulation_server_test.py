@@ -463,7 +463,7 @@ class Configuration(unittest.TestCase):
             return finished.stderr.replace(folder, ""), finished.returncode
 
     def test_a_bad_configuration_is_one_sentence_and_status_2(self):
-        for config, sentence in (("{", "c.json: not JSON: "), ({"port": "abc"}, 'key "port": expected an integer from 1 to 65534, '
+        for config, sentence in (("{", "c.json:1:2: not JSON: "), ({"port": "abc"}, 'key "port": expected an integer from 1 to 65534, '
                                                                                   'found the string "abc"')):
             text, status = self.complaint(config)
             self.assertEqual(status, 2)

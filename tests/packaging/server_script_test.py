@@ -299,7 +299,7 @@ class Refusing(ServerScriptTest):
         self.write("config/session/local.json", "{ nonsense")
         status, output, errors = self.run_script("start")
         self.assertEqual((status, output), (1, ""))
-        self.assertRegex(errors, r"config/session/local\.json: not JSON: .* line 1, column \d+")
+        self.assertRegex(errors, r"config/session/local\.json:1:\d+: not JSON: ")
         self.assertFalse(os.path.exists(self.path("log/.simulation.pid")))
 
     def test_a_server_that_ends_at_once_is_told_with_its_last_words(self):

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,11 +16,14 @@ namespace webots_cloud::core {
 
 inline constexpr int max_port = 65535;
 
-/// From `min` to 10,000,000 seconds, fractions too.
-void read_seconds(ConfigReader& reader, std::string_view key, Duration& value, double min);
+/// "$schema", which is for editors alone.
+void read_schema(ConfigReader& reader);
 
-/// "port", from 1 to `highest`.
-void read_port(ConfigReader& reader, std::uint16_t& value, int highest);
+/// A number of seconds, fractions too.
+void read_seconds(ConfigReader& reader, std::string_view key, Duration& value);
+
+/// "port"; `highest`: where other keys leave less than the table of keys allows.
+void read_port(ConfigReader& reader, std::uint16_t& value, std::optional<int> highest = {});
 
 /// A list of addresses and networks, as in `10.0.0.0/8`.
 void read_networks(ConfigReader& reader, std::string_view key, std::vector<std::string>& networks);
@@ -43,7 +47,7 @@ void read_log(ConfigReader& reader, Config& config)
     reader.read("logDir", config.log_dir);
     reader.read("debug", config.debug);
     std::string format = "text";
-    reader.read_choice("logFormat", format, {"text", "json"});
+    reader.read_choice("logFormat", format);
     config.json_log = format == "json";
 }
 

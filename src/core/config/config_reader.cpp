@@ -3,11 +3,11 @@
 #include "core/text.hpp"
 
 #include <boost/json/serialize.hpp>
-#include <boost/json/stream_parser.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <stdexcept>
 
 namespace webots_cloud::core {
 namespace {
@@ -16,21 +16,29 @@ namespace json = boost::json;
 
 constexpr std::size_t max_key_length = 60;
 constexpr std::size_t max_path_length = 1024;
-constexpr std::size_t max_unknown = 10; // keys that a failure names
+constexpr std::size_t max_lines = 50; // of a failure
 
-/// "line 3, column 7" of a position in a text.
-std::string position(std::string_view text, std::size_t at)
+/// As `json::serialize`, but for numbers.
+std::string json_text(json::value const& value)
 {
-    auto const before = text.substr(0, at);
-    auto const line = 1 + std::count(before.begin(), before.end(), '\n');
-    auto const newline = before.rfind('\n');
-    auto const column = newline == std::string_view::npos ? at + 1 : at - newline;
-    return concat("line ", std::to_string(line), ", column ", std::to_string(column));
+    std::string text;
+    if (auto const* list = value.if_array()) {
+        for (auto const& entry : *list)
+            text += concat(text.empty() ? "" : ",", json_text(entry));
+        return concat("[", text, "]");
+    }
+    if (auto const* object = value.if_object()) {
+        for (auto const& [name, member] : *object)
+            text +=
+                concat(text.empty() ? "" : ",", json::serialize(json::string(name)), ":", json_text(member));
+        return concat("{", text, "}");
+    }
+    return value.is_double() ? number_text(value.get_double()) : json::serialize(value);
 }
 
 std::string describe(json::value const& value)
 {
-    auto const text = printable(json::serialize(value), 60);
+    auto const text = printable(json_text(value), 60);
     switch (value.kind()) {
     case json::kind::null:
         return "null";
@@ -47,16 +55,28 @@ std::string describe(json::value const& value)
     }
 }
 
+/// What to write instead of a number or truth value in quotes; else nothing.
+std::string without_quotes(json::value const& found)
+{
+    auto const* text = found.if_string();
+    if (!text || text->empty() || text->size() > 30)
+        return {};
+    char* end = nullptr;
+    std::string const copy(*text);
+    (void)std::strtod(copy.c_str(), &end);
+    std::string_view const number(copy.data(), std::size_t(end - copy.data()));
+    bool const is_plain =
+        !number.empty() && number.find_first_not_of("0123456789.-") == std::string_view::npos;
+    if (!is_plain)
+        return {};
+    return concat(": write ", number,
+                  number.size() == copy.size() ? ", without quotes" : ", without quotes and unit");
+}
+
 bool is_plain(json::value const& value)
 {
     auto const* text = value.if_string();
     return text && is_printable(*text);
-}
-
-std::string number_text(double value)
-{
-    return value == std::floor(value) && std::abs(value) < 1e9 ? std::to_string(static_cast<long>(value))
-                                                               : python_float(value);
 }
 
 std::string entry_of(std::string_view key, std::size_t number)
@@ -64,101 +84,128 @@ std::string entry_of(std::string_view key, std::size_t number)
     return concat("key \"", key, "\", entry ", std::to_string(number), ": ");
 }
 
-std::string unknown_key(std::string_view name, std::vector<std::string_view> const& known)
+/// Where a place that an unreadable part of the file may lack.
+JsonPlace const& nowhere()
 {
-    auto sentence = concat("unknown key \"", printable(name, max_key_length), "\" is ignored");
-    if (auto const near = nearest(name.substr(0, max_key_length), known); !near.empty())
-        sentence += concat("; did you mean \"", near, "\"?");
-    return sentence;
+    static JsonPlace const place;
+    return place;
 }
 
 } // namespace
 
-result<ConfigReader> ConfigReader::parse(std::string_view text, std::filesystem::path const& origin)
+std::string number_text(double value)
 {
-    ConfigReader reader(printable(origin.string(), max_path_length));
-    json::stream_parser parser;
-    boost::system::error_code error;
-    auto const used = parser.write_some(text.data(), text.size(), error);
-    if (!error && used < text.size())
-        error = json::error::extra_data;
-    if (!error)
-        parser.finish(error);
-    if (error)
-        return Failure(errc::invalid_config,
-                       concat(reader.origin_, ": not JSON: ", error.message(), " at ", position(text, used)));
-    auto value = parser.release();
+    constexpr double exact = 9'007'199'254'740'992; // 2^53
+    return value == std::floor(value) && std::abs(value) < exact
+               ? std::to_string(static_cast<long long>(value))
+               : python_float(value);
+}
+
+result<ConfigReader> ConfigReader::parse(std::string_view text, std::filesystem::path const& origin,
+                                         std::span<ConfigTopic const> topics)
+{
+    ConfigReader reader;
+    reader.origin_ = printable(origin.string(), max_path_length);
+    reader.text_ = std::make_shared<std::string const>(text);
+    reader.json_ = std::make_shared<PositionedJson const>(read_positioned_json(text));
+    reader.place_ = &reader.json_->place;
+    for (auto const& topic : topics)
+        for (auto const& key : topic.keys)
+            reader.keys_.push_back(&key);
+    auto const& value = reader.json_->value;
+    if (auto const* object = value.if_object())
+        reader.object_ = *object;
+    else if (reader.json_->faults.empty())
+        reader.fail(reader.place_->value, concat("expected a JSON object { ... }, found ", describe(value)));
     if (!value.is_object())
-        return Failure(errc::invalid_config,
-                       concat(reader.origin_, ": expected a JSON object { ... }, found ", describe(value)));
-    reader.object_ = std::move(value.get_object());
+        return *reader.failure();
     return reader;
 }
 
-void ConfigReader::fail(std::string_view what)
+std::string ConfigReader::line(Remark const& remark, TextPlaces& places) const
 {
-    if (!failure_)
-        failure_ = Failure(errc::invalid_config, concat(origin_, ": ", place_, what));
+    return concat(origin_, ":", places.at(remark.offset), ": ", remark.text);
+}
+
+ConfigKey const& ConfigReader::described(std::string_view key) const
+{
+    for (auto const* candidate : keys_)
+        if (candidate->name == key || (!key.empty() && candidate->alias == key))
+            return *candidate;
+    throw std::logic_error(concat("config_keys.cpp has no key ", key));
+}
+
+JsonPlace const& ConfigReader::place_of(std::string_view key) const
+{
+    auto const found = place_->members.find(key);
+    return found == place_->members.end() ? nowhere() : found->second;
+}
+
+void ConfigReader::fail(std::size_t offset, std::string_view what)
+{
+    auto const is_there = [offset](auto const& remark) { return remark.offset == offset; };
+    if (std::ranges::none_of(wrong_, is_there) && std::ranges::none_of(json_->faults, is_there))
+        wrong_.push_back({offset, concat(context_, what)});
 }
 
 void ConfigReader::refuse(std::string_view key, std::string_view wanted)
 {
-    fail(concat("key \"", key, "\": expected ", wanted, ", found ", describe(object_.at(key))));
+    auto const found = described(key).type == KeyType::secret ? "something else" : describe(object_.at(key));
+    fail(place_of(key).value, concat("key \"", key, "\": expected ", wanted, ", found ", found));
 }
 
 void ConfigReader::refuse_entry(std::string_view key, std::size_t number, json::value const& entry,
                                 std::string_view wanted)
 {
-    fail(concat(entry_of(key, number), "expected ", wanted, ", found ", describe(entry)));
+    auto const& entries = place_of(key).entries;
+    fail(number <= entries.size() ? entries[number - 1].value : place_of(key).value,
+         concat(entry_of(key, number), "expected ", wanted, ", found ", describe(entry)));
 }
 
 void ConfigReader::require(std::string_view key, std::string_view wanted)
 {
-    misses_key_ = misses_key_ || !failure_;
-    fail(concat("key \"", key, "\" is missing: expected ", wanted));
+    if (json_->is_complete)
+        missing_.push_back(
+            {place_->value, concat(context_, "key \"", key, "\" is missing: expected ", wanted)});
 }
 
 json::value const* ConfigReader::find(std::string_view key)
 {
-    known_.push_back(key);
+    (void)described(key);
+    read_.push_back(key);
     return object_.if_contains(key);
 }
 
-void ConfigReader::ignore(std::vector<std::string_view> const& keys)
+json::value const* ConfigReader::find(std::string_view key, std::initializer_list<KeyType> types)
 {
-    known_.insert(known_.end(), keys.begin(), keys.end());
+    if (std::ranges::find(types, described(key).type) == types.end())
+        throw std::logic_error(concat("config_keys.cpp has another type for ", key));
+    return find(key);
 }
 
 void ConfigReader::read(std::string_view key, std::string& value)
 {
-    auto const* found = find(key);
+    auto const* found = find(key, {KeyType::text, KeyType::secret});
     if (found && is_plain(*found))
         value = found->get_string();
     else if (found)
-        refuse(key, found->is_string() ? "a string without control characters" : "a string");
+        refuse(key, found->is_string() || described(key).type == KeyType::secret
+                        ? "a string without control characters"
+                        : "a string");
 }
 
 void ConfigReader::read_text(std::string_view key, std::string& value)
 {
-    auto const* found = find(key);
+    auto const* found = find(key, {KeyType::text});
     if (found && found->is_string())
         value = found->get_string();
     else if (found)
         refuse(key, "a string");
 }
 
-void ConfigReader::read_secret(std::string_view key, std::string& value)
-{
-    auto const* found = find(key);
-    if (found && is_plain(*found))
-        value = found->get_string();
-    else if (found)
-        fail(concat("key \"", key, "\": expected a string without control characters, found something else"));
-}
-
 void ConfigReader::read(std::string_view key, bool& value)
 {
-    auto const* found = find(key);
+    auto const* found = find(key, {KeyType::boolean});
     if (found && found->is_bool())
         value = found->get_bool();
     else if (found)
@@ -167,7 +214,7 @@ void ConfigReader::read(std::string_view key, bool& value)
 
 void ConfigReader::read(std::string_view key, std::filesystem::path& value)
 {
-    auto const* found = find(key);
+    auto const* found = find(key, {KeyType::path});
     if (found && is_plain(*found) && !found->get_string().empty())
         value = expand_path(found->get_string());
     else if (found)
@@ -176,7 +223,7 @@ void ConfigReader::read(std::string_view key, std::filesystem::path& value)
 
 void ConfigReader::read(std::string_view key, std::vector<std::string>& value)
 {
-    auto const* found = find(key);
+    auto const* found = find(key, {KeyType::texts, KeyType::text_or_list});
     if (!found)
         return;
     auto const* list = found->if_array();
@@ -190,93 +237,162 @@ void ConfigReader::read(std::string_view key, std::vector<std::string>& value)
         value.emplace_back(entry.get_string());
 }
 
-void ConfigReader::read_number(std::string_view key, double& value, double min, double max)
+void ConfigReader::refuse_number(ConfigKey const& key, json::value const& found, std::string_view kind,
+                                 double max)
 {
-    auto const* found = find(key);
+    auto const range = concat(key.least > 0 ? "0, or " : "", kind, " from ",
+                              number_text(key.least > 0 ? key.least : key.min), " to ", number_text(max),
+                              key.unit.empty() ? "" : concat(" (", key.unit, ")"));
+    fail(place_of(key.name).value, concat("key \"", key.name, "\": expected ", range, ", found ",
+                                          describe(found), without_quotes(found)));
+}
+
+void ConfigReader::read_number(std::string_view key, double& value)
+{
+    auto const* found = find(key, {KeyType::number});
     if (!found)
         return;
+    auto const& wanted = described(key);
     boost::system::error_code ignored;
     double const number = found->is_number() ? found->to_number<double>(ignored) : std::nan("");
-    if (!(number >= min && number <= max))
-        return refuse(key, concat("a number from ", number_text(min), " to ", number_text(max)));
+    bool const is_in_gap = number > 0 && number < wanted.least;
+    if (!(number >= wanted.min && number <= wanted.max) || is_in_gap)
+        return refuse_number(wanted, *found, "a number", wanted.max);
     value = number;
 }
 
-void ConfigReader::read_integer(std::string_view key, int& value, int min, int max)
+void ConfigReader::read_integer(std::string_view key, int& value, std::optional<int> highest)
 {
-    auto const* found = find(key);
+    auto const* found = find(key, {KeyType::integer});
     if (!found)
         return;
+    auto const& wanted = described(key);
+    auto const max = highest ? *highest : static_cast<int>(wanted.max);
     boost::system::error_code error;
     auto const number = found->is_number() ? found->to_number<std::int64_t>(error) : 0;
-    if (!found->is_number() || error || number < min || number > max)
-        return refuse(key, concat("an integer from ", std::to_string(min), " to ", std::to_string(max)));
+    if (!found->is_number() || error || number < static_cast<int>(wanted.min) || number > max)
+        return refuse_number(wanted, *found, "an integer", max);
     value = static_cast<int>(number);
 }
 
-void ConfigReader::read_choice(std::string_view key, std::string& value,
-                               std::vector<std::string_view> const& choices)
+void ConfigReader::read_choice(std::string_view key, std::string& value)
 {
-    auto const* found = find(key);
+    auto const* found = find(key, {KeyType::choice});
     if (!found)
         return;
+    auto const choices = described(key).choices;
     if (found->is_string() &&
-        std::find(choices.begin(), choices.end(), std::string_view(found->get_string())) != choices.end()) {
+        std::ranges::find(choices, std::string_view(found->get_string())) != choices.end()) {
         value = found->get_string();
         return;
     }
     std::string wanted = "one of";
     for (auto const choice : choices)
-        wanted += concat(wanted.size() > 6 ? ", \"" : " \"", choice, "\"");
+        wanted += concat(choice == choices.front() ? " \"" : ", \"", choice, "\"");
     refuse(key, wanted);
 }
 
 ConfigReader ConfigReader::entry(std::string_view key, std::size_t number, json::object const& object) const
 {
-    ConfigReader reader(origin_);
+    ConfigReader reader;
+    reader.json_ = json_;
+    reader.text_ = text_;
+    reader.origin_ = origin_;
     reader.object_ = object;
-    reader.place_ = entry_of(key, number);
+    reader.context_ = entry_of(key, number);
+    auto const& entries = place_of(key).entries;
+    reader.place_ = number <= entries.size() ? &entries[number - 1] : &nowhere();
+    for (auto const& inner : described(key).keys)
+        reader.keys_.push_back(&inner);
     return reader;
 }
 
 void ConfigReader::take_over(ConfigReader const& entry)
 {
-    if (!failure_) {
-        failure_ = entry.failure_;
-        misses_key_ = entry.misses_key_;
-    }
+    entry.check_all_are_read();
+    wrong_.insert(wrong_.end(), entry.wrong_.begin(), entry.wrong_.end());
+    missing_.insert(missing_.end(), entry.missing_.begin(), entry.missing_.end());
     auto const unknown = entry.unknown();
     unknown_within_.insert(unknown_within_.end(), unknown.begin(), unknown.end());
 }
 
+void ConfigReader::check_all_are_read() const
+{
+    for (auto const* key : keys_)
+        for (auto const name : {key->name, key->alias})
+            if (!name.empty() && std::ranges::find(read_, name) == read_.end())
+                throw std::logic_error(concat("nobody reads the key ", name, " of config_keys.cpp"));
+}
+
+bool ConfigReader::is_refused(std::string_view key) const
+{
+    auto const offset = place_of(key).value;
+    auto const is_there = [offset](auto const& remark) { return remark.offset == offset; };
+    return has(key) &&
+           (std::ranges::any_of(wrong_, is_there) || std::ranges::any_of(json_->faults, is_there));
+}
+
 std::optional<Failure> ConfigReader::failure() const
 {
-    if (!misses_key_)
-        return failure_;
-    auto sentence = failure_->message(); // the missing key may be there under a wrong name
-    auto const others = unknown();
-    for (std::size_t i = 0; i < std::min(others.size(), max_unknown); ++i)
-        sentence += concat("; ", others[i]);
-    if (others.size() > max_unknown)
-        sentence += concat("; and ", std::to_string(others.size() - max_unknown), " more unknown keys");
-    return Failure(errc::invalid_config, std::move(sentence));
+    std::vector<Remark> all;
+    auto const add_in_order = [&all](std::vector<Remark> remarks) {
+        std::ranges::stable_sort(remarks, {}, &Remark::offset);
+        all.insert(all.end(), remarks.begin(), remarks.end());
+    };
+    for (auto const& fault : json_->faults)
+        all.push_back({fault.offset, concat("not JSON: ", fault.text)});
+    add_in_order(wrong_);
+    add_in_order(missing_);
+    if (all.empty())
+        return std::nullopt;
+    add_in_order(ignored());
+    TextPlaces places(*text_);
+    std::string lines;
+    for (std::size_t i = 0; i < std::min(all.size(), max_lines); ++i)
+        lines += concat(i == 0 ? "" : "\n", line(all[i], places));
+    if (all.size() > max_lines)
+        lines += concat("\n", origin_, ": and ", std::to_string(all.size() - max_lines), " more");
+    return Failure(errc::invalid_config, std::move(lines));
 }
 
-std::vector<std::string> ConfigReader::unknown() const
+std::vector<ConfigReader::Remark> ConfigReader::unknown() const
 {
+    std::vector<std::string_view> known;
+    for (auto const* key : keys_)
+        for (auto const name : {key->name, key->alias})
+            if (!name.empty())
+                known.push_back(name);
+    std::vector<Remark> remarks;
+    for (auto const& [name, value] : object_) {
+        std::string_view const key = name;
+        if (std::ranges::find(known, key) != known.end())
+            continue;
+        auto sentence = concat(context_, "unknown key \"", printable(key, max_key_length), "\" is ignored");
+        if (auto const near = nearest(key.substr(0, max_key_length), known); !near.empty())
+            sentence += concat("; did you mean \"", near, "\"?");
+        remarks.push_back({place_of(key).key, std::move(sentence)});
+    }
+    remarks.insert(remarks.end(), unknown_within_.begin(), unknown_within_.end());
+    return remarks;
+}
+
+std::vector<ConfigReader::Remark> ConfigReader::ignored() const
+{
+    auto remarks = unknown();
+    for (auto const& duplicate : json_->duplicates)
+        remarks.push_back({duplicate.offset, duplicate.text});
+    return remarks;
+}
+
+std::vector<std::string> ConfigReader::warnings() const
+{
+    check_all_are_read();
+    auto remarks = ignored();
+    std::ranges::stable_sort(remarks, {}, &Remark::offset);
+    TextPlaces places(*text_);
     std::vector<std::string> sentences;
-    for (auto const& [name, value] : object_)
-        if (std::find(known_.begin(), known_.end(), std::string_view(name)) == known_.end())
-            sentences.push_back(concat(place_, unknown_key(name, known_)));
-    sentences.insert(sentences.end(), unknown_within_.begin(), unknown_within_.end());
-    return sentences;
-}
-
-std::vector<std::string> ConfigReader::unknown_keys() const
-{
-    auto sentences = unknown();
-    for (auto& sentence : sentences)
-        sentence = concat(origin_, ": ", sentence);
+    for (auto const& remark : remarks)
+        sentences.push_back(line(remark, places));
     return sentences;
 }
 

@@ -1,53 +1,59 @@
-// Reads typed values out of a JSON object and remembers the first thing that is wrong.
+// Reads typed values out of the JSON object of a configuration, as the table of keys describes them, and
+// remembers everything that is wrong.
 #pragma once
+
+#include "config_keys.hpp"
+#include "positioned_json.hpp"
 
 #include <webots_cloud/error.hpp>
 
 #include <boost/json/object.hpp>
 
 #include <filesystem>
+#include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace webots_cloud::core {
 
-/// One configuration file being read. Every key that is requested counts as known.
+/// One configuration file being read. Whoever asks for a key that the table lacks, or of another type, or
+/// doesn't ask for all of them, gets a `std::logic_error`.
 class ConfigReader
 {
 public:
-    /// Errors: `invalid_config` with line and column when `text` is no JSON, or no object.
-    static result<ConfigReader> parse(std::string_view text, std::filesystem::path const& origin);
+    /// What is no JSON is noted as a fault, too. Errors: `invalid_config` when `text` has no object.
+    static result<ConfigReader> parse(std::string_view text, std::filesystem::path const& origin,
+                                      std::span<ConfigTopic const> topics);
 
     bool has(std::string_view key) const { return object_.contains(key); }
 
     // Each leaves `value` alone when the key is absent. Strings and paths have no control characters: they
-    // end up in requests, headers, command lines, environments and file names.
+    // end up in requests, headers, command lines, environments and file names. Ranges and choices are those
+    // of the table.
     void read(std::string_view key, std::string& value);
     void read(std::string_view key, bool& value);
     void read(std::string_view key, std::filesystem::path& value);
     void read(std::string_view key, std::vector<std::string>& value);
     /// For texts that are only ever shown, and for what the caller checks more strictly: any string.
     void read_text(std::string_view key, std::string& value);
-    /// A secret string, which no message quotes.
-    void read_secret(std::string_view key, std::string& value);
-    void read_number(std::string_view key, double& value, double min, double max);
-    void read_integer(std::string_view key, int& value, int min, int max);
-    /// One of `choices`.
-    void read_choice(std::string_view key, std::string& value, std::vector<std::string_view> const& choices);
+    void read_number(std::string_view key, double& value);
+    /// `highest`: where other keys leave less than the table allows.
+    void read_integer(std::string_view key, int& value, std::optional<int> highest = {});
+    void read_choice(std::string_view key, std::string& value);
 
     /// The value itself, for keys of other shapes; null when it is absent.
     boost::json::value const* find(std::string_view key);
-
-    /// Declares keys that are known but not used here.
-    void ignore(std::vector<std::string_view> const& keys);
 
     /// A reader of an object that is an entry of the list `key`; `number` counts from 1. Give it back to
     /// `take_over`.
     ConfigReader entry(std::string_view key, std::size_t number, boost::json::object const& object) const;
     /// What was wrong with an entry, and its unknown keys, as if they were ours.
     void take_over(ConfigReader const& entry);
+
+    // Of faults in one place the first is kept: the others usually follow from it.
 
     /// Notes that `key` is wrong: "expected <wanted>, found <what is there>".
     void refuse(std::string_view key, std::string_view wanted);
@@ -57,30 +63,56 @@ public:
     /// Notes that a required key is missing.
     void require(std::string_view key, std::string_view wanted);
 
-    /// The first mistake, if any. To be called last: where a key is missing, it names the unknown ones,
-    /// too.
+    /// Whether the value of `key` was refused.
+    bool is_refused(std::string_view key) const;
+
+    /// Everything that is wrong, if anything, a line each: first what is no JSON, then wrong values in the
+    /// order of the file, missing keys, and what is ignored: unknown keys may be missing ones under a wrong
+    /// name. To be called last.
     std::optional<Failure> failure() const;
 
-    /// A warning for each key that was never requested, with the most similar known one.
-    std::vector<std::string> unknown_keys() const;
+    /// A warning for each key that there is twice, and for each unknown one, with the most similar known one.
+    std::vector<std::string> warnings() const;
 
 private:
-    explicit ConfigReader(std::string origin) : origin_(std::move(origin)) {}
+    /// A sentence about a place in the file.
+    struct Remark
+    {
+        std::size_t offset = 0;
+        std::string text;
+    };
 
-    void fail(std::string_view what);
-    std::vector<std::string> unknown() const;
+    ConfigReader() = default;
 
+    std::string line(Remark const& remark, TextPlaces& places) const;
+    ConfigKey const& described(std::string_view key) const;
+    boost::json::value const* find(std::string_view key, std::initializer_list<KeyType> types);
+    JsonPlace const& place_of(std::string_view key) const;
+    void fail(std::size_t offset, std::string_view what);
+    void refuse_number(ConfigKey const& key, boost::json::value const& found, std::string_view kind,
+                       double max);
+    void check_all_are_read() const;
+    std::vector<Remark> unknown() const;
+    std::vector<Remark> ignored() const; ///< Unknown keys, and those that there are twice.
+
+    std::shared_ptr<PositionedJson const> json_; ///< Of the whole file.
+    std::shared_ptr<std::string const> text_;
     std::string origin_;
-    std::string place_; ///< Of an entry: what its sentences begin with.
+    std::string context_; ///< Of an entry: what its sentences begin with.
+    std::vector<ConfigKey const*> keys_;
+    JsonPlace const* place_ = nullptr;
     boost::json::object object_;
-    std::vector<std::string_view> known_;
-    std::vector<std::string> unknown_within_; ///< Sentences, of entries.
-    std::optional<Failure> failure_;
-    bool misses_key_ = false; ///< That is the failure.
+    std::vector<std::string_view> read_;
+    std::vector<Remark> unknown_within_; ///< Of entries.
+    std::vector<Remark> wrong_;
+    std::vector<Remark> missing_;
 };
 
 /// `text` with a leading `~` and each `$NAME` or `${NAME}` replaced from the environment, as Python's
 /// expanduser and expandvars do; unknown variables stay.
 std::string expand_path(std::string_view text);
+
+/// A number as people write it: `5`, `0.1`, `1000000000000`.
+std::string number_text(double value);
 
 } // namespace webots_cloud::core

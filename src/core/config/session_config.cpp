@@ -60,7 +60,7 @@ void read_simulation_server(ConfigReader& reader, std::size_t number, boost::jso
     } else if (auto const* object = entry.if_object()) {
         auto inner = reader.entry(key, number, *object);
         inner.read("address", server.address);
-        inner.read_number("weight", server.weight, 0.001, 1'000'000);
+        inner.read_number("weight", server.weight);
         inner.read("drain", server.drain);
         inner.read("labels", server.labels);
         check_labels(inner, server.labels);
@@ -156,24 +156,19 @@ void warn_of_other_ports(SessionConfig const& config, fs::path const& origin,
 
 void read_session_budget(ConfigReader& reader, SessionConfig& config)
 {
-    constexpr int max = 100'000;
-    constexpr double slowest = 0.01;
-    reader.read_integer("sessionBurst", config.session_burst, 0, max);
-    reader.read_number("sessionRate", config.session_rate, 0, max);
-    if (config.session_rate > 0 && config.session_rate < slowest)
-        reader.refuse("sessionRate", "0, or a number from 0.01 to 100000");
+    reader.read_integer("sessionBurst", config.session_burst);
+    reader.read_number("sessionRate", config.session_rate);
 }
 
 void read_relay(ConfigReader& reader, SessionConfig& config)
 {
-    constexpr int max = 100'000;
     reader.read("relay", config.relay);
-    reader.read_integer("waitingRoom", config.waiting_room, 0, max);
+    reader.read_integer("waitingRoom", config.waiting_room);
 }
 
 void read_teacher_password(ConfigReader& reader, SessionConfig& config)
 {
-    reader.read_secret("teacherPassword", config.teacher_password);
+    reader.read("teacherPassword", config.teacher_password);
     reader.read("teacherPasswordFile", config.teacher_password_file);
     if (!config.teacher_password.empty() && !config.teacher_password_file.empty())
         reader.refuse("teacherPasswordFile", "no such key beside \"teacherPassword\": one of the two");
@@ -185,11 +180,11 @@ void read_mail(ConfigReader& reader, SessionConfig& config)
     reader.read_text("administrator", config.administrator);
     reader.read_text("mailServer", config.mail_server);
     int port = config.mail_server_port;
-    reader.read_integer("mailServerPort", port, 0, 65535);
+    reader.read_integer("mailServerPort", port);
     config.mail_server_port = static_cast<std::uint16_t>(port);
     reader.read_text("mailSender", config.mail_sender);
     reader.read("mailSenderUser", config.mail_sender_user);
-    reader.read_secret("mailSenderPassword", config.mail_sender_password);
+    reader.read("mailSenderPassword", config.mail_sender_password);
     if (config.mail_sender_user.empty())
         config.mail_sender_user = config.mail_sender;
     if (!config.administrator.empty() && !core::is_mail_address(config.administrator))
@@ -237,12 +232,13 @@ void warn_of_assumed_tls(ConfigReader const& reader, SessionConfig const& config
 result<Configured<SessionConfig>> parse_session_config(std::string_view text,
                                                        std::filesystem::path const& origin)
 {
-    auto reader = ConfigReader::parse(text, origin);
+    auto reader = ConfigReader::parse(text, origin, session_topics());
     if (!reader)
         return reader.error();
     Configured<SessionConfig> configured;
     auto& config = configured.config;
-    read_port(*reader, config.address.port, 65535);
+    read_schema(*reader);
+    read_port(*reader, config.address.port);
     if (!reader->has("port"))
         reader->require("port", "an integer from 1 to 65535");
     read_simulation_servers(*reader, config.simulation_servers);
@@ -254,22 +250,21 @@ result<Configured<SessionConfig>> parse_session_config(std::string_view text,
     reader->read("caFile", config.ca_file);
     read_access(*reader, config.access);
     read_log(*reader, config);
-    read_seconds(*reader, "loadRefresh", config.load_refresh, 0.1);
-    read_seconds(*reader, "loadTimeout", config.load_timeout, 0.1);
-    reader->read_number("loadThreshold", config.load_threshold, 1, 1000);
-    reader->read_choice("scheduling", config.scheduling,
-                        {"least_committed", "least_reported", "random", "power_of_two"});
-    read_seconds(*reader, "placementTimeout", config.placement_timeout, 0);
+    read_seconds(*reader, "loadRefresh", config.load_refresh);
+    read_seconds(*reader, "loadTimeout", config.load_timeout);
+    reader->read_number("loadThreshold", config.load_threshold);
+    reader->read_choice("scheduling", config.scheduling);
+    read_seconds(*reader, "placementTimeout", config.placement_timeout);
     read_session_budget(*reader, config);
     read_relay(*reader, config);
     reader->read("decisionsForAll", config.decisions_for_all);
     read_teacher_password(*reader, config);
     reader->read("viewerUrl", config.viewer_url);
-    read_seconds(*reader, "pauseHidden", config.pause_hidden, 0);
+    read_seconds(*reader, "pauseHidden", config.pause_hidden);
     read_mail(*reader, config);
     if (auto const failure = reader->failure())
         return *failure;
-    configured.warnings = reader->unknown_keys();
+    configured.warnings = reader->warnings();
     drop_administrator_without_mail(config, origin, configured.warnings);
     warn_of_assumed_tls(*reader, config, origin, configured.warnings);
     warn_of_other_ports(config, origin, configured.warnings);

@@ -197,12 +197,11 @@ void read_simulator_environment(ConfigReader& reader, SimulationConfig& config)
 
 void read_fetch_budget(ConfigReader& reader, SimulationConfig& config)
 {
-    constexpr double min_megabytes = 192; // less, and not even a small project could be fetched
     double megabytes = static_cast<double>(config.fetch_memory >> 20);
-    reader.read_number("fetchMemory", megabytes, min_megabytes, 1'000'000);
+    reader.read_number("fetchMemory", megabytes);
     config.fetch_memory = static_cast<std::uint64_t>(megabytes * (1 << 20));
     double gigabytes = static_cast<double>(config.fetch_disk >> 30);
-    reader.read_number("fetchDisk", gigabytes, 0.1, 100'000);
+    reader.read_number("fetchDisk", gigabytes);
     config.fetch_disk = static_cast<std::uint64_t>(gigabytes * (1 << 30));
 }
 
@@ -210,7 +209,7 @@ void read_fetch_budget(ConfigReader& reader, SimulationConfig& config)
 void read_sandbox(ConfigReader& reader, SimulationConfig& config)
 {
     reader.read("docker", config.docker);
-    reader.read_choice("sandbox", config.sandbox, {"auto", "none", "bubblewrap", "firejail", "docker"});
+    reader.read_choice("sandbox", config.sandbox);
     bool const wants_docker = config.sandbox == "docker";
     if (wants_docker && reader.has("docker") && !config.docker)
         reader.refuse("sandbox", "another one than \"docker\", since \"docker\" is false");
@@ -224,26 +223,22 @@ std::uint64_t megabytes_of(double megabytes)
     return static_cast<std::uint64_t>(megabytes * (1 << 20));
 }
 
-/// Limits, of which 0 is none, and less than `min` would let no simulation start.
+/// Limits, of which 0 is none.
 void read_limits(ConfigReader& reader, LimitsConfig& limits)
 {
-    constexpr double max = 1'000'000'000;
-    auto const read = [&reader](std::string_view key, double value, double min, std::string_view least) {
-        reader.read_number(key, value, 0, max);
-        if (value > 0 && value < min)
-            reader.refuse(key, concat("0 for no limit, or at least ", least));
+    auto const read = [&reader](std::string_view key, double value) {
+        reader.read_number(key, value);
         return value;
     };
-    auto const memory = read("simulationMemory", 0, 64, "64");
+    auto const memory = read("simulationMemory", 0);
     if (reader.has("simulationMemory"))
         limits.memory = megabytes_of(memory);
-    limits.processors = read("simulationCpus", limits.processors, 0.01, "0.01");
-    auto const processes = read("simulationProcesses", 0, 10, "10");
+    limits.processors = read("simulationCpus", limits.processors);
+    auto const processes = read("simulationProcesses", 0);
     if (reader.has("simulationProcesses"))
         limits.processes = static_cast<std::uint64_t>(processes);
-    limits.files =
-        static_cast<std::uint64_t>(read("simulationFiles", static_cast<double>(limits.files), 64, "64"));
-    limits.disk = megabytes_of(read("simulationDisk", static_cast<double>(limits.disk >> 20), 0.1, "0.1"));
+    limits.files = static_cast<std::uint64_t>(read("simulationFiles", static_cast<double>(limits.files)));
+    limits.disk = megabytes_of(read("simulationDisk", static_cast<double>(limits.disk >> 20)));
 }
 
 void read_docker(ConfigReader& reader, fs::path const& folder, DockerConfig& docker)
@@ -252,10 +247,10 @@ void read_docker(ConfigReader& reader, fs::path const& folder, DockerConfig& doc
     docker.directory = (folder / docker.directory).lexically_normal();
     reader.read("dockerImages", docker.images);
     reader.read("projectDockerfiles", docker.project_dockerfiles);
-    if (!reader.has("persistantDockerImages"))
-        return reader.ignore({"persistantDockerImages"});
-    docker.persistent_images.emplace();
-    reader.read("persistantDockerImages", *docker.persistent_images);
+    std::vector<std::string> persistent;
+    reader.read("persistantDockerImages", persistent);
+    if (reader.has("persistantDockerImages"))
+        docker.persistent_images = std::move(persistent);
 }
 
 } // namespace
@@ -263,30 +258,33 @@ void read_docker(ConfigReader& reader, fs::path const& folder, DockerConfig& doc
 result<Configured<SimulationConfig>> parse_simulation_config(std::string_view text,
                                                              std::filesystem::path const& origin)
 {
-    auto reader = ConfigReader::parse(text, origin);
+    auto reader = ConfigReader::parse(text, origin, simulation_topics());
     if (!reader)
         return reader.error();
     Configured<SimulationConfig> configured;
     auto& config = configured.config;
+    read_schema(*reader);
+    (void)reader->find("publicPort");
     read_server_name(*reader, "fullyQualifiedDomainName", config.address.host);
     read_server_name(*reader, "server", config.address.host);
     reader->read("ssl", config.address.ssl);
     read_sandbox(*reader, config);
     // Simulations have the ports after it, and their editors those 500 above.
-    read_port(*reader, config.address.port, max_port - 1 - (config.docker ? core::editor_distance : 0));
+    read_port(*reader, config.address.port,
+              config.docker ? std::optional(max_port - 1 - core::editor_distance) : std::nullopt);
     reader->read("portRewrite", config.address.port_rewrite);
     read_network(*reader, config.address.port, config.network);
     read_access(*reader, config.access);
     read_docker(*reader, origin.parent_path(), config.containers);
     reader->read("allowedRepositories", config.allowed_repositories);
     reader->read("blockedRepositories", config.blocked_repositories);
-    reader->read_number("shareIdleTime", config.share_idle_time, 0, 100);
+    reader->read_number("shareIdleTime", config.share_idle_time);
     read_forges(*reader, origin.parent_path(), config.forges);
     read_notify(*reader, config.notify);
     if (config.address.host == core::asked_name)
         config.notify.clear(); // there is no address that could be registered
     double gigabytes = static_cast<double>(config.cache_bytes >> 30);
-    reader->read_number("cacheSize", gigabytes, 0.1, 100'000);
+    reader->read_number("cacheSize", gigabytes);
     config.cache_bytes = static_cast<std::uint64_t>(gigabytes * (1 << 30));
     reader->read("stateDir", config.state_dir);
     read_fetch_budget(*reader, config);
@@ -296,46 +294,45 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     reader->read("display", config.display);
     reader->read("simulationUser", config.simulation_user);
     reader->read("confineServer", config.confine_server);
-    reader->read_choice("network", config.network_reach, {"internet", "none", "host"});
+    reader->read_choice("network", config.network_reach);
     read_limits(*reader, config.limits);
     reader->read("gateway", config.gateway);
     double traffic = 0;
-    reader->read_number("trafficLimit", traffic, 0, 1e12);
+    reader->read_number("trafficLimit", traffic);
     config.traffic_limit = static_cast<std::uint64_t>(traffic);
     read_simulator_environment(*reader, config);
-    reader->read_integer("maxConnections", config.max_connections, 1, 10'000);
+    reader->read_integer("maxConnections", config.max_connections);
     if (config.docker && config.max_connections >= core::editor_distance)
         reader->refuse(
             "maxConnections",
             "at most 499 with \"docker\", since the port of an editor is 500 above that of its simulation");
-    reader->read_integer("simulationsPerAddress", config.simulations_per_address, 0, 10'000);
-    read_seconds(*reader, "timeout", config.timeout, 0);
-    read_seconds(*reader, "extendable", config.extendable, 0);
-    read_seconds(*reader, "startTimeout", config.start_timeout, 1);
+    reader->read_integer("simulationsPerAddress", config.simulations_per_address);
+    read_seconds(*reader, "timeout", config.timeout);
+    read_seconds(*reader, "extendable", config.extendable);
+    read_seconds(*reader, "startTimeout", config.start_timeout);
     auto grace = config.return_grace;
-    read_seconds(*reader, "reconnectGrace", grace, 0);
+    read_seconds(*reader, "reconnectGrace", grace);
     if (reader->has("reconnectGrace"))
         config.reconnect_grace = config.return_grace = grace;
     read_log(*reader, config);
     reader->read_text("title", config.title);
     reader->read_text("description", config.description);
     std::string formula = "strict";
-    reader->read_choice("loadFormula", formula, {"strict", "reference"});
+    reader->read_choice("loadFormula", formula);
     config.strict_load = formula == "strict";
     reader->read("monitorLogEnabled", config.monitor_log);
     double days = 7;
-    reader->read_number("simulationLogDays", days, 0, 3650);
+    reader->read_number("simulationLogDays", days);
     config.simulation_log_keep =
         std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::ratio<86400>>(days));
     reader->read("projectsDir", config.projects_dir);
     reader->read("caFile", config.ca_file);
     reader->read("keyDir", config.key_dir);
     read_multimedia(*reader, config);
-    reader->ignore({"publicPort"});
     if (auto const failure = reader->failure())
         return *failure;
-    configured.warnings = reader->unknown_keys();
-    if (!reader->find("server") && !reader->find("fullyQualifiedDomainName"))
+    configured.warnings = reader->warnings();
+    if (!reader->has("server") && !reader->has("fullyQualifiedDomainName"))
         configured.warnings.push_back(
             concat(origin.string(), ": key \"server\" is missing: browsers are sent to \"localhost\", which "
                                     "is right only on this machine"));
