@@ -401,6 +401,17 @@ class Operator(unittest.TestCase):
                 .filter(([, {height}]) => innerWidth < 700 && height > 0 && height < 44);
             return [...outside, ...small].map(([each]) => each.outerHTML.slice(0, 200));""")
 
+    def test_the_operator_reads_what_the_doctor_finds(self):
+        for server in (self.site, self.simulation):
+            self.open(server.url)
+            self.assertFalse(self.find("#doctor").is_displayed(), "whoever reads the page is told nothing")
+            self.become_operator()
+            wait_until(lambda: self.texts("#doctor p")[0].startswith("Looked at "), lambda: self.texts("#doctor"))
+            said = self.texts("#doctor li")
+            self.assertIn(f"ok public address: {server.url}/livez leads here.", said)
+            self.assertIn(f"ok port {server.port}: the server runs there.", said)
+            self.check_looks(f"operator_doctor_{server.port}")
+
     def test_a_machine_is_drained_and_taken_back(self):
         self.open(self.site.url)
         self.assertEqual(self.texts("td.action"), [], "whoever reads the page has no buttons")

@@ -121,6 +121,47 @@ const operator = (() => {
     });
   }
 
+  // What the server finds wrong with itself and its machine, as with its option --doctor.
+  const doctor = (() => {
+    const patience = 20; // questions, one a second
+    const note = make("p", {role: "status"});
+    const look = make("button", {type: "button", class: "act", id: "examine"}, "Look again");
+    const list = make("ul", {});
+    const section = make("section", {id: "doctor", hidden: ""}, make("h2", {}, "Doctor"), list, note, look);
+
+    function show({examined, underWay, findings}) {
+      list.replaceChildren(...findings.map(({verdict, subject, found, remedy}) =>
+        make("li", {class: verdict}, make("b", {}, verdict), ` ${subject}: ${found}. ${remedy}`)));
+      note.textContent = underWay ? "Looking ..." : examined ? `Looked at ${new Date(examined).toLocaleString()}.` : "";
+    }
+
+    async function examine() {
+      look.hidden = true;
+      const token = sessionStorage.getItem(key);
+      for (let asked = 0; asked < patience && isActive; ++asked) {
+        const answer = await ask(asked === 0 ? "doctor" : "doctor?last", "GET", token);
+        if (answer.status !== 200) {
+          note.textContent = reason(answer, Boolean(token));
+          break;
+        }
+        const said = JSON.parse(answer.text);
+        show(said);
+        if (!said.underWay)
+          break;
+        await new Promise(resolve => setTimeout(resolve, 1_000));
+      }
+      look.hidden = false;
+    }
+
+    look.onclick = examine;
+    listeners.push(active => {
+      section.hidden = !active;
+      if (active)
+        void examine();
+    });
+    return section;
+  })();
+
   const button = make("button", {type: "button", class: "act", id: "operator"}, "Operator");
   button.onclick = async () => {
     if (isActive)
@@ -135,6 +176,7 @@ const operator = (() => {
   // A page that shows ours in a frame could have its visitor press our buttons.
   if (window === window.top) {
     document.querySelector("header").append(button);
+    document.querySelector("main").append(doctor);
     const token = sessionStorage.getItem(key);
     if (token)
       void signIn(token).then(({status}) => status === 404 && signOut());
