@@ -4,6 +4,7 @@ import contextlib
 import glob
 import grp
 import json
+import logging
 import os
 import pwd
 import subprocess
@@ -81,10 +82,8 @@ class Packages(unittest.IsolatedAsyncioTestCase):
                 self.assertEqual(unit.show("ActiveState"), "active")
                 self.assertIsNotNone(unit.get("/load"))
 
-    async def check_starts_a_simulation(self):
-        """As the page does, by way of the session server."""
-        wait_until(lambda: self.session.get("/readyz"), "no machine is free")
-        async with Browser(self.session) as browser:
+    async def check_starts_a_simulation(self, server=None):
+        async with Browser(server or self.simulation) as browser:
             await browser.start()
             address = (await browser.hear("webots:")).partition(":")[2]
             self.assertRegex(address, "^ws://localhost:2000/simulation/[a-z]{28}/2001$")
@@ -96,7 +95,13 @@ class Packages(unittest.IsolatedAsyncioTestCase):
             self.assertEqual(systemctl("is-enabled", unit.name), "enabled")
         self.assertIn("<html", self.session.get("/viewer/"))
         await self.check_starts_a_simulation()
-        self.assertIn("this server runs the demo simulator", read("/var/log/webots-cloud/simulation/output.log"))
+        self.assertIn("this server runs the demo simulator", self.simulation.logged())
+
+    async def test_a_simulation_is_started_by_way_of_the_session_server_as_the_page_does(self):
+        self.session.configure(loadThreshold=1000)  # the machine that runs the tests may be busy
+        systemctl("reload", self.session.name)
+        wait_until(lambda: self.session.get("/readyz"), "no machine is free")
+        await self.check_starts_a_simulation(self.session)
 
     def test_simulations_have_walls_and_displays_of_their_own(self):
         self.assertEqual(self.simulation.get("/readyz"), "ready")
@@ -194,13 +199,14 @@ class Packages(unittest.IsolatedAsyncioTestCase):
 
     def test_one_server_alone_is_purged_without_the_other(self):
         apt("purge", NAMES[0])
-        self.assertFalse(os.path.exists("/var/log/webots-cloud/session"))
+        self.assertFalse(os.path.exists("/var/lib/webots-cloud/session"))
         self.assertEqual(os.listdir("/etc/webots-cloud"), ["simulation.json"])
         self.assertEqual(self.simulation.show("ActiveState"), "active")
         self.assertIsNotNone(self.simulation.get("/load"))
 
 
 if __name__ == "__main__":
+    logging.getLogger("asyncio").setLevel(logging.ERROR)  # apt-get is waited for where coroutines run
     with contextlib.suppress(FileNotFoundError):
         os.remove("/usr/sbin/policy-rc.d")  # debootstrap's
     unittest.main(verbosity=2)

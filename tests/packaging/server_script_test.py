@@ -384,7 +384,7 @@ class Installing(ServerScriptTest):
         self.assertEqual([argument for argument in arguments if argument.endswith(".deb")],
                          [self.path("build/release/packages/webots-cloud-demo_1.deb")])
         self.assertIn("Dpkg::Options::=--force-confold", arguments)
-        for said in ("http://localhost:1999/viewer/", "/etc/webots-cloud/session.json", "/var/log/webots-cloud"):
+        for said in ("http://localhost:1999/viewer/", "/etc/webots-cloud/session.json", "/var/lib/webots-cloud/session/log"):
             self.assertIn(said, output)
 
     def test_servers_that_run_here_would_be_in_the_way(self):
