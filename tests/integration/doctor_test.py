@@ -26,6 +26,8 @@ from support.web_site import web_site  # noqa: E402
 # What a machine of tests is like is not ours to say.
 OF_THE_MACHINE = {"clock", "memory", "firewall", "graphics", "open files", "processes", "user", "sandbox", "display"}
 
+NOBODY = ["http://localhost:1"]  # instead of a forge of the internet
+
 
 def by_subject(answer):
     return {each["subject"]: each for each in json.loads(answer)["findings"]}
@@ -259,7 +261,7 @@ class RunningServers(unittest.TestCase):
         return by_subject(output)
 
     def test_the_public_address_leads_to_the_very_server(self):
-        with SimulationServer() as simulation, SimulationServer() as other, SessionServer([simulation.address]) as session:
+        with SimulationServer(forges=NOBODY) as simulation, SimulationServer() as other, SessionServer([simulation.address]) as session:
             for running in (simulation, session):
                 found = self.doctor(running)
                 self.assertEqual(found[f"port {running.port}"]["found"], "the server runs there")
@@ -277,7 +279,7 @@ class RunningServers(unittest.TestCase):
             file.write("a-token-of-the-operator\n")
         os.chmod(token, 0o600)
         authorized = {"Authorization": "Bearer a-token-of-the-operator"}
-        with SimulationServer(operatorTokenFile=token) as simulation, \
+        with SimulationServer(operatorTokenFile=token, sandbox="none", forges=NOBODY) as simulation, \
                 SessionServer([simulation.address], operatorTokenFile=token) as session:
             for running in (simulation, session):
                 self.assertEqual(running.ask("/api/doctor")[0], 404)
@@ -286,6 +288,9 @@ class RunningServers(unittest.TestCase):
                 wait_until(lambda: json.loads(running.ask("/api/doctor", headers=authorized)[1])["examined"], "nobody has looked")
                 found = by_subject(running.ask("/api/doctor?last", headers=authorized)[1])
                 self.assertEqual(found["public address"]["found"], f"{running.url}/livez leads here")
+                # What the server has chosen at its start is known, too.
+                if running is simulation:
+                    self.assertEqual(found["sandbox"]["verdict"], "warning", found)
             self.assertEqual(found[f"machine {simulation.address}"]["verdict"], "ok")
 
 

@@ -242,6 +242,8 @@ Findings wall_findings(ChosenUser const& user, ChosenSandbox const& sandbox, Cho
     std::vector<std::string> warnings;
     if (!sandbox.warning.empty())
         warnings.push_back(sandbox.warning);
+    else if (sandbox.walls.sandbox.empty()) // as "sandbox" says
+        warnings.emplace_back("each of them can read what this server can read (docs/sandboxes.md).");
     return {isolation_finding(isolation_warning), user_finding(user, {}),
             attempt_finding("sandbox", "\"sandbox\"", sandbox.description, std::move(warnings)),
             attempt_finding("display", "\"display\"", display.description, {})};
