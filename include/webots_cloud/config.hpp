@@ -171,8 +171,9 @@ struct SimulationConfig
     /// `caFile`: PEM file of certificates that are trusted besides the system's authorities, when forges,
     /// websites and registries are asked by https.
     std::filesystem::path ca_file;
-    /// `notify`: registries that are told of this server; a string or a list, `[]` for none.
-    std::vector<std::string> notify{"https://webots.cloud/ajax/server/setup.php"};
+    /// `notify`: registries that are told of this server; a string or a list, `[]` for none. A file without
+    /// the key means that of webots.cloud; a program that makes its configuration itself registers nowhere.
+    std::vector<std::string> notify;
     std::uint64_t cache_bytes = std::uint64_t{10}
                                 << 30; ///< `cacheSize`, in gigabytes: fetched projects that are kept.
     /// `stateDir`: what the server works with, projects of running simulations above all. Empty: the folder

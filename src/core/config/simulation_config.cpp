@@ -78,6 +78,7 @@ void read_forges(ConfigReader& reader, fs::path const& folder, std::vector<Forge
 
 void read_notify(ConfigReader& reader, std::vector<std::string>& registries)
 {
+    registries = {"https://webots.cloud/ajax/server/setup.php"};
     auto const* found = reader.find("notify");
     if (found && found->is_string())
         registries = {std::string(found->get_string())};

@@ -898,6 +898,7 @@ BOOST_AUTO_TEST_CASE(registries_are_a_string_or_a_list)
     auto const notify = [](std::string_view text) {
         return parse_simulation_config(text, "c.json")->config.notify;
     };
+    BOOST_TEST(SimulationConfig().notify.empty(), "who embeds a server registers it, or does not");
     BOOST_TEST(notify("{}") == std::vector<std::string>{"https://webots.cloud/ajax/server/setup.php"},
                boost::test_tools::per_element());
     BOOST_TEST(notify(R"({"notify":"http://a"})") == std::vector<std::string>{"http://a"},
