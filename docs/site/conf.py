@@ -50,52 +50,48 @@ def repository_path(document, target):
     return path.relative_to(ROOT).as_posix() if path.exists() and path.is_relative_to(ROOT) else None
 
 
-def lead_to_headers(app, doctree):
-    """Links to public headers lead to their pages in the API reference instead of offering the file."""
+def lead_beyond_pages(app, doctree):
+    """Links to public headers, and to folders of them, lead to their pages in the API reference. There are no pages for other folders,
+    which are only named. Links to other files offer the file, which Sphinx does by itself."""
     document = app.env.docname
-    for link in list(doctree.findall(addnodes.download_reference)):
-        path = repository_path(document, link['reftarget'].lstrip('/')) or link['reftarget'].lstrip('/')
+    links = [*doctree.findall(addnodes.download_reference), *(link for link in doctree.findall(addnodes.pending_xref) if link['reftype'] == 'myst')]
+    for link in links:
+        target = link['reftarget']
+        path = repository_path(document, target) or target.lstrip('/')
         if path.startswith(HEADERS):
             up = '../' * document.count('/')
             link.replace_self(nodes.reference('', '', *link.children, refuri=up + header_page(path), internal=True))
-
-
-def folder_reference(app, _environment, reference, text):
-    """Links to folders: those of public headers lead to the API reference. A site has no pages for others, so they are only named."""
-    path = repository_path(reference.get('refdoc', ''), reference['reftarget'])
-    if path is None or not (ROOT / path).is_dir():
-        return None  # Sphinx warns about it.
-    if not path.startswith(HEADERS):
-        return text
-    up = '../' * reference['refdoc'].count('/')
-    return nodes.reference('', '', text, refuri=up + header_page(path), internal=True)
+        elif (ROOT / path).is_dir() and '#' not in target:
+            link.replace_self(link.children)
 
 
 def complete_theme(app, exception):
-    """Debian's furo is not bundled as its authors publish it: its script imports another one, which browsers refuse in a page that was
-    opened from disk; its style expects a file in the root of the web server, and has lost what makes a page dark for those whose system is.
-    Newer packages have all that, and stay as they are."""
+    """Debian's furo (12 and 13) is not bundled as its authors publish it: its script imports another one, which browsers refuse in a page
+    that was opened from disk; its style expects a file in the root of the web server, and has lost what makes a page dark for those whose
+    system is."""
     if exception or app.builder.name != 'html':
         return
     static = Path(app.outdir) / '_static'
     script = static / 'scripts/furo.js'
-    imported = re.match(r'import Gumshoe from "\./(.*)";\n', script.read_text())
+    imported = re.match(r'import (?:\* as )?Gumshoe from "\./(.*)";\n', script.read_text())
     if imported:
         script.write_text((script.parent / imported.group(1)).read_text() + script.read_text()[imported.end():])
+        for page in Path(app.outdir).rglob('*.html'):
+            page.write_text(re.sub(r'<script type="module" (src="[^"]*/furo\.js)', r'<script defer \1', page.read_text()))
     path = static / 'styles/furo.css'
     style = path.read_text()
     imported = re.match(r'@import url\(/javascript/(.*)\);\n', style)
     if imported:
         style = Path('/usr/share/javascript', imported.group(1)).read_text() + style[imported.end():]
-    if 'prefers-color-scheme' not in style:
-        colors = re.search(r'body\[data-theme="dark"\] (\{[^}]*--color-background-primary[^}]*\})', style).group(1)
+    colors = r'(\{[^}]*--color-background-primary[^}]*\})'
+    if not re.search(r'prefers-color-scheme: dark\) *\{\s*body[^{]*' + colors, style):
+        colors = re.search(r'body\[data-theme="dark"\] *' + colors, style).group(1)
         style += f'@media screen and (prefers-color-scheme: dark) {{ body[data-theme="auto"] {colors} }}\n'
     path.write_text(style)
 
 
 def setup(app):
     app.add_lexer('mermaid', TextLexer)
-    app.connect('doctree-read', lead_to_headers)
-    app.connect('missing-reference', folder_reference)
+    app.connect('doctree-read', lead_beyond_pages)
     app.connect('build-finished', complete_theme)
     return {'parallel_read_safe': True, 'parallel_write_safe': True}
