@@ -109,6 +109,10 @@ class SessionDoctor(Examination):
         self.assertNotIn("\x1b", output)
         self.assertIn(status, (0, 1))
 
+    def test_json_is_for_the_doctor_alone(self):
+        refused = subprocess.run([program(self.PROGRAM), "--json"], capture_output=True, text=True, timeout=PATIENCE)
+        self.assertEqual((refused.returncode, refused.stderr), (2, "webots-session-server: --json is for --doctor.\n"))
+
     def test_a_configuration_that_can_not_be_read_is_all_that_is_found(self):
         status, output = self.run_doctor(text='{"port": "x"}')
         self.assertEqual(status, 2)
