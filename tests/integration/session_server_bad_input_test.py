@@ -365,7 +365,7 @@ class Tls(unittest.IsolatedAsyncioTestCase):
         self.assertEqual(self.fails('key "connectionsPerAddress": expected an integer from 1', connectionsPerAddress=0), 2)
         self.assertEqual(self.fails('key "trustedProxies", entry 2: expected an address or a network',
                                     trustedProxies=["::1", "proxy.example.org"]), 2)
-        self.assertEqual(self.fails('key "sessionRate": expected a number from 0', sessionRate=-1), 2)
+        self.assertEqual(self.fails('key "sessionRate": expected 0, or a number from 0.01', sessionRate=-1), 2)
 
     async def test_a_port_in_use_is_one_sentence_and_status_2(self):
         with SessionServer([]) as first:
