@@ -49,6 +49,13 @@ class Terminal(unittest.TestCase):
         self.check({"port": 1, "simulationServers": [], "mailSenderPassword": "secret\r\n"},
                    'key "mailSenderPassword": expected a string without control characters, found something else\n', server="session")
 
+    def test_what_the_server_could_not_open_is_warned_of(self):
+        self.check({"server": "h", "listenAddress": "203.0.113.7"}, 'key "listenAddress": 203.0.113.7 is none of this machine', status=0)
+        self.check({"server": "h", "sessionSecret": "/nowhere"}, "/nowhere")
+        self.check({"server": "h", "sslCertificate": "/c", "sslKey": "/k", "redirectPort": 80, "challengeFolder": "/nowhere"},
+                   'warning: c.json: key "challengeFolder": there is no folder /nowhere')
+        self.check({"port": 1, "simulationServers": [], "sessionSecret": "/nowhere"}, "/nowhere", server="session")
+
     def test_values_of_the_environment(self):
         os.environ["EVIL_FOLDER"] = EVIL
         self.addCleanup(os.environ.pop, "EVIL_FOLDER")

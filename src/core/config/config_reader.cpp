@@ -102,13 +102,14 @@ std::string number_text(double value)
 }
 
 result<ConfigReader> ConfigReader::parse(std::string_view text, std::filesystem::path const& origin,
-                                         std::span<ConfigTopic const> topics)
+                                         std::span<ConfigTopic const> topics, OtherServer const& other)
 {
     ConfigReader reader;
     reader.origin_ = printable(origin.string(), max_path_length);
     reader.text_ = std::make_shared<std::string const>(text);
     reader.json_ = std::make_shared<PositionedJson const>(read_positioned_json(text));
     reader.place_ = &reader.json_->place;
+    reader.other_ = other;
     for (auto const& topic : topics)
         for (auto const& key : topic.keys)
             reader.keys_.push_back(&key);
@@ -368,7 +369,9 @@ std::vector<ConfigReader::Remark> ConfigReader::unknown() const
         if (std::ranges::find(known, key) != known.end())
             continue;
         auto sentence = concat(context_, "unknown key \"", printable(key, max_key_length), "\" is ignored");
-        if (auto const near = nearest(key.substr(0, max_key_length), known); !near.empty())
+        if (find_key(other_.topics, key))
+            sentence += concat(": it belongs into the configuration of ", other_.name);
+        else if (auto const near = nearest(key.substr(0, max_key_length), known); !near.empty())
             sentence += concat("; did you mean \"", near, "\"?");
         remarks.push_back({place_of(key).key, std::move(sentence)});
     }

@@ -19,6 +19,13 @@
 
 namespace webots_cloud::core {
 
+/// The keys of the other server, which people give by mistake.
+struct OtherServer
+{
+    std::string_view name;
+    std::span<ConfigTopic const> topics = {};
+};
+
 /// One configuration file being read. Whoever asks for a key that the table lacks, or of another type, or
 /// doesn't ask for all of them, gets a `std::logic_error`.
 class ConfigReader
@@ -26,7 +33,7 @@ class ConfigReader
 public:
     /// What is no JSON is noted as a fault, too. Errors: `invalid_config` when `text` has no object.
     static result<ConfigReader> parse(std::string_view text, std::filesystem::path const& origin,
-                                      std::span<ConfigTopic const> topics);
+                                      std::span<ConfigTopic const> topics, OtherServer const& other = {});
 
     bool has(std::string_view key) const { return object_.contains(key); }
 
@@ -100,6 +107,7 @@ private:
     std::string origin_;
     std::string context_; ///< Of an entry: what its sentences begin with.
     std::vector<ConfigKey const*> keys_;
+    OtherServer other_;
     JsonPlace const* place_ = nullptr;
     boost::json::object object_;
     std::vector<std::string_view> read_;

@@ -232,7 +232,8 @@ void warn_of_assumed_tls(ConfigReader const& reader, SessionConfig const& config
 result<Configured<SessionConfig>> parse_session_config(std::string_view text,
                                                        std::filesystem::path const& origin)
 {
-    auto reader = ConfigReader::parse(text, origin, session_topics());
+    auto reader = ConfigReader::parse(text, origin, session_topics(),
+                                      {"webots-simulation-server", simulation_topics()});
     if (!reader)
         return reader.error();
     Configured<SessionConfig> configured;

@@ -259,7 +259,8 @@ void read_docker(ConfigReader& reader, fs::path const& folder, DockerConfig& doc
 result<Configured<SimulationConfig>> parse_simulation_config(std::string_view text,
                                                              std::filesystem::path const& origin)
 {
-    auto reader = ConfigReader::parse(text, origin, simulation_topics());
+    auto reader =
+        ConfigReader::parse(text, origin, simulation_topics(), {"webots-session-server", session_topics()});
     if (!reader)
         return reader.error();
     Configured<SimulationConfig> configured;

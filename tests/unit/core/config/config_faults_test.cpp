@@ -78,6 +78,17 @@ BOOST_AUTO_TEST_CASE(of_a_key_that_is_there_twice_both_places_are_told)
             "c.json:2:1: key \"server\" is here for the second time, and counts; that at 1:2 does not"});
 }
 
+BOOST_AUTO_TEST_CASE(the_configuration_of_the_other_server_is_told_by_its_keys)
+{
+    BOOST_TEST(parse_simulation_config(R"({"server":"h","simulationServers":["a:1"]})", "c.json")->warnings ==
+               std::vector<std::string>{
+                   "c.json:1:15: unknown key \"simulationServers\" is ignored: it belongs into the "
+                   "configuration of webots-session-server"});
+    BOOST_TEST(parse_session_config(R"({"port":1,"simulationServers":[],"forges":[]})", "c.json")->warnings ==
+               std::vector<std::string>{"c.json:1:34: unknown key \"forges\" is ignored: it belongs into the "
+                                        "configuration of webots-simulation-server"});
+}
+
 BOOST_AUTO_TEST_CASE(editors_find_the_schema_by_a_key)
 {
     BOOST_TEST(parse_simulation_config(R"({"$schema":"../simulation.schema.json","server":"h"})", "c.json")
