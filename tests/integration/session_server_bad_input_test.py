@@ -367,11 +367,11 @@ class Tls(unittest.IsolatedAsyncioTestCase):
                                     trustedProxies=["::1", "proxy.example.org"]), 2)
         self.assertEqual(self.fails('key "sessionRate": expected 0, or a number from 0.01', sessionRate=-1), 2)
 
-    async def test_a_port_in_use_is_one_sentence_and_status_2(self):
+    async def test_a_port_in_use_is_one_sentence_and_status_3(self):
         with SessionServer([]) as first:
             again = subprocess.run([program("webots-session-server"), os.path.join(first.folder, "config.json")],
                                    capture_output=True, text=True, timeout=PATIENCE)
-        self.assertEqual((again.returncode, again.stderr.count("\n")), (2, 1), again)
+        self.assertEqual((again.returncode, again.stderr.count("\n")), (3, 1), again)
         self.assertIn(f"can't listen on port {first.port}: ", again.stderr)
 
     async def test_check_config_knows_the_keys(self):

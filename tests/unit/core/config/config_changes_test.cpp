@@ -75,7 +75,7 @@ BOOST_AUTO_TEST_CASE(a_simulation_server_takes_over_its_policy_and_texts)
     auto const next = simulation(
         R"({"allowedRepositories":["https://a"],"blockedRepositories":["https://b"],"shareIdleTime":1,
         "simulationsPerAddress":3,"trafficLimit":5,"title":"t","description":"d","monitorAddresses":["10.0.0.1"]})");
-    BOOST_TEST(keys_for_restart(SimulationConfig(), next).empty());
+    BOOST_TEST(keys_for_restart(simulation("{}"), next).empty());
 }
 
 BOOST_AUTO_TEST_CASE(what_a_simulation_server_does_not_take_over_is_named)
@@ -88,7 +88,7 @@ BOOST_AUTO_TEST_CASE(what_a_simulation_server_does_not_take_over_is_named)
         "extendable":60,"startTimeout":1,"reconnectGrace":5,
         "projectsDir":"p","keyDir":"k","multimediaServer":"m","multimediaStream":"s","simulationLogDays":1,"monitorLogEnabled":false,
         "loadFormula":"reference"})");
-    auto keys = keys_for_restart(SimulationConfig(), next);
+    auto keys = keys_for_restart(simulation("{}"), next);
     auto const more = keys_for_restart(simulation("{}"), simulation(R"({"sslCertificate":"c","sslKey":"k",
         "connectionsPerAddress":5,"pingTimeout":9,"trustedProxies":[],"operatorSocket":"/s","sessionSecret":"/x",
         "redirectPort":3,"challengeFolder":"/c","listenAddress":"::1","logDir":"l","debug":true,"logFormat":"json"})"));
