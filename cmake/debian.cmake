@@ -16,6 +16,9 @@ set(CPACK_STRIP_FILES ON)
 set(CPACK_SET_DESTDIR ON) # files in /etc
 set(CPACK_INSTALL_PREFIX /usr)
 set(CPACK_COMPONENTS_ALL session_server simulation_server demo dev)
+if(BUILD_SHARED_LIBS)
+    list(APPEND CPACK_COMPONENTS_ALL shared)
+endif()
 
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
@@ -76,6 +79,19 @@ webots_cloud_debian_package(dev libwebots-cloud-dev libdevel
     "Headers, libraries and the CMake package of webots_cloud, for programs
 that schedule, run or serve simulations themselves.")
 
+if(BUILD_SHARED_LIBS)
+    set(shared_package libwebots-cloud${webots_cloud_soversion})
+    webots_cloud_debian_package(shared ${shared_package} libs
+        "robot simulations on the web - shared library"
+        "What programs need at run time that schedule, run or serve simulations
+themselves with the shared library of webots_cloud.")
+    # CPack would call ldconfig in maintainer scripts, which dpkg does by a trigger now.
+    set(control ${debian_dir}/${shared_package})
+    file(WRITE ${control}/triggers "activate-noawait ldconfig\n")
+    file(WRITE ${control}/shlibs "libwebots_cloud ${webots_cloud_soversion} ${shared_package} (>= ${PROJECT_VERSION})\n")
+    set(CPACK_DEBIAN_SHARED_PACKAGE_CONTROL_EXTRA ${control}/triggers ${control}/shlibs)
+endif()
+
 set(CPACK_DEBIAN_SESSION_SERVER_PACKAGE_DEPENDS "init-system-helpers (>= 1.54), systemd | systemd-standalone-sysusers")
 set(CPACK_DEBIAN_SESSION_SERVER_PACKAGE_RECOMMENDS ca-certificates)
 set(CPACK_DEBIAN_SESSION_SERVER_PACKAGE_SUGGESTS webots-cloud-simulation-server)
@@ -92,6 +108,9 @@ set(CPACK_DEBIAN_DEV_PACKAGE_SHLIBDEPS OFF)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libarchive-dev, libboost${boost}-dev, libboost-json${boost}-dev, \
 libboost-program-options${boost}-dev, libboost-url${boost}-dev, libcurl4-openssl-dev, libgit2-dev, libspdlog-dev, libssl-dev, \
 pkg-config, zlib1g-dev")
+if(BUILD_SHARED_LIBS)
+    string(APPEND CPACK_DEBIAN_DEV_PACKAGE_DEPENDS ", ${shared_package} (= ${debian_version})")
+endif()
 
 # Units for /usr; config/systemd has those for /usr/local.
 foreach(kind session simulation)

@@ -8,6 +8,7 @@
 
 namespace WEBOTS_CLOUD_API webots_cloud {
 
+/// One certificate, as its holder shows it.
 struct CertificateFacts
 {
     CertificateFacts() = default;

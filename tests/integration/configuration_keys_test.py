@@ -43,7 +43,8 @@ class Keys(unittest.TestCase):
             for file in files:
                 config = json.loads(file.read_text())
                 jsonschema.validate(config, schema)
-                self.assertEqual(config.get("$schema"), f"../{server}.schema.json", file)
+                folder = "/usr/share/webots_cloud/config" if file.name == "installed.json" else ".."  # it goes to /etc
+                self.assertEqual(config.get("$schema"), f"{folder}/{server}.schema.json", file)
                 self.assertLessEqual(config.keys(), schema["properties"].keys())
             with self.assertRaises(jsonschema.ValidationError):
                 jsonschema.validate({"port": 70000, "simulationServers": []}, schema)

@@ -17,7 +17,8 @@ import unittest
 
 BUILD = ""
 SERVERS = {"webots-cloud-session-server": "session", "webots-cloud-simulation-server": "simulation"}
-PACKAGES = {*SERVERS, "webots-cloud-demo", "libwebots-cloud-dev"}
+SHARED = "libwebots-cloud0.1"
+PACKAGES = {*SERVERS, "webots-cloud-demo", "libwebots-cloud-dev", SHARED}
 
 
 def run(*command, **more):
@@ -61,7 +62,7 @@ class DebianPackages(unittest.TestCase):
     def names_in(self, package, field):
         return set(re.findall(r"(?:^|[,|]) *([a-z0-9.+-]+)", self.field(package, field)))
 
-    def test_there_are_four_of_one_version(self):
+    def test_there_are_five_of_one_version(self):
         self.assertEqual(set(self.files), PACKAGES)
         version = run(os.path.join(self.root, "usr/bin/webots-session-server"), "--version").split()[1]
         self.assertEqual({self.field(package, "Version") for package in PACKAGES}, {f"{version}-1"})
@@ -71,6 +72,7 @@ class DebianPackages(unittest.TestCase):
         run("cmake", "--install", BUILD, "--prefix", prefix)
         elsewhere = ("share/webots_cloud/config/systemd/", "share/webots_cloud/config/website_host/", "share/doc/")
         wanted = {f"usr/{name}" for name in files_below(prefix) if not name.startswith(elsewhere)}
+        wanted = {f"{name}.gz" if name.startswith("usr/share/man/") else name for name in wanted}
         packaged = sorted(name for contents in self.contents.values() for name in contents)
         self.assertEqual(wanted - set(packaged), set())
         self.assertEqual(sorted(set(packaged)), packaged, "no file is in two packages")
@@ -109,6 +111,11 @@ class DebianPackages(unittest.TestCase):
         self.assertEqual(found, set(packages))
         for wanted in [*packages.values(), r"libboost-json1\.\d+-dev", r"libboost-url1\.\d+-dev", "libgit2-dev"]:
             self.assertTrue(not wanted or [name for name in asked if re.fullmatch(wanted, name)], wanted)
+
+    def test_programs_linked_to_the_shared_library_ask_for_its_package(self):
+        self.assertTrue(self.read(SHARED, "DEBIAN/shlibs").startswith(f"libwebots_cloud 0.1 {SHARED} (>= "))
+        self.assertEqual({name for name in self.contents[SHARED] if ".so" in name}, {"usr/lib/libwebots_cloud.so.0.1", "usr/lib/libwebots_cloud.so.0.1.0"})
+        self.assertIn(f"{SHARED} (= {self.field(SHARED, 'Version')})", self.field("libwebots-cloud-dev", "Depends"))
 
     def test_units_start_what_is_packaged_as_users_that_are_made(self):
         for package, kind in SERVERS.items():
