@@ -31,14 +31,16 @@ manual::Manual manual_of(Program const& program, std::string const& other)
     made.description = {program.summary, "It runs in the foreground, as service managers expect, and tells "
                                          "systemd when it is ready. Without CONFIG.json it reads " +
                                              program.default_config.string() +
-                                             ", in the working folder or beside the program."};
+                                             " of the working folder, or else /etc/webots-cloud/" +
+                                             program.kind +
+                                             ".json, or else the first of these beside the program."};
     for (auto const& option : app::options_of(program))
         made.options.push_back({option.name, option.letter, option.value, option.choices, option.summary});
     made.signals = app::signals_of(program);
     made.exit_statuses = app::exit_statuses();
-    made.files = {{"/etc/webots_cloud/" + program.kind + "/config.json",
-                   "the configuration that the unit of systemd names"},
-                  {"share/webots_cloud/config", "examples of configurations, below the installation"}};
+    made.files = {
+        {"/etc/webots-cloud/" + program.kind + ".json", "the configuration that the unit of systemd names"},
+        {"share/webots_cloud/config", "examples of configurations, below the installation"}};
     made.see_also = {other, guard_name};
     return made;
 }

@@ -69,7 +69,7 @@ BOOST_AUTO_TEST_CASE(a_folder_below_the_temporary_one_is_shown_after_that_was_ma
 BOOST_AUTO_TEST_CASE(nothing_of_etc_is_shown_that_could_be_a_secret)
 {
     auto const words = command(webots_and_a_project());
-    for (auto const* secret : {"/etc", "/etc/shadow", "/etc/ssl", "/etc/ssl/private", "/etc/webots_cloud",
+    for (auto const* secret : {"/etc", "/etc/shadow", "/etc/ssl", "/etc/ssl/private", "/etc/webots-cloud",
                                "/home", "/root", "/var", "/run", "/sys", "/"})
         BOOST_TEST(!has(words, {"--ro-bind-try", secret}), secret);
 }
