@@ -59,7 +59,7 @@ class Examination(unittest.TestCase):
                        **self.environment}
         finished = subprocess.run([program(self.PROGRAM), "--doctor", *options, path], capture_output=True, text=True, env=environment,
                                   cwd=self.folder, timeout=PATIENCE)
-        self.assertEqual(finished.stderr, "")
+        self.assertEqual(finished.stderr, "", finished.stderr)
         return finished.returncode, finished.stdout
 
     def findings(self, **keys):

@@ -296,8 +296,8 @@ Viewpoint view_from_outside(std::string_view kind, std::uint16_t port, AccessCon
     return viewpoint;
 }
 
-int report_findings(Arguments const& arguments, Findings findings,
-                    std::function<asio::awaitable<Findings>(asio::any_io_executor)> look)
+void report_findings(Arguments const& arguments, Findings findings,
+                     std::function<asio::awaitable<Findings>(asio::any_io_executor)> look)
 {
     if (look) {
         asio::io_context context;
@@ -313,7 +313,8 @@ int report_findings(Arguments const& arguments, Findings findings,
     std::cout << (arguments.json ? core::findings_json(findings) + "\n"
                                  : core::findings_text(findings, coloured))
               << std::flush;
-    return static_cast<int>(core::worst(findings));
+    // Threads may still be at work (aside.hpp): nothing is torn down below them.
+    std::quick_exit(static_cast<int>(core::worst(findings)));
 }
 
 Progress shown_progress()

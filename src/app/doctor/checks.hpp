@@ -72,9 +72,10 @@ CheckWork check_public_address(HttpClient& http, PublicAddress address, Viewpoin
 boost::asio::awaitable<result<std::string>> output_of(std::string command);
 
 /// Has `look` look, unless it is empty, and prints what it and `before` have found, as the arguments say.
-/// Returns the exit status.
-int report_findings(Arguments const& arguments, core::Findings before,
-                    std::function<boost::asio::awaitable<core::Findings>(boost::asio::any_io_executor)> look);
+/// Ends the program, with their exit status.
+[[noreturn]] void
+report_findings(Arguments const& arguments, core::Findings before,
+                std::function<boost::asio::awaitable<core::Findings>(boost::asio::any_io_executor)> look);
 
 /// For `examine`, on a terminal.
 Progress shown_progress();

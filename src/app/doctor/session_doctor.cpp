@@ -101,9 +101,9 @@ int diagnose_session_server(Arguments const& arguments)
     Findings findings;
     auto const config = app::read_for_doctor<SessionConfig>(arguments, parse_session_config, findings);
     if (!config)
-        return app::report_findings(arguments, std::move(findings), {});
+        app::report_findings(arguments, std::move(findings), {});
     auto const viewpoint = app::view_from_outside("session", config->address.port, config->access);
-    return app::report_findings(
+    app::report_findings(
         arguments, std::move(findings), [&config, &viewpoint](asio::any_io_executor executor) {
             return app::examine_session_server(*config, viewpoint, executor, app::shown_progress());
         });

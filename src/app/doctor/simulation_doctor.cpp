@@ -299,10 +299,10 @@ int diagnose_simulation_server(Arguments const& arguments, fs::path const& progr
     Findings findings;
     auto const config = app::read_for_doctor<SimulationConfig>(arguments, parse_simulation_config, findings);
     if (!config)
-        return app::report_findings(arguments, std::move(findings), {});
+        app::report_findings(arguments, std::move(findings), {});
     auto const absolute = absolute_path(programs);
     auto const viewpoint = app::view_from_outside("simulation", config->address.port, config->access);
-    return app::report_findings(
+    app::report_findings(
         arguments, std::move(findings), [&config, &absolute, &viewpoint](asio::any_io_executor executor) {
             auto const walls = app::wall_findings(*config, find_simulator(*config, absolute));
             return app::examine_simulation_server(*config, absolute, walls, viewpoint, executor,
