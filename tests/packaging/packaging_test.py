@@ -129,26 +129,22 @@ class FindPackage(PackagingTest):
         declared = re.compile(r"(?:(?:typeinfo|typeinfo name|vtable|VTT|construction vtable) for )?webots_cloud::(?!(?:core|async|adapters|app|web)::)")
         self.assertEqual([name for name in strong if not declared.match(name)], [])
 
-    def link_by_pkg_config(self, prefix, *options):
-        environment = {**os.environ, "PKG_CONFIG_PATH": os.path.join(prefix, "lib", "pkgconfig")}
-        flags = subprocess.run(["pkg-config", "--cflags", "--libs", *options, "webots_cloud"], env=environment, text=True, check=True,
+    def link_by_pkg_config(self, package):
+        environment = {**os.environ, "PKG_CONFIG_PATH": os.path.join(self.prefix, "lib", "pkgconfig")}
+        flags = subprocess.run(["pkg-config", "--cflags", "--libs", package], env=environment, text=True, check=True,
                                stdout=subprocess.PIPE).stdout.split()
-        program = os.path.join(prefix, "consumer")
-        run(self.compiler, "-std=c++20", os.path.join(HERE, "full_consumer", "main.cpp"), "-o", program, *flags, f"-Wl,-rpath,{prefix}/lib")
+        program = os.path.join(self.folder, package)
+        run(self.compiler, "-std=c++20", os.path.join(HERE, "full_consumer", "main.cpp"), "-o", program, *flags,
+            f"-Wl,-rpath,{self.prefix}/lib")
         return program
 
     def test_pkg_config_links_the_shared_library(self):
-        program = self.link_by_pkg_config(self.prefix)
+        program = self.link_by_pkg_config("webots_cloud")
         self.assertEqual(run(program), "answered hello\n")
         self.assertIn("libwebots_cloud.so", run("ldd", program))
 
-    def test_pkg_config_links_the_static_libraries_where_there_are_no_others(self):
-        prefix = os.path.join(self.folder, "static")
-        run("cmake", "--install", self.build, "--prefix", prefix)
-        for name in os.listdir(os.path.join(prefix, "lib")):
-            if ".so" in name:
-                os.remove(os.path.join(prefix, "lib", name))
-        program = self.link_by_pkg_config(prefix, "--static")
+    def test_pkg_config_links_the_static_libraries(self):
+        program = self.link_by_pkg_config("webots_cloud_static")
         self.assertEqual(run(program), "answered hello\n")
         self.assertNotIn("libwebots_cloud", run("ldd", program))
 
@@ -195,7 +191,8 @@ class FindPackage(PackagingTest):
 class AddSubdirectory(PackagingTest):
     def test_core_alone_needs_no_library_of_the_adapters(self):
         absent = [f"-DCMAKE_DISABLE_FIND_PACKAGE_{package}=ON" for package in ADAPTER_PACKAGES]
-        program = self.build_consumer("subdirectory_consumer", f"-DWEBOTS_CLOUD_SOURCE_DIR={SOURCE}", *absent)
+        program = self.build_consumer("subdirectory_consumer", f"-DWEBOTS_CLOUD_SOURCE_DIR={SOURCE}",
+                                      "-DWEBOTS_CLOUD_UNITY_BUILD=ON", *absent)  # in half the time
         self.assertEqual(run(program), "placed on idle:2000\n")
         self.assertEqual(self.linked_adapter_libraries(program), [])
 
