@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs what the tests need, builds, and runs the whole suite: the release, made by g++, then nearly all of it and the fuzzers under
-# the address and undefined behaviour sanitizers of clang. Some 40 minutes on 2 cores from nothing.
+# the address and undefined behaviour sanitizers of clang. Some 50 minutes on 2 cores from nothing.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 source cmake/packages/install.sh
