@@ -5,6 +5,7 @@
 #include "https_redirect.hpp"
 #include "kept_costs.hpp"
 #include "log_summaries.hpp"
+#include "mail.hpp"
 #include "metrics.hpp"
 #include "operator_requests.hpp"
 #include "signals.hpp"
@@ -66,19 +67,6 @@ std::string viewer_defaults(SessionConfig const& config)
     return boost::json::serialize(defaults);
 }
 
-SmtpParams smtp_params(SessionConfig const& config)
-{
-    SmtpParams params;
-    params.host = config.mail_server;
-    params.port = config.mail_server_port;
-    params.sender = config.mail_sender;
-    params.recipient = config.administrator;
-    params.user = config.mail_sender_user;
-    params.password = config.mail_sender_password;
-    params.own_name = config.address.host;
-    return params;
-}
-
 OperatorMailParams operator_mail_params(SessionConfig const& config)
 {
     OperatorMailParams params;
@@ -99,7 +87,7 @@ struct AdministratorMail
     {
         std::shared_ptr<Notifier> next;
         if (!config.administrator.empty()) {
-            auto made = make_smtp_notifier(smtp_params(config));
+            auto made = make_smtp_notifier(app::smtp_params(config));
             if (!made)
                 return made.error();
             next = std::move(*made);

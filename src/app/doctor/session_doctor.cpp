@@ -1,6 +1,7 @@
 #include "aside.hpp"
 #include "doctors.hpp"
 
+#include "app/mail.hpp"
 #include "core/access/forwarding.hpp"
 #include "core/doctor/network_findings.hpp"
 #include "core/text.hpp"
@@ -44,14 +45,7 @@ CheckWork check_machine(HttpClient& http, ServerSpec server, bool tls)
 
 CheckWork check_mail(SessionConfig config)
 {
-    SmtpParams params;
-    params.host = config.mail_server;
-    params.port = config.mail_server_port;
-    params.sender = config.mail_sender;
-    params.recipient = config.administrator;
-    params.user = config.mail_sender_user;
-    params.password = config.mail_sender_password;
-    params.own_name = config.address.host;
+    auto params = app::smtp_params(config);
     params.timeout = app::answer_limit;
     auto const address =
         concat(params.host, ":", std::to_string(params.port == 0 ? usual_mail_port : params.port));
