@@ -278,6 +278,7 @@ class Networks(unittest.IsolatedAsyncioTestCase):
                     self.assertEqual(await again.hear("webots:"), "webots:" + address)
                     await viewer.send("pause")
                     await hear(viewer, "paused by client")
+                    await viewer.close()  # before its simulation ends with the browser that returned
         simulation.wait_until_clean()
         self.assertEqual(os.listdir(os.path.join(simulation.state_folder(), str(simulation.port), "brokers")), [])
 

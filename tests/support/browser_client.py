@@ -44,7 +44,11 @@ class Browser:
     async def hear(self, beginning):
         """Waits for a message that begins so, and returns it."""
         while True:
-            message = await asyncio.wait_for(self.socket.recv(), PATIENCE)
+            try:
+                message = await asyncio.wait_for(self.socket.recv(), PATIENCE)
+            except websockets.ConnectionClosed as closed:
+                closed.add_note(f"Before it closed, the server said {self.told}, and its log:\n{self.simulation.log()}")
+                raise
             self.told.append(message)
             if message.startswith(beginning):
                 return message
