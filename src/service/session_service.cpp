@@ -485,9 +485,11 @@ Answer SessionService::Impl::liveness(IncomingRequest const&)
     return core::page("alive");
 }
 
+/// While all machines are full it is ready as well: else a load balancer would take every session server of a
+/// full site out of service, with those who wait in its line and those whose simulations it relays.
 Answer SessionService::Impl::readiness(IncomingRequest const&)
 {
-    if (available)
+    if (monitor.totals().up > 0)
         return core::page("ready");
     return HttpResponse(503, std::string(core::html_type), "no simulation server");
 }

@@ -561,6 +561,19 @@ BOOST_AUTO_TEST_CASE(probes_and_figures_tell_the_operator_how_it_is)
         BOOST_TEST(figures.body.find(line) != std::string::npos, line);
 }
 
+BOOST_AUTO_TEST_CASE(a_server_whose_machines_are_full_is_ready_and_one_whose_machines_are_gone_is_not)
+{
+    Fixture fixture;
+    fixture.http.expect("GET http://a:2000/load")
+        .reply(200, R"({"load":25,"sessions":8,"capacity":8,"version":"1"})");
+    fixture.http.expect("GET http://a:2000/load").fail(errc::unreachable).always();
+    fixture.start({"a:2000"});
+    BOOST_TEST(fixture.get("/").body == "0");
+    BOOST_TEST(fixture.get("/readyz").status == 200);
+    fixture.world.advance(60s);
+    BOOST_TEST(fixture.get("/readyz").status == 503);
+}
+
 BOOST_AUTO_TEST_CASE(metrics_tell_of_each_machine_what_it_reports_and_whether_it_does)
 {
     Fixture fixture;
