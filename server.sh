@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Starts and stops the servers of this folder, building them first if need be: session server, simulation server, and the example of a
-# website that starts simulations. Or installs the two servers as services of this machine.
+# website that starts simulations. Or makes Debian packages of the two servers, and installs them as services of this machine.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 source cmake/packages/install.sh
@@ -13,7 +13,7 @@ usage()
 {
     cat <<'END'
 Usage: ./server.sh start|stop|restart|status [NAME|--lan]
-       ./server.sh install
+       ./server.sh package|install
 
   start    Install missing packages, build, and start the servers with config/simulation/NAME.json,
            config/session/NAME.json and config/website_host/NAME.json: those whose file exists. NAME is "local"
@@ -27,8 +27,10 @@ Usage: ./server.sh start|stop|restart|status [NAME|--lan]
   restart  stop, whatever runs, and start.
   status   Say which servers run, since when, with which configuration, at which address, where they log, and how
            many seats are taken. With NAME only those that run with it.
-  install  Install missing packages, build, make Debian packages of the servers, and install these: as services that
-           systemd starts with the machine, configured in /etc/webots-cloud. An edited configuration is kept.
+  package  Install missing packages, build, and make Debian packages of the servers in build/release/packages, to be
+           installed on other machines.
+  install  The same, and install them here: as services that systemd starts with the machine, configured in
+           /etc/webots-cloud. An edited configuration is kept.
 
 Exit statuses: 0: done, or running; 1: it failed; 2: wrong arguments; 3, of status: no such server runs.
 Servers that run already are left as they are. They log to log/session, log/simulation and log/website_host.
@@ -40,7 +42,7 @@ main()
     [[ ${2-} != --lan ]] || set -- "$1" lan "${@:3}"
     local verb=${1-} name=${2-local}
     [[ $verb != -h && $verb != --help ]] || { usage && exit 0; }
-    [[ $verb =~ ^(start|stop|restart|status)$ && $# -le 2 || $verb == install && $# -eq 1 ]] || { usage >&2 && exit 2; }
+    [[ $verb =~ ^(start|stop|restart|status)$ && $# -le 2 || $verb =~ ^(package|install)$ && $# -eq 1 ]] || { usage >&2 && exit 2; }
     if [[ $verb == status ]]; then # changes nothing, so it waits for nobody
         status "${2-}"
         return
@@ -53,6 +55,11 @@ main()
 
     if [[ $verb == stop ]]; then
         stop "${2-}"
+        return
+    fi
+    if [[ $verb == package ]]; then
+        make_packages
+        printf '%s\n' build/release/packages/*.deb
         return
     fi
     if [[ $verb == install ]]; then
@@ -125,6 +132,15 @@ make_teacher_password()
     (umask 077 && echo "${letters:0:4}-${letters:4:4}-${letters:8:4}" >"$file")
 }
 
+make_packages()
+{
+    install_packages cmake/packages/build.txt cmake/packages/package.txt
+    install_page_libraries
+    build
+    rm -rf build/release/packages # of an older version
+    cpack --preset release >build/release/packages.log 2>&1 || fail "The packages can't be made: see build/release/packages.log"
+}
+
 # Packages, and services of them.
 install_site()
 {
@@ -133,11 +149,7 @@ install_site()
     for kind in session simulation; do
         [[ -z $(running_pid "$kind") ]] || fail "The $kind server of this folder runs, and has the ports: ./server.sh stop"
     done
-    install_packages cmake/packages/build.txt cmake/packages/package.txt
-    install_page_libraries
-    build
-    rm -rf build/release/packages # of an older version
-    cpack --preset release >build/release/packages.log 2>&1 || fail "The packages can't be made: see build/release/packages.log"
+    make_packages
     as_root apt-get install -y -q --reinstall -o Dpkg::Options::=--force-confdef -o Dpkg::Options::=--force-confold \
         "$PWD"/build/release/packages/webots-cloud-*.deb || fail "apt-get install failed."
     cat <<'END'

@@ -43,7 +43,7 @@ class Keys(unittest.TestCase):
             for file in files:
                 config = json.loads(file.read_text())
                 jsonschema.validate(config, schema)
-                folder = "/usr/share/webots_cloud/config" if file.name == "installed.json" else ".."  # it goes to /etc
+                folder = "/usr/share/webots_cloud/config" if file.name.startswith("installed") else ".."  # they go to /etc
                 self.assertEqual(config.get("$schema"), f"{folder}/{server}.schema.json", file)
                 self.assertLessEqual(config.keys(), schema["properties"].keys())
             with self.assertRaises(jsonschema.ValidationError):

@@ -318,7 +318,7 @@ class Refusing(ServerScriptTest):
         self.assertRegex(errors, r"runs with config/simulation/local\.json")
 
     def test_wrong_arguments_print_the_usage(self):
-        for arguments in ([], ["begin"], ["start", "local", "more"], ["install", "more"]):
+        for arguments in ([], ["begin"], ["start", "local", "more"], ["install", "more"], ["package", "local"]):
             status, output, errors = self.run_script(*arguments)
             self.assertEqual((status, output), (2, ""))
             self.assertTrue(errors.startswith("Usage: ./server.sh start|stop|restart|status [NAME|--lan]"))
@@ -386,6 +386,13 @@ class Installing(ServerScriptTest):
         self.assertIn("Dpkg::Options::=--force-confold", arguments)
         for said in ("http://localhost:1999/viewer/", "/etc/webots-cloud/session.json", "/var/lib/webots-cloud/session/log"):
             self.assertIn(said, output)
+
+    def test_packages_are_made_without_being_installed(self):
+        self.start()  # nothing of it is disturbed
+        status, output, errors = self.run_script("package")
+        self.assertEqual((status, errors), (0, ""))
+        self.assertEqual(output.splitlines(), [f"build/release/packages/{name}.deb" for name in ("libwebots-cloud-dev_1", "webots-cloud-demo_1")])
+        self.assertFalse(os.path.exists(self.path("installed")))
 
     def test_servers_that_run_here_would_be_in_the_way(self):
         self.start()

@@ -18,3 +18,17 @@ fail()
     echo "$*" >&2
     exit 1
 }
+
+# prerequisites PACKAGE...: the packages that these files depend on or recommend, one a line; of alternatives the first, and for a name that
+# packages only provide one of those.
+prerequisites()
+{
+    local file name
+    for file in "$@"; do
+        dpkg-deb --field "$file" Depends Recommends
+    done | sed 's/^[A-Za-z]*: //' | tr , '\n' | sed 's/^ *//; s/[ |(].*//' | grep -v '^webots-' | sort -u | while read -r name; do
+        [[ -n $(apt-cache show "$name" 2>/dev/null) ]] ||
+            name=$(apt-cache showpkg "$name" | sed -n '/^Reverse Provides/,$p' | awk 'NR == 2 { print $1 }')
+        echo "$name"
+    done
+}

@@ -1,0 +1,131 @@
+#!/usr/bin/env bash
+# Follows README to a site of two machines, literally: boots two bare Debians with their systemd, joined by a network of their own, runs the
+# commands of README's section on each, and visits the site from a third machine of that network (tests/two_machines.py). Needs root,
+# debootstrap, a kernel with unified control groups, the release built (./server.sh package), 2 GB and some minutes.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+source tests/support/bare_debian.sh
+source tests/support/booted_debian.sh
+
+usage="Usage: tests/two_machines.sh [--in FOLDER]
+  --in FOLDER  where to make the Debians: a new folder, removed at the end; /var/tmp/two_machines.XXXXXX unless given"
+
+folder=
+client= # the process that keeps the network, and is the third machine in it
+declare -A addresses=([first]=10.0.0.1 [second]=10.0.0.2)
+
+main()
+{
+    local machine
+    while [[ $# -gt 0 ]]; do
+        case $1 in
+            --in) folder=${2:?"$usage"} && shift 2 ;;
+            *) fail "$usage" ;;
+        esac
+    done
+    [[ $(id -u) -eq 0 ]] || fail "Booting Debians needs root."
+    for program in debootstrap ip unshare nsenter; do
+        command -v "$program" >/dev/null || fail "$program is not installed."
+    done
+    folder=${folder:-$(mktemp -d /var/tmp/two_machines.XXXXXX)}
+    mkdir -p "$folder"
+    chmod 755 "$folder"
+    trap clear_away EXIT
+
+    step "Packages, as README says"
+    commands here | bash -eux
+
+    step "Two bare Debians, with what the packages ask for"
+    make_debian "$folder/first"
+    cp --archive "$folder/first" "$folder/second"
+
+    step "They start, in a network"
+    make_network
+    for machine in first second; do
+        echo "$machine" >"$folder/$machine/etc/hostname"
+        boot_tree "$machine" "$folder/$machine"
+        join "$machine"
+    done
+
+    for machine in first second; do
+        step "README's commands on the $machine machine"
+        cp build/release/packages/*.deb "$folder/$machine/home/reader/"
+        follow "$machine" || fail "They fail: $(in_tree "$machine" journalctl --no-pager --unit 'webots-*')"
+    done
+
+    step "Somebody visits the site"
+    nsenter --target "$client" --net /usr/bin/python3 -B tests/two_machines.py "http://${addresses[first]}:1999" "${booted_groups[second]}" ||
+        fail "$(for machine in first second; do in_tree "$machine" bash -c 'tail -n 20 /var/lib/webots-cloud/*/log/*/output.log'; done)"
+    step "The doctor of the first machine, to which README refers"
+    in_tree first webots-session-server --doctor || [[ $? -eq 1 ]] || fail "It finds a fault." # 1: warnings
+    step "README leads to a site of two machines"
+}
+
+# commands MACHINE: the block of README's commands that is marked with it, by a remark that readers do not see.
+commands()
+{
+    local found
+    found=$(awk -v mark="<!-- two machines: $1 -->" '$0 == mark { marked = 1 } !marked { next } /^```$/ { exit } inside { print } /^```bash$/ { inside = 1 }' README.md)
+    [[ -n $found ]] || fail "README has no commands for $1."
+    echo "$found"
+}
+
+# follow MACHINE: as a user who may use sudo, in a shell that stops at the first failure.
+follow()
+{
+    commands "$1" >"$folder/$1/home/reader/commands"
+    in_tree "$1" runuser -u reader -- bash -euxo pipefail -c 'cd && . ./commands'
+}
+
+# make_debian FOLDER: with a user who may use sudo. There is no way to the internet there, so what our packages ask for is there already, and
+# apt is not to look for what that recommends.
+make_debian()
+{
+    local packages=systemd,dbus,sudo
+    packages+=$(prerequisites build/release/packages/webots-cloud-*.deb | sed 's/^/,/' | tr -d '\n')
+    # shellcheck disable=SC1091 # of the machine
+    debootstrap --variant=minbase --include="$packages" "$(. /etc/os-release && echo "$VERSION_CODENAME")" "$1" "$(mirror)" \
+        >"$1.log" 2>&1 || { tail "$1.log" && exit 1; }
+    echo '127.0.0.1 localhost first second' >"$1/etc/hosts"
+    echo 'APT::Install-Recommends "false";' >"$1/etc/apt/apt.conf.d/90no_network"
+    rm -f "$1/usr/sbin/policy-rc.d" # debootstrap's
+    chroot "$1" useradd --create-home --shell /bin/bash reader
+    echo 'reader ALL=(ALL) NOPASSWD: ALL' >"$1/etc/sudoers.d/reader"
+}
+
+# A switch, and the third machine: both are a network namespace.
+make_network()
+{
+    unshare --net sleep infinity &
+    client=$!
+    until [[ $(readlink "/proc/$client/ns/net") != "$(readlink /proc/self/ns/net)" ]]; do sleep 0.1; done
+    in_network ip link add switch type bridge
+    in_network ip address add 10.0.0.3/24 dev switch
+    in_network ip link set lo up
+    in_network ip link set switch up
+}
+
+in_network()
+{
+    nsenter --target "$client" --net "$@"
+}
+
+# join MACHINE: with a cable to the switch.
+join()
+{
+    local first
+    first=$(first_process "$1")
+    in_network ip link add "to_$1" type veth peer name cable netns "$first"
+    in_network ip link set "to_$1" master switch up
+    nsenter --target "$first" --net ip address add "${addresses[$1]}/24" dev cable
+    nsenter --target "$first" --net ip link set cable up
+}
+
+clear_away()
+{
+    end_trees
+    [[ -z $client ]] || kill "$client" 2>/dev/null || true
+    rm -rf --one-file-system "$folder"
+}
+
+main "$@"
