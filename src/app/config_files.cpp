@@ -7,9 +7,6 @@
 #include <webots_cloud/adapters.hpp>
 #include <webots_cloud/daemon.hpp>
 
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/ip/tcp.hpp>
-
 #include <filesystem>
 
 namespace webots_cloud {
@@ -71,38 +68,6 @@ result<> check_webots(SimulationConfig const& config, fs::path const& origin)
         core::check_webots_home(app::absolute_path(config.webots_home),
                                 app::absolute_path(app::environment("WEBOTS_HOME")), app::is_program);
     return checked ? checked : result<>(checked.error().within(origin.string()));
-}
-
-/// What the server could not listen on. A port in use is none of that: mostly it is this server that runs.
-void warn_of_ports(std::vector<std::string>& warnings, std::uint16_t port, NetworkConfig const& network,
-                   fs::path const& origin)
-{
-    namespace asio = boost::asio;
-    boost::system::error_code failed;
-    auto const address = asio::ip::make_address(network.listen_address, failed);
-    asio::io_context context;
-    for (auto const& [key, number] :
-         {std::pair("port", port), std::pair("redirectPort", network.redirect_port)}) {
-        if (number == 0 || failed)
-            continue;
-        asio::ip::tcp::endpoint const endpoint(address, number);
-        asio::ip::tcp::acceptor acceptor(context);
-        boost::system::error_code error;
-        acceptor.open(endpoint.protocol(), error);
-        if (!error)
-            acceptor.set_option(asio::socket_base::reuse_address(true), error);
-        if (!error)
-            acceptor.bind(endpoint, error);
-        if (error == asio::error::access_denied)
-            warnings.push_back(concat(
-                origin.string(), ": key \"", key, "\": this user may not open port ", std::to_string(number),
-                ". Start the server as root or by systemd, or choose one from 1024 on"));
-        else if (error == boost::system::errc::address_not_available)
-            return warnings.push_back(concat(origin.string(),
-                                             ": key \"listenAddress\": ", network.listen_address,
-                                             " is none of this machine's addresses now, and nothing can be "
-                                             "opened there. `ip address` shows them; \"::\" is all"));
-    }
 }
 
 void warn_of_challenges(std::vector<std::string>& warnings, NetworkConfig const& network,
@@ -172,7 +137,6 @@ void warn_of_missing_folders(Configured<SimulationConfig>& configured, fs::path 
 
 result<> check_files(Configured<SessionConfig>& configured, fs::path const& origin)
 {
-    warn_of_ports(configured.warnings, configured.config.address.port, configured.config.network, origin);
     warn_of_challenges(configured.warnings, configured.config.network, origin);
     warn_of_open_secrets(configured.warnings, configured.config.network, configured.config.access, origin);
     if (!configured.config.mail_sender_password.empty())
@@ -198,7 +162,6 @@ result<> check_files(Configured<SessionConfig>& configured, fs::path const& orig
 
 result<> check_files(Configured<SimulationConfig>& configured, fs::path const& origin)
 {
-    warn_of_ports(configured.warnings, configured.config.address.port, configured.config.network, origin);
     warn_of_challenges(configured.warnings, configured.config.network, origin);
     warn_of_missing_folders(configured, origin);
     warn_of_open_secrets(configured.warnings, configured.config.network, configured.config.access, origin);

@@ -19,6 +19,14 @@ inline std::string environment(char const* name)
     return value ? value : "";
 }
 
+/// The folder for temporary files; `/tmp` where `TMPDIR` names none.
+inline std::filesystem::path temporary_folder()
+{
+    std::error_code failed;
+    auto const found = std::filesystem::temp_directory_path(failed);
+    return failed ? std::filesystem::path("/tmp") : found;
+}
+
 inline bool is_program(std::filesystem::path const& path)
 {
     std::error_code failed;

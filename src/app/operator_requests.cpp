@@ -37,7 +37,7 @@ fs::path folder_of_user()
     auto const runtime = fs::path(environment("XDG_RUNTIME_DIR"));
     if (runtime.is_absolute())
         return runtime / "webots_cloud";
-    return fs::temp_directory_path() / concat("webots-", std::to_string(::getuid()));
+    return app::temporary_folder() / concat("webots-", std::to_string(::getuid()));
 }
 
 bool has_socket(fs::path const& path)

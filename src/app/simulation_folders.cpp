@@ -14,7 +14,7 @@ fs::path cache_folder(SimulationConfig const& config)
     if (base.empty() && !environment("HOME").empty())
         base = fs::path(environment("HOME")) / ".cache";
     if (base.empty())
-        base = fs::temp_directory_path();
+        base = temporary_folder();
     return base / "webots_cloud" / std::to_string(config.address.port);
 }
 
@@ -25,7 +25,7 @@ std::vector<core::StateFolder> state_folders(SimulationConfig const& config)
     context.state_directory = environment("STATE_DIRECTORY");
     context.xdg_state_home = environment("XDG_STATE_HOME");
     context.home = environment("HOME");
-    context.temporary = fs::temp_directory_path();
+    context.temporary = temporary_folder();
     context.user = ::getuid();
     return core::state_folders(context);
 }

@@ -50,7 +50,7 @@ class Terminal(unittest.TestCase):
                    'key "mailSenderPassword": expected a string without control characters, found something else\n', server="session")
 
     def test_what_the_server_could_not_open_is_warned_of(self):
-        self.check({"server": "h", "listenAddress": "203.0.113.7"}, 'key "listenAddress": 203.0.113.7 is none of this machine', status=0)
+        self.check({"server": "h", "listenAddress": "203.0.113.7"}, 'port 2000: 203.0.113.7 is none of this machine', status=0)
         self.check({"server": "h", "sessionSecret": "/nowhere"}, "/nowhere")
         self.check({"server": "h", "sslCertificate": "/c", "sslKey": "/k", "redirectPort": 80, "challengeFolder": "/nowhere"},
                    'warning: c.json: key "challengeFolder": there is no folder /nowhere')

@@ -182,7 +182,7 @@ class Mutated(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             pathlib.Path(folder, "c.json").write_text(text)
             finished = subprocess.run([program(f"webots-{server}-server"), "--check-config", "c.json"], capture_output=True, text=True, timeout=30,
-                                      cwd=folder, env={**os.environ, "HOME": folder})
+                                      cwd=folder, env={**os.environ, "HOME": folder, "RES_OPTIONS": "timeout:1 attempts:1"})
         return finished.stderr, finished.returncode
 
     def test_every_mistake_is_told_with_its_line_and_nothing_else(self):

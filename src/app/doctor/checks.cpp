@@ -12,27 +12,34 @@
 #include <webots_cloud/probes.hpp>
 
 #include <boost/asio/co_spawn.hpp>
+#include <boost/asio/experimental/awaitable_operators.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
 #include <boost/json/parse.hpp>
 #include <boost/json/value.hpp>
 
 #include <sys/resource.h>
-#include <sys/statvfs.h>
 #include <sys/timex.h>
+#include <sys/un.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
+#include <map>
+#include <memory>
+#include <mutex>
 #include <set>
 #include <system_error>
 
 namespace webots_cloud::app {
 namespace asio = boost::asio;
 namespace fs = std::filesystem;
+using namespace asio::experimental::awaitable_operators;
 
 namespace {
 
@@ -41,6 +48,9 @@ using core::concat;
 using core::Findings;
 
 constexpr std::size_t max_output = 1 << 20; // of a command
+constexpr std::size_t max_lookups = 16;     // at a time: C libraries wait for each
+constexpr std::size_t max_names_told = 10;  // that are not found
+constexpr auto name_remedy = "See to /etc/resolv.conf, and to the name servers in it.";
 
 /// A line of /proc/meminfo, in bytes.
 std::uint64_t memory_figure(std::string const& name)
@@ -59,31 +69,6 @@ bool is_clock_synchronised()
     return ::adjtimex(&state) != TIME_ERROR || (state.status & STA_UNSYNC) == 0;
 }
 
-/// Blocks where a network drive hangs.
-core::FolderReading read_folder(fs::path const& folder)
-{
-    core::FolderReading reading;
-    std::error_code failed;
-    reading.path = fs::absolute(folder, failed);
-    auto there = reading.path;
-    while (!fs::exists(there, failed) && there.has_relative_path())
-        there = there.parent_path();
-    reading.exists = there == reading.path;
-    if (!fs::is_directory(there, failed))
-        reading.problem = concat(there.string(), " is no folder");
-    else if (::access(there.c_str(), W_OK | X_OK) != 0)
-        reading.problem = std::system_category().message(errno);
-    struct statvfs disk
-    {};
-    if (::statvfs(there.c_str(), &disk) != 0)
-        return reading;
-    reading.free = disk.f_bavail * disk.f_frsize;
-    reading.total = disk.f_blocks * disk.f_frsize;
-    reading.free_files = disk.f_favail;
-    reading.total_files = disk.f_files;
-    return reading;
-}
-
 /// A name, or a numeric address, without a port; empty: any.
 std::string host_of(PublicAddress const& address)
 {
@@ -91,21 +76,6 @@ std::string host_of(PublicAddress const& address)
         return {};
     bool const has_port = address.host.find(':') == address.host.rfind(':');
     return has_port ? address.host.substr(0, address.host.find(':')) : address.host;
-}
-
-boost::system::error_code try_port(tcp::endpoint const& where)
-{
-    asio::io_context context;
-    tcp::acceptor acceptor(context);
-    boost::system::error_code error;
-    acceptor.open(where.protocol(), error);
-    if (!error)
-        acceptor.set_option(tcp::acceptor::reuse_address(true), error);
-    if (!error)
-        acceptor.bind(where, error);
-    if (!error)
-        acceptor.listen(1, error);
-    return error;
 }
 
 result<std::string> run_command(std::string const& command)
@@ -123,23 +93,76 @@ result<std::string> run_command(std::string const& command)
     return output;
 }
 
-/// `key` names the port.
-core::Finding port_finding(std::string_view key, std::string const& listen_address, std::uint16_t port,
-                           bool is_running)
+result<std::size_t> count_addresses(std::string const& host)
 {
-    using core::PortHolder;
-    if (is_running)
-        return core::judge_port(key, port, PortHolder::this_server, {});
+    asio::io_context context;
     boost::system::error_code error;
-    auto address = asio::ip::make_address(listen_address, error);
-    if (!error)
-        error = try_port({address, port});
-    if (error == asio::error::address_family_not_supported) // a machine without IPv6
-        error = try_port({asio::ip::address_v4::any(), port});
-    auto const holder = !error                                 ? PortHolder::nobody
-                        : error == asio::error::address_in_use ? PortHolder::other
-                                                               : PortHolder::unusable;
-    return core::judge_port(key, port, holder, error.message());
+    auto const found = tcp::resolver(context).resolve(host, "", error);
+    std::set<asio::ip::address> addresses;
+    for (auto const& entry : found)
+        addresses.insert(entry.endpoint().address());
+    return error ? result<std::size_t>(Failure(error)) : addresses.size();
+}
+
+/// Names that several threads look up. They share it, since those that hang outlive whoever waits for them.
+struct Lookups
+{
+    explicit Lookups(std::vector<core::NamedHost> names) : hosts(std::move(names)) {}
+
+    std::vector<core::NamedHost> const hosts;
+    std::mutex mutex; ///< Guards what follows.
+    std::size_t begun = 0;
+    std::size_t done = 0;
+    bool is_over = false; ///< Nobody wants to know any more.
+    std::map<std::size_t, Failure> missing;
+};
+
+void look_up(Lookups& all)
+{
+    std::unique_lock lock(all.mutex);
+    while (!all.is_over && all.begun < all.hosts.size()) {
+        auto const index = all.begun++;
+        lock.unlock();
+        auto const addresses = count_addresses(all.hosts[index].name);
+        lock.lock();
+        if (!addresses)
+            all.missing.emplace(index, addresses.error());
+        ++all.done;
+    }
+}
+
+asio::awaitable<void> look_up_aside(std::shared_ptr<Lookups> all, std::size_t threads)
+{
+    if (threads == 0)
+        co_return;
+    std::function<result<bool>()> const look = [all]() -> result<bool> {
+        look_up(*all);
+        return true;
+    };
+    co_await (aside<bool>(look) && look_up_aside(all, threads - 1));
+}
+
+Findings names_found_out(Lookups const& all)
+{
+    Findings findings;
+    for (auto const& [index, failure] : all.missing) {
+        if (findings.size() == max_names_told) {
+            auto const others = all.missing.size() - max_names_told;
+            findings.emplace_back(core::Verdict::fault, "names",
+                                  concat(std::to_string(others), " more are not found"), name_remedy);
+            break;
+        }
+        auto finding = core::judge_name(all.hosts[index].name, failure);
+        finding.subject = concat("key \"", all.hosts[index].key, "\"");
+        findings.push_back(std::move(finding));
+    }
+    if (all.done < all.hosts.size())
+        findings.emplace_back(core::Verdict::warning, "names",
+                              concat("no name server has answered in time for ",
+                                     std::to_string(all.hosts.size() - all.done), " of ",
+                                     std::to_string(all.hosts.size()), " names"),
+                              name_remedy);
+    return findings;
 }
 
 } // namespace
@@ -152,15 +175,21 @@ Findings machine_findings(std::uint64_t memory, std::uint64_t files)
             core::judge_clock(is_clock_synchronised()), core::judge_open_files(limit.rlim_max, files)};
 }
 
-CheckWork check_folder(std::string subject, std::string key, fs::path folder, std::uint64_t wanted)
+asio::awaitable<result<core::FolderReading>> folder_reading(fs::path folder)
 {
     std::function<result<core::FolderReading>()> const look = [folder = std::move(folder)] {
         return result<core::FolderReading>(read_folder(folder));
     };
-    auto const reading = co_await aside<core::FolderReading>(look);
+    auto reading = co_await aside<core::FolderReading>(look);
+    co_return reading;
+}
+
+CheckWork check_folder(FolderUse use)
+{
+    auto const reading = co_await folder_reading(use.folder);
     Findings findings;
     if (reading)
-        findings.push_back(core::judge_folder(subject, key, *reading, wanted));
+        findings.push_back(core::judge_folder(use.subject, use.key, *reading, use.wanted));
     co_return findings;
 }
 
@@ -180,20 +209,6 @@ CheckWork check_server_certificate(NetworkConfig network, PublicAddress address)
     if (found)
         findings = std::move(*found);
     co_return findings;
-}
-
-Findings port_findings(std::uint16_t port, NetworkConfig const& network, bool is_running)
-{
-    Findings findings{port_finding("\"port\"", network.listen_address, port, is_running)};
-    if (network.redirect_port != 0)
-        findings.push_back(
-            port_finding("\"redirectPort\"", network.listen_address, network.redirect_port, is_running));
-    return findings;
-}
-
-bool is_free(std::uint16_t port)
-{
-    return !try_port({asio::ip::address_v4::any(), port});
 }
 
 asio::awaitable<result<std::string>> output_of(std::string command)
@@ -227,18 +242,20 @@ CheckWork check_name(PublicAddress address)
     auto const host = host_of(address);
     if (host.empty())
         co_return findings;
-    std::function<result<std::size_t>()> const look = [host]() -> result<std::size_t> {
-        asio::io_context context;
-        boost::system::error_code error;
-        auto const found = tcp::resolver(context).resolve(host, "", error);
-        std::set<asio::ip::address> addresses;
-        for (auto const& entry : found)
-            addresses.insert(entry.endpoint().address());
-        return error ? result<std::size_t>(Failure(error)) : addresses.size();
-    };
+    std::function<result<std::size_t>()> const look = [host] { return count_addresses(host); };
     auto const addresses = co_await aside<std::size_t>(look);
     findings.push_back(core::judge_name(host, addresses));
     co_return findings;
+}
+
+CheckWork check_names(std::vector<core::NamedHost> hosts, Clock& clock, Duration limit)
+{
+    auto const lookups = std::make_shared<Lookups>(std::move(hosts));
+    auto const threads = std::min(max_lookups, lookups->hosts.size());
+    co_await (look_up_aside(lookups, threads) || clock.wait_until(clock.now() + limit));
+    std::lock_guard const lock(lookups->mutex);
+    lookups->is_over = true;
+    co_return names_found_out(*lookups);
 }
 
 CheckWork check_public_address(HttpClient& http, PublicAddress address, Viewpoint viewpoint)
@@ -278,6 +295,20 @@ Viewpoint view_from_inside(std::string instance)
     viewpoint.instance = std::move(instance);
     viewpoint.is_server = true;
     return viewpoint;
+}
+
+bool is_running(std::string_view kind, std::uint16_t port, AccessConfig const& access)
+{
+    using asio::local::stream_protocol;
+    auto const path = find_operator_socket(kind, port, access).string();
+    asio::io_context context;
+    stream_protocol::socket socket(context);
+    boost::system::error_code failed;
+    if (path.size() >= sizeof(sockaddr_un::sun_path) || socket.open(stream_protocol(), failed))
+        return false;
+    socket.non_blocking(true, failed); // one that hangs may accept nobody
+    socket.connect(stream_protocol::endpoint(path), failed);
+    return !failed || failed == asio::error::would_block;
 }
 
 Viewpoint view_from_outside(std::string_view kind, std::uint16_t port, AccessConfig const& access)

@@ -2,10 +2,13 @@
 #pragma once
 
 #include "core/doctor/finding.hpp"
+#include "core/doctor/named_hosts.hpp"
 #include "examination.hpp"
+#include "places.hpp"
 
 #include <webots_cloud/config.hpp>
 #include <webots_cloud/daemon.hpp>
+#include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/http_client.hpp>
 
 #include <boost/asio/awaitable.hpp>
@@ -39,30 +42,31 @@ struct Viewpoint
 /// Of the server that calls itself so.
 Viewpoint view_from_inside(std::string instance);
 
+/// Whether somebody listens on the operator's socket of a server with this configuration.
+bool is_running(std::string_view kind, std::uint16_t port, AccessConfig const& access);
+
 /// Of another program: asks the server that runs with this configuration.
 Viewpoint view_from_outside(std::string_view kind, std::uint16_t port, AccessConfig const& access);
 
 /// Memory, clock and open files. `memory` and `files`: what the server may want of them.
 core::Findings machine_findings(std::uint64_t memory, std::uint64_t files);
 
-/// A folder that the server writes into, and makes if need be. `wanted`: bytes.
-CheckWork check_folder(std::string subject, std::string key, std::filesystem::path folder,
-                       std::uint64_t wanted);
+/// What `read_folder` reads, on a thread of its own.
+boost::asio::awaitable<result<core::FolderReading>> folder_reading(std::filesystem::path folder);
+
+CheckWork check_folder(FolderUse use);
 
 /// The certificate of a server; nothing where it has none.
 CheckWork check_server_certificate(NetworkConfig network, PublicAddress address);
-
-/// `port`, and `redirectPort` where there is one.
-core::Findings port_findings(std::uint16_t port, NetworkConfig const& network, bool is_running);
-
-/// Whether nobody has this port, on any address of this machine.
-bool is_free(std::uint16_t port);
 
 /// What filters the packets that come in.
 CheckWork check_firewall(std::uint16_t port);
 
 /// Whether the name that browsers know the server by is found.
 CheckWork check_name(PublicAddress address);
+
+/// Those of many names that are not found, all looked up within `limit`; nothing where all are.
+CheckWork check_names(std::vector<core::NamedHost> hosts, Clock& clock, Duration limit);
 
 /// Whether the public address leads to the server that runs here. Lifetime: `http` outlives the operation.
 CheckWork check_public_address(HttpClient& http, PublicAddress address, Viewpoint viewpoint);

@@ -21,7 +21,6 @@ using core::Findings;
 
 constexpr std::uint64_t wanted_memory = std::uint64_t{64} << 20; // docs/operations.md, without its clients
 constexpr std::uint64_t wanted_files = 4096;                     // some thousand browsers
-constexpr std::uint64_t wanted_for_logs = std::uint64_t{64} << 20;
 constexpr std::uint16_t usual_mail_port = 25;
 
 CheckWork check_machine(HttpClient& http, ServerSpec server, bool tls)
@@ -71,8 +70,8 @@ CheckWork examine_session_server(SessionConfig config, Viewpoint viewpoint, asio
     for (auto& each : machine_findings(wanted_memory, wanted_files))
         findings.push_back(std::move(each));
     std::vector<Check> checks;
-    checks.emplace_back("logs",
-                        check_folder("logs", "\"logDir\"", config.log_dir / "session", wanted_for_logs));
+    for (auto const& use : folders_of(config))
+        checks.emplace_back(use.subject, check_folder(use));
     checks.emplace_back("certificate", check_server_certificate(config.network, config.address));
     if (!viewpoint.is_server)
         checks.emplace_back("firewall", check_firewall(config.address.port));

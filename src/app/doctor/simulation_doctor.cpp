@@ -4,7 +4,6 @@
 #include "app/display.hpp"
 #include "app/environment.hpp"
 #include "app/sandbox.hpp"
-#include "app/simulation_folders.hpp"
 #include "app/simulation_user.hpp"
 #include "core/doctor/network_findings.hpp"
 #include "core/doctor/simulation_findings.hpp"
@@ -34,8 +33,6 @@ using core::Findings;
 using core::Verdict;
 
 constexpr std::uint64_t gigabyte = std::uint64_t{1} << 30;
-constexpr std::uint64_t wanted_for_logs = gigabyte;         // `max_logs` of `SimulationLogsParams`, half full
-constexpr std::uint64_t wanted_for_projects = 2 * gigabyte; // of the largest one
 constexpr std::uint64_t files_per_simulation = 8;
 constexpr std::uint64_t other_files = 1024;
 constexpr std::size_t max_version_file = 4096;
@@ -46,7 +43,7 @@ class TemporaryFolder
 public:
     TemporaryFolder()
     {
-        auto name = (fs::temp_directory_path() / "webots-doctor-XXXXXX").string();
+        auto name = (app::temporary_folder() / "webots-doctor-XXXXXX").string();
         if (::mkdtemp(name.data()))
             path_ = name;
         std::error_code failed; // simulations of other users have to get to theirs in it
@@ -216,15 +213,6 @@ CheckWork check_web_server(std::string url, Judge judge)
     co_return findings;
 }
 
-core::Finding simulation_ports_finding(SimulationConfig const& config)
-{
-    int free = 0;
-    for (int i = 1; i <= config.max_connections; ++i)
-        free += app::is_free(static_cast<std::uint16_t>(config.address.port + i)) ? 1 : 0;
-    return core::judge_simulation_ports(static_cast<std::uint16_t>(config.address.port + 1),
-                                        config.max_connections, free);
-}
-
 } // namespace
 
 namespace app {
@@ -255,8 +243,9 @@ CheckWork examine_simulation_server(SimulationConfig config, fs::path programs, 
     auto const clock = make_steady_clock(executor);
     auto const http = make_http_client(executor);
     auto findings = port_findings(config.address.port, config.network, viewpoint.is_running);
-    if (!viewpoint.is_running && !config.docker)
-        findings.push_back(simulation_ports_finding(config));
+    if (!viewpoint.is_running)
+        for (auto& each : simulation_port_findings(config))
+            findings.push_back(std::move(each));
     for (auto& each : machine_findings(
              config.fetch_memory + gigabyte,
              files_per_simulation * static_cast<std::uint64_t>(config.max_connections) + other_files))
@@ -271,12 +260,8 @@ CheckWork examine_simulation_server(SimulationConfig config, fs::path programs, 
         if (choice)
             checks.emplace_back("sandbox", check_walls(config, programs, *choice, *clock));
     }
-    checks.emplace_back("state", check_folder("state", "\"stateDir\"", state_folders(config).front().path,
-                                              wanted_for_projects));
-    checks.emplace_back("cache",
-                        check_folder("cache", "XDG_CACHE_HOME", cache_folder(config), wanted_for_projects));
-    checks.emplace_back("logs",
-                        check_folder("logs", "\"logDir\"", config.log_dir / "simulation", wanted_for_logs));
+    for (auto const& use : folders_of(config))
+        checks.emplace_back(use.subject, check_folder(use));
     checks.emplace_back("certificate", check_server_certificate(config.network, config.address));
     if (!viewpoint.is_server)
         checks.emplace_back("firewall", check_firewall(config.address.port));

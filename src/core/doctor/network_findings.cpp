@@ -76,6 +76,14 @@ Finding judge_port(std::string_view key, std::uint16_t port, PortHolder holder, 
     case PortHolder::other:
         return {Verdict::fault, subject, "another program, or a server of another user, listens there",
                 concat("End it (ss -tlnp says what it is), or change ", key, ".")};
+    case PortHolder::forbidden:
+        return {Verdict::fault, subject, concat("this user may not open port ", std::to_string(port)),
+                concat("Start the server as root or by systemd, or choose one from 1024 on with ", key, ".")};
+    case PortHolder::elsewhere:
+        return {
+            Verdict::fault, subject,
+            concat(problem, " is none of this machine's addresses now, and nothing can be opened there"),
+            "`ip address` shows them; change \"listenAddress\" to one of them, or to \"::\", which is all."};
     case PortHolder::unusable:
         break;
     }

@@ -23,10 +23,13 @@ enum class PortHolder : std::uint8_t
     nobody,
     this_server, ///< A server with this configuration runs already, as our user.
     other,
-    unusable, ///< It can't be listened on, for another reason.
+    forbidden, ///< Our user may not listen there.
+    elsewhere, ///< The address is none of this machine's.
+    unusable,  ///< It can't be listened on, for another reason.
 };
 
-/// `key` names the port in the configuration; `problem` is why it is unusable.
+/// `key` names the port in the configuration, with quotes; `problem` is why it is unusable, or the address
+/// that is elsewhere.
 Finding judge_port(std::string_view key, std::uint16_t port, PortHolder holder, std::string_view problem);
 
 /// `free` of the `wanted` ports of simulations, from `first` on, can be listened on.

@@ -37,9 +37,16 @@ BOOST_AUTO_TEST_CASE(a_port_is_free_ours_or_taken)
     auto const taken = judge_port("\"port\"", 2000, PortHolder::other, {});
     BOOST_TEST((taken.verdict == Verdict::fault));
     BOOST_TEST(taken.remedy == "End it (ss -tlnp says what it is), or change \"port\".");
-    auto const forbidden = judge_port("\"redirectPort\"", 80, PortHolder::unusable, "Permission denied");
+    auto const forbidden = judge_port("\"redirectPort\"", 80, PortHolder::forbidden, {});
     BOOST_TEST((forbidden.verdict == Verdict::fault));
-    BOOST_TEST(forbidden.found == "nobody can listen there: Permission denied");
+    BOOST_TEST(forbidden.found == "this user may not open port 80");
+    BOOST_TEST(forbidden.remedy.ends_with("with \"redirectPort\"."));
+    auto const elsewhere = judge_port("\"port\"", 2000, PortHolder::elsewhere, "203.0.113.7");
+    BOOST_TEST((elsewhere.verdict == Verdict::fault));
+    BOOST_TEST(elsewhere.found.starts_with("203.0.113.7 is none of this machine's addresses"));
+    auto const unusable = judge_port("\"port\"", 2000, PortHolder::unusable, "Protocol not supported");
+    BOOST_TEST((unusable.verdict == Verdict::fault));
+    BOOST_TEST(unusable.found == "nobody can listen there: Protocol not supported");
 }
 
 BOOST_AUTO_TEST_CASE(simulators_need_ports_too)

@@ -1,0 +1,142 @@
+// What `--check-config` looks at besides the configuration's text and files.
+#include "checks.hpp"
+#include "core/doctor/named_hosts.hpp"
+#include "core/text.hpp"
+#include "places.hpp"
+
+#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/daemon.hpp>
+
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/io_context.hpp>
+
+#include <exception>
+#include <type_traits>
+
+namespace webots_cloud {
+namespace {
+
+namespace asio = boost::asio;
+namespace fs = std::filesystem;
+using app::Check;
+using app::CheckWork;
+using core::concat;
+using core::Findings;
+using core::Verdict;
+
+constexpr auto limit = std::chrono::seconds(3); // of everything that is looked at, together
+
+/// Of a fault that the server would start with.
+Findings as_warnings(Findings findings)
+{
+    for (auto& each : findings)
+        if (each.verdict == Verdict::fault)
+            each.verdict = Verdict::warning;
+    return findings;
+}
+
+CheckWork check_use(app::FolderUse use)
+{
+    auto const subject = use.key.starts_with('"') ? concat("key ", use.key) : use.key;
+    auto const reading = co_await app::folder_reading(use.folder);
+    Findings findings;
+    if (reading) {
+        bool const is_fatal = use.is_essential && !reading->problem.empty();
+        Findings const found{core::judge_folder(subject, use.key, *reading, use.wanted)};
+        findings = is_fatal ? found : as_warnings(found);
+    }
+    co_return findings;
+}
+
+CheckWork check_hosts(std::vector<core::NamedHost> hosts, Clock& clock)
+{
+    auto found = co_await app::check_names(std::move(hosts), clock, limit);
+    co_return as_warnings(std::move(found));
+}
+
+/// What websites need, whose projects are refused in containers.
+Findings website_findings(SimulationConfig const& config)
+{
+    Findings findings;
+    auto const require = [&findings](std::string_view key, fs::path const& folder, std::string_view effect) {
+        std::error_code failed;
+        fs::directory_iterator const look(folder, failed);
+        if (failed)
+            findings.emplace_back(
+                Verdict::warning, concat("key \"", key, "\""),
+                concat("the folder ", fs::absolute(folder).string(), " can't be read: ", failed.message()),
+                effect);
+    };
+    if (config.docker)
+        return findings;
+    if (!config.projects_dir.empty())
+        require("projectsDir", config.projects_dir, "Websites have no templates to start from.");
+    if (config.key_dir != SimulationConfig().key_dir)
+        require("keyDir", config.key_dir, "Projects are fetched from websites without a key.");
+    return findings;
+}
+
+/// A server that runs has its ports; who runs it may be another user, whose socket we can't see.
+template<class Config>
+Findings ports_of(Config const& config, std::string_view kind)
+{
+    bool const is_running = app::is_running(kind, config.address.port, config.access);
+    auto findings = app::port_findings(config.address.port, config.network, is_running);
+    if constexpr (std::is_same_v<Config, SimulationConfig>)
+        if (!is_running)
+            for (auto& each : app::simulation_port_findings(config))
+                findings.push_back(std::move(each));
+    return as_warnings(std::move(findings));
+}
+
+template<class Config>
+result<> look_around(Configured<Config>& configured, fs::path const& origin, std::string_view kind)
+{
+    auto const& config = configured.config;
+    auto findings = ports_of(config, kind);
+    if constexpr (std::is_same_v<Config, SimulationConfig>)
+        for (auto& each : website_findings(config))
+            findings.push_back(std::move(each));
+    asio::io_context context;
+    auto const clock = make_steady_clock(context.get_executor());
+    std::vector<Check> checks;
+    for (auto& use : app::folders_of(config)) {
+        auto const subject = use.key;
+        checks.emplace_back(subject, check_use(std::move(use)));
+    }
+    checks.emplace_back("names", check_hosts(core::named_hosts(config), *clock));
+    auto const take = [&findings](std::exception_ptr failure, Findings const& found) {
+        if (failure)
+            std::rethrow_exception(failure);
+        findings.insert(findings.end(), found.begin(), found.end());
+    };
+    asio::co_spawn(context, app::examine(std::move(checks), *clock, limit + std::chrono::seconds(1)), take);
+    context.run();
+    result<> usable;
+    for (auto const& each : findings) {
+        if (each.verdict == Verdict::ok)
+            continue;
+        auto const line = concat(origin.string(), ": ", each.subject, ": ", each.found, ". ",
+                                 each.remedy.substr(0, each.remedy.size() - each.remedy.ends_with('.')));
+        if (each.verdict == Verdict::warning)
+            configured.warnings.push_back(line);
+        else
+            usable =
+                Failure(errc::invalid_config, usable ? line : concat(usable.error().message(), "\n", line));
+    }
+    return usable;
+}
+
+} // namespace
+
+result<> check_surroundings(Configured<SessionConfig>& configured, fs::path const& origin)
+{
+    return look_around(configured, origin, "session");
+}
+
+result<> check_surroundings(Configured<SimulationConfig>& configured, fs::path const& origin)
+{
+    return look_around(configured, origin, "simulation");
+}
+
+} // namespace webots_cloud

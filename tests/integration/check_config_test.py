@@ -1,0 +1,112 @@
+#!/usr/bin/python3
+"""`--check-config` looks at every folder, port and host that the server would use: what keeps it from starting is an error, everything
+else a warning, each with its remedy.
+
+The twin: the Python servers have nothing like it.
+"""
+
+import json
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import tempfile
+import unittest
+from contextlib import closing
+
+sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
+from support.ports import free_port  # noqa: E402
+from support.servers import PATIENCE, SimulationServer, main, program, without_systemd  # noqa: E402
+
+NOBODY = "r" * 64 + ".example.org"  # too long for any name server, so that none is asked
+
+
+class Configuration(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.mkdtemp(prefix="webots_cloud_check_")
+        self.addCleanup(shutil.rmtree, self.folder)
+        self.port = free_port(following=3)
+        self.file = os.path.join(self.folder, "a_file")
+        open(self.file, "w").close()
+
+    environment = {}
+
+    def check(self, server="simulation", prefix=(), **keys):
+        """Exit status and standard error of the program."""
+        own = {"session": {"simulationServers": []}, "simulation": {"forges": [], "notify": [], "maxConnections": 3}}[server]
+        config = {"server": "localhost", "ssl": False, "port": self.port, "logDir": "log", **own, **keys}
+        with open(os.path.join(self.folder, "c.json"), "w") as file:
+            json.dump(config, file)
+        environment = {**without_systemd(os.environ), "HOME": self.folder, "TMPDIR": self.folder, "XDG_RUNTIME_DIR": "", "XDG_STATE_HOME": "",
+                       "XDG_CACHE_HOME": "", **self.environment, "RES_OPTIONS": "timeout:1 attempts:1"}
+        done = subprocess.run([*prefix, program(f"webots-{server}-server"), "--check-config", "c.json"], capture_output=True, text=True, cwd=self.folder,
+                              env=environment, timeout=PATIENCE)
+        return done.returncode, done.stderr
+
+    def assert_told(self, status, words, **keys):
+        """This alone is told."""
+        found, said = self.check(**keys)
+        self.assertEqual((found, said.count("\n")), (status, 1), said)
+        self.assertIn(words, said)
+        self.assertEqual(": warning: " in said, status == 0, said)
+
+    def test_nothing_is_said_of_a_good_one_and_nothing_is_made(self):
+        for server in ("session", "simulation"):
+            self.assertEqual(self.check(server), (0, ""))
+        self.assertEqual(sorted(os.listdir(self.folder)), ["a_file", "c.json"])
+
+    def test_folders_that_the_server_can_not_do_without(self):
+        for server in ("session", "simulation"):
+            self.assert_told(2, f'c.json: key "logDir": nothing can be written to {self.file}/{server}: {self.file} is no folder. Let the user',
+                             server=server, logDir="a_file")
+        self.assert_told(2, 'key "stateDir": nothing can be written to', stateDir=os.path.join(self.file, "state"))
+
+    def test_folders_that_the_server_can_do_without(self):
+        self.assert_told(0, 'key "logDir": nothing can be written to', logDir="a_file", debug=True)
+        for key in ("projectsDir", "keyDir"):
+            self.assert_told(0, f'key "{key}": the folder {self.folder}/nowhere can\'t be read: No such file or directory. ', **{key: "nowhere"})
+            self.assertEqual(self.check(**{key: self.folder}), (0, ""))
+
+    def test_a_folder_for_temporary_files_that_is_not_there(self):
+        self.environment = {"TMPDIR": "/nowhere", "HOME": ""}
+        self.assertEqual(self.check(), (0, ""))
+
+    @unittest.skipUnless(os.geteuid() == 0, "only root can be another user")
+    def test_a_folder_of_somebody_else(self):
+        os.chmod(self.folder, 0o755)
+        status, said = self.check(prefix=["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups"])
+        self.assertEqual(status, 2, said)
+        self.assertIn('key "logDir": nothing can be written to', said)
+        self.assertIn("Permission denied", said)
+
+    def test_ports(self):
+        with closing(socket.create_server(("127.0.0.1", self.port))):
+            self.assert_told(0, f"port {self.port}: another program, or a server of another user, listens there. End it", server="session")
+        with closing(socket.create_server(("0.0.0.0", self.port + 2))):
+            self.assert_told(0, f"ports from {self.port + 1}: 2 of the 3 ports for simulators are free. ")
+
+    def test_a_server_that_runs_has_its_ports(self):
+        with SimulationServer(forges=["http://localhost:1"]) as running:
+            status, output = running.command("--check-config")
+            self.assertEqual(status, 0, output)
+            self.assertNotIn("port", output.replace(".json: good", ""))
+
+    def test_names_that_nobody_knows(self):
+        for server, key, value in (("session", "simulationServers", [f"{NOBODY}:2000"]), ("simulation", "forges", [f"https://{NOBODY}"]),
+                                   ("simulation", "notify", [f"https://{NOBODY}/setup"])):
+            self.assert_told(0, f'key "{key}": {NOBODY} is not found: ', server=server, **{key: value})
+
+    def test_thousands_of_names_are_told_in_a_dozen_lines(self):
+        status, said = self.check("session", simulationServers=[f"{i:04}{NOBODY}:2000" for i in range(3000)])
+        self.assertEqual((status, said.count("\n")), (0, 11), said)
+        self.assertIn("names: 2990 more are not found", said)
+
+    def test_a_configuration_of_the_other_server(self):
+        status, said = self.check("simulation", simulationServers=["localhost:2000"])
+        self.assertEqual(status, 0)
+        self.assertIn('unknown key "simulationServers" is ignored: it belongs into the configuration of webots-session-server', said)
+
+
+if __name__ == "__main__":
+    main()
