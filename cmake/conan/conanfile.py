@@ -28,7 +28,7 @@ class WebotsCloud(ConanFile):
     def requirements(self):
         self.requires("boost/[>=1.81 <2]", transitive_headers=True)
         if self.options.adapters:
-            for package in ("libarchive/[>=3.6 <4]", "libcurl/[>=7.88 <9]", "libgit2/[>=1.5 <2]", "openssl/[>=3 <4]", "spdlog/[>=1.10 <2]",
+            for package in ("c-ares/[>=1.18 <2]", "libarchive/[>=3.6 <4]", "libcurl/[>=7.88 <9]", "libgit2/[>=1.5 <2]", "openssl/[>=3 <4]", "spdlog/[>=1.10 <2]",
                             "zlib/[>=1.2 <2]"):
                 self.requires(package)
 

@@ -2,7 +2,7 @@
 // and the WebSocket client share.
 #pragma once
 
-#include "name_resolver.hpp"
+#include "adapters/names/name_resolver.hpp"
 #include "tls_trust.hpp"
 
 #include <webots_cloud/error.hpp>

@@ -2,7 +2,7 @@
 // ones.
 #pragma once
 
-#include "name_resolver.hpp"
+#include "adapters/names/name_resolver.hpp"
 #include "network_stream.hpp"
 #include "tls_trust.hpp"
 
