@@ -20,6 +20,7 @@ from support.browser import open_browser  # noqa: E402
 from support.browser_client import Browser, server, websockets  # noqa: E402
 from support.forwarded_socket import forwarded  # noqa: E402
 from support.machine import Machine  # noqa: E402
+from support.other_user import NOBODY, OwnedServer  # noqa: E402
 from support.raw_websocket import read_all  # noqa: E402
 from support.servers import SessionServer, free_port, main, program, wait_until  # noqa: E402
 from support.web_site import web_site  # noqa: E402
@@ -136,6 +137,23 @@ class Operators(unittest.IsolatedAsyncioTestCase):
             with nginx.reverse_proxy(simulation.port) as origin:
                 self.assertEqual(post(int(origin.rsplit(":", 1)[1]), "/api/drain?exit", {"Host": "localhost"}), 404)
             self.assertEqual(simulation.ask("/readyz"), (200, "ready"))
+
+    @unittest.skipUnless(os.geteuid() == 0, "only root can run a server as another user")
+    def test_root_may_hand_a_secret_to_the_group_of_the_server(self):
+        with tempfile.TemporaryDirectory() as folder:
+            os.chmod(folder, 0o755)
+            path = os.path.join(folder, "token")
+            with open(path, "w") as file:
+                file.write("0123456789abcdef0123")
+            os.chown(path, 0, NOBODY)
+            os.chmod(path, 0o640)
+            with OwnedServer(user=NOBODY, operatorTokenFile=path) as simulation:
+                for owner, mode, is_refused in ((0, 0o440, False), (0, 0o660, True), (0, 0o644, True), (NOBODY, 0o640, True)):
+                    os.chown(path, owner, NOBODY)
+                    os.chmod(path, mode)
+                    checked = subprocess.run([simulation.program(), "--check-config", simulation.configure()], user=NOBODY, group=NOBODY,
+                                             extra_groups=[], capture_output=True, text=True, timeout=60, cwd=folder)
+                    self.assertEqual("others may read it too" in checked.stderr, is_refused, (owner, oct(mode), checked.stderr))
 
     def test_the_token_of_the_operator_counts_over_the_network(self):
         token = "0123456789abcdef0123"

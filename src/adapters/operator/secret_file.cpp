@@ -5,6 +5,9 @@
 
 #include <webots_cloud/adapters.hpp>
 
+#include <sys/stat.h>
+#include <unistd.h>
+
 namespace webots_cloud::adapters {
 namespace {
 
@@ -18,15 +21,24 @@ Failure refusal(std::filesystem::path const& file, std::string_view what, std::s
     return Failure(errc::invalid_config, core::concat(what, " in ", file.string(), ": ", why));
 }
 
-/// The text of a file that only its owner may read, without blanks at its ends.
+/// Whether others may do anything with a file. A group may read what belongs to root where we are somebody
+/// else: that is how root, or Kubernetes, hands a secret to one service, which can't own it.
+bool is_shared(std::filesystem::path const& file)
+{
+    struct stat found;
+    if (::stat(file.c_str(), &found) != 0)
+        return true;
+    mode_t const allowed = found.st_uid == 0 && ::geteuid() != 0 ? S_IRGRP : 0;
+    return (found.st_mode & (S_IRWXG | S_IRWXO) & ~allowed) != 0;
+}
+
+/// The text of a file that is not shared, without blanks at its ends.
 result<std::string> read_own(std::filesystem::path const& file, std::string_view what)
 {
-    std::error_code failed;
-    auto const others = std::filesystem::perms::group_all | std::filesystem::perms::others_all;
     auto const text = read_regular_file(file, max_file);
     if (!text)
         return refusal(file, what, text.error().message());
-    if ((std::filesystem::status(file, failed).permissions() & others) != std::filesystem::perms::none)
+    if (is_shared(file))
         return refusal(file, what, "others may read it too. Run: chmod 600 on it, and take a new one");
     return std::string(core::trim(*text));
 }

@@ -1,4 +1,5 @@
-// Files with one secret word each, which only their owner may read.
+// Files with one secret word each, which only their owner may read, or root's, which the group of the server
+// may read.
 #pragma once
 
 #include <webots_cloud/error.hpp>
