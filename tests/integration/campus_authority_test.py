@@ -1,6 +1,8 @@
 #!/usr/bin/python3
 """The simulation server's "caFile": forges and registries of a campus, whose authority no system knows. README, "caFile"."""
 
+import glob
+import json
 import os
 import shutil
 import sys
@@ -13,11 +15,15 @@ from support import nginx  # noqa: E402
 from support.browser_client import Browser  # noqa: E402
 from support.certificates import Authority, self_signed  # noqa: E402
 from support.git_server import GitServer  # noqa: E402
+from support.lfs_server import LfsServer  # noqa: E402
 from support.ports import free_port  # noqa: E402
+from support.projects import EXAMPLES  # noqa: E402
 from support.registry import Registry  # noqa: E402
 from support.servers import SimulationServer, main, wait_until  # noqa: E402
+from support.website import Website, require_php  # noqa: E402
 
 WORLD = {"worlds/arena.wbt": "#VRML_SIM R2023b utf8\nWorldInfo {}\n"}
+USER = ["42", "Ada", "secret", "", "", "custom"]  # of a website, whose version of the project is fetched from there
 SYSTEM = "/etc/ssl/certs/ca-certificates.crt"  # where libcurl looks for the system's authorities
 
 
@@ -82,6 +88,37 @@ class Campus(unittest.IsolatedAsyncioTestCase):
             address = self.by_tls(port, self.authority.issue("registry", "DNS:localhost"))
             self.server(notify=[f"{address}/ajax/server/setup.php"], caFile=self.authority.certificate)
             wait_until(lambda: registry.forms, "the registry is told")
+
+    async def test_large_files_of_a_campus_come_from_there_as_well(self):
+        mesh = os.urandom(10_000)
+        with LfsServer() as lfs, GitServer(lfs=lfs.port) as git:
+            git.add_repository("campus", "robots", {**WORLD, "meshes/a.stl": lfs.pointer(mesh)})
+            forge = self.by_tls(git.port, self.authority.issue("forge", "DNS:localhost"))
+            lfs.url = self.by_tls(lfs.port, self.authority.issue("store", "DNS:localhost"))  # where it says that the objects are
+            server = self.server(forge, caFile=self.authority.certificate)
+            async with Browser(server) as browser:
+                await browser.start(url=f"{forge}/campus/robots/blob/main/worlds/arena.wbt")
+                await browser.hear("webots:")
+                found = glob.glob(os.path.join(server.instances_folder(), "*", "**", "meshes", "a.stl"), recursive=True)
+                with open(found[0], "rb") as file:
+                    self.assertEqual(file.read(), mesh)
+            self.assertEqual([method for method, _, _ in lfs.requests], ["POST", "GET"])
+
+    async def test_a_website_of_the_campus_may_start_simulations(self):
+        require_php()
+        with Website() as website:
+            origin = self.by_tls(website.port, self.authority.issue("website", "DNS:localhost"))
+            keys = os.path.join(self.folder, "keys")
+            os.mkdir(keys)
+            with open(os.path.join(keys, "localhost"), "w") as file:
+                file.write(website.key)
+            for trusted in (False, True):
+                server = SimulationServer(projectsDir=os.path.abspath(EXAMPLES), keyDir=keys, **({"caFile": self.authority.certificate} if trusted else {}))
+                async with Browser(self.enterContext(server)) as page:
+                    await page.socket.send(json.dumps({"init": [origin, "robots", "arena.wbt", *USER]}))
+                    while not (told := await page.hear("")).startswith(("webots:", "loading: Error:")):
+                        pass
+                    self.assertRegex(told, "^webots:" if trusted else "certificate")
 
     def test_a_file_without_certificates_is_refused_at_the_start(self):
         server = SimulationServer(caFile=self.authority.key)
