@@ -6,8 +6,8 @@ cd "$(dirname "${BASH_SOURCE[0]}")"
 source cmake/packages/install.sh
 
 # Sanitizers find nothing more in these, which take long: theory and simulation are statistics over millions of placements, whose
-# code the scheduler's own tests run as well; walls is what sandboxes keep out.
-without_sanitizers='^(packaging|browser|bench|theory|simulation|walls|documentation)$'
+# code the scheduler's own tests run as well; walls is what sandboxes keep out; hygiene and documentation read texts.
+without_sanitizers='^(packaging|browser|bench|theory|simulation|walls|hygiene|documentation)$'
 
 usage="Usage: ./test.sh [--quick] [PRESET ...]
   --quick   only the release
