@@ -1,9 +1,9 @@
 #include "command_line.hpp"
 
+#include "options.hpp"
 #include "text.hpp"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <optional>
 #include <stdexcept>
@@ -14,29 +14,26 @@ namespace {
 constexpr std::string_view version_text =
     "webots-demo-simulator 1.0: the demo simulator of webots_cloud. This is not Webots.\n";
 
-constexpr std::string_view usage =
-    "Usage: webots-demo-simulator [options] <world.wbt>\n"
-    "\n"
-    "The demo simulator of webots_cloud. This is not Webots: it takes Webots' command line, speaks Webots'\n"
-    "streaming protocol and moves a few two-wheeled robots about in an arena, for machines without Webots.\n"
-    "\n"
-    "Options that do something:\n"
-    "  --port=<1..65535>               TCP port of the stream (1234; the next ten are tried when it is "
-    "busy)\n"
-    "  --stream[=w3d|x3d|mjpeg]        what to stream: scene updates (default) or pictures\n"
-    "  --stream=\"port=<p>;...\"         the same in the spelling of R2021b and older\n"
-    "  --mode=pause|realtime|fast      how to start (realtime)\n"
-    "  --heartbeat[=<ms>]              time between the '.' lines on stdout (1000)\n"
-    "  --stdout                        write the robots' console lines to stdout too\n"
-    "  --demo-address=<ip>             address to listen on (all); also WEBOTS_DEMO_ADDRESS\n"
-    "  --demo-faults=<list>            misbehave, see below; also WEBOTS_DEMO_FAULTS\n"
-    "  --help, --version, --sysinfo\n"
-    "\n"
-    "Options that are accepted and ignored:\n"
-    "  --batch --minimize --no-rendering --fullscreen --stderr --extern-urls --no-sandbox "
-    "--log-performance=<..>\n"
-    "\n"
-    "Faults, separated by commas:\n";
+std::string usage()
+{
+    std::string text = "Usage: webots-demo-simulator [options] <world.wbt>\n"
+                       "\n"
+                       "The demo simulator of webots_cloud. This is not Webots: it takes Webots' command "
+                       "line, speaks Webots'\n"
+                       "streaming protocol and moves a few two-wheeled robots about in an arena, for "
+                       "machines without Webots.\n"
+                       "\n"
+                       "Options that do something:\n";
+    for (auto const& option : program_options) {
+        std::string const form = std::string(option.name) + option.value;
+        text +=
+            "  " + form + std::string(form.size() < 32 ? 32 - form.size() : 1, ' ') + option.summary + "\n";
+    }
+    text += "\nOptions that are accepted and ignored:\n ";
+    for (auto const& option : ignored_options)
+        text += std::string(" ") + option.name + option.value;
+    return text + "\n\nFaults, separated by commas:\n" + std::string(fault_help());
+}
 
 /// Thrown and caught in this file only.
 struct Invalid : std::runtime_error
@@ -127,11 +124,11 @@ Faults faults_from(std::string_view list, Faults already)
 
 bool is_ignored(std::string_view argument)
 {
-    static constexpr std::array<std::string_view, 7> ignored{"--batch",      "--minimize", "--no-rendering",
-                                                             "--fullscreen", "--stderr",   "--extern-urls",
-                                                             "--no-sandbox"};
-    return std::find(ignored.begin(), ignored.end(), argument) != ignored.end() ||
-           argument == "--log-performance" || argument.starts_with("--log-performance=");
+    return std::ranges::any_of(ignored_options, [argument](ProgramOption const& option) {
+        std::string_view const name = option.name;
+        return argument == name ||
+               (*option.value && argument.starts_with(name) && argument.substr(name.size()).starts_with('='));
+    });
 }
 
 void read_option(Options& options, std::string_view argument)
@@ -191,7 +188,7 @@ CommandLine parse_command_line(std::vector<std::string> const& arguments, Enviro
         return std::find(arguments.begin(), arguments.end(), option) != arguments.end();
     };
     if (asked_for("--help"))
-        return Notice{std::string(usage).append(fault_help())};
+        return Notice{usage()};
     if (asked_for("--version"))
         return Notice{std::string(version_text)};
     if (asked_for("--sysinfo"))

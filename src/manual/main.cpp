@@ -5,6 +5,7 @@
 #include "manual.hpp"
 
 #include "app/options.hpp"
+#include "demo_simulator/options.hpp"
 #include "guard/options.hpp"
 
 #include <webots_cloud/daemon.hpp>
@@ -19,6 +20,7 @@ using namespace webots_cloud;
 namespace {
 
 constexpr auto guard_name = "webots-process-guard";
+constexpr auto demo_name = "webots-demo-simulator";
 
 manual::Manual manual_of(Program const& program, std::string const& other)
 {
@@ -70,6 +72,29 @@ manual::Manual manual_of_guard()
     return made;
 }
 
+manual::Manual manual_of_demo_simulator()
+{
+    manual::Manual made;
+    made.name = demo_name;
+    made.section = 1;
+    made.version = version();
+    made.summary = "moves a few robots about in an arena, where Webots is not installed";
+    made.forms = {"[OPTION]... WORLD.wbt"};
+    made.description = {
+        "It is not Webots: it takes Webots' command line and speaks Webots' streaming protocol, so that "
+        "webots-simulation-server can show something on a machine without Webots."};
+    for (auto const& option : demo::program_options)
+        made.options.push_back({option.name + 2, 0, option.value, {}, option.summary});
+    for (auto const& option : demo::ignored_options)
+        made.options.push_back({option.name + 2, 0, option.value, {}, "accepted and ignored"});
+    made.signals = {{"SIGTERM", "end at once"}};
+    made.exit_statuses = {
+        {"0", "it has done what was asked"},
+        {"1", "the arguments, the world or the port can't be used; standard error says why"}};
+    made.see_also = {"webots-simulation-server"};
+    return made;
+}
+
 } // namespace
 
 int main(int argc, char** argv)
@@ -82,6 +107,7 @@ int main(int argc, char** argv)
     auto const simulation = simulation_server_program();
     auto const text = name == session.name      ? manual_of(session, simulation.name)
                       : name == simulation.name ? manual_of(simulation, session.name)
+                      : name == demo_name       ? manual_of_demo_simulator()
                                                 : manual_of_guard();
     std::cout << (kind == "man"    ? manual::man_page(text)
                   : kind == "bash" ? manual::bash_completion(text)

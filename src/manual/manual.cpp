@@ -93,9 +93,10 @@ void add_meanings(std::string& page, std::string const& heading, std::vector<Mea
 
 std::string man_page(Manual const& manual)
 {
-    auto page = ".TH " + roff(upper_case(manual.name)) + " 8 \"\" \"webots_cloud " + manual.version +
-                "\" \"System Administration\"\n.SH NAME\n" + roff(manual.name) + " \\- " +
-                roff(manual.summary) + "\n.SH SYNOPSIS\n";
+    auto page = ".TH " + roff(upper_case(manual.name)) + " " + std::to_string(manual.section) +
+                " \"\" \"webots_cloud " + manual.version + "\" \"" +
+                (manual.section == 8 ? "System Administration" : "User Commands") + "\"\n.SH NAME\n" +
+                roff(manual.name) + " \\- " + roff(manual.summary) + "\n.SH SYNOPSIS\n";
     for (auto const& form : manual.forms)
         page += ".B " + roff(manual.name) + "\n" + roff(form) + "\n.br\n";
     page += ".SH DESCRIPTION\n";
@@ -105,7 +106,11 @@ std::string man_page(Manual const& manual)
     for (auto const& option : manual.options) {
         page += ".TP\n.BR " + (option.letter ? std::string("\\-") + option.letter + " , \" \" " : "") +
                 "\\-\\-" + roff(option.name);
-        page += (option.value.empty() ? "" : " \" " + roff(option.value) + "\"") + "\n";
+        if (option.value.starts_with('=') || option.value.starts_with("[="))
+            page += roff(option.value);
+        else if (!option.value.empty())
+            page += " \" " + roff(option.value) + "\"";
+        page += "\n";
         page += roff(option.summary) + ".\n";
     }
     add_meanings(page, "SIGNALS", manual.signals);

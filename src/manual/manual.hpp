@@ -9,9 +9,9 @@ namespace webots_cloud::manual {
 
 struct Option
 {
-    std::string name; ///< Without dashes.
-    char letter = 0;  ///< As in `-h`; 0: none.
-    std::string value;
+    std::string name;  ///< Without dashes.
+    char letter = 0;   ///< As in `-h`; 0: none.
+    std::string value; ///< What follows it, after a blank unless it begins with `=` or `[=`.
     std::vector<std::string> choices;
     std::string summary;
 };
@@ -23,6 +23,7 @@ using Meaning = std::pair<std::string, std::string>;
 struct Manual
 {
     std::string name;
+    int section = 8; ///< Of the manual.
     std::string version;
     std::string summary;
     std::vector<std::string> forms;       ///< What may follow the name.
@@ -35,7 +36,7 @@ struct Manual
     bool takes_configuration = false; ///< Its argument is a JSON file.
 };
 
-/// For section 8, in the macros of man(7).
+/// In the macros of man(7).
 std::string man_page(Manual const& manual);
 std::string bash_completion(Manual const& manual);
 std::string zsh_completion(Manual const& manual);

@@ -38,7 +38,7 @@ FLOORS = {
                      'dlfcn.h', 'grp.h', 'pwd.h'],
     'src/guard': ['src/guard/', 'sys/', 'linux/', 'net/', 'netinet/', 'arpa/', 'unistd.h', 'fcntl.h', 'poll.h', 'sched.h', 'mntent.h', 'dirent.h', 'ftw.h', 'grp.h'],
     'src/app': ['webots_cloud/', 'src/core/', 'src/app/', 'boost/asio/', 'boost/json/', 'boost/program_options/', 'sys/', 'unistd.h'],
-    'src/manual': ['src/manual/', 'src/app/options.hpp', 'src/guard/options.hpp', 'webots_cloud/daemon.hpp', 'webots_cloud/version.hpp'],
+    'src/manual': ['src/manual/', 'src/app/options.hpp', 'src/guard/options.hpp', 'demo_simulator/options.hpp', 'webots_cloud/daemon.hpp', 'webots_cloud/version.hpp'],
     'apps': ['webots_cloud/daemon.hpp', 'webots_cloud/servers.hpp'],
     'examples/demo_simulator': ['examples/demo_simulator/', 'boost/', 'cairo', 'jpeglib.h', 'spawn.h', 'sys/', 'linux/', 'netinet/', 'arpa/', 'unistd.h', 'fcntl.h', 'poll.h'],
 }

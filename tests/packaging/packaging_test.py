@@ -101,6 +101,7 @@ class FindPackage(PackagingTest):
                          f"fish/vendor_completions.d/{name}.fish"):
                 with open(os.path.join(self.prefix, "share", file)) as text:
                     self.assertIn(name, text.read().replace("\\-", "-").lower(), file)
+        self.assertTrue(os.path.exists(os.path.join(self.prefix, "share/man/man1/webots-demo-simulator.1")))
 
     def test_core_alone_needs_no_library_of_the_adapters(self):
         absent = [f"-DCMAKE_DISABLE_FIND_PACKAGE_{package}=ON" for package in ADAPTER_PACKAGES]
