@@ -138,7 +138,10 @@ make_packages()
     install_page_libraries
     build
     rm -rf build/release/packages # of an older version
-    cpack --preset release >build/release/packages.log 2>&1 || fail "The packages can't be made: see build/release/packages.log"
+    cpack --preset release >build/release/packages.log 2>&1 || {
+        tail -n 10 build/release/packages.log >&2
+        fail "The packages can't be made: see build/release/packages.log"
+    }
 }
 
 # Packages, and services of them.

@@ -1,12 +1,14 @@
 #!/usr/bin/env bash
 # Proves that two commands are enough on a fresh machine: makes a bare Debian, copies the checkout into it, and there runs
-# ./server.sh start, looks at what it serves, stops it, and runs ./test.sh. Needs root, debootstrap, git, 6 GB and an hour.
+# ./server.sh start, looks at what it serves, stops it, and runs ./test.sh. Needs root, debootstrap, git, 6 GB and an hour. With --install it
+# proves the same of ./server.sh install; then the build of this checkout is used, which has to be there, and 2 GB and ten minutes are enough.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 source tests/support/bare_debian.sh
 
-usage="Usage: tests/bare_tree.sh [--quick] [--user] [--suite NAME] [--first COMMAND] [--in FOLDER]
+usage="Usage: tests/bare_tree.sh [--quick|--install] [--user] [--suite NAME] [--first COMMAND] [--in FOLDER]
   --quick          ./test.sh --quick: the release only
+  --install        ./server.sh install, as root, with what build/release has
   --user           as somebody who is not root and may use sudo
   --suite NAME     which Debian; bookworm (12) unless given
   --first COMMAND  what the shell of the tree does first, to make it resemble another system: installs a compiler, say
@@ -15,25 +17,21 @@ usage="Usage: tests/bare_tree.sh [--quick] [--user] [--suite NAME] [--first COMM
 folder=
 user=root # who runs the commands in the tree
 home=/root
-
-# The parts of the environment that the network may need.
-proxies=()
-for name in http_proxy https_proxy no_proxy; do
-    [[ -z ${!name-} ]] || proxies+=("$name=${!name}")
-done
+checkout=/srv/checkout # where it is in the tree
 
 main()
 {
-    local suite=bookworm first=true as=root options=()
+    local suite=bookworm first=true as=root options=() install=
     while [[ $# -gt 0 ]]; do
         case $1 in
             --quick) options+=("$1") && shift ;;
+            --install) install=yes && shift ;;
             --user) as=teacher && shift ;;
             --suite) suite=${2:?"$usage"} && shift 2 ;;
             --first) first=${2:?"$usage"} && shift 2 ;;
             --in) folder=${2:?"$usage"} && shift 2 ;;
-            --inside)
-                inside "${@:2}"
+            --inside | --inside-install)
+                "${1#--}" "${@:2}"
                 exit
                 ;;
             *) fail "$usage" ;;
@@ -49,26 +47,35 @@ main()
     trap 'rm -rf --one-file-system "$folder"' EXIT
 
     step "A bare Debian: $suite"
-    debootstrap --variant=minbase "$suite" "$folder" "$(mirror)" >"$folder.log" 2>&1 || { tail "$folder.log" && exit 1; }
-    rm "$folder.log"
-    cp --dereference /etc/resolv.conf /etc/hosts "$folder/etc/"
+    make_bare_debian "$suite" "$folder"
+    # Mounts and processes live in namespaces of their own, which end with this command, however it ends.
+    if [[ -n $install ]]; then
+        [[ $as == root ]] || fail "$usage"
+        [[ -e build/release/build.ninja ]] || fail "build/release is not built: cmake --preset release && cmake --build --preset release"
+        mkdir "$folder/changed" "$folder/work"
+        unshare --mount --pid --fork --kill-child "$PWD/tests/bare_tree.sh" --inside-install "$folder" "$first"
+        return
+    fi
     mkdir "$folder/srv/checkout"
     git ls-files -z --cached --others --exclude-standard | tar -c --null -T - | tar -x -C "$folder/srv/checkout"
-    # Mounts and processes live in namespaces of their own, which end with this command, however it ends.
     unshare --mount --pid --fork --kill-child "$PWD/tests/bare_tree.sh" --inside "$folder" "$as" "$first" "${options[@]}"
+}
+
+# mount_tree FOLDER: in the namespaces.
+mount_tree()
+{
+    folder=$1
+    mount --bind "$folder" "$folder" # a Docker daemon, which the tests start, needs a root that is a mount
+    mount -t proc proc "$folder/proc"
+    mount --rbind /dev "$folder/dev"
+    mount --rbind /sys "$folder/sys"
 }
 
 # In the namespaces: the proof itself.
 inside()
 {
-    folder=$1 # the tree
-    local first=$3
-    mount --bind "$folder" "$folder" # a Docker daemon, which the tests start, needs a root that is a mount
-    mount -t proc proc "$folder/proc"
-    mount --rbind /dev "$folder/dev"
-    mount --rbind /sys "$folder/sys"
-
-    in_tree bash -c "$first"
+    mount_tree "$1"
+    in_tree bash -c "$3"
     [[ $2 == root ]] || become "$2"
     step "./server.sh start"
     in_tree ./server.sh start | tee "$folder/start.log"
@@ -90,9 +97,53 @@ inside()
     step "Two commands were enough"
 }
 
+# inside-install FOLDER COMMAND: the same of ./server.sh install. A build knows where it is, so the checkout is where it is here; what changes
+# in it stays in the tree.
+inside-install()
+{
+    mount_tree "$1"
+    local command edited=$folder/etc/webots-cloud/session.json log=$folder/install.log
+    checkout=$PWD
+    mkdir -p "$folder$checkout"
+    mount -t overlay -o "lowerdir=$checkout,upperdir=$folder/changed,workdir=$folder/work" overlay "$folder$checkout"
+    in_tree bash -c "$2"
+
+    step "./server.sh install"
+    in_tree ./server.sh install | tee "$log"
+    grep -q '^Installed. Open http://localhost:1999/viewer/' "$log" || fail "It did not print the address to open."
+    grep -q '^This machine runs no systemd now' "$log" || fail "It did not say that nothing has been started."
+
+    step "What is installed serves"
+    in_tree unshare --net bash -euc '
+        cd /tmp
+        ip link set lo up
+        webots-simulation-server /etc/webots-cloud/simulation.json >simulation.log 2>&1 &
+        webots-session-server /etc/webots-cloud/session.json >session.log 2>&1 &
+        ask() { exec 3<>"/dev/tcp/localhost/$1" && printf "GET %s HTTP/1.0\r\n\r\n" "$2" >&3 && tr -d "\0" <&3; }
+        for try in {1..100}; do
+            if page=$(ask 1999 /viewer/) && load=$(ask 2000 /load); then break; fi
+            sleep 0.1
+        done 2>/dev/null
+        [[ $page == "HTTP/1.1 200"*"<html"* && $load == "HTTP/1.1 200"* ]] || { cat ./*.log && exit 1; }
+        kill $(jobs -p) && wait' || fail "The servers do not answer."
+
+    step "./server.sh install, again: an edited configuration is kept"
+    sed -i '2i\  "title": "edited",' "$edited"
+    in_tree ./server.sh install >"$log" || { cat "$log" && fail "It fails the second time."; }
+    grep -q '"edited"' "$edited" || fail "The configuration is not kept."
+
+    step "The command that it names removes all"
+    command=$(sed -n 's/.*To remove all: *sudo apt purge/apt-get purge -y/p' "$log")
+    [[ -n $command ]] || fail "It named none."
+    in_tree bash -c "$command" >"$log" 2>&1 || { cat "$log" && fail "It fails."; }
+    [[ ! -e $folder/etc/webots-cloud ]] || fail "/etc/webots-cloud is left: $(ls "$folder/etc/webots-cloud")"
+    [[ -z $(find "$folder/usr" "$folder/var/lib" -name 'webots[-_]*' -not -path '*/dpkg/*' -print -quit) ]] || fail "Files are left."
+    step "One command was enough"
+}
+
 in_tree()
 {
-    chroot --userspec "$user" "$folder" env -i -C /srv/checkout "HOME=$home" PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin \
+    chroot --userspec "$user" "$folder" env -i -C "$checkout" "HOME=$home" PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin \
         CI=true "${proxies[@]}" "$@" </dev/null
 }
 

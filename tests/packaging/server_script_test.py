@@ -401,8 +401,9 @@ class Installing(ServerScriptTest):
         self.assertFalse(os.path.exists(self.path("installed")))
 
     def test_packages_that_can_not_be_made_are_not_installed(self):
-        self.write("bin/cpack", "#!/bin/sh\nexit 1\n")
-        self.assertEqual(self.run_script("install")[0], 1)
+        self.write("bin/cpack", "#!/bin/sh\necho CPack Error: no disk\nexit 1\n")
+        status, _, errors = self.run_script("install")
+        self.assertEqual((status, errors), (1, "CPack Error: no disk\nThe packages can't be made: see build/release/packages.log\n"))
         self.assertFalse(os.path.exists(self.path("installed")))
 
 

@@ -8,6 +8,20 @@ mirror()
     apt-get indextargets 'Identifier: Packages' 'Label: Debian' --format '$(REPO_URI)' | sed -n 1p
 }
 
+# The parts of the environment that the network may need.
+proxies=()
+for name in http_proxy https_proxy no_proxy; do
+    [[ -z ${!name-} ]] || proxies+=("$name=${!name}")
+done
+
+# make_bare_debian SUITE FOLDER: one that finds its way to the internet.
+make_bare_debian()
+{
+    debootstrap --variant=minbase "$1" "$2" "$(mirror)" >"$2.log" 2>&1 || { tail "$2.log" && exit 1; }
+    rm "$2.log"
+    cp --dereference /etc/resolv.conf /etc/hosts "$2/etc/"
+}
+
 step()
 {
     printf '\n=== %(%H:%M:%S)T %s\n' -1 "$1"
