@@ -121,6 +121,9 @@ std::string lower_case(std::string_view text)
 
 std::string escape_html(std::string_view text)
 {
+    auto const is_special = [](char c) { return c == '&' || c == '<' || c == '>' || c == '"' || c == '\''; };
+    if (std::none_of(text.begin(), text.end(), is_special)) // as most names: monitor pages have thousands
+        return std::string(text);
     std::string escaped;
     escaped.reserve(text.size());
     for (char const c : text) {

@@ -15,6 +15,7 @@
 #include "core/simulation/gateway_address.hpp"
 #include "core/text.hpp"
 #include "core/time_text.hpp"
+#include "machine_metrics.hpp"
 #include "monitor_feed.hpp"
 #include "route_table.hpp"
 #include "web/assets.hpp"
@@ -84,6 +85,7 @@ struct SessionService::Impl
         : params(std::move(parameters)), monitor(load_monitor), scheduler(placing), clock(time),
           log(std::move(logger)), hooks(std::move(others)), started(clock.wall()),
           board(params.history_step, params.threshold),
+          machine_metrics(load_monitor, placing, machines, time),
           classes(load_monitor, placing, time, log, class_hooks()),
           relay(relay_params(), load_monitor, placing, time, log, relay_hooks())
     {
@@ -133,7 +135,6 @@ struct SessionService::Impl
     Answer readiness(IncomingRequest const& request);
 
     void write_relay(core::MetricsText& text) const;
-    std::string const& machine_metrics();
     void expire_pages();
     void update_monitor();
     void count_placed();
@@ -156,9 +157,7 @@ struct SessionService::Impl
     MonitorFeed feed; // to those that watch the monitor page
     core::TimedPage monitor_html;
     core::TimedPage monitor_json;
-    /// The metrics of single machines, and when they were written.
-    std::string machine_figures;
-    std::optional<TimePoint> machine_figures_made;
+    MachineMetrics machine_metrics;
     /// The first text for browsers that connect before the next update; empty: not made yet.
     std::string greeting;
     std::map<char const*, core::SharedPage>
@@ -217,7 +216,8 @@ void SessionService::set_servers(std::vector<ServerSpec> const& servers)
 asio::awaitable<result<>> SessionService::run()
 {
     using namespace asio::experimental::awaitable_operators;
-    auto const ended = co_await (impl_->carry_reports() || impl_->check_availability() || impl_->relay.run());
+    auto const ended = co_await (impl_->carry_reports() || impl_->check_availability() ||
+                                 impl_->machine_metrics.run() || impl_->relay.run());
     co_return std::visit([](result<> const& each) { return each; }, ended);
 }
 
@@ -684,49 +684,7 @@ Answer SessionService::Impl::metrics(IncomingRequest const&)
     text.family(core::metric("polls_total"))
         .add(static_cast<double>(good_polls), {{"result", "good"}})
         .add(static_cast<double>(failed_polls), {{"result", "failed"}});
-    return core::metrics_page(text.take() + machine_metrics(), hooks.more_metrics);
-}
-
-/// Of thousands of machines they are a megabyte, so they are written once a second at most, however often
-/// somebody asks.
-std::string const& SessionService::Impl::machine_metrics()
-{
-    auto const now = clock.now();
-    if (machine_figures_made && now - *machine_figures_made < core::TimedPage::lifetime)
-        return machine_figures;
-    core::MetricsText text;
-    auto const family = [this, &text](core::Metric const& metric, auto const& value_of) {
-        text.family(metric);
-        for (auto const& server : monitor.servers())
-            if (std::optional<double> const value = value_of(server))
-                text.add(*value, {{"machine", server.address}});
-    };
-    // What a machine that is not up has reported before is not so any more.
-    auto const reported = [&family](core::Metric const& metric, auto const& value_of) {
-        family(metric, [&value_of](ServerLoad const& server) {
-            return server.state == ServerState::up ? value_of(server.report) : std::nullopt;
-        });
-    };
-    family(core::metric("machine_up"), [](ServerLoad const& server) -> std::optional<double> {
-        if (server.state == ServerState::unknown)
-            return std::nullopt;
-        return server.state == ServerState::up ? 1 : 0;
-    });
-    reported(core::metric("machine_load_ratio"),
-             [](LoadReport const& report) { return std::optional(report.load / 100); });
-    reported(core::metric("machine_simulations"),
-             [](LoadReport const& report) { return std::optional<double>(report.sessions); });
-    reported(core::metric("machine_simulations_max"),
-             [](LoadReport const& report) { return std::optional<double>(report.capacity); });
-    family(core::metric("machine_drained"), [this](ServerLoad const& server) -> std::optional<double> {
-        return server.report.draining || !machines.drained_by(server.address).empty() ? 1 : 0;
-    });
-    family(core::metric("machine_placements_total"), [this](ServerLoad const& server) {
-        return std::optional(static_cast<double>(scheduler.placed(server.address)));
-    });
-    machine_figures = text.take();
-    machine_figures_made = now;
-    return machine_figures;
+    return core::metrics_page(text.take() + machine_metrics.text(), hooks.more_metrics);
 }
 
 /// Something has changed that whoever changed it wants to see at once.
@@ -734,7 +692,7 @@ void SessionService::Impl::expire_pages()
 {
     monitor_html.expire();
     monitor_json.expire();
-    machine_figures_made.reset();
+    machine_metrics.expire();
 }
 
 void SessionService::Impl::write_relay(core::MetricsText& text) const

@@ -61,7 +61,7 @@ def services_said(text):
 
 
 def metrics_said(text):
-    sentence = re.search(r'`/metrics` is written by four files: (.*?)\. ', text, re.S).group(1)
+    sentence = re.search(r'`/metrics` is written by five files: (.*?)\. ', text, re.S).group(1)
     return {Path(name).stem for name in QUOTED.findall(sentence)}
 
 

@@ -10,7 +10,7 @@ namespace {
 
 /// Whole numbers are written as such, and not as 3e+06, which is as right, but hard to read and to search
 /// for.
-std::string number_text(double value)
+void append_number(std::string& text, double value)
 {
     constexpr double exact = 9007199254740992; // up to 2^53 a double holds every whole number
     char digits[32];
@@ -18,7 +18,14 @@ std::string number_text(double value)
     bool const is_whole = value >= -exact && value <= exact && value == std::trunc(value);
     auto const written = is_whole ? std::to_chars(digits, end, static_cast<std::int64_t>(value))
                                   : std::to_chars(digits, end, value);
-    return std::string(digits, written.ptr);
+    text.append(digits, static_cast<std::size_t>(written.ptr - digits));
+}
+
+std::string number_text(double value)
+{
+    std::string text;
+    append_number(text, value);
+    return text;
 }
 
 std::string_view type_name(MetricType type) noexcept
@@ -46,6 +53,23 @@ void append_escaped(std::string& text, std::string_view label)
         else
             text += each;
     }
+}
+
+void append_labels(std::string& text, MetricsText::Labels labels, std::string_view bound)
+{
+    char separator = '{';
+    auto const label = [&text, &separator](std::string_view key, std::string_view value) {
+        text.append(1, separator).append(key).append("=\"");
+        append_escaped(text, value);
+        text.append("\"");
+        separator = ',';
+    };
+    for (auto const& [key, value] : labels)
+        label(key, value);
+    if (!bound.empty())
+        label("le", bound);
+    if (separator == ',')
+        text.append("}");
 }
 
 } // namespace
@@ -82,20 +106,31 @@ MetricsText& MetricsText::add(Histogram const& histogram, Labels labels)
 void MetricsText::line(std::string_view suffix, Labels labels, std::string_view bound, double value)
 {
     text_.append(name_).append(suffix);
-    char separator = '{';
-    auto const label = [this, &separator](std::string_view key, std::string_view text) {
-        text_.append(1, separator).append(key).append("=\"");
-        append_escaped(text_, text);
-        text_.append("\"");
-        separator = ',';
-    };
-    for (auto const& [key, text] : labels)
-        label(key, text);
-    if (!bound.empty())
-        label("le", bound);
-    if (separator == ',')
-        text_.append("}");
-    text_.append(" ").append(number_text(value)).append("\n");
+    append_labels(text_, labels, bound);
+    text_.append(" ");
+    append_number(text_, value);
+    text_.append("\n");
+}
+
+MetricsText& MetricsText::add_labelled(double value, std::string_view labels)
+{
+    text_.append(name_).append(labels).append(" ");
+    append_number(text_, value);
+    text_.append("\n");
+    return *this;
+}
+
+std::string MetricsText::labels_text(Labels labels)
+{
+    std::string text;
+    append_labels(text, labels, {});
+    return text;
+}
+
+MetricsText& MetricsText::append(MetricsText const& part)
+{
+    text_.append(part.text_);
+    return *this;
 }
 
 } // namespace webots_cloud::core

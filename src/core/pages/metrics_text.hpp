@@ -27,8 +27,17 @@ public:
 
     MetricsText& add(double value, Labels labels = {});
 
+    /// With labels that many figures have: `labels_text` has written them.
+    MetricsText& add_labelled(double value, std::string_view labels);
+
     /// All lines of one histogram; the family is of this type.
     MetricsText& add(Histogram const& histogram, Labels labels = {});
+
+    /// As in `{machine="sim1:2000"}`.
+    static std::string labels_text(Labels labels);
+
+    /// A part that was written with another of these: whole families.
+    MetricsText& append(MetricsText const& part);
 
     std::string take() { return std::move(text_); }
 

@@ -3,8 +3,14 @@
 #include "core/text.hpp"
 #include "core/time_text.hpp"
 
+#include <algorithm>
+
 namespace webots_cloud::core {
 namespace {
+
+/// Of thousands of machines they would take so long to write that others would notice; the page's script
+/// lists all.
+constexpr std::size_t max_rows = 200;
 
 /// Where a machine's own page is. Behind the gateway it is below ours, whatever browsers call us.
 std::string monitor_link(std::string_view address, SessionMonitorView const& view)
@@ -90,9 +96,12 @@ std::string session_monitor_page(SessionMonitorView const& view)
                    ">\n<thead><tr><th>#</th>"
                    "<th>simulation server</th><th>load</th><th class=\"line\">last 10 minutes</th>"
                    "<th>sessions</th><th>placed here</th><th>last report</th></tr></thead>\n<tbody>\n");
-    std::size_t number = 0;
-    for (auto const& server : view.servers)
-        html += server_row(++number, server, view);
+    auto const shown = std::min(count, max_rows);
+    for (std::size_t i = 0; i < shown; ++i)
+        html += server_row(i + 1, view.servers[i], view);
+    if (shown < count)
+        html += concat("<tr><td></td><td colspan=\"6\">and ", std::to_string(count - shown),
+                       " more, which are shown where scripts are allowed</td></tr>\n");
     html += concat(
         "</tbody>\n<tfoot><tr><td></td><td><b>average:</b></td><td class=\"number\"><b id=\"average\">",
         average(view.servers),

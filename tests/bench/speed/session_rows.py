@@ -7,6 +7,7 @@ import re
 import socket
 import statistics
 import subprocess
+import threading
 import time
 import urllib.request
 from collections import Counter
@@ -177,7 +178,25 @@ def cost_of_polls(closing):
     return setting
 
 
-def wait_while_polled(count, hanging):
+@contextlib.contextmanager
+def reader_of(url):
+    """Somebody who reads a page a little less often than it is made anew, once a second."""
+    done = threading.Event()
+    headers = {"Accept-Encoding": "gzip"}  # as browsers and Prometheus
+
+    def read():
+        while not done.wait(1.1):
+            urllib.request.urlopen(urllib.request.Request(url, headers=headers)).read()
+    thread = threading.Thread(target=read)
+    thread.start()
+    try:
+        yield
+    finally:
+        done.set()
+        thread.join()
+
+
+def wait_while_polled(count, hanging, page=""):
     @contextlib.contextmanager
     def setting(quick):
         machines_count = min(count, 100) if quick else count
@@ -188,7 +207,8 @@ def wait_while_polled(count, hanging):
                     machines.ask("hang 0")
                 with PinnedSessionServer(machines) as server:
                     wait_until(lambda: machines.polls() >= machines_count - hanging, "not all were polled", patience=60)
-                    with Tool("probe", server.port, "/session", 100, 2 if quick else 8) as probe:
+                    reader = reader_of(server.url + page) if page else contextlib.nullcontext()
+                    with reader, Tool("probe", server.port, "/session", 100, 2 if quick else 8) as probe:
                         _, lost, median, _, longest = probe.hear("requests")
             if lost:
                 raise AssertionError(f"{lost} requests got no answer")
@@ -285,6 +305,10 @@ ROWS = [
     Row("a poll, 5,000 machines, kept connections", "µs of processor", "at most 2 × floor", 2, ratio("floor"), cost_of_polls(False)),
     Row("a poll, 5,000 machines that close", "µs of processor", "at most 2 × floor", 2, ratio("floor"), cost_of_polls(True)),
     Row("longest wait of `GET /session` while 5,000 machines are polled", "ms", "at most 5 ms", 5, itself, wait_while_polled(5000, 0)),
+    Row("longest wait of `GET /session` while `/metrics` of 5,000 machines is read each second", "ms", "at most 5 ms", 5, itself,
+        wait_while_polled(5000, 0, "/metrics")),
+    Row("longest wait of `GET /session` while `/monitor` of 5,000 machines is read each second", "ms", "at most 5 ms", 5, itself,
+        wait_while_polled(5000, 0, "/monitor")),
     Row("longest wait of `GET /session`, one machine of 10 never answers", "ms", "at most 5 ms", 5, itself, wait_while_polled(10, 1)),
     Row("200 requests in 4 s on 10 equal machines: most on one", "requests", "at most 24", 24, itself, herd),
     Row("process start to first answer, 10 machines", "ms", "at most 20 ms", 20, itself, start_to_answer),

@@ -87,6 +87,20 @@ BOOST_AUTO_TEST_CASE(the_page_of_a_machine_behind_the_gateway_is_below_ours)
     BOOST_TEST(!contains(session_monitor_page(view), "data-gateway"));
 }
 
+BOOST_AUTO_TEST_CASE(of_thousands_of_servers_the_page_has_some_and_says_how_many_more_there_are)
+{
+    SessionMonitorView view;
+    for (int i = 0; i < 5000; ++i)
+        view.servers.emplace_back().address = "m" + std::to_string(i) + ":2000";
+    auto const page = session_monitor_page(view);
+    BOOST_TEST(contains(page, "Managing 5000 simulation servers:"));
+    BOOST_TEST(contains(page, ">m199:2000<"));
+    BOOST_TEST(!contains(page, ">m200:2000<"));
+    BOOST_TEST(contains(page, "and 4800 more, which are shown where scripts are allowed"));
+    view.servers.resize(200);
+    BOOST_TEST(!contains(session_monitor_page(view), " more, "));
+}
+
 BOOST_AUTO_TEST_CASE(who_waits_is_shown_where_the_server_relays)
 {
     SessionMonitorView view;

@@ -1,0 +1,121 @@
+#include "machine_metrics.hpp"
+
+#include "core/pages/metrics_text.hpp"
+
+#include <algorithm>
+
+namespace webots_cloud {
+namespace asio = boost::asio;
+
+namespace {
+
+constexpr auto every = std::chrono::seconds(1);
+constexpr auto written_ahead = std::chrono::seconds(3); // one of these is missed without harm
+constexpr auto pause = std::chrono::milliseconds(1);
+constexpr std::size_t at_once = 250; // machines: less than half a millisecond
+
+} // namespace
+
+class MachineMetrics::Families
+{
+public:
+    Families()
+    {
+        up_.family(core::metric("machine_up"));
+        load_.family(core::metric("machine_load_ratio"));
+        simulations_.family(core::metric("machine_simulations"));
+        most_.family(core::metric("machine_simulations_max"));
+        drained_.family(core::metric("machine_drained"));
+        placements_.family(core::metric("machine_placements_total"));
+    }
+
+    void add(ServerLoad const& server, bool is_drained, std::uint64_t placed)
+    {
+        auto const labels = core::MetricsText::labels_text({{"machine", server.address}});
+        auto const& report = server.report;
+        if (server.state != ServerState::unknown)
+            up_.add_labelled(server.state == ServerState::up ? 1 : 0, labels);
+        // What a machine that is not up has reported before is not so any more.
+        if (server.state == ServerState::up) {
+            load_.add_labelled(report.load / 100, labels);
+            if (report.sessions)
+                simulations_.add_labelled(*report.sessions, labels);
+            if (report.capacity)
+                most_.add_labelled(*report.capacity, labels);
+        }
+        drained_.add_labelled(report.draining || is_drained ? 1 : 0, labels);
+        placements_.add_labelled(static_cast<double>(placed), labels);
+    }
+
+    std::string take()
+    {
+        for (auto const* const each : {&load_, &simulations_, &most_, &drained_, &placements_})
+            up_.append(*each);
+        return up_.take();
+    }
+
+private:
+    core::MetricsText up_;
+    core::MetricsText load_;
+    core::MetricsText simulations_;
+    core::MetricsText most_;
+    core::MetricsText drained_;
+    core::MetricsText placements_;
+};
+
+MachineMetrics::MachineMetrics(LoadMonitor& monitor, Scheduler& scheduler,
+                               placement::DrainedMachines const& drained, Clock& clock)
+    : monitor_(monitor), scheduler_(scheduler), drained_(drained), clock_(clock)
+{}
+
+bool MachineMetrics::is_large() const noexcept
+{
+    return monitor_.servers().size() > at_once;
+}
+
+std::string const& MachineMetrics::text()
+{
+    auto const now = clock_.now();
+    if (made_ && now - *made_ < (is_large() ? Duration(written_ahead) : Duration(every)))
+        return text_;
+    Families families;
+    for (auto const& server : monitor_.servers())
+        families.add(server, !drained_.drained_by(server.address).empty(), scheduler_.placed(server.address));
+    text_ = families.take();
+    made_ = now;
+    return text_;
+}
+
+void MachineMetrics::expire() noexcept
+{
+    made_.reset();
+    ++expiries_;
+}
+
+asio::awaitable<result<>> MachineMetrics::run()
+{
+    for (;;) {
+        if (auto const waited = co_await clock_.wait_until(clock_.now() + every); !waited)
+            co_return waited;
+        if (!is_large())
+            continue;
+        auto const began = clock_.now();
+        auto const expiries = expiries_; // other machines may be listed from then on
+        Families families;
+        for (std::size_t i = 0; expiries == expiries_ && i < monitor_.servers().size(); ++i) {
+            auto const& server = monitor_.servers()[i];
+            families.add(server, !drained_.drained_by(server.address).empty(),
+                         scheduler_.placed(server.address));
+            if (i % at_once != at_once - 1)
+                continue;
+            if (auto const waited = co_await clock_.wait_until(clock_.now() + pause); !waited)
+                co_return waited;
+        }
+        if (expiries != expiries_)
+            continue;
+        text_ = families.take();
+        made_ = began;
+    }
+}
+
+} // namespace webots_cloud
