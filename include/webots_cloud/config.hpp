@@ -149,6 +149,45 @@ struct LimitsConfig
     bool operator==(LimitsConfig const&) const = default;
 };
 
+/// What a job of Slurm asks for. An empty text: what Slurm gives those who don't ask.
+struct SlurmJobConfig
+{
+    SlurmJobConfig() = default;
+
+    std::string partition;
+    std::string account;
+    std::string qos;
+    std::string gres;         ///< As in `gpu:1`.
+    std::uint64_t memory = 0; ///< `memory`, in megabytes, of the job; 0: what Slurm gives.
+    int processors = 1;
+    Duration time_limit{}; ///< `timeLimit`, in seconds; 0: as long as `timeout` and `extendable` need.
+
+    bool operator==(SlurmJobConfig const&) const = default;
+};
+
+/// `overrides`: what other jobs ask for.
+struct SlurmOverrideConfig
+{
+    SlurmOverrideConfig() = default;
+
+    std::string mode;   ///< Of simulations in this mode; empty: in any.
+    std::string label;  ///< Of projects that need this label; empty: of all.
+    SlurmJobConfig job; ///< What the entry doesn't say is as in `SlurmConfig::job`.
+
+    bool operator==(SlurmOverrideConfig const&) const = default;
+};
+
+/// `launcher.slurm`: simulations are jobs of a Slurm cluster.
+struct SlurmConfig
+{
+    SlurmConfig() = default;
+
+    SlurmJobConfig job;
+    std::vector<SlurmOverrideConfig> overrides; ///< The first that fits counts.
+
+    bool operator==(SlurmConfig const&) const = default;
+};
+
 /// `config/simulation/*.json` (protocol section 8.2).
 struct SimulationConfig
 {
@@ -164,6 +203,7 @@ struct SimulationConfig
     AccessConfig access;
     bool docker = false; ///< `docker`: simulations run in containers.
     DockerConfig containers;
+    std::optional<SlurmConfig> slurm; ///< `launcher`: where simulations run. Default: on this machine.
     std::vector<std::string> allowed_repositories; ///< `allowedRepositories`
     std::vector<std::string> blocked_repositories; ///< `blockedRepositories`
     double share_idle_time = 50;                   ///< `shareIdleTime`, percent.

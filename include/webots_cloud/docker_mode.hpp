@@ -82,6 +82,7 @@ struct ContainerPlan
     ProcessSpec restart_controller;         ///< For competitions; otherwise without arguments.
     std::string command;                    ///< For the log; empty: the process's.
     std::string project;                    ///< Compose's project name.
+    std::string job;                        ///< The name of its job; empty: it is none.
     std::string image;                      ///< The default image; empty: the project has its own Dockerfile.
     std::vector<std::string> announcements; ///< Whole messages for the browser, sent before all others.
     std::vector<std::string> notes;         ///< Sentences for the browser, shown while it waits.

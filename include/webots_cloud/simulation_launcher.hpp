@@ -26,6 +26,8 @@
 
 namespace WEBOTS_CLOUD_API webots_cloud {
 
+class SlurmMode;
+
 /// Which simulators SimulationLauncher starts, where, and for how long.
 struct SimulationLauncherParams
 {
@@ -85,8 +87,9 @@ struct LaunchSpec
     std::string mode;               ///< As requested by the browser: empty, `x3d`, `w3d` or `mjpeg`.
     /// Start Webots R2021b or older, for a browser that expects that; of the modes it knows `mjpeg`.
     bool old_command_line = false;
-    bool controller_edit = false; ///< With the old command line: the browser may edit controllers.
-    std::string label;            ///< A prefix of log lines, and of container names.
+    bool controller_edit = false;           ///< With the old command line: the browser may edit controllers.
+    std::string label;                      ///< A prefix of log lines, and of container names.
+    std::vector<std::string> needed_labels; ///< What the project needs of a machine.
     /// Gets every line that the simulator prints, except heartbeats; any bytes. Must not block. May be empty.
     std::function<void(std::string_view line)> output;
 };
@@ -101,10 +104,16 @@ struct SimulationProgress
     std::string text;
 };
 
+/// A simulator that had to wait for a node of a cluster has one: its time limit begins now.
+struct SimulationAllocated
+{
+    SimulationAllocated() = default;
+};
+
 /// The world is loaded, and the simulator listens on `port`.
 ///
 /// With `through_gateway` browsers are to reach it through the server alone, which finds it at that port of
-/// 127.0.0.1 or, unless it is empty, through the socket `broker` (see `ProcessNetwork`).
+/// `host` or, unless it is empty, through the socket `broker` (see `ProcessNetwork`).
 struct SimulationReady
 {
     SimulationReady() = default;
@@ -112,6 +121,7 @@ struct SimulationReady
 
     std::uint16_t port = 0;
     bool through_gateway = false;
+    std::string host = "127.0.0.1"; ///< A numeric address.
     std::filesystem::path broker;
 };
 
@@ -141,8 +151,8 @@ struct SimulationEnded
     std::optional<Limit> overrun; ///< The limit that it was ended for.
 };
 
-using SimulationEvent = std::variant<SimulationProgress, SimulationReady, SimulationHeartbeat,
-                                     SimulationActivity, SimulationEnded>;
+using SimulationEvent = std::variant<SimulationProgress, SimulationAllocated, SimulationReady,
+                                     SimulationHeartbeat, SimulationActivity, SimulationEnded>;
 
 /// A started simulator. Destroying it kills what still runs, and returns its port to the pool.
 class Simulation
@@ -189,9 +199,10 @@ public:
 class SimulationLauncher
 {
 public:
-    /// `docker`: an open one, to run simulations in containers. Null: they are processes of this machine.
+    /// `docker`: an open one, to run simulations in containers. `slurm`: an open one, to run them as jobs.
+    /// Null: they are processes of this machine.
     SimulationLauncher(SimulationLauncherParams params, ProcessHost& processes, Clock& clock, Logger log,
-                       DockerMode* docker = nullptr);
+                       DockerMode* docker = nullptr, SlurmMode* slurm = nullptr);
     ~SimulationLauncher();
 
     /// Starts a simulator.

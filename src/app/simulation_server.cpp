@@ -9,6 +9,7 @@
 #include "core/simulation/isolation.hpp"
 #include "core/simulation/simulator_choice.hpp"
 #include "core/simulation/simulator_environment.hpp"
+#include "core/slurm/job_command.hpp"
 #include "core/text.hpp"
 #include "display.hpp"
 #include "doctor/doctor_endpoint.hpp"
@@ -36,6 +37,7 @@
 #include <webots_cloud/service_report.hpp>
 #include <webots_cloud/simulation_launcher.hpp>
 #include <webots_cloud/simulation_service.hpp>
+#include <webots_cloud/slurm_mode.hpp>
 
 #include <boost/asio/experimental/awaitable_operators.hpp>
 
@@ -214,7 +216,7 @@ WebsiteSourceParams website_params(SimulationConfig const& config, fs::path cons
 ControlGroupsParams control_groups_params(SimulationConfig const& config, ProcessLimits const& limits)
 {
     ControlGroupsParams params;
-    params.enabled = !config.docker && limits.any();
+    params.enabled = !config.docker && !config.slurm && limits.any();
     params.may_use_root = ::geteuid() == 0;
     return params;
 }
@@ -224,7 +226,7 @@ ControlGroupsParams control_groups_params(SimulationConfig const& config, Proces
 void tell_limits(SimulationConfig const& config, ProcessLimits const& limits, LimitSupport const& support,
                  Logger const& log)
 {
-    if (config.docker)
+    if (config.docker || config.slurm)
         return;
     log.info(core::limits_text(limits, support));
     for (auto const& warning : core::limits_warnings(limits, support))
@@ -235,6 +237,8 @@ void tell_limits(SimulationConfig const& config, ProcessLimits const& limits, Li
 fs::path broker_folder(SimulationConfig const& config, InstanceRoot const& root, Logger const& log)
 {
     constexpr std::size_t longest = 100; // names of sockets have 107 bytes, and ports five digits
+    if (config.slurm)                    // jobs are on other machines
+        return {};
     if (!config.gateway || root.brokers().native().size() <= longest)
         return config.gateway ? root.brokers() : fs::path();
     log.warning(concat("Simulations with a network of their own have open ports on this machine, although "
@@ -253,7 +257,7 @@ SimulationLauncherParams launcher_params(SimulationConfig const& config, fs::pat
     params.display = display.name;
     params.private_display = display.own;
     params.limits = limits;
-    if (config.docker) { // which keeps those of its processes
+    if (config.docker || config.slurm) { // which keep those of their processes
         params.limits = ProcessLimits();
         params.limits.disk = limits.disk;
     }
@@ -318,6 +322,23 @@ DockerModeParams docker_params(SimulationConfig const& config, fs::path const& i
     return params;
 }
 
+/// Where simulations are jobs, which are started with the rights of this server's user.
+SlurmModeParams slurm_params(SimulationConfig const& config)
+{
+    SlurmModeParams params;
+    params.srun = find_program("srun");
+    params.scancel = find_program("scancel");
+    params.squeue = find_program("squeue");
+    params.sinfo = find_program("sinfo");
+    params.getent = find_program("getent");
+    params.jobs = *config.slurm;
+    params.identity = core::job_identity(host_name(), config.address.port);
+    params.run = make_token().substr(0, 8);
+    params.time_limit = core::job_time_limit(config.timeout, config.extendable, config.start_timeout);
+    params.environment = current_environment();
+    return params;
+}
+
 /// Tells the operator whether projects of strangers are accepted, and what that depends on.
 void tell_outside_projects(SimulationConfig const& config, SimulationWalls const& walls, Logger const& log)
 {
@@ -372,9 +393,11 @@ void tell_confinement(result<> const& confined, Logger const& log)
                                confined.error().message(), "."));
 }
 
-/// Without docker mode there is nothing to do until the end.
-asio::awaitable<result<>> run(DockerMode* docker, Clock& clock)
+/// Without containers and jobs there is nothing to do until the end.
+asio::awaitable<result<>> run(DockerMode* docker, SlurmMode* slurm, Clock& clock)
 {
+    if (slurm)
+        co_return co_await slurm->run();
     if (docker)
         co_return co_await docker->run();
     for (;;) {
@@ -482,9 +505,18 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
         if (!opened)
             co_return opened.error();
     }
+    std::unique_ptr<SlurmMode> slurm;
+    std::unique_ptr<HostMetrics> partitions;
+    if (config.slurm) {
+        slurm = std::make_unique<SlurmMode>(slurm_params(config), *processes, *clock, log);
+        auto const opened = co_await slurm->open();
+        if (!opened)
+            co_return opened.error();
+        partitions = slurm->metrics(*metrics);
+    }
     SimulationLauncher launcher(launcher_params(config, choice->program, sandbox->params, *display, limits,
                                                 broker_folder(config, *root, log)),
-                                *processes, *clock, log, docker.get());
+                                *processes, *clock, log, docker.get(), slurm.get());
     if (!config.docker)
         tell_environment(launcher.params(), log);
     auto walls = sandbox->walls;
@@ -522,8 +554,8 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
         hooks.folder_meter = for_users.users.get();
     if (config.simulation_log_keep > Duration::zero())
         hooks.simulation_logs = logs.get();
-    SimulationService service(std::move(service_settings), fetcher, launcher, *metrics, *clock, log,
-                              std::move(hooks));
+    SimulationService service(std::move(service_settings), fetcher, launcher,
+                              partitions ? *partitions : *metrics, *clock, log, std::move(hooks));
 
     auto const token_check = app::operator_token_check(config.access);
     if (!token_check)
@@ -561,7 +593,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     auto const manager = make_service_manager();
     auto const ended = co_await (
         server->run(access) || redirect.run() || operators->run(access) || report_to(*manager, *clock) ||
-        service.run() || registration.run() || run(docker.get(), *clock) || doctor.run(look) ||
+        service.run() || registration.run() || run(docker.get(), slurm.get(), *clock) || doctor.run(look) ||
         app::obey_sigusr1(executor, drain) || app::sum_up_log(log, *clock) ||
         app::obey_sighup(executor, std::move(reload), config, apply, log) || logs->run());
     co_return std::visit([](result<> const& outcome) { return outcome; }, ended);

@@ -226,7 +226,7 @@ asio::awaitable<result<ChosenUser>> choose_simulation_user(SimulationConfig cons
                                                            Clock& clock, Logger log)
 {
     ChosenUser chosen;
-    if (config.docker)
+    if (config.docker || config.slurm) // jobs are this server's user's
         co_return chosen;
     bool const is_root = ::geteuid() == 0;
     if (config.simulation_user == "subordinate" && is_root)

@@ -1,7 +1,7 @@
 // webots-process-guard: runs one program and makes sure that no process it started outlives it, or outlives
 // the server that asked for it.
 //
-//     webots-process-guard [--cleanup COUNT WORD...] [--subordinate] [--set-user-id]
+//     webots-process-guard [--cleanup COUNT WORD...] [--job FIRST LAST] [--subordinate] [--set-user-id]
 //                          [--network none PORT | --network internet PORT SLIRP IP RULES] [--broker SOCKET]
 //                          [--group FOLDER]... [--limit NAME NUMBER]...
 //                          [--container DOCKER PROJECT SERVICE] [--own-sandbox FOLDER] [--own-displays]
@@ -27,6 +27,13 @@
 // The COUNT words after --cleanup are the command line of a program that removes what the tree leaves behind
 // elsewhere (containers, for instance, whose processes are not part of the tree). It is run when no process
 // of the tree is left, for a minute at most.
+//
+// --job: we run on a node of a cluster, started by its scheduler, and there is no control socket: SIGTERM
+// asks the program to end, and the scheduler's process that has started us is our owner. Before the program
+// starts we print a line with a random word that it can't know, and the node, and with the same word the
+// TCP port from FIRST to LAST that it listens on, once it does:
+//     webots-process-guard 5f0c9a4b7d21e836 runs on node7
+//     webots-process-guard 5f0c9a4b7d21e836 listens on 2001
 //
 // Where the kernel allows it, the tree runs in a PID namespace of its own. Then it dies even when somebody
 // kills the guard, and no process of it can signal the guard, the server or another simulation. Users other
@@ -90,6 +97,7 @@
 #include "container_network.hpp"
 #include "display.hpp"
 #include "folders.hpp"
+#include "job.hpp"
 #include "options.hpp"
 #include "pid_namespace.hpp"
 #include "privileges.hpp"
@@ -244,6 +252,14 @@ public:
     /// Returns the status of the program when no process is left.
     int watch(int signals);
 
+    /// There is no control socket; the port that the program listens on is to be told.
+    void watch_job(webots_cloud::guard::Job& job, bool has_own_network)
+    {
+        job_ = &job;
+        has_own_network_ = has_own_network;
+        control_open_ = false;
+    }
+
     /// Whether the server has died, or wants to know nothing more of this program.
     bool is_abandoned() const { return !control_open_ || owner_gone_; }
 
@@ -263,6 +279,8 @@ private:
     bool control_open_ = true;
     bool owner_gone_ = false;
     bool tree_is_gone_ = false;
+    webots_cloud::guard::Job* job_ = nullptr; ///< Null: we run where the server does.
+    bool has_own_network_ = false;
 };
 
 void Guard::terminate()
@@ -308,7 +326,7 @@ int Guard::wait_time() const
     if (killing_)
         return 10; // children of killed processes become ours one by one
     if (kill_at_ < 0)
-        return -1;
+        return job_ && !job_->told ? webots_cloud::guard::port_interval_ms : -1;
     long const left = kill_at_ - now_ms();
     return left > 0 ? static_cast<int>(left) : 0;
 }
@@ -323,6 +341,8 @@ int Guard::watch(int signals)
             killing_ = true;
         if (killing_)
             kill_children();
+        else if (job_ && !job_->told)
+            webots_cloud::guard::tell_port(*job_, has_own_network_ ? 0 : program_);
         pollfd watched[] = {
             {signals, POLLIN, 0}, {control_open_ ? STDIN_FILENO : -1, POLLIN, 0}, {owner_, POLLIN, 0}};
         if (poll(watched, 3, wait_time()) <= 0)
@@ -598,6 +618,8 @@ int main(int argc, char** argv)
     webots_cloud::guard::forbid_tracing();
     char const* const name = argv[0];
     char** const cleanup_command = take_cleanup_command(argc, argv);
+    webots_cloud::guard::Job job;
+    bool const job_understood = webots_cloud::guard::take_job(argc, argv, job);
     bool const is_probe = take_option(argc, argv, "--probe");
     Program program;
     program.user.is_subordinate = take_option(argc, argv, "--subordinate");
@@ -618,7 +640,7 @@ int main(int argc, char** argv)
     program.read_only_count = take_read_only(argc, argv);
     program.argv = argv + 1;
     bool const is_of_somebody = program.user.is_other || !program.user.is_subordinate;
-    if (!understood || !has_container || !user_understood || !is_of_somebody ||
+    if (!job_understood || !understood || !has_container || !user_understood || !is_of_somebody ||
         (argc < 2 && !(is_probe && argc == 0)))
         return usage(name);
     setsid(); // Ctrl-C in the terminal is for the server, which then ends its simulations in order
@@ -632,6 +654,8 @@ int main(int argc, char** argv)
     sigprocmask(SIG_BLOCK, &handled, &program.signals);
     if (is_probe)
         return probe(program);
+    if (job.last > 0)
+        webots_cloud::guard::tell_node(job);
     LentFolder lent(program.user);
     if (program.user.is_other && !webots_cloud::guard::hand_over(program.user)) {
         std::printf("can't give %s to user %u: %s\n", program.user.folder, program.user.user,
@@ -672,6 +696,8 @@ int main(int argc, char** argv)
         return exec_failed;
     }
     Guard guard(started, std::strtol(argv[0], nullptr, 10), owner);
+    if (job.last > 0)
+        guard.watch_job(job, program.network.is_own());
     int const status = guard.watch(signals);
     lent.take_back();
     if (program.network.broker)

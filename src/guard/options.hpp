@@ -30,6 +30,8 @@ inline constexpr Option options[] = {
     {"filter", "", "forbid the program some system calls"},
     {"group", "FOLDER", "put the program into this control group"},
     {"help", "", "show this text"},
+    {"job", "FIRST LAST",
+     "run as a job of a cluster: no control socket; say where, and on which of these ports it listens"},
     {"limit", "NAME NUMBER", "data, file-size, files or processes: what each process may use"},
     {"make-users", "NEWUIDMAP NEWGIDMAP FIRST_USER FIRST_GROUP COUNT",
      "make a user namespace of these users of /etc/subuid"},

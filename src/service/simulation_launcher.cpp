@@ -12,6 +12,7 @@
 #include "core/simulation/private_display.hpp"
 #include "core/simulation/simulator_state.hpp"
 #include "core/simulation/webots_output.hpp"
+#include "core/slurm/job_output.hpp"
 #include "core/text.hpp"
 #include "run_program.hpp"
 #include "simulator_runtime.hpp"
@@ -30,10 +31,10 @@ namespace {
 using core::concat;
 using State = core::SimulatorState::State;
 
-// Webots tries so many ports above a busy one, without reporting that.
-constexpr int ports_tried_by_webots = 10;
-
 constexpr auto restart_limit = std::chrono::seconds(30);
+
+// How often somebody who waits for a job is told what is new.
+constexpr auto news_interval = std::chrono::seconds(1);
 
 /// Webots that speaks TLS itself is spoken to by browsers themselves.
 bool uses_gateway(SimulationLauncherParams const& params, LaunchSpec const& spec)
@@ -49,13 +50,24 @@ std::string describe(ExitStatus const& status)
 
 } // namespace
 
+namespace {
+
+std::unique_ptr<SimulatorRuntime> make_runtime(SimulationLauncherParams const& params, DockerMode* docker,
+                                               SlurmMode* slurm)
+{
+    if (docker)
+        return make_docker_runtime(*docker);
+    return slurm ? make_slurm_runtime(params, *slurm) : make_native_runtime(params);
+}
+
+} // namespace
+
 struct SimulationLauncher::Impl
 {
     Impl(SimulationLauncherParams parameters, ProcessHost& host, Clock& time, Logger logger,
-         DockerMode* containers)
+         DockerMode* docker, SlurmMode* slurm)
         : params(std::move(parameters)), processes(host), clock(time), log(std::move(logger)),
-          runtime(containers ? make_docker_runtime(*containers) : make_native_runtime(params)),
-          ports(params.first_port, params.max_simulations)
+          runtime(make_runtime(params, docker, slurm)), ports(params.first_port, params.max_simulations)
     {}
 
     SimulationLauncherParams params;
@@ -115,6 +127,8 @@ public:
 
 private:
     TimePoint next_deadline() const;
+    bool on_job_line(std::string_view line);
+    void tell_news();
     core::SimulatorState::Due on_deadline();
     void on_output(std::string_view bytes);
     void on_line(std::string_view line);
@@ -139,6 +153,10 @@ private:
     std::function<void(std::string_view)> output_;
     SimulatorRuntime& runtime_;
     ContainerPlan plan_;
+    core::JobOutput job_;
+    std::string host_ = "127.0.0.1"; ///< Where the simulator is.
+    std::string news_;               ///< The last that the browser was told while the job waits.
+    TimePoint next_news_;            ///< When to look for more.
     bool through_gateway_;
     ProcessLimits limits_;
     core::SimulatorState state_;
@@ -162,6 +180,9 @@ asio::awaitable<result<SimulationEvent>> RunningSimulation::next_event()
             co_await restart_controller();
             continue;
         }
+        tell_news();
+        if (!events_.empty())
+            break;
         auto const deadline = next_deadline();
         auto const now = clock_.now();
         if (now >= deadline) { // also for a simulator that prints without a pause
@@ -202,7 +223,41 @@ TimePoint RunningSimulation::next_deadline() const
     // While it stops, the process host keeps the time: it kills after a short grace.
     if (state_.state() == State::stopping)
         return TimePoint::max();
-    return std::min(state_.deadline(), budget_.notice_due());
+    auto const news_due = state_.is_waiting() ? next_news_ : TimePoint::max();
+    return std::min({state_.deadline(), budget_.notice_due(), news_due});
+}
+
+/// Tells the browser what Slurm says of its job while it waits.
+void RunningSimulation::tell_news()
+{
+    auto const now = clock_.now();
+    if (!state_.is_waiting() || now < next_news_)
+        return;
+    next_news_ = now + news_interval;
+    auto news = runtime_.news_of(plan_);
+    if (news.empty() || news == news_)
+        return;
+    news_ = news;
+    events_.emplace_back(SimulationProgress(std::move(news)));
+}
+
+/// A line of a job.   Returns: whether it is the simulator's.
+bool RunningSimulation::on_job_line(std::string_view line)
+{
+    using enum core::JobOutput::Line;
+    auto const kind = job_.read(line);
+    if (kind == simulators)
+        return true;
+    auto const now = clock_.now();
+    if (budget_.take_line(now)) // a simulator can print such lines
+        log_.info(LogCause("job", label_), concat("[", label_, "] ", core::printable(line, 300)));
+    if (kind == waits)
+        state_.waits();
+    else if (kind == runs && state_.begins(now))
+        events_.emplace_back(SimulationAllocated());
+    else if (kind == ends)
+        stop(job_.reason());
+    return false;
 }
 
 core::SimulatorState::Due RunningSimulation::on_deadline()
@@ -241,6 +296,8 @@ void RunningSimulation::note_lines_left_out()
 void RunningSimulation::on_line(std::string_view line)
 {
     using enum core::ComposeLine::Source;
+    if (!plan_.job.empty() && !on_job_line(line))
+        return;
     auto const printed = runtime_.read(line, plan_);
     auto const source = printed.line.source;
     if (printed.is_progress)
@@ -344,6 +401,7 @@ void RunningSimulation::announce(std::uint16_t port)
 {
     SimulationReady ready(port);
     ready.through_gateway = through_gateway_;
+    ready.host = host_;
     if (through_gateway_)
         ready.broker = plan_.process.network.broker;
     events_.emplace_back(std::move(ready));
@@ -354,8 +412,16 @@ void RunningSimulation::announce(std::uint16_t port)
 asio::awaitable<void> RunningSimulation::announce_if_listening()
 {
     auto const assigned = lease_.port();
-    auto const highest = static_cast<std::uint16_t>(std::min(assigned + ports_tried_by_webots, 65535));
-    auto const port = co_await process_->listening_port(assigned, highest);
+    auto const highest = static_cast<std::uint16_t>(std::min(assigned + core::ports_tried_by_webots, 65535));
+    auto port = job_.port();
+    if (plan_.job.empty())
+        port = co_await process_->listening_port(assigned, highest);
+    if (!plan_.job.empty() && port != 0) {
+        auto host = co_await runtime_.address_of(job_.node());
+        if (!host)
+            co_return stop(host.error().message());
+        host_ = std::move(*host);
+    }
     state_.looked_for_port(clock_.now());
     if (port == 0 || !state_.port_opened())
         co_return;
@@ -376,6 +442,8 @@ void RunningSimulation::terminate_at(Limit limit) noexcept
 /// `usage`: what the kernel has refused it.
 void RunningSimulation::on_exit(ExitStatus status, ProcessUsage const& usage)
 {
+    if (constexpr int first_signal = 128; !plan_.job.empty() && status.code > first_signal)
+        status = ExitStatus(status.code - first_signal, true); // srun exits as shells do
     core::Consumption refused;
     refused.memory_kills = usage.memory_kills;
     refused.refused_forks = usage.refused_forks;
@@ -400,8 +468,8 @@ void RunningSimulation::stop(std::string reason) noexcept
 } // namespace
 
 SimulationLauncher::SimulationLauncher(SimulationLauncherParams params, ProcessHost& processes, Clock& clock,
-                                       Logger log, DockerMode* docker)
-    : impl_(std::make_unique<Impl>(std::move(params), processes, clock, std::move(log), docker))
+                                       Logger log, DockerMode* docker, SlurmMode* slurm)
+    : impl_(std::make_unique<Impl>(std::move(params), processes, clock, std::move(log), docker, slurm))
 {}
 
 SimulationLauncher::~SimulationLauncher() = default;

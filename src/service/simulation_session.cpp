@@ -326,12 +326,12 @@ bool SimulationSession::has_port(std::uint16_t port) const
 Forward SimulationSession::forward(core::GatewayPath const& path, IncomingRequest const& request) const
 {
     Forward forward;
-    forward.upstream = Upstream("127.0.0.1", path.port);
+    bool const is_editor = path.port != ready_.port;
+    forward.upstream = Upstream(is_editor ? "127.0.0.1" : ready_.host, path.port);
     forward.target = path.rest;
     if (!request.query.empty())
         forward.target.append("?").append(request.query);
     forward.group = tunnels_;
-    bool const is_editor = path.port != ready_.port;
     forward.added_answer_headers.emplace_back("Content-Security-Policy",
                                               is_editor ? core::editor_policy : core::sandbox_policy);
     if (is_editor)
@@ -524,6 +524,7 @@ bool SimulationSession::check_needs(Channel& channel)
     }
     auto const needed = core::is_relayed(request_) ? needs->all() : needs->labels;
     auto const missing = core::lacking(needed, context_.labels);
+    needed_labels_ = needs->labels;
     if (missing.empty())
         return true;
     refuse(channel, core::lacks_labels(missing), core::needs_message(needed));
@@ -618,6 +619,7 @@ LaunchSpec SimulationSession::launch_spec() const
     spec.world = project_->world;
     spec.world_header = project_->world_header;
     spec.label = std::to_string(id_);
+    spec.needed_labels = needed_labels_;
     if (auto const* website = std::get_if<WebsiteProject>(&request_)) {
         spec.old_command_line = true;
         spec.controller_edit = website->may_edit();
@@ -692,6 +694,10 @@ asio::awaitable<void> SimulationSession::relay(Channel& channel)
             co_return;
         if (auto const* progress = std::get_if<SimulationProgress>(&*event)) {
             (void)channel.send(core::loading_message(progress->text));
+        } else if (std::holds_alternative<SimulationAllocated>(*event)) {
+            life_.extended(simulation_->ends_at());
+            if (std::holds_alternative<core::StartMessage>(request_))
+                tell_time(channel, context_.launcher.params().timeout);
         } else if (auto const* ready = std::get_if<SimulationReady>(&*event)) {
             context_.starts.passed(core::StartStage::ready, life_.ready(context_.clock.now()));
             ++context_.changes;

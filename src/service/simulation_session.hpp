@@ -209,7 +209,8 @@ private:
     TimePoint started_;
     core::Admission::Place place_;
     std::optional<Project> project_;
-    std::unique_ptr<SimulationLog> output_; ///< Outlives the simulation, which writes to it.
+    std::vector<std::string> needed_labels_; ///< By the project.
+    std::unique_ptr<SimulationLog> output_;  ///< Outlives the simulation, which writes to it.
     std::unique_ptr<Simulation> simulation_;
     SimulationReady ready_;     ///< Where the simulator listens, once it does.
     std::string address_token_; ///< In its address; empty: nobody reaches it through us.

@@ -5,6 +5,7 @@
 
 #include <webots_cloud/docker_mode.hpp>
 #include <webots_cloud/simulation_launcher.hpp>
+#include <webots_cloud/slurm_mode.hpp>
 
 #include <boost/asio/awaitable.hpp>
 
@@ -54,6 +55,16 @@ public:
     /// Whether a simulator that has loaded its world certainly listens on its own port, so that it need not
     /// be looked for.
     virtual bool keeps_its_port() const noexcept = 0;
+
+    // Of plans with a job:
+
+    /// What somebody is told who waits for the job: a sentence, or nothing.
+    virtual std::string news_of(ContainerPlan const&) const { return {}; }
+
+    /// The numeric address of the node that it runs on.
+    ///
+    /// Errors: those of `SlurmMode::address_of`.
+    virtual boost::asio::awaitable<result<std::string>> address_of(std::string node) { co_return node; }
 };
 
 /// A command line as people read it.
@@ -68,5 +79,11 @@ std::unique_ptr<SimulatorRuntime> make_native_runtime(SimulationLauncherParams c
 ///
 /// Lifetime: `docker` must outlive it.
 std::unique_ptr<SimulatorRuntime> make_docker_runtime(DockerMode& docker);
+
+/// Jobs of a Slurm cluster.
+///
+/// Lifetime: `params` and `slurm` must outlive it.
+std::unique_ptr<SimulatorRuntime> make_slurm_runtime(SimulationLauncherParams const& params,
+                                                     SlurmMode& slurm);
 
 } // namespace webots_cloud

@@ -52,6 +52,8 @@ def value(key):
         return 'list'
     if 'anyOf' in key:
         return 'string or list'
+    if key.get('type') == 'object':
+        return 'object'
     return {'boolean': '`true`, `false`', 'string': 'path' if 'minLength' in key else 'string'}.get(key.get('type'), 'anything')
 
 
@@ -72,6 +74,21 @@ def rows(keys, required, older, change=True):
     return lines
 
 
+def inner_tables(name, key):
+    """A table for each kind of object that is the value of a key, or in it."""
+    items = key.get('items', {})
+    lines = []
+    for entry in (key, items, *items.get('anyOf', [])):
+        if 'properties' not in entry:
+            continue
+        where = 'The object of' if entry is key else 'Objects in'
+        lines += [f"{where} `{name}` {'has' if entry is key else 'have'} these keys:", '',
+                  *rows(entry['properties'], entry['required'], {}, change=False), '']
+        for inner, described in entry['properties'].items():
+            lines += inner_tables(f'{name}.{inner}', described)
+    return lines
+
+
 def page(schemas):
     lines = [HEAD]
     for server, schema in schemas.items():
@@ -85,9 +102,7 @@ def page(schemas):
         for topic, keys in topics.items():
             lines += [f'### {topic}', '', *rows(keys, schema['required'], older), '']
             for name, key in keys.items():
-                inner = [choice for choice in key.get('items', {}).get('anyOf', []) if 'properties' in choice]
-                for entry in inner:
-                    lines += [f'Objects in `{name}` have these keys:', '', *rows(entry['properties'], entry['required'], {}, change=False), '']
+                lines += inner_tables(name, key)
     return '\n'.join(lines).rstrip('\n') + '\n'
 
 

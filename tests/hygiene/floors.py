@@ -62,6 +62,7 @@ ROOMS = {
         'relay': ['simulation'],
         'waiting': ['access'],
         'docker': ['simulation'],
+        'slurm': [],
         'config': ['access', 'docker', 'notices', 'projects', 'simulation'],
     },
     'src/adapters': {

@@ -61,6 +61,21 @@ struct ProcessUser
     std::vector<std::filesystem::path> visible; ///< What it has to reach, even below folders of root's.
 };
 
+/// How a program is started on another machine, which has our programs and folders at the same places.
+struct RemoteStart
+{
+    RemoteStart() = default;
+
+    /// Absolute, with arguments (`srun`). Continued by the command line of a guard, which it starts there,
+    /// whose output it passes on and whose exit status is its own; SIGTERM and its end reach that guard.
+    /// Empty: the program runs here.
+    std::vector<std::string> command;
+    /// The guard there prints a line that says where it is, and another one when the program listens on one
+    /// of these TCP ports (see `core::JobOutput`); `Process::listening_port` can't see that.
+    std::uint16_t first_port = 0;
+    std::uint16_t last_port = 0;
+};
+
 /// A container that compose starts.
 struct ComposeContainer
 {
@@ -106,6 +121,7 @@ struct ProcessSpec
     /// The program is compose, and the network that of this container, which must have none of Docker's. Only
     /// root can start it. Default: there is none.
     ComposeContainer container;
+    RemoteStart remote; ///< Everything else but `cleanup_command` holds there. Default: it runs here.
     std::optional<ProcessUser> user; ///< Default: our own. The cleanup command is ours in any case.
     ProcessNetwork network;          ///< Where that can't be made, the program is not started and says so.
     /// Kept as well as the host can: see `Process::usage` for what it can't. Where it can, but a limit can't

@@ -350,6 +350,11 @@ void add_network(std::vector<std::string>& arguments, ProcessNetwork const& netw
         arguments.insert(arguments.end(), {"--broker", network.broker.native()});
 }
 
+std::string milliseconds(Duration time)
+{
+    return std::to_string(std::chrono::duration_cast<std::chrono::milliseconds>(time).count());
+}
+
 void add_user(std::vector<std::string>& arguments, std::optional<ProcessUser> const& user)
 {
     if (!user)
@@ -391,6 +396,19 @@ struct MakeGroup
     ProcessLimits limits;
 };
 
+/// Has the program started by another guard, which `spec.remote` starts elsewhere. Of the arguments
+/// `cleanup_size` are for our own.
+void put_elsewhere(std::vector<std::string>& arguments, std::size_t cleanup_size, std::string const& guard,
+                   ProcessSpec const& spec)
+{
+    auto const& remote = spec.remote;
+    std::vector<std::string> ours{milliseconds(spec.grace)};
+    ours.insert(ours.end(), remote.command.begin(), remote.command.end());
+    ours.insert(ours.end(),
+                {guard, "--job", std::to_string(remote.first_port), std::to_string(remote.last_port)});
+    arguments.insert(arguments.begin() + static_cast<std::ptrdiff_t>(cleanup_size), ours.begin(), ours.end());
+}
+
 asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(ProcessSpec spec)
 {
     for (auto const& program : {guard_.string(), spec.argv.at(0)})
@@ -408,6 +426,7 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
         arguments.push_back(std::to_string(spec.cleanup_command.size()));
         arguments.insert(arguments.end(), spec.cleanup_command.begin(), spec.cleanup_command.end());
     }
+    auto const cleanup_size = arguments.size();
     int const users = spec.user ? spec.user->user_namespace : -1;
     if (users >= 0)
         arguments.emplace_back("--subordinate");
@@ -415,7 +434,7 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
         arguments.emplace_back("--set-user-id");
     add_network(arguments, spec.network);
     std::shared_ptr<OwnGroup const> group;
-    if (groups_ && spec.limits.any()) {
+    if (groups_ && spec.limits.any() && spec.remote.command.empty()) {
         MakeGroup work{groups_, spec.limits};
         auto made = co_await pool_.run(std::move(work));
         if (!made)
@@ -439,9 +458,10 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
         arguments.emplace_back("--read-only");
         arguments.push_back((here / folder).string());
     }
-    arguments.push_back(
-        std::to_string(std::chrono::duration_cast<std::chrono::milliseconds>(spec.grace).count()));
+    arguments.push_back(milliseconds(spec.grace));
     arguments.insert(arguments.end(), spec.argv.begin(), spec.argv.end());
+    if (!spec.remote.command.empty())
+        put_elsewhere(arguments, cleanup_size, (here / guard_).string(), spec);
     std::vector<std::string> environment;
     for (auto const& [name, value] : spec.environment)
         environment.push_back(concat(name, "=", value));

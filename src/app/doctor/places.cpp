@@ -126,7 +126,7 @@ Findings port_findings(std::uint16_t port, NetworkConfig const& network, bool is
 
 Findings simulation_port_findings(SimulationConfig const& config)
 {
-    if (config.docker)
+    if (config.docker || config.slurm)
         return {};
     auto const port_after = [&config](int i) { return static_cast<std::uint16_t>(config.address.port + i); };
     int free = 0;

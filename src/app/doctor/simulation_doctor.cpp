@@ -203,6 +203,13 @@ CheckWork check_docker()
     co_return findings;
 }
 
+CheckWork check_slurm(fs::path state)
+{
+    auto const partitions = co_await app::output_of("sinfo --noheader --format=%P");
+    Findings findings{core::judge_slurm(partitions, state.native())};
+    co_return findings;
+}
+
 using Judge = core::Finding (*)(std::string_view url, result<int> const& answer);
 
 CheckWork check_web_server(std::string url, Judge judge)
@@ -254,6 +261,8 @@ CheckWork examine_simulation_server(SimulationConfig config, fs::path programs, 
     std::vector<Check> checks;
     if (!viewpoint.is_server && config.docker)
         checks.emplace_back("docker", check_docker());
+    if (!viewpoint.is_server && config.slurm)
+        checks.emplace_back("slurm", check_slurm(state_folders(config).front().path));
     auto const choice = find_simulator(config, programs);
     if (!viewpoint.is_server && !config.docker) {
         checks.emplace_back("processes", check_isolation(programs / "webots-process-guard", *clock));

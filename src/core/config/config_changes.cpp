@@ -61,6 +61,7 @@ std::vector<std::string_view> keys_for_restart(SimulationConfig const& running, 
     changes.compare("server", running.address.host, next.address.host);
     changes.compare("ssl", running.address.ssl, next.address.ssl);
     changes.compare("portRewrite", running.address.port_rewrite, next.address.port_rewrite);
+    changes.compare("launcher", running.slurm, next.slurm);
     changes.compare("docker", running.docker, next.docker);
     auto const& docker = running.containers;
     changes.compare("dockerDir", docker.directory, next.containers.directory);

@@ -446,7 +446,65 @@ constexpr std::array simulation_worlds{
               .max = max_gigabytes},
 };
 
+constexpr std::array slurm_job_keys{
+    ConfigKey{.name = "partition", .text = "partition of the jobs", .absent = "Slurm's default"},
+    ConfigKey{.name = "account", .text = "account that they are charged to", .absent = "Slurm's default"},
+    ConfigKey{.name = "qos", .text = "quality of service", .absent = "Slurm's default"},
+    ConfigKey{.name = "memory",
+              .type = KeyType::number,
+              .text = "memory of each job",
+              .absent = "Slurm's default",
+              .unit = "megabytes",
+              .max = max_limit,
+              .least = 1},
+    ConfigKey{.name = "processors",
+              .type = KeyType::integer,
+              .text = "processors of each job",
+              .standard = "1",
+              .min = 1,
+              .max = 10'000},
+    ConfigKey{.name = "gres", .text = "generic resources of each job, as in `gpu:1`"},
+    ConfigKey{.name = "timeLimit",
+              .type = KeyType::number,
+              .text = "time after which Slurm ends a job",
+              .absent = "somewhat more than `timeout`, `extendable` and `startTimeout` together",
+              .unit = "seconds",
+              .max = max_seconds,
+              .least = 60},
+};
+
+constexpr std::array slurm_choice_keys{
+    ConfigKey{.name = "mode",
+              .text = "for simulations in this mode: `x3d`, `w3d` or `mjpeg`",
+              .absent = "in any mode"},
+    ConfigKey{.name = "label",
+              .text = "for projects that need [this label](docs/scheduling.md#labels)",
+              .absent = "for all projects"},
+};
+constexpr auto slurm_override_keys = joined(slurm_choice_keys, slurm_job_keys);
+
+constexpr auto slurm_keys = joined(
+    slurm_job_keys,
+    std::array{ConfigKey{.name = "overrides",
+                         .type = KeyType::object_list,
+                         .text = "what jobs of some simulations ask for instead; the first that fits counts",
+                         .standard = "[]",
+                         .keys = slurm_override_keys}});
+
+constexpr std::array launcher_keys{
+    ConfigKey{.name = "slurm",
+              .type = KeyType::object,
+              .text = "each simulation is a job of a Slurm cluster; `{}` takes Slurm's defaults",
+              .absent = "no jobs",
+              .keys = slurm_keys},
+};
+
 constexpr std::array simulation_programs{
+    ConfigKey{.name = "launcher",
+              .type = KeyType::object,
+              .text = "where simulations run, see [docs/clusters.md](docs/clusters.md)",
+              .absent = "on this machine",
+              .keys = launcher_keys},
     ConfigKey{.name = "webotsHome",
               .type = KeyType::path,
               .text = "the folder that contains the program `webots`, which must exist",

@@ -20,6 +20,8 @@ enum class KeyType
     choice,       ///< One of `ConfigKey::choices`.
     texts,        ///< A list of strings.
     text_or_list, ///< A string or a list of strings.
+    object,       ///< An object; its keys are `ConfigKey::keys`.
+    object_list,  ///< A list of such objects.
     objects,      ///< A list of strings or objects; the keys of the objects are `ConfigKey::keys`.
     unused        ///< Accepted since old files have it, and not used.
 };

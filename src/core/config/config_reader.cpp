@@ -295,14 +295,26 @@ void ConfigReader::read_choice(std::string_view key, std::string& value)
 
 ConfigReader ConfigReader::entry(std::string_view key, std::size_t number, json::object const& object) const
 {
+    auto const& entries = place_of(key).entries;
+    return part(key, object, number <= entries.size() ? entries[number - 1] : nowhere(),
+                entry_of(key, number));
+}
+
+ConfigReader ConfigReader::inside(std::string_view key, json::object const& object) const
+{
+    return part(key, object, place_of(key), concat("key \"", key, "\": "));
+}
+
+ConfigReader ConfigReader::part(std::string_view key, json::object const& object, JsonPlace const& place,
+                                std::string context) const
+{
     ConfigReader reader;
     reader.json_ = json_;
     reader.text_ = text_;
     reader.origin_ = origin_;
     reader.object_ = object;
-    reader.context_ = entry_of(key, number);
-    auto const& entries = place_of(key).entries;
-    reader.place_ = number <= entries.size() ? &entries[number - 1] : &nowhere();
+    reader.context_ = concat(context_, context);
+    reader.place_ = &place;
     for (auto const& inner : described(key).keys)
         reader.keys_.push_back(&inner);
     return reader;

@@ -57,6 +57,8 @@ public:
     /// A reader of an object that is an entry of the list `key`; `number` counts from 1. Give it back to
     /// `take_over`.
     ConfigReader entry(std::string_view key, std::size_t number, boost::json::object const& object) const;
+    /// The same for the object that is the value of `key`.
+    ConfigReader inside(std::string_view key, boost::json::object const& object) const;
     /// What was wrong with an entry, and its unknown keys, as if they were ours.
     void take_over(ConfigReader const& entry);
 
@@ -91,6 +93,8 @@ private:
 
     ConfigReader() = default;
 
+    ConfigReader part(std::string_view key, boost::json::object const& object, JsonPlace const& place,
+                      std::string context) const;
     std::string line(Remark const& remark, TextPlaces& places) const;
     ConfigKey const& described(std::string_view key) const;
     boost::json::value const* find(std::string_view key, std::initializer_list<KeyType> types);
@@ -105,7 +109,7 @@ private:
     std::shared_ptr<PositionedJson const> json_; ///< Of the whole file.
     std::shared_ptr<std::string const> text_;
     std::string origin_;
-    std::string context_; ///< Of an entry: what its sentences begin with.
+    std::string context_; ///< Of a part: what its sentences begin with.
     std::vector<ConfigKey const*> keys_;
     OtherServer other_;
     JsonPlace const* place_ = nullptr;

@@ -60,6 +60,10 @@ json::object type_of(ConfigKey const& key)
         return strings;
     case KeyType::text_or_list:
         return {{"anyOf", json::array{json::object{{"type", "string"}}, strings}}};
+    case KeyType::object:
+        return schema_of_keys(key.keys);
+    case KeyType::object_list:
+        return {{"type", "array"}, {"items", schema_of_keys(key.keys)}};
     case KeyType::objects:
         return {
             {"type", "array"},
@@ -160,6 +164,14 @@ void wrap(std::string& page, std::string_view text, std::string_view indent)
     }
 }
 
+std::string names_of(std::span<ConfigKey const> keys)
+{
+    std::string names;
+    for (auto const& key : keys)
+        names += concat(" \"", key.name, "\"");
+    return names;
+}
+
 std::string type_text(ConfigKey const& key)
 {
     auto const unit = key.unit.empty() ? std::string() : concat(" (", key.unit, ")");
@@ -187,16 +199,28 @@ std::string type_text(ConfigKey const& key)
         return "a list of strings";
     case KeyType::text_or_list:
         return "a string, or a list of strings";
-    case KeyType::objects: {
-        std::string text = "a list of strings, or of objects with the keys";
-        for (auto const& inner : key.keys)
-            text += concat(" \"", inner.name, "\"");
-        return text;
-    }
+    case KeyType::object:
+        return concat("an object with the keys", names_of(key.keys));
+    case KeyType::object_list:
+        return concat("a list of objects with the keys", names_of(key.keys));
+    case KeyType::objects:
+        return concat("a list of strings, or of objects with the keys", names_of(key.keys));
     case KeyType::unused:
         break;
     }
     return "anything";
+}
+
+/// A line for each key of an object, followed by those of an object in there.
+void wrap_keys(std::string& page, std::span<ConfigKey const> keys, std::string const& indent)
+{
+    for (auto const& key : keys) {
+        wrap(page,
+             concat("\"", key.name, "\": ", plain(key.text), "; ", type_text(key),
+                    key.required ? ", required." : "."),
+             indent);
+        wrap_keys(page, key.keys, indent + "  ");
+    }
 }
 
 } // namespace
@@ -251,11 +275,7 @@ std::string key_page(std::string_view name, std::span<ConfigTopic const> topics,
          "  ");
     wrap(page, key->reloaded ? "SIGHUP applies a change." : "A change takes effect at the next start.", "  ");
     page += "\n";
-    for (auto const& inner : key->keys)
-        wrap(page,
-             concat("\"", inner.name, "\": ", plain(inner.text), "; ", type_text(inner),
-                    inner.required ? ", required." : "."),
-             "  ");
+    wrap_keys(page, key->keys, "  ");
     return page + (key->keys.empty() ? "" : "\n");
 }
 

@@ -5,6 +5,7 @@
 #include "core/docker/docker_project.hpp"
 #include "core/projects/repository_policy.hpp"
 #include "core/simulation/gateway_address.hpp"
+#include "core/simulation/launch_plan.hpp"
 #include "core/simulation/simulator_environment.hpp"
 #include "core/text.hpp"
 
@@ -242,6 +243,82 @@ void read_limits(ConfigReader& reader, LimitsConfig& limits)
     limits.disk = megabytes_of(read("simulationDisk", static_cast<double>(limits.disk >> 20)));
 }
 
+/// What a job asks for. It ends up in the arguments of `srun`, each of which is one word.
+void read_slurm_job(ConfigReader& reader, SlurmJobConfig& job)
+{
+    for (auto const& [key, value] : {std::pair<std::string_view, std::string*>("partition", &job.partition),
+                                     {"account", &job.account},
+                                     {"qos", &job.qos},
+                                     {"gres", &job.gres}}) {
+        reader.read(key, *value);
+        if (value->find_first_of(" |") != std::string::npos)
+            reader.refuse(key, "a name without spaces and |");
+    }
+    double megabytes = static_cast<double>(job.memory >> 20);
+    reader.read_number("memory", megabytes);
+    job.memory = megabytes_of(megabytes);
+    reader.read_integer("processors", job.processors);
+    read_seconds(reader, "timeLimit", job.time_limit);
+}
+
+void read_slurm_override(ConfigReader& reader, SlurmOverrideConfig& entry)
+{
+    reader.read("mode", entry.mode);
+    if (!entry.mode.empty() && !is_known_mode(entry.mode))
+        reader.refuse("mode", "\"x3d\", \"w3d\" or \"mjpeg\"");
+    reader.read("label", entry.label);
+    read_slurm_job(reader, entry.job);
+}
+
+void read_slurm(ConfigReader& reader, SlurmConfig& slurm)
+{
+    read_slurm_job(reader, slurm.job);
+    auto const* found = reader.find("overrides");
+    if (!found)
+        return;
+    auto const* list = found->if_array();
+    if (!list)
+        return reader.refuse("overrides", "a list of objects");
+    for (auto const& entry : *list) {
+        auto const number = slurm.overrides.size() + 1;
+        auto& override = slurm.overrides.emplace_back();
+        override.job = slurm.job;
+        if (auto const* object = entry.if_object()) {
+            auto inner = reader.entry("overrides", number, *object);
+            read_slurm_override(inner, override);
+            reader.take_over(inner);
+        } else {
+            reader.refuse_entry("overrides", number, entry, "an object");
+        }
+    }
+}
+
+/// Where simulations run. What runs elsewhere is reached through this server alone, and has no containers.
+void read_launcher(ConfigReader& reader, SimulationConfig& config)
+{
+    auto const* found = reader.find("launcher");
+    if (!found)
+        return;
+    auto const* object = found->if_object();
+    if (!object)
+        return reader.refuse("launcher", "an object, as in {\"slurm\": {}}");
+    auto launcher = reader.inside("launcher", *object);
+    if (auto const* slurm = launcher.find("slurm"); slurm && slurm->is_object()) {
+        auto inner = launcher.inside("slurm", slurm->get_object());
+        read_slurm(inner, config.slurm.emplace());
+        launcher.take_over(inner);
+    } else if (slurm) {
+        launcher.refuse("slurm", "an object, as in {\"partition\": \"simulations\"}");
+    }
+    reader.take_over(launcher);
+    if (config.slurm && config.docker)
+        reader.refuse("launcher", "no \"slurm\" together with \"docker\"");
+    if (config.slurm && config.simulation_user != "auto" && config.simulation_user != "none")
+        reader.refuse("simulationUser", "\"auto\" or \"none\", since jobs of Slurm are this server's user's");
+    if (config.slurm && !config.gateway)
+        reader.refuse("launcher", "no \"slurm\" where \"gateway\" is false: browsers don't reach nodes");
+}
+
 void read_docker(ConfigReader& reader, fs::path const& folder, DockerConfig& docker)
 {
     reader.read("dockerDir", docker.directory);
@@ -299,6 +376,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     reader->read_choice("network", config.network_reach);
     read_limits(*reader, config.limits);
     reader->read("gateway", config.gateway);
+    read_launcher(*reader, config);
     double traffic = 0;
     reader->read_number("trafficLimit", traffic);
     config.traffic_limit = static_cast<std::uint64_t>(traffic);

@@ -69,4 +69,19 @@ Finding judge_docker(result<std::string> const& info)
     return {Verdict::ok, "docker", concat("version ", trim(*info))};
 }
 
+Finding judge_slurm(result<std::string> const& partitions, std::string_view state)
+{
+    if (!partitions)
+        return {Verdict::fault, "slurm", partitions.error().message(),
+                "Install Slurm's programs (slurm-client), let the user who runs the server submit jobs, or "
+                "remove "
+                "\"launcher\"."};
+    if (trim(*partitions).empty())
+        return {Verdict::fault, "slurm", "there is no partition that this user may use",
+                "See sinfo, and \"partition\" of \"launcher\"."};
+    return {
+        Verdict::ok, "slurm",
+        concat("it answers; whether the nodes see ", state, ", Webots and the programs, a first job shows")};
+}
+
 } // namespace webots_cloud::core

@@ -52,4 +52,8 @@ Finding judge_graphics(GraphicsReading const& reading);
 /// What `docker info` has said; Errors: there is no docker, or it said nothing.
 Finding judge_docker(result<std::string> const& info);
 
+/// What `sinfo` has said, a line for each partition. `state`: the folder that nodes have to see, which nobody
+/// can try from here.
+Finding judge_slurm(result<std::string> const& partitions, std::string_view state);
+
 } // namespace webots_cloud::core

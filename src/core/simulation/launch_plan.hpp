@@ -13,6 +13,9 @@ namespace webots_cloud::core {
 /// True for the modes that some Webots knows.
 bool is_known_mode(std::string_view mode) noexcept;
 
+/// Webots tries so many ports above a busy one, without reporting that.
+inline constexpr int ports_tried_by_webots = 10;
+
 /// What the `--stream` of R2021b and older takes besides the port.
 struct OldStream
 {

@@ -14,6 +14,15 @@ void SimulatorState::start_goes_on(TimePoint now)
     ready_by_ = std::min(now + start_timeout_, ends_at_);
 }
 
+bool SimulatorState::begins(TimePoint now)
+{
+    if (!std::exchange(waits_, false))
+        return false;
+    ends_at_ = now + timeout_;
+    start_goes_on(now);
+    return true;
+}
+
 SimulatorState::Heartbeat SimulatorState::heartbeat(TimePoint now)
 {
     if (state_ == State::loading) {
@@ -81,6 +90,8 @@ std::string SimulatorState::end_reason(std::string_view how, bool expected, std:
 
 TimePoint SimulatorState::deadline() const noexcept
 {
+    if (is_waiting())
+        return TimePoint::max();
     switch (state_) {
     case State::loading:
         return ready_by_;
@@ -95,7 +106,7 @@ TimePoint SimulatorState::deadline() const noexcept
 
 SimulatorState::Due SimulatorState::due(TimePoint now) const noexcept
 {
-    if (state_ == State::stopping || state_ == State::ended)
+    if (state_ == State::stopping || state_ == State::ended || is_waiting())
         return Due::nothing;
     if (now >= ends_at_)
         return Due::stop_at_time_limit;

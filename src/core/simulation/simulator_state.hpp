@@ -58,6 +58,12 @@ public:
     /// The start takes longer for a good reason: containers are being built.
     void start_goes_on(TimePoint now);
 
+    /// The start waits for a machine: no time limit holds until `begins`.
+    void waits() { waits_ = true; }
+
+    /// It has a machine: all times begin now.   Returns: false when it has not waited.
+    bool begins(TimePoint now);
+
     Heartbeat heartbeat(TimePoint now);
 
     /// The owner has looked for the port in vain.
@@ -104,6 +110,7 @@ public:
     std::string stop_reason(Due due) const;
 
     State state() const noexcept { return state_; }
+    bool is_waiting() const noexcept { return waits_ && state_ == State::loading; }
     bool was_ready() const noexcept { return was_ready_; } ///< Also when it is being stopped, or has ended.
     TimePoint ends_at() const noexcept { return ends_at_; }
 
@@ -120,6 +127,7 @@ private:
     State state_ = State::loading;
     bool was_ready_ = false;
     bool restart_wanted_ = false;
+    bool waits_ = false;
     std::optional<bool> early_activity_;
     std::string stop_reason_;
 };

@@ -91,7 +91,8 @@ BOOST_AUTO_TEST_CASE(what_a_simulation_server_does_not_take_over_is_named)
     auto keys = keys_for_restart(simulation("{}"), next);
     auto const more = keys_for_restart(simulation("{}"), simulation(R"({"sslCertificate":"c","sslKey":"k",
         "connectionsPerAddress":5,"pingTimeout":9,"trustedProxies":[],"operatorSocket":"/s","sessionSecret":"/x",
-        "redirectPort":3,"challengeFolder":"/c","listenAddress":"::1","logDir":"l","debug":true,"logFormat":"json"})"));
+        "redirectPort":3,"challengeFolder":"/c","listenAddress":"::1","logDir":"l","debug":true,"logFormat":"json",
+        "launcher":{"slurm":{}}})"));
     keys.insert(keys.end(), more.begin(), more.end());
     BOOST_TEST(sorted(keys) == that_need_a_restart(core::simulation_topics()),
                boost::test_tools::per_element());

@@ -49,7 +49,9 @@ BOOST_AUTO_TEST_CASE(each_key_is_described_once_and_whole)
                 bool const is_number = key.type == KeyType::number || key.type == KeyType::integer;
                 BOOST_TEST(is_number == (key.max > key.min), key.name);
                 BOOST_TEST((key.type == KeyType::choice) == !key.choices.empty(), key.name);
-                BOOST_TEST((key.type == KeyType::objects) == !key.keys.empty(), key.name);
+                bool const has_keys = key.type == KeyType::objects || key.type == KeyType::object ||
+                                      key.type == KeyType::object_list;
+                BOOST_TEST(has_keys == !key.keys.empty(), key.name);
                 BOOST_TEST(find_key(topics, key.name) == &key);
             }
     }

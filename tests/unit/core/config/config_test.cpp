@@ -443,6 +443,44 @@ BOOST_AUTO_TEST_CASE(what_leaves_no_ports_for_simulations_or_editors_is_refused)
                "c.json: key \"port\": expected an integer from 1 to 65034, found the number 65035");
 }
 
+BOOST_AUTO_TEST_CASE(what_jobs_of_slurm_can_not_be_is_refused)
+{
+    auto const refusal = [](std::string_view text) {
+        auto const parsed = parse_simulation_config(text, "c.json");
+        auto const message = parsed ? std::string() : parsed.error().message();
+        auto const key = message.find("key ");
+        return key == std::string::npos ? message : message.substr(key);
+    };
+    BOOST_TEST(refusal(R"({"launcher":{"slurm":{}}})") == "");
+    BOOST_TEST(refusal(R"({"launcher":{}})") == "");
+    BOOST_TEST(refusal(R"({"launcher":"slurm"})") ==
+               "key \"launcher\": expected an object, as in {\"slurm\": {}}, found the string \"slurm\"");
+    BOOST_TEST(refusal(R"({"launcher":{"slurm":true}})") ==
+               "key \"launcher\": key \"slurm\": expected an object, as in {\"partition\": "
+               "\"simulations\"}, found true");
+    BOOST_TEST(refusal(R"({"launcher":{"slurm":{"processors":0}}})") ==
+               "key \"launcher\": key \"slurm\": key \"processors\": expected an integer from 1 to 10000, "
+               "found the number 0");
+    BOOST_TEST(refusal(R"({"launcher":{"slurm":{"partition":"a b"}}})") ==
+               "key \"launcher\": key \"slurm\": key \"partition\": expected a name without spaces and |, "
+               "found the string \"a b\"");
+    BOOST_TEST(refusal(R"({"launcher":{"slurm":{"overrides":[{"mode":"4d"}]}}})") ==
+               "key \"launcher\": key \"slurm\": key \"overrides\", entry 1: key \"mode\": expected "
+               "\"x3d\", \"w3d\" or \"mjpeg\", found the string \"4d\"");
+    BOOST_TEST(refusal(R"({"launcher":{"slurm":{"overrides":["x"]}}})") ==
+               "key \"launcher\": key \"slurm\": key \"overrides\", entry 1: expected an object, found the "
+               "string \"x\"");
+    BOOST_TEST(refusal(R"({"launcher":{"slurm":{}},"docker":true})") ==
+               "key \"launcher\": expected no \"slurm\" together with \"docker\", found the object "
+               "{\"slurm\":{}}");
+    BOOST_TEST(refusal(R"({"launcher":{"slurm":{}},"gateway":false})") ==
+               "key \"launcher\": expected no \"slurm\" where \"gateway\" is false: browsers don't reach "
+               "nodes, found the object {\"slurm\":{}}");
+    BOOST_TEST(refusal(R"({"launcher":{"slurm":{}},"simulationUser":"w"})") ==
+               "key \"simulationUser\": expected \"auto\" or \"none\", since jobs of Slurm are this server's "
+               "user's, found the string \"w\"");
+}
+
 BOOST_AUTO_TEST_CASE(the_two_keys_that_choose_docker_must_not_contradict_each_other)
 {
     auto const refusal = [](std::string_view text) {
@@ -664,6 +702,20 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
         {R"("port":3000)", [](auto const& c) { return c.address.port == 3000; }},
         {R"("ssl":true,"portRewrite":false)", [](auto const& c) { return !c.address.port_rewrite; }},
         {R"("docker":true)", [](auto const& c) { return c.docker; }},
+        {R"("launcher":{"slurm":{"partition":"p","account":"a","qos":"q","memory":512,"processors":4,)"
+         R"("gres":"gpu:1","timeLimit":3600}})",
+         [](auto const& c) {
+             auto const& job = c.slurm->job;
+             return job.partition == "p" && job.account == "a" && job.qos == "q" &&
+                    job.memory == std::uint64_t{512} << 20 && job.processors == 4 && job.gres == "gpu:1" &&
+                    job.time_limit == std::chrono::hours(1);
+         }},
+        {R"("launcher":{"slurm":{"partition":"p","overrides":[{"mode":"x3d","label":"l","processors":2}]}})",
+         [](auto const& c) {
+             auto const& other = c.slurm->overrides.at(0);
+             return other.mode == "x3d" && other.label == "l" && other.job.processors == 2 &&
+                    other.job.partition == "p";
+         }},
         {R"("allowedRepositories":["https://github.com/a","https://"])",
          [](auto const& c) {
              return c.allowed_repositories == Texts{"https://github.com/a", "https://"};

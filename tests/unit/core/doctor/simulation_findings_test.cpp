@@ -67,4 +67,14 @@ BOOST_AUTO_TEST_CASE(docker_has_to_answer)
     BOOST_TEST((judge_docker(Failure(errc::unavailable, "not found")).verdict == Verdict::fault));
 }
 
+BOOST_AUTO_TEST_CASE(slurm_has_to_answer_and_to_have_a_partition)
+{
+    BOOST_TEST(
+        (judge_slurm("cpu*\n", "/shared") ==
+         Finding(Verdict::ok, "slurm",
+                 "it answers; whether the nodes see /shared, Webots and the programs, a first job shows")));
+    BOOST_TEST((judge_slurm("\n", "/shared").verdict == Verdict::fault));
+    BOOST_TEST((judge_slurm(Failure(errc::unavailable, "not found"), "/shared").verdict == Verdict::fault));
+}
+
 BOOST_AUTO_TEST_SUITE_END()

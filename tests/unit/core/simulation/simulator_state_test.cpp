@@ -219,4 +219,19 @@ BOOST_AUTO_TEST_CASE(the_time_limit_is_put_off_by_what_is_left_of_the_extension_
     BOOST_TEST((started().extendable() == 0s));
 }
 
+BOOST_AUTO_TEST_CASE(all_times_begin_when_there_is_a_machine)
+{
+    auto simulator = started();
+    BOOST_TEST(!simulator.begins(at(1s))); // it has not waited
+    simulator.waits();
+    BOOST_TEST(simulator.is_waiting());
+    BOOST_TEST((simulator.deadline() == never));
+    BOOST_TEST((simulator.due(at(timeout + 1s)) == Due::nothing));
+    BOOST_TEST(simulator.begins(at(5000s)));
+    BOOST_TEST(!simulator.is_waiting());
+    BOOST_TEST((simulator.deadline() == at(5000s + start_timeout)));
+    BOOST_TEST((simulator.ends_at() == at(5000s + timeout)));
+    BOOST_TEST((simulator.due(at(5000s + start_timeout)) == Due::stop_unloaded));
+}
+
 BOOST_AUTO_TEST_SUITE_END()
