@@ -13,6 +13,7 @@
 #include <webots_cloud/transport/host_metrics.hpp>
 #include <webots_cloud/transport/http_client.hpp>
 #include <webots_cloud/transport/logger.hpp>
+#include <webots_cloud/transport/name_service.hpp>
 #include <webots_cloud/transport/notifier.hpp>
 #include <webots_cloud/transport/process_host.hpp>
 #include <webots_cloud/transport/project_source.hpp>
@@ -228,6 +229,11 @@ make_operator_token_check(std::filesystem::path const& file);
 /// Errors: `invalid_config`: the file can't be read, others may read it too, or the password is shorter than
 /// 8 characters.
 result<std::string> read_password(std::filesystem::path const& file);
+
+/// Names of `/etc/hosts` and DNS, by c-ares. `servers`: who is asked instead of those of `/etc/resolv.conf`:
+/// numeric addresses, with a port or without.
+std::unique_ptr<NameService> make_name_service(boost::asio::any_io_executor executor,
+                                               std::vector<std::string> const& servers = {});
 
 /// The code that authenticates tickets: HMAC-SHA256, 32 bytes, with the word in `file` as the secret.
 ///

@@ -66,9 +66,17 @@ struct SessionConfig
     SessionConfig() = default;
 
     PublicAddress address; ///< `server`, `port` (required), `ssl` and `portRewrite`.
-    /// `simulationServers`: required; `"host:port"` or `"host/port"`, or objects with `address`, `weight`,
-    /// `drain`, `labels`, `internal` and `ports`.
+    /// `simulationServers`: required but with `announcements`; `"host:port"` or `"host/port"`, or objects
+    /// with `address`, `weight`, `drain`, `labels`, `internal` and `ports`. Addresses may be
+    /// `dns:<name>:<port>` and `srv:<service>`, see MachineDiscovery.
     std::vector<ServerSpec> simulation_servers;
+    /// `announcements`: simulation servers that know `sessionSecret` may announce themselves.
+    bool announcements = false;
+    /// `nameServers`: who is asked for the names of `simulationServers`: addresses, with a port or without.
+    /// Empty: those of the system.
+    std::vector<std::string> name_servers;
+    /// `discoverLoopback`: names and announcements may lead to this machine's loopback addresses.
+    bool discover_loopback = false;
     /// `gateway`: requests for `/2000/...` are passed on to the simulation server `host/2000`. Default: where
     /// an entry of `simulationServers` has `internal`.
     bool gateway = false;
@@ -214,6 +222,8 @@ struct SimulationConfig
     /// `notify`: registries that are told of this server; a string or a list, `[]` for none. A file without
     /// the key means that of webots.cloud; a program that makes its configuration itself registers nowhere.
     std::vector<std::string> notify;
+    /// `sessionServers`: URLs of session servers to which this server announces itself, with `sessionSecret`.
+    std::vector<std::string> session_servers;
     std::uint64_t cache_bytes = std::uint64_t{10}
                                 << 30; ///< `cacheSize`, in gigabytes: fetched projects that are kept.
     /// `stateDir`: what the server works with, projects of running simulations above all. Empty: the folder

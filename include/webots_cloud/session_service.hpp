@@ -75,6 +75,11 @@ struct SessionServiceHooks
     /// Signs the tickets with which browsers that wait keep their places (HMAC-SHA256), the same after a
     /// restart. Empty: they keep none.
     std::function<std::string(std::string_view message)> sign_waiting_ticket;
+    /// How a machine was found, for the monitor page, as `MachineDiscovery::origin`. The text has to live
+    /// until the next `set_servers`. Empty: all are of the configuration.
+    std::function<std::string_view(std::string_view server)> origin_of;
+    /// Answers `POST /api/machines`, with which simulation servers announce themselves. Empty: 404.
+    std::function<HttpResponse(IncomingRequest const&)> take_announcement;
     /// More families for `GET /metrics`, in the text format of Prometheus, appended to the service's own.
     std::function<std::string()> more_metrics;
 };

@@ -14,6 +14,7 @@
 #include <webots_cloud/access_control.hpp>
 #include <webots_cloud/adapters.hpp>
 #include <webots_cloud/load_monitor.hpp>
+#include <webots_cloud/machine_discovery.hpp>
 #include <webots_cloud/operator_mail.hpp>
 #include <webots_cloud/scheduler.hpp>
 #include <webots_cloud/servers.hpp>
@@ -28,6 +29,7 @@
 #include <functional>
 #include <memory>
 #include <random>
+#include <unordered_set>
 
 namespace webots_cloud {
 namespace {
@@ -146,12 +148,44 @@ result<std::function<std::string(std::string_view)>> waiting_mac(SessionConfig c
         });
 }
 
-AccessParams session_access_params(SessionConfig const& config)
+AccessParams session_access_params(SessionConfig const& config, std::vector<ServerSpec> const& servers)
 {
     auto params = app::access_params(config.address.host, config.access);
-    for (auto const& server : config.simulation_servers)
+    for (auto const& server : servers)
         params.machines.push_back(server.address.substr(0, server.address.find('/')));
     return params;
+}
+
+MachineDiscoveryParams discovery_params(SessionConfig const& config)
+{
+    MachineDiscoveryParams params;
+    params.entries = config.simulation_servers;
+    params.loopback = config.discover_loopback;
+    return params;
+}
+
+/// Of those that the monitor polls.
+std::unordered_set<std::string> unreachable_machines(LoadMonitor const& monitor)
+{
+    std::unordered_set<std::string> unreachable;
+    for (auto const& server : monitor.servers())
+        if (server.state == ServerState::down)
+            unreachable.insert(server.address);
+    return unreachable;
+}
+
+/// Errors: as `make_ticket_mac`.
+result<MachineDiscoveryHooks> discovery_hooks(SessionConfig const& config, LoadMonitor const& monitor)
+{
+    MachineDiscoveryHooks hooks;
+    hooks.unreachable = [&monitor] { return unreachable_machines(monitor); };
+    if (config.announcements) {
+        auto mac = make_ticket_mac(config.access.session_secret);
+        if (!mac)
+            return mac.error();
+        hooks.mac = std::move(*mac);
+    }
+    return hooks;
 }
 
 } // namespace
@@ -182,7 +216,21 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     auto const tickets = app::ticket_maker(config, *clock);
     if (!tickets)
         co_return tickets.error();
+    auto const names = make_name_service(executor, config.name_servers);
+    auto discovery_calls = discovery_hooks(config, monitor);
+    if (!discovery_calls)
+        co_return discovery_calls.error();
+    std::function<void(std::vector<ServerSpec> const&)> take_servers;
+    discovery_calls->changed = [&take_servers](std::vector<ServerSpec> const& servers) {
+        take_servers(servers);
+    };
+    MachineDiscovery discovery(discovery_params(config), *names, *clock, log, std::move(*discovery_calls));
     SessionServiceHooks hooks;
+    hooks.origin_of = [&discovery](std::string_view server) { return discovery.origin(server); };
+    if (config.announcements)
+        hooks.take_announcement = [&discovery](IncomingRequest const& request) {
+            return discovery.take_announcement(request);
+        };
     hooks.make_ticket = *tickets;
     hooks.random_bytes = random_bytes;
     hooks.websockets = websockets.get();
@@ -199,13 +247,13 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     if (!service_params)
         co_return service_params.error();
     SessionService service(std::move(*service_params), monitor, scheduler, *clock, log, std::move(hooks));
-    service.set_servers(config.simulation_servers);
+    service.set_servers(discovery.servers());
 
-    auto const token_check = app::operator_token_check(config.access);
+    auto token_check = app::operator_token_check(config.access);
     if (!token_check)
         co_return token_check.error();
     app::DoctorEndpoint doctor(executor, service, *clock);
-    AccessControl access(session_access_params(config), doctor, log, *token_check);
+    AccessControl access(session_access_params(config, discovery.servers()), doctor, log, *token_check);
     app::HttpsRedirect redirect(executor, config.address, config.network, config.access, log);
     if (auto const listening = server->listen(); !listening)
         co_return listening.error();
@@ -217,6 +265,10 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     if (auto const listening = operators->listen(); !listening)
         log.warning(core::concat("No --decisions: ", listening.error().message()));
     auto examined = config;
+    take_servers = [&](std::vector<ServerSpec> const& servers) {
+        service.set_servers(servers);
+        access.apply(session_access_params(examined, servers), *token_check);
+    };
     app::DoctorEndpoint::Look const look = [&examined, &doctor, &executor] {
         return app::examine_session_server(examined, app::view_from_inside(doctor.instance()), executor);
     };
@@ -234,15 +286,16 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
         if (auto const usable = scheduler.apply(scheduler_params(next)); !usable)
             return usable;
         service.apply(std::move(*next_service_params));
-        service.set_servers(next.simulation_servers);
-        access.apply(session_access_params(next), *next_token_check);
+        discovery.apply(discovery_params(next));
         examined = next;
+        token_check = next_token_check;
+        take_servers(discovery.servers());
         return {};
     };
     auto const manager = make_service_manager();
     auto const ended = co_await (
         server->run(access) || redirect.run() || operators->run(access) || report_to(*manager, *clock) ||
-        service.run() || monitor.run() || administrator.mail.run() || doctor.run(look) ||
+        service.run() || monitor.run() || discovery.run() || administrator.mail.run() || doctor.run(look) ||
         app::sum_up_log(log, *clock) || app::keep_costs(scheduler, *costs, *clock, log) ||
         app::obey_sighup(executor, std::move(reload), config, apply, log));
     co_return std::visit([](result<> const& outcome) { return outcome; }, ended);

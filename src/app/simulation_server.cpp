@@ -28,6 +28,7 @@
 
 #include <webots_cloud/access_control.hpp>
 #include <webots_cloud/adapters.hpp>
+#include <webots_cloud/announcing.hpp>
 #include <webots_cloud/daemon.hpp>
 #include <webots_cloud/docker_mode.hpp>
 #include <webots_cloud/instance_root.hpp>
@@ -367,6 +368,23 @@ SimulationServiceParams service_params(SimulationConfig const& config, Simulatio
     return params;
 }
 
+AnnouncingParams announcing_params(SimulationConfig const& config)
+{
+    AnnouncingParams params;
+    params.session_servers = config.session_servers;
+    params.address = concat(config.address.host, config.address.port_rewrite ? "/" : ":",
+                            std::to_string(config.address.port));
+    return params;
+}
+
+/// Empty without "sessionSecret". Errors: as `make_ticket_mac`.
+result<std::function<std::string(std::string_view)>> ticket_mac(SimulationConfig const& config)
+{
+    if (config.access.session_secret.empty())
+        return std::function<std::string(std::string_view)>();
+    return make_ticket_mac(config.access.session_secret);
+}
+
 RegistrationParams registration_params(SimulationConfig const& config)
 {
     RegistrationParams params;
@@ -574,6 +592,10 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
         log.warning(concat("No --drain, only SIGUSR1: ", listening.error().message()));
     auto const http = make_http_client(executor, config.ca_file, log);
     Registration registration(registration_params(config), *http, *clock, log);
+    auto session_mac = ticket_mac(config);
+    if (!session_mac)
+        co_return session_mac.error();
+    Announcing announcing(announcing_params(config), *http, *clock, log, std::move(*session_mac));
     app::DoctorEndpoint::Look const look = [&config, &programs, &wall_findings, &doctor, &executor] {
         return app::examine_simulation_server(config, programs, wall_findings,
                                               app::view_from_inside(doctor.instance()), executor);
@@ -593,8 +615,8 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     auto const manager = make_service_manager();
     auto const ended = co_await (
         server->run(access) || redirect.run() || operators->run(access) || report_to(*manager, *clock) ||
-        service.run() || registration.run() || run(docker.get(), slurm.get(), *clock) || doctor.run(look) ||
-        app::obey_sigusr1(executor, drain) || app::sum_up_log(log, *clock) ||
+        service.run() || registration.run() || announcing.run() || run(docker.get(), slurm.get(), *clock) ||
+        doctor.run(look) || app::obey_sigusr1(executor, drain) || app::sum_up_log(log, *clock) ||
         app::obey_sighup(executor, std::move(reload), config, apply, log) || logs->run());
     co_return std::visit([](result<> const& outcome) { return outcome; }, ended);
 }

@@ -122,6 +122,8 @@ struct SessionService::Impl
     bool is_operators(IncomingRequest const& request) const { return request.is_operator; }
     Answer is_operator(IncomingRequest const& request);
     Answer drain(IncomingRequest const& request);
+    bool hears_machines(IncomingRequest const&) const { return bool(hooks.take_announcement); }
+    Answer machine_announced(IncomingRequest const& request) { return hooks.take_announcement(request); }
     Answer session(IncomingRequest const& request);
     Answer availability(IncomingRequest const& request);
     Answer mean_load(IncomingRequest const& request);
@@ -206,7 +208,7 @@ void SessionService::set_servers(std::vector<ServerSpec> const& servers)
     impl_->monitor.set_polled_servers(polled);
     impl_->forwarding = core::ForwardingTable(servers);
     impl_->relay.set_servers(servers);
-    impl_->board.list(impl_->monitor.servers());
+    impl_->board.list(impl_->monitor.servers(), impl_->hooks.origin_of);
     impl_->note_drained();
     impl_->expire_pages();
     impl_->update_availability(impl_->clock.now());
@@ -426,6 +428,7 @@ std::span<Route<SessionService::Impl> const> SessionService::Impl::routes()
         {"/api/decisions", Methods::read,             &Impl::may_read_decisions, ignored,  &Impl::decisions},
         {"/api/operator",  Methods::read,             &Impl::is_operators,       ignored,  &Impl::is_operator},
         {"/api/drain",     Methods::post,             &Impl::is_operators,       ignored,  &Impl::drain},
+        {"/api/machines",  Methods::post,             &Impl::hears_machines,     ignored,  &Impl::machine_announced},
         {"/viewer*",       Methods::read,             everybody,                 ignored,  &Impl::web_file},
         {"/view/*",        Methods::read,             everybody,                 ignored,  &Impl::web_file, any_origin},
         {"/client",        Methods::get,              &Impl::relays,             accepted, &Impl::client_without_upgrade},
@@ -556,9 +559,12 @@ std::string SessionService::Impl::monitor_text() const
     view.gateway = params.gateway;
     view.threshold = params.threshold;
     view.waiting = waiting_figures();
-    for (auto const& server : monitor.servers())
+    for (auto const& server : monitor.servers()) {
         view.servers.push_back(
             core::session_row(server, scheduler.placed(server.address), machines.drained_by(server.address)));
+        if (hooks.origin_of)
+            view.servers.back().found_by = hooks.origin_of(server.address);
+    }
     view.assets = monitor_assets("session.js", params.port);
     return core::session_monitor_page(view);
 }

@@ -15,6 +15,7 @@ VALUES = ['webots_cloud/error.hpp', 'webots_cloud/time.hpp', 'webots_cloud/load_
           'webots_cloud/config.hpp', 'webots_cloud/process_limits.hpp', 'webots_cloud/version.hpp', 'webots_cloud/scheduler.hpp',
           'webots_cloud/simulation_walls.hpp',
           'webots_cloud/transport/http.hpp', 'webots_cloud/transport/host_metrics.hpp', 'webots_cloud/transport/logger.hpp',
+          'webots_cloud/transport/name_answer.hpp',
           'webots_cloud/transport/tunnel_group.hpp']
 # What implements the services' seams, or puts everything together: none of the services' business.
 ABOVE_SERVICES = ['webots_cloud/adapters.hpp', 'webots_cloud/daemon.hpp', 'webots_cloud/instance_root.hpp', 'webots_cloud/kept_file.hpp', 'webots_cloud/probes.hpp', 'webots_cloud/servers.hpp',
@@ -49,6 +50,7 @@ ROOMS = {
     'src/core': {
         'access': [],
         'classes': ['access'],
+        'discovery': ['access'],
         'doctor': [],
         'git': ['access'],
         'load': [],
@@ -63,7 +65,7 @@ ROOMS = {
         'waiting': ['access'],
         'docker': ['simulation'],
         'slurm': [],
-        'config': ['access', 'docker', 'notices', 'projects', 'simulation'],
+        'config': ['access', 'discovery', 'docker', 'notices', 'projects', 'simulation'],
     },
     'src/adapters': {
         'files': [],

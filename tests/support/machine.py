@@ -7,7 +7,7 @@ import threading
 class Machine:
     """Answers `load` with `status`; polls wait while `answers` is not set."""
 
-    def __init__(self, load="10.0", port=0, keep_alive=True):
+    def __init__(self, load="10.0", port=0, keep_alive=True, host="127.0.0.1"):
         self.load = load
         self.status = 200
         self.answers = threading.Event()
@@ -33,9 +33,9 @@ class Machine:
             def log_message(self, *_):
                 pass
 
-        self.server = http.server.ThreadingHTTPServer(("127.0.0.1", port), Handler)
+        self.server = http.server.ThreadingHTTPServer((host, port), Handler)
         self.server.daemon_threads = True
-        self.address = f"127.0.0.1:{self.server.server_address[1]}"
+        self.address = f"{host}:{self.server.server_address[1]}"
         self.thread = threading.Thread(target=self.server.serve_forever, daemon=True)
 
     def __enter__(self):

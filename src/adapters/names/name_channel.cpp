@@ -78,7 +78,7 @@ NamedAddresses addresses_of(ares_addrinfo const& found)
 
 /// By the parser of the C library: that of c-ares 1.18 leaves the TTL out.
 /// Errors: `protocol_error`.
-result<NamedServices> services_of(std::string const& name, std::span<unsigned char const> answer)
+result<NameAnswer> services_of(std::string const& name, std::span<unsigned char const> answer)
 {
     auto const senseless = [&] {
         return Failure(errc::protocol_error,
@@ -87,7 +87,7 @@ result<NamedServices> services_of(std::string const& name, std::span<unsigned ch
     ns_msg message{};
     if (::ns_initparse(answer.data(), static_cast<int>(answer.size()), &message) != 0)
         return senseless();
-    NamedServices named;
+    NameAnswer named;
     auto ttl = std::chrono::seconds::max();
     for (int i = 0; i < ns_msg_count(message, ns_s_an); ++i) {
         ns_rr record{};
@@ -102,7 +102,7 @@ result<NamedServices> services_of(std::string const& name, std::span<unsigned ch
             ::ns_name_uncompress(ns_msg_base(message), ns_msg_end(message), data + numbers, target.data(),
                                  target.size()) < 0)
             return senseless();
-        NamedServices::Service service;
+        NamedService service;
         service.priority = static_cast<std::uint16_t>(ns_get16(data));
         service.weight = static_cast<std::uint16_t>(ns_get16(data + 2));
         service.port = static_cast<std::uint16_t>(ns_get16(data + 4));
@@ -147,7 +147,7 @@ void take_addresses(void* argument, int status, int, ares_addrinfo* found)
 
 void take_services(void* argument, int status, int, unsigned char* answer, int size)
 {
-    std::unique_ptr<Asked<NamedServices>> const asked(static_cast<Asked<NamedServices>*>(argument));
+    std::unique_ptr<Asked<NameAnswer>> const asked(static_cast<Asked<NameAnswer>*>(argument));
     if (status == ARES_SUCCESS)
         asked->tell(services_of(asked->name, {answer, static_cast<std::size_t>(std::max(size, 0))}));
     else if (!is_ending(status))
@@ -323,9 +323,9 @@ void NameChannel::ask_addresses(std::string const& name, bool sorted,
     asking->wait_for_timeout();
 }
 
-void NameChannel::ask_services(std::string const& name, std::function<void(result<NamedServices>)> answer)
+void NameChannel::ask_services(std::string const& name, std::function<void(result<NameAnswer>)> answer)
 {
-    using Question = Asked<NamedServices>;
+    using Question = Asked<NameAnswer>;
     auto asked = std::make_unique<Question>(Question{executor_, name, std::move(answer)});
     auto const& asking = library();
     if (!asking)

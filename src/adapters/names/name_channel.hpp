@@ -3,11 +3,11 @@
 
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/time.hpp>
+#include <webots_cloud/transport/name_answer.hpp>
 
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/ip/address.hpp>
 
-#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -24,24 +24,6 @@ struct NamedAddresses
 
     Addresses addresses;
     Duration ttl{}; ///< How long they are good for, by the name server's word; of `/etc/hosts`: 0.
-};
-
-/// Where a service runs (RFC 2782).
-struct NamedServices
-{
-    NamedServices() = default;
-
-    struct Service
-    {
-        Service() = default;
-
-        std::string target; ///< A name, without a dot at the end.
-        std::uint16_t port = 0;
-        std::uint16_t priority = 0;
-        std::uint16_t weight = 0;
-    };
-    std::vector<Service> services;
-    Duration ttl{};
 };
 
 /// Names as this machine knows them: `/etc/hosts` and DNS, in the order of `/etc/nsswitch.conf`, with the
@@ -62,7 +44,7 @@ public:
     /// `sorted`: those first that are the most likely to be reached from here (RFC 6724).
     void ask_addresses(std::string const& name, bool sorted,
                        std::function<void(result<NamedAddresses>)> answer);
-    void ask_services(std::string const& name, std::function<void(result<NamedServices>)> answer);
+    void ask_services(std::string const& name, std::function<void(result<NameAnswer>)> answer);
 
 private:
     struct Library;

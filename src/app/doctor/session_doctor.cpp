@@ -3,6 +3,7 @@
 
 #include "app/mail.hpp"
 #include "core/access/forwarding.hpp"
+#include "core/discovery/named_machines.hpp"
 #include "core/doctor/network_findings.hpp"
 #include "core/text.hpp"
 
@@ -22,6 +23,7 @@ using core::Findings;
 constexpr std::uint64_t wanted_memory = std::uint64_t{64} << 20; // docs/operations.md, without its clients
 constexpr std::uint64_t wanted_files = 4096;                     // some thousand browsers
 constexpr std::uint16_t usual_mail_port = 25;
+constexpr std::size_t max_examined = 3; // of the machines of one name, one after the other
 
 CheckWork check_machine(HttpClient& http, ServerSpec server, bool tls)
 {
@@ -39,6 +41,28 @@ CheckWork check_machine(HttpClient& http, ServerSpec server, bool tls)
     else
         report = parse_load_report(answer->body);
     Findings findings{core::judge_simulation_server(server.address, report)};
+    co_return findings;
+}
+
+/// The machines that a name stands for: the first of them are examined.
+CheckWork check_named_machines(HttpClient& http, NameService& names, ServerSpec entry, bool tls,
+                               bool loopback)
+{
+    auto const name = core::parse_machine_name(entry.address).value_or(core::MachineName());
+    auto const now = std::chrono::steady_clock::now();
+    auto asking = name.is_service ? names.services(name.name, now + app::answer_limit)
+                                  : names.addresses(name.name, now + app::answer_limit);
+    auto const answer = co_await std::move(asking);
+    core::NamedMachines named(entry, name);
+    auto const news = named.take(answer, now, loopback);
+    auto machines = named.machines();
+    Findings findings{core::judge_machine_name(entry.address, machines.size(), news.warning)};
+    if (machines.size() > max_examined)
+        machines.resize(max_examined);
+    for (auto const& machine : machines) {
+        auto const more = co_await check_machine(http, machine, tls);
+        findings.insert(findings.end(), more.begin(), more.end());
+    }
     co_return findings;
 }
 
@@ -77,9 +101,13 @@ CheckWork examine_session_server(SessionConfig config, Viewpoint viewpoint, asio
         checks.emplace_back("firewall", check_firewall(config.address.port));
     checks.emplace_back("name server", check_name(config.address));
     checks.emplace_back("public address", check_public_address(*http, config.address, viewpoint));
+    auto const names = make_name_service(executor, config.name_servers);
     for (auto const& server : config.simulation_servers)
-        checks.emplace_back(concat("machine ", server.address),
-                            check_machine(*http, server, config.address.ssl));
+        checks.emplace_back(
+            concat("machine ", server.address),
+            core::is_machine_name(server.address)
+                ? check_named_machines(*http, *names, server, config.address.ssl, config.discover_loopback)
+                : check_machine(*http, server, config.address.ssl));
     if (!config.administrator.empty())
         checks.emplace_back("mail", check_mail(config));
     auto more = co_await examine(std::move(checks), *clock, check_limit, std::move(progress));

@@ -49,6 +49,8 @@ std::vector<std::string_view> keys_for_restart(SessionConfig const& running, Ses
 {
     Changes changes;
     changes.compare_common(running, next);
+    changes.compare("announcements", running.announcements, next.announcements);
+    changes.compare("nameServers", running.name_servers, next.name_servers);
     changes.compare("caFile", running.ca_file, next.ca_file);
     changes.compare("placementTimeout", running.placement_timeout, next.placement_timeout);
     return changes.take();
@@ -71,6 +73,7 @@ std::vector<std::string_view> keys_for_restart(SimulationConfig const& running, 
     changes.compare("forges", running.forges, next.forges);
     changes.compare("caFile", running.ca_file, next.ca_file);
     changes.compare("notify", running.notify, next.notify);
+    changes.compare("sessionServers", running.session_servers, next.session_servers);
     changes.compare("cacheSize", running.cache_bytes, next.cache_bytes);
     changes.compare("stateDir", running.state_dir, next.state_dir);
     changes.compare("fetchMemory", running.fetch_memory, next.fetch_memory);

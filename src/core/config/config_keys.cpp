@@ -207,10 +207,26 @@ constexpr std::array session_machines{
               .type = KeyType::objects,
               .text = R"(the simulation servers: `"host:port"` or `"host/port"`, or objects as in )"
                       R"(`{"address": "host/2000", "weight": 2, "labels": ["gpu"]}`; for the gateway with )"
-                      R"(`"internal": "10.0.0.2:2000"`)",
-              .required = true,
+                      R"(`"internal": "10.0.0.2:2000"`; for several machines `"dns:name:port"` and )"
+                      R"(`"srv:service name"`, see [docs/discovery.md](docs/discovery.md))",
+              .absent = "none; only where machines announce themselves (`announcements`)",
               .reloaded = true,
               .keys = machine_keys},
+    ConfigKey{.name = "announcements",
+              .type = KeyType::boolean,
+              .text = "simulation servers that know `sessionSecret` may announce themselves, see "
+                      "[docs/discovery.md](docs/discovery.md#machines-that-announce-themselves)",
+              .standard = "false"},
+    ConfigKey{.name = "nameServers",
+              .type = KeyType::texts,
+              .text = R"(name servers that are asked for `dns:` and `srv:` entries, as in `"10.0.0.53"` or )"
+                      R"(`"127.0.0.1:8600"`)",
+              .absent = "those of `/etc/resolv.conf`"},
+    ConfigKey{.name = "discoverLoopback",
+              .type = KeyType::boolean,
+              .text = "names and announcements may lead to this machine's loopback addresses",
+              .standard = "false",
+              .reloaded = true},
     ConfigKey{.name = "gateway",
               .type = KeyType::boolean,
               .text = "requests for `/2000/...` are passed on to the simulation server `host/2000`, see "
@@ -658,6 +674,12 @@ constexpr std::array simulation_site{
               .type = KeyType::text_or_list,
               .text = "registries that this server announces itself to; `[]`: none",
               .standard = R"(["https://webots.cloud/ajax/server/setup.php"])"},
+    ConfigKey{.name = "sessionServers",
+              .type = KeyType::texts,
+              .text = R"(session servers that this server announces itself to, with `sessionSecret`, as in )"
+                      R"(`"https://session.example.org"`, see )"
+                      "[docs/discovery.md](docs/discovery.md#machines-that-announce-themselves)",
+              .absent = "none"},
     ConfigKey{.name = "title", .text = "title of the monitor page", .reloaded = true},
     ConfigKey{.name = "description", .text = "description on the monitor page", .reloaded = true},
     ConfigKey{.name = "loadFormula",

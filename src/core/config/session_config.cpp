@@ -4,6 +4,7 @@
 #include "core/access/asked_name.hpp"
 #include "core/access/forwarding.hpp"
 #include "core/access/ip_address.hpp"
+#include "core/discovery/machine_name.hpp"
 #include "core/notices/mail_message.hpp"
 #include "core/text.hpp"
 
@@ -25,6 +26,12 @@ bool is_server_address(std::string_view text)
     return slash == std::string_view::npos
                ? is_authority(text, Port::required)
                : is_authority(text.substr(0, slash)) && parse_port(text.substr(slash + 1)) != 0;
+}
+
+/// A machine, or a name for several.
+bool is_server_entry(std::string_view text)
+{
+    return is_machine_name(text) ? parse_machine_name(text).has_value() : is_server_address(text);
 }
 
 /// Where the session server itself reaches a machine, and which of its ports.
@@ -52,10 +59,11 @@ void read_simulation_server(ConfigReader& reader, std::size_t number, boost::jso
                             ServerSpec& server)
 {
     constexpr std::string_view key = "simulationServers";
-    constexpr std::string_view address = "\"host:port\" or \"host/port\", with a port from 1 to 65535";
+    constexpr std::string_view address = "\"host:port\" or \"host/port\", with a port from 1 to 65535, "
+                                         "\"dns:name:port\" or \"srv:service name\"";
     if (auto const* text = entry.if_string()) {
         server.address = *text;
-        if (!is_server_address(server.address))
+        if (!is_server_entry(server.address))
             reader.refuse_entry(key, number, entry, address);
     } else if (auto const* object = entry.if_object()) {
         auto inner = reader.entry(key, number, *object);
@@ -67,8 +75,11 @@ void read_simulation_server(ConfigReader& reader, std::size_t number, boost::jso
         read_internal_address(inner, server);
         if (!inner.has("address"))
             inner.require("address", address);
-        else if (!is_server_address(server.address))
+        else if (!is_server_entry(server.address))
             inner.refuse("address", address);
+        for (auto const* const key_of_one : {"internal", "ports"})
+            if (is_machine_name(server.address) && inner.has(key_of_one))
+                inner.refuse(key_of_one, "no such key beside a name of several machines");
         reader.take_over(inner);
     } else {
         reader.refuse_entry(key, number, entry,
@@ -76,11 +87,32 @@ void read_simulation_server(ConfigReader& reader, std::size_t number, boost::jso
     }
 }
 
-void read_simulation_servers(ConfigReader& reader, std::vector<ServerSpec>& servers)
+/// Machines that are not listed: found by name, or announced by themselves.
+void read_discovery(ConfigReader& reader, SessionConfig& config)
+{
+    reader.read("announcements", config.announcements);
+    if (config.announcements && !reader.has("sessionSecret"))
+        reader.require("sessionSecret",
+                       "the file of a word that machines know, since they may announce themselves "
+                       "(\"announcements\")");
+    reader.read("discoverLoopback", config.discover_loopback);
+    reader.read("nameServers", config.name_servers);
+    auto const is_name_server = [](std::string const& server) {
+        auto const with_port = parse_internal_address(server);
+        return IpAddress::parse(server) || (with_port && !with_port->tls);
+    };
+    if (!std::all_of(config.name_servers.begin(), config.name_servers.end(), is_name_server))
+        reader.refuse("nameServers",
+                      "numeric addresses, with a port or without, as in \"10.0.0.53\" or \"127.0.0.1:8600\"");
+}
+
+void read_simulation_servers(ConfigReader& reader, bool is_optional, std::vector<ServerSpec>& servers)
 {
     constexpr std::string_view wanted = "a list of \"host:port\" or \"host/port\", or of objects "
                                         "{\"address\": ..., \"weight\": 2, \"drain\": true}";
     auto const* found = reader.find("simulationServers");
+    if (!found && is_optional)
+        return;
     if (!found)
         return reader.require("simulationServers", wanted);
     if (!found->is_array())
@@ -213,7 +245,7 @@ void warn_of_assumed_tls(ConfigReader const& reader, SessionConfig const& config
                          std::vector<std::string>& warnings)
 {
     auto const has_port = [](ServerSpec const& server) {
-        return server.address.find('/') == std::string::npos;
+        return server.address.find('/') == std::string::npos && !is_machine_name(server.address);
     };
     auto const& servers = config.simulation_servers;
     auto const direct = std::find_if(servers.begin(), servers.end(), has_port);
@@ -242,7 +274,8 @@ result<Configured<SessionConfig>> parse_session_config(std::string_view text,
     read_port(*reader, config.address.port);
     if (!reader->has("port"))
         reader->require("port", "an integer from 1 to 65535");
-    read_simulation_servers(*reader, config.simulation_servers);
+    read_discovery(*reader, config);
+    read_simulation_servers(*reader, config.announcements, config.simulation_servers);
     read_gateway(*reader, config);
     read_server_name(*reader, "server", config.address.host);
     reader->read("ssl", config.address.ssl);

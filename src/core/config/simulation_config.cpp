@@ -89,6 +89,19 @@ void read_notify(ConfigReader& reader, std::vector<std::string>& registries)
         reader.refuse("notify", "addresses that start with https:// or http://, or [] for none");
 }
 
+void read_session_servers(ConfigReader& reader, std::vector<std::string>& session_servers)
+{
+    reader.read("sessionServers", session_servers);
+    if (!std::all_of(session_servers.begin(), session_servers.end(), is_web_address))
+        reader.refuse("sessionServers", "addresses that start with https:// or http://");
+    for (auto& session_server : session_servers)
+        while (session_server.ends_with('/'))
+            session_server.pop_back();
+    if (!session_servers.empty() && !reader.has("sessionSecret"))
+        reader.require("sessionSecret", "the file of a word that the session servers know, since this server "
+                                        "announces itself to them (\"sessionServers\")");
+}
+
 /// Simulations have the ports after the server's, and in containers editors those 500 above them.
 void limit_connections(SimulationConfig& config, fs::path const& origin, std::vector<std::string>& warnings)
 {
@@ -360,6 +373,7 @@ result<Configured<SimulationConfig>> parse_simulation_config(std::string_view te
     reader->read_number("shareIdleTime", config.share_idle_time);
     read_forges(*reader, origin.parent_path(), config.forges);
     read_notify(*reader, config.notify);
+    read_session_servers(*reader, config.session_servers);
     if (config.address.host == core::asked_name)
         config.notify.clear(); // there is no address that could be registered
     double gigabytes = static_cast<double>(config.cache_bytes >> 30);

@@ -162,6 +162,19 @@ Finding judge_simulation_server(std::string_view address, result<LoadReport> con
     return {Verdict::ok, subject, concat("it answers, its load is ", load, "%")};
 }
 
+Finding judge_machine_name(std::string_view entry, std::size_t machines, std::string_view problem)
+{
+    auto const subject = concat("machine ", entry);
+    if (machines == 0)
+        return {Verdict::fault, subject, problem.empty() ? std::string("it has none") : std::string(problem),
+                "No browser is sent there: see to the name server, or correct \"simulationServers\"."};
+    if (!problem.empty())
+        return {Verdict::warning, subject, std::string(problem),
+                "See to what the name server says, in docs/discovery.md."};
+    return {Verdict::ok, subject,
+            concat("it stands for ", std::to_string(machines), machines == 1 ? " machine" : " machines")};
+}
+
 Finding judge_mail_server(std::string_view address, result<> const& answer)
 {
     if (answer)

@@ -47,6 +47,9 @@ Finding judge_registry(std::string_view url, result<int> const& answer);
 /// What a simulation server answers to a session server.
 Finding judge_simulation_server(std::string_view address, result<LoadReport> const& report);
 
+/// For how many machines a name stands, and what was wrong with the answer.
+Finding judge_machine_name(std::string_view entry, std::size_t machines, std::string_view problem);
+
 Finding judge_mail_server(std::string_view address, result<> const& answer);
 
 /// What the public address leads to.

@@ -49,10 +49,14 @@ void SessionBoard::set_threshold(double threshold)
     threshold_ = threshold;
 }
 
-void SessionBoard::list(std::span<ServerLoad const> servers)
+void SessionBoard::list(std::span<ServerLoad const> servers,
+                        std::function<std::string_view(std::string_view address)> const& found_by)
 {
-    auto const is_same = [](ServerLoad const& left, Row const& right) {
-        return left.address == right.address;
+    auto const origin = [&found_by](std::string_view address) {
+        return found_by ? found_by(address) : std::string_view();
+    };
+    auto const is_same = [&origin](ServerLoad const& left, Row const& right) {
+        return left.address == right.address && origin(left.address) == right.found_by;
     };
     must_restate_ =
         must_restate_ || !std::equal(servers.begin(), servers.end(), rows_.begin(), rows_.end(), is_same);
@@ -63,7 +67,7 @@ void SessionBoard::list(std::span<ServerLoad const> servers)
     std::vector<std::string> names;
     for (auto const& server : servers) {
         names.push_back(server.address);
-        rows_.push_back({server.address, 0, {}, false});
+        rows_.push_back({server.address, std::string(origin(server.address)), 0, {}, false});
     }
     for (std::size_t i = 0; i < rows_.size(); ++i) {
         positions_.emplace(rows_[i].address, i);
@@ -194,6 +198,10 @@ std::string SessionBoard::snapshot(std::span<ServerLoad const> servers) const
         text += i == 0 ? "{" : ",{";
         append_key(text, "address");
         append_quoted(text, rows_[i].address);
+        if (!rows_[i].found_by.empty()) {
+            append_key(text, "foundBy");
+            append_quoted(text, rows_[i].found_by);
+        }
         append_row(text, session_row(servers[i], rows_[i].placed, rows_[i].drained_by));
         append_key(text, "history");
         append_numbers(text, history_.line(i, each).values, decimals);

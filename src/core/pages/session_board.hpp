@@ -31,6 +31,8 @@ struct SessionRow
     std::uint64_t placed = 0;    ///< By us, since we started.
     /// Who says that it gets no new sessions: `operator`, `configuration` or `machine`; empty: nobody.
     std::string_view drained_by;
+    /// How it was found, as in `dns:sim.example.org:2000` or `announced`; empty: it is configured.
+    std::string_view found_by;
 };
 
 /// What a page shows of a server. `drained_by`: whoever has drained it but itself.
@@ -65,8 +67,10 @@ public:
     /// Watchers learn it with the next `take`.
     void set_threshold(double threshold);
 
-    /// The servers from now on, each with an address of its own.
-    void list(std::span<ServerLoad const> servers);
+    /// The servers from now on, each with an address of its own. `found_by`: how one was found; empty where
+    /// all are configured.
+    void list(std::span<ServerLoad const> servers,
+              std::function<std::string_view(std::string_view address)> const& found_by = {});
 
     /// Something else is known of a server than before. Servers that are not listed are ignored.
     void change(std::string_view address);
@@ -95,6 +99,7 @@ private:
     struct Row
     {
         std::string address;
+        std::string found_by;
         std::uint64_t placed = 0;    ///< As watchers are told.
         std::string_view drained_by; ///< But by itself.
         bool is_changed = false;     ///< Since the last `take`.

@@ -47,8 +47,10 @@ std::string server_row(std::size_t number, SessionRow const& server, SessionMoni
         "<tr", server.load ? "" : " class=\"down\"", "><td class=\"number\">", std::to_string(number),
         "</td><td class=\"name\"><span class=\"key\" hidden></span><a href=\"", link, "\">", address,
         "</a> <span class=\"drained\"", server.drained_by.empty() ? " hidden" : "", ">",
-        draining_text(server.drained_by), "</span></td><td class=\"number", is_full ? " full" : "",
-        "\" data-label=\"load\">", server.load ? concat(rounded(*server.load), "%") : "N/A",
+        draining_text(server.drained_by), "</span> <span class=\"found\"",
+        server.found_by.empty() ? " hidden" : "", ">", escape_html(server.found_by),
+        "</span></td><td class=\"number", is_full ? " full" : "", "\" data-label=\"load\">",
+        server.load ? concat(rounded(*server.load), "%") : "N/A",
         "</td><td class=\"line\"><svg viewBox=\"0 0 600 100\" preserveAspectRatio=\"none\"><path/></svg>"
         "</td><td class=\"number\" data-label=\"sessions\">",
         server.sessions ? std::to_string(*server.sessions) : std::string(),

@@ -46,7 +46,7 @@
     const count = message.servers[0]?.history.length ?? 0;
     times = Array.from({length: count}, (_, index) => message.now - message.last - (count - 1 - index) * message.spacing);
     const isSame = servers.length === message.servers.length &&
-      servers.every((server, index) => server.address === message.servers[index].address);
+      servers.every((server, index) => server.address === message.servers[index].address && server.foundBy === message.servers[index].foundBy);
     const cells = servers.map(server => server.cells);
     servers = message.servers.map(server => ({...server, heard: performance.now()}));
     if (isSame && cells.length)
@@ -79,6 +79,9 @@
       link.setAttribute("href", monitorOf(server.address, link.getAttribute("href")));
       link.textContent = server.address;
       row.cells[0].textContent = String(index + 1);
+      const found = row.querySelector(".found");
+      found.textContent = server.foundBy ?? "";
+      found.hidden = !server.foundBy;
       server.cells = {row, drained: row.querySelector(".drained"), key: row.querySelector(".key"), path: row.querySelector("path"), load: cell("load"),
                       sessions: cell("sessions"), placed: cell("placed"), report: cell("last report")};
       row.onpointerenter = () => chart && !isCrowd() && chart.setSelection(chart.numRows() - 1, label(index));

@@ -16,7 +16,6 @@ using namespace webots_cloud;
 using namespace std::chrono_literals;
 using adapters::NameChannel;
 using adapters::NamedAddresses;
-using adapters::NamedServices;
 namespace asio = boost::asio;
 namespace process = boost::process;
 
@@ -87,10 +86,10 @@ struct Asking
                                [&](result<NamedAddresses> answer) { found = std::move(answer); });
         return wait_for(found);
     }
-    result<NamedServices> services(std::string const& name)
+    result<NameAnswer> services(std::string const& name)
     {
-        std::optional<result<NamedServices>> found;
-        channel->ask_services(name, [&](result<NamedServices> answer) { found = std::move(answer); });
+        std::optional<result<NameAnswer>> found;
+        channel->ask_services(name, [&](result<NameAnswer> answer) { found = std::move(answer); });
         return wait_for(found);
     }
 

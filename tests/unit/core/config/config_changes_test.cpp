@@ -53,7 +53,7 @@ BOOST_AUTO_TEST_CASE(a_session_server_takes_over_servers_mail_polling_and_addres
         session(R"({"port":1,"simulationServers":["a:1"],"server":"s","ssl":false,"portRewrite":false,
         "administrator":"a@b","mailServer":"m","mailServerPort":25,"mailSender":"s@b","mailSenderUser":"u","mailSenderPassword":"p",
         "loadRefresh":1,"loadTimeout":1,"loadThreshold":50,"scheduling":"random","decisionsForAll":true,"teacherPassword":"p","viewerUrl":"u","pauseHidden":9,"sessionBurst":1,"sessionRate":1,
-        "hostNames":["h"],"allowedOrigins":["*"],"frameAncestors":[],"monitorAddresses":["10.0.0.1"],"monitorPassword":"p","operatorTokenFile":"t","gateway":true,"relay":true,"waitingRoom":5})");
+        "hostNames":["h"],"allowedOrigins":["*"],"frameAncestors":[],"monitorAddresses":["10.0.0.1"],"monitorPassword":"p","operatorTokenFile":"t","gateway":true,"relay":true,"waitingRoom":5,"discoverLoopback":true})");
     BOOST_TEST(keys_for_restart(running, next).empty());
     auto const by_file = session(R"({"port":1,"simulationServers":[],"teacherPasswordFile":"f"})");
     BOOST_TEST(keys_for_restart(running, by_file).empty());
@@ -65,7 +65,7 @@ BOOST_AUTO_TEST_CASE(what_a_session_server_does_not_take_over_is_named)
     auto const next = session(
         R"({"port":2,"simulationServers":[],"sslCertificate":"c","sslKey":"k","connectionsPerAddress":5,"pingTimeout":9,
         "trustedProxies":[],"operatorSocket":"/s","sessionSecret":"/x","redirectPort":3,"challengeFolder":"/c","listenAddress":"::1",
-        "logDir":"l","debug":true,"logFormat":"json","caFile":"a","placementTimeout":1})");
+        "logDir":"l","debug":true,"logFormat":"json","caFile":"a","placementTimeout":1,"announcements":true,"nameServers":["10.0.0.53"]})");
     BOOST_TEST(sorted(keys_for_restart(running, next)) == that_need_a_restart(core::session_topics()),
                boost::test_tools::per_element());
 }
@@ -92,7 +92,7 @@ BOOST_AUTO_TEST_CASE(what_a_simulation_server_does_not_take_over_is_named)
     auto const more = keys_for_restart(simulation("{}"), simulation(R"({"sslCertificate":"c","sslKey":"k",
         "connectionsPerAddress":5,"pingTimeout":9,"trustedProxies":[],"operatorSocket":"/s","sessionSecret":"/x",
         "redirectPort":3,"challengeFolder":"/c","listenAddress":"::1","logDir":"l","debug":true,"logFormat":"json",
-        "launcher":{"slurm":{}}})"));
+        "sessionServers":["https://s.org"],"launcher":{"slurm":{}}})"));
     keys.insert(keys.end(), more.begin(), more.end());
     BOOST_TEST(sorted(keys) == that_need_a_restart(core::simulation_topics()),
                boost::test_tools::per_element());

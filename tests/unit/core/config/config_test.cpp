@@ -85,7 +85,8 @@ BOOST_AUTO_TEST_CASE(a_wrong_simulation_server_is_named_with_its_wrong_key)
         return session_error(R"({"port":1,"simulationServers":["a:1",)" + std::string(entry) + "]}");
     };
     std::string const where = "c.json: key \"simulationServers\", entry 2: ";
-    std::string const address = "\"host:port\" or \"host/port\", with a port from 1 to 65535";
+    std::string const address = "\"host:port\" or \"host/port\", with a port from 1 to 65535, "
+                                "\"dns:name:port\" or \"srv:service name\"";
     BOOST_TEST(error(R"({"address":"a:2","weight":0})") ==
                where + "key \"weight\": expected a number from 0.001 to 1000000, found the number 0");
     BOOST_TEST(
@@ -107,6 +108,47 @@ BOOST_AUTO_TEST_CASE(a_wrong_simulation_server_is_named_with_its_wrong_key)
 }
 
 // Issue 20, item 2.
+BOOST_AUTO_TEST_CASE(machines_may_be_found_by_name_or_announce_themselves)
+{
+    auto const parsed = parse_session_config(
+        R"({"port":1,"ssl":false,"simulationServers":["dns:sim.test:2000",{"address":"srv:_w._tcp.test","weight":2}],
+            "nameServers":["10.0.0.53","127.0.0.1:8600","::1","[::1]:53"],"discoverLoopback":true})",
+        "c.json");
+    BOOST_TEST_REQUIRE(parsed.has_value());
+    BOOST_TEST(parsed->warnings.empty());
+    BOOST_TEST(parsed->config.simulation_servers[0].address == "dns:sim.test:2000");
+    BOOST_TEST(parsed->config.simulation_servers[1].weight == 2);
+    BOOST_TEST(parsed->config.name_servers.size() == 4);
+    BOOST_TEST(parsed->config.discover_loopback);
+    BOOST_TEST(!parsed->config.announcements);
+    BOOST_TEST(!parsed->config.gateway);
+    for (auto const* const wrong :
+         {R"("simulationServers":["dns:sim.test"])", R"("simulationServers":["srv:a b"])",
+          R"("simulationServers":[{"address":"dns:a:1","internal":"10.0.0.2:1"}])",
+          R"("simulationServers":[{"address":"srv:a","ports":"1-2"}])",
+          R"("simulationServers":[],"nameServers":["ns.test"])",
+          R"("simulationServers":[],"nameServers":["https://10.0.0.1:1"])"})
+        session_error(R"({"port":1,)" + std::string(wrong) + "}");
+    BOOST_TEST(session_error(R"({"port":1,"simulationServers":[],"announcements":true})") ==
+               "c.json: key \"sessionSecret\" is missing: expected the file of a word that machines know, "
+               "since they may announce themselves (\"announcements\")");
+    auto const announced =
+        parse_session_config(R"({"port":1,"announcements":true,"sessionSecret":"s"})", "c.json");
+    BOOST_TEST_REQUIRE(announced.has_value());
+    BOOST_TEST(announced->config.announcements);
+}
+
+BOOST_AUTO_TEST_CASE(a_simulation_server_announces_itself_with_a_secret_alone)
+{
+    auto const parsed = parse_simulation_config(
+        R"({"server":"h","sessionServers":["https://s.test/1999/"],"sessionSecret":"s"})", "c.json");
+    BOOST_TEST_REQUIRE(parsed.has_value());
+    BOOST_TEST(parsed->config.session_servers.front() == "https://s.test/1999");
+    BOOST_TEST(!parse_simulation_config(R"({"server":"h","sessionServers":["https://s.test"]})", "c.json"));
+    BOOST_TEST(!parse_simulation_config(R"({"server":"h","sessionServers":["s.test"],"sessionSecret":"s"})",
+                                        "c.json"));
+}
+
 BOOST_AUTO_TEST_CASE(machines_behind_the_gateway_have_an_internal_address)
 {
     auto const parse = [](std::string_view entries, std::string_view more = "") {

@@ -127,6 +127,16 @@ BOOST_AUTO_TEST_CASE(a_simulation_server_says_its_load_or_is_a_fault)
     BOOST_TEST(lost.found == "refused");
 }
 
+BOOST_AUTO_TEST_CASE(a_name_has_to_stand_for_machines)
+{
+    BOOST_TEST((judge_machine_name("dns:sim:2000", 2, "") ==
+                Finding(Verdict::ok, "machine dns:sim:2000", "it stands for 2 machines")));
+    BOOST_TEST((judge_machine_name("dns:sim:2000", 1, "a lie").verdict == Verdict::warning));
+    auto const lost = judge_machine_name("dns:sim:2000", 0, "no answer");
+    BOOST_TEST((lost.verdict == Verdict::fault));
+    BOOST_TEST(lost.found == "no answer");
+}
+
 BOOST_AUTO_TEST_CASE(a_mail_server_has_to_take_mails)
 {
     BOOST_TEST((judge_mail_server("m:25", {}) == Finding(Verdict::ok, "mail", "m:25 takes mails from us")));

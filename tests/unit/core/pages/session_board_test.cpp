@@ -147,6 +147,19 @@ BOOST_AUTO_TEST_CASE(who_drains_a_server_is_told_and_the_operator_goes_before_th
                R"({"now":1700000003,"rows":[{"row":1,"load":2,"placed":0,"age":3,"drained":"machine"}]})");
 }
 
+BOOST_AUTO_TEST_CASE(how_a_server_was_found_is_in_the_snapshot)
+{
+    Fixture fixture({server("a:1", 1), server("b:1", 2)});
+    fixture.board.list(fixture.servers, [](std::string_view address) -> std::string_view {
+        return address == "b:1" ? "dns:sim.test:1" : "";
+    });
+    fixture.take();
+    BOOST_TEST(fixture.snapshot().find(R"("address":"b:1","foundBy":"dns:sim.test:1","load":2)") !=
+               std::string::npos);
+    BOOST_TEST(fixture.snapshot().find(R"("address":"a:1","load":1)") != std::string::npos);
+    BOOST_TEST(fixture.update() == fixture.snapshot()); // other servers are listed than before
+}
+
 BOOST_AUTO_TEST_CASE(sessions_placed_are_told_when_they_are_counted)
 {
     Fixture fixture({server("a:1", 1), server("b:1", 2)});

@@ -1,0 +1,86 @@
+// Which simulation servers there are: those of the configuration, those that names stand for, and those that
+// announce themselves.
+#pragma once
+
+#include <webots_cloud/error.hpp>
+#include <webots_cloud/export.hpp>
+#include <webots_cloud/scheduler.hpp>
+#include <webots_cloud/transport/clock.hpp>
+#include <webots_cloud/transport/endpoint.hpp>
+#include <webots_cloud/transport/logger.hpp>
+#include <webots_cloud/transport/name_service.hpp>
+
+#include <boost/asio/awaitable.hpp>
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <unordered_set>
+#include <vector>
+
+namespace WEBOTS_CLOUD_API webots_cloud {
+
+/// What MachineDiscovery begins with.
+struct MachineDiscoveryParams
+{
+    MachineDiscoveryParams() = default;
+
+    /// As in "simulationServers". The address of an entry may be `dns:<name>:<port>` or `srv:<service>`: in
+    /// its place come the machines that the name stands for, which are treated as the entry says.
+    std::vector<ServerSpec> entries;
+    /// Names and announcements may lead to this machine itself, by its loopback addresses.
+    bool loopback = false;
+};
+
+/// Optional callbacks of a MachineDiscovery. None of them may block.
+struct MachineDiscoveryHooks
+{
+    MachineDiscoveryHooks() = default;
+
+    /// Called by `run` when there are other machines than before.
+    std::function<void(std::vector<ServerSpec> const& servers)> changed;
+    /// The addresses of machines that can't be reached: then those of the next priority of a service are
+    /// used. Empty: those of the first are.
+    std::function<std::unordered_set<std::string>()> unreachable;
+    /// Signs announcements (HMAC-SHA256, with a secret that the machines know). Empty: none is accepted.
+    std::function<std::string(std::string_view message)> mac;
+};
+
+/// Looks names up again and again, and listens to announcements (docs/discovery.md).
+///
+/// The machines change once a second at most, in `run`.
+/// Lifetime: everything passed by reference must outlive it.
+/// Thread-safety: one executor.
+class MachineDiscovery
+{
+public:
+    MachineDiscovery(MachineDiscoveryParams params, NameService& names, Clock& clock, Logger log,
+                     MachineDiscoveryHooks hooks = MachineDiscoveryHooks());
+    ~MachineDiscovery();
+
+    /// Takes other parameters: `servers` has the new entries at once. What is known of names that stay, and
+    /// of announced machines, stays.
+    void apply(MachineDiscoveryParams params);
+
+    /// The machines as they are known now. Of equal addresses the first one counts.
+    std::vector<ServerSpec> const& servers() const noexcept;
+
+    /// How a machine was found: `dns:sim.example.org:2000`, or `announced`; empty: it is an entry itself.
+    ///
+    /// Lifetime: until the machines change.
+    std::string_view origin(std::string_view address) const;
+
+    /// Answers an announcement: `POST /api/machines` (protocol section 13.17).
+    HttpResponse take_announcement(IncomingRequest const& request);
+
+    /// Cancellation: terminal.
+    /// Errors: `operation_aborted`.
+    boost::asio::awaitable<result<>> run();
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+} // namespace webots_cloud

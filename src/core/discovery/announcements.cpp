@@ -1,0 +1,128 @@
+#include "announcements.hpp"
+
+#include "core/base64.hpp"
+#include "core/text.hpp"
+#include "core/web_form.hpp"
+#include "machine_name.hpp"
+
+#include <charconv>
+#include <chrono>
+
+namespace webots_cloud::core {
+namespace {
+
+constexpr std::string_view announcement_purpose =
+    "webots_cloud announcement 1\n"; // the secret is used for tickets, too
+constexpr std::string_view announcement_scheme = "Webots-Cloud ";
+constexpr std::string_view goodbye = "&goodbye";
+constexpr std::size_t max_machine = 253 + 6; // a name and a port
+
+std::int64_t milliseconds_of(WallTime time)
+{
+    return std::chrono::duration_cast<std::chrono::milliseconds>(time.time_since_epoch()).count();
+}
+
+/// `host:port` or `host/port`, with a port from 1 to 65535.
+bool is_announced_address(std::string_view machine, bool loopback)
+{
+    auto const colon = machine.find_last_of(":/");
+    if (machine.size() > max_machine || colon == std::string_view::npos ||
+        parse_port(machine.substr(colon + 1)) == 0)
+        return false;
+    auto const host = machine.substr(0, colon);
+    bool const is_v6 = host.starts_with('[') && host.ends_with(']') &&
+                       IpAddress::parse(host.substr(1, host.size() - 2)).has_value();
+    return (is_v6 || parse_machine_name(concat("srv:", host))) && is_machine_host(host, loopback);
+}
+
+} // namespace
+
+std::string announcement_query(Announcement const& announcement)
+{
+    return concat("machine=", percent_encode(announcement.machine),
+                  "&at=", std::to_string(milliseconds_of(announcement.at)),
+                  announcement.is_goodbye ? goodbye : "");
+}
+
+std::optional<Announcement> parse_announcement(std::string_view query)
+{
+    constexpr std::string_view before_machine = "machine=";
+    constexpr std::string_view before_time = "&at=";
+    Announcement announcement;
+    announcement.is_goodbye = query.ends_with(goodbye);
+    if (announcement.is_goodbye)
+        query.remove_suffix(goodbye.size());
+    auto const middle = query.find(before_time);
+    if (!query.starts_with(before_machine) || middle == std::string_view::npos)
+        return std::nullopt;
+    auto const machine = query.substr(before_machine.size(), middle - before_machine.size());
+    auto const time = query.substr(middle + before_time.size());
+    std::int64_t at = 0;
+    auto const [end, failed] = std::from_chars(time.data(), time.data() + time.size(), at);
+    constexpr std::int64_t latest = 4'000'000'000'000; // in the year 2096: far from what a clock can't hold
+    if (failed != std::errc() || end != time.data() + time.size() || at < 0 || at > latest ||
+        !percent_decode(machine, announcement.machine) || announcement.machine.empty())
+        return std::nullopt;
+    announcement.at = WallTime(std::chrono::milliseconds(at));
+    return announcement;
+}
+
+std::string sign_announcement(std::function<std::string(std::string_view)> const& mac, std::string_view query)
+{
+    return concat(announcement_scheme, base64url(mac(concat(announcement_purpose, query))));
+}
+
+AnnouncementVerdict AnnouncedMachines::take(Announcement const& announcement, bool loopback, TimePoint now,
+                                            WallTime wall)
+{
+    using enum AnnouncementVerdict;
+    if (!is_announced_address(announcement.machine, loopback))
+        return refused;
+    if (announcement.at < wall - max_age || announcement.at > wall + max_age)
+        return outdated;
+    auto const name = lower_case(announcement.machine);
+    auto known = machines_.find(name);
+    if (known != machines_.end() && announcement.at <= known->second.last)
+        return repeated;
+    if (known == machines_.end()) {
+        if (machines_.size() >= max_machines)
+            return too_many;
+        known = machines_.emplace(name, Machine()).first;
+        known->second.is_here = false;
+    }
+    auto& machine = known->second;
+    here_ -= machine.is_here ? 1 : 0;
+    machine.last = announcement.at;
+    machine.heard = now;
+    machine.is_here = !announcement.is_goodbye;
+    here_ += machine.is_here ? 1 : 0;
+    return accepted;
+}
+
+std::vector<std::string> AnnouncedMachines::forget_silent(TimePoint now, WallTime wall)
+{
+    std::vector<std::string> silent;
+    for (auto machine = machines_.begin(); machine != machines_.end();) {
+        auto& [name, facts] = *machine;
+        if (facts.is_here && now - facts.heard >= patience) {
+            facts.is_here = false;
+            --here_;
+            silent.push_back(name);
+        }
+        // What is older than `max_age` is refused without being remembered.
+        bool const is_over = !facts.is_here && facts.last < wall - max_age;
+        machine = is_over ? machines_.erase(machine) : std::next(machine);
+    }
+    return silent;
+}
+
+std::vector<std::string> AnnouncedMachines::machines() const
+{
+    std::vector<std::string> here;
+    for (auto const& [name, machine] : machines_)
+        if (machine.is_here)
+            here.push_back(name);
+    return here;
+}
+
+} // namespace webots_cloud::core

@@ -1,0 +1,79 @@
+// Machines that announce themselves: what they send, and which are known by that.
+#pragma once
+
+#include <webots_cloud/time.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace webots_cloud::core {
+
+/// Where announcements are sent to, below the address of a session server.
+inline constexpr std::string_view announcement_path = "/api/machines";
+/// Between two of them.
+constexpr Duration announcement_interval = std::chrono::seconds(10);
+
+/// What a machine says of itself.
+struct Announcement
+{
+    std::string machine; ///< As an entry of "simulationServers".
+    WallTime at{};
+    bool is_goodbye = false;
+};
+
+/// As the query of a URL, the form that is signed.
+std::string announcement_query(Announcement const& announcement);
+std::optional<Announcement> parse_announcement(std::string_view query);
+
+/// The value of `Authorization` for a query. `mac`: HMAC-SHA256.
+std::string sign_announcement(std::function<std::string(std::string_view)> const& mac,
+                              std::string_view query);
+
+enum class AnnouncementVerdict : std::uint8_t
+{
+    accepted,
+    outdated, ///< Sent too long ago, or too far in the future.
+    repeated, ///< Not later than the last one of that machine.
+    refused,  ///< No machine that browsers could be sent to.
+    too_many  ///< More machines than are remembered.
+};
+
+/// Those that have announced themselves and have not said goodbye, nor been silent for three intervals.
+class AnnouncedMachines
+{
+public:
+    static constexpr std::size_t max_machines = 10'000;
+    static constexpr Duration patience = 3 * announcement_interval;
+    /// Older announcements, and those from further in the future, are not accepted: clocks differ.
+    static constexpr Duration max_age = std::chrono::minutes(2);
+
+    /// Precondition: the signature is right.
+    AnnouncementVerdict take(Announcement const& announcement, bool loopback, TimePoint now, WallTime wall);
+
+    /// Who has been silent for too long.
+    std::vector<std::string> forget_silent(TimePoint now, WallTime wall);
+
+    /// In the order of their names.
+    std::vector<std::string> machines() const;
+
+    std::size_t size() const noexcept { return here_; }
+
+private:
+    struct Machine
+    {
+        WallTime last{};     ///< By its own clock.
+        TimePoint heard{};   ///< By ours.
+        bool is_here = true; ///< Otherwise it is remembered so that nothing old brings it back.
+    };
+
+    std::map<std::string, Machine> machines_;
+    std::size_t here_ = 0;
+};
+
+} // namespace webots_cloud::core

@@ -1,0 +1,86 @@
+#include "machine_name.hpp"
+
+#include "core/text.hpp"
+
+#include <algorithm>
+
+namespace webots_cloud::core {
+namespace {
+
+constexpr std::string_view by_address = "dns:";
+constexpr std::string_view by_service = "srv:";
+constexpr std::size_t max_name = 253;
+
+/// Letters, digits, `-` and `_` between dots; a dot at the end says that the search list is not for it.
+bool is_dns_name(std::string_view name)
+{
+    if (name.ends_with('.'))
+        name.remove_suffix(1);
+    if (name.empty() || name.size() > max_name)
+        return false;
+    auto const labels = split(name, '.');
+    return std::all_of(labels.begin(), labels.end(), [](std::string_view label) {
+        constexpr std::size_t max_label = 63;
+        auto const is_plain = [](char c) {
+            return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
+                   c == '_';
+        };
+        return !label.empty() && label.size() <= max_label &&
+               std::all_of(label.begin(), label.end(), is_plain);
+    });
+}
+
+} // namespace
+
+bool is_machine_name(std::string_view entry) noexcept
+{
+    return entry.starts_with(by_address) || entry.starts_with(by_service);
+}
+
+std::optional<MachineName> parse_machine_name(std::string_view entry)
+{
+    MachineName machine;
+    machine.is_service = entry.starts_with(by_service);
+    if (!is_machine_name(entry))
+        return std::nullopt;
+    entry.remove_prefix(by_address.size());
+    if (!machine.is_service) {
+        auto const colon = entry.rfind(':');
+        if (colon == std::string_view::npos)
+            return std::nullopt;
+        machine.port = parse_port(entry.substr(colon + 1));
+        if (machine.port == 0)
+            return std::nullopt;
+        entry = entry.substr(0, colon);
+    }
+    machine.name = entry;
+    return is_dns_name(machine.name) ? std::optional(std::move(machine)) : std::nullopt;
+}
+
+std::string machine_at(IpAddress const& address, std::uint16_t port)
+{
+    auto const host = address.is_v4() ? address.text() : concat("[", address.text(), "]");
+    return concat(host, ":", std::to_string(port));
+}
+
+bool is_machine_address(IpAddress const& address, bool loopback)
+{
+    static IpNetworks const never(
+        {"0.0.0.0/8", "169.254.0.0/16", "224.0.0.0/3", "::/128", "fe80::/10", "ff00::/8"});
+    static IpNetworks const own({"127.0.0.0/8", "::1/128"});
+    return !never.contains(address) && (loopback || !own.contains(address));
+}
+
+bool is_machine_host(std::string_view host, bool loopback)
+{
+    if (host.starts_with('[') && host.ends_with(']'))
+        host = host.substr(1, host.size() - 2);
+    if (auto const address = IpAddress::parse(host))
+        return is_machine_address(*address, loopback);
+    auto name = lower_case(host);
+    if (name.ends_with('.'))
+        name.pop_back();
+    return loopback || (name != "localhost" && !name.ends_with(".localhost"));
+}
+
+} // namespace webots_cloud::core

@@ -1,0 +1,119 @@
+#include <webots_cloud/announcing.hpp>
+
+#include "async/cancellation.hpp"
+#include "async/task_group.hpp"
+#include "core/discovery/announcements.hpp"
+#include "core/text.hpp"
+
+#include <boost/asio/this_coro.hpp>
+
+#include <algorithm>
+#include <optional>
+
+namespace webots_cloud {
+namespace asio = boost::asio;
+
+using core::concat;
+
+namespace {
+
+constexpr Duration announcement_timeout = std::chrono::seconds(8);
+constexpr Duration goodbye_timeout = std::chrono::seconds(2);
+
+} // namespace
+
+struct Announcing::Impl
+{
+    HttpRequest request(std::string const& session_server, bool is_goodbye);
+    asio::awaitable<void> keep_announcing(std::string session_server);
+    asio::awaitable<void> say_goodbye(std::string session_server);
+    asio::awaitable<result<>> run();
+
+    AnnouncingParams params;
+    HttpClient& http;
+    Clock& clock;
+    Logger log;
+    std::function<std::string(std::string_view)> mac;
+    WallTime last{}; ///< When the last one was signed: each has to be later than that before.
+};
+
+Announcing::Announcing(AnnouncingParams params, HttpClient& http, Clock& clock, Logger log,
+                       std::function<std::string(std::string_view message)> mac)
+    : impl_(new Impl{std::move(params), http, clock, std::move(log), std::move(mac)})
+{}
+
+Announcing::~Announcing() = default;
+
+asio::awaitable<result<>> Announcing::run()
+{
+    return impl_->run();
+}
+
+HttpRequest Announcing::Impl::request(std::string const& session_server, bool is_goodbye)
+{
+    core::Announcement announcement;
+    announcement.machine = params.address;
+    last = std::max(clock.wall(), last + std::chrono::milliseconds(1));
+    announcement.at = last;
+    announcement.is_goodbye = is_goodbye;
+    auto const query = core::announcement_query(announcement);
+    HttpRequest post(concat(session_server, core::announcement_path, "?", query));
+    post.method = "POST";
+    post.headers.emplace_back("Authorization", core::sign_announcement(mac, query));
+    post.timeout = is_goodbye ? goodbye_timeout : announcement_timeout;
+    return post;
+}
+
+asio::awaitable<void> Announcing::Impl::keep_announcing(std::string session_server)
+{
+    co_await asio::this_coro::throw_if_cancelled(false);
+    std::optional<std::string> problem; // of the last announcement: empty: none; not set: there was none
+    for (;;) {
+        auto const next = clock.now() + core::announcement_interval;
+        auto const answer = co_await http.send(request(session_server, false));
+        bool const cancelled = co_await async::is_cancelled();
+        if (cancelled)
+            co_return;
+        std::string now;
+        if (!answer)
+            now = answer.error().message();
+        else if (answer->status != 200)
+            now = concat("HTTP ", std::to_string(answer->status), ": ",
+                         core::printable(core::trim(answer->body), 200));
+        if (problem != now && now.empty())
+            log.info(concat("Announced to ", session_server));
+        else if (problem != now)
+            log.warning(concat("Could not announce this server to ", session_server, ": ", now,
+                               "; it is tried again every ten seconds"));
+        problem = std::move(now);
+        auto const waited = co_await clock.wait_until(next);
+        bool const cancelled_meanwhile = co_await async::is_cancelled();
+        if (!waited || cancelled_meanwhile)
+            co_return;
+    }
+}
+
+asio::awaitable<void> Announcing::Impl::say_goodbye(std::string session_server)
+{
+    (void)co_await http.send(request(session_server, true)); // otherwise we are forgotten half a minute later
+}
+
+asio::awaitable<result<>> Announcing::Impl::run()
+{
+    co_await asio::this_coro::throw_if_cancelled(false);
+    auto const executor = co_await asio::this_coro::executor;
+    async::TaskGroup tasks(executor);
+    for (auto const& session_server : params.session_servers)
+        tasks.spawn(keep_announcing(session_server));
+    async::Wakeup forever(executor);
+    (void)co_await forever.wait();
+    tasks.cancel_all();
+    co_await asio::this_coro::reset_cancellation_state(asio::disable_cancellation());
+    co_await tasks.join();
+    for (auto const& session_server : params.session_servers)
+        tasks.spawn(say_goodbye(session_server));
+    co_await tasks.join();
+    co_return Failure(asio::error::operation_aborted);
+}
+
+} // namespace webots_cloud
