@@ -160,11 +160,13 @@ def mutated(config, properties, chance):
     end = chance.choice(("}\n", "}\n", "}\n", "cut", "comma"))
     if end == "cut":
         lines = lines[:chance.randint(max(1, len(lines) - 2), len(lines))]
+        if "comma is missing" in lines[-1].expected:
+            lines[-1].expected = ""  # nothing follows any more
     text, number = begin + "{\n", 2
     for line in lines:
         if line.expected:
             own = number if line.before.strip().startswith(("/", "#")) else number + line.before.count("\n")
-            is_told = (own - 1, line.expected, True) in planted and "comments" in line.expected  # with the one right before it
+            is_told = line.before and (own - 1, line.expected, True) in planted and "comments" in line.expected  # with the one right before it
             planted += [] if is_told else [(own, line.expected, line.is_fault)]
         if end == "comma" and line is lines[-1]:
             planted.append((number + line.before.count("\n"), "not JSON: there is a comma after the last entry", True))
