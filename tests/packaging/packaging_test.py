@@ -6,6 +6,7 @@ Usage: packaging_test.py BUILD_FOLDER CXX_COMPILER CXX_FLAGS [unittest arguments
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -130,12 +131,12 @@ class FindPackage(PackagingTest):
         declared = re.compile(r"(?:(?:typeinfo|typeinfo name|vtable|VTT|construction vtable) for )?webots_cloud::(?!(?:core|async|adapters|app|web)::)")
         self.assertEqual([name for name in strong if not declared.match(name)], [])
 
-    def link_by_pkg_config(self, package):
+    def link_by_pkg_config(self, package, compiler=None):
         environment = {**os.environ, "PKG_CONFIG_PATH": os.path.join(self.prefix, "lib", "pkgconfig")}
         flags = subprocess.run(["pkg-config", "--cflags", "--libs", package], env=environment, text=True, check=True,
                                stdout=subprocess.PIPE).stdout.split()
         program = os.path.join(self.folder, package)
-        run(self.compiler, "-std=c++20", os.path.join(HERE, "full_consumer", "main.cpp"), "-o", program, *flags,
+        run(compiler or self.compiler, "-std=c++20", os.path.join(HERE, "full_consumer", "main.cpp"), "-o", program, *flags,
             f"-Wl,-rpath,{self.prefix}/lib")
         return program
 
@@ -143,6 +144,12 @@ class FindPackage(PackagingTest):
         program = self.link_by_pkg_config("webots_cloud")
         self.assertEqual(run(program), "answered hello\n")
         self.assertIn("libwebots_cloud.so", run("ldd", program))
+
+    # All combinations, in a bare Debian: tests/dev_package.sh.
+    def test_clang_uses_what_another_compiler_has_built(self):
+        if not shutil.which("clang++"):
+            self.skipTest("clang++ is not installed")
+        self.assertEqual(run(self.link_by_pkg_config("webots_cloud", "clang++")), "answered hello\n")
 
     def test_pkg_config_links_the_static_libraries(self):
         program = self.link_by_pkg_config("webots_cloud_static")
