@@ -6,6 +6,7 @@ Usage: two_machines.py ADDRESS_OF_THE_SITE CONTROL_GROUP_OF_THE_SECOND_MACHINE [
 import contextlib
 import json
 import os
+import ssl
 import sys
 import unittest
 import urllib.request
@@ -48,7 +49,7 @@ class TwoMachines(unittest.IsolatedAsyncioTestCase):
         self.assertIn("<html", self.site.get("/viewer/"))
         wait_until(lambda: self.site.get("/") == "1", "no machine is free")
         self.assertEqual(simulators(), [])
-        async with Visitor(self.site) as visitor:
+        async with Visitor(self.site, trust=ssl.create_default_context()) as visitor:
             await visitor.start()
             address = (await visitor.hear("webots:")).partition(":")[2]
             self.assertTrue(address.startswith(SITE.replace("http", "ws", 1) + "/2000/simulation/"), address)

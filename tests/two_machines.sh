@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# Follows README to a site of two machines, literally: boots two bare Debians with their systemd, joined by a network of their own, runs the
-# commands of README's section on each, and visits the site from a third machine of that network (tests/two_machines.py). Needs root,
-# debootstrap, a kernel with unified control groups, the release built (./server.sh package), 2 GB and some minutes.
+# Follows README to a site of two machines, literally, and then docs/operations.md to a public name for it: boots two bare Debians with their
+# systemd, joined by a network of their own, runs the commands of these sections on each, and visits the site from a third machine of that
+# network (tests/two_machines.py). Needs root, debootstrap, a kernel with unified control groups, the release built (./server.sh package),
+# 2 GB and some minutes.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 source tests/support/bare_debian.sh
@@ -33,7 +34,7 @@ main()
     trap clear_away EXIT
 
     step "Packages, as README says"
-    commands here | bash -eux
+    commands README.md here | bash -eux
 
     step "Two bare Debians, with what the packages ask for"
     make_debian "$folder/first"
@@ -54,26 +55,51 @@ main()
     done
 
     step "Somebody visits the site"
-    nsenter --target "$client" --net /usr/bin/python3 -B tests/two_machines.py "http://${addresses[first]}:1999" "${booted_groups[second]}" ||
-        fail "$(for machine in first second; do in_tree "$machine" bash -c 'tail -n 20 /var/lib/webots-cloud/*/log/*/output.log'; done)"
+    visit "http://${addresses[first]}:1999"
     step "The doctor of the first machine, to which README refers"
     in_tree first webots-session-server --doctor || [[ $? -eq 1 ]] || fail "It finds a fault." # 1: warnings
+
+    for machine in first second; do
+        step "The commands for a public name on the $machine machine"
+        follow "$machine" public || fail "They fail: $(in_tree "$machine" journalctl --no-pager --unit 'webots-*')"
+    done
+    step "Somebody visits it by its name"
+    cp "$folder/first/etc/webots-cloud/tls/certificate.pem" "$folder/trusted.pem"
+    visit https://sim.example.org
     step "README leads to a site of two machines"
 }
 
-# commands MACHINE: the block of README's commands that is marked with it, by a remark that readers do not see.
+# visit ADDRESS
+visit()
+{
+    in_tree first sed -i '2i\  "loadThreshold": 1000,' /etc/webots-cloud/session.json # the machine that runs the tests may be busy
+    in_tree first systemctl reload webots-session-server
+    echo "127.0.0.1 localhost
+${addresses[first]} sim.example.org" >"$folder/hosts"
+    # shellcheck disable=SC2016 # for the other shell
+    nsenter --target "$client" --net env SSL_CERT_FILE="$folder/trusted.pem" unshare --mount \
+        bash -c 'mount --bind "$1" /etc/hosts && exec /usr/bin/python3 -B tests/two_machines.py "${@:2}"' _ \
+        "$folder/hosts" "$1" "${booted_groups[second]}" ||
+        fail "$(for machine in first second; do in_tree "$machine" bash -c 'tail -n 20 /var/lib/webots-cloud/*/log/*/output.log'; done)"
+}
+
+# commands FILE MARK: the block of the file's commands that has this mark in front, a remark that readers do not see.
 commands()
 {
     local found
-    found=$(awk -v mark="<!-- two machines: $1 -->" '$0 == mark { marked = 1 } !marked { next } /^```$/ { exit } inside { print } /^```bash$/ { inside = 1 }' README.md)
-    [[ -n $found ]] || fail "README has no commands for $1."
+    found=$(awk -v mark="<!-- two machines: $2 -->" '$0 == mark { marked = 1 } !marked { next } /^```$/ { exit } inside { print } /^```bash$/ { inside = 1 }' "$1")
+    [[ -n $found ]] || fail "$1 has no commands for $2."
     echo "$found"
 }
 
-# follow MACHINE: as a user who may use sudo, in a shell that stops at the first failure.
+# follow MACHINE [public]: as a user who may use sudo, in a shell that stops at the first failure.
 follow()
 {
-    commands "$1" >"$folder/$1/home/reader/commands"
+    if [[ $# -eq 1 ]]; then
+        commands README.md "$1" >"$folder/$1/home/reader/commands"
+    else
+        commands docs/operations.md "$2 $1" >"$folder/$1/home/reader/commands"
+    fi
     in_tree "$1" runuser -u reader -- bash -euxo pipefail -c 'cd && . ./commands'
 }
 

@@ -78,7 +78,8 @@ become_systemd()
     cd "$tree" # of the mount
     mount -t proc proc proc
     mount --bind proc/sys proc/sys
-    mount -o remount,bind,ro proc/sys # settings of the kernel are the machine's
+    mount --bind proc/sys/net proc/sys/net
+    mount -o remount,bind,ro proc/sys # settings of the kernel are the machine's; those of the network are of this namespace
     mount -t sysfs -o ro sysfs sys
     mount -t cgroup2 cgroup2 sys/fs/cgroup
     mount -t tmpfs -o mode=755 tmpfs run
