@@ -16,11 +16,11 @@ import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.kubernetes_documents import (  # noqa: E402
-    FOLDER, check_document, configuration_files, documents, matching, named, of_kind, pods, with_listed_machines, yaml)
+    FOLDER, check_document, configuration_files, documents, matching, named, of_kind, pods, yaml)
 
 BIN = ""
 SITES = ("base", "sandboxed", "site")
-SECRETS = {"session-secret", "tls"}  # docs/clusters.md has the commands that make them
+SECRETS = {"session-secret", "machines", "tls"}  # docs/clusters.md has the commands that make them
 
 
 def configuration(template, found):
@@ -97,16 +97,13 @@ class Sites(unittest.TestCase):
             for service in of_kind("Service", found):
                 chosen = matching({"matchLabels": service["spec"]["selector"]}, found)
                 self.assertEqual(chosen, {service["metadata"]["name"]})
-                for port in service["spec"]["ports"]:
-                    self.assertIn(port.get("targetPort", port["port"]), self.ports(found, chosen))
+                for port in service["spec"].get("ports", []):
+                    self.assertIn(port["targetPort"], self.ports(found, chosen))
             for budget in of_kind("PodDisruptionBudget", found):
                 self.assertEqual(matching(budget["spec"]["selector"], found), {budget["metadata"]["name"]})
             for policy in of_kind("NetworkPolicy", found):
                 chosen = matching(policy["spec"]["podSelector"], found)
                 self.assertTrue(chosen)
-                for rule in policy["spec"].get("ingress", []):
-                    for port in rule["ports"]:
-                        self.assertIn(port["port"], self.ports(found, chosen))
                 for peer in [peer for rule in policy["spec"].get("ingress", []) + policy["spec"].get("egress", [])
                              for peer in rule.get("from", []) + rule.get("to", []) if "podSelector" in peer]:
                     self.assertTrue(matching(peer["podSelector"], found))
@@ -126,17 +123,33 @@ class Sites(unittest.TestCase):
                     self.assertEqual({mount["name"] for mount in container["volumeMounts"]}, volumes)
                 configuration(template, found)
 
-    def test_session_servers_ask_the_names_of_the_pools_at_their_ports(self):
+    def test_session_servers_know_all_machines_by_their_names_and_ports(self):
         for found in self.each():
             _, session = configuration(pods(found)["session"], found)
-            asked = {entry["address"] if isinstance(entry, dict) else entry for entry in session["simulationServers"]}
-            self.assertEqual(asked, {f"dns:{service['metadata']['name']}.webots.svc.cluster.local:{service['spec']['ports'][0]['port']}"
-                                     for service in of_kind("Service", found) if service["spec"].get("clusterIP") == "None"})
-            for service in of_kind("Service", found):
-                if service["spec"].get("clusterIP") == "None":
-                    _, simulation = configuration(pods(found)[service["metadata"]["name"]], found)
-                    self.assertEqual(simulation["port"], service["spec"]["ports"][0]["port"])
-                    self.assertTrue(service["spec"]["publishNotReadyAddresses"])
+            listed = {entry["address"]: entry["internal"] for entry in session["simulationServers"]}
+            expected = {}
+            for pool in of_kind("StatefulSet", found):
+                name = pool["metadata"]["name"]
+                _, machine = configuration(pool["spec"]["template"], found)
+                service = named("Service", pool["spec"]["serviceName"], found)["spec"]
+                self.assertEqual((service["clusterIP"], service["publishNotReadyAddresses"]), ("None", True))
+                self.assertEqual(machine["hostNames"], [f"HOSTNAME.{pool['spec']['serviceName']}.webots.svc.cluster.local"])
+                container, = pool["spec"]["template"]["spec"]["containers"]
+                self.assertIn({"name": "FIRST_PORT", "value": str(machine["port"])}, container["env"])
+                scaler = [each["spec"]["maxReplicas"] for each in of_kind("HorizontalPodAutoscaler", found)
+                          if each["spec"]["scaleTargetRef"]["name"] == name]
+                for number in range(scaler[0] if scaler else pool["spec"]["replicas"]):
+                    port = machine["port"] + number
+                    host = machine["hostNames"][0].replace("HOSTNAME", f"{name}-{number}")
+                    expected[f"{machine['server']}/{port}"] = f"https://{host}:{port}"
+                    self.assertTrue(any(rule["port"] <= port <= rule["endPort"] for rule in self.rules_for(name, found)), "the network lets it through")
+            self.assertEqual(listed, expected)
+
+    @staticmethod
+    def rules_for(name, found):
+        """The ports of the network policies by which something reaches these pods."""
+        return [port for policy in of_kind("NetworkPolicy", found) if matching(policy["spec"]["podSelector"], found) <= {"simulation", "simulation-gpu"}
+                and name in matching(policy["spec"]["podSelector"], found) for rule in policy["spec"]["ingress"] for port in rule["ports"]]
 
     def test_a_pod_has_the_time_to_let_its_simulations_end(self):
         for found in self.each():
@@ -164,10 +177,9 @@ class Sites(unittest.TestCase):
             for found in self.each():
                 for template in pods(found).values():
                     (name, text), = configuration_files(template, found).items()
-                    for mounted in ("/etc/webots-cloud-tls", "/etc/webots-cloud-secret"):
+                    for mounted in ("/etc/webots-cloud-tls", "/etc/webots-cloud-machines", "/etc/webots-cloud-secret"):
                         text = text.replace(mounted, folder)
-                    text = with_listed_machines(text, ["10.1.2.3:2000"])
-                    self.take(folder, name, text.replace("POD_IP", "10.1.2.3").replace("/usr/share/webots_cloud/examples", folder))
+                    self.take(folder, name, text.replace("HOSTNAME", "simulation-0").replace("/usr/share/webots_cloud/examples", folder))
 
     def take(self, folder, name, text):
         path = os.path.join(folder, name)

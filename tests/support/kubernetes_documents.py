@@ -1,7 +1,6 @@
 """The documents that kustomize makes of a folder of config/kubernetes, and what the models of Kubernetes' own client say of them."""
 
 import functools
-import json
 import os
 import re
 import shutil
@@ -90,12 +89,12 @@ def check_document(document):
 
 
 def pods(found):
-    """What each Deployment makes: name and template."""
-    return {each["metadata"]["name"]: each["spec"]["template"] for each in of_kind("Deployment", found)}
+    """What each Deployment and StatefulSet makes: name and template."""
+    return {each["metadata"]["name"]: each["spec"]["template"] for kind in ("Deployment", "StatefulSet") for each in of_kind(kind, found)}
 
 
 def matching(selector, found):
-    """The names of Deployments whose pods a selector chooses."""
+    """The names of Deployments and StatefulSets whose pods a selector chooses."""
     wanted = selector.get("matchLabels", {})
     return {name for name, pod in pods(found).items() if wanted.items() <= pod["metadata"]["labels"].items()}
 
@@ -104,12 +103,3 @@ def configuration_files(template, found):
     """What the ConfigMaps of a pod say: file name and text."""
     names = [volume["configMap"]["name"] for volume in template["spec"]["volumes"] if "configMap" in volume]
     return {file: text for name in names for file, text in named("ConfigMap", name, found)["data"].items()}
-
-
-def with_listed_machines(text, machines):
-    """A configuration of a session server with these entries of "simulationServers", in place of names; others as they are.
-    Needed as long as servers know no entries that begin with "dns:"."""
-    config = json.loads(text)
-    if "simulationServers" not in config:
-        return text
-    return json.dumps({**config, "simulationServers": machines})
