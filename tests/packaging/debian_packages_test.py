@@ -109,7 +109,7 @@ class DebianPackages(unittest.TestCase):
         packages = {"Threads": "", "Boost": r"libboost1\.\d+-dev", "OpenSSL": "libssl-dev", "CURL": "libcurl4-openssl-dev", "ZLIB": "zlib1g-dev",
                     "LibArchive": "libarchive-dev", "spdlog": "libspdlog-dev", "PkgConfig": "pkg-config"}
         self.assertEqual(found, set(packages))
-        for wanted in [*packages.values(), r"libboost-json1\.\d+-dev", r"libboost-url1\.\d+-dev", "libgit2-dev"]:
+        for wanted in [*packages.values(), r"libboost-json1\.\d+-dev", r"libboost-url1\.\d+-dev", "libgit2-dev", "libc-ares-dev"]:
             self.assertTrue(not wanted or [name for name in asked if re.fullmatch(wanted, name)], wanted)
 
     def test_programs_linked_to_the_shared_library_ask_for_its_package(self):

@@ -66,6 +66,7 @@ private:
             char text[8192];
             if (read(connection, text, sizeof text) <= 0) {
                 close(connection);
+                std::erase(idle_, connection); // the server closes those that are not needed for long
                 continue;
             }
             waits_.push_back(nanoseconds() - asked_[static_cast<std::size_t>(connection)]);
