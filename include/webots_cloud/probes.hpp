@@ -9,6 +9,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace WEBOTS_CLOUD_API webots_cloud {
 
@@ -35,5 +36,12 @@ result<> try_mail_server(SmtpParams params);
 /// Errors: `unreachable`, `timed_out`.
 /// Thread-safety: any thread.
 result<int> try_web_server(std::string const& url, Duration timeout);
+
+/// What a program prints, on both of its outputs, at most a megabyte; `command` begins with its path. It is
+/// killed after `limit`.
+///
+/// Errors: `start_failed`, with what it printed, also where it exits with another status than 0; `timed_out`.
+/// Thread-safety: any thread.
+result<std::string> program_output(std::vector<std::string> const& command, Duration limit);
 
 } // namespace webots_cloud

@@ -24,7 +24,7 @@ from support.servers import PATIENCE, SessionServer, SimulationServer, main, pro
 from support.web_site import web_site  # noqa: E402
 
 # What a machine of tests is like is not ours to say.
-OF_THE_MACHINE = {"clock", "memory", "firewall", "graphics", "open files", "processes", "user", "sandbox", "display"}
+OF_THE_MACHINE = {"clock", "memory", "firewall", "graphics", "open files", "processes", "user", "sandbox", "display", "renderer"}
 
 NOBODY = ["http://localhost:1"]  # instead of a forge of the internet
 
@@ -79,6 +79,16 @@ class Examination(unittest.TestCase):
         self.assertEqual([each for each in found.values() if each["verdict"] != "ok" and each["subject"] not in (subject, *self.NOT_GOOD)], [])
 
     NOT_GOOD = ()  # what is wrong with the healthy server of a test
+
+
+    def put_on_path(self, name, script):
+        """A program of this name comes before any other."""
+        folder = os.path.join(self.folder, "programs")
+        os.makedirs(folder, exist_ok=True)
+        with open(os.path.join(folder, name), "w") as file:
+            file.write(f"#!/bin/sh\n{script}\n")
+        os.chmod(file.name, 0o755)
+        self.environment["PATH"] = f"{folder}:{os.environ['PATH']}"
 
 
 class SessionDoctor(Examination):
@@ -192,6 +202,26 @@ class SessionDoctor(Examination):
         self.assertEqual({name: each["verdict"] for name, each in found.items() if each["verdict"] != "ok"},
                          {f"machine localhost:{silent[0]}": "fault", "mail": "fault"}, found)
 
+    def test_a_server_and_a_program_that_hang_are_told_and_hold_up_no_other_check(self):
+        path = os.path.join(self.folder, "operator.sock")
+        self.put_on_path("nft", "sleep 60")
+        with closing(socket.socket(socket.AF_UNIX)) as silent:
+            silent.bind(path)
+            silent.listen()
+            status, output = self.run_doctor("--json", operatorSocket=path)
+        found = by_subject(output)
+        self.assertEqual((status, found["public address"]["verdict"]), (2, "fault"))
+        self.assertIn("the server hangs", found["public address"]["found"])
+        self.assertEqual(found[f"port {self.port}"]["found"], "the server runs there")
+        self.assertNotIn("nothing was found out", found["firewall"]["found"])
+
+    def test_a_firewall_is_seen(self):
+        self.put_on_path("nft", "echo 'type filter hook input priority filter; policy drop;'")
+        self.put_on_path("iptables", "echo 'not root' >&2; exit 4")
+        firewall = by_subject(self.run_doctor("--json")[1])["firewall"]
+        self.assertEqual(firewall["verdict"], "warning", firewall)
+        self.assertIn("it drops what comes in unless a rule accepts it", firewall["found"])
+
     def test_a_password_file_that_others_may_read(self):
         file = os.path.join(self.folder, "password")
         with open(file, "w") as words:
@@ -244,6 +274,15 @@ class SimulationDoctor(Examination):
         self.assertEqual(status, 2)
         self.assertEqual(said["configuration"]["verdict"], "fault")
         self.assertIn("webotsHome", said["configuration"]["found"])
+
+    def test_what_draws_on_the_screen_of_all_simulations(self):
+        self.put_on_path("glxinfo", 'echo "$*" > "$HOME/asked"; echo "OpenGL renderer string: llvmpipe (LLVM 15.0.6, 256 bits)"')
+        renderer = by_subject(self.run_doctor("--json", display=":77")[1])["renderer"]
+        self.assertEqual((renderer["verdict"], renderer["found"]),
+                         ("warning", "the processor draws, not a graphics processor: llvmpipe (LLVM 15.0.6, 256 bits)"))
+        with open(os.path.join(self.folder, "asked")) as file:
+            self.assertEqual(file.read(), "-display :77 -B\n")
+        self.assertNotIn("renderer", by_subject(self.run_doctor("--json", display="none")[1]))
 
     def test_webots_with_its_release(self):
         home = os.path.join(self.folder, "webots_home")

@@ -14,6 +14,7 @@
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/basic_stream.hpp>
+#include <boost/beast/core/error.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http/empty_body.hpp>
 #include <boost/beast/http/parser.hpp>
@@ -271,6 +272,8 @@ asio::awaitable<result<std::string>> ask(Protocol::endpoint where, std::string_v
     parser.body_limit(max_answer);
     auto const [unread, size] =
         co_await http::async_read(stream, buffer, parser, asio::as_tuple(asio::use_awaitable));
+    if (unread == beast::error::timeout)
+        co_return Failure(errc::timed_out, "the server has taken the request, and says nothing");
     if (unread)
         co_return Failure(errc::refused,
                           "the server does not take it from this user, or from within a simulation");

@@ -1,5 +1,6 @@
 #include "checks.hpp"
 
+#include "app/environment.hpp"
 #include "app/operator_requests.hpp"
 #include "aside.hpp"
 #include "core/doctor/machine_findings.hpp"
@@ -25,8 +26,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
@@ -47,9 +46,8 @@ using asio::ip::tcp;
 using core::concat;
 using core::Findings;
 
-constexpr std::size_t max_output = 1 << 20; // of a command
-constexpr std::size_t max_lookups = 16;     // at a time: C libraries wait for each
-constexpr std::size_t max_names_told = 10;  // that are not found
+constexpr std::size_t max_lookups = 16;    // at a time: C libraries wait for each
+constexpr std::size_t max_names_told = 10; // that are not found
 constexpr auto name_remedy = "See to /etc/resolv.conf, and to the name servers in it.";
 
 /// A line of /proc/meminfo, in bytes.
@@ -76,21 +74,6 @@ std::string host_of(PublicAddress const& address)
         return {};
     bool const has_port = address.host.find(':') == address.host.rfind(':');
     return has_port ? address.host.substr(0, address.host.find(':')) : address.host;
-}
-
-result<std::string> run_command(std::string const& command)
-{
-    auto* const pipe = ::popen(concat("timeout 6 ", command, " 2>&1").c_str(), "re");
-    if (!pipe)
-        return Failure(errc::unavailable, std::system_category().message(errno));
-    std::string output;
-    char buffer[4096];
-    for (std::size_t size = 0; (size = std::fread(buffer, 1, sizeof buffer, pipe)) > 0;)
-        if (output.size() < max_output)
-            output.append(buffer, size);
-    if (::pclose(pipe) != 0)
-        return Failure(errc::unavailable, core::printable(core::trim(output), 300));
-    return output;
 }
 
 result<std::size_t> count_addresses(std::string const& host)
@@ -184,6 +167,8 @@ asio::awaitable<result<core::FolderReading>> folder_reading(fs::path folder)
     co_return reading;
 }
 
+namespace {
+
 CheckWork check_folder(FolderUse use)
 {
     auto const reading = co_await folder_reading(use.folder);
@@ -211,23 +196,34 @@ CheckWork check_server_certificate(NetworkConfig network, PublicAddress address)
     co_return findings;
 }
 
-asio::awaitable<result<std::string>> output_of(std::string command)
+} // namespace
+
+asio::awaitable<result<std::string>> output_of(std::vector<std::string> command)
 {
+    auto const program = find_system_program(command.front());
+    if (program.empty())
+        co_return Failure(errc::not_found, concat("there is no program ", command.front()));
+    command.front() = program.string();
     std::function<result<std::string>()> const run = [command = std::move(command)] {
-        return run_command(command);
+        return program_output(command, answer_limit);
     };
     auto output = co_await aside<std::string>(run);
     co_return output;
 }
 
+namespace {
+
+/// What filters the packets that come in.
 CheckWork check_firewall(std::uint16_t port)
 {
+    std::vector<std::string> nft{"nft", "list", "ruleset"};
+    std::vector<std::string> iptables{"iptables", "-S"};
+    auto const [tables, chains] = co_await (output_of(std::move(nft)) && output_of(std::move(iptables)));
     core::FirewallReading reading;
-    for (std::string const command : {"/usr/sbin/nft list ruleset", "/usr/sbin/iptables -S"}) {
-        auto const rules = co_await output_of(command);
-        if (!rules)
+    for (auto const* const rules : {&tables, &chains}) {
+        if (!*rules)
             continue;
-        auto const found = core::parse_firewall(*rules, port);
+        auto const found = core::parse_firewall(**rules, port);
         reading.can_be_seen = true;
         reading.drops_by_default = reading.drops_by_default || found.drops_by_default;
         reading.names_port = reading.names_port || found.names_port;
@@ -236,6 +232,7 @@ CheckWork check_firewall(std::uint16_t port)
     co_return findings;
 }
 
+/// Whether the name that browsers know the server by is found.
 CheckWork check_name(PublicAddress address)
 {
     Findings findings;
@@ -248,25 +245,44 @@ CheckWork check_name(PublicAddress address)
     co_return findings;
 }
 
-CheckWork check_names(std::vector<core::NamedHost> hosts, Clock& clock, Duration limit)
+/// What a server that runs calls itself; older ones say nothing.
+result<std::string> ask_instance(fs::path const& socket)
 {
-    auto const lookups = std::make_shared<Lookups>(std::move(hosts));
-    auto const threads = std::min(max_lookups, lookups->hosts.size());
-    co_await (look_up_aside(lookups, threads) || clock.wait_until(clock.now() + limit));
-    std::lock_guard const lock(lookups->mutex);
-    lookups->is_over = true;
-    co_return names_found_out(*lookups);
+    auto const answer = ask_operator_socket(socket, "GET", "/api/doctor?last");
+    if (!answer)
+        return answer.error() == errc::timed_out ? result<std::string>(answer.error()) : std::string();
+    boost::json::error_code error;
+    auto const said = boost::json::parse(*answer, error);
+    auto const* const all = said.if_object();
+    auto const* const instance = all ? all->if_contains("instance") : nullptr;
+    return instance && instance->is_string() ? std::string(instance->get_string()) : std::string();
 }
 
+/// Whether the public address leads to the server that runs here.
 CheckWork check_public_address(HttpClient& http, PublicAddress address, Viewpoint viewpoint)
 {
+    constexpr auto subject = "public address";
     Findings findings;
+    if (viewpoint.is_running && viewpoint.instance.empty()) {
+        std::function<result<std::string>()> const ask = [socket = viewpoint.socket] {
+            return ask_instance(socket);
+        };
+        auto const instance = co_await aside<std::string>(ask);
+        if (!instance) {
+            findings.emplace_back(
+                core::Verdict::fault, subject,
+                concat("not looked at, since the server hangs: ", instance.error().message()),
+                "See the end of its log, and restart it.");
+            co_return findings;
+        }
+        viewpoint.instance = *instance;
+    }
     auto const* const reason = !viewpoint.is_running        ? "the server does not run"
                                : address.host == "*"        ? "browsers may use any name of this machine"
                                : viewpoint.instance.empty() ? "the server that runs is an older one"
                                                             : nullptr;
     if (reason) {
-        findings.emplace_back(core::Verdict::ok, "public address", concat("not looked at: ", reason));
+        findings.emplace_back(core::Verdict::ok, subject, concat("not looked at: ", reason));
         co_return findings;
     }
     HttpRequest request(concat(core::public_http_url(address), "/livez"));
@@ -286,6 +302,32 @@ CheckWork check_public_address(HttpClient& http, PublicAddress address, Viewpoin
     }
     findings.push_back(core::judge_public_address(reading, url));
     co_return findings;
+}
+
+} // namespace
+
+CheckWork check_names(std::vector<core::NamedHost> hosts, Clock& clock, Duration limit)
+{
+    auto const lookups = std::make_shared<Lookups>(std::move(hosts));
+    auto const threads = std::min(max_lookups, lookups->hosts.size());
+    co_await (look_up_aside(lookups, threads) || clock.wait_until(clock.now() + limit));
+    std::lock_guard const lock(lookups->mutex);
+    lookups->is_over = true;
+    co_return names_found_out(*lookups);
+}
+
+std::vector<Check> common_checks(std::vector<FolderUse> const& folders, NetworkConfig const& network,
+                                 PublicAddress const& address, Viewpoint const& viewpoint, HttpClient& http)
+{
+    std::vector<Check> checks;
+    for (auto const& use : folders)
+        checks.emplace_back(use.subject, check_folder(use));
+    checks.emplace_back("certificate", check_server_certificate(network, address));
+    if (!viewpoint.is_server)
+        checks.emplace_back("firewall", check_firewall(address.port));
+    checks.emplace_back("name server", check_name(address));
+    checks.emplace_back("public address", check_public_address(http, address, viewpoint));
+    return checks;
 }
 
 Viewpoint view_from_inside(std::string instance)
@@ -313,17 +355,9 @@ bool is_running(std::string_view kind, std::uint16_t port, AccessConfig const& a
 
 Viewpoint view_from_outside(std::string_view kind, std::uint16_t port, AccessConfig const& access)
 {
-    auto const socket = find_operator_socket(kind, port, access);
     Viewpoint viewpoint;
-    viewpoint.is_running = ask_operator_socket(socket, "GET", "/livez").has_value();
-    if (!viewpoint.is_running)
-        return viewpoint;
-    auto const answer = ask_operator_socket(socket, "GET", "/api/doctor?last");
-    boost::json::error_code error;
-    auto const said = answer ? boost::json::parse(*answer, error) : boost::json::value();
-    if (auto const* const all = said.if_object())
-        if (auto const* const instance = all->if_contains("instance"); instance && instance->is_string())
-            viewpoint.instance = instance->get_string();
+    viewpoint.is_running = is_running(kind, port, access);
+    viewpoint.socket = find_operator_socket(kind, port, access);
     return viewpoint;
 }
 

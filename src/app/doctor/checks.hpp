@@ -22,10 +22,10 @@
 
 namespace webots_cloud::app {
 
-/// How long each check may take.
-inline constexpr Duration check_limit = std::chrono::seconds(9);
 /// How long others have to answer, so that what is said of them is more than that a check took too long.
-inline constexpr Duration answer_limit = std::chrono::seconds(7);
+inline constexpr Duration answer_limit = std::chrono::seconds(5);
+/// Of checks that start one program after the other, on machines that have much to do.
+inline constexpr Duration trial_limit = std::chrono::seconds(9);
 
 using CheckWork = boost::asio::awaitable<core::Findings>;
 
@@ -34,9 +34,10 @@ struct Viewpoint
 {
     Viewpoint() = default;
 
-    bool is_running = false; ///< A server with this configuration runs, this one perhaps.
-    std::string instance;    ///< What that calls itself; empty: it does not say.
-    bool is_server = false;  ///< It is the server itself, which starts no programs for this.
+    bool is_running = false;      ///< A server with this configuration runs, this one perhaps.
+    bool is_server = false;       ///< It is the server itself, which starts no programs for this.
+    std::string instance;         ///< What the server calls itself; empty: it has to be asked,
+    std::filesystem::path socket; ///< at this socket of the operator.
 };
 
 /// Of the server that calls itself so.
@@ -45,7 +46,7 @@ Viewpoint view_from_inside(std::string instance);
 /// Whether somebody listens on the operator's socket of a server with this configuration.
 bool is_running(std::string_view kind, std::uint16_t port, AccessConfig const& access);
 
-/// Of another program: asks the server that runs with this configuration.
+/// Of another program.
 Viewpoint view_from_outside(std::string_view kind, std::uint16_t port, AccessConfig const& access);
 
 /// Memory, clock and open files. `memory` and `files`: what the server may want of them.
@@ -54,26 +55,17 @@ core::Findings machine_findings(std::uint64_t memory, std::uint64_t files);
 /// What `read_folder` reads, on a thread of its own.
 boost::asio::awaitable<result<core::FolderReading>> folder_reading(std::filesystem::path folder);
 
-CheckWork check_folder(FolderUse use);
-
-/// The certificate of a server; nothing where it has none.
-CheckWork check_server_certificate(NetworkConfig network, PublicAddress address);
-
-/// What filters the packets that come in.
-CheckWork check_firewall(std::uint16_t port);
-
-/// Whether the name that browsers know the server by is found.
-CheckWork check_name(PublicAddress address);
+/// What both servers have: folders, certificate, firewall, name and public address.
+/// Lifetime: `http` outlives the checks.
+std::vector<Check> common_checks(std::vector<FolderUse> const& folders, NetworkConfig const& network,
+                                 PublicAddress const& address, Viewpoint const& viewpoint, HttpClient& http);
 
 /// Those of many names that are not found, all looked up within `limit`; nothing where all are.
 CheckWork check_names(std::vector<core::NamedHost> hosts, Clock& clock, Duration limit);
 
-/// Whether the public address leads to the server that runs here. Lifetime: `http` outlives the operation.
-CheckWork check_public_address(HttpClient& http, PublicAddress address, Viewpoint viewpoint);
-
-/// What a command that may hang prints; it is ended after some seconds. `command` is for the shell.
-/// Errors: `unavailable`, with what it printed, where it fails.
-boost::asio::awaitable<result<std::string>> output_of(std::string command);
+/// What `program_output` says, on a thread of its own; `command` begins with the name of a program.
+/// Errors: `not_found`: there is no such program.
+boost::asio::awaitable<result<std::string>> output_of(std::vector<std::string> command);
 
 /// Has `look` look, unless it is empty, and prints what it and `before` have found, as the arguments say.
 /// Ends the program, with their exit status.

@@ -102,15 +102,16 @@ result<> look_around(Configured<Config>& configured, fs::path const& origin, std
     std::vector<Check> checks;
     for (auto& use : app::folders_of(config)) {
         auto const subject = use.key;
-        checks.emplace_back(subject, check_use(std::move(use)));
+        checks.emplace_back(subject, check_use(std::move(use)), limit);
     }
-    checks.emplace_back("names", check_hosts(core::named_hosts(config), *clock));
+    checks.emplace_back("names", check_hosts(core::named_hosts(config), *clock),
+                        limit + std::chrono::seconds(1));
     auto const take = [&findings](std::exception_ptr failure, Findings const& found) {
         if (failure)
             std::rethrow_exception(failure);
         findings.insert(findings.end(), found.begin(), found.end());
     };
-    asio::co_spawn(context, app::examine(std::move(checks), *clock, limit + std::chrono::seconds(1)), take);
+    asio::co_spawn(context, app::examine(std::move(checks), *clock), take);
     context.run();
     result<> usable;
     for (auto const& each : findings) {

@@ -20,20 +20,19 @@ struct RunningChecks
     std::vector<core::Findings> found; ///< As `checks`.
     std::vector<bool> done;            ///< As `checks`.
     Clock& clock;
-    Duration limit;
     Progress progress;
 };
 
 asio::awaitable<void> examine_one(RunningChecks& all, std::size_t index)
 {
     auto& check = all.checks[index];
-    auto outcome = co_await (std::move(check.work) || all.clock.wait_until(all.clock.now() + all.limit));
+    auto outcome = co_await (std::move(check.work) || all.clock.wait_until(all.clock.now() + check.limit));
     if (outcome.index() == 0)
         all.found[index] = std::move(std::get<0>(outcome));
     else
         all.found[index].emplace_back(
             core::Verdict::warning, check.subject,
-            core::concat("nothing was found out within ", core::seconds_text(all.limit), " s"),
+            core::concat("nothing was found out within ", core::seconds_text(check.limit), " s"),
             "What was asked hangs, or is very slow: look again later.");
     all.done[index] = true;
 }
@@ -63,13 +62,11 @@ asio::awaitable<void> tell_progress(RunningChecks const& all)
 
 } // namespace
 
-asio::awaitable<core::Findings> examine(std::vector<Check> checks, Clock& clock, Duration limit,
-                                        Progress progress)
+asio::awaitable<core::Findings> examine(std::vector<Check> checks, Clock& clock, Progress progress)
 {
     auto const count = checks.size();
-    RunningChecks all{
-        std::move(checks),  std::vector<core::Findings>(count), std::vector<bool>(count), clock, limit,
-        std::move(progress)};
+    RunningChecks all{std::move(checks), std::vector<core::Findings>(count), std::vector<bool>(count), clock,
+                      std::move(progress)};
     co_await (examine_from(all, 0) || tell_progress(all));
     core::Findings findings;
     for (auto& each : all.found)

@@ -1,4 +1,4 @@
-// Many checks at the same time, each with the same deadline.
+// Many checks at the same time, each with its deadline.
 #pragma once
 
 #include "core/doctor/finding.hpp"
@@ -16,22 +16,23 @@ namespace webots_cloud::app {
 /// Something to look at.
 struct Check
 {
-    Check(std::string subject, boost::asio::awaitable<core::Findings> work)
-        : subject(std::move(subject)), work(std::move(work))
+    Check(std::string subject, boost::asio::awaitable<core::Findings> work,
+          Duration limit = std::chrono::seconds(6))
+        : subject(std::move(subject)), work(std::move(work)), limit(limit)
     {}
 
     std::string subject; ///< For a check that does not end in time.
     boost::asio::awaitable<core::Findings> work;
+    Duration limit; ///< It is cancelled then.
 };
 
 /// Is told, once a second, what is still being looked at.
 using Progress = std::function<void(std::vector<std::string> const& subjects)>;
 
-/// What all checks have found, in their order. One that takes longer than `limit` is cancelled, and a warning
-/// stands in its place.
+/// What all checks have found, in their order. In the place of one that takes too long stands a warning.
 ///
 /// Cancellation: terminal; then nothing is found.
-boost::asio::awaitable<core::Findings> examine(std::vector<Check> checks, Clock& clock, Duration limit,
+boost::asio::awaitable<core::Findings> examine(std::vector<Check> checks, Clock& clock,
                                                Progress progress = {});
 
 } // namespace webots_cloud::app

@@ -93,14 +93,7 @@ CheckWork examine_session_server(SessionConfig config, Viewpoint viewpoint, asio
     auto findings = port_findings(config.address.port, config.network, viewpoint.is_running);
     for (auto& each : machine_findings(wanted_memory, wanted_files))
         findings.push_back(std::move(each));
-    std::vector<Check> checks;
-    for (auto const& use : folders_of(config))
-        checks.emplace_back(use.subject, check_folder(use));
-    checks.emplace_back("certificate", check_server_certificate(config.network, config.address));
-    if (!viewpoint.is_server)
-        checks.emplace_back("firewall", check_firewall(config.address.port));
-    checks.emplace_back("name server", check_name(config.address));
-    checks.emplace_back("public address", check_public_address(*http, config.address, viewpoint));
+    auto checks = common_checks(folders_of(config), config.network, config.address, viewpoint, *http);
     auto const names = make_name_service(executor, config.name_servers);
     for (auto const& server : config.simulation_servers)
         checks.emplace_back(
@@ -110,7 +103,7 @@ CheckWork examine_session_server(SessionConfig config, Viewpoint viewpoint, asio
                 : check_machine(*http, server, config.address.ssl));
     if (!config.administrator.empty())
         checks.emplace_back("mail", check_mail(config));
-    auto more = co_await examine(std::move(checks), *clock, check_limit, std::move(progress));
+    auto more = co_await examine(std::move(checks), *clock, std::move(progress));
     findings.insert(findings.end(), more.begin(), more.end());
     co_return findings;
 }

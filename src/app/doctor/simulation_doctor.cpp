@@ -4,6 +4,7 @@
 #include "app/display.hpp"
 #include "app/environment.hpp"
 #include "app/sandbox.hpp"
+#include "app/simulation_folders.hpp"
 #include "app/simulation_user.hpp"
 #include "core/doctor/network_findings.hpp"
 #include "core/doctor/simulation_findings.hpp"
@@ -196,16 +197,37 @@ CheckWork check_isolation(fs::path guard, Clock& clock)
     co_return findings;
 }
 
+/// Webots draws with OpenGL. What computes that is seen with the program of mesa-utils, and on a screen that
+/// all simulations share: displays of their own are drawn by the processor anyway.
+CheckWork check_renderer(std::string display)
+{
+    Findings findings;
+    std::vector<std::string> command{"glxinfo", "-display", std::move(display), "-B"};
+    auto const printed = co_await app::output_of(std::move(command));
+    if (printed || !(printed.error() == errc::not_found))
+        findings.push_back(core::judge_renderer(printed));
+    co_return findings;
+}
+
+/// The screen that all simulations draw on; empty: there is none, or each has its own.
+std::string shared_display(SimulationConfig const& config)
+{
+    auto const name = config.display.empty() ? app::environment("DISPLAY") : config.display;
+    return config.docker || config.slurm || name == "private" || name == "none" ? std::string() : name;
+}
+
 CheckWork check_docker()
 {
-    auto const version = co_await app::output_of("docker version --format '{{.Server.Version}}'");
+    std::vector<std::string> command{"docker", "version", "--format", "{{.Server.Version}}"};
+    auto const version = co_await app::output_of(std::move(command));
     Findings findings{core::judge_docker(version)};
     co_return findings;
 }
 
 CheckWork check_slurm(fs::path state)
 {
-    auto const partitions = co_await app::output_of("sinfo --noheader --format=%P");
+    std::vector<std::string> command{"sinfo", "--noheader", "--format=%P"};
+    auto const partitions = co_await app::output_of(std::move(command));
     Findings findings{core::judge_slurm(partitions, state.native())};
     co_return findings;
 }
@@ -259,29 +281,27 @@ CheckWork examine_simulation_server(SimulationConfig config, fs::path programs, 
         findings.push_back(std::move(each));
     findings.insert(findings.end(), walls.begin(), walls.end());
     std::vector<Check> checks;
+    if (auto display = shared_display(config); !viewpoint.is_server && !display.empty())
+        checks.emplace_back("renderer", check_renderer(std::move(display)));
     if (!viewpoint.is_server && config.docker)
         checks.emplace_back("docker", check_docker());
     if (!viewpoint.is_server && config.slurm)
-        checks.emplace_back("slurm", check_slurm(state_folders(config).front().path));
+        checks.emplace_back("slurm", check_slurm(app::state_folders(config).front().path));
     auto const choice = find_simulator(config, programs);
     if (!viewpoint.is_server && !config.docker) {
-        checks.emplace_back("processes", check_isolation(programs / "webots-process-guard", *clock));
+        checks.emplace_back("processes", check_isolation(programs / "webots-process-guard", *clock),
+                            trial_limit);
         if (choice)
-            checks.emplace_back("sandbox", check_walls(config, programs, *choice, *clock));
+            checks.emplace_back("sandbox", check_walls(config, programs, *choice, *clock), trial_limit);
     }
-    for (auto const& use : folders_of(config))
-        checks.emplace_back(use.subject, check_folder(use));
-    checks.emplace_back("certificate", check_server_certificate(config.network, config.address));
-    if (!viewpoint.is_server)
-        checks.emplace_back("firewall", check_firewall(config.address.port));
-    checks.emplace_back("name server", check_name(config.address));
-    checks.emplace_back("public address", check_public_address(*http, config.address, viewpoint));
+    for (auto& each : common_checks(folders_of(config), config.network, config.address, viewpoint, *http))
+        checks.push_back(std::move(each));
     for (auto const& forge : config.forges)
         if (forge.directory.empty())
             checks.emplace_back(concat("forge ", forge.url), check_web_server(forge.url, core::judge_forge));
     for (auto const& registry : config.notify)
         checks.emplace_back(concat("registry ", registry), check_web_server(registry, core::judge_registry));
-    auto more = co_await examine(std::move(checks), *clock, check_limit, std::move(progress));
+    auto more = co_await examine(std::move(checks), *clock, std::move(progress));
     findings.insert(findings.end(), more.begin(), more.end());
     co_return findings;
 }

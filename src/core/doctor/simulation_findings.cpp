@@ -60,6 +60,30 @@ Finding judge_graphics(GraphicsReading const& reading)
         "and its driver."};
 }
 
+Finding judge_renderer(result<std::string> const& printed)
+{
+    constexpr std::string_view subject = "renderer";
+    constexpr std::string_view label = "OpenGL renderer string:";
+    if (!printed)
+        return {
+            Verdict::warning, subject, concat("OpenGL can't be tried: ", printed.error().message()),
+            "Let the server's user draw on this screen (xhost +si:localuser:NAME), or change \"display\"."};
+    std::string_view name;
+    for (auto const line : split(*printed, '\n'))
+        if (auto const at = line.find(label); at != std::string_view::npos)
+            name = trim(line.substr(at + label.size()));
+    if (name.empty())
+        return {Verdict::warning, subject, "glxinfo names no renderer",
+                "Run glxinfo -B on this screen: Webots needs OpenGL."};
+    bool const is_software = name.starts_with("llvmpipe") || name.starts_with("softpipe") ||
+                             name.starts_with("Software Rasterizer");
+    if (is_software)
+        return {
+            Verdict::warning, subject, concat("the processor draws, not a graphics processor: ", name),
+            "Worlds with cameras are slow: install the driver of the graphics processor, if there is one."};
+    return {Verdict::ok, subject, name};
+}
+
 Finding judge_docker(result<std::string> const& info)
 {
     if (!info)

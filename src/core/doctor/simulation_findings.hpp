@@ -49,6 +49,9 @@ struct GraphicsReading
 
 Finding judge_graphics(GraphicsReading const& reading);
 
+/// What `glxinfo -B` has printed; Errors: it can't draw there.
+Finding judge_renderer(result<std::string> const& printed);
+
 /// What `docker info` has said; Errors: there is no docker, or it said nothing.
 Finding judge_docker(result<std::string> const& info);
 

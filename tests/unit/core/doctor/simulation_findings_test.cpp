@@ -61,6 +61,19 @@ BOOST_AUTO_TEST_CASE(a_graphics_processor_has_to_be_there_and_ours_to_use)
     BOOST_TEST(judge_graphics(reading).found == "NVIDIA T4 (15.8GB): /dev/dri/renderD129");
 }
 
+BOOST_AUTO_TEST_CASE(what_draws_is_better_no_processor)
+{
+    auto const judge = [](std::string const& name) {
+        return judge_renderer(
+            "name of display: :0\nOpenGL vendor string: x\nOpenGL renderer string: " + name + "\n");
+    };
+    BOOST_TEST((judge("NVIDIA T4/PCIe/SSE2") == Finding(Verdict::ok, "renderer", "NVIDIA T4/PCIe/SSE2")));
+    BOOST_TEST((judge("llvmpipe (LLVM 15.0.6, 256 bits)").verdict == Verdict::warning));
+    BOOST_TEST((judge_renderer(std::string("direct rendering: Yes\n")).verdict == Verdict::warning));
+    BOOST_TEST((judge_renderer(Failure(errc::start_failed, "unable to open display :0")).found ==
+                "OpenGL can't be tried: unable to open display :0"));
+}
+
 BOOST_AUTO_TEST_CASE(docker_has_to_answer)
 {
     BOOST_TEST((judge_docker("27.1\n") == Finding(Verdict::ok, "docker", "version 27.1")));

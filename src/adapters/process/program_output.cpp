@@ -1,0 +1,88 @@
+#include "adapters/files/file_descriptor.hpp"
+#include "core/text.hpp"
+#include "spawn.hpp"
+
+#include <webots_cloud/probes.hpp>
+
+#include <fcntl.h>
+#include <sys/poll.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <system_error>
+
+namespace webots_cloud {
+namespace {
+
+using adapters::FileDescriptor;
+using core::concat;
+
+constexpr std::size_t max_output = std::size_t{1} << 20;
+
+std::string error_text(int number)
+{
+    return std::error_code(number, std::generic_category()).message();
+}
+
+/// Reads until the other end is closed.   Returns: whether that was before the deadline.
+bool read_until(std::chrono::steady_clock::time_point deadline, int pipe, std::string& output)
+{
+    using std::chrono::milliseconds;
+    std::array<char, 4096> buffer;
+    for (;;) {
+        auto const left = std::chrono::ceil<milliseconds>(deadline - std::chrono::steady_clock::now());
+        pollfd readable{pipe, POLLIN, 0};
+        int const ready = left.count() > 0 ? ::poll(&readable, 1, static_cast<int>(left.count())) : 0;
+        if (ready < 0 && errno == EINTR)
+            continue;
+        if (ready <= 0)
+            return false;
+        auto const size = ::read(pipe, buffer.data(), buffer.size());
+        if (size <= 0)
+            return true;
+        if (output.size() < max_output)
+            output.append(buffer.data(), static_cast<std::size_t>(size));
+    }
+}
+
+} // namespace
+
+result<std::string> program_output(std::vector<std::string> const& command, Duration limit)
+{
+    std::array<int, 2> ends{-1, -1};
+    if (::pipe2(ends.data(), O_CLOEXEC) != 0)
+        return Failure(errc::start_failed, concat("no pipe: ", error_text(errno)));
+    FileDescriptor const output_end(ends[0]);
+    FileDescriptor input_end(ends[1]);
+    FileDescriptor const nothing(::open("/dev/null", O_RDONLY | O_CLOEXEC));
+    adapters::Spawn spawn;
+    spawn.program = command.front();
+    spawn.arguments.assign(command.begin() + 1, command.end());
+    for (char** variable = environ; *variable; ++variable)
+        spawn.environment.emplace_back(*variable);
+    spawn.input = nothing.get();
+    spawn.output = input_end.get();
+    auto const [failure, process] = spawn();
+    if (failure != 0)
+        return Failure(errc::start_failed,
+                       concat(command.front(), " can't be started: ", error_text(failure)));
+    input_end = FileDescriptor();
+    std::string output;
+    bool const has_ended = read_until(std::chrono::steady_clock::now() + limit, output_end.get(), output);
+    if (!has_ended)
+        ::kill(process, SIGKILL);
+    int status = 0;
+    while (::waitpid(process, &status, 0) < 0 && errno == EINTR) {
+    }
+    if (!has_ended)
+        return Failure(errc::timed_out, concat(command.front(), " has not ended in time"));
+    if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
+        return Failure(errc::start_failed, core::printable(core::trim(output), 300));
+    return output;
+}
+
+} // namespace webots_cloud
