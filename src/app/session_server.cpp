@@ -84,12 +84,15 @@ struct AdministratorMail
         : mail(operator_mail_params(config), notifier, clock, log)
     {}
 
-    /// Errors: as `make_smtp_notifier`; then everything stays as it was.
+    /// Errors: `invalid_argument`, `invalid_config`: no libcurl, which does not come by waiting for it; then
+    /// everything stays as it was.
     result<> obey(SessionConfig const& config)
     {
         std::shared_ptr<Notifier> next;
         if (!config.administrator.empty()) {
             auto made = make_smtp_notifier(app::smtp_params(config));
+            if (!made && made.error() == errc::unavailable)
+                return Failure(errc::invalid_config, made.error().message());
             if (!made)
                 return made.error();
             next = std::move(*made);

@@ -2,6 +2,7 @@
 """E-mails of the session server to a real SMTP server. Protocol sections 8.1 and 10, quirk Q3."""
 
 import asyncio
+import contextlib
 import email.utils
 import os
 import re
@@ -103,6 +104,15 @@ class Mails(unittest.TestCase):
                 session_server([machine], free_port(), administrator="") as silent:
             self.assertTrue(loads_libcurl(mailing))
             self.assertFalse(loads_libcurl(silent))
+
+    def test_without_the_mail_library_it_does_not_start_and_systemd_does_not_try_again(self):
+        with contextlib.closing(session_server([], free_port())) as session:
+            folder = os.path.dirname(session.configure())  # the server may read there
+            with open(os.path.join(folder, "libcurl.so.4"), "w"):
+                session.environment = {"LD_LIBRARY_PATH": folder}
+            status, said = session.command()
+        self.assertEqual(status, 2, said)
+        self.assertIn("e-mail needs libcurl (package libcurl4): ", said)
 
     def test_an_administrator_without_a_sender_is_dropped_with_a_line(self):
         with Machine("99") as machine, CompletionQueue() as mailbox, session_server([machine], mailbox.port, mailSender="") as session:
