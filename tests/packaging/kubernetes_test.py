@@ -197,6 +197,8 @@ class Autoscaling(unittest.TestCase):
         metric = scaler["spec"]["metrics"][0]["external"]
         _, config = configuration(pods(found)[scaler["spec"]["scaleTargetRef"]["name"]], found)
         self.assertEqual(metric["target"]["averageValue"], str(config["maxConnections"]))
+        pool = named("StatefulSet", scaler["spec"]["scaleTargetRef"]["name"], found)
+        self.assertNotIn("replicas", pool["spec"], "else each kubectl apply undoes what the autoscaler has done")
         with open(os.path.join(FOLDER, "autoscaling", "rules.yml")) as file:
             self.assertIn(f"record: {metric['metric']['name']}\n", file.read())
 
