@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """The pods of config/kubernetes/base as containers of a real Docker daemon: two session servers and three simulation servers under load,
-one of which is drained and replaced meanwhile, as Kubernetes does it; then a session server. No simulation may be lost.
+one of which is drained and replaced meanwhile, as Kubernetes does it; then a session server. No simulation may be lost. And those of
+config/kubernetes/sandboxed, with a simulation.
 
 WEBOTS_CLOUD_BIN=build/release/bin tests/container_site.py
 
@@ -75,15 +76,15 @@ class Names:
 
 
 class Site:
-    """Two session servers and three simulation servers, of which other ones may take the place."""
+    """The two session servers and three simulation servers of a folder of config/kubernetes, of which others may take the place."""
 
-    def __init__(self, stack):
+    def __init__(self, stack, name):
         docker = stack.enter_context(DockerDaemon())
         docker.run("load", "--input", options.images)
         folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="webots_cloud_site_"))
         tls = {name: self.certificate(os.path.join(folder, name), f"DNS:{name}") for name in (NAME, f"*.{SERVICE}")}
         self.trust = ssl.create_default_context(cadata=tls[NAME]["tls.crt"])
-        self.cluster = Cluster(docker, documents("base"), {"session-secret": {"word": secrets.token_hex(32)}, "tls": tls[NAME],
+        self.cluster = Cluster(docker, documents(name), {"session-secret": {"word": secrets.token_hex(32)}, "tls": tls[NAME],
                                                            "machines": tls[f"*.{SERVICE}"]}, TAG, self.configuration, f"{SUBNET}.1")
         stack.callback(self.cluster.close)
         self.names = Names(folder)
@@ -208,7 +209,7 @@ class UnderLoad(unittest.IsolatedAsyncioTestCase):
     def setUp(self):
         stack = contextlib.ExitStack()
         self.addCleanup(stack.close)
-        self.site = Site(stack)
+        self.site = Site(stack, "base")
 
     async def asyncSetUp(self):
         asyncio.get_running_loop().set_debug(False)  # unittest's choice, which takes half of the processor here
@@ -290,6 +291,20 @@ class UnderLoad(unittest.IsolatedAsyncioTestCase):
         for outcome in await asyncio.gather(*self.comers, return_exceptions=True):
             if isinstance(outcome, Exception) and not isinstance(outcome, asyncio.CancelledError):
                 raise outcome
+
+
+class Sandboxed(unittest.IsolatedAsyncioTestCase):
+    async def test_simulations_run_in_bubblewrap(self):
+        stack = contextlib.ExitStack()
+        self.addCleanup(stack.close)
+        site = await asyncio.to_thread(Site, stack, "sandboxed")
+        for pod in site.simulation:
+            self.assertIn("Simulations run in a sandbox: bubblewrap, no network.", pod.log())
+            self.assertEqual(pod.metric("webots_simulations_isolated"), 1)
+        person = Person(site)
+        await person.come()
+        await person.look(20)
+        await person.leave()
 
 
 def with_images(path):
