@@ -21,7 +21,7 @@ namespace {
 using adapters::FileDescriptor;
 using core::concat;
 
-constexpr std::size_t max_output = std::size_t{1} << 20;
+constexpr std::size_t max_printed = std::size_t{1} << 20;
 
 std::string error_text(int number)
 {
@@ -44,7 +44,7 @@ bool read_until(std::chrono::steady_clock::time_point deadline, int pipe, std::s
         auto const size = ::read(pipe, buffer.data(), buffer.size());
         if (size <= 0)
             return true;
-        if (output.size() < max_output)
+        if (output.size() < max_printed)
             output.append(buffer.data(), static_cast<std::size_t>(size));
     }
 }

@@ -10,7 +10,7 @@ namespace {
 
 /// Whole numbers are written as such, and not as 3e+06, which is as right, but hard to read and to search
 /// for.
-void append_number(std::string& text, double value)
+void append_value(std::string& text, double value)
 {
     constexpr double exact = 9007199254740992; // up to 2^53 a double holds every whole number
     char digits[32];
@@ -24,7 +24,7 @@ void append_number(std::string& text, double value)
 std::string number_text(double value)
 {
     std::string text;
-    append_number(text, value);
+    append_value(text, value);
     return text;
 }
 
@@ -108,14 +108,14 @@ void MetricsText::line(std::string_view suffix, Labels labels, std::string_view 
     text_.append(name_).append(suffix);
     append_labels(text_, labels, bound);
     text_.append(" ");
-    append_number(text_, value);
+    append_value(text_, value);
     text_.append("\n");
 }
 
 MetricsText& MetricsText::add_labelled(double value, std::string_view labels)
 {
     text_.append(name_).append(labels).append(" ");
-    append_number(text_, value);
+    append_value(text_, value);
     text_.append("\n");
     return *this;
 }
