@@ -9,6 +9,7 @@ import contextlib
 import ctypes
 import errno
 import os
+import re
 import shutil
 import signal
 import socket
@@ -18,6 +19,7 @@ import tempfile
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
+from support.ports import free_port  # noqa: E402
 from support.servers import is_alive, main, program, wait_until  # noqa: E402
 
 NOBODY = 65534
@@ -241,6 +243,23 @@ class Guard(unittest.TestCase):
             inside.sendall(b"x")  # and the program ends
             self.assertEqual(started.wait(30), 0)
         self.assertEqual(os.listdir(folder), [])
+
+    def test_a_job_says_where_it_runs_and_on_which_port_it_listens_and_has_no_control_socket(self):
+        port = free_port(1)
+        listen = "import socket, signal; s = socket.create_server(('127.0.0.1', {})); signal.pause()"
+        script = f'echo "$1"; /usr/bin/python3 -c "{listen.format(port + 1)}" & wait'
+        job = self.start(script, options=["--job", str(port), str(port + 1)])
+        word = re.fullmatch(rf"webots-process-guard ([0-9a-f]{{16}}) runs on {re.escape(socket.gethostname())}\n", job.stdout.readline())[1]
+        self.assertEqual(job.stdout.readline(), "\n")  # of the program, which starts after that
+        job.stdin.close()
+        self.assertEqual(job.stdout.readline(), f"webots-process-guard {word} listens on {port + 1}\n")
+        job.send_signal(signal.SIGTERM)
+        self.assertEqual(job.wait(30), -signal.SIGTERM)
+        self.assertEqual(job.stdout.read(), "")
+        other = self.start(script, options=["--job", str(port), str(port + 1)])
+        self.assertNotIn(word, other.stdout.readline())
+        other.send_signal(signal.SIGTERM)
+        other.wait(30)
 
     def test_the_programs_number_is_unique_outside(self):
         self.require_namespace()
