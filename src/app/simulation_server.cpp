@@ -258,9 +258,13 @@ SimulationLauncherParams launcher_params(SimulationConfig const& config, fs::pat
     params.display = display.name;
     params.private_display = display.own;
     params.limits = limits;
-    if (config.docker || config.slurm) { // which keep those of their processes
+    if (config.docker) { // which keeps those of its processes
         params.limits = ProcessLimits();
         params.limits.disk = limits.disk;
+    }
+    if (config.slurm) { // which gives jobs processors and memory
+        params.limits.memory = 0;
+        params.limits.processors = 0;
     }
     params.sandbox = std::move(sandbox);
     params.webots = std::move(simulator);
@@ -539,7 +543,8 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
         tell_environment(launcher.params(), log);
     auto walls = sandbox->walls;
     walls.own_displays = display->name.empty();
-    walls.limits = config.docker || core::limits_hold(limits, limit_support_here);
+    // Whether Slurm limits the memory of jobs, only its operators know.
+    walls.limits = config.docker || (!config.slurm && core::limits_hold(limits, limit_support_here));
     tell_outside_projects(config, walls, log);
     auto service_settings = service_params(config, walls, choice->notice);
     service_settings.isolation_warning =

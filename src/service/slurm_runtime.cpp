@@ -32,7 +32,6 @@ public:
         process.remote.first_port = port;
         process.remote.last_port =
             static_cast<std::uint16_t>(std::min(port + core::ports_tried_by_webots, 65535));
-        process.limits = ProcessLimits(); // Slurm keeps those of the job
         for (auto& variable : slurm_.environment())
             process.environment.push_back(std::move(variable));
         process.cleanup_command = {params.scancel.native(), "--quiet", "--name=" + plan->job};

@@ -15,14 +15,19 @@ import urllib.request
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser_client import Browser, server, websockets  # noqa: E402
 from support.frames import PICTURE  # noqa: E402
+from support.other_user import NOBODY, OwnedServer  # noqa: E402
 from support.servers import PATIENCE, descendants, end, is_alive, main, wait_until  # noqa: E402
 from support.slurm import Cluster  # noqa: E402
 
 
 def cluster_server(cluster, slurm=None, **settings):
     """A simulation server whose simulations are jobs."""
-    return server(**{"launcher": {"slurm": slurm or {}}, "gateway": True, "shareIdleTime": 100,
-                     "environment": {**cluster.environment, "WEBOTS_DEMO_ADDRESS": "0.0.0.0"}, **settings})
+    return server(**{**jobs_of(cluster, slurm), **settings})
+
+
+def jobs_of(cluster, slurm=None):
+    return {"launcher": {"slurm": slurm or {}}, "gateway": True, "shareIdleTime": 100,
+            "environment": {**cluster.environment, "WEBOTS_DEMO_ADDRESS": "0.0.0.0"}}
 
 
 async def see_a_picture(address):
@@ -89,7 +94,7 @@ class Jobs(OneCluster):
                 first, second, third, fourth = [await stack.enter_async_context(Browser(simulation)) for _ in range(4)]
                 await ready(first)
                 await ready(second)
-                wait_until(lambda: json.loads(simulation.get("/load", {"Accept": "application/json"}))["load"] > 99, "the load stays low")
+                wait_until(lambda: json.loads(simulation.get("/load", {"Accept": "application/json"}))["load"] > 15, "the load stays low")  # a mean
                 await third.start()
                 self.assertIn("position 1 of 1", await third.hear("loading: Waiting for a free node"))
                 await fourth.start()
@@ -119,6 +124,23 @@ class Jobs(OneCluster):
         with self.assertRaisesRegex(AssertionError, 'Slurm has no partition "nowhere"'):
             with cluster_server(self.cluster, {"partition": "nowhere"}):
                 pass
+
+
+class AnotherUser(OneCluster):
+    async def check(self, **settings):
+        with OwnedServer(user=NOBODY, **jobs_of(self.cluster), **settings) as simulation:
+            async with Browser(simulation) as browser:
+                address = await ready(browser)
+                await see_a_picture(address)
+                self.assertEqual(self.cluster.run("squeue", "-h", "-o", "%U").split(), [str(NOBODY)])
+            self.cluster.wait_until_empty()
+            simulation.wait_until_clean()
+
+    async def test_a_server_that_is_not_root(self):
+        await self.check()
+
+    async def test_a_simulation_in_a_sandbox_with_a_network_of_its_own(self):
+        await self.check(sandbox="bubblewrap", network="none")
 
 
 class LostServers(OneCluster):
