@@ -94,10 +94,11 @@ class Jobs(OneCluster):
                 first, second, third, fourth = [await stack.enter_async_context(Browser(simulation)) for _ in range(4)]
                 await ready(first)
                 await ready(second)
-                wait_until(lambda: json.loads(simulation.get("/load", {"Accept": "application/json"}))["load"] > 15, "the load stays low")  # a mean
                 await third.start()
-                self.assertIn("position 1 of 1", await third.hear("loading: Waiting for a free node"))
+                wait_until(lambda: len(self.cluster.jobs()) == 3, "the job is not there")
                 await fourth.start()
+                wait_until(lambda: json.loads(simulation.get("/load", {"Accept": "application/json"}))["load"] > 15, "the load stays low")  # a mean
+                self.assertIn("position 1 of", await third.hear("loading: Waiting for a free node"))
                 self.assertIn("position 2 of 2", await fourth.hear("loading: Waiting for a free node"))
                 await fourth.socket.close()  # who leaves waits no longer
                 wait_until(lambda: len(self.cluster.jobs()) == 3, "the job still waits")
