@@ -229,7 +229,7 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     };
     MachineDiscovery discovery(discovery_params(config), *names, *clock, log, std::move(*discovery_calls));
     SessionServiceHooks hooks;
-    hooks.origin_of = [&discovery](std::string_view server) { return discovery.origin(server); };
+    hooks.origin_of = [&discovery](std::string_view entry) { return discovery.origin(entry); };
     if (config.announcements)
         hooks.take_announcement = [&discovery](IncomingRequest const& request) {
             return discovery.take_announcement(request);
