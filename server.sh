@@ -87,8 +87,18 @@ prepare()
         [[ ! -e $file || $kind == website_host ]] || make_certificate "$file"
         [[ ! -e $file || $kind != website_host ]] || install_editor
         [[ ! -e $file || $kind != session ]] || make_teacher_password "$file"
-        [[ ! -e $file ]] || "$(program "$kind")" --check-config "$file" >/dev/null || exit 1
+        [[ ! -e $file ]] || check_configuration "$kind" "$file"
     done
+}
+
+# check_configuration KIND FILE: ends with what is wrong. What is only odd, or can't be reached from here now, is in the server's log.
+check_configuration()
+{
+    local found
+    found=$("$(program "$1")" --check-config "$2" 2>&1) || {
+        echo "$found" >&2
+        exit 1
+    }
 }
 
 # make_certificate FILE: for a configuration that names a certificate and a key in this folder, neither of which is there. Those of others,

@@ -190,7 +190,7 @@ class Configurations(unittest.TestCase):
         settings = {}
         for where, text in inline():
             setting = self.parse(text) if re.match(r'"\w+" ?:', text) and "..." not in text and text not in NO_SETTINGS else None
-            if setting is not None and not where.startswith("docs/protocol.md"):
+            if setting is not None and not where.startswith(("docs/protocol.md", "docs/messages.md")):
                 settings.setdefault(text, (where, setting))
         faults = [f"{where}: {text}" for text, (where, setting) in settings.items()
                   if not (self.takes("simulation", setting) or self.takes("session", setting) or

@@ -187,7 +187,9 @@ class Sites(unittest.TestCase):
             file.write(text)
         program = os.path.join(BIN, f"webots-{name.partition('.')[0]}-server")
         done = subprocess.run([program, "--check-config", path], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-        self.assertEqual((done.returncode, "warning" in done.stdout), (0, False), done.stdout)
+        # The names are those of a cluster.
+        warnings = [line for line in done.stdout.splitlines() if "warning" in line and "is not found: " not in line]
+        self.assertEqual((done.returncode, warnings), (0, []), done.stdout)
 
 
 class Autoscaling(unittest.TestCase):

@@ -177,7 +177,9 @@ class FindPackage(PackagingTest):
             # That file is for ./server.sh, which makes the password of teachers in the folder where it is started.
             warning = (f'webots-session-server: warning: {expected}: key "teacherPasswordFile": there is no file /log/.teacher-password: '
                        "nobody can open a class until a password is in it and the server gets SIGHUP\n") if kind == "session" else ""
-            self.assertEqual((done.returncode, done.stdout, done.stderr), (0, f"{expected}: good\n", warning))
+            # Whether forges are found depends on the network that this machine has.
+            said = "".join(line for line in done.stderr.splitlines(keepends=True) if " is not found: " not in line)
+            self.assertEqual((done.returncode, done.stdout, said), (0, f"{expected}: good\n", warning))
 
     # Decision 002: a linker that leaves the library out says nothing.
     def test_the_simulation_server_allocates_without_locks(self):

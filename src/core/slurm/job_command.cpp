@@ -80,7 +80,7 @@ std::vector<std::string> partitions_of(SlurmConfig const& slurm)
     for (auto const& entry : slurm.overrides)
         partitions.push_back(entry.job.partition);
     std::ranges::sort(partitions);
-    partitions.erase(std::ranges::unique(partitions).begin(), partitions.end());
+    partitions.erase(std::unique(partitions.begin(), partitions.end()), partitions.end());
     return partitions;
 }
 
