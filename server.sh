@@ -359,7 +359,7 @@ await_machine()
     port=$(setting "$file" port)
     # Machines that are asked by https answer only who trusts their certificates.
     [[ -z $(setting "$file" sslCertificate) || -n $(setting "$file" internal) ]] || return 0
-    until is_ready "$port" "$(setting "$file" sslCertificate)"; do
+    until has_room "$port" "$(setting "$file" sslCertificate)"; do
         if [[ $SECONDS -ge $((begin + calm)) ]]; then
             echo "No simulation server is free yet: $(address "$file")monitor shows their loads. The page says when one is."
             return
@@ -503,10 +503,10 @@ answers()
     ) && [[ $status == "HTTP/1.1 ${3-200}"* ]]
 }
 
-# is_ready PORT CERTIFICATE: could a session be placed? The certificate is empty where the server speaks no TLS.
-is_ready()
+# has_room PORT CERTIFICATE: could a session be placed? The certificate is empty where the server speaks no TLS.
+has_room()
 {
-    [[ $(ask "$1" "$2" /readyz) == "HTTP/1.1 200"* ]]
+    [[ $(ask "$1" "$2" /) == "HTTP/1.1 200"*1 ]]
 }
 
 # ask PORT CERTIFICATE PATH: the whole answer of a server.

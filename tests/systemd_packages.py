@@ -100,7 +100,7 @@ class Packages(unittest.IsolatedAsyncioTestCase):
     async def test_a_simulation_is_started_by_way_of_the_session_server_as_the_page_does(self):
         self.session.configure(loadThreshold=1000)  # the machine that runs the tests may be busy
         systemctl("reload", self.session.name)
-        wait_until(lambda: self.session.get("/readyz"), "no machine is free")
+        wait_until(lambda: self.session.get("/") == "1", "no machine is free")
         await self.check_starts_a_simulation(self.session)
 
     def test_simulations_have_walls_and_displays_of_their_own(self):
