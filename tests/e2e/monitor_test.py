@@ -119,7 +119,8 @@ class SessionMonitor(unittest.TestCase):
     def open(self, browser, session):
         browser.get(session.url + "/monitor")
         browser.execute_script("window.neverReloaded = true")
-        wait_until(lambda: browser.find_element("id", "connection").text == "live", "the page does not come alive")
+        wait_until(lambda: browser.execute_script("return document.getElementById('connection')?.innerText") == "live",
+                   lambda: f"the page does not come alive:\n{browser.page_source[:3000]}")
 
     def test_loads_change_on_the_page_without_reload(self):
         with FakeSimulationServer({"load": 12.5, "sessions": 3}) as first, FakeSimulationServer(20) as second, \

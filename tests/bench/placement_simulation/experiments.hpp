@@ -18,5 +18,6 @@ void stale_reports(Output& output);
 void classroom(Output& output);
 void campus(Output& output);
 void warm_starts(Output& output);
+void fleet(Output& output);
 
 } // namespace simulation
