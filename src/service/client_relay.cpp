@@ -8,7 +8,8 @@
 #include <boost/asio/this_coro.hpp>
 
 #include <algorithm>
-#include <set>
+#include <string_view>
+#include <unordered_set>
 
 namespace webots_cloud {
 namespace asio = boost::asio;
@@ -55,18 +56,14 @@ void ClientRelay::apply(ClientRelayParams params)
 
 void ClientRelay::set_servers(std::vector<ServerSpec> const& servers)
 {
-    std::map<std::string, Machine, std::less<>> next;
-    std::set<std::string, std::less<>> entries;
+    std::unordered_set<std::string_view> listed;
     for (auto const& server : servers) {
-        auto const known = machines_.find(server.address);
-        auto& machine = next[server.address];
-        if (known != machines_.end())
-            machine = known->second;
-        machine.internal_address = server.internal_address;
-        entries.insert(server.address);
+        listed.insert(server.address);
+        machines_[server.address].internal_address = server.internal_address;
     }
-    machines_ = std::move(next);
-    faults_.keep_only(entries);
+    auto const is_listed = [&listed](std::string_view entry) { return listed.contains(entry); };
+    std::erase_if(machines_, [&](auto const& machine) { return !is_listed(machine.first); });
+    faults_.keep_only(is_listed);
 }
 
 bool ClientRelay::takes_more(TimePoint now) const

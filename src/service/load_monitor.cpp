@@ -11,8 +11,8 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
-#include <map>
 #include <optional>
+#include <unordered_map>
 
 namespace webots_cloud {
 namespace asio = boost::asio;
@@ -198,12 +198,12 @@ void LoadMonitor::set_servers(std::vector<std::string> const& addresses)
 void LoadMonitor::set_polled_servers(std::vector<PolledServer> const& servers)
 {
     std::vector<std::string> addresses;
-    std::map<std::string_view, std::string_view> internal;
+    std::unordered_map<std::string_view, std::string_view> internal;
     for (auto const& server : servers) {
         addresses.push_back(server.address);
         internal.emplace(server.address, server.internal_address);
     }
-    std::map<std::string_view, std::shared_ptr<Watch>> known;
+    std::unordered_map<std::string_view, std::shared_ptr<Watch>> known;
     for (auto const& watch : impl_->watches)
         known.emplace(watch->address, watch);
     impl_->table.set_servers(addresses);

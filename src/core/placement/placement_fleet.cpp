@@ -18,13 +18,18 @@ Fleet::Fleet(SchedulerParams const& params) : params_(params), first_turns_(para
 
 void Fleet::set_servers(std::vector<ServerSpec> const& specs, std::vector<std::string_view> const& names)
 {
-    std::vector<Machine> machines;
-    machines.reserve(specs.size());
     decltype(slots_) slots;
     slots.reserve(specs.size());
-    for (std::size_t entry = 0; entry != specs.size(); ++entry) {
-        if (!slots.try_emplace(names[entry], static_cast<std::uint32_t>(machines.size())).second)
-            continue; // the first entry of an address counts
+    std::vector<std::size_t> entries;
+    for (std::size_t entry = 0; entry != specs.size(); ++entry)
+        if (slots.try_emplace(names[entry], static_cast<std::uint32_t>(entries.size())).second)
+            entries.push_back(entry); // the first one of an address counts
+    for (Machine const& machine : machines_)
+        if (machine.placed() != 0 && !slots.contains(machine.address()))
+            departed_[std::string(machine.address())] = {machine.placed(), ++departures_};
+    std::vector<Machine> machines;
+    machines.reserve(entries.size());
+    for (std::size_t const entry : entries) {
         auto const known = slots_.find(names[entry]);
         if (known == slots_.end()) {
             machines.emplace_back(specs[entry], names[entry], params_);
@@ -32,13 +37,10 @@ void Fleet::set_servers(std::vector<ServerSpec> const& specs, std::vector<std::s
             if (auto const before = departed_.extract(std::string(names[entry])))
                 machines.back().set_placed(before.mapped().placed);
         } else {
-            machines.push_back(machines_[known->second]);
+            machines.push_back(std::move(machines_[known->second]));
             machines.back().configure(specs[entry], names[entry]);
         }
     }
-    for (Machine const& machine : machines_)
-        if (machine.placed() != 0 && !slots.contains(machine.address()))
-            departed_[std::string(machine.address())] = {machine.placed(), ++departures_};
     forget_departed(std::max(min_departed, machines_.size()));
     machines_ = std::move(machines);
     slots_ = std::move(slots);

@@ -9,7 +9,8 @@
 #include <algorithm>
 #include <cmath>
 #include <list>
-#include <set>
+#include <string>
+#include <unordered_set>
 
 namespace webots_cloud {
 
@@ -150,7 +151,7 @@ struct Scheduler::Impl
     /// Drops the addresses that neither the list nor the log mentions.
     void forget_names(std::vector<std::string_view> const& listed)
     {
-        std::set<std::string_view> used(listed.begin(), listed.end());
+        std::unordered_set<std::string_view> used(listed.begin(), listed.end());
         for (placement::Record const& record : log) {
             used.insert(record.chosen);
             for (auto const& entry : std::span(record.entries).first(record.entry_count))
@@ -229,7 +230,7 @@ struct Scheduler::Impl
     PlacementRequest const anybody; ///< Of place(now): made once.
     /// Those of logged decisions; the last one decides.
     std::list<placement::Policy> policies;
-    std::set<std::string, std::less<>> names;
+    std::unordered_set<std::string> names;
     placement::Fleet fleet;
     placement::Selection selection; ///< Of the last request that not every machine suits.
     std::vector<placement::Record> log;

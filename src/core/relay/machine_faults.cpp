@@ -24,9 +24,9 @@ void MachineFaults::has_served(std::string_view entry)
         machines_.erase(found);
 }
 
-void MachineFaults::keep_only(std::set<std::string, std::less<>> const& entries)
+void MachineFaults::keep_only(std::function<bool(std::string_view entry)> const& is_listed)
 {
-    std::erase_if(machines_, [&entries](auto const& machine) { return !entries.contains(machine.first); });
+    std::erase_if(machines_, [&is_listed](auto const& machine) { return !is_listed(machine.first); });
 }
 
 std::vector<std::string> MachineFaults::silent(TimePoint now) const

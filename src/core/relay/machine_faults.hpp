@@ -4,6 +4,7 @@
 #include <webots_cloud/time.hpp>
 
 #include <cstddef>
+#include <functional>
 #include <map>
 #include <set>
 #include <string>
@@ -27,7 +28,7 @@ public:
     /// A simulation became ready there.
     void has_served(std::string_view entry);
     /// Those not in the list any more are forgotten.
-    void keep_only(std::set<std::string, std::less<>> const& entries);
+    void keep_only(std::function<bool(std::string_view entry)> const& is_listed);
 
     /// Not to be tried now.
     std::vector<std::string> silent(TimePoint now) const;
