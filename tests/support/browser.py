@@ -45,6 +45,7 @@ def open_browser(width, height, dark=False, trusting=False, arguments=()):
             driver.set_page_load_timeout(30)
             resize(driver, width, height)
             _prefer_dark(driver, dark)
+            _load_whole(driver)
             yield driver
         finally:
             driver.quit()
@@ -103,6 +104,35 @@ def _options(webdriver, profile, trusting, arguments):
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     options.ignore_local_proxy_environment_variables()
     return options
+
+
+def _load_whole(driver):
+    """Chromium drops what it is loading when a network interface of the machine comes or goes, as other tests make them do: then `get` loads
+    the page once more."""
+    dropped = "net::ERR_NETWORK_CHANGED"
+    load, take, kept = driver.get, driver.get_log, []
+
+    def get(url):
+        for attempts in range(10, 0, -1):
+            try:
+                load(url)
+            except Exception as failure:  # Selenium's, which may not be installed
+                if dropped not in str(failure) or attempts == 1:
+                    raise
+                continue
+            said = take("browser")
+            if attempts == 1 or not any(dropped in entry["message"] for entry in said):
+                kept.extend(said)
+                return
+
+    def get_log(kind):
+        if kind != "browser":
+            return take(kind)
+        said = kept + take(kind)
+        kept.clear()
+        return said
+
+    driver.get, driver.get_log = get, get_log
 
 
 def _prefer_dark(driver, dark):

@@ -31,6 +31,7 @@ export async function openPage(t, browser, options = {}) {
   const context = await browser.newContext({ locale: 'en-US', viewport: { width: 1280, height: 800 }, ...options });
   context.setDefaultTimeout(PATIENCE_MS);
   const page = await context.newPage();
+  loadWhole(page);
   const foreign = foreignRequests(page);
   const complaints = [];
   page.on('pageerror', (error) => complaints.push(`${error}`));
@@ -40,6 +41,30 @@ export async function openPage(t, browser, options = {}) {
     assert.deepEqual(complaints, [], 'errors in scripts');
   });
   return page;
+}
+
+// Chromium drops what it is loading when a network interface of the machine comes or goes, as other tests make them do: then `goto` loads
+// the page once more.
+function loadWhole(page) {
+  const dropped = 'net::ERR_NETWORK_CHANGED';
+  const load = page.goto.bind(page);
+  page.goto = async (...options) => {
+    for (let attempts = 10; ; --attempts) {
+      let isWhole = true;
+      const look = (request) => { isWhole &&= request.failure()?.errorText !== dropped; };
+      page.on('requestfailed', look);
+      try {
+        const answer = await load(...options);
+        if (isWhole || attempts === 1)
+          return answer;
+      } catch (failure) {
+        if (!`${failure}`.includes(dropped) || attempts === 1)
+          throw failure;
+      } finally {
+        page.off('requestfailed', look);
+      }
+    }
+  };
 }
 
 // What the page asks of other hosts than this machine, as a list that grows.
