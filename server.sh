@@ -169,7 +169,7 @@ install_site()
 
 Installed. Open http://localhost:1999/viewer/ unless you have configured another address.
   Configurations: /etc/webots-cloud/session.json and simulation.json. The site is for this machine alone until you change
-  "listenAddress" there; docs/operations.md has the steps for a class, and for a public site.
+  "listenAddress" there; docs/site.md has the steps for a class, and for a public site.
   Services:       systemctl status webots-session-server webots-simulation-server
   Logs:           /var/lib/webots-cloud/session/log and /var/lib/webots-cloud/simulation/log
   To remove all:  sudo apt purge webots-cloud-session-server webots-cloud-simulation-server webots-cloud-demo

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Follows README to a site of two machines, literally, and then docs/operations.md to a public name for it: boots two bare Debians with their
+# Follows README to a site of two machines, literally, and then docs/site.md to a public name for it: boots two bare Debians with their
 # systemd, joined by a network of their own, runs the commands of these sections on each, and visits the site from a third machine of that
 # network (tests/two_machines.py). Needs root, debootstrap, a kernel with unified control groups, the release built (./server.sh package),
 # 2 GB and some minutes.
@@ -98,7 +98,7 @@ follow()
     if [[ $# -eq 1 ]]; then
         commands README.md "$1" >"$folder/$1/home/reader/commands"
     else
-        commands docs/operations.md "$2 $1" >"$folder/$1/home/reader/commands"
+        commands docs/site.md "$2 $1" >"$folder/$1/home/reader/commands"
     fi
     in_tree "$1" runuser -u reader -- bash -euxo pipefail -c 'cd && . ./commands'
 }

@@ -14,7 +14,7 @@ UNITS = ("seconds", "bytes", "ratio")
 PAGE_TEXT = """# Metrics
 
 What `GET /metrics` of both servers says, in the text format of Prometheus. [monitoring.md](monitoring.md) leads from there to alerts and a dashboard;
-[operations.md](operations.md#who-is-the-operator) says who may read it.
+[access.md](access.md#who-is-the-operator) says who may read it.
 
 A *counter* only grows, and begins with 0 when its server starts: ask for `rate(...[5m])` or `increase(...[1h])`. A *histogram* `x` consists of `x_bucket`, `x_sum` and `x_count`;
 `histogram_quantile(0.9, rate(x_bucket[15m]))` is the time within which nine of ten were done. A *ratio* of 1 is all.

@@ -158,7 +158,7 @@ class Hostile(unittest.IsolatedAsyncioTestCase):
         self.assertEqual("[WARNING]  Simulations are" in self.server.log(), bool(warning))
         if self.wrapper:
             self.assertIn("no PID namespace can be made (No space left on device)", warning)
-            self.assertIn("docs/operations.md", warning)
+            self.assertIn("docs/machine.md", warning)
 
 
 class HostileToSomebodyElse(Hostile):

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""How much memory a server takes at most, whatever all its peers do at once. docs/operations.md gives the figures; the kernel enforces them
+"""How much memory a server takes at most, whatever all its peers do at once. docs/machine.md gives the figures; the kernel enforces them
 here: a server that needed more would be ended, or fail to serve later clients."""
 
 import asyncio
@@ -24,7 +24,7 @@ MEGABYTE = 1024  # kilobytes
 FETCH_MEMORY = int(os.environ.get("FETCH_MEMORY", "256"))  # megabytes
 FETCH_DISK = 0.1  # gigabytes: 26,000 files
 
-# Megabytes beyond `fetchMemory` and the program: threads, connections, what malloc keeps (docs/operations.md).
+# Megabytes beyond `fetchMemory` and the program: threads, connections, what malloc keeps (docs/machine.md).
 BESIDE_FETCHES = 96
 SESSION_GROWTH = 32
 
@@ -139,7 +139,7 @@ class SimulationServerTest(unittest.IsolatedAsyncioTestCase):
             self.assertIsNone(simulation.process.poll())
             if simulation.is_sanitized():
                 self.skipTest("sanitizers keep what was freed: the memory is theirs")
-            self.assertLess(memory.most, memory.before + FETCH_MEMORY + BESIDE_FETCHES, "megabytes; see docs/operations.md")
+            self.assertLess(memory.most, memory.before + FETCH_MEMORY + BESIDE_FETCHES, "megabytes; see docs/machine.md")
 
     # Endless answers that a limit of bytes ends; those that only a deadline ends (chunk extensions, which libcurl skips) are left out.
     forge_attacks = ["headers", "interim", "trailers"]
@@ -180,7 +180,7 @@ class SessionServerTest(unittest.TestCase):
             self.assertIsNone(session.process.poll())
             if session.is_sanitized():
                 self.skipTest("sanitizers keep what was freed: the memory is theirs")
-            self.assertLess(memory.most, memory.before + SESSION_GROWTH, "megabytes; see docs/operations.md")
+            self.assertLess(memory.most, memory.before + SESSION_GROWTH, "megabytes; see docs/machine.md")
 
 
 if __name__ == "__main__":

@@ -20,7 +20,7 @@ using app::CheckWork;
 using core::concat;
 using core::Findings;
 
-constexpr std::uint64_t wanted_memory = std::uint64_t{64} << 20; // docs/operations.md, without its clients
+constexpr std::uint64_t wanted_memory = std::uint64_t{64} << 20; // docs/machine.md, without its clients
 constexpr std::uint64_t wanted_files = 4096;                     // some thousand browsers
 constexpr std::uint16_t usual_mail_port = 25;
 constexpr std::size_t max_examined = 3; // of the machines of one name, one after the other

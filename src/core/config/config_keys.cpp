@@ -59,7 +59,7 @@ constexpr std::array connection_keys{
     ConfigKey{.name = "pingTimeout",
               .type = KeyType::number,
               .text = "time after which a browser that answers no ping is considered disconnected; 0: never, "
-                      "see [docs/operations.md](docs/operations.md#lost-connections)",
+                      "see [docs/visitors.md](docs/visitors.md#lost-connections)",
               .standard = "60",
               .unit = "seconds",
               .max = max_seconds,
@@ -67,7 +67,7 @@ constexpr std::array connection_keys{
     ConfigKey{.name = "trustedProxies",
               .type = KeyType::texts,
               .text = "addresses and networks of proxies whose `X-Forwarded-For` is trusted, see "
-                      "[docs/operations.md](docs/operations.md#clients-behind-proxies)",
+                      "[docs/access.md](docs/access.md#clients-behind-proxies)",
               .standard = R"(["127.0.0.0/8", "::1"])"},
 };
 
@@ -75,14 +75,14 @@ constexpr std::array access_keys{
     ConfigKey{.name = "hostNames",
               .type = KeyType::texts,
               .text = "names by which browsers may call this machine besides `server`, see "
-                      "[docs/operations.md](docs/operations.md#which-pages-may-use-a-server)",
+                      "[docs/access.md](docs/access.md#which-pages-may-use-a-server)",
               .absent = "this machine's name",
               .reloaded = true},
     ConfigKey{.name = "allowedOrigins",
               .type = KeyType::texts,
               .text =
                   R"(sites whose pages may use the server, as in `"https://*.example.org"`; `"*"` is all)",
-              .absent = "see [docs/operations.md](docs/operations.md#which-pages-may-use-a-server)",
+              .absent = "see [docs/access.md](docs/access.md#which-pages-may-use-a-server)",
               .reloaded = true},
     ConfigKey{.name = "frameAncestors",
               .type = KeyType::texts,
@@ -100,13 +100,13 @@ constexpr std::array access_keys{
               .reloaded = true},
     ConfigKey{.name = "operatorTokenFile",
               .type = KeyType::path,
-              .text = "file of the token by which [the operator](docs/operations.md#who-is-the-operator) is "
+              .text = "file of the token by which [the operator](docs/access.md#who-is-the-operator) is "
                       "recognized over the network",
               .reloaded = true},
     ConfigKey{.name = "operatorSocket",
               .type = KeyType::path,
               .text = "socket at which the server's own user gives it commands",
-              .absent = "see [docs/operations.md](docs/operations.md#who-is-the-operator)"},
+              .absent = "see [docs/access.md](docs/access.md#who-is-the-operator)"},
     ConfigKey{.name = "sessionSecret",
               .type = KeyType::path,
               .text =
@@ -133,7 +133,7 @@ constexpr std::array<ConfigKey, 3> address_keys(bool reloaded, std::string_view 
 {
     return {ConfigKey{.name = "server",
                       .text = "public host name, or `*`: [whatever the browser called "
-                              "it](docs/operations.md#a-class-in-one-network)",
+                              "it](docs/site.md#a-class-in-one-network)",
                       .standard = R"("localhost")",
                       .reloaded = reloaded,
                       .alias = alias},
@@ -282,7 +282,7 @@ constexpr std::array session_visitors{
               .text =
                   "`true`: the session server finds a machine when a simulation is started, tries another "
                   "one if that refuses, and has browsers wait when all are busy, see "
-                  "[docs/operations.md](docs/operations.md#when-every-seat-is-taken)",
+                  "[docs/visitors.md](docs/visitors.md#when-every-seat-is-taken)",
               .standard = "false",
               .reloaded = true},
     ConfigKey{.name = "waitingRoom",
@@ -316,7 +316,7 @@ constexpr std::array session_visitors{
 constexpr std::array session_pages{
     ConfigKey{.name = "teacherPassword",
               .type = KeyType::secret,
-              .text = "password with which teachers open [classes](docs/operations.md#classes)",
+              .text = "password with which teachers open [classes](docs/visitors.md#classes)",
               .absent = "none: without one there are no classes",
               .reloaded = true},
     ConfigKey{.name = "teacherPasswordFile",
@@ -328,7 +328,7 @@ constexpr std::array session_pages{
               .type = KeyType::number,
               .text =
                   "time after which the viewer, or the page of a class, pauses a simulation whose page is "
-                  "hidden, see [docs/operations.md](docs/operations.md#hidden-pages); 0: it runs on",
+                  "hidden, see [docs/visitors.md](docs/visitors.md#hidden-pages); 0: it runs on",
               .standard = "0",
               .unit = "seconds",
               .max = max_seconds,
@@ -415,7 +415,7 @@ constexpr std::array simulation_worlds{
     ConfigKey{.name = "allowedRepositories",
               .type = KeyType::texts,
               .text = "the only owners and repositories whose [worlds run "
-                      "here](docs/operations.md#whose-worlds-run-here)",
+                      "here](docs/access.md#whose-worlds-run-here)",
               .reloaded = true},
     ConfigKey{.name = "blockedRepositories",
               .type = KeyType::texts,
@@ -448,7 +448,7 @@ constexpr std::array simulation_worlds{
     ConfigKey{.name = "fetchMemory",
               .type = KeyType::number,
               .text = "memory that all project fetches together may use; further fetches wait, see "
-                      "[docs/operations.md](docs/operations.md#how-much-memory-a-server-takes)",
+                      "[docs/machine.md](docs/machine.md#how-much-memory-a-server-takes)",
               .standard = "1024",
               .unit = "megabytes",
               .min = 192, // less, and not even a small project could be fetched
@@ -535,7 +535,7 @@ constexpr std::array simulation_programs{
               .type = KeyType::texts,
               .text = "environment variables that simulators get in addition to those that Webots, drivers, "
                       R"(languages, ROS and networks need: `"NAME"`, `"PREFIX_*"`, and `"NAME=value"`, see )"
-                      "[docs/operations.md](docs/operations.md#the-environment-of-simulators)"},
+                      "[docs/machine.md](docs/machine.md#the-environment-of-simulators)"},
     ConfigKey{.name = "multimediaServer",
               .text = "passed to Webots R2021b and older: where the operator's Janus server is"},
     ConfigKey{.name = "multimediaStream",
@@ -587,7 +587,7 @@ constexpr std::array simulation_walls{
     ConfigKey{.name = "confineServer",
               .type = KeyType::boolean,
               .text = "what handles requests and projects can open only the server's own files, where the "
-                      "kernel has Landlock, see [docs/operations.md](docs/operations.md#isolation)",
+                      "kernel has Landlock, see [docs/machine.md](docs/machine.md#isolation)",
               .standard = "true"},
     ConfigKey{.name = "simulationMemory",
               .type = KeyType::number,
@@ -633,7 +633,7 @@ constexpr std::array simulation_visitors{
     ConfigKey{.name = "simulationsPerAddress",
               .type = KeyType::integer,
               .text = "maximum number of simulations of one address or IPv6 /64 network, see "
-                      "[docs/operations.md](docs/operations.md#a-class-behind-one-address); 0: no limit",
+                      "[docs/access.md](docs/access.md#a-class-behind-one-address); 0: no limit",
               .absent = "3/4 of `maxConnections`",
               .max = 10'000,
               .reloaded = true},
@@ -648,7 +648,7 @@ constexpr std::array simulation_visitors{
               .text =
                   "time by which people may extend `timeout` for their simulation, in all, with a button of "
                   "the viewer; 0: not at all, see "
-                  "[docs/operations.md](docs/operations.md#the-time-limit)",
+                  "[docs/visitors.md](docs/visitors.md#the-time-limit)",
               .standard = "0",
               .unit = "seconds",
               .max = max_seconds},
@@ -663,7 +663,7 @@ constexpr std::array simulation_visitors{
               .type = KeyType::number,
               .text =
                   "time for which a simulation waits for a browser that lost its connection or reloads its "
-                  "page, see [docs/operations.md](docs/operations.md#lost-connections)",
+                  "page, see [docs/visitors.md](docs/visitors.md#lost-connections)",
               .absent = "30 for pages that reconnect, 0 for others",
               .unit = "seconds",
               .max = max_seconds},
@@ -692,7 +692,7 @@ constexpr std::array simulation_site{
               .type = KeyType::path,
               .text =
                   "folder for the server's working files, mainly the projects of running simulations, see "
-                  "[docs/operations.md](docs/operations.md#files-and-folders)",
+                  "[docs/machine.md](docs/machine.md#files-and-folders)",
               .absent = "systemd's, else `~/.local/state/webots_cloud`"},
 };
 

@@ -195,7 +195,8 @@ Finding judge_public_address(result<PublicReading> const& reading, std::string_v
         return {Verdict::fault, subject,
                 concat(url, " does not lead to this server: HTTP status ", std::to_string(reading->status),
                        " from another program"),
-                "Have the proxy in front pass this address on to the server (docs/operations.md)."};
+                "Have the proxy in front pass this address on to the server (docs/access.md, \"Clients "
+                "behind proxies\")."};
     if (reading->instance != reading->own_instance)
         return {Verdict::fault, subject, concat(url, " leads to another server than this one"),
                 "Correct the target of the proxy in front, or \"server\" and \"port\"."};

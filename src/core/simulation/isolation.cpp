@@ -7,7 +7,7 @@ namespace {
 
 constexpr std::size_t max_reason_length = 200;
 constexpr std::string_view remedy =
-    ", until you allow user namespaces to the user of this server (docs/operations.md, \"Isolation\").";
+    ", until you allow user namespaces to the user of this server (docs/machine.md, \"Isolation\").";
 
 } // namespace
 
@@ -60,7 +60,7 @@ std::vector<std::string> isolation_remarks(Isolation const& isolation, bool is_r
             "Simulations can change the cache of projects and the logs, since no mount namespace can be made "
             "for "
             "them. What was changed in the cache is fetched again, as far as it is noticed: see "
-            "docs/operations.md, \"Isolation\".");
+            "docs/machine.md, \"Isolation\".");
     if (is_root)
         remarks.emplace_back(
             "This server runs as root, and simulations with it: each of them can change every file of this "
