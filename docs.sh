@@ -6,6 +6,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")"
 source cmake/packages/install.sh
 
 install_packages cmake/packages/docs.txt
+install_node_packages docs/site || echo "Diagrams will be shown as the text that they are written in: npm could not install what draws them."
 site=${1:-build/site}
 rm -rf "$site"
 mkdir -p "$site"

@@ -2,6 +2,7 @@
 
 The source folder is the root of the repository, so each page keeps the path that it has there, and a relative link means the same on
 the site, on a forge and in an editor."""
+import html
 import re
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from sphinx import addnodes
 
 ROOT = Path(__file__).resolve().parents[2]
 HEADERS = 'include/webots_cloud'
+MERMAID = ROOT / 'build/node/docs/site/node_modules/@mermaid-js/tiny/dist/mermaid.tiny.js'  # not there without npm
 
 project = 'webots_cloud'
 author = 'the authors of webots_cloud'
@@ -26,7 +28,7 @@ myst_heading_anchors = 4  # headings have the anchors that forges give them
 
 html_theme = 'furo'
 html_title = project
-html_static_path = ['static']
+html_static_path = ['static', *([str(MERMAID)] if MERMAID.exists() else [])]
 html_css_files = ['site.css']
 html_extra_path = ['extra']
 html_search_scorer = str(Path(__file__).with_name('search_order.js'))
@@ -65,6 +67,20 @@ def lead_beyond_pages(app, doctree):
             link.replace_self(link.children)
 
 
+def keep_diagrams(app, doctree):
+    """Diagrams stay as they are written, for the script that draws them in the browser. Without it they are read as text."""
+    for block in list(doctree.findall(nodes.literal_block)):
+        if block.get('language') == 'mermaid' and MERMAID.exists():
+            block.replace_self(nodes.raw('', f'<pre class="mermaid">{html.escape(block.astext())}</pre>', format='html'))
+
+
+def draw_diagrams(app, page, template, context, doctree):
+    """Only pages that have diagrams load the script."""
+    if doctree and '<pre class="mermaid">' in context.get('body', ''):
+        app.add_js_file(MERMAID.name)
+        app.add_js_file('diagrams.js')
+
+
 def complete_theme(app, exception):
     """Debian's furo (12 and 13) is not bundled as its authors publish it: its script imports another one, which browsers refuse in a page
     that was opened from disk; its style expects a file in the root of the web server, and has lost what makes a page dark for those whose
@@ -93,5 +109,7 @@ def complete_theme(app, exception):
 def setup(app):
     app.add_lexer('mermaid', TextLexer)
     app.connect('doctree-read', lead_beyond_pages)
+    app.connect('doctree-read', keep_diagrams)
+    app.connect('html-page-context', draw_diagrams)
     app.connect('build-finished', complete_theme)
     return {'parallel_read_safe': True, 'parallel_write_safe': True}

@@ -2,7 +2,7 @@
 // one: so pages that say what to do come before others, and decisions last. The other figures are Sphinx's own.
 var Scorer = {
   score([page, , , , points]) {
-    if (/^docs\/(tutorial|class|operations|gateway|proxies|docker|clusters|embedding|migration|upgrade|backup)$/.test(page))
+    if (/^docs\/(tutorial|class|operations|site|visitors|access|machine|monitoring|gateway|proxies|docker|clusters|embedding|migration|upgrade|backup)$/.test(page))
       return points + 2;
     return page.startsWith('docs/decisions/') ? points - 1 : points;
   },

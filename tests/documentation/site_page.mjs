@@ -2,6 +2,7 @@
 // with the folder of the site in SITE.
 
 import assert from 'node:assert/strict';
+import { existsSync } from 'node:fs';
 import { pathToFileURL } from 'node:url';
 import { test } from 'node:test';
 import { openBrowser } from '../viewer/page.mjs';
@@ -63,8 +64,17 @@ test('pages follow the colours of the system, and a button changes them', async 
   assert.ok(await background(dark) > 200);
 });
 
+const undrawn = existsSync(`${process.env.SITE}/_static/mermaid.tiny.js`) ? false : 'npm could not install what draws them';
+test('diagrams are drawn', { skip: undrawn }, async (t) => {
+  const page = await open(t, 'ARCHITECTURE.html');
+  const diagrams = page.locator('pre.mermaid');
+  await diagrams.last().locator('svg').waitFor();
+  assert.equal(await diagrams.locator('svg').count(), await diagrams.count());
+  assert.match(await diagrams.nth(1).locator('svg').textContent(), /GET \/session/);
+});
+
 test('no page is wider than a telephone', async (t) => {
-  for (const path of ['docs/index.html', 'README.html', 'docs/protocol.html', 'docs/performance.html']) {
+  for (const path of ['docs/index.html', 'README.html', 'ARCHITECTURE.html', 'docs/protocol.html', 'docs/performance.html']) {
     const page = await open(t, path, PHONE);
     assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), path);
   }
