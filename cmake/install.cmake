@@ -34,7 +34,7 @@ find_package(Boost 1.81 REQUIRED)
 configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/webots_cloudConfig.cmake.in
     ${PROJECT_BINARY_DIR}/webots_cloudConfig.cmake INSTALL_DESTINATION ${package_dir} NO_SET_AND_CHECK_MACRO
     NO_CHECK_REQUIRED_COMPONENTS_MACRO)
-write_basic_package_version_file(${PROJECT_BINARY_DIR}/webots_cloudConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/webots_cloudConfigVersion.cmake COMPATIBILITY SameMajorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/webots_cloudConfig.cmake ${PROJECT_BINARY_DIR}/webots_cloudConfigVersion.cmake
     DESTINATION ${package_dir} COMPONENT dev)
 

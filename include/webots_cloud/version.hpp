@@ -7,7 +7,7 @@
 
 namespace WEBOTS_CLOUD_API webots_cloud {
 
-/// For instance "0.1.0".
+/// For instance "1.0.0".
 std::string_view version() noexcept;
 
 } // namespace webots_cloud

@@ -17,7 +17,7 @@ import unittest
 
 BUILD = ""
 SERVERS = {"webots-cloud-session-server": "session", "webots-cloud-simulation-server": "simulation"}
-SHARED = "libwebots-cloud0.1"
+SHARED = "libwebots-cloud1"
 PACKAGES = {*SERVERS, "webots-cloud-demo", "libwebots-cloud-dev", SHARED}
 
 
@@ -67,6 +67,12 @@ class DebianPackages(unittest.TestCase):
         version = run(os.path.join(self.root, "usr/bin/webots-session-server"), "--version").split()[1]
         self.assertEqual({self.field(package, "Version") for package in PACKAGES}, {f"{version}-1"})
 
+    def test_who_made_them_answers_for_them(self):
+        with open(os.path.join(BUILD, "CMakeCache.txt")) as file:
+            named = re.search(r"^WEBOTS_CLOUD_MAINTAINER:STRING=(.+ <.+@.+>)$", file.read(), re.MULTILINE)[1]
+        self.assertEqual({self.field(package, "Maintainer") for package in PACKAGES}, {named})
+        self.assertIn(f" -- {named}  ", run("zcat", self.path(SHARED, f"usr/share/doc/{SHARED}/changelog.Debian.gz")))
+
     def test_all_that_is_installed_from_source_is_in_one_package(self):
         prefix = os.path.join(self.folder, "prefix")
         run("cmake", "--install", BUILD, "--prefix", prefix)
@@ -113,8 +119,8 @@ class DebianPackages(unittest.TestCase):
             self.assertTrue(not wanted or [name for name in asked if re.fullmatch(wanted, name)], wanted)
 
     def test_programs_linked_to_the_shared_library_ask_for_its_package(self):
-        self.assertTrue(self.read(SHARED, "DEBIAN/shlibs").startswith(f"libwebots_cloud 0.1 {SHARED} (>= "))
-        self.assertEqual({name for name in self.contents[SHARED] if ".so" in name}, {"usr/lib/libwebots_cloud.so.0.1", "usr/lib/libwebots_cloud.so.0.1.0"})
+        self.assertTrue(self.read(SHARED, "DEBIAN/shlibs").startswith(f"libwebots_cloud 1 {SHARED} (>= "))
+        self.assertEqual({name for name in self.contents[SHARED] if ".so" in name}, {"usr/lib/libwebots_cloud.so.1", "usr/lib/libwebots_cloud.so.1.0.0"})
         self.assertIn(f"{SHARED} (= {self.field(SHARED, 'Version')})", self.field("libwebots-cloud-dev", "Depends"))
 
     def test_units_start_what_is_packaged_as_users_that_are_made(self):

@@ -119,7 +119,7 @@ class FindPackage(PackagingTest):
         program = self.build_consumer("full_consumer", f"-DCMAKE_PREFIX_PATH={self.prefix}", "-DCOMPONENT=shared", build="shared_consumer")
         self.assertEqual(run(program), "answered hello\n")
         needed = re.findall(r"NEEDED\s+(\S+)", run("objdump", "--private-headers", program))
-        self.assertIn("libwebots_cloud.so.0.1", needed)
+        self.assertIn("libwebots_cloud.so.1", needed)
         self.assertFalse([library for library in ADAPTER_LIBRARIES if any(name.startswith(library + ".") for name in needed)])
 
     # What templates of other libraries leave behind is weak; of ours there is what public headers declare.

@@ -129,7 +129,7 @@ BENCHMARK(write_response);
 BENCHMARK_CAPTURE(read_load_report, bare_number, "12.5");
 BENCHMARK_CAPTURE(
     read_load_report, json,
-    R"({"load":12.5,"sessions":3,"starting":1,"capacity":16,"memory":41.5,"draining":false,"version":"0.1.0"})");
+    R"({"load":12.5,"sessions":3,"starting":1,"capacity":16,"memory":41.5,"draining":false,"version":"1.0.0"})");
 BENCHMARK(read_world_url);
 BENCHMARK(read_frame)->Arg(5)->Arg(1000)->Arg(64 * 1024);
 BENCHMARK(write_frame)->Arg(5)->Arg(64 * 1024);
