@@ -101,7 +101,7 @@ build_consumers()
         expect_link "$program" "$([[ $package == webots_cloud ]] && echo shared || echo webots_cloud)"
     done
     build_by_pkg_config 01_schedule.cpp "$1" webots_cloud_core "built/$1-core"
-    in_tree "built/$1-core" | grep -q '^browser 5: sim2.example.org:2000$' || fail "The example of README fails"
+    in_tree "built/$1-core" | grep -q '^browser 5: sim2.example.org:2000$' || fail "The example of docs/library.md fails"
 }
 
 # build PROJECT COMPILER COMPONENT: by CMake, into a folder that is called like that.

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The simulation server's "caFile": forges and registries of a campus, whose authority no system knows. README, "caFile"."""
+"""The simulation server's "caFile": forges and registries of a campus, whose authority no system knows. docs/configuration.md, "caFile"."""
 
 import glob
 import json

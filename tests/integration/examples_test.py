@@ -71,11 +71,11 @@ def ask(port, method, path, body=None):
 
 
 class Examples(unittest.TestCase):
-    def test_the_readme_shows_the_first_example_as_it_is_compiled(self):
+    def test_the_documentation_shows_the_first_example_as_it_is_compiled(self):
         with open(os.path.join(FOLDER, "01_schedule.cpp"), encoding="utf-8") as source:
             example = source.read()
-        with open(os.path.join(FOLDER, "..", "README.md"), encoding="utf-8") as readme:
-            self.assertIn("```cpp\n" + example[example.index("#include"):] + "```", readme.read())
+        with open(os.path.join(FOLDER, "..", "docs", "library.md"), encoding="utf-8") as page:
+            self.assertIn("```cpp\n" + example[example.index("#include"):] + "```", page.read())
 
     def test_01_the_scheduler_spreads_browsers(self):
         status, text = run("01_schedule")
