@@ -230,6 +230,63 @@ class SessionDoctor(Examination):
         self.assert_broken("configuration", "fault", file, teacherPasswordFile=file)
 
 
+@unittest.skipUnless(os.geteuid() == 0, "only root is shown what a service sees")
+class DoctorOfAService(Examination):
+    """Root asks about the configuration of a service. What systemd does is played; tests/systemd_packages.py asks the real one."""
+
+    PROGRAM = "webots-session-server"
+
+    def keys(self):
+        return {"simulationServers": []}
+
+    def setUp(self):
+        super().setUp()
+        unit = os.path.join(self.folder, "unit")
+        with open(unit, "w") as file:
+            file.write(f"[Service]\nType=notify\nExecStart=/usr/bin/webots-session-server {self.folder}/config.json\n"
+                       "RuntimeDirectory=webots\nUser=nobody\nProtectSystem=strict\n")
+        self.put_on_path("systemctl", f'[ "$*" = "cat --no-pager webots-session-server.service" ] && cat {unit}')
+        self.words = os.path.join(self.folder, "words")
+        self.run_in_service('exec setpriv --reuid=65534 --regid=65534 --clear-groups "$@"')
+
+    def run_in_service(self, what):
+        self.put_on_path("systemd-run", f"""printf '%s\\n' "$@" >{self.words}
+            while [ "${{1#--}}" != "$1" ]; do case $1 in --setenv=*) export "${{1#--setenv=}}";; esac; shift; done
+            {what}""")
+
+    def test_it_looks_as_the_user_of_the_service(self):
+        status, output = self.run_doctor("--json")
+        found = by_subject(output)
+        self.assertEqual(status, 2)
+        self.assertEqual(found["service"]["verdict"], "ok")
+        self.assertIn("Permission denied", found["configuration"]["found"])  # the folder is root's alone
+        with open(self.words) as words:
+            self.assertEqual([word for word in words.read().splitlines() if word.startswith("--property")],
+                             ["--property=User=nobody", "--property=ProtectSystem=strict"])
+
+    def test_what_root_alone_sees_comes_from_root(self):
+        os.chmod(self.folder, 0o755)
+        self.put_on_path("nft", "echo 'chain input { type filter hook input priority 0; policy drop; }'")
+        found = by_subject(self.run_doctor("--json")[1])
+        self.assertEqual(found["configuration"]["verdict"], "ok")
+        self.assertIn("none names port", found["firewall"]["found"])  # the user of the service may not list the rules
+        self.assertIn("nothing can be written to", found["logs"]["found"])
+        self.assertLessEqual({"clock", "memory"}, set(found))
+
+    def test_a_service_that_systemd_can_not_start_is_a_fault_and_root_looks_by_itself(self):
+        self.run_in_service("echo 'Unknown assignment: Foo=1' >&2; exit 1")
+        found = by_subject(self.run_doctor("--json")[1])
+        self.assertEqual(found["service"]["verdict"], "fault")
+        self.assertIn("Unknown assignment: Foo=1", found["service"]["found"])
+        self.assertEqual(found["configuration"]["verdict"], "ok")
+
+    def test_another_configuration_is_looked_at_as_who_asks(self):
+        self.put_on_path("systemctl", "echo '[Service]'; echo 'ExecStart=/usr/bin/webots-session-server /etc/other.json'")
+        found = by_subject(self.run_doctor("--json")[1])
+        self.assertNotIn("service", found)
+        self.assertFalse(os.path.exists(self.words))
+
+
 class SimulationDoctor(Examination):
     PROGRAM = "webots-simulation-server"
     NOT_GOOD = ("simulator",)  # it may be the demo simulator

@@ -52,6 +52,9 @@ Viewpoint view_from_outside(std::string_view kind, std::uint16_t port, AccessCon
 /// Memory, clock and open files. `memory` and `files`: what the server may want of them.
 core::Findings machine_findings(std::uint64_t memory, std::uint64_t files);
 
+/// What root sees and a service may not: memory, clock and firewall.
+CheckWork findings_of_root(std::uint64_t memory, std::uint16_t port);
+
 /// What `read_folder` reads, on a thread of its own.
 boost::asio::awaitable<result<core::FolderReading>> folder_reading(std::filesystem::path folder);
 

@@ -1,5 +1,6 @@
 #include "aside.hpp"
 #include "doctors.hpp"
+#include "service_view.hpp"
 
 #include "app/mail.hpp"
 #include "core/access/forwarding.hpp"
@@ -116,7 +117,14 @@ int diagnose_session_server(Arguments const& arguments)
     auto const config = app::read_for_doctor<SessionConfig>(arguments, parse_session_config, findings);
     if (!config)
         app::report_findings(arguments, std::move(findings), {});
-    auto const viewpoint = app::view_from_outside("session", config->address.port, config->access);
+    auto const port = config->address.port;
+    auto const seen = app::view_of_service("session", arguments);
+    if (seen.is_complete)
+        app::report_findings(arguments, seen.findings, [port](asio::any_io_executor const&) {
+            return app::findings_of_root(wanted_memory, port);
+        });
+    findings.insert(findings.begin(), seen.findings.begin(), seen.findings.end());
+    auto const viewpoint = app::view_from_outside("session", port, config->access);
     app::report_findings(
         arguments, std::move(findings), [&config, &viewpoint](asio::any_io_executor executor) {
             return app::examine_session_server(*config, viewpoint, executor, app::shown_progress());

@@ -1,5 +1,6 @@
 #include "aside.hpp"
 #include "doctors.hpp"
+#include "service_view.hpp"
 
 #include "app/display.hpp"
 #include "app/environment.hpp"
@@ -37,6 +38,11 @@ constexpr std::uint64_t gigabyte = std::uint64_t{1} << 30;
 constexpr std::uint64_t files_per_simulation = 8;
 constexpr std::uint64_t other_files = 1024;
 constexpr std::size_t max_version_file = 4096;
+
+std::uint64_t wanted_memory(SimulationConfig const& config)
+{
+    return config.fetch_memory + gigabyte;
+}
 
 /// A folder for files of the checks, which ends with them.
 class TemporaryFolder
@@ -276,7 +282,7 @@ CheckWork examine_simulation_server(SimulationConfig config, fs::path programs, 
         for (auto& each : simulation_port_findings(config))
             findings.push_back(std::move(each));
     for (auto& each : machine_findings(
-             config.fetch_memory + gigabyte,
+             wanted_memory(config),
              files_per_simulation * static_cast<std::uint64_t>(config.max_connections) + other_files))
         findings.push_back(std::move(each));
     findings.insert(findings.end(), walls.begin(), walls.end());
@@ -314,8 +320,15 @@ int diagnose_simulation_server(Arguments const& arguments, fs::path const& progr
     auto const config = app::read_for_doctor<SimulationConfig>(arguments, parse_simulation_config, findings);
     if (!config)
         app::report_findings(arguments, std::move(findings), {});
+    auto const port = config->address.port;
+    auto const seen = app::view_of_service("simulation", arguments);
+    if (seen.is_complete)
+        app::report_findings(arguments, seen.findings, [port, &config](asio::any_io_executor const&) {
+            return app::findings_of_root(wanted_memory(*config), port);
+        });
+    findings.insert(findings.begin(), seen.findings.begin(), seen.findings.end());
     auto const absolute = absolute_path(programs);
-    auto const viewpoint = app::view_from_outside("simulation", config->address.port, config->access);
+    auto const viewpoint = app::view_from_outside("simulation", port, config->access);
     app::report_findings(
         arguments, std::move(findings), [&config, &absolute, &viewpoint](asio::any_io_executor executor) {
             auto const walls = app::wall_findings(*config, find_simulator(*config, absolute));

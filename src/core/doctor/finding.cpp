@@ -5,7 +5,9 @@
 
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
+#include <boost/json/parse.hpp>
 #include <boost/json/serialize.hpp>
+#include <boost/json/value.hpp>
 
 #include <algorithm>
 #include <array>
@@ -52,6 +54,13 @@ boost::json::object findings_object(Findings const& findings)
     return all;
 }
 
+/// A member that is text; empty: there is none.
+std::string_view text_of(boost::json::object const& object, std::string_view name)
+{
+    auto const* const value = object.if_contains(name);
+    return value && value->is_string() ? std::string_view(value->get_string()) : std::string_view();
+}
+
 } // namespace
 
 std::string_view to_string(Verdict verdict) noexcept
@@ -94,6 +103,30 @@ std::string findings_text(Findings const& findings, bool coloured)
 std::string findings_json(Findings const& findings)
 {
     return boost::json::serialize(findings_object(findings));
+}
+
+result<Findings> parse_findings(std::string_view json)
+{
+    auto const begin = std::min(json.find('{'), json.size());
+    boost::json::error_code error;
+    auto const all = boost::json::parse(trim(json.substr(begin)), error);
+    auto const* const object = error ? nullptr : all.if_object();
+    auto const* const list = object ? object->if_contains("findings") : nullptr;
+    if (!list || !list->is_array())
+        return Failure(errc::protocol_error, printable(trim(json), max_text));
+    Findings findings;
+    for (auto const& each : list->get_array()) {
+        if (!each.is_object())
+            continue;
+        auto const& members = each.get_object();
+        auto const word = text_of(members, "verdict");
+        auto const verdict = word == "ok"        ? Verdict::ok
+                             : word == "warning" ? Verdict::warning
+                                                 : Verdict::fault;
+        findings.emplace_back(verdict, text_of(members, "subject"), text_of(members, "found"),
+                              text_of(members, "remedy"));
+    }
+    return findings;
 }
 
 std::string examination_json(Examination const& examination, std::string_view instance)

@@ -1,6 +1,7 @@
 // What `--doctor` says: one line for each thing that was looked at.
 #pragma once
 
+#include <webots_cloud/error.hpp>
 #include <webots_cloud/time.hpp>
 
 #include <cstdint>
@@ -46,6 +47,10 @@ std::string findings_text(Findings const& findings, bool coloured);
 
 /// `{"verdict":"warning","findings":[{"verdict":"ok","subject":"...","found":"...","remedy":""},...]}`
 std::string findings_json(Findings const& findings);
+
+/// What `findings_json` wrote. Other text may stand before it.
+/// Errors: `protocol_error`, with the text.
+result<Findings> parse_findings(std::string_view json);
 
 /// What a running server knows of itself.
 struct Examination

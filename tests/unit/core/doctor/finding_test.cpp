@@ -1,6 +1,7 @@
 #include "unit_test.hpp"
 
 #include "core/doctor/finding.hpp"
+#include "core/text.hpp"
 
 using namespace webots_cloud;
 using namespace webots_cloud::core;
@@ -54,6 +55,22 @@ BOOST_AUTO_TEST_CASE(programs_get_json)
     BOOST_TEST(findings_json({{Verdict::warning, "memory", "little is left", "Add some."}}) ==
                R"({"verdict":"warning","findings":[{"verdict":"warning","subject":"memory",)"
                R"("found":"little is left","remedy":"Add some."}]})");
+}
+
+BOOST_AUTO_TEST_CASE(what_was_written_is_read)
+{
+    auto const read = parse_findings(concat("Some remark.\n", findings_json(some_findings()), "\n"));
+    BOOST_REQUIRE(read.has_value());
+    BOOST_TEST((*read == some_findings()));
+}
+
+BOOST_AUTO_TEST_CASE(what_is_no_list_of_findings_is_refused_with_its_text)
+{
+    for (auto const* const text : {"", "Unknown assignment: Foo=1", "{", "[]", "{}", R"({"findings":1})"}) {
+        auto const read = parse_findings(text);
+        BOOST_REQUIRE(!read);
+        BOOST_TEST(read.error().message().find(text) != std::string::npos);
+    }
 }
 
 BOOST_AUTO_TEST_CASE(a_running_server_says_when_it_has_looked)

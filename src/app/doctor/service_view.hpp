@@ -1,0 +1,28 @@
+// What root is told of a service: the machine as the service sees it.
+#pragma once
+
+#include "core/doctor/finding.hpp"
+
+#include <webots_cloud/daemon.hpp>
+
+#include <string_view>
+
+namespace webots_cloud::app {
+
+struct ServiceView
+{
+    ServiceView() = default;
+
+    bool is_complete = false; ///< The doctor has looked as the service does.
+    core::Findings
+        findings; ///< What it has found, or why it could not look; empty: there is no such service.
+};
+
+/// Starts the doctor with the user, the folders and the confinement of the service of systemd that has this
+/// configuration, where root asks for it.   Blocks for as long as the doctor takes.
+ServiceView view_of_service(std::string_view kind, Arguments const& arguments);
+
+/// Whether this program was started by `view_of_service`.
+bool is_asked_by_root();
+
+} // namespace webots_cloud::app
