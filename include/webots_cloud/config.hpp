@@ -55,7 +55,7 @@ struct AccessConfig
         operator_token_file; ///< `operatorTokenFile`. Empty: no operator requests over the network.
     /// `sessionSecret`: the file of a word that session and simulation servers share. Empty: no tickets.
     std::filesystem::path session_secret;
-    std::filesystem::path operator_socket; ///< `operatorSocket`. Empty: see docs/operations.md.
+    std::filesystem::path operator_socket; ///< `operatorSocket`. Empty: see docs/access.md.
 
     bool operator==(AccessConfig const&) const = default;
 };
@@ -228,7 +228,7 @@ struct SimulationConfig
                                 << 30; ///< `cacheSize`, in gigabytes: fetched projects that are kept.
     /// `stateDir`: what the server works with, projects of running simulations above all. Empty: the folder
     /// that systemd names (`STATE_DIRECTORY`), else `webots_cloud` in `XDG_STATE_HOME` or `~/.local/state`,
-    /// else one in the folder for temporary files (docs/operations.md, "Files and folders").
+    /// else one in the folder for temporary files (docs/machine.md, "Files and folders").
     std::filesystem::path state_dir;
     /// `fetchMemory`, in megabytes, and `fetchDisk`, in gigabytes: what all fetches of projects together may
     /// take.
