@@ -47,8 +47,9 @@ struct IncomingRequest
     /// The key by which limits for each client are counted: its address, or its /64 network with IPv6. Empty:
     /// it has no limits, as a trusted proxy itself.
     std::string_view quota_key;
-    std::string_view body; ///< Empty but in `Endpoint::respond_to_body`.
-    bool upgrade = false;  ///< A well-formed WebSocket handshake (its path is not checked).
+    std::string_view body;      ///< Empty but in `Endpoint::respond_to_body`.
+    bool upgrade = false;       ///< A well-formed WebSocket handshake (its path is not checked).
+    bool is_from_proxy = false; ///< The peer is a trusted proxy.
     /// Whether it is the operator's: it came over the operator's socket, or with the operator's token. Its
     /// address proves nothing: web pages and simulations on this machine send requests too, and proxies
     /// forward those of everybody.
@@ -104,9 +105,10 @@ struct Upstream
 
     std::string host; ///< A numeric address; with `tls` a name, too.
     std::uint16_t port = 0;
-    /// By TLS: only to a server whose certificate is for `host`, and from an authority that the adapter
-    /// trusts.
+    /// By TLS: only to a server whose certificate is for `host`, or for `name`, and from an authority that
+    /// the adapter trusts.
     bool tls = false;
+    std::string name; ///< Empty: as `host`.
     /// Instead of all these, unless empty: a Unix socket that answers each connection with one connected
     /// socket (SCM_RIGHTS and a byte), or closes it where the server can't be reached.
     std::filesystem::path broker;
@@ -127,7 +129,7 @@ struct Forward
 
     Upstream upstream;
     std::string target;         ///< The path, and the query, that the other server is asked for.
-    HttpHeaders headers;        ///< Replace the request's headers of these names.
+    HttpHeaders headers;        ///< Replace the request's headers of these names; empty ones are left out.
     HttpHeaders answer_headers; ///< Of the answer, where the other server sends none of these names.
     /// Of the answer, in addition to what the other server sends; not where it accepts a WebSocket handshake.
     HttpHeaders added_answer_headers;
@@ -148,6 +150,10 @@ struct ChannelInfo
     std::string peer;      ///< Numeric address of the browser or its proxy.
     std::string client;    ///< As in `IncomingRequest`.
     std::string quota_key; ///< As in `IncomingRequest`.
+    /// Where the browser reaches this server, as a session server says whose gateway it came through
+    /// (`Webots-Cloud-Address`); empty: it came through none.
+    std::string public_address;
+    bool is_from_proxy = false; ///< As in `IncomingRequest`.
 };
 
 /// The server side of a protocol.

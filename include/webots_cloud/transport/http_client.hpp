@@ -21,6 +21,9 @@ struct HttpRequest
 
     std::string method = "GET";
     std::string url; ///< `http://` or `https://`, absolute.
+    /// Numeric: where to connect, unless empty, instead of the addresses of the URL's host. The certificate
+    /// has to be for that host all the same.
+    std::string address;
     HttpHeaders headers;
     std::string body;
     /// For the whole exchange: name, connection, TLS and answer.

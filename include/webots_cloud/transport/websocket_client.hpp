@@ -22,6 +22,7 @@ struct WebSocketRequest
     explicit WebSocketRequest(std::string url) : url(std::move(url)) {}
 
     std::string url;     ///< `ws://` or `wss://`, absolute.
+    std::string address; ///< As in HttpRequest.
     HttpHeaders headers; ///< Of the handshake; `Host` replaces what the URL says.
     /// For name, connection, TLS and handshake together.
     Duration timeout = std::chrono::seconds(5);

@@ -230,9 +230,14 @@ private:
 
     asio::any_io_executor executor_;
     adapters::ServerDirectory servers_;
-    std::unordered_map<std::string, IdleConnection>
-        idle_; ///< By the whole URL, so that a poll need not take it apart.
+    std::unordered_map<std::string, IdleConnection> idle_; ///< By `key_of` a request.
 };
+
+/// Where it leads: the whole URL, so that a poll need not take it apart, and the address, if it has one.
+std::string key_of(HttpRequest const& request)
+{
+    return request.address.empty() ? request.url : concat(request.address, " ", request.url);
+}
 
 // Not through Beast's serializer, which takes as long as all the rest of a poll.
 std::string to_text(HttpRequest const& request, ServerTarget const& target)
@@ -263,7 +268,7 @@ asio::awaitable<result<HttpResponse>> BeastClient::send(HttpRequest request)
 
     // The peer may close a kept connection just when we use it: then, and only then, the request goes out
     // once more.
-    if (auto kept = idle_.extract(request.url)) {
+    if (auto kept = idle_.extract(key_of(request))) {
         auto& connection = *kept.mapped().connection;
         connection.expires_at(deadline);
         auto response =
@@ -285,6 +290,7 @@ asio::awaitable<result<HttpResponse>> BeastClient::send_anew(HttpRequest request
     auto target = adapters::parse_http_target(request.url);
     if (!target)
         co_return target.error();
+    target->address = request.address;
     auto addresses = co_await servers_.resolve(*target, deadline);
     if (!addresses)
         co_return addresses.error();
@@ -301,7 +307,7 @@ asio::awaitable<result<HttpResponse>> BeastClient::send_anew(HttpRequest request
     auto response = co_await connection.exchange(to_text(request, *target), request.body_limit);
     fresh.target = std::move(*target);
     if (response && may_keep(connection))
-        idle_.insert_or_assign(request.url, std::move(fresh));
+        idle_.insert_or_assign(key_of(request), std::move(fresh));
     co_return response;
 }
 

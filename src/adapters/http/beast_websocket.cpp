@@ -412,9 +412,10 @@ private:
 asio::awaitable<result<std::unique_ptr<Channel>>> BeastWebSocketClient::connect(WebSocketRequest request)
 {
     auto const deadline = std::chrono::steady_clock::now() + request.timeout;
-    auto const target = adapters::parse_websocket_target(request.url);
+    auto target = adapters::parse_websocket_target(request.url);
     if (!target)
         co_return target.error();
+    target->address = request.address;
     auto addresses = co_await servers_.resolve(*target, deadline);
     if (!addresses)
         co_return addresses.error();

@@ -77,12 +77,13 @@ asio::awaitable<result<std::vector<tcp::endpoint>>> ServerDirectory::resolve(Ser
 {
     std::vector<tcp::endpoint> endpoints;
     boost::system::error_code not_numeric;
-    auto const address = asio::ip::make_address(target.host, not_numeric);
+    auto const& given = target.address.empty() ? target.host : target.address;
+    auto const address = asio::ip::make_address(given, not_numeric);
     if (!not_numeric) {
         endpoints.emplace_back(address, target.port);
         co_return endpoints;
     }
-    auto const addresses = co_await resolver_.resolve(target.host, deadline);
+    auto const addresses = co_await resolver_.resolve(given, deadline);
     if (!addresses)
         co_return addresses.error();
     for (auto const& found : *addresses)

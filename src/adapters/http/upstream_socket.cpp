@@ -148,7 +148,7 @@ asio::awaitable<result<Addresses>> UpstreamSocket::resolve(std::string name)
 
 asio::awaitable<result<>> UpstreamSocket::encrypt(Upstream const& upstream)
 {
-    auto tls = upstreams_.begin(upstream.host, upstream.port);
+    auto tls = upstreams_.begin(upstream);
     if (!tls)
         co_return tls.error();
     stream_.encrypt(std::move(*tls));
@@ -224,7 +224,7 @@ asio::awaitable<std::pair<boost::system::error_code, std::size_t>> UpstreamSocke
     auto const got = co_await stream_.read_some(asio::buffer(to, size));
     // The server says how to resume the session before it says anything else.
     if (auto const* const upstream = std::exchange(upstream_, nullptr); upstream && !got.first)
-        upstreams_.keep_session(upstream->host, upstream->port, stream_.tls());
+        upstreams_.keep_session(*upstream, stream_.tls());
     co_return got;
 }
 

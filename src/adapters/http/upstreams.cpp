@@ -61,7 +61,7 @@ asio::awaitable<result<Addresses>> Upstreams::resolve(std::string name)
     co_return addresses;
 }
 
-result<TlsConnection> Upstreams::begin(std::string const& host, std::uint16_t port)
+result<TlsConnection> Upstreams::begin(Upstream const& upstream)
 {
     auto const context = trust_.context();
     if (!context)
@@ -69,10 +69,10 @@ result<TlsConnection> Upstreams::begin(std::string const& host, std::uint16_t po
     if (std::exchange(trusted_by_, *context) != *context)
         sessions_.clear();
     TlsConnection tls(SSL_new(*context));
-    if (!tls || !expect_host(tls.get(), host))
+    if (!tls || !expect_host(tls.get(), upstream.name.empty() ? upstream.host : upstream.name))
         return Failure(errc::unavailable, "there is no memory for TLS");
     SSL_set_connect_state(tls.get());
-    auto const known = sessions_.find(Server(host, port));
+    auto const known = sessions_.find(Server(upstream.host, upstream.port, upstream.name));
     if (known == sessions_.end())
         return tls;
     if (now() - known->second.verified < session_is_good_for)
@@ -87,12 +87,13 @@ void Upstreams::count_handshake(SSL const* tls) noexcept
     ++(SSL_session_reused(tls) == 1 ? statistics_.upstream_tls_resumed : statistics_.upstream_tls_full);
 }
 
-void Upstreams::keep_session(std::string const& host, std::uint16_t port, SSL* tls)
+void Upstreams::keep_session(Upstream const& upstream, SSL* tls)
 {
     auto session = copy_of(SSL_get_session(tls));
     if (!session || SSL_SESSION_is_resumable(session.get()) != 1 || SSL_get_SSL_CTX(tls) != trusted_by_)
         return;
-    auto const known = sessions_.find(Server(host, port));
+    Server const server(upstream.host, upstream.port, upstream.name);
+    auto const known = sessions_.find(server);
     if (SSL_session_reused(tls) == 1) { // its certificate was verified with the first of these sessions
         if (known != sessions_.end())
             known->second.session = std::move(session);
@@ -100,7 +101,7 @@ void Upstreams::keep_session(std::string const& host, std::uint16_t port, SSL* t
     }
     if (known == sessions_.end() && sessions_.size() >= max_servers)
         sessions_.clear();
-    auto& kept = sessions_[Server(host, port)];
+    auto& kept = sessions_[server];
     kept.session = std::move(session);
     kept.verified = now();
 }

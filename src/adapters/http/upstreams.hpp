@@ -8,6 +8,7 @@
 
 #include <webots_cloud/adapters.hpp>
 #include <webots_cloud/time.hpp>
+#include <webots_cloud/transport/endpoint.hpp>
 
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/awaitable.hpp>
@@ -16,6 +17,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <tuple>
 
 struct ssl_session_st; // of OpenSSL
 
@@ -45,16 +47,16 @@ public:
     /// Errors: `unreachable`; `operation_aborted`.
     boost::asio::awaitable<result<Addresses>> resolve(std::string name);
 
-    /// For a connection to `host`, a name or a numeric address, before its handshake.
+    /// For a connection to a server, before its handshake.
     ///
     /// Errors: as `load_trust`; `unavailable`.
-    result<TlsConnection> begin(std::string const& host, std::uint16_t port);
+    result<TlsConnection> begin(Upstream const& upstream);
 
     void count_handshake(SSL const* tls) noexcept;
     void count_failure() noexcept { ++statistics_.upstream_tls_failures; }
 
     /// Remembers the session of a connection that the server has answered on.
-    void keep_session(std::string const& host, std::uint16_t port, SSL* tls);
+    void keep_session(Upstream const& upstream, SSL* tls);
 
 private:
     struct Session
@@ -67,7 +69,7 @@ private:
         Addresses addresses;
         TimePoint resolved;
     };
-    using Server = std::pair<std::string, std::uint16_t>;
+    using Server = std::tuple<std::string, std::uint16_t, std::string>; ///< Host, port, name.
 
     HttpServerParams const& params_;
     HttpServerStatistics& statistics_;

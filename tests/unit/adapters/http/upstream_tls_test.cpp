@@ -80,6 +80,20 @@ BOOST_AUTO_TEST_CASE(one_handshake_verifies_for_those_that_follow)
     BOOST_TEST(gateway.statistics().upstream_tls_full == 2u, "its certificate was verified for another name");
 }
 
+// Issue 24: the machines of one name, at addresses of their own.
+BOOST_AUTO_TEST_CASE(the_certificate_may_be_for_a_name_instead_of_the_address)
+{
+    SignedItself const certificate("named", "DNS:machines.example.org");
+    RunningServer machine(certificate.shown());
+    RunningServer gateway(certificate.trusted());
+    gateway.endpoint.forward = by_tls(machine.port(), "/x");
+    BOOST_TEST(ask(gateway) == bad);
+    gateway.run([&] { gateway.endpoint.forward->upstream.name = "machines.example.org"; });
+    BOOST_TEST(ask(gateway) == good);
+    gateway.run([&] { gateway.endpoint.forward->upstream.name = "others.example.org"; });
+    BOOST_TEST(ask(gateway) == bad, "no session is resumed that another name has verified");
+}
+
 BOOST_AUTO_TEST_CASE(who_is_not_to_be_trusted_is_sent_nothing)
 {
     SignedItself const trusted("trusted");
