@@ -309,6 +309,9 @@ probe_guard(std::filesystem::path guard, std::vector<std::filesystem::path> read
 /// The IPv4 addresses of this computer, loopback included, each once.
 std::vector<std::string> own_ipv4_addresses();
 
+/// The same of IPv6.
+std::vector<std::string> own_ipv6_addresses();
+
 /// A user of this computer.
 struct Account
 {

@@ -1,6 +1,8 @@
 #include "tickets.hpp"
 
+#include "core/access/ip_address.hpp"
 #include "core/access/tickets.hpp"
+#include "core/discovery/machine_name.hpp"
 #include "core/text.hpp"
 
 #include <webots_cloud/adapters.hpp>
@@ -37,6 +39,11 @@ result<std::function<std::string(std::string_view)>> ticket_check(SimulationConf
     std::vector<std::string> names{concat(config.address.host, ":", port)};
     for (auto const& name : config.access.host_names)
         names.push_back(concat(name, ":", port));
+    // Session servers that have found us by an address call us by that.
+    for (auto const& addresses : {own_ipv4_addresses(), own_ipv6_addresses()})
+        for (auto const& text : addresses)
+            if (auto const address = core::IpAddress::parse(text))
+                names.push_back(core::machine_at(*address, config.address.port));
     auto hint = concat(
         "A ticket was refused: it is not of a session server with our \"sessionSecret\", or not for ",
         names.front(), ". If its entry of \"simulationServers\" has another name, add that to \"hostNames\"");

@@ -7,6 +7,7 @@
 #include "core/projects/outside_projects.hpp"
 #include "core/simulation/client_protocol.hpp"
 #include "core/simulation/gateway_address.hpp"
+#include "core/simulation/public_base.hpp"
 #include "core/simulation/start_refusal.hpp"
 #include "core/text.hpp"
 #include "limit_watch.hpp"
@@ -68,8 +69,9 @@ struct SimulationService::Impl
     static std::span<Route<Impl> const> routes();
     Answer client_without_upgrade(IncomingRequest const& request);
     bool has_ticket(IncomingRequest const& request) const;
-    bool admit(std::uint64_t id, std::string const& path, core::SimulationRequest const& request,
+    bool admit(std::uint64_t id, ChannelInfo const& info, core::SimulationRequest const& request,
                Channel& channel);
+    std::string refuse_way(ChannelInfo const& info) const;
     bool leads_to_simulation(IncomingRequest const& request) const;
     Answer forward(IncomingRequest const& request);
     SimulationSession const* simulation_at(core::GatewayPath const& path) const;
@@ -82,7 +84,7 @@ struct SimulationService::Impl
     asio::awaitable<FirstRequest> receive_request(std::uint64_t id, Channel& channel);
     asio::awaitable<void> simulate(std::uint64_t id, ChannelInfo info, core::SimulationRequest request,
                                    Channel& channel);
-    asio::awaitable<void> reconnect(std::uint64_t id, std::string host, std::string token, Channel& channel);
+    asio::awaitable<void> reconnect(std::uint64_t id, ChannelInfo info, std::string token, Channel& channel);
     void forget_if_over(SimulationSession const& session);
     std::shared_ptr<SimulationSession> find_session(std::string_view token) const;
 
@@ -222,11 +224,33 @@ bool SimulationService::Impl::has_ticket(IncomingRequest const& request) const
     return !core::ticket_in(request.path).empty();
 }
 
-/// Whether the browser that connected to a path may start a simulation; otherwise it is told why not.
-bool SimulationService::Impl::admit(std::uint64_t id, std::string const& path,
+/// Why a browser could not be told how it reaches its simulation; empty: it can. Its session server's gateway
+/// is asked for: the log says what is wrong.
+std::string SimulationService::Impl::refuse_way(ChannelInfo const& info) const
+{
+    std::string_view problem;
+    if (!info.is_from_proxy)
+        problem = "add it to \"trustedProxies\"";
+    else if (!core::parse_public_base(info.public_address))
+        problem = "what it says of itself makes no sense";
+    else if (!context.launcher.params().gateway)
+        problem = "set \"gateway\" to true";
+    if (info.public_address.empty() || problem.empty())
+        return {};
+    context.log.warning(LogCause("gateway"),
+                        concat("A browser that came through the gateway of a session server at ", info.peer,
+                               " would not reach its simulation: ", problem));
+    return "This machine is not set up for the gateway of its session server: its operator finds the reason "
+           "in the log.";
+}
+
+/// Whether the browser may start a simulation; otherwise it is told why not.
+bool SimulationService::Impl::admit(std::uint64_t id, ChannelInfo const& info,
                                     core::SimulationRequest const& request, Channel& channel)
 {
-    auto const why = hooks.refuse_ticket ? hooks.refuse_ticket(core::ticket_in(path)) : std::string();
+    auto why = refuse_way(info);
+    if (why.empty() && hooks.refuse_ticket)
+        why = hooks.refuse_ticket(core::ticket_in(info.path));
     if (why.empty())
         return true;
     context.log.warning(LogCause("ticket"), concat("[", std::to_string(id), "] Refused: ", why));
@@ -270,10 +294,10 @@ asio::awaitable<void> SimulationService::serve_websocket(ChannelInfo info, Chann
     auto first = co_await impl_->receive_request(id, channel);
     impl_->remove_silent(id);
     auto* const request = std::get_if<core::SimulationRequest>(&first);
-    if (request && impl_->admit(id, info.path, *request, channel))
+    if (request && impl_->admit(id, info, *request, channel))
         co_await impl_->simulate(id, std::move(info), std::move(*request), channel);
     else if (auto const* reconnect = std::get_if<core::ReconnectMessage>(&first))
-        co_await impl_->reconnect(id, std::move(info.host), reconnect->token, channel);
+        co_await impl_->reconnect(id, std::move(info), reconnect->token, channel);
     --impl_->clients;
     impl_->context.log.info(LogCause("client"), concat(name, "Client disconnected"));
 }
@@ -351,7 +375,7 @@ asio::awaitable<void> SimulationService::Impl::simulate(std::uint64_t id, Channe
     auto const executor = co_await asio::this_coro::executor;
     auto const session = std::make_shared<SimulationSession>(context, executor, id, std::move(info.quota_key),
                                                              std::move(request));
-    session->set_asked_host(std::move(info.host));
+    session->set_asked(std::move(info.host), std::move(info.public_address));
     sessions.emplace(id, session);
     co_await session->run(channel);
     forget_if_over(*session);
@@ -375,7 +399,7 @@ std::shared_ptr<SimulationSession> SimulationService::Impl::find_session(std::st
     return found == sessions.end() ? nullptr : found->second;
 }
 
-asio::awaitable<void> SimulationService::Impl::reconnect(std::uint64_t id, std::string host,
+asio::awaitable<void> SimulationService::Impl::reconnect(std::uint64_t id, ChannelInfo info,
                                                          std::string token, Channel& channel)
 {
     auto const session = find_session(token);
@@ -388,7 +412,8 @@ asio::awaitable<void> SimulationService::Impl::reconnect(std::uint64_t id, std::
     }
     context.log.info(LogCause("return"), concat("[", std::to_string(id), "] Returned to simulation ",
                                                 std::to_string(session->id())));
-    session->set_asked_host(std::move(host));
+    bool const is_told = info.is_from_proxy && core::parse_public_base(info.public_address);
+    session->set_asked(std::move(info.host), is_told ? std::move(info.public_address) : std::string());
     co_await session->resume(channel);
     forget_if_over(*session);
 }

@@ -4,6 +4,7 @@
 #include "core/access/asked_name.hpp"
 #include "core/sandbox/limits.hpp"
 #include "core/simulation/port_pool.hpp"
+#include "core/simulation/public_base.hpp"
 #include "core/text.hpp"
 #include "core/time_text.hpp"
 
@@ -339,9 +340,12 @@ Forward SimulationSession::forward(core::GatewayPath const& path, IncomingReques
     forward.upstream.broker = ready_.broker;
     // Webots names its own files in what it serves by http:// and this header.
     if (!request.upgrade) {
-        forward.headers.emplace_back(
-            "Host", core::gateway_authority(core::reached_at(context_.address, request.header("Host")),
-                                            address_token_, ready_.port));
+        auto base = request.is_from_proxy
+                        ? core::parse_public_base(request.header(core::public_address_header))
+                        : std::nullopt;
+        if (!base)
+            base = core::public_base(core::reached_at(context_.address, request.header("Host")));
+        forward.headers.emplace_back("Host", core::gateway_authority(*base, address_token_, ready_.port));
         // Webots says so of files, but not of pictures, which pages read to notice when they grow old.
         forward.answer_headers.emplace_back("Access-Control-Allow-Origin", "*");
     }
@@ -678,8 +682,9 @@ void SimulationSession::extend(Duration by, Channel& channel)
 void SimulationSession::announce(Channel& channel)
 {
     auto const address = core::reached_at(context_.address, asked_host_);
+    auto const base = public_base_.empty() ? core::public_base(address) : public_base_;
     (void)channel.send(ready_.through_gateway
-                           ? core::webots_gateway_message(address, address_token_, ready_.port)
+                           ? core::webots_gateway_message(base, address_token_, ready_.port)
                            : core::webots_message(address, ready_.port));
     if (!token_.empty())
         (void)channel.send(core::reconnect_token_message(token_));

@@ -109,8 +109,13 @@ public:
     /// No browser can return to it. Once `run` or `resume` has ended as well, nothing is left of it.
     bool is_over() const noexcept { return life_.is_over(); }
 
-    /// How its browser calls this server: the Host header of its connection.
-    void set_asked_host(std::string host) { asked_host_ = std::move(host); }
+    /// How its browser calls this server: the Host header of its connection, and where it reaches us through
+    /// a session server (`public_address_header`), if it does.
+    void set_asked(std::string host, std::string public_base)
+    {
+        asked_host_ = std::move(host);
+        public_base_ = std::move(public_base);
+    }
 
     /// With which a browser that lost its connection returns; empty: it can't.
     std::string const& token() const noexcept { return token_; }
@@ -202,6 +207,7 @@ private:
     std::uint64_t id_;
     std::string quota_key_; ///< Of the client that started it, also when it returns from elsewhere.
     std::string asked_host_;
+    std::string public_base_;
     core::SimulationRequest request_;
     core::SimulationLife life_;
     core::StartStep step_ = core::StartStep::admission; ///< Until the simulation is ready.

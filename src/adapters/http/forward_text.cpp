@@ -1,5 +1,6 @@
 #include "forward_text.hpp"
 
+#include "core/simulation/public_base.hpp"
 #include "core/text.hpp"
 #include "head_parser.hpp"
 
@@ -25,9 +26,9 @@ constexpr std::array<std::string_view, 6> of_one_connection{"Connection", "Keep-
 constexpr std::array<std::string_view, 4> of_the_whole_site{
     "Set-Cookie", "Clear-Site-Data", "Strict-Transport-Security", "Service-Worker-Allowed"};
 
-// What is written anew, or says something of a body that there is not.
-constexpr std::array<std::string_view, 5> rewritten{"X-Forwarded-For", "Forwarded", "Content-Length",
-                                                    "Expect", "Trailer"};
+// What is written anew, or says something of a body that there is not, or only a gateway may say.
+constexpr std::array<std::string_view, 6> rewritten{
+    "X-Forwarded-For", "Forwarded", "Content-Length", "Expect", "Trailer", core::public_address_header};
 
 bool is_among(std::span<std::string_view const> names, std::string_view name) noexcept
 {
@@ -85,7 +86,8 @@ std::string forwarded_request(HttpRequestReader const& reader, IncomingRequest c
             !is_replaced(name))
             append_field(out, name, value);
     for (auto const& [name, value] : forward.headers)
-        append_field(out, name, value);
+        if (!value.empty())
+            append_field(out, name, value);
     if (has_length)
         append_field(out, "Content-Length", "0"); // the reader takes no other
     append_field(out, "X-Forwarded-For", forwarded_for(request));

@@ -1,6 +1,7 @@
 #include "http_connection.hpp"
 
 #include "core/simulation/gateway_address.hpp"
+#include "core/simulation/public_base.hpp"
 #include "core/text.hpp"
 #include "http_response_text.hpp"
 #include "websocket_handshake.hpp"
@@ -272,6 +273,7 @@ void HttpConnection::name_client(IncomingRequest& request)
     request.peer = peer_.address;
     request.client = client();
     request.quota_key = quota_key();
+    request.is_from_proxy = peer_.is_proxy();
 }
 
 /// What the proxy said of its last request does not hold for this one.
@@ -535,6 +537,8 @@ ChannelInfo HttpConnection::channel_info() const
     info.peer = peer_.address;
     info.client = client();
     info.quota_key = quota_key();
+    info.public_address = reader_.request().header(core::public_address_header);
+    info.is_from_proxy = peer_.is_proxy();
     return info;
 }
 

@@ -37,21 +37,27 @@ bool is_gateway_token(std::string_view token) noexcept
     });
 }
 
-std::string gateway_authority(PublicAddress const& address, std::string_view token, std::uint16_t port)
+std::string gateway_authority(std::string_view base, std::string_view token, std::uint16_t port)
 {
-    return concat(address.host, address.port_rewrite ? "/" : ":", std::to_string(address.port), folder, token,
-                  "/", std::to_string(port));
+    constexpr std::string_view end_of_scheme = "://";
+    base.remove_prefix(base.find(end_of_scheme) + end_of_scheme.size());
+    return concat(base, folder, token, "/", std::to_string(port));
 }
 
-std::string webots_gateway_message(PublicAddress const& address, std::string_view token, std::uint16_t port)
+std::string webots_gateway_message(std::string_view base, std::string_view token, std::uint16_t port)
 {
-    return concat("webots:", address.ssl ? "wss://" : "ws://", gateway_authority(address, token, port));
+    return concat("webots:", base, folder, token, "/", std::to_string(port));
 }
 
 bool is_gateway_path(std::string_view path) noexcept
 {
     if (path.starts_with(folder))
         return true;
+    constexpr std::string_view machines = "/machine/";
+    if (path.starts_with(machines)) {
+        auto const id_end = std::min(path.size(), path.find('/', machines.size()));
+        return id_end > machines.size() && path.substr(id_end).starts_with(folder);
+    }
     auto const digits_end = path.find_first_not_of("0123456789", 1);
     return path.starts_with('/') && digits_end > 1 && digits_end != std::string_view::npos &&
            path.substr(digits_end).starts_with(folder);

@@ -1,8 +1,6 @@
 // The addresses of simulations that are reached through their server: /simulation/<token>/<port>/...
 #pragma once
 
-#include <webots_cloud/public_address.hpp>
-
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -36,14 +34,15 @@ std::optional<GatewayPath> parse_gateway_path(std::string_view path);
 /// 500 to the last number of the simulation's address, and replace that number where they first find it.
 bool is_gateway_token(std::string_view token) noexcept;
 
-/// What the simulator at `port` is behind: `<host><:|/><server's port>/simulation/<token>/<port>`.
-std::string gateway_authority(PublicAddress const& address, std::string_view token, std::uint16_t port);
+/// What the simulator at `port` is behind: `<host><:|/><server's port>/simulation/<token>/<port>`. `base`:
+/// where browsers reach the server, `ws://...` (`public_base`).
+std::string gateway_authority(std::string_view base, std::string_view token, std::uint16_t port);
 
 /// `webots:ws(s)://<host><:|/><server's port>/simulation/<token>/<port>`
-std::string webots_gateway_message(PublicAddress const& address, std::string_view token, std::uint16_t port);
+std::string webots_gateway_message(std::string_view base, std::string_view token, std::uint16_t port);
 
-/// Whether a path lies below `/simulation/`, of this server or, with its port in front (`/2000/simulation/`),
-/// of one behind it.
+/// Whether a path lies below `/simulation/`, of this server or, with its port or its own path in front
+/// (`/2000/simulation/`, `/machine/abc/simulation/`), of one behind it.
 bool is_gateway_path(std::string_view path) noexcept;
 
 /// A path as it may be shown in logs: without what follows `/simulation/`, which is a key to a simulation.

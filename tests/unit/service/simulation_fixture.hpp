@@ -120,10 +120,15 @@ struct SimulationFixture
     /// A browser on /client. `client` is whose quota counts; empty: nobody's.
     testing::LoopbackChannel& connect(std::string const& client = {}, std::string path = "/client")
     {
-        browsers.push_back(std::make_unique<testing::LoopbackChannel>(world.executor()));
         ChannelInfo info;
         info.path = std::move(path);
         info.client = info.quota_key = client;
+        return connect_as(std::move(info));
+    }
+
+    testing::LoopbackChannel& connect_as(ChannelInfo info)
+    {
+        browsers.push_back(std::make_unique<testing::LoopbackChannel>(world.executor()));
         browsings.spawn(service.serve_websocket(std::move(info), *browsers.back()));
         world.settle();
         return *browsers.back();

@@ -86,6 +86,60 @@ BOOST_AUTO_TEST_CASE(a_simulation_is_announced_with_its_token_and_reached_throug
     fixture.leave(browser);
 }
 
+// Issue 24, line 1: a machine that was found knows from the session server how browsers reach it.
+BOOST_AUTO_TEST_CASE(
+    a_simulation_is_announced_below_the_session_server_whose_gateway_its_browser_came_through)
+{
+    Fixture fixture;
+    ChannelInfo info;
+    info.path = "/client";
+    info.public_address = "wss://sim.example.org/machine/abc";
+    info.is_from_proxy = true;
+    fixture.processes.expect().prints(".\n");
+    auto& browser = fixture.connect_as(info);
+    browser.browser_says(std::string(begin));
+    fixture.world.settle();
+    BOOST_TEST(browser.sent.back() == "webots:wss://sim.example.org/machine/abc/simulation/secreta/2001");
+    Headers const headers{{"Host", "10.0.0.2:2000"}, {"Webots-Cloud-Address", info.public_address}};
+    IncomingRequest request;
+    request.method = "GET";
+    request.path = "/simulation/secreta/2001/a.png";
+    request.headers = headers;
+    request.is_from_proxy = true;
+    auto const host_for_webots = [&] {
+        return std::get<Forward>(fixture.service.respond(request)).headers.front().second;
+    };
+    BOOST_TEST(host_for_webots() == "sim.example.org/machine/abc/simulation/secreta/2001");
+    request.is_from_proxy = false; // anybody could say so
+    BOOST_TEST(host_for_webots() == "host.org:2000/simulation/secreta/2001");
+    fixture.leave(browser);
+}
+
+BOOST_AUTO_TEST_CASE(a_browser_that_would_not_reach_its_simulation_is_told_so)
+{
+    ChannelInfo info;
+    info.path = "/client";
+    info.peer = "10.0.0.1";
+    info.public_address = "wss://sim.example.org/machine/abc";
+    auto const is_refused = [&info](SimulationFixture& fixture, std::string_view problem) {
+        auto& browser = fixture.connect_as(info);
+        browser.browser_says(std::string(begin));
+        fixture.world.settle();
+        BOOST_TEST(browser.sent.front() ==
+                   "loading: Error: This machine is not set up for the gateway of its "
+                   "session server: its operator finds the reason in the log.");
+        return fixture.log.contains(problem);
+    };
+    Fixture fixture;
+    BOOST_TEST(
+        is_refused(fixture, "at 10.0.0.1 would not reach its simulation: add it to \"trustedProxies\""));
+    info.is_from_proxy = true;
+    SimulationFixture without_gateway(simulation_service_params());
+    BOOST_TEST(is_refused(without_gateway, "set \"gateway\" to true"));
+    info.public_address = "wss://sim.example.org/machine/abc?x";
+    BOOST_TEST(is_refused(fixture, "makes no sense"));
+}
+
 BOOST_AUTO_TEST_CASE(without_the_token_there_is_nothing)
 {
     Fixture fixture;

@@ -92,6 +92,17 @@ BOOST_AUTO_TEST_CASE(headers_are_replaced_where_the_endpoint_says_so)
                "X-Forwarded-For: 203.0.113.7, 10.0.0.1\r\nConnection: close\r\n\r\n");
 }
 
+// Issue 24: only a gateway knows where browsers reach the machine behind it.
+BOOST_AUTO_TEST_CASE(what_only_a_gateway_may_say_is_not_passed_on_from_browsers)
+{
+    auto const asked = std::string(start) + "Origin: https://o\r\nwebots-cloud-address: ws://evil\r\n\r\n";
+    BOOST_TEST(forwarded(asked) == "GET /there?a=b HTTP/1.1\r\nHost: h\r\nOrigin: https://o\r\n"
+                                   "X-Forwarded-For: 203.0.113.7, 10.0.0.1\r\nConnection: close\r\n\r\n");
+    BOOST_TEST(forwarded(asked, {{"Origin", ""}, {"Webots-Cloud-Address", "wss://h/machine/a"}}) ==
+               "GET /there?a=b HTTP/1.1\r\nHost: h\r\nWebots-Cloud-Address: wss://h/machine/a\r\n"
+               "X-Forwarded-For: 203.0.113.7, 10.0.0.1\r\nConnection: close\r\n\r\n");
+}
+
 // The next server believes the last entries alone, which those have written whom we trust.
 BOOST_AUTO_TEST_CASE(the_peer_is_appended_to_whatever_is_said_of_where_the_request_has_come_from)
 {

@@ -1,6 +1,7 @@
 #include "unit_test.hpp"
 
 #include "core/simulation/gateway_address.hpp"
+#include "core/simulation/public_base.hpp"
 
 #include <initializer_list>
 #include <string>
@@ -58,13 +59,14 @@ BOOST_AUTO_TEST_CASE(the_announced_address_has_the_form_that_clients_know)
     address.port = 2000;
     address.ssl = false;
     address.port_rewrite = false;
-    BOOST_TEST(webots_gateway_message(address, "abc", 2001) ==
+    BOOST_TEST(webots_gateway_message(public_base(address), "abc", 2001) ==
                "webots:ws://sim.example.org:2000/simulation/abc/2001");
     address.ssl = true;
     address.port_rewrite = true;
-    BOOST_TEST(webots_gateway_message(address, "abc", 2001) ==
+    BOOST_TEST(webots_gateway_message(public_base(address), "abc", 2001) ==
                "webots:wss://sim.example.org/2000/simulation/abc/2001");
-    BOOST_TEST(gateway_authority(address, "abc", 2501) == "sim.example.org/2000/simulation/abc/2501");
+    BOOST_TEST(gateway_authority(public_base(address), "abc", 2501) ==
+               "sim.example.org/2000/simulation/abc/2501");
 }
 
 /// As the scripts of Webots do it.
@@ -82,19 +84,38 @@ BOOST_AUTO_TEST_CASE(clients_that_add_500_to_the_last_number_find_the_editor)
         address.port = server;
         auto const port = static_cast<std::uint16_t>(server + 1);
         auto const editor = static_cast<std::uint16_t>(port + editor_distance);
-        BOOST_TEST(editor_of(webots_gateway_message(address, "abc", port)) ==
-                   webots_gateway_message(address, "abc", editor));
+        BOOST_TEST(editor_of(webots_gateway_message(public_base(address), "abc", port)) ==
+                   webots_gateway_message(public_base(address), "abc", editor));
     }
 }
 
 BOOST_AUTO_TEST_CASE(paths_with_a_token_are_known_with_the_port_of_their_server_too)
 {
-    for (auto const* path : {"/simulation/", "/simulation/x", "/2000/simulation/x/2001/"})
+    for (auto const* path :
+         {"/simulation/", "/simulation/x", "/2000/simulation/x/2001/", "/machine/abc/simulation/x/2001/"})
         BOOST_TEST(is_gateway_path(path), path);
     for (auto const* path :
          {"", "/", "/simulation", "/client", "/2000/client", "//simulation/", "2000/simulation/",
-          "/2000/x/simulation/", "/x/simulation/", "/2000", "/2000simulation/"})
+          "/2000/x/simulation/", "/x/simulation/", "/2000", "/2000simulation/", "/machine/abc",
+          "/machine/abc/client", "/machine//simulation/", "/machine/a/b/simulation/"})
         BOOST_TEST(!is_gateway_path(path), path);
+}
+
+// Issue 24, line 1: what a session server says to a machine that was found.
+BOOST_AUTO_TEST_CASE(an_address_that_a_gateway_says_is_taken_as_it_is_or_not_at_all)
+{
+    for (auto const* good : {"wss://sim.example.org/machine/abc", "ws://[fd00::1]:1999/machine/abc",
+                             "wss://sim.example.org:8443/1999/machine/abc", "ws://localhost"}) {
+        BOOST_TEST(parse_public_base(good).value() == good);
+        auto const announced = webots_gateway_message(good, "abc", 2001);
+        BOOST_TEST(editor_of(announced) == webots_gateway_message(good, "abc", 2501));
+    }
+    for (auto const* bad :
+         {"", "sim.example.org", "https://sim.example.org", "wss://", "wss:///machine", "wss://a@b/machine",
+          "wss://a/machine/", "wss://a/", "wss://a/b?c", "wss://a/b#c", "wss://a/%2e", "wss://a/../b",
+          "wss://a b/c", "wss://a/b\r\nc", "javascript:alert(1)"})
+        BOOST_TEST(!parse_public_base(bad), bad);
+    BOOST_TEST(!parse_public_base("wss://" + std::string(400, 'a')));
 }
 
 BOOST_AUTO_TEST_CASE(logs_show_no_token)
