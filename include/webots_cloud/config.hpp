@@ -68,7 +68,7 @@ struct SessionConfig
     PublicAddress address; ///< `server`, `port` (required), `ssl` and `portRewrite`.
     /// `simulationServers`: required but with `announcements`; `"host:port"` or `"host/port"`, or objects
     /// with `address`, `weight`, `drain`, `labels`, `internal` and `ports`. Addresses may be
-    /// `dns:<name>:<port>` and `srv:<service>`, see MachineDiscovery.
+    /// `dns:<name>:<port>`, `srv:<service>` and `announced`, see MachineDiscovery.
     std::vector<ServerSpec> simulation_servers;
     /// `announcements`: simulation servers that know `sessionSecret` may announce themselves.
     bool announcements = false;
@@ -77,8 +77,9 @@ struct SessionConfig
     std::vector<std::string> name_servers;
     /// `discoverLoopback`: names and announcements may lead to this machine's loopback addresses.
     bool discover_loopback = false;
-    /// `gateway`: requests for `/2000/...` are passed on to the simulation server `host/2000`. Default: where
-    /// an entry of `simulationServers` has `internal`.
+    /// `gateway`: requests for `/2000/...` are passed on to the simulation server `host/2000`, those for
+    /// `/machine/...` to machines that were found. Default: where an entry of `simulationServers` has
+    /// `internal`.
     bool gateway = false;
     NetworkConfig network;
     /// `caFile`: PEM file of certificates that are trusted besides the system's authorities, when simulation

@@ -42,6 +42,10 @@ struct PolledServer
 
     std::string address;          ///< Its name, and where it is polled,
     std::string internal_address; ///< unless this is given, as in its ServerSpec.
+    std::string internal_name;    ///< Likewise.
+    /// Only a report with the counters of our simulation servers will do: what answers otherwise is taken
+    /// for another service.
+    bool must_be_ours = false;
 };
 
 /// Polls `GET /load` of every server, each on its own schedule: a slow server does not delay the polls of

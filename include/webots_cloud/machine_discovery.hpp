@@ -27,7 +27,10 @@ struct MachineDiscoveryParams
     MachineDiscoveryParams() = default;
 
     /// As in "simulationServers". The address of an entry may be `dns:<name>:<port>` or `srv:<service>`: in
-    /// its place come the machines that the name stands for, which are treated as the entry says.
+    /// its place come the machines that the name stands for, which are treated as the entry says. One of
+    /// the address `announced` says how those are treated that announce themselves. `internal_address` of
+    /// such an entry is `http`, `https` or `https://<name>`: its machines get an internal address each,
+    /// and a path of their own (`ServerSpec::has_own_path`).
     std::vector<ServerSpec> entries;
     /// Names and announcements may lead to this machine itself, by its loopback addresses.
     bool loopback = false;

@@ -46,6 +46,11 @@ struct ServerSpec
     /// `https://sim2.example.org:2000`, a name or an address, by TLS. Polls go there, and what the gateway
     /// passes on. Empty: it is polled at its address, and nothing is passed on.
     std::string internal_address;
+    /// By TLS: its certificate is for this name. Empty: for the host of the internal address.
+    std::string internal_name;
+    /// Browsers reach it through the session server alone, below a path of its own there: as a machine that
+    /// was found, of which several may have the same port. Only with `internal_address`.
+    bool has_own_path = false;
     /// More ports of that machine that the gateway passes on, the first and the last. 0: none.
     std::uint16_t first_port = 0;
     std::uint16_t last_port = 0;

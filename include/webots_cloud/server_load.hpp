@@ -64,6 +64,7 @@ struct LoadEvent
     ServerLoad server; ///< As it is known after the poll.
     LoadTransition transition = LoadTransition::none;
     bool is_repeated = false; ///< It failed like the poll before: nothing that is known has changed.
+    bool is_late = false;     ///< It failed since there was no answer in time.
 };
 
 } // namespace webots_cloud

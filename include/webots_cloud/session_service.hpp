@@ -40,14 +40,16 @@ struct SessionServiceParams
     std::size_t session_burst = 0;
     double session_rate = 0;
     /// Requests for `/2000/...` are passed on to the server of that port with an internal address (its
-    /// ServerSpec), unless the path is the operator's.
+    /// ServerSpec), and those for `/machine/<id>/...` to the server with that path, unless the path is the
+    /// operator's.
     bool gateway = false;
     /// `/session` answers this server's own address, whose `/client` finds a machine when a browser asks for
     /// a simulation, and relays. Only with `SessionServiceHooks::websockets`.
     bool relay = false;
     /// With `relay`: so many browsers may wait for a machine; 0: none.
     std::size_t waiting_places = 1000;
-    /// With `relay`: where the world outside reaches this server, and other names that it has.
+    /// With `relay` and for machines with paths of their own: where the world outside reaches this server,
+    /// and other names that it has.
     PublicAddress own_address;
     std::vector<std::string> own_names;
     /// `GET /api/decisions` answers everybody, not the operator alone.
@@ -75,6 +77,9 @@ struct SessionServiceHooks
     /// Signs the tickets with which browsers that wait keep their places (HMAC-SHA256), the same after a
     /// restart. Empty: they keep none.
     std::function<std::string(std::string_view message)> sign_waiting_ticket;
+    /// What the ids in the paths of machines are made with (HMAC-SHA256): the same after a restart, and at
+    /// all session servers of a site. Empty: no machine has a path of its own (`ServerSpec::has_own_path`).
+    std::function<std::string(std::string_view message)> machine_mac;
     /// How a machine was found, for the monitor page, as `MachineDiscovery::origin`. The text has to live
     /// until the next `set_servers`. Empty: all are of the configuration.
     std::function<std::string_view(std::string_view server)> origin_of;

@@ -135,8 +135,9 @@ result<SessionServiceParams> session_service_params(SessionConfig const& config)
     return params;
 }
 
-/// With `sessionSecret` several session servers take each other's tickets. Otherwise a secret is made when
-/// the first browser waits. Errors: as `make_ticket_mac`.
+/// With `sessionSecret` several session servers take each other's tickets, and name machines alike. Otherwise
+/// a secret is made when the first browser waits, or the first machine is to be named. Errors: as
+/// `make_ticket_mac`.
 result<std::function<std::string(std::string_view)>> waiting_mac(SessionConfig const& config,
                                                                  Logger const& log)
 {
@@ -240,6 +241,7 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     auto sign = waiting_mac(config, log);
     if (!sign)
         co_return sign.error();
+    hooks.machine_mac = *sign;
     hooks.sign_waiting_ticket = std::move(*sign);
     hooks.tell_operator = [&administrator](LoadEvent const& event) { return administrator.mail.note(event); };
     hooks.more_metrics = [&server, &administrator] {

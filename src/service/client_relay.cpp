@@ -59,7 +59,9 @@ void ClientRelay::set_servers(std::vector<ServerSpec> const& servers)
     std::unordered_set<std::string_view> listed;
     for (auto const& server : servers) {
         listed.insert(server.address);
-        machines_[server.address].internal_address = server.internal_address;
+        auto& machine = machines_[server.address];
+        machine.internal_address = server.internal_address;
+        machine.internal_name = server.internal_name;
     }
     auto const is_listed = [&listed](std::string_view entry) { return listed.contains(entry); };
     std::erase_if(machines_, [&](auto const& machine) { return !is_listed(machine.first); });

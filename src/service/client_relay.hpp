@@ -64,6 +64,8 @@ struct ClientRelayHooks
     std::function<void(std::string_view student, core::SeatRequest seat, std::string_view entry,
                        std::string_view host)>
         take_seat;
+    /// Where a browser that called us `host` reaches a machine that is below this server; empty: others.
+    std::function<std::string(std::string_view entry, std::string_view host)> public_address;
     /// What students of one class have in common; empty: there is no such student.
     std::function<std::string(std::string_view student)> class_of;
 };

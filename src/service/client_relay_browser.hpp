@@ -23,6 +23,7 @@ struct ClientRelay::Machine
     Machine() = default;
 
     std::string internal_address;
+    std::string internal_name;
     TimePoint freed{}; ///< When a simulation of ours has ended there.
     TimePoint polled{};
 };

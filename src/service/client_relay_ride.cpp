@@ -7,6 +7,7 @@
 #include "core/access/forwarding.hpp"
 #include "core/relay/relay_messages.hpp"
 #include "core/simulation/client_protocol.hpp"
+#include "core/simulation/public_base.hpp"
 #include "core/text.hpp"
 
 #include <boost/asio/this_coro.hpp>
@@ -302,10 +303,17 @@ asio::awaitable<result<std::unique_ptr<Channel>>> ClientRelay::connect(Browser c
     std::string path = "/client";
     if (hooks_.make_ticket && ride.is_placed)
         path = concat("/ticket/", hooks_.make_ticket(ride.entry), path);
-    WebSocketRequest request(internal.empty() ? concat(params_.tls ? "wss://" : "ws://", ride.entry, path)
-                                              : concat("ws", core::internal_url(internal, path).substr(4)));
-    // The machine answers with an address that this browser can reach, and counts for this browser.
+    WebSocketRequest request(concat(params_.tls ? "wss://" : "ws://", ride.entry, path));
     if (!internal.empty()) {
+        auto inside = core::internal_request(internal, machine->second.internal_name, path);
+        request.url = concat("ws", inside.url.substr(4)); // in place of "http"
+        request.address = std::move(inside.address);
+    }
+    // The machine answers with an address that this browser can reach, and counts for this browser.
+    auto below_us = hooks_.public_address ? hooks_.public_address(ride.entry, browser.host) : std::string();
+    if (!below_us.empty()) {
+        request.headers.emplace_back(core::public_address_header, std::move(below_us));
+    } else if (!internal.empty()) {
         bool const has_name = !ride.entry.starts_with(core::asked_name);
         request.headers.emplace_back("Host", has_name ? std::string(authority_of(ride.entry)) : browser.host);
     }

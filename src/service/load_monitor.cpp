@@ -29,24 +29,26 @@ constexpr Duration moment = std::chrono::milliseconds(20);
 /// removed.
 struct Watch
 {
-    explicit Watch(std::string address) : address(std::move(address)) {}
+    explicit Watch(PolledServer polled) : server(std::move(polled)) {}
 
-    std::string address;
-    std::string internal_address; ///< Instead of the address, unless it is empty.
-    int polls = 0;                ///< In flight.
-    double phase = 0;             ///< Where in the interval its polls lie, from 0 to 1.
+    PolledServer server;
+    int polls = 0;    ///< In flight.
+    double phase = 0; ///< Where in the interval its polls lie, from 0 to 1.
     bool removed = false;
     std::optional<async::TaskGroup::Task> task;
 };
 
-result<LoadReport> judge(result<HttpResponse> const& response)
+result<LoadReport> judge(result<HttpResponse> const& response, bool must_be_ours)
 {
     if (!response)
         return response.error();
     if (response->status != 200)
         return Failure(errc::protocol_error,
                        core::concat("answered HTTP ", std::to_string(response->status)));
-    return parse_load_report(response->body);
+    auto report = parse_load_report(response->body);
+    if (report && must_be_ours && !report->arrivals)
+        return Failure(errc::protocol_error, "it is no simulation server of webots_cloud");
+    return report;
 }
 
 result<> validate(LoadMonitorParams const& params)
@@ -113,7 +115,7 @@ asio::awaitable<void> LoadMonitor::Impl::keep_polling(std::shared_ptr<Watch> wat
         bool const cancelled = co_await async::is_cancelled();
         if (watch->removed || cancelled || was_aborted(response))
             break;
-        record(*watch, judge(response));
+        record(*watch, judge(response, watch->server.must_be_ours));
         due = std::max(due, clock.now());
         auto const waited = co_await clock.wait_until(due);
         bool const cancelled_meanwhile = co_await async::is_cancelled();
@@ -126,8 +128,15 @@ asio::awaitable<void> LoadMonitor::Impl::keep_polling(std::shared_ptr<Watch> wat
 
 HttpRequest LoadMonitor::Impl::load_request(Watch const& watch) const
 {
-    HttpRequest request(watch.internal_address.empty() ? server_url(watch.address, params.tls, "/load")
-                                                       : core::internal_url(watch.internal_address, "/load"));
+    HttpRequest request;
+    auto const& server = watch.server;
+    if (server.internal_address.empty()) {
+        request.url = server_url(server.address, params.tls, "/load");
+    } else {
+        auto inside = core::internal_request(server.internal_address, server.internal_name, "/load");
+        request.url = std::move(inside.url);
+        request.address = std::move(inside.address);
+    }
     request.headers.emplace_back("Accept", "application/json, text/plain;q=0.5");
     request.timeout = params.timeout;
     return request;
@@ -141,13 +150,14 @@ asio::awaitable<void> LoadMonitor::Impl::poll_once(std::shared_ptr<Watch> watch)
     --watch->polls;
     bool const cancelled = co_await async::is_cancelled();
     if (!watch->removed && !cancelled && !was_aborted(response))
-        record(*watch, judge(response));
+        record(*watch, judge(response, watch->server.must_be_ours));
 }
 
 void LoadMonitor::Impl::poll_now(std::string_view address)
 {
-    auto const found = std::find_if(watches.begin(), watches.end(),
-                                    [address](auto const& watch) { return watch->address == address; });
+    auto const found = std::find_if(watches.begin(), watches.end(), [address](auto const& watch) {
+        return watch->server.address == address;
+    });
     if (!tasks || found == watches.end() || (*found)->polls != 0)
         return;
     ++(*found)->polls;
@@ -156,7 +166,7 @@ void LoadMonitor::Impl::poll_now(std::string_view address)
 
 void LoadMonitor::Impl::record(Watch const& watch, result<LoadReport> const& outcome)
 {
-    events.push_back(table.record(watch.address, outcome, params.threshold, clock.now()));
+    events.push_back(table.record(watch.server.address, outcome, params.threshold, clock.now()));
     if (events.size() > max_events)
         events.pop_front();
     if (happened)
@@ -198,26 +208,25 @@ void LoadMonitor::set_servers(std::vector<std::string> const& addresses)
 void LoadMonitor::set_polled_servers(std::vector<PolledServer> const& servers)
 {
     std::vector<std::string> addresses;
-    std::unordered_map<std::string_view, std::string_view> internal;
+    std::unordered_map<std::string_view, PolledServer const*> polled;
     for (auto const& server : servers) {
         addresses.push_back(server.address);
-        internal.emplace(server.address, server.internal_address);
+        polled.emplace(server.address, &server);
     }
     std::unordered_map<std::string_view, std::shared_ptr<Watch>> known;
     for (auto const& watch : impl_->watches)
-        known.emplace(watch->address, watch);
+        known.emplace(watch->server.address, watch);
     impl_->table.set_servers(addresses);
     std::vector<std::shared_ptr<Watch>> next;
     for (auto const& server : impl_->table.servers()) {
         auto const found = known.find(server.address);
         if (found == known.end()) {
-            next.push_back(std::make_shared<Watch>(server.address));
-            next.back()->internal_address = internal.at(server.address);
+            next.push_back(std::make_shared<Watch>(*polled.at(server.address)));
             if (impl_->tasks)
                 impl_->start(next.back());
         } else {
             next.push_back(std::move(found->second)); // what stays in `known` was removed
-            next.back()->internal_address = internal.at(server.address);
+            next.back()->server = *polled.at(server.address);
         }
     }
     for (auto const& [address, watch] : known) {

@@ -26,7 +26,6 @@ namespace {
 constexpr Duration machines_step = std::chrono::seconds(1);
 constexpr Duration lookup_limit = std::chrono::seconds(20);
 constexpr std::size_t max_announcement = 1000;
-constexpr std::string_view announced_origin = "announced";
 
 /// A name that is looked up. Shared with its lookup, which may still run when its entry is gone.
 struct WatchedName
@@ -56,6 +55,7 @@ struct MachineDiscovery::Impl
 
     void take(MachineDiscoveryParams parameters);
     void assemble();
+    std::optional<ServerSpec> announced_machine(std::string address) const;
     void add(ServerSpec machine, std::string_view origin);
     void begin_lookups();
     asio::awaitable<void> look_up(std::shared_ptr<WatchedName> watched);
@@ -149,6 +149,8 @@ void MachineDiscovery::Impl::assemble()
     servers.clear();
     origins.clear();
     for (auto const& entry : params.entries) {
+        if (entry.address == core::announced_entry)
+            continue;
         auto const name = watched.find(entry.address);
         if (name == watched.end()) {
             add(entry, {});
@@ -158,8 +160,20 @@ void MachineDiscovery::Impl::assemble()
             add(std::move(machine), entry.address);
     }
     for (auto& machine : announced.machines())
-        add(ServerSpec(std::move(machine)), announced_origin);
+        if (auto spec = announced_machine(std::move(machine)))
+            add(std::move(*spec), core::announced_entry);
     is_outdated = has_spares; // nobody says when one of them is lost
+}
+
+/// Treated as the entry "announced" says, if there is one. Nothing: it says that machines are reached inside,
+/// and this one can't be.
+std::optional<ServerSpec> MachineDiscovery::Impl::announced_machine(std::string address) const
+{
+    auto const entry = std::find_if(params.entries.begin(), params.entries.end(),
+                                    [](auto const& each) { return each.address == core::announced_entry; });
+    auto machine = entry == params.entries.end() ? ServerSpec() : *entry;
+    machine.address = std::move(address);
+    return core::reach_inside(machine, std::nullopt) ? std::optional(std::move(machine)) : std::nullopt;
 }
 
 void MachineDiscovery::Impl::begin_lookups()
@@ -239,6 +253,9 @@ HttpResponse MachineDiscovery::Impl::take_announcement(IncomingRequest const& re
     auto const announcement = core::parse_announcement(request.query);
     if (!announcement)
         return refused_announcement(400, "Expected /api/machines?machine=<address>&at=<milliseconds>.");
+    if (!announcement->is_goodbye && !announced_machine(announcement->machine))
+        return refused_announcement(403, "This session server reaches machines by plain HTTP, and that only "
+                                         "at addresses: set \"server\" to one.");
     auto const before = announced.size();
     auto const verdict = announced.take(*announcement, params.loopback, clock.now(), clock.wall());
     if (announced.size() != before) {

@@ -4,6 +4,7 @@
 #include "client_relay.hpp"
 #include "core/access/asked_name.hpp"
 #include "core/access/forwarding.hpp"
+#include "core/access/machine_paths.hpp"
 #include "core/access/token_buckets.hpp"
 #include "core/classes/class_paths.hpp"
 #include "core/pages/http_pages.hpp"
@@ -13,6 +14,7 @@
 #include "core/pages/shared_page.hpp"
 #include "core/placement/drained_machines.hpp"
 #include "core/simulation/gateway_address.hpp"
+#include "core/simulation/public_base.hpp"
 #include "core/text.hpp"
 #include "core/time_text.hpp"
 #include "machine_metrics.hpp"
@@ -85,7 +87,7 @@ struct SessionService::Impl
         : params(std::move(parameters)), monitor(load_monitor), scheduler(placing), clock(time),
           log(std::move(logger)), hooks(std::move(others)), started(clock.wall()),
           board(params.history_step, params.threshold),
-          machine_metrics(load_monitor, placing, machines, time),
+          machine_metrics(load_monitor, placing, machines, time), paths(hooks.machine_mac),
           classes(load_monitor, placing, time, log, class_hooks()),
           relay(relay_params(), load_monitor, placing, time, log, relay_hooks())
     {
@@ -113,9 +115,12 @@ struct SessionService::Impl
     core::StudentMachine student_machine(std::string_view entry, std::string_view host) const;
     bool relays(IncomingRequest const& request) const;
     std::string own_address(std::string_view host) const;
+    std::string own_base(std::string_view host) const;
+    std::string public_address(std::string_view server, std::string_view host) const;
     Answer client_without_upgrade(IncomingRequest const& request);
     HttpResponse too_many_asked(Duration wait) const;
-    std::optional<Forward> pass_on(IncomingRequest const& request) const;
+    std::optional<Answer> pass_on(IncomingRequest const& request) const;
+    std::optional<Answer> pass_on_below(IncomingRequest const& request) const;
 
     static std::span<Route<Impl> const> routes();
     bool may_read_decisions(IncomingRequest const& request) const;
@@ -168,6 +173,7 @@ struct SessionService::Impl
     std::uint64_t refused = 0;
     std::uint64_t limited = 0;
     core::ForwardingTable forwarding;
+    core::MachinePaths paths;
     core::TokenBuckets asked; // requests of each client for a place
     std::uint64_t good_polls = 0;
     std::uint64_t failed_polls = 0;
@@ -201,14 +207,20 @@ void SessionService::apply(SessionServiceParams params)
 void SessionService::set_servers(std::vector<ServerSpec> const& servers)
 {
     std::vector<PolledServer> polled;
-    for (auto const& server : servers)
-        polled.emplace_back(server.address).internal_address = server.internal_address;
+    for (auto const& server : servers) {
+        auto& each = polled.emplace_back(server.address);
+        each.internal_address = server.internal_address;
+        each.internal_name = server.internal_name;
+        each.must_be_ours = server.has_own_path;
+    }
     impl_->machines.list(servers);
     impl_->scheduler.set_servers(impl_->machines.servers());
     impl_->monitor.set_polled_servers(polled);
     impl_->forwarding = core::ForwardingTable(servers);
+    impl_->paths.list(servers);
     impl_->relay.set_servers(servers);
-    impl_->board.list(impl_->monitor.servers(), impl_->hooks.origin_of);
+    impl_->board.list(impl_->monitor.servers(), impl_->hooks.origin_of,
+                      std::bind_front(&core::MachinePaths::path_of, &impl_->paths));
     impl_->note_drained();
     impl_->expire_pages();
     impl_->update_availability(impl_->clock.now());
@@ -284,6 +296,7 @@ ClientRelayHooks SessionService::Impl::relay_hooks()
                                 std::string_view host) {
         classes.take_seat(student, seat, student_machine(entry, host), clock.now());
     };
+    of_relay.public_address = std::bind_front(&Impl::public_address, this);
     of_relay.class_of = [this](std::string_view student) { return classes.class_of(student); };
     return of_relay;
 }
@@ -295,6 +308,9 @@ void SessionService::Impl::take(LoadEvent const& event)
         scheduler.report(event.server.address, event.server.report, clock.now());
     else
         scheduler.mark_unreachable(event.server.address, clock.now());
+    // One that is slow may be busy; one that is not there may be followed by another at its address.
+    if (!event.is_late)
+        paths.answered(event.server.address, event.server.state == ServerState::up);
     if (!event.is_repeated)
         board.change(event.server.address);
     if (event.transition == LoadTransition::none)
@@ -333,9 +349,28 @@ bool SessionService::Impl::may_ask(std::string_view quota_key, TimePoint now)
 std::string SessionService::Impl::address_of(std::string_view server, std::string_view host) const
 {
     std::string_view const scheme = params.ssl ? "wss://" : "ws://";
+    if (auto address = public_address(server, host); !address.empty())
+        return address;
     if (!server.starts_with(core::asked_name))
         return concat(scheme, server);
-    return concat(scheme, core::machine_reached_at(server, host));
+    auto const below_us = server.substr(core::asked_name.size());
+    return below_us.starts_with(core::machine_folder)
+               ? concat(own_base(host), below_us)
+               : concat(scheme, core::machine_reached_at(server, host));
+}
+
+/// Of a machine that is reached below this server: where. Empty: browsers reach it without us.
+std::string SessionService::Impl::public_address(std::string_view server, std::string_view host) const
+{
+    auto const path = paths.path_of(server);
+    return path.empty() ? std::string() : concat(own_base(host), path);
+}
+
+/// Where a browser whose request had this `Host` reaches this server.
+std::string SessionService::Impl::own_base(std::string_view host) const
+{
+    return concat(params.ssl ? "wss://" : "ws://",
+                  core::own_authority(params.own_address, params.own_names, host));
 }
 
 /// The same with a ticket, if need be.
@@ -360,8 +395,9 @@ std::string SessionService::Impl::place(TimePoint now, std::string_view token, c
         update_availability(now);
         return std::string(no_server_error);
     }
-    bool const has_name = !placement->address.starts_with(core::asked_name);
-    std::string const asked(has_name ? std::string_view() : host());
+    bool const asks_host = placement->address.starts_with(core::asked_name) ||
+                           (!paths.empty() && !paths.path_of(placement->address).empty());
+    std::string const asked(asks_host ? host() : std::string_view());
     if (seat != core::SeatRequest::unknown)
         classes.take_seat(token, seat, student_machine(placement->address, asked), now);
     update_availability(now);
@@ -373,10 +409,11 @@ core::StudentMachine SessionService::Impl::student_machine(std::string_view entr
                                                            std::string_view host) const
 {
     core::StudentMachine machine;
-    machine.entry = entry;
+    auto const path = paths.path_of(entry);
+    machine.entry = path.empty() ? std::string(entry) : concat(core::asked_name, path);
     machine.reached_at = address_of(entry, host);
-    // The gateway passes on what is below a machine's port, and no other ports.
-    machine.is_closed = params.gateway && core::public_port(entry) != 0;
+    // The gateway passes on what is below a machine's port or path, and no other ports.
+    machine.is_closed = params.gateway && (core::public_port(entry) != 0 || !path.empty());
     return machine;
 }
 
@@ -392,8 +429,7 @@ std::string SessionService::Impl::own_address(std::string_view host) const
 {
     if (!relay.takes_more(clock.now()))
         return std::string(no_server_error);
-    return concat(params.ssl ? "wss://" : "ws://",
-                  core::own_authority(params.own_address, params.own_names, host));
+    return own_base(host);
 }
 
 Answer SessionService::Impl::client_without_upgrade(IncomingRequest const&)
@@ -564,6 +600,7 @@ std::string SessionService::Impl::monitor_text() const
             core::session_row(server, scheduler.placed(server.address), machines.drained_by(server.address)));
         if (hooks.origin_of)
             view.servers.back().found_by = hooks.origin_of(server.address);
+        view.servers.back().path = paths.path_of(server.address);
     }
     view.assets = monitor_assets("session.js", params.port);
     return core::session_monitor_page(view);
@@ -718,11 +755,13 @@ void SessionService::Impl::write_relay(core::MetricsText& text) const
 }
 
 /// To the simulation server whose port the path begins with.
-std::optional<Forward> SessionService::Impl::pass_on(IncomingRequest const& request) const
+std::optional<Answer> SessionService::Impl::pass_on(IncomingRequest const& request) const
 {
-    auto target = params.gateway ? forwarding.find(request.path, request.query) : std::nullopt;
-    if (!target)
+    if (!params.gateway)
         return std::nullopt;
+    auto target = forwarding.find(request.path, request.query);
+    if (!target)
+        return pass_on_below(request);
     Forward forward;
     forward.upstream = Upstream(std::move(target->machine.host), target->machine.port);
     forward.upstream.tls = target->machine.tls;
@@ -734,10 +773,33 @@ std::optional<Forward> SessionService::Impl::pass_on(IncomingRequest const& requ
     return forward;
 }
 
+/// To a machine with a path of its own. It is called by the name that polls use, which it knows, whatever
+/// browsers call us; and its own policy for web pages does not count, since it does not know our name.
+std::optional<Answer> SessionService::Impl::pass_on_below(IncomingRequest const& request) const
+{
+    auto found = paths.find(request.path, request.query);
+    if (!found)
+        return std::nullopt;
+    if (!found->target)
+        return HttpResponse(502, std::string(core::html_type),
+                            "The simulation server of this address does not answer. Please start again.");
+    Forward forward;
+    auto& machine = found->target->machine;
+    forward.headers.emplace_back("Host", core::authority_of(machine));
+    forward.headers.emplace_back("Origin", "");
+    forward.headers.emplace_back(core::public_address_header,
+                                 concat(own_base(request.header("Host")), found->path));
+    forward.upstream = Upstream(std::move(machine.host), machine.port);
+    forward.upstream.tls = machine.tls;
+    forward.upstream.name = std::move(machine.name);
+    forward.target = std::move(found->target->target);
+    return forward;
+}
+
 Answer SessionService::respond(IncomingRequest const& request)
 {
-    if (auto forward = impl_->pass_on(request))
-        return std::move(*forward);
+    if (auto answer = impl_->pass_on(request))
+        return std::move(*answer);
     return route_table::respond(Impl::routes(), *impl_, request);
 }
 

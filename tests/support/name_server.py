@@ -14,12 +14,14 @@ from .waiting import wait_until
 
 
 class NameServer(Startable):
-    """Knows the names below `.test` that it is told, with a TTL of 0."""
+    """Knows the names below `.test` that it is told, with a TTL of 0. With a `wrapper` it runs on another machine, which is at `host`."""
 
-    def __init__(self, addresses=None, services=()):
+    def __init__(self, addresses=None, services=(), host="127.0.0.1", wrapper=()):
         self.program = required_program("dnsmasq", "dnsmasq-base")
         self.port = free_port()
-        self.address = f"127.0.0.1:{self.port}"
+        self.host = host
+        self.wrapper = wrapper
+        self.address = f"{host}:{self.port}"
         self.folder = tempfile.mkdtemp(prefix="webots_cloud_names_")
         self.hosts = os.path.join(self.folder, "hosts")
         self.services = services
@@ -29,7 +31,7 @@ class NameServer(Startable):
     def start(self):
         self._write()
         self.process = subprocess.Popen(
-            [self.program, "--keep-in-foreground", f"--port={self.port}", "--listen-address=127.0.0.1", "--bind-interfaces", "--conf-file",
+            [*self.wrapper, self.program, "--keep-in-foreground", f"--port={self.port}", f"--listen-address={self.host}", "--bind-interfaces", "--conf-file",
              "--pid-file", "--no-resolv", "--no-hosts", f"--addn-hosts={self.hosts}", "--local=/test/", "--log-facility=-",
              *(["--user=root"] if os.geteuid() == 0 else []), *(f"--srv-host={service}" for service in self.services)],
             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, preexec_fn=end_with_parent)
@@ -57,7 +59,7 @@ class NameServer(Startable):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asker:
             asker.settimeout(0.2)
             try:
-                asker.connect(("127.0.0.1", self.port))
+                asker.connect((self.host, self.port))
                 asker.send(b"\x12\x34\x01\x00\x00\x01\x00\x00\x00\x00\x00\x00\x03sim\x04test\x00\x00\x01\x00\x01")
                 return bool(asker.recv(512))
             except OSError:

@@ -2,6 +2,7 @@
 
     enter()            # at the start of the script: runs it again in there; SkipTest-like exit where that is not allowed
     with Outside() as outside: ...
+    with Elsewhere() as other: ...  # one more machine, with its own network; cable(None, other, "10.79.0") joins them
 """
 
 import os
@@ -9,6 +10,7 @@ import shutil
 import subprocess
 import sys
 
+from .processes import end_with_parent
 from .waiting import wait_until
 
 MARK = "WEBOTS_CLOUD_OWN_NETWORK"
@@ -69,3 +71,30 @@ class Outside:
     @staticmethod
     def _run(*command):
         subprocess.run(command, check=True)
+
+
+class Elsewhere:
+    """A machine with a network of its own, and no cable yet. What runs there runs behind `wrapper`."""
+
+    def __enter__(self):
+        self.process = subprocess.Popen(["unshare", "-n", "sleep", "infinity"], preexec_fn=end_with_parent)
+        number = str(self.process.pid)
+        wait_until(lambda: os.readlink(f"/proc/{number}/ns/net") != os.readlink("/proc/self/ns/net"), "no other namespace")
+        self.wrapper = ("nsenter", "-t", number, "-n", "--")
+        subprocess.run([*self.wrapper, "ip", "link", "set", "lo", "up"], check=True)
+        return self
+
+    def __exit__(self, *_):
+        self.process.kill()
+        self.process.wait()
+
+
+def cable(near, far, network):
+    """Joins two machines (None: that of the script): they are `<network>.1` and `<network>.2`. Neither passes anything on."""
+    name = network.replace(".", "_")
+    for machine, end, number in ((near, f"a{name}", 1), (far, f"b{name}", 2)):
+        ip = [*(machine.wrapper if machine else ()), "ip"]
+        if number == 1:
+            subprocess.run([*ip, "link", "add", end, "type", "veth", "peer", "name", f"b{name}", "netns", str(far.process.pid)], check=True)
+        subprocess.run([*ip, "address", "add", f"{network}.{number}/24", "dev", end], check=True)
+        subprocess.run([*ip, "link", "set", end, "up"], check=True)

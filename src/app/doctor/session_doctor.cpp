@@ -28,9 +28,12 @@ constexpr std::size_t max_examined = 3; // of the machines of one name, one afte
 
 CheckWork check_machine(HttpClient& http, ServerSpec server, bool tls)
 {
-    HttpRequest request(server.internal_address.empty()
-                            ? concat(tls ? "https://" : "http://", server.address, "/load")
-                            : core::internal_url(server.internal_address, "/load"));
+    HttpRequest request(concat(tls ? "https://" : "http://", server.address, "/load"));
+    if (!server.internal_address.empty()) {
+        auto inside = core::internal_request(server.internal_address, server.internal_name, "/load");
+        request.url = std::move(inside.url);
+        request.address = std::move(inside.address);
+    }
     request.timeout = app::answer_limit;
     auto const answer = co_await http.send(std::move(request));
     result<LoadReport> report = LoadReport();
@@ -96,12 +99,15 @@ CheckWork examine_session_server(SessionConfig config, Viewpoint viewpoint, asio
         findings.push_back(std::move(each));
     auto checks = common_checks(folders_of(config), config.network, config.address, viewpoint, *http);
     auto const names = make_name_service(executor, config.name_servers);
-    for (auto const& server : config.simulation_servers)
+    for (auto const& server : config.simulation_servers) {
+        if (server.address == core::announced_entry)
+            continue;
         checks.emplace_back(
             concat("machine ", server.address),
             core::is_machine_name(server.address)
                 ? check_named_machines(*http, *names, server, config.address.ssl, config.discover_loopback)
                 : check_machine(*http, server, config.address.ssl));
+    }
     if (!config.administrator.empty())
         checks.emplace_back("mail", check_mail(config));
     auto more = co_await examine(std::move(checks), *clock, std::move(progress));

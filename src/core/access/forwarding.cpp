@@ -61,6 +61,27 @@ std::string internal_url(std::string_view internal_address, std::string_view pat
                              : concat("https://", encrypted, path);
 }
 
+InternalRequest internal_request(std::string_view internal_address, std::string_view internal_name,
+                                 std::string_view path)
+{
+    InternalRequest request;
+    if (internal_name.empty()) {
+        request.url = internal_url(internal_address, path);
+        return request;
+    }
+    auto const machine = *parse_internal_address(internal_address);
+    request.url = concat("https://", internal_name, ":", std::to_string(machine.port), path);
+    request.address = machine.host;
+    return request;
+}
+
+std::string authority_of(InternalAddress const& machine)
+{
+    auto const& host = machine.name.empty() ? machine.host : machine.name;
+    bool const is_v6 = host.find(':') != std::string::npos;
+    return concat(is_v6 ? "[" : "", host, is_v6 ? "]:" : ":", std::to_string(machine.port));
+}
+
 std::optional<NumericAddress> parse_numeric_address(std::string_view text)
 {
     auto const colon = text.rfind(':');

@@ -32,6 +32,9 @@ struct InternalAddress
     std::string host; ///< Without brackets. A numeric address; with TLS a name, too.
     std::uint16_t port = 0;
     bool tls = false;
+    std::string name; ///< With TLS: what its certificate is for; empty: the host.
+
+    bool operator==(InternalAddress const&) const = default;
 };
 
 /// A numeric address and a port, which are reached by plain HTTP; or `https://sim2.example.org:2000`,
@@ -40,6 +43,23 @@ std::optional<InternalAddress> parse_internal_address(std::string_view text);
 
 /// The URL of a path there.
 std::string internal_url(std::string_view internal_address, std::string_view path);
+
+/// Where a request to a machine goes.
+struct InternalRequest
+{
+    InternalRequest() = default;
+
+    std::string url;
+    std::string address; ///< Numeric: where to connect, unless empty, instead of looking up the URL's host.
+};
+
+/// The same where the machine's certificate may be for another name, `internal_name`: the URL has that.
+/// Precondition: with such a name, `parse_internal_address` reads the address.
+InternalRequest internal_request(std::string_view internal_address, std::string_view internal_name,
+                                 std::string_view path);
+
+/// `10.0.0.2:2000`, `sim2.example.org:2000`: the `Host` of requests there.
+std::string authority_of(InternalAddress const& machine);
 
 /// `2001` or `2001-2100`: the first and the last port.
 std::optional<std::pair<std::uint16_t, std::uint16_t>> parse_port_range(std::string_view text);

@@ -187,7 +187,8 @@ constexpr std::array machine_keys{
               .reloaded = true},
     ConfigKey{.name = "internal",
               .text = R"(where this server itself reaches the machine: `"10.0.0.2:2000"`, or by TLS )"
-                      R"(`"https://sim2.example.org:2000"`)",
+                      R"(`"https://sim2.example.org:2000"`; for machines that are found `"http"` or )"
+                      R"(`"https"`, see [docs/discovery.md](docs/discovery.md#through-the-gateway))",
               .reloaded = true},
     ConfigKey{.name = "ports",
               .text = R"(ports of its simulations, as in `"2001-2100"`, which the gateway passes on to)",
@@ -207,8 +208,8 @@ constexpr std::array session_machines{
               .type = KeyType::objects,
               .text = R"(the simulation servers: `"host:port"` or `"host/port"`, or objects as in )"
                       R"(`{"address": "host/2000", "weight": 2, "labels": ["gpu"]}`; for the gateway with )"
-                      R"(`"internal": "10.0.0.2:2000"`; for several machines `"dns:name:port"` and )"
-                      R"(`"srv:service name"`, see [docs/discovery.md](docs/discovery.md))",
+                      R"(`"internal": "10.0.0.2:2000"`; for several machines `"dns:name:port"`, )"
+                      R"(`"srv:service name"` and `"announced"`, see [docs/discovery.md](docs/discovery.md))",
               .absent = "none; only where machines announce themselves (`announcements`)",
               .reloaded = true,
               .keys = machine_keys},
@@ -229,8 +230,10 @@ constexpr std::array session_machines{
               .reloaded = true},
     ConfigKey{.name = "gateway",
               .type = KeyType::boolean,
-              .text = "requests for `/2000/...` are passed on to the simulation server `host/2000`, see "
-                      "[docs/gateway.md](docs/gateway.md)",
+              .text =
+                  "requests for `/2000/...` are passed on to the simulation server `host/2000`, and those "
+                  "for `/machine/...` to machines that were found, see "
+                  "[docs/gateway.md](docs/gateway.md)",
               .absent = "whether an entry of `simulationServers` has `internal`",
               .reloaded = true},
     ConfigKey{.name = "caFile",

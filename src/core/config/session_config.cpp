@@ -31,12 +31,38 @@ bool is_server_address(std::string_view text)
 /// A machine, or a name for several.
 bool is_server_entry(std::string_view text)
 {
-    return is_machine_name(text) ? parse_machine_name(text).has_value() : is_server_address(text);
+    return text == announced_entry ||
+           (is_machine_name(text) ? parse_machine_name(text).has_value() : is_server_address(text));
+}
+
+/// How the session server itself reaches machines that are found.
+void read_way_inside(ConfigReader& inner, ServerSpec& server)
+{
+    inner.read("internal", server.internal_address);
+    std::string ports;
+    inner.read("ports", ports);
+    if (inner.has("ports"))
+        inner.refuse("ports", "no such key beside a name of several machines");
+    if (!inner.has("internal"))
+        return;
+    auto const way = parse_way_inside(server.internal_address);
+    bool const is_service = server.address.starts_with("srv:");
+    bool const may_name = !is_service && server.address != announced_entry;
+    if (!way || (!way->name.empty() && !may_name))
+        inner.refuse("internal", may_name
+                                     ? "\"http\", \"https\", or \"https://name\" with the name that all "
+                                       "certificates of these machines are for"
+                                     : "\"http\" or \"https\": browsers reach these machines through the "
+                                       "gateway, which reaches them at their addresses");
+    else if (is_service && !way->tls)
+        inner.refuse("internal", "\"https\": names are no proof of who answers, without certificates");
 }
 
 /// Where the session server itself reaches a machine, and which of its ports.
 void read_internal_address(ConfigReader& inner, ServerSpec& server)
 {
+    if (stands_for_found(server.address))
+        return read_way_inside(inner, server);
     inner.read("internal", server.internal_address);
     auto const machine = core::parse_internal_address(server.internal_address);
     if (inner.has("internal") && !machine)
@@ -60,7 +86,7 @@ void read_simulation_server(ConfigReader& reader, std::size_t number, boost::jso
 {
     constexpr std::string_view key = "simulationServers";
     constexpr std::string_view address = "\"host:port\" or \"host/port\", with a port from 1 to 65535, "
-                                         "\"dns:name:port\" or \"srv:service name\"";
+                                         "\"dns:name:port\", \"srv:service name\" or \"announced\"";
     if (auto const* text = entry.if_string()) {
         server.address = *text;
         if (!is_server_entry(server.address))
@@ -77,9 +103,6 @@ void read_simulation_server(ConfigReader& reader, std::size_t number, boost::jso
             inner.require("address", address);
         else if (!is_server_entry(server.address))
             inner.refuse("address", address);
-        for (auto const* const key_of_one : {"internal", "ports"})
-            if (is_machine_name(server.address) && inner.has(key_of_one))
-                inner.refuse(key_of_one, "no such key beside a name of several machines");
         reader.take_over(inner);
     } else {
         reader.refuse_entry(key, number, entry,
@@ -152,13 +175,31 @@ void require_internal_addresses(ConfigReader& reader, std::vector<ServerSpec> co
                 "name \"*\" an entry has to say where the machine is");
 }
 
+/// What is said of machines that can't be found, or not be reached.
+void refuse_vain_entries(ConfigReader& reader, SessionConfig const& config)
+{
+    auto const& servers = config.simulation_servers;
+    for (std::size_t i = 0; i < servers.size(); ++i) {
+        auto const& server = servers[i];
+        if (server.address == announced_entry && !config.announcements)
+            return reader.refuse_entry("simulationServers", i + 1, boost::json::value(server.address),
+                                       "no such entry without \"announcements\": true");
+        if (!config.gateway && stands_for_found(server.address) && !server.internal_address.empty())
+            return reader.refuse_entry("simulationServers", i + 1, boost::json::value(server.address),
+                                       "no \"internal\" here, since \"gateway\" is false: browsers would not "
+                                       "reach these machines");
+    }
+}
+
 void read_gateway(ConfigReader& reader, SessionConfig& config)
 {
     auto& servers = config.simulation_servers;
     config.gateway = std::any_of(servers.begin(), servers.end(), [](ServerSpec const& server) {
-        return !server.internal_address.empty() && core::public_port(server.address) != 0;
+        return !server.internal_address.empty() &&
+               (core::public_port(server.address) != 0 || stands_for_found(server.address));
     });
     reader.read("gateway", config.gateway);
+    refuse_vain_entries(reader, config);
     if (!config.gateway)
         return require_internal_addresses(reader, servers);
     for (auto& server : servers)
@@ -245,7 +286,7 @@ void warn_of_assumed_tls(ConfigReader const& reader, SessionConfig const& config
                          std::vector<std::string>& warnings)
 {
     auto const has_port = [](ServerSpec const& server) {
-        return server.address.find('/') == std::string::npos && !is_machine_name(server.address);
+        return server.address.find('/') == std::string::npos && !stands_for_found(server.address);
     };
     auto const& servers = config.simulation_servers;
     auto const direct = std::find_if(servers.begin(), servers.end(), has_port);

@@ -1,8 +1,10 @@
 #include "machine_name.hpp"
 
+#include "core/access/forwarding.hpp"
 #include "core/text.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace webots_cloud::core {
 namespace {
@@ -55,6 +57,43 @@ std::optional<MachineName> parse_machine_name(std::string_view entry)
     }
     machine.name = entry;
     return is_dns_name(machine.name) ? std::optional(std::move(machine)) : std::nullopt;
+}
+
+bool stands_for_found(std::string_view entry) noexcept
+{
+    return entry == announced_entry || is_machine_name(entry);
+}
+
+std::optional<WayInside> parse_way_inside(std::string_view text)
+{
+    constexpr std::string_view with_name = "https://";
+    WayInside way;
+    way.tls = text == "https" || text.starts_with(with_name);
+    if (text == "http" || text == "https")
+        return way;
+    if (!way.tls)
+        return std::nullopt;
+    way.name = lower_case(text.substr(with_name.size()));
+    return is_dns_name(way.name) ? std::optional(way) : std::nullopt;
+}
+
+bool reach_inside(ServerSpec& machine, std::optional<MachineName> const& name)
+{
+    if (machine.internal_address.empty())
+        return true;
+    auto const way = parse_way_inside(std::exchange(machine.internal_address, {}));
+    auto address = machine.address; // announced ones may be `host/2000`
+    std::replace(address.begin(), address.end(), '/', ':');
+    if (!way || (!way->tls && !parse_numeric_address(address)))
+        return false;
+    machine.internal_address = way->tls ? concat("https://", address) : address;
+    machine.internal_name = way->name;
+    if (way->tls && way->name.empty() && name && !name->is_service)
+        machine.internal_name = lower_case(name->name);
+    if (machine.internal_name.ends_with('.'))
+        machine.internal_name.pop_back();
+    machine.has_own_path = parse_internal_address(machine.internal_address).has_value();
+    return machine.has_own_path;
 }
 
 std::string machine_at(IpAddress const& address, std::uint16_t port)

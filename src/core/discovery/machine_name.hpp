@@ -3,6 +3,8 @@
 
 #include "core/access/ip_address.hpp"
 
+#include <webots_cloud/scheduler.hpp>
+
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -25,6 +27,29 @@ struct MachineName
 bool is_machine_name(std::string_view entry) noexcept;
 
 std::optional<MachineName> parse_machine_name(std::string_view entry);
+
+/// The entry that says how machines are treated that announce themselves. It stands for no machine itself.
+inline constexpr std::string_view announced_entry = "announced";
+
+/// Whether an entry stands for machines that are found: `announced`, or a name.
+bool stands_for_found(std::string_view entry) noexcept;
+
+/// What the key `internal` says of machines that are found: browsers reach them through the session server
+/// alone, and the session server reaches them
+struct WayInside
+{
+    WayInside() = default;
+
+    bool tls = false; ///< by `https`, or by `http`.
+    std::string name; ///< `https://<name>`: what their certificates are for, unless empty.
+};
+
+std::optional<WayInside> parse_way_inside(std::string_view text);
+
+/// Of a found machine, which is treated as its entry says: where it is reached from inside, if that is what
+/// the entry says. By `http` only at an address: a name could lead anywhere by the time that it is looked up.
+/// False: the entry wants it to be reached inside, and that is not possible.
+bool reach_inside(ServerSpec& machine, std::optional<MachineName> const& name);
 
 /// How the machine at a numeric address is called: `10.0.0.2:2000`, `[2001:db8::2]:2000`.
 std::string machine_at(IpAddress const& address, std::uint16_t port);

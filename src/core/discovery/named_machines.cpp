@@ -150,7 +150,8 @@ NamedMachines::machines(std::function<bool(std::string_view address)> const& unr
             spec.weight *= std::clamp(machine.weight / mean, min_weight, max_weight);
         }
         spec.drain = spec.drain || machine.priority > *first.begin();
-        found.push_back(std::move(spec));
+        if (reach_inside(spec, name_))
+            found.push_back(std::move(spec));
     }
     return found;
 }

@@ -50,9 +50,13 @@ std::vector<NamedHost> named_hosts(SessionConfig const& config)
 {
     HostList hosts;
     hosts.add("server", config.address.host);
-    for (auto const& server : config.simulation_servers)
-        hosts.add("simulationServers",
-                  server.internal_address.empty() ? server.address : server.internal_address);
+    for (auto const& server : config.simulation_servers) {
+        std::string_view const kind = std::string_view(server.address).substr(0, server.address.find(':'));
+        if (kind != "dns" && kind != "srv" &&
+            kind != "announced") // machines that are found are other checks'
+            hosts.add("simulationServers",
+                      server.internal_address.empty() ? server.address : server.internal_address);
+    }
     if (!config.administrator.empty())
         hosts.add("mailServer", config.mail_server);
     return hosts.take();

@@ -54,6 +54,7 @@ LoadEvent LoadTable::record(std::string const& address, result<LoadReport> const
         known.problem.clear();
     } else {
         auto problem = outcome.error().message();
+        event.is_late = outcome.error() == errc::timed_out;
         event.is_repeated = known.state == ServerState::down && known.problem == problem;
         known.state = ServerState::down;
         known.problem = std::move(problem);

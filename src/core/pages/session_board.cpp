@@ -49,14 +49,14 @@ void SessionBoard::set_threshold(double threshold)
     threshold_ = threshold;
 }
 
-void SessionBoard::list(std::span<ServerLoad const> servers,
-                        std::function<std::string_view(std::string_view address)> const& found_by)
+void SessionBoard::list(std::span<ServerLoad const> servers, TextOf const& found_by, TextOf const& path_of)
 {
-    auto const origin = [&found_by](std::string_view address) {
-        return found_by ? found_by(address) : std::string_view();
+    auto const told_by = [](TextOf const& text_of, std::string_view address) {
+        return text_of ? text_of(address) : std::string_view();
     };
-    auto const is_same = [&origin](ServerLoad const& left, Row const& right) {
-        return left.address == right.address && origin(left.address) == right.found_by;
+    auto const is_same = [&](ServerLoad const& left, Row const& right) {
+        return left.address == right.address && told_by(found_by, left.address) == right.found_by &&
+               told_by(path_of, left.address) == right.path;
     };
     must_restate_ =
         must_restate_ || !std::equal(servers.begin(), servers.end(), rows_.begin(), rows_.end(), is_same);
@@ -67,7 +67,12 @@ void SessionBoard::list(std::span<ServerLoad const> servers,
     std::vector<std::string> names;
     for (auto const& server : servers) {
         names.push_back(server.address);
-        rows_.push_back({server.address, std::string(origin(server.address)), 0, {}, false});
+        rows_.push_back({server.address,
+                         std::string(told_by(found_by, server.address)),
+                         std::string(told_by(path_of, server.address)),
+                         0,
+                         {},
+                         false});
     }
     for (std::size_t i = 0; i < rows_.size(); ++i) {
         positions_.emplace(rows_[i].address, i);
@@ -201,6 +206,10 @@ std::string SessionBoard::snapshot(std::span<ServerLoad const> servers) const
         if (!rows_[i].found_by.empty()) {
             append_key(text, "foundBy");
             append_quoted(text, rows_[i].found_by);
+        }
+        if (!rows_[i].path.empty()) {
+            append_key(text, "path");
+            append_quoted(text, rows_[i].path);
         }
         append_row(text, session_row(servers[i], rows_[i].placed, rows_[i].drained_by));
         append_key(text, "history");

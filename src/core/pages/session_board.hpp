@@ -33,6 +33,8 @@ struct SessionRow
     std::string_view drained_by;
     /// How it was found, as in `dns:sim.example.org:2000` or `announced`; empty: it is configured.
     std::string_view found_by;
+    /// Below this server: `/machine/<id>`; empty: it has no path of its own here.
+    std::string_view path;
 };
 
 /// What a page shows of a server. `drained_by`: whoever has drained it but itself.
@@ -67,10 +69,12 @@ public:
     /// Watchers learn it with the next `take`.
     void set_threshold(double threshold);
 
-    /// The servers from now on, each with an address of its own. `found_by`: how one was found; empty where
-    /// all are configured.
-    void list(std::span<ServerLoad const> servers,
-              std::function<std::string_view(std::string_view address)> const& found_by = {});
+    /// Of the servers, by their addresses.
+    using TextOf = std::function<std::string_view(std::string_view address)>;
+
+    /// The servers from now on, each with an address of its own. `found_by`: how one was found, `path_of`:
+    /// its path below this server, as in SessionRow; empty functions where none has any.
+    void list(std::span<ServerLoad const> servers, TextOf const& found_by = {}, TextOf const& path_of = {});
 
     /// Something else is known of a server than before. Servers that are not listed are ignored.
     void change(std::string_view address);
@@ -100,6 +104,7 @@ private:
     {
         std::string address;
         std::string found_by;
+        std::string path;
         std::uint64_t placed = 0;    ///< As watchers are told.
         std::string_view drained_by; ///< But by itself.
         bool is_changed = false;     ///< Since the last `take`.

@@ -13,8 +13,11 @@ namespace {
 constexpr std::size_t max_rows = 200;
 
 /// Where a machine's own page is. Behind the gateway it is below ours, whatever browsers call us.
-std::string monitor_link(std::string_view address, SessionMonitorView const& view)
+std::string monitor_link(SessionRow const& server, SessionMonitorView const& view)
 {
+    std::string_view const address = server.address;
+    if (!server.path.empty())
+        return concat(server.path.substr(1), "/monitor");
     auto const slash = address.find('/');
     if (view.gateway && slash != std::string_view::npos)
         return concat(address.substr(slash + 1), "/monitor");
@@ -36,7 +39,7 @@ std::string_view draining_text(std::string_view drained_by)
 std::string server_row(std::size_t number, SessionRow const& server, SessionMonitorView const& view)
 {
     auto const address = escape_html(server.address);
-    auto const link = escape_html(monitor_link(server.address, view));
+    auto const link = escape_html(monitor_link(server, view));
     bool const is_full = server.load && *server.load >= view.threshold;
     std::string report = "waiting";
     if (server.load)

@@ -46,7 +46,8 @@
     const count = message.servers[0]?.history.length ?? 0;
     times = Array.from({length: count}, (_, index) => message.now - message.last - (count - 1 - index) * message.spacing);
     const isSame = servers.length === message.servers.length &&
-      servers.every((server, index) => server.address === message.servers[index].address && server.foundBy === message.servers[index].foundBy);
+      servers.every((server, index) => server.address === message.servers[index].address && server.foundBy === message.servers[index].foundBy &&
+        server.path === message.servers[index].path);
     const cells = servers.map(server => server.cells);
     servers = message.servers.map(server => ({...server, heard: performance.now()}));
     if (isSame && cells.length)
@@ -76,7 +77,7 @@
       const row = monitor.newRow();
       const cell = label => row.querySelector(`[data-label="${label}"]`);
       const link = row.querySelector("a");
-      link.setAttribute("href", monitorOf(server.address, link.getAttribute("href")));
+      link.setAttribute("href", server.path ? `${server.path.slice(1)}/monitor` : monitorOf(server.address, link.getAttribute("href")));
       link.textContent = server.address;
       row.cells[0].textContent = String(index + 1);
       const found = row.querySelector(".found");

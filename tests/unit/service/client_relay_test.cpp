@@ -81,6 +81,7 @@ struct Fixture
     {
         SessionServiceHooks given;
         given.websockets = &sockets;
+        given.machine_mac = [](std::string_view) { return std::string(32, 'm'); };
         given.random_bytes = [this](std::size_t size) { return bytes(size, random); };
         given.sign_waiting_ticket = [](std::string_view message) {
             return std::string(32, static_cast<char>(std::hash<std::string_view>()(message) % 256));
@@ -210,6 +211,26 @@ BOOST_AUTO_TEST_CASE(what_both_say_is_relayed)
     BOOST_TEST(machine.close_code().value() == 1000);
     BOOST_TEST(machine.dropped_at().has_value());
     BOOST_TEST(fixture.answer("/metrics").find("webots_relayed 0\n") != std::string::npos);
+}
+
+// Issue 24, line 1.
+BOOST_AUTO_TEST_CASE(a_machine_below_this_server_is_told_where_its_browsers_reach_it)
+{
+    Fixture fixture(relaying(), {});
+    fixture.sockets.expect("wss://machines.test:2000/client").always();
+    ServerSpec server("10.0.0.2:2000");
+    server.internal_address = "https://10.0.0.2:2000";
+    server.internal_name = "machines.test";
+    server.has_own_path = true;
+    fixture.service.set_servers({server});
+    fixture.has_room("10.0.0.2:2000", 1);
+    (void)fixture.start();
+    auto const& request = fixture.sockets.peer("wss://machines.test:2000/client").request();
+    BOOST_TEST(request.address == "10.0.0.2");
+    BOOST_TEST_REQUIRE(request.headers.size() == 2);
+    BOOST_TEST(request.headers[0].first == "Webots-Cloud-Address");
+    BOOST_TEST(request.headers[0].second.starts_with("ws://localhost:1999/machine/"));
+    BOOST_TEST(request.headers[1].first == "X-Forwarded-For");
 }
 
 BOOST_AUTO_TEST_CASE(a_connection_that_breaks_breaks_on_the_other_side_too)

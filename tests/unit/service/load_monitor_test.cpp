@@ -195,6 +195,38 @@ BOOST_AUTO_TEST_CASE(a_machine_behind_the_gateway_is_polled_inside)
     BOOST_TEST(fixture.monitor.servers()[0].report.load == 9);
 }
 
+BOOST_AUTO_TEST_CASE(a_certificate_may_be_for_a_name_that_several_machines_share)
+{
+    Fixture fixture({});
+    fixture.http.expect("GET https://sim.test:2000/load").reply(200, "7").always();
+    std::vector<PolledServer> servers{PolledServer("10.0.0.2:2000")};
+    servers[0].internal_address = "https://10.0.0.2:2000";
+    servers[0].internal_name = "sim.test";
+    fixture.monitor.set_polled_servers(servers);
+    fixture.start();
+    BOOST_TEST(fixture.monitor.servers()[0].report.load == 7);
+    BOOST_TEST(fixture.http.requests().back().address == "10.0.0.2");
+}
+
+// Issue 24, line 1: a name server could point us at other services.
+BOOST_AUTO_TEST_CASE(what_answers_without_our_counters_may_be_taken_for_another_service)
+{
+    Fixture fixture({});
+    fixture.http.expect("GET http://10.0.0.2:2000/load").reply(200, "7");
+    fixture.http.expect("GET http://10.0.0.2:2000/load")
+        .reply(200,
+               R"({"load":8,"sessions":0,"starting":0,"capacity":9,"arrivals":0,"failed":0,"departures":0})")
+        .always();
+    std::vector<PolledServer> servers{PolledServer("10.0.0.2:2000")};
+    servers[0].internal_address = "10.0.0.2:2000";
+    servers[0].must_be_ours = true;
+    fixture.monitor.set_polled_servers(servers);
+    fixture.start();
+    BOOST_TEST(fixture.monitor.servers()[0].problem == "it is no simulation server of webots_cloud");
+    fixture.world.advance(6s);
+    BOOST_TEST(fixture.monitor.servers()[0].report.load == 8);
+}
+
 BOOST_AUTO_TEST_CASE(the_totals_follow_every_poll_and_every_change_of_the_list)
 {
     Fixture fixture({"a:2000", "b:2000", "c:2000"});

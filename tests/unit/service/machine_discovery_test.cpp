@@ -237,6 +237,36 @@ BOOST_AUTO_TEST_CASE(announced_machines_come_and_go)
     BOOST_TEST(fixture.announce("b:1", false, -1s) == 409);
 }
 
+// Issue 24, line 1.
+BOOST_AUTO_TEST_CASE(machines_are_reached_inside_where_their_entries_say_so)
+{
+    DiscoveryFixture fixture({});
+    auto params = fixture.params_of({"dns:sim.test:2000", "announced"});
+    params.entries[0].internal_address = "https";
+    params.entries[1].internal_address = "http";
+    params.entries[1].labels = {"gpu"};
+    fixture.discovery.apply(params);
+    fixture.names.answers.emplace("sim.test", answer_of({"10.0.0.2"}));
+    fixture.start();
+    BOOST_TEST(fixture.announce("10.0.0.7:3000") == 200);
+    BOOST_TEST(fixture.announce("sim7.test:3000") == 403); // who knows where that leads tomorrow
+    BOOST_TEST(fixture.announce("sim7.test:3000", true, 1s) == 200);
+    fixture.world.advance(2s);
+    auto const& servers = fixture.discovery.servers();
+    BOOST_TEST_REQUIRE(servers.size() == 2);
+    BOOST_TEST(servers[0].address == "10.0.0.2:2000");
+    BOOST_TEST(servers[0].internal_address == "https://10.0.0.2:2000");
+    BOOST_TEST(servers[0].internal_name == "sim.test");
+    BOOST_TEST(servers[0].has_own_path);
+    BOOST_TEST(servers[1].address == "10.0.0.7:3000");
+    BOOST_TEST(servers[1].internal_address == "10.0.0.7:3000");
+    BOOST_TEST(servers[1].labels.front() == "gpu");
+    BOOST_TEST(fixture.discovery.origin("10.0.0.7:3000") == "announced");
+    fixture.discovery.apply(fixture.params_of({"announced"})); // browsers reach them themselves
+    BOOST_TEST(fixture.text_of(fixture.discovery.servers()) == "10.0.0.7:3000");
+    BOOST_TEST(!fixture.discovery.servers().front().has_own_path);
+}
+
 BOOST_AUTO_TEST_CASE(what_is_not_signed_or_makes_no_sense_is_refused)
 {
     DiscoveryFixture fixture({});

@@ -915,6 +915,82 @@ BOOST_AUTO_TEST_CASE(the_gateway_passes_requests_of_machines_on_and_no_others)
     BOOST_TEST(fixture.get("/2000/client").status == 404);
 }
 
+// Issue 24, line 1.
+BOOST_AUTO_TEST_CASE(a_found_machine_has_a_path_of_its_own_below_this_server)
+{
+    SessionServiceParams params;
+    params.gateway = true;
+    params.own_address.host = "sim.example.org";
+    SessionServiceHooks hooks;
+    hooks.machine_mac = [](std::string_view message) {
+        return std::string(message.substr(message.size() - 12)) + "...";
+    };
+    hooks.make_ticket = [](std::string_view server) { return "for-" + std::string(server); };
+    Fixture fixture(params, hooks);
+    constexpr auto ours =
+        R"({"load":1,"sessions":0,"starting":0,"capacity":9,"arrivals":0,"failed":0,"departures":0})";
+    fixture.http.expect("GET https://machines.test:2000/load").reply(200, "1");
+    fixture.http.expect("GET https://machines.test:2000/load").reply(200, ours);
+    fixture.http.expect("GET https://machines.test:2000/load").fail(errc::timed_out);
+    fixture.http.expect("GET https://machines.test:2000/load").fail(errc::unreachable).always();
+    fixture.start({});
+    ServerSpec server("10.0.0.2:2000");
+    server.internal_address = "https://10.0.0.2:2000";
+    server.internal_name = "machines.test";
+    server.has_own_path = true;
+    fixture.service.set_servers({server});
+    fixture.world.settle();
+
+    std::array<std::pair<std::string_view, std::string_view>, 3> const headers{
+        {{"Host", "Sim.example.org"},
+         {"Origin", "https://sim.example.org"},
+         {"Webots-Cloud-Address", "ws://evil"}}};
+    IncomingRequest request;
+    request.method = "GET";
+    request.headers = headers;
+    auto const get = [&](std::string_view path) {
+        request.path = path;
+        return fixture.service.respond(request);
+    };
+    auto const status = [&](std::string_view path) { return std::get<HttpResponse>(get(path)).status; };
+    BOOST_TEST(std::get<HttpResponse>(get("/session")).body.starts_with("Error:"),
+               "it may be another service");
+    auto const shown = fixture.get("/monitor", "GET", "application/json").text();
+    auto const begin = shown.find("/machine/");
+    BOOST_TEST_REQUIRE(begin != std::string::npos);
+    auto const below = shown.substr(begin, shown.find('"', begin) - begin);
+    BOOST_TEST(status(below + "/client") == 502);
+
+    fixture.world.advance(6s); // it has answered as ours
+    BOOST_TEST(std::get<HttpResponse>(get("/session")).body ==
+               "wss://Sim.example.org" + below + "/ticket/for-10.0.0.2:2000");
+    request.query = "a=b";
+    auto const forward = std::get<Forward>(get(below + "/client"));
+    BOOST_TEST(forward.upstream.host == "10.0.0.2");
+    BOOST_TEST(forward.upstream.port == 2000);
+    BOOST_TEST(forward.upstream.tls);
+    BOOST_TEST(forward.upstream.name == "machines.test");
+    BOOST_TEST(forward.target == "/client?a=b");
+    BOOST_TEST((forward.headers == HttpHeaders{{"Host", "machines.test:2000"},
+                                               {"Origin", ""},
+                                               {"Webots-Cloud-Address", "wss://Sim.example.org" + below}}));
+    for (auto const& wrong : {below + "/metrics", below + "/api/drain", std::string("/machine/x/client"),
+                              std::string("/machine/10.0.0.2:2000/"), std::string("/2000/client")})
+        BOOST_TEST(status(wrong) == 404, wrong);
+
+    fixture.world.advance(5s); // a poll is late: it may be busy
+    BOOST_TEST(std::holds_alternative<Forward>(get(below + "/client")));
+    fixture.world.advance(6s); // nobody is there: whoever comes next may be somebody else
+    BOOST_TEST(status(below + "/client") == 502);
+    fixture.service.set_servers({});
+    BOOST_TEST(status(below + "/client") == 404);
+    fixture.service.set_servers({server});
+    BOOST_TEST(status(below + "/client") == 502, "it has come back to its old path");
+    params.gateway = false;
+    fixture.service.apply(params);
+    BOOST_TEST(status(below + "/client") == 404);
+}
+
 BOOST_AUTO_TEST_CASE(the_viewer_is_served_with_the_types_that_browsers_insist_on)
 {
     Fixture fixture;

@@ -86,7 +86,7 @@ BOOST_AUTO_TEST_CASE(a_wrong_simulation_server_is_named_with_its_wrong_key)
     };
     std::string const where = "c.json: key \"simulationServers\", entry 2: ";
     std::string const address = "\"host:port\" or \"host/port\", with a port from 1 to 65535, "
-                                "\"dns:name:port\" or \"srv:service name\"";
+                                "\"dns:name:port\", \"srv:service name\" or \"announced\"";
     BOOST_TEST(error(R"({"address":"a:2","weight":0})") ==
                where + "key \"weight\": expected a number from 0.001 to 1000000, found the number 0");
     BOOST_TEST(
@@ -136,6 +136,44 @@ BOOST_AUTO_TEST_CASE(machines_may_be_found_by_name_or_announce_themselves)
         parse_session_config(R"({"port":1,"announcements":true,"sessionSecret":"s"})", "c.json");
     BOOST_TEST_REQUIRE(announced.has_value());
     BOOST_TEST(announced->config.announcements);
+}
+
+// Issue 24, line 1.
+BOOST_AUTO_TEST_CASE(machines_that_are_found_may_be_reached_through_the_gateway_alone)
+{
+    auto const parse = [](std::string_view entries, std::string_view more) {
+        return parse_session_config(
+            core::concat(R"({"port":443,"ssl":true,"simulationServers":[)", entries, "]", more, "}"),
+            "c.json");
+    };
+    std::string_view const listening = R"(,"announcements":true,"sessionSecret":"s")";
+    for (auto const* const entry :
+         {R"({"address":"dns:sim:2000","internal":"http"})",
+          R"({"address":"dns:sim:2000","internal":"https"})",
+          R"({"address":"dns:sim:2000","internal":"https://machines.test"})",
+          R"({"address":"srv:_w._tcp.test","internal":"https"})",
+          R"({"address":"announced","internal":"http"})",
+          R"({"address":"announced","internal":"https","weight":2,"labels":["gpu"]})"}) {
+        auto const parsed = parse(entry, listening);
+        BOOST_TEST_REQUIRE(parsed.has_value(), entry);
+        BOOST_TEST(parsed->config.gateway);
+    }
+    BOOST_TEST(!parse(R"({"address":"announced","labels":["gpu"]})", listening)->config.gateway);
+    for (auto const* const entry : {R"({"address":"dns:sim:2000","internal":"ftp"})",
+                                    R"({"address":"dns:sim:2000","internal":"https://"})",
+                                    R"({"address":"dns:sim:2000","internal":"https://a:1"})",
+                                    R"({"address":"srv:_w._tcp.test","internal":"http"})",
+                                    R"({"address":"srv:_w._tcp.test","internal":"https://a.test"})",
+                                    R"({"address":"announced","internal":"https://a.test"})",
+                                    R"({"address":"announced","ports":"1-2"})"})
+        BOOST_TEST(!parse(entry, listening), entry);
+    BOOST_TEST(
+        parse(R"("announced")", "").error().message().find("no such entry without \"announcements\"") !=
+        std::string::npos);
+    BOOST_TEST(parse(R"({"address":"dns:sim:2000","internal":"http"})", R"(,"gateway":false)")
+                   .error()
+                   .message()
+                   .find("browsers would not reach these machines") != std::string::npos);
 }
 
 BOOST_AUTO_TEST_CASE(a_simulation_server_announces_itself_with_a_secret_alone)

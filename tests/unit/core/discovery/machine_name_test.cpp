@@ -39,6 +39,31 @@ BOOST_AUTO_TEST_CASE(machines_are_called_by_their_addresses)
     BOOST_TEST(core::machine_at(*IpAddress::parse("2001:db8::2"), 2000) == "[2001:db8::2]:2000");
 }
 
+BOOST_AUTO_TEST_CASE(a_found_machine_is_reached_inside_as_its_entry_says)
+{
+    auto const inside = [](std::string address, std::string way, std::string_view entry = {}) {
+        ServerSpec machine(std::move(address));
+        machine.internal_address = std::move(way);
+        if (!core::reach_inside(machine, core::parse_machine_name(entry)))
+            return std::string("out of reach");
+        BOOST_TEST(machine.has_own_path == !machine.internal_address.empty());
+        return machine.internal_address +
+               (machine.internal_name.empty() ? "" : " as " + machine.internal_name);
+    };
+    BOOST_TEST(inside("10.0.0.2:2000", "http", "dns:Sim.test.:2000") == "10.0.0.2:2000");
+    BOOST_TEST(inside("10.0.0.2:2000", "https", "dns:Sim.test.:2000") == "https://10.0.0.2:2000 as sim.test");
+    BOOST_TEST(inside("[2001:db8::2]:1", "https://all.test", "dns:sim:1") ==
+               "https://[2001:db8::2]:1 as all.test");
+    BOOST_TEST(inside("sim7.test:2000", "https", "srv:_w._tcp.test") == "https://sim7.test:2000");
+    BOOST_TEST(inside("10.0.0.7/2000", "http") == "10.0.0.7:2000"); // announced with "portRewrite"
+    BOOST_TEST(inside("sim7.test/2000", "https") == "https://sim7.test:2000");
+    BOOST_TEST(inside("sim7.test:2000", "http") == "out of reach");
+    BOOST_TEST(inside("sim7.test:2000", "") == ""); // browsers reach it themselves
+    BOOST_TEST(core::stands_for_found("announced"));
+    BOOST_TEST(core::stands_for_found("dns:sim:1"));
+    BOOST_TEST(!core::stands_for_found("announced:2000"));
+}
+
 BOOST_AUTO_TEST_CASE(no_machine_is_where_no_browser_could_be_sent)
 {
     for (auto const* const address : {"0.0.0.0", "169.254.169.254", "224.0.0.1", "255.255.255.255",

@@ -80,6 +80,10 @@ BOOST_AUTO_TEST_CASE(the_page_of_a_machine_behind_the_gateway_is_below_ours)
     auto const page = session_monitor_page(view);
     BOOST_TEST(contains(page, "data-gateway"));
     BOOST_TEST(contains(page, "<a href=\"2000/monitor\">*/2000</a>"));
+    view.servers = {row("10.0.0.2:2000", 1)};
+    view.servers.front().path = "/machine/abc";
+    BOOST_TEST(contains(session_monitor_page(view), "<a href=\"machine/abc/monitor\">10.0.0.2:2000</a>"));
+    view.servers = {row("*/2000", 1), row("b:3000", 1)};
     BOOST_TEST(contains(page, "<a href=\"https://b:3000/monitor\">b:3000</a>"));
     view.gateway = false;
     view.servers = {row("h/2000", 1)};
