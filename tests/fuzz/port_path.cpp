@@ -1,10 +1,12 @@
-// Paths that name a port or carry a ticket, and the Host of those who are led to https: they lead to a listed
-// machine or nowhere, and start nothing without the secret.
+// Paths that name a port or a machine or carry a ticket, and the Host of those who are led to https: they
+// lead to a listed machine or nowhere, and start nothing without the secret.
 #include "fuzz.hpp"
 
 #include "core/access/forwarding.hpp"
 #include "core/access/https_address.hpp"
+#include "core/access/machine_paths.hpp"
 #include "core/access/tickets.hpp"
+#include "core/simulation/public_base.hpp"
 
 using namespace webots_cloud;
 
@@ -19,11 +21,31 @@ core::ForwardingTable table()
     return core::ForwardingTable({server});
 }
 
+core::MachinePaths found_machines()
+{
+    ServerSpec server("10.0.0.2:2000");
+    server.internal_address = "10.0.0.2:2000";
+    server.has_own_path = true;
+    core::MachinePaths paths(
+        [](std::string_view) { return std::string(32, '\0'); }); // `aaaaaaaaaaaaaaaaaaaaaaaa`
+    paths.list({server});
+    paths.answered("10.0.0.2:2000", true);
+    return paths;
+}
+
+void check_target(std::string_view target, std::string_view path)
+{
+    fuzz::require(target == "/" || path.ends_with(target));
+    fuzz::require(!target.starts_with("/metrics") || target.size() > 8);
+    fuzz::require(target != "/api" && !target.starts_with("/api/"));
+}
+
 } // namespace
 
 int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
 {
     static auto const machines = table();
+    static auto const paths = found_machines();
     static core::TicketBook book([](std::string_view) { return std::string(32, 'x'); },
                                  {"sim.example.org:2000"});
     static core::SiteAccess const site(core::Reach::everybody, {"sim.example.org"}, nullptr);
@@ -31,12 +53,18 @@ int LLVMFuzzerTestOneInput(std::uint8_t const* data, std::size_t size)
     if (auto const target = machines.find(path, "")) {
         auto const& machine = target->machine;
         fuzz::require(machine.host == "10.0.0.2" && machine.port >= 2000 && machine.port <= 2009);
-        fuzz::require(target->target == "/" || std::string_view(path).ends_with(target->target));
-        fuzz::require(!target->target.starts_with("/metrics") || target->target.size() > 8);
-        fuzz::require(target->target != "/api" && !target->target.starts_with("/api/"));
+        check_target(target->target, path);
     } else if (!path.empty()) {
         fuzz::require(path != "/2000/client");
     }
+    if (auto const found = paths.find(path, "")) {
+        fuzz::require(found->target && found->target->machine.host == "10.0.0.2" &&
+                      found->target->machine.port == 2000);
+        fuzz::require(std::string_view(path).starts_with(found->path));
+        check_target(found->target->target, path);
+    }
+    if (auto const base = core::parse_public_base(path))
+        fuzz::require(*base == path && base->find_first_of("?#@\\ \r\n\"<>") == std::string::npos);
     auto const verdict = book.redeem(core::ticket_in(path), WallTime(std::chrono::hours(400'000)));
     fuzz::require(verdict != core::TicketVerdict::accepted || core::ticket_in(path).size() == 75);
     fuzz::require(core::challenge_in(path).find_first_of("./%") == std::string_view::npos);

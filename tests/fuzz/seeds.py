@@ -32,7 +32,8 @@ def world_url():
 def port_path():
     yield from (b"/2000/client", b"/2009", b"/2000/metrics", b"/2000//%6detrics", b"/2005/a/../api/x", b"/2000/api//../x", b"/22/", b"//10.0.0.9:22/",
                 b"/ticket/" + b"A" * 75 + b"/client", b"/ticket/x/y/client", b"/.well-known/acme-challenge/a-B_1", b"/.well-known/acme-challenge/../x",
-                b"sim.example.org:80", b"[::1]:80", b"someone@sim.example.org", b"127.0.0.1")
+                b"sim.example.org:80", b"[::1]:80", b"someone@sim.example.org", b"127.0.0.1", b"/machine/" + b"a" * 24 + b"/client",
+                b"/machine/" + b"a" * 24, b"/machine/" + b"a" * 24 + b"//%6detrics", b"wss://sim.example.org:8443/1999/machine/abc")
 
 
 def waiting_ticket():
@@ -309,6 +310,25 @@ def http_answer():
     yield b""
 
 
+def service_answer():
+    """Two machines, of which one has another priority; a name that points into the question; and what makes no sense."""
+    question = b"\2_w\4_tcp\4test\0" + struct.pack(">HH", 33, 1)
+
+    def answer(*records, count=None):
+        head = struct.pack(">HHHHHH", 1, 0x8180, 1, len(records) if count is None else count, 0, 0)
+        return head + question + b"".join(records)
+
+    def record(target, priority=10, weight=1, port=2000, kind=33, ttl=60):
+        data = struct.pack(">HHH", priority, weight, port) + target
+        return b"\xc0\x0c" + struct.pack(">HHIH", kind, 1, ttl, len(data)) + data
+
+    yield answer(record(b"\4sim1\4test\0"), record(b"\4sim2\4test\0", 20, 65535))
+    yield answer(record(b"\4sim1\xc0\x14"), record(b"\11localhost\0"), record(b"\x03127\0010\0010\0011\0", port=0, ttl=2**31))
+    yield answer(record(b"\1x\0", kind=1), record(b"\0"), count=9)
+    yield answer(record(b"\xc0\xff"), record(b"\x3f" + b"a" * 63 + b"\0"))
+    yield b""
+
+
 def smtp_reply():
     """Odd: with a password. Then all replies in a row."""
     good = b"220 m ESMTP\r\n250-m\r\n250 8BITMIME\r\n250 sender\r\n250 recipient\r\n354 go on\r\n250 queued\r\n221 bye\r\n"
@@ -323,5 +343,5 @@ def smtp_reply():
 
 
 SEEDS = {each.__name__: each for each in (archive, class_message, client_message, configuration, docker_listing, docker_project, form, forward, git_layout, git_lfs, git_pack, git_protocol,
-                                          http_answer, http_request, load_report, mail, mount_table, policy, port_path, simulator_output, smtp_reply,
+                                          http_answer, http_request, load_report, mail, mount_table, policy, port_path, service_answer, simulator_output, smtp_reply,
                                           waiting_ticket, websocket_frames, world_url)}
