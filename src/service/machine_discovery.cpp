@@ -70,6 +70,7 @@ struct MachineDiscovery::Impl
     MachineDiscoveryHooks hooks;
     std::map<std::string, std::shared_ptr<WatchedName>, std::less<>> watched; ///< By their entries.
     core::AnnouncedMachines announced;
+    ServerSpec announced_as; ///< How they are treated.
     std::vector<ServerSpec> servers;
     std::unordered_map<std::string, std::string> origins; ///< Of each of them.
     bool is_outdated = false;                             ///< `servers` may have changed.
@@ -112,8 +113,11 @@ asio::awaitable<result<>> MachineDiscovery::run()
 void MachineDiscovery::Impl::take(MachineDiscoveryParams parameters)
 {
     params = std::move(parameters);
+    announced_as = ServerSpec();
     auto known = std::exchange(watched, {});
     for (auto const& entry : params.entries) {
+        if (entry.address == core::announced_entry)
+            announced_as = entry;
         auto name = core::parse_machine_name(entry.address);
         if (!name || watched.contains(entry.address))
             continue;
@@ -169,9 +173,7 @@ void MachineDiscovery::Impl::assemble()
 /// and this one can't be.
 std::optional<ServerSpec> MachineDiscovery::Impl::announced_machine(std::string address) const
 {
-    auto const entry = std::find_if(params.entries.begin(), params.entries.end(),
-                                    [](auto const& each) { return each.address == core::announced_entry; });
-    auto machine = entry == params.entries.end() ? ServerSpec() : *entry;
+    auto machine = announced_as;
     machine.address = std::move(address);
     return core::reach_inside(machine, std::nullopt) ? std::optional(std::move(machine)) : std::nullopt;
 }
