@@ -193,6 +193,9 @@ struct SlurmConfig
 
     SlurmJobConfig job;
     std::vector<SlurmOverrideConfig> overrides; ///< The first that fits counts.
+    /// `copyTo`: a folder of each node, absolute, that projects are copied into. Empty: the nodes see those
+    /// of the server.
+    std::filesystem::path copy_to;
 
     bool operator==(SlurmConfig const&) const = default;
 };

@@ -83,6 +83,7 @@ struct ContainerPlan
     std::string command;                    ///< For the log; empty: the process's.
     std::string project;                    ///< Compose's project name.
     std::string job;                        ///< The name of its job; empty: it is none.
+    std::uint64_t job_memory = 0;           ///< Bytes that the job may use; 0: Slurm decides.
     std::string image;                      ///< The default image; empty: the project has its own Dockerfile.
     std::vector<std::string> announcements; ///< Whole messages for the browser, sent before all others.
     std::vector<std::string> notes;         ///< Sentences for the browser, shown while it waits.

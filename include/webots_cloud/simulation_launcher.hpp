@@ -187,6 +187,13 @@ public:
     /// only.
     virtual std::vector<std::string> const& announcements() const noexcept = 0;
 
+    /// To be called when `file` of the instance directory, absolute, was put back as it was: so it is where
+    /// the simulator runs, if that has a copy of the project.
+    ///
+    /// Cancellation: terminal.
+    /// Errors: `unavailable`; the detail is a sentence for the browser.
+    virtual boost::asio::awaitable<result<>> put_back(std::filesystem::path file) = 0;
+
     /// What the simulator and everything that it started have consumed. The simulation may be destroyed while
     /// this runs.
     virtual boost::asio::awaitable<ProcessUsage> usage() = 0;

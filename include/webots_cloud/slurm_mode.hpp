@@ -31,6 +31,8 @@ struct SlurmModeParams
     std::filesystem::path squeue;
     std::filesystem::path sinfo;
     std::filesystem::path getent; ///< Of the C library: finds the addresses of nodes.
+    std::filesystem::path tar;    ///< Where projects are copied to the nodes.
+    std::filesystem::path guard;  ///< `webots-process-guard`, which is there on the nodes too.
     SlurmConfig jobs;
     /// Names this server among all that use the cluster, and stays the same from run to run, as in
     /// `webots_cloud_robots_2000_`. The names of its jobs begin with it, so that left-overs are recognised.

@@ -328,7 +328,7 @@ DockerModeParams docker_params(SimulationConfig const& config, fs::path const& i
 }
 
 /// Where simulations are jobs, which are started with the rights of this server's user.
-SlurmModeParams slurm_params(SimulationConfig const& config)
+SlurmModeParams slurm_params(SimulationConfig const& config, fs::path guard)
 {
     SlurmModeParams params;
     params.srun = find_program("srun");
@@ -336,6 +336,8 @@ SlurmModeParams slurm_params(SimulationConfig const& config)
     params.squeue = find_program("squeue");
     params.sinfo = find_program("sinfo");
     params.getent = find_program("getent");
+    params.tar = find_program("tar");
+    params.guard = std::move(guard);
     params.jobs = *config.slurm;
     params.identity = core::job_identity(host_name(), config.address.port);
     params.run = make_token().substr(0, 8);
@@ -530,7 +532,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     std::unique_ptr<SlurmMode> slurm;
     std::unique_ptr<HostMetrics> partitions;
     if (config.slurm) {
-        slurm = std::make_unique<SlurmMode>(slurm_params(config), *processes, *clock, log);
+        slurm = std::make_unique<SlurmMode>(slurm_params(config, guard), *processes, *clock, log);
         auto const opened = co_await slurm->open();
         if (!opened)
             co_return opened.error();

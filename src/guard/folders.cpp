@@ -103,14 +103,71 @@ private:
     unsigned long number_ = 0;
 };
 
-struct Measured
+/// Removes a folder. What is too deep is moved into the uppermost one first.
+class Removing
 {
-    bool is_done() const { return bytes > enough || too_many; }
+public:
+    explicit Removing(int top) : top_(top) {}
 
-    unsigned long long enough = 0;
-    unsigned long long bytes = 0;
-    unsigned long long files = 0;
-    bool too_many = false;
+    /// What is in the uppermost folder.
+    bool run()
+    {
+        do {
+            moved_ = false;
+            empty(openat(top_, ".", as_folder), 0);
+        } while (moved_);
+        return error_ == 0;
+    }
+
+    int error() const { return error_; }
+
+private:
+    /// Closes the folder.
+    void empty(int folder, int depth)
+    {
+        fchmod(folder, S_IRWXU);
+        Listing listing(folder);
+        if (!listing)
+            return fail();
+        while (char const* const name = listing.next()) {
+            if (unlinkat(folder, name, 0) == 0)
+                continue;
+            if (errno != EISDIR)
+                fail();
+            else if (depth == deepest_taken)
+                move_up(folder, name);
+            else
+                remove(folder, name, depth);
+        }
+    }
+
+    void remove(int folder, char const* name, int depth)
+    {
+        fchmodat(folder, name, S_IRWXU, 0); // a folder, as unlink has said, and nobody else is at work here
+        empty(openat(folder, name, as_folder), depth + 1);
+        if (unlinkat(folder, name, AT_REMOVEDIR) != 0)
+            fail();
+    }
+
+    void move_up(int folder, char const* name)
+    {
+        char other[64];
+        do
+            std::snprintf(other, sizeof other, ".deep-%lu", number_++);
+        while (faccessat(top_, other, F_OK, AT_SYMLINK_NOFOLLOW) == 0);
+        fchmodat(folder, name, S_IRWXU, 0);
+        if (renameat(folder, name, top_, other) == 0)
+            moved_ = true;
+        else
+            fail();
+    }
+
+    void fail() { error_ = error_ == 0 ? errno : error_; }
+
+    int top_;
+    int error_ = 0;
+    bool moved_ = false;
+    unsigned long number_ = 0;
 };
 
 /// Closes the folder.
@@ -204,16 +261,34 @@ bool take_back(char const* folder)
     return taken;
 }
 
-int measure(char const* folder, char const* enough)
+Measured measured(char const* folder, unsigned long long enough)
 {
     Measured all;
-    all.enough = std::strtoull(enough, nullptr, 10);
-    int const opened = open(folder, as_folder);
+    all.enough = enough;
+    count(open(folder, as_folder), 0, all);
+    return all;
+}
+
+bool remove_folder(int parent, char const* name)
+{
+    int const top = openat(parent, name, as_folder);
+    if (top < 0)
+        return false;
+    Removing removing(top);
+    bool const is_empty = removing.run();
+    close(top);
+    if (is_empty)
+        return unlinkat(parent, name, AT_REMOVEDIR) == 0;
+    errno = removing.error();
+    return false;
+}
+
+int measure(char const* folder, char const* enough)
+{
+    auto const all = measured(folder, std::strtoull(enough, nullptr, 10));
     struct statvfs disk
     {};
-    if (opened >= 0)
-        fstatvfs(opened, &disk);
-    count(opened, 0, all);
+    statvfs(folder, &disk);
     std::printf("%llu %d %llu\n", all.bytes, all.too_many ? 1 : 0,
                 static_cast<unsigned long long>(disk.f_bavail) * disk.f_frsize);
     return 0;

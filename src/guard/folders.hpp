@@ -4,6 +4,24 @@
 
 namespace webots_cloud::guard {
 
+/// What lies in a folder.
+struct Measured
+{
+    bool is_done() const { return bytes > enough || too_many; }
+
+    unsigned long long enough = ~0ULL; ///< It is not counted any further.
+    unsigned long long bytes = 0;
+    unsigned long long files = 0;
+    bool too_many = false; ///< Files, or folders in each other.
+};
+
+/// Measures the folder, at least until there are more than `enough` bytes.
+Measured measured(char const* folder, unsigned long long enough);
+
+/// Removes the folder `name` in `parent`, whatever modes and depths are in there. Links are not followed.
+/// Nothing may work in it any more.   False: `errno` says why something is left.
+bool remove_folder(int parent, char const* name);
+
 /// The folder and all folders in it become ours, so that the server can remove everything in them. Of what a
 /// simulation has put in there, links are not followed, and files stay what they are. Nothing of the
 /// simulation's may run any more.   False: `errno` says why not.

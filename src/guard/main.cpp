@@ -1,7 +1,8 @@
 // webots-process-guard: runs one program and makes sure that no process it started outlives it, or outlives
 // the server that asked for it.
 //
-//     webots-process-guard [--cleanup COUNT WORD...] [--job FIRST LAST] [--subordinate] [--set-user-id]
+//     webots-process-guard [--cleanup COUNT WORD...] [--job FIRST LAST [--receive FOLDER DIRECTORY]]
+//                          [--subordinate] [--send COUNT PATH...] [--set-user-id]
 //                          [--network none PORT | --network internet PORT SLIRP IP RULES] [--broker SOCKET]
 //                          [--group FOLDER]... [--limit NAME NUMBER]...
 //                          [--container DOCKER PROJECT SERVICE] [--own-sandbox FOLDER] [--own-displays]
@@ -14,6 +15,7 @@
 //     webots-process-guard --try FILE PORT PROCESS
 //     webots-process-guard --make-users NEWUIDMAP NEWGIDMAP FIRST_USER FIRST_GROUP COUNT
 //     webots-process-guard --subordinate --take-back FOLDER | --measure FOLDER ENOUGH | --put FROM TO FILE
+//     webots-process-guard --put FROM TO FILE
 //
 // Standard input is the control socket. A byte asks the program to end: it gets SIGTERM, and the whole tree
 // SIGKILL after GRACE_MS milliseconds. End-of-file, which also arrives when the server dies for whatever
@@ -30,10 +32,19 @@
 //
 // --job: we run on a node of a cluster, started by its scheduler, and there is no control socket: SIGTERM
 // asks the program to end, and the scheduler's process that has started us is our owner. Before the program
-// starts we print a line with a random word that it can't know, and the node, and with the same word the
-// TCP port from FIRST to LAST that it listens on, once it does:
-//     webots-process-guard 5f0c9a4b7d21e836 runs on node7
+// starts we print a line with a random word that it can't know, the node, and the number of the job. With the
+// same word we print to standard error, which the program does not get, the TCP port from FIRST to LAST that
+// it listens on, once it does, and every second what it uses: the time of processors in milliseconds, bytes
+// in memory, those of them that no file is behind, threads, 1 if that is all, bytes in FOLDER, and 1 if there
+// are too many files:
+//     webots-process-guard 5f0c9a4b7d21e836 runs on node7 in 4711
 //     webots-process-guard 5f0c9a4b7d21e836 listens on 2001
+//     webots-process-guard 5f0c9a4b7d21e836 uses 12040 210763776 104857600 31 1 4096 0
+//
+// --send gives the program files and folders as standard input, packed by `tar`, and asks it to end by
+// SIGUSR1, which it passes on. --receive, on the node, unpacks them into FOLDER before the program starts, in
+// DIRECTORY. FOLDER is made, and removed when no process is left; if we are killed, by the next guard that
+// makes a folder beside it.
 //
 // Where the kernel allows it, the tree runs in a PID namespace of its own. Then it dies even when somebody
 // kills the guard, and no process of it can signal the guard, the server or another simulation. Users other
@@ -98,6 +109,7 @@
 #include "display.hpp"
 #include "folders.hpp"
 #include "job.hpp"
+#include "job_folder.hpp"
 #include "options.hpp"
 #include "pid_namespace.hpp"
 #include "privileges.hpp"
@@ -118,25 +130,20 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <ctime>
 #include <initializer_list>
 
 namespace {
 
 using webots_cloud::guard::NetworkFailure;
+using webots_cloud::guard::now_ms;
 using webots_cloud::guard::Program;
 using webots_cloud::guard::Started;
 
 constexpr int exec_failed = 127; // as in shells and coreutils
 constexpr long max_cleanup_ms = 60'000;
+constexpr long copy_removal_ms =
+    5'000; // beyond the grace, for a guard elsewhere that removes what it has received
 constexpr int descriptor_of_users = 3; // of a user namespace, with --subordinate
-
-long now_ms()
-{
-    timespec time{};
-    clock_gettime(CLOCK_MONOTONIC, &time);
-    return time.tv_sec * 1000 + time.tv_nsec / 1'000'000;
-}
 
 /// In the child. Where a file is not there, it is an empty one.
 void open_files(Program const& program)
@@ -168,6 +175,13 @@ void open_files(Program const& program)
     sigprocmask(SIG_SETMASK, &program.signals, nullptr);
     int const nothing = open("/dev/null", O_RDONLY | O_CLOEXEC);
     dup2(nothing, STDIN_FILENO);
+    if (program.is_job)
+        dup2(STDOUT_FILENO, STDERR_FILENO);
+    if (program.sent_count > 0 && !webots_cloud::guard::send_files(program.sent, program.sent_count)) {
+        std::printf("webots-process-guard can't send\n");
+        std::fflush(stdout);
+        _exit(exec_failed);
+    }
     if (!webots_cloud::guard::set_limits(program.limits))
         refuse_without_limits(program);
     open_files(program);
@@ -252,7 +266,10 @@ public:
     /// Returns the status of the program when no process is left.
     int watch(int signals);
 
-    /// There is no control socket; the port that the program listens on is to be told.
+    /// In place of SIGTERM, which the first process of a namespace translates.
+    void end_by(int signal) { end_signal_ = report_ >= 0 ? SIGTERM : signal; }
+
+    /// There is no control socket; what is new of the program is to be told.
     void watch_job(webots_cloud::guard::Job& job, bool has_own_network)
     {
         job_ = &job;
@@ -263,17 +280,21 @@ public:
     /// Whether the server has died, or wants to know nothing more of this program.
     bool is_abandoned() const { return !control_open_ || owner_gone_; }
 
+    /// Whether it was asked to end the program.
+    bool is_asked_to_end() const { return kill_at_ >= 0 || owner_gone_; }
+
 private:
     void read_control();
     void reap();
     void terminate();
-    int wait_time() const;
+    int wait_time();
 
     pid_t program_;
     int report_;
     long grace_ms_;
     int owner_;         ///< -1: it is not watched, or has died.
     long kill_at_ = -1; ///< When the grace period ends; -1: nobody has asked the program to end.
+    int end_signal_ = SIGTERM;
     int status_ = 0;
     bool killing_ = false;
     bool control_open_ = true;
@@ -289,7 +310,7 @@ void Guard::terminate()
         return;
     kill_at_ = now_ms() + grace_ms_;
     if (program_ > 0)
-        kill(program_, SIGTERM);
+        kill(program_, end_signal_);
 }
 
 void Guard::read_control()
@@ -321,12 +342,12 @@ void Guard::reap()
     tree_is_gone_ = ended < 0 && errno == ECHILD;
 }
 
-int Guard::wait_time() const
+int Guard::wait_time()
 {
     if (killing_)
         return 10; // children of killed processes become ours one by one
     if (kill_at_ < 0)
-        return job_ && !job_->told ? webots_cloud::guard::port_interval_ms : -1;
+        return job_ ? webots_cloud::guard::tell_news(*job_, program_, has_own_network_) : -1;
     long const left = kill_at_ - now_ms();
     return left > 0 ? static_cast<int>(left) : 0;
 }
@@ -341,8 +362,6 @@ int Guard::watch(int signals)
             killing_ = true;
         if (killing_)
             kill_children();
-        else if (job_ && !job_->told)
-            webots_cloud::guard::tell_port(*job_, has_own_network_ ? 0 : program_);
         pollfd watched[] = {
             {signals, POLLIN, 0}, {control_open_ ? STDIN_FILENO : -1, POLLIN, 0}, {owner_, POLLIN, 0}};
         if (poll(watched, 3, wait_time()) <= 0)
@@ -584,6 +603,39 @@ int work_in_folder(int argc, char** argv)
     return -1;
 }
 
+/// Has the project of a job copied to this node.   Returns: whether it is here, and nobody wants us to end.
+bool receive_project(webots_cloud::guard::Job& job, webots_cloud::guard::JobFolder& folder,
+                     Program const& program, int signals, int owner)
+{
+    job.receives = true;
+    webots_cloud::guard::tell(job, "receives 0");
+    if (!folder.make(job.folder)) {
+        std::fprintf(stderr, "tar: can't make the folder (%s)\n", std::strerror(errno));
+        webots_cloud::guard::tell(job, "can't receive");
+        return false;
+    }
+    Started receiver;
+    receiver.process = fork();
+    if (receiver.process == 0) {
+        sigprocmask(SIG_SETMASK, &program.signals, nullptr);
+        webots_cloud::guard::become_receiver(job.folder);
+        std::fprintf(stderr, "tar: can't be run (%s)\n", std::strerror(errno));
+        _exit(exec_failed);
+    }
+    Guard guard(receiver, 0, owner);
+    guard.watch_job(job, false);
+    int const status = guard.watch(signals);
+    if (guard.is_asked_to_end())
+        return false;
+    if (receiver.process < 0 || status != 0 || chdir(job.directory) != 0) {
+        webots_cloud::guard::tell(job, "can't receive");
+        return false;
+    }
+    job.receives = false;
+    webots_cloud::guard::tell(job, "has received");
+    return true;
+}
+
 /// Prints what works here.
 int probe(Program const& program)
 {
@@ -625,8 +677,15 @@ int main(int argc, char** argv)
     program.user.is_subordinate = take_option(argc, argv, "--subordinate");
     if (program.user.is_subordinate && !enter_users()) // it changes what must not be set before
         return exec_failed;
-    if (int const status = program.user.is_subordinate ? work_in_folder(argc, argv) : -1; status >= 0)
+    bool const works_in_folder =
+        program.user.is_subordinate || (argc > 0 && std::strcmp(argv[0], "--put") == 0);
+    if (int const status = works_in_folder ? work_in_folder(argc, argv) : -1; status >= 0)
         return status;
+    program.is_job = job.last > 0;
+    program.sent = argv;
+    program.sent_count = webots_cloud::guard::take_sent(argc, argv);
+    // srun kills the job at SIGTERM, guard and all; this one it passes on.
+    program.end_signal = program.sent_count > 0 ? SIGUSR1 : SIGTERM;
     program.set_user_id = take_option(argc, argv, "--set-user-id");
     bool const understood = take_network(argc, argv, program.network) &&
                             webots_cloud::guard::take_limits(argc, argv, program.limits);
@@ -640,8 +699,8 @@ int main(int argc, char** argv)
     program.read_only_count = take_read_only(argc, argv);
     program.argv = argv + 1;
     bool const is_of_somebody = program.user.is_other || !program.user.is_subordinate;
-    if (!job_understood || !understood || !has_container || !user_understood || !is_of_somebody ||
-        (argc < 2 && !(is_probe && argc == 0)))
+    if (!job_understood || program.sent_count < 0 || !understood || !has_container || !user_understood ||
+        !is_of_somebody || (argc < 2 && !(is_probe && argc == 0)))
         return usage(name);
     setsid(); // Ctrl-C in the terminal is for the server, which then ends its simulations in order
     prctl(PR_SET_CHILD_SUBREAPER, 1);
@@ -651,18 +710,23 @@ int main(int argc, char** argv)
     sigemptyset(&handled);
     for (int const number : {SIGCHLD, SIGTERM, SIGINT, SIGHUP})
         sigaddset(&handled, number);
+    if (program.is_job)
+        sigaddset(&handled, SIGUSR1);
     sigprocmask(SIG_BLOCK, &handled, &program.signals);
     if (is_probe)
         return probe(program);
     if (job.last > 0)
         webots_cloud::guard::tell_node(job);
+    int const signals = signalfd(-1, &handled, SFD_CLOEXEC | SFD_NONBLOCK);
+    webots_cloud::guard::JobFolder folder;
+    if (job.folder && !receive_project(job, folder, program, signals, owner))
+        return exec_failed;
     LentFolder lent(program.user);
     if (program.user.is_other && !webots_cloud::guard::hand_over(program.user)) {
         std::printf("can't give %s to user %u: %s\n", program.user.folder, program.user.user,
                     std::strerror(errno));
         return exec_failed;
     }
-    int const signals = signalfd(-1, &handled, SFD_CLOEXEC | SFD_NONBLOCK);
     if (!webots_cloud::guard::open_groups(program.limits)) {
         std::printf("can't start %s in its control group: %s\n", program.argv[0], std::strerror(errno));
         return exec_failed;
@@ -695,11 +759,14 @@ int main(int argc, char** argv)
         std::printf("can't start %s: %s\n", program.argv[0], std::strerror(errno));
         return exec_failed;
     }
-    Guard guard(started, std::strtol(argv[0], nullptr, 10), owner);
+    Guard guard(started, std::strtol(argv[0], nullptr, 10) + (program.sent_count > 0 ? copy_removal_ms : 0),
+                owner);
+    guard.end_by(program.end_signal);
     if (job.last > 0)
         guard.watch_job(job, program.network.is_own());
     int const status = guard.watch(signals);
     lent.take_back();
+    folder.remove();
     if (program.network.broker)
         unlink(program.network.broker);
     if (guard.is_abandoned())

@@ -13,6 +13,7 @@ inline constexpr char const* forms[] = {
     "--try FILE PORT PROCESS",
     "--make-users NEWUIDMAP NEWGIDMAP FIRST_USER FIRST_GROUP COUNT",
     "--subordinate --take-back FOLDER | --measure FOLDER ENOUGH | --put FROM TO FILE",
+    "--put FROM TO FILE",
 };
 
 struct Option
@@ -42,8 +43,11 @@ inline constexpr Option options[] = {
     {"own-displays", "", "hide X servers of the program and of the machine from each other"},
     {"own-sandbox", "FOLDER", "the program makes a sandbox itself, and keeps its files in FOLDER"},
     {"probe", "", "say how well this machine can keep simulations apart"},
-    {"put", "FROM TO FILE", "with --subordinate: replace FILE in the folder TO by that of FROM"},
+    {"put", "FROM TO FILE", "replace FILE in the folder TO by that of FROM"},
     {"read-only", "FOLDER", "the program can't change this folder"},
+    {"receive", "FOLDER DIRECTORY",
+     "after --job: unpack standard input into FOLDER, begin in DIRECTORY, and remove FOLDER at the end"},
+    {"send", "COUNT PATH...", "give the program these files and folders as standard input, packed by tar"},
     {"set-user-id", "", "let programs that run as another user work"},
     {"subordinate", "", "run the program as a user of the namespace at descriptor 3"},
     {"take-back", "FOLDER", "with --subordinate: make this folder, and all in it, ours again"},

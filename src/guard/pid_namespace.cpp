@@ -122,13 +122,13 @@ pid_t fork_with_number(pid_t wanted)
 }
 
 /// Reaps the program and the orphans that become our children, until the program has ended.
-int reap_until_end(pid_t program, sigset_t const& watched)
+int reap_until_end(pid_t program, int end_signal, sigset_t const& watched)
 {
     for (;;) {
         siginfo_t signal{};
         sigwaitinfo(&watched, &signal);
         if (signal.si_signo == SIGTERM)
-            kill(program, SIGTERM);
+            kill(program, end_signal);
         int status = 0;
         for (pid_t ended = 0; (ended = waitpid(-1, &status, WNOHANG)) > 0;)
             if (ended == program)
@@ -159,7 +159,7 @@ int reap_until_end(pid_t program, sigset_t const& watched)
         execute(argument);
     char const working = static_cast<char>(is_running | mounts);
     bool const reported = program > 0 && write(report, &working, 1) == 1;
-    int const status = reported ? reap_until_end(program, watched) : 0;
+    int const status = reported ? reap_until_end(program, argument.end_signal, watched) : 0;
     _exit(reported && write(report, &status, sizeof status) == static_cast<ssize_t>(sizeof status) ? 0 : 1);
 }
 

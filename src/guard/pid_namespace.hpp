@@ -38,7 +38,12 @@ struct Program
     /// Pairs of a descriptor and a file that it gets open there, or, where that is impossible, an empty one.
     char const* const* opened = nullptr;
     int opened_count = 0;
-    User user; ///< Who runs it; another one only where we are root.
+    /// Files and folders that it gets as standard input, packed by `tar`; absolute.
+    char const* const* sent = nullptr;
+    int sent_count = 0;
+    int end_signal = SIGTERM; ///< Asks it to end.
+    bool is_job = false;      ///< Our standard error is ours alone: it gets our output in place of it.
+    User user;                ///< Who runs it; another one only where we are root.
     Limits limits;
     Network network; ///< Needs namespaces: without them the program is not started.
     Container

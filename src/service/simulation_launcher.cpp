@@ -42,6 +42,11 @@ bool uses_gateway(SimulationLauncherParams const& params, LaunchSpec const& spec
     return params.gateway && !(spec.old_command_line && params.old_webots_tls);
 }
 
+asio::awaitable<ProcessUsage> known_usage(ProcessUsage usage)
+{
+    co_return usage;
+}
+
 std::string describe(ExitStatus const& status)
 {
     return concat(status.signalled ? "it was ended by signal " : "it exited with status ",
@@ -111,6 +116,8 @@ public:
           runtime_(runtime), plan_(std::move(plan)), through_gateway_(uses_gateway(params, spec)),
           limits_(params.limits), state_(clock.now(), params.start_timeout, params.timeout, params.extendable)
     {
+        if (!plan_.job.empty())
+            limits_.memory = plan_.job_memory;
         for (auto& note : plan_.notes)
             events_.emplace_back(SimulationProgress(std::move(note)));
     }
@@ -123,12 +130,19 @@ public:
     Duration extend(Duration asked) noexcept override { return state_.extend(asked); }
     Duration extendable() const noexcept override { return state_.extendable(); }
     std::vector<std::string> const& announcements() const noexcept override { return plan_.announcements; }
-    asio::awaitable<ProcessUsage> usage() override { return process_->usage(); }
+    asio::awaitable<result<>> put_back(std::filesystem::path file) override;
+    asio::awaitable<ProcessUsage> usage() override
+    {
+        return plan_.job.empty() ? process_->usage() : known_usage(job_usage_);
+    }
 
 private:
     TimePoint next_deadline() const;
     bool on_job_line(std::string_view line);
+    void on_job_usage(TimePoint now);
+    std::string overrun_text(Limit limit) const;
     void tell_news();
+    void tell_progress(std::string news);
     core::SimulatorState::Due on_deadline();
     void on_output(std::string_view bytes);
     void on_line(std::string_view line);
@@ -154,6 +168,7 @@ private:
     SimulatorRuntime& runtime_;
     ContainerPlan plan_;
     core::JobOutput job_;
+    ProcessUsage job_usage_;         ///< As the guard on the node has counted it last.
     std::string host_ = "127.0.0.1"; ///< Where the simulator is.
     std::string news_;               ///< The last that the browser was told while the job waits.
     TimePoint next_news_;            ///< When to look for more.
@@ -234,11 +249,54 @@ void RunningSimulation::tell_news()
     if (!state_.is_waiting() || now < next_news_)
         return;
     next_news_ = now + news_interval;
-    auto news = runtime_.news_of(plan_);
-    if (news.empty() || news == news_)
+    tell_progress(runtime_.news_of(plan_));
+}
+
+/// Tells the browser how its job gets on, if that is something new.
+void RunningSimulation::tell_progress(std::string news)
+{
+    if (news.empty() || news == news_ || !state_.is_starting())
         return;
     news_ = news;
     events_.emplace_back(SimulationProgress(std::move(news)));
+}
+
+/// What the simulator uses on its node, where the guard only counts: we keep the limits.
+void RunningSimulation::on_job_usage(TimePoint now)
+{
+    auto const& counted = job_.usage();
+    job_usage_ = ProcessUsage(counted.processor, counted.memory);
+    job_usage_.own_memory_bytes = counted.own_memory;
+    job_usage_.processes = counted.processes;
+    job_usage_.complete = counted.complete;
+    job_usage_.counted = now;
+    core::Consumption used;
+    used.memory = counted.own_memory;
+    used.processes = counted.processes;
+    used.disk = counted.disk;
+    used.too_many_files = counted.too_many_files;
+    if (auto const limit = core::overrun(limits_, used))
+        terminate_at(*limit);
+}
+
+asio::awaitable<result<>> RunningSimulation::put_back(std::filesystem::path file)
+{
+    if (job_.number().empty()) // there is no copy yet; it will have the file as it is
+        co_return result<>();
+    auto spec = runtime_.put_back(plan_, job_.number(), file);
+    if (spec.argv.empty())
+        co_return result<>();
+    auto const done = co_await run_program(processes_, clock_, std::move(spec), restart_limit);
+    if (!done)
+        co_return Failure(errc::unavailable, concat("The file can't be put back on the node of the cluster: ",
+                                                    done.error().message(), "."));
+    co_return result<>();
+}
+
+std::string RunningSimulation::overrun_text(Limit limit) const
+{
+    return plan_.job.empty() ? core::overrun_text(limit, limits_)
+                             : core::overrun_text(limit, limits_, "\"memory\" of \"launcher\"");
 }
 
 /// A line of a job.   Returns: whether it is the simulator's.
@@ -249,6 +307,14 @@ bool RunningSimulation::on_job_line(std::string_view line)
     if (kind == simulators)
         return true;
     auto const now = clock_.now();
+    if (kind == uses) {
+        on_job_usage(now);
+        return false;
+    }
+    if (kind == receives) {
+        tell_progress(core::copying_text(job_.usage().received));
+        return false;
+    }
     if (budget_.take_line(now)) // a simulator can print such lines
         log_.info(LogCause("job", label_), concat("[", label_, "] ", core::printable(line, 300)));
     if (kind == waits)
@@ -416,6 +482,8 @@ asio::awaitable<void> RunningSimulation::announce_if_listening()
     auto port = job_.port();
     if (plan_.job.empty())
         port = co_await process_->listening_port(assigned, highest);
+    else if (port < assigned || port > highest)
+        port = 0;
     if (!plan_.job.empty() && port != 0) {
         auto host = co_await runtime_.address_of(job_.node());
         if (!host)
@@ -433,7 +501,7 @@ asio::awaitable<void> RunningSimulation::announce_if_listening()
 
 void RunningSimulation::terminate_at(Limit limit) noexcept
 {
-    if (!state_.stop(core::overrun_text(limit, limits_)))
+    if (!state_.stop(overrun_text(limit)))
         return;
     ended_.overrun = limit;
     process_->terminate();
@@ -448,8 +516,7 @@ void RunningSimulation::on_exit(ExitStatus status, ProcessUsage const& usage)
     refused.memory_kills = usage.memory_kills;
     refused.refused_forks = usage.refused_forks;
     refused.too_many_files = core::ended_at_file_size(status.code, status.signalled);
-    if (auto const limit = core::overrun(limits_, refused);
-        limit && state_.stop(core::overrun_text(*limit, limits_)))
+    if (auto const limit = core::overrun(limits_, refused); limit && state_.stop(overrun_text(*limit)))
         ended_.overrun = limit;
     lines_.finish([this](std::string_view line) { on_line(line); });
     note_lines_left_out();

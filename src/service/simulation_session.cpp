@@ -100,7 +100,9 @@ asio::awaitable<void> SimulationSession::look_at_processes()
     auto const used = co_await simulation_->usage(); // the simulation may have ended meanwhile
     if (!simulation_ || life_.state() == Life::State::exited)
         co_return;
-    auto const now = context_.clock.now();
+    if (used.counted && *used.counted <= measured_)
+        co_return; // we know that already
+    auto const now = used.counted.value_or(context_.clock.now());
     cpu_ = core::process_cpu_percent(used_.processor, used.processor, now - measured_);
     used_ = used;
     measured_ = now;
@@ -406,7 +408,12 @@ asio::awaitable<void> SimulationSession::reset_controller(std::string file, Chan
             core::error_message("The project is still being fetched: there is no controller to reset."));
         co_return;
     }
-    auto const restored = co_await context_.fetcher.restore(*project_, concat("controllers/", file));
+    auto const name = concat("controllers/", file);
+    auto restored = co_await context_.fetcher.restore(*project_, name);
+    if (restored && simulation_) {
+        auto path = project_->root / name;
+        restored = co_await simulation_->put_back(std::move(path));
+    }
     if (restored)
         (void)channel.send(core::reset_controller_message(file));
     else

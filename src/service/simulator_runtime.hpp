@@ -61,6 +61,14 @@ public:
     /// What somebody is told who waits for the job: a sentence, or nothing.
     virtual std::string news_of(ContainerPlan const&) const { return {}; }
 
+    /// How to put a file of the project, absolute, back into the copy that the job with this number of
+    /// Slurm's has; without arguments: there is no copy.
+    virtual ProcessSpec put_back(ContainerPlan const&, std::string_view /*number*/,
+                                 std::filesystem::path const& /*file*/)
+    {
+        return {};
+    }
+
     /// The numeric address of the node that it runs on.
     ///
     /// Errors: those of `SlurmMode::address_of`.

@@ -164,6 +164,8 @@ asio::awaitable<result<>> SlurmMode::open()
         if (program.empty())
             co_return Failure(errc::not_found,
                               concat(name, " is not installed, which \"launcher\" needs (slurm-client)."));
+    if (!params.jobs.copy_to.empty() && params.tar.empty())
+        co_return Failure(errc::not_found, "tar is not installed, which \"copyTo\" of \"launcher\" needs.");
     auto found = co_await impl_->find_partitions();
     if (!found)
         co_return found;
@@ -223,14 +225,18 @@ core::Environment SlurmMode::environment() const
 asio::awaitable<result<std::string>> SlurmMode::address_of(std::string node)
 {
     auto const found = std::ranges::find(impl_->nodes, node, &core::ClusterNode::name);
-    auto const address = found == impl_->nodes.end() ? node : found->address;
+    auto const address = found == impl_->nodes.end() ? std::string() : found->address;
     if (is_numeric(address))
         co_return address;
-    std::vector<std::string> arguments{"ahosts", address};
-    auto const printed = co_await impl_->run(impl_->params.getent, std::move(arguments));
-    auto first = printed ? core::split(*printed, ' ').front() : std::string_view();
+    std::string_view first;
+    result<std::string> printed;
+    if (!address.empty()) {
+        std::vector<std::string> arguments{"ahosts", address};
+        printed = co_await impl_->run(impl_->params.getent, std::move(arguments));
+        first = printed ? core::split(*printed, ' ').front() : first;
+    }
     if (!is_numeric(first))
-        co_return Failure(errc::not_found, concat("The simulation runs on ", node,
+        co_return Failure(errc::not_found, concat("The simulation runs on ", core::printable(node, 60),
                                                   ", but this server knows no address of it."));
     co_return std::string(first);
 }

@@ -292,7 +292,7 @@ def configuration():
     yield b'0{"mailSenderUser":"a\\r\\nRCPT TO:<x>","mailSenderPassword":"\\u0000","port":1,"simulationServers":[]}'
     yield b'0{"prot":1,"prto":2,"\\u001b[2J":3,"simulationServers":[{"adress":5}]}'
     yield b'1{"timeout":1,"port":2000,"startTimeout":1e300,"loadFormula":"reference","logFormat":"json","simulationLogDays":0}'
-    yield (b'1{"launcher":{"slurm":{"partition":"p","memory":512,"processors":2,"gres":"gpu:1","timeLimit":3600,'
+    yield (b'1{"launcher":{"slurm":{"partition":"p","memory":512,"processors":2,"gres":"gpu:1","timeLimit":3600,"copyTo":"/tmp",'
            b'"overrides":[{"mode":"x3d","qos":"q"},{"label":"l","account":"a"}]}}}')
     yield b"0[[[[{"
 

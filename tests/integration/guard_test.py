@@ -8,6 +8,7 @@ Protocol section 6.5, quirk Q10.
 import contextlib
 import ctypes
 import errno
+import fcntl
 import os
 import re
 import shutil
@@ -53,18 +54,32 @@ class Guard(unittest.TestCase):
         cls.guard = shutil.copy(program("webots-process-guard"), cls.folder)  # where everybody may reach it
         cls.count = 0
 
-    def start(self, script, grace=200, cleanup=(), options=(), name="sh"):
+    def start(self, script, grace=200, cleanup=(), options=(), name="sh", stderr=None):
         last = ["--cleanup", str(len(cleanup)), *cleanup] if cleanup else []
         last += options
         started = subprocess.Popen([*self.arguments, self.guard, *last, str(grace), "/bin/sh", "-c", script, name], stdin=subprocess.PIPE,
-                                   stdout=subprocess.PIPE, text=True, user=self.user, group=self.user, extra_groups=self.user and [])
+                                   stdout=subprocess.PIPE, stderr=stderr, text=True, user=self.user, group=self.user, extra_groups=self.user and [])
         self.addCleanup(self.end, started)
         return started
 
     def end(self, started):
-        for pipe in (started.stdin, started.stdout):
-            pipe.close()
+        for pipe in (started.stdin, started.stdout, started.stderr):
+            if pipe:
+                pipe.close()
         started.wait(30)
+
+    def own_folder(self, name):
+        """A folder of the user who runs the guard."""
+        folder = tempfile.mkdtemp(prefix=name, dir=self.folder)
+        if self.user:
+            os.chown(folder, self.user, self.user)
+        return folder
+
+    def lock(self, folder):
+        """As a living guard has it."""
+        lock = os.open(folder, os.O_RDONLY)
+        self.addCleanup(os.close, lock)
+        fcntl.flock(lock, fcntl.LOCK_EX)
 
     def start_family(self, options=()):
         """A program whose children try to escape; returns it and the mark of its processes."""
@@ -228,9 +243,7 @@ class Guard(unittest.TestCase):
 
     def test_a_program_with_a_network_of_its_own_is_reached_by_sockets_alone_that_are_handed_out(self):
         self.require_namespace()
-        folder = tempfile.mkdtemp(prefix="broker_", dir=self.folder)
-        if self.user:
-            os.chown(folder, self.user, self.user)
+        folder = self.own_folder("broker_")
         broker = os.path.join(folder, "socket")
         with socket.create_server(("127.0.0.1", 0)) as free:
             port = free.getsockname()[1]  # nobody listens on it once this is closed
@@ -247,19 +260,92 @@ class Guard(unittest.TestCase):
     def test_a_job_says_where_it_runs_and_on_which_port_it_listens_and_has_no_control_socket(self):
         port = free_port(1)
         listen = "import socket, signal; s = socket.create_server(('127.0.0.1', {})); signal.pause()"
-        script = f'echo "$1"; /usr/bin/python3 -c "{listen.format(port + 1)}" & wait'
-        job = self.start(script, options=["--job", str(port), str(port + 1)])
-        word = re.fullmatch(rf"webots-process-guard ([0-9a-f]{{16}}) runs on {re.escape(socket.gethostname())}\n", job.stdout.readline())[1]
+        script = f'echo "$1"; echo error >&2; /usr/bin/python3 -c "{listen.format(port + 1)}" & wait'
+        job = self.start(script, options=["--job", str(port), str(port + 1)], stderr=subprocess.PIPE)
+        word = re.fullmatch(rf"webots-process-guard ([0-9a-f]{{16}}) runs on {re.escape(socket.gethostname())} in 0\n",
+                            job.stdout.readline())[1]
         self.assertEqual(job.stdout.readline(), "\n")  # of the program, which starts after that
+        self.assertEqual(job.stdout.readline(), "error\n")
         job.stdin.close()
-        self.assertEqual(job.stdout.readline(), f"webots-process-guard {word} listens on {port + 1}\n")
+        told = []  # where the program can't read it
+        while not told or not told[-1].startswith(f"webots-process-guard {word} listens"):
+            told.append(job.stderr.readline())
+            self.assertTrue(told[-1], "it does not say where it listens")
+        self.assertEqual(told[-1], f"webots-process-guard {word} listens on {port + 1}\n")
         job.send_signal(signal.SIGTERM)
         self.assertEqual(job.wait(30), -signal.SIGTERM)
         self.assertEqual(job.stdout.read(), "")
-        other = self.start(script, options=["--job", str(port), str(port + 1)])
+        other = self.start(script, options=["--job", str(port), str(port + 1)], stderr=subprocess.DEVNULL)
         self.assertNotIn(word, other.stdout.readline())
         other.send_signal(signal.SIGTERM)
         other.wait(30)
+
+    def test_a_job_says_every_second_what_it_uses(self):
+        script = "/usr/bin/python3 -c 'b = bytearray(50 << 20)\nwhile True: pass' & wait"
+        job = self.start(script, options=["--job", "1", "1"], stderr=subprocess.PIPE)
+        processor, memory, own, threads = 0, 0, 0, 0
+        while processor < 1000 or own < 50 << 20:
+            words = job.stderr.readline().split()
+            self.assertEqual(words[2], "uses")
+            processor, memory, own, threads, whole, disk, too_many = map(int, words[3:])
+            self.assertEqual((whole, disk, too_many), (1, 0, 0))
+        self.assertLess(own, memory)
+        self.assertLess(own, 80 << 20)
+        self.assertGreaterEqual(threads, 2)  # the shell and its child
+        job.send_signal(signal.SIGTERM)
+        job.wait(30)
+
+    def start_copy(self, sent, script, node, name="webots-cloud-job.it"):
+        """A guard that sends a folder to one that receives it, as on a node."""
+        received = os.path.join(node, name)
+        return self.start(script, stderr=subprocess.PIPE, options=["--send", "1", sent, "200", self.guard, "--job", "1", "1", "--receive",
+                                                                   received, received + sent])
+
+    def project(self):
+        folder = self.own_folder("project_")
+        with open(os.path.join(folder, "-rf *\nname"), "w") as file:
+            file.write("text")
+        os.symlink("-rf *\nname", os.path.join(folder, "link"))
+        os.chmod(folder, 0o755)
+        return folder
+
+    def test_a_project_is_sent_and_received_and_removed_at_the_end(self):
+        node = self.own_folder("node_")
+        project = self.project()
+        # Modes and depths that only make trouble.
+        script = f"pwd; cat link; echo; ls {node}; stat -c %a {node}/*; for i in $(seq 100); do mkdir d; cd d; done; mkdir x; chmod 0 x ."
+        copy = self.start_copy(project, script, node)
+        lines = copy.stdout.read().splitlines()
+        self.assertEqual(lines[1:], [f"{node}/webots-cloud-job.it{project}", "text", "webots-cloud-job.it", "700"], copy.stderr.read())
+        self.assertEqual(copy.wait(30), 0)
+        self.assertEqual(os.listdir(node), [])
+        self.assertEqual(len(os.listdir(project)), 2)
+
+    def test_a_project_that_can_not_be_sent_or_received_starts_nothing(self):
+        node = self.own_folder("node_")
+        project = self.project()
+        missing = self.start_copy(project + "/nothing", "echo it runs", node)
+        self.assertIn("webots-process-guard can't send\n", missing.stdout.read())
+        taken = os.path.join(node, "webots-cloud-job.it")
+        os.mkdir(taken)
+        self.lock(taken)
+        refused = self.start_copy(project, "echo it runs", node)
+        self.assertIn("can't receive\n", refused.stderr.read())
+        self.assertNotIn("it runs", refused.stdout.read())
+        self.assertEqual(refused.wait(30), 127)
+        self.assertEqual(os.listdir(node), ["webots-cloud-job.it"])
+
+    def test_what_killed_guards_have_left_is_removed_and_nothing_else(self):
+        node = self.own_folder("node_")
+        for name in ("webots-cloud-job.dead/x/y", "webots-cloud-job.alive", "webots-cloud-other"):
+            os.makedirs(os.path.join(node, name))
+        subprocess.run(["chown", "-R", f"{self.user or 0}", node], check=True)
+        os.symlink(self.project(), os.path.join(node, "webots-cloud-job.link"))
+        self.lock(os.path.join(node, "webots-cloud-job.alive"))
+        copy = self.start_copy(self.project(), "true", node)
+        copy.stderr.read()
+        self.assertEqual(copy.wait(30), 0)
+        self.assertEqual(sorted(os.listdir(node)), ["webots-cloud-job.alive", "webots-cloud-job.link", "webots-cloud-other"])
 
     def test_the_programs_number_is_unique_outside(self):
         self.require_namespace()

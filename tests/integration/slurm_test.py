@@ -3,21 +3,27 @@
 
 import asyncio
 import contextlib
+import glob
 import json
 import os
+import shutil
 import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import unittest
 import urllib.request
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
+from limits_test import LimitedServer  # noqa: E402
 from support.browser_client import Browser, server, websockets  # noqa: E402
 from support.frames import PICTURE  # noqa: E402
 from support.other_user import NOBODY, OwnedServer  # noqa: E402
+from support.processes import find_program  # noqa: E402
+from support.projects import demo_project  # noqa: E402
 from support.servers import PATIENCE, descendants, end, is_alive, main, wait_until  # noqa: E402
-from support.slurm import Cluster  # noqa: E402
+from support.slurm import NODES, Cluster  # noqa: E402
 
 
 def cluster_server(cluster, slurm=None, **settings):
@@ -60,6 +66,11 @@ class OneCluster(unittest.IsolatedAsyncioTestCase):
     def setUpClass(cls):
         cls.cluster = cls.enterClassContext(Cluster(processors=cls.PROCESSORS))
 
+    def simulators(self):
+        """Those that run in jobs."""
+        return [pid for step in self.cluster.steps() for pid in descendants(step)
+                if os.path.basename(os.readlink(f"/proc/{pid}/exe")) == "webots-demo-simulator"]
+
     def tearDown(self):
         self.cluster.wait_until_empty()
         wait_until(lambda: not self.cluster.steps(), "something of a job is left on a node")
@@ -81,8 +92,7 @@ class Jobs(OneCluster):
         with cluster_server(self.cluster) as simulation:
             async with Browser(simulation) as browser:
                 await ready(browser)
-                [simulator] = [pid for step in self.cluster.steps() for pid in descendants(step)
-                               if os.path.basename(os.readlink(f"/proc/{pid}/exe")) == "webots-demo-simulator"]
+                [simulator] = self.simulators()
                 os.kill(simulator, signal.SIGABRT)  # which sanitizers leave alone
                 await browser.hear_all()
                 self.assertEqual(browser.told[-1], "loading: Error: Webots has quit unexpectedly: it was ended by signal 6.")
@@ -121,6 +131,45 @@ class Jobs(OneCluster):
                 await ready(browser)
             simulation.wait_until_clean()
 
+    async def test_a_job_gets_the_graphics_processor_that_its_mode_needs(self):
+        overrides = [{"mode": "w3d", "gres": "gpu:1"}]
+        with cluster_server(self.cluster, {"overrides": overrides}) as simulation:
+            async with contextlib.AsyncExitStack() as stack:
+                with_it, other, without = [await stack.enter_async_context(Browser(simulation)) for _ in range(3)]
+                await ready(with_it, mode="w3d")
+                self.assertEqual(self.cluster.run("squeue", "-h", "-o", "%b").split(), ["gres:gpu:1"])
+                [simulator] = self.simulators()
+                with open(f"/proc/{simulator}/environ") as environment:
+                    self.assertIn("CUDA_VISIBLE_DEVICES=0", environment.read().split("\0"))
+                await ready(other, mode="w3d")
+                await without.start(mode="w3d")
+                self.assertIn("position 1 of 1", await without.hear("loading: Waiting for a free node"))
+                await with_it.socket.close()
+                await without.hear("webots:")
+            simulation.wait_until_clean()
+        with cluster_server(self.cluster, {"gres": "gpu:2"}) as simulation:
+            async with Browser(simulation) as browser:
+                await browser.start()
+                await browser.hear_all()
+                self.assertIn("Slurm does not start the simulation: Requested node configuration is not available.", browser.told[-1])
+
+    async def test_the_monitor_shows_what_the_job_uses(self):
+        with cluster_server(self.cluster) as simulation:
+            async with Browser(simulation) as browser:
+                await ready(browser)
+                [simulator] = self.simulators()
+
+                def row():
+                    return json.loads(simulation.get("/monitor", {"Accept": "application/json"}))["simulations"][0]
+
+                def memory():
+                    with open(f"/proc/{simulator}/statm") as status:
+                        return int(status.read().split()[1]) * os.sysconf("SC_PAGESIZE") / 1e6
+
+                wait_until(lambda: memory() <= row().get("memory", 0) < 2 * memory() + 20, lambda: f"{row()}, but it has {memory()} MB")
+                [world] = json.loads(simulation.get("/load", {"Accept": "application/json"}))["worlds"]
+                self.assertGreater(world["memory"], 0.9 * memory() * 1e6)
+
     async def test_an_unknown_partition_is_told_at_the_start(self):
         with self.assertRaisesRegex(AssertionError, 'Slurm has no partition "nowhere"'):
             with cluster_server(self.cluster, {"partition": "nowhere"}):
@@ -142,6 +191,164 @@ class AnotherUser(OneCluster):
 
     async def test_a_simulation_in_a_sandbox_with_a_network_of_its_own(self):
         await self.check(sandbox="bubblewrap", network="none")
+
+
+SLOW_TAR = """#!/bin/sh
+case "$*" in *--extract*) echo > "$0.began"; exec sleep 1000;; esac
+exec /bin/tar "$@"
+"""
+
+
+class CopiedProjects(OneCluster):
+    """On nodes that see nothing of the server's folders."""
+
+    PROCESSORS = 2
+
+    @classmethod
+    def setUpClass(cls):
+        hidden = tempfile.mkdtemp(prefix="webots_cloud_hidden_", dir="/tmp")
+        cls.addClassCleanup(shutil.rmtree, hidden, ignore_errors=True)
+        os.chmod(hidden, 0o755)
+        cls.hidden = hidden
+        cls.cluster = cls.enterClassContext(Cluster(processors=cls.PROCESSORS, hidden=hidden))
+
+    def settings(self, state="state", **slurm):
+        os.makedirs(os.path.join(self.hidden, state), exist_ok=True)
+        for node in NODES:
+            os.chmod(self.cluster.seen_by(node, self.cluster.own_folder), 0o1777)
+        return {**jobs_of(self.cluster, {"copyTo": self.cluster.own_folder, **slurm}), "stateDir": os.path.join(self.hidden, state)}
+
+    def copies(self):
+        return [folder for node in NODES
+                for folder in glob.glob(self.cluster.seen_by(node, self.cluster.own_folder) + "/webots-cloud-job.*")]
+
+    def copy(self, name):
+        """A file of the only copy of a project."""
+        [path] = [path for folder in self.copies() for path in glob.glob(f"{folder}/**/{name}", recursive=True)]
+        return path
+
+    def tearDown(self):
+        super().tearDown()
+        wait_until(lambda: not self.copies(), lambda: f"left on the nodes: {self.copies()}")
+
+    async def test_a_browser_sees_a_simulation_whose_node_does_not_see_the_project(self):
+        with server(**self.settings()) as simulation:
+            async with Browser(simulation) as browser:
+                address = await ready(browser)
+                self.assertIn("loading: Copying the project to its node of the cluster (0.0 MB)", browser.told)
+                await see_a_picture(address)
+                self.assertTrue(os.path.isfile(self.copy("worlds/arena.wbt")))
+                for node in NODES:
+                    self.assertEqual(os.listdir(self.cluster.seen_by(node, self.hidden)), [], "the node sees the server's folder")
+            simulation.wait_until_clean()
+
+    async def test_without_a_copy_the_browser_is_told_what_is_wrong(self):
+        with server(**{**self.settings(), **jobs_of(self.cluster)}) as simulation:
+            async with Browser(simulation) as browser:
+                await browser.start()
+                await browser.hear_all()
+                self.assertIn("The node of the cluster does not see the simulation's project", browser.told[-1])
+
+    async def test_a_sandbox_with_the_internet_for_the_copy(self):
+        for program in ("bwrap", "slirp4netns"):
+            if not find_program(program):
+                self.skipTest(f"{program} is missing")
+        if not os.path.exists("/dev/net/tun"):
+            self.skipTest("slirp4netns needs /dev/net/tun")
+        with server(sandbox="bubblewrap", network="internet", **self.settings()) as simulation:
+            async with Browser(simulation) as browser:
+                await see_a_picture(await ready(browser))
+            simulation.wait_until_clean()
+
+    async def test_a_file_is_put_back_into_the_copy(self):
+        name = "avoid_walls/avoid_walls.py"
+        with server(**self.settings()) as simulation:
+            async with Browser(simulation) as browser:
+                await ready(browser)
+                path = self.copy(f"controllers/{name}")
+                with open(path) as file:
+                    original = file.read()
+                with open(path, "w") as file:
+                    file.write("changed")
+                await browser.socket.send(json.dumps({"reset controller": name}))
+                await browser.hear(f"reset controller: {name}")
+                with open(path) as file:
+                    self.assertEqual(file.read(), original)
+                # What a simulation has put in its place is not followed.
+                folder = os.path.dirname(path)
+                os.rename(folder, folder + ".old")
+                os.symlink("/tmp", folder)
+                await browser.socket.send(json.dumps({"reset controller": name}))
+                self.assertIn("can't be put back on the node", await browser.hear("loading: Error:"))
+
+    async def test_who_leaves_while_the_project_is_copied_leaves_nothing(self):
+        with tempfile.TemporaryDirectory() as folder:
+            tar = os.path.join(folder, "tar")
+            with open(tar, "w") as file:
+                file.write(SLOW_TAR)
+            os.chmod(tar, 0o755)
+            settings = self.settings()
+            settings["environment"]["PATH"] = f"{folder}:{os.environ['PATH']}"
+            with server(**settings) as simulation:
+                async with Browser(simulation) as browser:
+                    await browser.start()
+                    await browser.hear("loading: Copying the project")
+                    wait_until(lambda: os.path.exists(tar + ".began"), "nothing is copied")
+                    self.assertTrue(self.copies())
+                simulation.wait_until_clean()
+
+    async def test_a_node_without_room_is_a_sentence(self):
+        settings = self.settings("full")
+        files = demo_project()
+        files["worlds/large.bin"] = os.urandom(40 << 20)
+        with tempfile.TemporaryDirectory() as folder:
+            for name, content in files.items():
+                path = os.path.join(folder, "projects", "large", name)
+                os.makedirs(os.path.dirname(path), exist_ok=True)
+                with open(path, "wb") as file:
+                    file.write(content)
+            settings.update(forges=[{"url": "local:", "directory": folder}], allowedRepositories=["local:/projects"])
+            with server(**settings) as simulation:
+                async with Browser(simulation) as browser:
+                    await browser.start("local:/projects/large/blob/main/worlds/arena.wbt")
+                    await browser.hear_all()
+                    self.assertRegex(browser.told[-1], "loading: Error: The simulation's project can't be copied to its node of the "
+                                     r"cluster: (No space left on device|Wrote only \d+ of \d+ bytes)\. Please tell the operator\.")
+
+    async def test_what_a_killed_guard_leaves_goes_with_the_next_job(self):
+        with server(**self.settings()) as simulation:
+            async with Browser(simulation) as browser:
+                await ready(browser)
+                [guard] = [pid for step in self.cluster.steps() for pid in descendants(step)
+                           if b"--job" in open(f"/proc/{pid}/cmdline", "rb").read().split(b"\0") and os.stat(f"/proc/{pid}").st_uid == 0
+                           and int(open(f"/proc/{pid}/stat").read().rpartition(")")[2].split()[1]) == step]
+                os.kill(guard, signal.SIGKILL)
+                await browser.hear_all()
+            self.cluster.wait_until_empty()
+            [left] = self.copies()
+            node = next(node for node in NODES if left.startswith(self.cluster.seen_by(node, "")))
+            other = next(each for each in NODES if each != node)
+            self.cluster.run("scontrol", "update", f"nodename={other}", "state=drain", "reason=test")
+            try:
+                async with Browser(simulation) as browser:
+                    await ready(browser)
+                    self.assertFalse(os.path.exists(left))
+            finally:
+                self.cluster.run("scontrol", "update", f"nodename={other}", "state=resume")
+            simulation.wait_until_clean()
+
+    async def test_a_job_that_takes_more_than_it_may_is_a_sentence(self):
+        limits = {"disk": 'with more than 10 MB, or with very many files, which is the limit of a simulation on this server. Its operator '
+                          'can raise "simulationDisk".',
+                  "memory": 'more than 200 MB of memory, which is the limit of a simulation on this server. Its operator can raise "memory" '
+                            'of "launcher".'}
+        with LimitedServer(**self.settings("limited", memory=200)) as simulation:
+            for name, sentence in limits.items():
+                async with Browser(simulation) as browser:
+                    await browser.start(f"local:/projects/{name}/blob/main/worlds/hostile.wbt")
+                    await browser.hear_all()
+                    self.assertTrue(browser.told[-1].endswith(sentence), browser.told)
+            simulation.wait_until_clean()
 
 
 class LostServers(OneCluster):

@@ -4,7 +4,8 @@
         ...
 
 Both nodes are this machine, at two addresses of the loopback. Nothing needs systemd or control groups. Without root or without Slurm:
-SkipTest.
+SkipTest. With `hidden` they are as machines that share no folder: each sees an empty one in its place, and has a small disk of its own at
+`own_folder`.
 """
 
 import contextlib
@@ -56,19 +57,26 @@ MessageTimeout=10
 KillWait=5
 CompleteWait=0
 MinJobAge=300
+GresTypes=gpu
 {nodes}
 PartitionName=robots Nodes=ALL Default=YES PriorityTier=1 GraceTime=0 State=UP
 PartitionName=urgent Nodes=ALL PriorityTier=10 PreemptMode=OFF State=UP
 """
 
-NODE = "NodeName={name} NodeHostname=localhost NodeAddr={address} Port={port} CPUs={processors} RealMemory={memory} State=UNKNOWN"
+NODE = "NodeName={name} NodeHostname=localhost NodeAddr={address} Port={port} CPUs={processors} RealMemory={memory} Gres=gpu:1 State=UNKNOWN"
+# What is no graphics processor, but looks like the device of one to Slurm.
+GRES = "NodeName={names} Name=gpu File=/dev/null\n"
+WITHOUT_SHARED_FOLDER = ("unshare", "--mount", "--propagation", "private", "sh", "-c",
+                         'mount -t tmpfs none "$1" && mount -t tmpfs -o "size=$2" none "$3" && shift 3 && exec "$@"', "sh")
 
 
 class Cluster(Startable):
-    """`processors`: of each of the two nodes, however many this machine has."""
+    """`processors`: of each of the two nodes, however many this machine has. `hidden`: a folder that only the server sees."""
 
-    def __init__(self, processors=2, node_timeout=30):
+    def __init__(self, processors=2, node_timeout=30, hidden=None, disk="32m"):
         self.folder = None
+        self.hidden = hidden
+        self.disk = disk
         self.processors = processors
         self.node_timeout = node_timeout
         self.daemons = {}
@@ -76,6 +84,10 @@ class Cluster(Startable):
     @property
     def environment(self):
         return {"SLURM_CONF": os.path.join(self.folder, "slurm.conf")}
+
+    @property
+    def own_folder(self):
+        return os.path.join(self.folder, "of_each_node")
 
     def start(self):
         for name, package in (("slurmctld", "slurmctld"), ("slurmd", "slurmd"), ("srun", "slurm-client"), ("munged", "munge")):
@@ -86,6 +98,9 @@ class Cluster(Startable):
         os.chmod(self.folder, 0o755)
         for name in ("state", *(f"spool-{node}" for node in NODES)):
             os.mkdir(os.path.join(self.folder, name))
+        os.mkdir(self.own_folder)
+        with open(os.path.join(self.folder, "gres.conf"), "w") as file:
+            file.write(GRES.format(names=",".join(NODES)))
         ports = free_port(len(NODES))
         nodes = [NODE.format(name=name, address=f"127.0.0.{number + 2}", port=ports + 1 + number, processors=self.processors, memory=1000)
                  for number, name in enumerate(NODES)]
@@ -107,10 +122,10 @@ class Cluster(Startable):
                     f"--pid-file={self.folder}/munge.pid", f"--log-file={self.folder}/munged.log", f"--seed-file={self.folder}/munge.seed")
         wait_until(lambda: os.path.exists(socket), self.log)
 
-    def _start(self, program, *arguments, name=None):
+    def _start(self, program, *arguments, name=None, wrapper=()):
         with open(os.path.join(self.folder, "daemons.log"), "ab") as log:
             self.daemons[name or program] = subprocess.Popen(
-                [required_program(program, program), *arguments], stdin=subprocess.DEVNULL, stdout=log, stderr=log,
+                [*wrapper, required_program(program, program), *arguments], stdin=subprocess.DEVNULL, stdout=log, stderr=log,
                 env={**os.environ, **self.environment}, cwd=self.folder, preexec_fn=end_with_parent)
 
     def start_controller(self):
@@ -121,7 +136,12 @@ class Cluster(Startable):
 
     def start_node(self, node):
         """Its configured processors, not those of this machine (-N is one of several on it)."""
-        self._start("slurmd", "-D", "-N", node, name=node)
+        wrapper = (*WITHOUT_SHARED_FOLDER, self.hidden, self.disk, self.own_folder) if self.hidden else ()
+        self._start("slurmd", "-D", "-N", node, name=node, wrapper=wrapper)
+
+    def seen_by(self, node, path):
+        """Where we find what a node has at this path."""
+        return f"/proc/{self.daemons[node].pid}/root{path}"
 
     def stop_node(self, node):
         """As in a machine that loses its power: its daemon and all steps of jobs there."""

@@ -74,6 +74,12 @@ struct RemoteStart
     /// of these TCP ports (see `core::JobOutput`); `Process::listening_port` can't see that.
     std::uint16_t first_port = 0;
     std::uint16_t last_port = 0;
+    /// Our files and folders, absolute, that are copied there before the program starts: `/a/b` is
+    /// `<copied_to>/a/b` there. `copied_to` is made, and removed when the program has ended; what stands
+    /// before the first dot of its name tells folders of this kind from others beside it. `directory` of the
+    /// program is there as well. Empty: our folders can be seen from there.
+    std::vector<std::filesystem::path> copied;
+    std::filesystem::path copied_to;
 };
 
 /// A container that compose starts.
@@ -166,6 +172,7 @@ struct ProcessUsage
     std::uint64_t memory_kills = 0;     ///< Processes that the kernel has killed at the limit of memory.
     std::uint64_t refused_forks = 0;    ///< Processes that it has not started at their limit.
     bool complete = true;               ///< False: there are more processes than were sampled.
+    std::optional<TimePoint> counted;   ///< When that was so; none: now.
 
     bool operator==(ProcessUsage const&) const = default;
 };

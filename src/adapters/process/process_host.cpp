@@ -402,10 +402,17 @@ void put_elsewhere(std::vector<std::string>& arguments, std::size_t cleanup_size
                    ProcessSpec const& spec)
 {
     auto const& remote = spec.remote;
-    std::vector<std::string> ours{milliseconds(spec.grace)};
+    std::vector<std::string> ours;
+    if (!remote.copied.empty())
+        ours.insert(ours.end(), {"--send", std::to_string(remote.copied.size())});
+    for (auto const& path : remote.copied)
+        ours.push_back(path.native());
+    ours.push_back(milliseconds(spec.grace));
     ours.insert(ours.end(), remote.command.begin(), remote.command.end());
     ours.insert(ours.end(),
                 {guard, "--job", std::to_string(remote.first_port), std::to_string(remote.last_port)});
+    if (!remote.copied.empty())
+        ours.insert(ours.end(), {"--receive", remote.copied_to.native(), spec.directory.native()});
     arguments.insert(arguments.begin() + static_cast<std::ptrdiff_t>(cleanup_size), ours.begin(), ours.end());
 }
 
@@ -479,7 +486,8 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
     adapters::FileDescriptor control(ends[0]);
     adapters::FileDescriptor const control_end(ends[1]);
 
-    auto const directory = spec.directory.empty() ? here : spec.directory;
+    bool const begins_here = spec.directory.empty() || !spec.remote.copied.empty();
+    auto const directory = begins_here ? here : spec.directory;
     adapters::Spawn spawn;
     spawn.program = (here / guard_).string();
     spawn.arguments = std::move(arguments);

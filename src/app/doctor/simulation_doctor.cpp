@@ -291,8 +291,11 @@ CheckWork examine_simulation_server(SimulationConfig config, fs::path programs, 
         checks.emplace_back("renderer", check_renderer(std::move(display)));
     if (!viewpoint.is_server && config.docker)
         checks.emplace_back("docker", check_docker());
-    if (!viewpoint.is_server && config.slurm)
-        checks.emplace_back("slurm", check_slurm(app::state_folders(config).front().path));
+    if (!viewpoint.is_server && config.slurm) {
+        auto const& copies = config.slurm->copy_to;
+        checks.emplace_back("slurm",
+                            check_slurm(copies.empty() ? app::state_folders(config).front().path : copies));
+    }
     auto const choice = find_simulator(config, programs);
     if (!viewpoint.is_server && !config.docker) {
         checks.emplace_back("processes", check_isolation(programs / "webots-process-guard", *clock),

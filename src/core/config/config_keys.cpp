@@ -504,7 +504,11 @@ constexpr auto slurm_override_keys = joined(slurm_choice_keys, slurm_job_keys);
 
 constexpr auto slurm_keys = joined(
     slurm_job_keys,
-    std::array{ConfigKey{.name = "overrides",
+    std::array{ConfigKey{.name = "copyTo",
+                         .text = "a folder of each node into which projects are copied, as in `/tmp`; see "
+                                 "[docs/clusters.md](docs/clusters.md#without-a-shared-folder)",
+                         .absent = "projects are not copied: the nodes see `stateDir`"},
+               ConfigKey{.name = "overrides",
                          .type = KeyType::object_list,
                          .text = "what jobs of some simulations ask for instead; the first that fits counts",
                          .standard = "[]",

@@ -286,6 +286,11 @@ void read_slurm_override(ConfigReader& reader, SlurmOverrideConfig& entry)
 void read_slurm(ConfigReader& reader, SlurmConfig& slurm)
 {
     read_slurm_job(reader, slurm.job);
+    std::string copy_to;
+    reader.read("copyTo", copy_to);
+    slurm.copy_to = copy_to;
+    if (!copy_to.empty() && !slurm.copy_to.is_absolute())
+        reader.refuse("copyTo", "an absolute path, which is one of the nodes");
     auto const* found = reader.find("overrides");
     if (!found)
         return;

@@ -55,22 +55,22 @@ bool ended_at_file_size(int code, bool signalled) noexcept
     return code == (signalled ? SIGXFSZ : by_signal + SIGXFSZ);
 }
 
-std::string overrun_text(Limit limit, ProcessLimits const& limits)
+std::string overrun_text(Limit limit, ProcessLimits const& limits, std::string_view memory_key)
 {
     constexpr std::string_view ending = ", which is the limit of a simulation on this server. Its operator "
-                                        "can raise \"";
+                                        "can raise ";
     switch (limit) {
     case Limit::memory:
         return concat("The simulation used more than ", megabytes(limits.memory), " of memory", ending,
-                      "simulationMemory\".");
+                      memory_key, ".");
     case Limit::processes:
         return concat("The simulation started more than ", std::to_string(limits.processes),
-                      " processes and threads at once", ending, "simulationProcesses\".");
+                      " processes and threads at once", ending, "\"simulationProcesses\".");
     case Limit::disk:
         break;
     }
     return concat("The simulation filled its folder with more than ", megabytes(limits.disk),
-                  ", or with very many files", ending, "simulationDisk\".");
+                  ", or with very many files", ending, "\"simulationDisk\".");
 }
 
 std::string_view label_of(Limit limit) noexcept

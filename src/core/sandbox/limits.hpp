@@ -37,8 +37,10 @@ std::optional<Limit> overrun(ProcessLimits const& limits, Consumption const& use
 /// programs report the end of others, by its exit status.
 bool ended_at_file_size(int code, bool signalled) noexcept;
 
-/// A sentence for the browser of the simulation that has overrun its limit.
-std::string overrun_text(Limit limit, ProcessLimits const& limits);
+/// A sentence for the browser of the simulation that has overrun its limit. `memory_key`: which raises that
+/// of memory.
+std::string overrun_text(Limit limit, ProcessLimits const& limits,
+                         std::string_view memory_key = "\"simulationMemory\"");
 
 /// As in `/metrics`.
 std::string_view label_of(Limit limit) noexcept;

@@ -40,7 +40,7 @@ std::string job_identity(std::string_view host, std::uint16_t port)
 }
 
 std::vector<std::string> srun_command(std::filesystem::path const& srun, SlurmJobConfig const& job,
-                                      std::string_view name, Duration time_limit)
+                                      std::string_view name, Duration time_limit, bool copied)
 {
     // Slurm counts in minutes.
     auto const limit = job.time_limit > Duration::zero() ? job.time_limit : time_limit;
@@ -51,9 +51,11 @@ std::vector<std::string> srun_command(std::filesystem::path const& srun, SlurmJo
                                        "--ntasks=1",
                                        concat("--cpus-per-task=", std::to_string(job.processors)),
                                        concat("--time=", std::to_string(minutes)),
-                                       "--input=none",
+                                       copied ? "--input=0" : "--input=none",
                                        "--export=ALL",
                                        "--mpi=none"};
+    if (copied)
+        arguments.emplace_back("--chdir=/"); // ours may not be there
     add_argument(arguments, "--partition=", job.partition);
     add_argument(arguments, "--account=", job.account);
     add_argument(arguments, "--qos=", job.qos);
@@ -61,6 +63,20 @@ std::vector<std::string> srun_command(std::filesystem::path const& srun, SlurmJo
     if (job.memory > 0)
         arguments.push_back(concat("--mem=", std::to_string((job.memory + (1 << 20) - 1) >> 20), "M"));
     return arguments;
+}
+
+std::vector<std::string> step_command(std::filesystem::path const& srun, std::string_view number)
+{
+    return {srun.native(),  concat("--jobid=", number),
+            "--overlap",    "--nodes=1",
+            "--ntasks=1",   "--input=0",
+            "--export=ALL", "--mpi=none",
+            "--chdir=/"};
+}
+
+std::filesystem::path job_folder(std::filesystem::path const& copy_to, std::string_view name)
+{
+    return copy_to / concat("webots-cloud-job.", name);
 }
 
 void name_partitions(SlurmConfig& slurm, std::string const& standard)

@@ -24,8 +24,16 @@ Duration job_time_limit(Duration timeout, Duration extendable, Duration start_ti
 std::string job_identity(std::string_view host, std::uint16_t port);
 
 /// The command line that is to be continued by that of the program. `time_limit`: where `job` has none.
+/// `copied`: the program gets our standard input, and begins in the uppermost folder.
 std::vector<std::string> srun_command(std::filesystem::path const& srun, SlurmJobConfig const& job,
-                                      std::string_view name, Duration time_limit);
+                                      std::string_view name, Duration time_limit, bool copied = false);
+
+/// The same for a program beside that of a running job, with our standard input. `number`: Slurm's.
+std::vector<std::string> step_command(std::filesystem::path const& srun, std::string_view number);
+
+/// The folder that the project of a job is copied into. What is before the first dot is common to all, as the
+/// guard wants it.
+std::filesystem::path job_folder(std::filesystem::path const& copy_to, std::string_view name);
 
 /// Names the partition of all jobs that ask for none.
 void name_partitions(SlurmConfig& slurm, std::string const& standard);

@@ -8,6 +8,8 @@ namespace webots_cloud::core {
 namespace {
 
 constexpr std::string_view guard_prefix = "webots-process-guard ";
+constexpr std::string_view cannot_send = "webots-process-guard can't send"; // the guard on this machine
+constexpr std::string_view tar_prefix = "tar: ";
 
 bool contains(std::string_view line, std::string_view part)
 {
@@ -31,7 +33,9 @@ std::string why_it_ends(std::string_view line)
     if (contains(line, "DUE TO NODE FAILURE") || contains(line, "Node failure on "))
         return "The simulation has ended: its node of the cluster has failed.";
     if (contains(line, "oom-kill event") || contains(line, "OOM Killed"))
-        return "The simulation was ended: it needed more memory than its job may have.";
+        return "The simulation was ended: it needed more memory than its job may have. Its operator can "
+               "raise "
+               "\"memory\" of \"launcher\".";
     if (contains(line, " CANCELLED AT "))
         return "The simulation was ended: its job was cancelled.";
     return {};
@@ -55,6 +59,11 @@ JobOutput::Line JobOutput::read(std::string_view line)
 {
     if (line.starts_with(guard_prefix))
         return read_guard(line);
+    if (line.starts_with(tar_prefix) && has_no_simulator()) {
+        if (copy_trouble_.empty()) // what is before the last colon names files of this server
+            copy_trouble_ = printable(line.substr(line.rfind(": ") + 2), 200);
+        return Line::ours;
+    }
     bool const is_of_srun = line.starts_with("srun: ");
     if (!is_of_srun && !line.starts_with("slurmstepd"))
         return Line::simulators;
@@ -64,7 +73,8 @@ JobOutput::Line JobOutput::read(std::string_view line)
         if (contains(line, "couldn't chdir to"))
             return end(
                 "The node of the cluster does not see the simulation's project: the folder \"stateDir\" "
-                "of the simulation server must be shared with all nodes.");
+                "of the simulation server must be shared with all nodes, or projects be copied to them "
+                "(\"copyTo\" of \"launcher\").");
         return Line::ours;
     }
     if (line.ends_with("queued and waiting for resources"))
@@ -77,17 +87,52 @@ JobOutput::Line JobOutput::read(std::string_view line)
 JobOutput::Line JobOutput::read_guard(std::string_view line)
 {
     auto const words = split(line, ' ');
-    if (words.size() != 5)
-        return Line::simulators;
-    if (word_.empty() && words[2] == "runs") {
+    if (line == cannot_send && has_no_simulator())
+        return end_without_project();
+    if (word_.empty()) {
+        if (words.size() != 7 || words[2] != "runs")
+            return Line::simulators;
         word_ = words[1];
         node_ = words[4];
+        number_ = words[6];
         return Line::runs;
     }
-    if (word_.empty() || words[1] != word_ || words[2] != "listens")
+    if (words.size() < 4 || words[1] != word_)
         return Line::simulators;
-    std::from_chars(words[4].data(), words[4].data() + words[4].size(), port_);
-    return Line::listens;
+    auto const number = [&words](std::size_t at) {
+        std::uint64_t value = 0;
+        if (at < words.size())
+            std::from_chars(words[at].data(), words[at].data() + words[at].size(), value);
+        return value;
+    };
+    if (words[2] == "can't")
+        return end_without_project();
+    if (words[2] == "receives") {
+        copies_ = true;
+        usage_.received = number(3);
+        return Line::receives;
+    }
+    if (words[2] == "listens") {
+        port_ = static_cast<std::uint16_t>(number(4));
+        return Line::listens;
+    }
+    copies_ = false;
+    if (words[2] != "uses")
+        return Line::ours;
+    usage_.processor = std::chrono::milliseconds(number(3));
+    usage_.memory = number(4);
+    usage_.own_memory = number(5);
+    usage_.processes = number(6);
+    usage_.complete = number(7) != 0;
+    usage_.disk = number(8);
+    usage_.too_many_files = number(9) != 0;
+    return Line::uses;
+}
+
+JobOutput::Line JobOutput::end_without_project()
+{
+    return end(concat("The simulation's project can't be copied to its node of the cluster",
+                      copy_trouble_.empty() ? "" : ": ", copy_trouble_, ". Please tell the operator."));
 }
 
 JobOutput::Line JobOutput::end(std::string_view reason)
@@ -95,6 +140,13 @@ JobOutput::Line JobOutput::end(std::string_view reason)
     if (reason_.empty()) // further lines only say that it is killed
         reason_ = reason;
     return Line::ends;
+}
+
+std::string copying_text(std::uint64_t received)
+{
+    auto const tenths = received / 100'000;
+    return concat("Copying the project to its node of the cluster (", std::to_string(tenths / 10), ".",
+                  std::to_string(tenths % 10), " MB)");
 }
 
 } // namespace webots_cloud::core

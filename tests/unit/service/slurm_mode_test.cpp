@@ -21,7 +21,7 @@ namespace asio = boost::asio;
 namespace {
 
 constexpr auto two_nodes = "n1 10.0.0.1 1/1/0/2 1000 500\nn2 n2.cluster 0/2/0/2 1000 0\n";
-constexpr auto on_n2 = "webots-process-guard 5f0c9a4b7d21e836 runs on n2\n";
+constexpr auto on_n2 = "webots-process-guard 5f0c9a4b7d21e836 runs on n2 in 4\n";
 
 SlurmModeParams slurm_params()
 {
@@ -31,6 +31,8 @@ SlurmModeParams slurm_params()
     params.squeue = "/bin/squeue";
     params.sinfo = "/bin/sinfo";
     params.getent = "/bin/getent";
+    params.tar = "/bin/tar";
+    params.guard = "/bin/guard";
     params.identity = "webots_cloud_h_2000_";
     params.run = "r";
     params.environment = {{"PATH", "/bin"}, {"SECRET", "x"}, {"SLURM_CONF", "/etc/s.conf"}};
@@ -154,6 +156,12 @@ BOOST_AUTO_TEST_CASE(what_is_missing_is_told_at_the_start)
     BOOST_TEST(third.open() ==
                "Slurm has no default partition: name one with \"partition\" of \"launcher\".");
 
+    auto without_tar = slurm_params();
+    without_tar.tar.clear();
+    without_tar.jobs.copy_to = "/tmp";
+    SlurmFixture copying(without_tar);
+    BOOST_TEST(copying.open() == "tar is not installed, which \"copyTo\" of \"launcher\" needs.");
+
     SlurmFixture fourth;
     fourth.processes.expect().prints("Unable to contact slurm controller (connect failure)\n").exits(1);
     BOOST_TEST(fourth.open() ==
@@ -257,7 +265,7 @@ BOOST_AUTO_TEST_CASE(a_signal_that_ends_the_simulator_is_told_as_on_this_machine
     fixture.open_with();
     BOOST_TEST(fixture.open() == "");
     fixture.processes.expect()
-        .prints("webots-process-guard 5f0c9a4b7d21e836 runs on n1\n.\n"
+        .prints("webots-process-guard 5f0c9a4b7d21e836 runs on n1 in 4\n.\n"
                 "webots-process-guard 5f0c9a4b7d21e836 listens on 2001\n")
         .after(1s)
         .exits(139);
@@ -265,6 +273,99 @@ BOOST_AUTO_TEST_CASE(a_signal_that_ends_the_simulator_is_told_as_on_this_machine
     BOOST_TEST(fixture.next<SimulationReady>(*simulation).host == "10.0.0.1");
     BOOST_TEST(fixture.next<SimulationEnded>(*simulation).reason ==
                "Webots has quit unexpectedly: it was ended by signal 11.");
+}
+
+BOOST_AUTO_TEST_CASE(who_claims_to_listen_elsewhere_is_not_believed)
+{
+    SlurmFixture fixture;
+    fixture.open_with();
+    BOOST_TEST(fixture.open() == "");
+    fixture.processes.expect()
+        .prints("webots-process-guard 5f0c9a4b7d21e836 runs on n1 in 4\n.\n"
+                "webots-process-guard 5f0c9a4b7d21e836 listens on 22\n")
+        .after(1s)
+        .exits(1);
+    fixture.processes.expect()
+        .prints("webots-process-guard 5f0c9a4b7d21e836 runs on 192.0.2.1 in 4\n.\n"
+                "webots-process-guard 5f0c9a4b7d21e836 listens on 2002\n")
+        .after(1000s)
+        .exits(0);
+    auto const first = fixture.launched();
+    auto const second = fixture.launched();
+    BOOST_TEST(!fixture.next<SimulationEnded>(*first).was_ready);
+    BOOST_TEST(fixture.next<SimulationEnded>(*second).reason ==
+               "The simulation runs on 192.0.2.1, but this server knows no address of it.");
+}
+
+BOOST_AUTO_TEST_CASE(what_a_job_uses_is_what_the_guard_on_its_node_counts)
+{
+    auto params = slurm_params();
+    params.jobs.job.memory = 5000;
+    SlurmFixture fixture(params);
+    fixture.open_with();
+    BOOST_TEST(fixture.open() == "");
+    fixture.processes.expect()
+        .prints(on_n2)
+        .after(1s)
+        .prints("webots-process-guard 5f0c9a4b7d21e836 uses 1500 9000 5000 7 1 0 0\n.\n"
+                "webots-process-guard 5f0c9a4b7d21e836 listens on 2001\n")
+        .after(1s)
+        .prints("webots-process-guard 5f0c9a4b7d21e836 uses 1500 9000 5001 7 1 0 0\n")
+        .after(1000s)
+        .exits(0);
+    fixture.processes.expect().prints("10.0.0.2       STREAM n2.cluster\n").exits(0);
+    auto const simulation = fixture.launched();
+    BOOST_TEST((fixture.world.run(simulation->usage()) == ProcessUsage()));
+    fixture.next<SimulationReady>(*simulation);
+    auto const used = fixture.world.run(simulation->usage());
+    BOOST_TEST((used.processor == 1500ms));
+    BOOST_TEST(used.memory_bytes == 9000u);
+    BOOST_TEST(used.processes == 7u);
+    BOOST_TEST(used.counted.has_value());
+    auto const ended = fixture.next<SimulationEnded>(*simulation);
+    BOOST_TEST((ended.overrun == Limit::memory));
+    BOOST_TEST(ended.reason ==
+               "The simulation used more than 0 MB of memory, which is the limit of a simulation on "
+               "this server. Its operator can raise \"memory\" of \"launcher\".");
+}
+
+BOOST_AUTO_TEST_CASE(a_project_is_copied_where_the_node_does_not_see_it)
+{
+    auto params = slurm_params();
+    params.jobs.copy_to = "/scratch";
+    SlurmFixture fixture(params);
+    fixture.open_with();
+    BOOST_TEST(fixture.open() == "");
+    fixture.processes.expect()
+        .prints(on_n2)
+        .prints("webots-process-guard 5f0c9a4b7d21e836 receives 2500000\n")
+        .after(1s)
+        .prints("webots-process-guard 5f0c9a4b7d21e836 has received\n")
+        .after(1s)
+        .exits(1);
+    auto const simulation = fixture.launched();
+    auto const process = fixture.processes.started().at(3);
+    BOOST_TEST(process.remote.copied_to == "/scratch/webots-cloud-job.webots_cloud_h_2000_r_1_1");
+    BOOST_TEST((process.remote.copied == std::vector<std::filesystem::path>{"/instances/1"}));
+    BOOST_TEST(process.directory == "/scratch/webots-cloud-job.webots_cloud_h_2000_r_1_1/instances/1/worlds");
+    BOOST_TEST(process.argv.back() ==
+               "/scratch/webots-cloud-job.webots_cloud_h_2000_r_1_1/instances/1/worlds/a.wbt");
+    BOOST_TEST(has_word(process.remote.command, "--input=0"));
+    BOOST_TEST(fixture.world.run(simulation->put_back("/instances/1/controllers/c/c.py")).has_value());
+    BOOST_TEST(fixture.processes.started().size() == 4u); // it does not run yet
+    BOOST_TEST(fixture.next<SimulationProgress>(*simulation).text ==
+               "Copying the project to its node of the cluster (2.5 MB)");
+
+    fixture.processes.expect().exits(0);
+    BOOST_TEST(fixture.world.run(simulation->put_back("/instances/1/controllers/c/c.py")).has_value());
+    auto const& put = fixture.processes.started().at(4);
+    BOOST_TEST(put.remote.command.at(1) == "--jobid=4");
+    BOOST_TEST((put.remote.copied == std::vector<std::filesystem::path>{"/instances/1/controllers/c/c.py"}));
+    BOOST_TEST(put.argv == (std::vector<std::string>{"/bin/guard", "--put", put.remote.copied_to.native(),
+                                                     process.remote.copied_to.native(),
+                                                     "instances/1/controllers/c/c.py"}),
+               boost::test_tools::per_element());
+    fixture.next<SimulationEnded>(*simulation);
 }
 
 BOOST_AUTO_TEST_CASE(the_load_is_that_of_the_nodes)

@@ -547,6 +547,9 @@ BOOST_AUTO_TEST_CASE(what_jobs_of_slurm_can_not_be_is_refused)
     BOOST_TEST(refusal(R"({"launcher":{"slurm":{"overrides":[{"mode":"4d"}]}}})") ==
                "key \"launcher\": key \"slurm\": key \"overrides\", entry 1: key \"mode\": expected "
                "\"x3d\", \"w3d\" or \"mjpeg\", found the string \"4d\"");
+    BOOST_TEST(refusal(R"({"launcher":{"slurm":{"copyTo":"tmp"}}})") ==
+               "key \"launcher\": key \"slurm\": key \"copyTo\": expected an absolute path, which is one of "
+               "the nodes, found the string \"tmp\"");
     BOOST_TEST(refusal(R"({"launcher":{"slurm":{"overrides":["x"]}}})") ==
                "key \"launcher\": key \"slurm\": key \"overrides\", entry 1: expected an object, found the "
                "string \"x\"");
@@ -796,6 +799,8 @@ BOOST_AUTO_TEST_CASE(every_key_of_the_simulation_server_is_known)
              return other.mode == "x3d" && other.label == "l" && other.job.processors == 2 &&
                     other.job.partition == "p";
          }},
+        {R"("launcher":{"slurm":{"copyTo":"/tmp"}})",
+         [](auto const& c) { return c.slurm->copy_to == "/tmp"; }},
         {R"("allowedRepositories":["https://github.com/a","https://"])",
          [](auto const& c) {
              return c.allowed_repositories == Texts{"https://github.com/a", "https://"};

@@ -48,6 +48,17 @@ BOOST_AUTO_TEST_CASE(a_job_asks_for_what_the_operator_says)
                boost::test_tools::per_element());
 }
 
+BOOST_AUTO_TEST_CASE(a_job_whose_project_is_copied_gets_it_as_input)
+{
+    auto const words = srun_command("/usr/bin/srun", SlurmJobConfig(), "name", 61s, true);
+    BOOST_TEST(words ==
+                   (Words{"/usr/bin/srun", "--job-name=name", "--nodes=1", "--ntasks=1", "--cpus-per-task=1",
+                          "--time=2", "--input=0", "--export=ALL", "--mpi=none", "--chdir=/"}),
+               boost::test_tools::per_element());
+    BOOST_TEST(step_command("/usr/bin/srun", "7").at(1) == "--jobid=7");
+    BOOST_TEST(job_folder("/tmp", "a_1") == "/tmp/webots-cloud-job.a_1");
+}
+
 BOOST_AUTO_TEST_CASE(of_overrides_the_first_that_fits_counts)
 {
     auto const slurm = with_overrides();
