@@ -123,6 +123,18 @@ test('the wall has a tile for each student, sorted by name, with state and time 
   await says(page, '[data-student="1"] .words', 'En pause');
 });
 
+test('in every language the form and the lesson fit on a telephone, without scrolling sideways', async (t) => {
+  const fits = async (page) => {
+    for (const language of await page.locator('#language option').evaluateAll((options) => options.map(({ value }) => value))) {
+      await page.selectOption('#language', language);
+      await page.waitForSelector(`html[lang="${language}"]`);
+      assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), PHONE.viewport.width, language);
+    }
+  };
+  await fits(await openForm(t, PHONE));
+  await fits(await openClass(t, { ...PHONE, students: [student(1, 'Frances Elizabeth Holberton-Snyder', { state: 'lost' }), student(2, 'Ada')] }));
+});
+
 test('a tile says why it has no picture', async (t) => {
   const page = await openForm(t);
   await page.clock.install();
