@@ -231,7 +231,8 @@ ErrorText text_of(ClassError error)
     case ClassError::password:
         return {"password", "This is not the teachers' password of this server."};
     case ClassError::tries:
-        return {"tries", "Too many wrong passwords or codes were tried. Wait a minute, then try again."};
+        return {"tries", "Too many wrong passwords or codes were tried, or too many have joined. Wait a "
+                         "minute, then try again."};
     case ClassError::code:
         return {"code", "There is no such class. Check the code, or ask your teacher for a new one."};
     case ClassError::full:
