@@ -1,7 +1,7 @@
 # Run by webots_cloud_embed: writes one C++ source that has the assembler include all files, as they are and compressed. (As arrays
 # a megabyte would take the compiler seconds.)
 cmake_policy(VERSION 3.25)
-set(types "html=text/html\\; charset=UTF-8" "css=text/css" "js=text/javascript" "mjs=text/javascript" "svg=image/svg+xml"
+set(types "html=text/html\\; charset=UTF-8" "css=text/css" "js=text/javascript" "mjs=text/javascript" "svg=image/svg+xml" "png=image/png"
     "json=application/json" "wasm=application/wasm" "md=text/plain\\; charset=UTF-8")
 set(worth_compressing 1024) # bytes; less fits into a packet or two
 string(REPLACE "," ";" names "${FILES}")

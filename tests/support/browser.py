@@ -27,9 +27,10 @@ ARGUMENTS = (
 
 
 @contextlib.contextmanager
-def open_browser(width, height, dark=False, trusting=False, arguments=()):
+def open_browser(width, height, dark=False, trusting=False, loads="normal", arguments=()):
     """Yields a Selenium driver whose page is exactly width x height CSS pixels; raises SkipTest without Chromium.
-    `trusting`: certificates that nobody vouches for are good enough. `arguments`: more of Chromium's command line.
+    `trusting`: certificates that nobody vouches for are good enough. `loads`: "none" lets tests look at pages that are still being loaded.
+    `arguments`: more of Chromium's command line.
 
     The profile is new and is removed afterwards; leaving the context ends Chromium and its driver.
     """
@@ -39,7 +40,7 @@ def open_browser(width, height, dark=False, trusting=False, arguments=()):
             raise unittest.SkipTest(f"{program} is missing (packages chromium and chromium-driver)")
     profile = tempfile.mkdtemp(prefix="webots_cloud_browser_")
     try:
-        driver = webdriver.Chrome(service=service_class(DRIVER), options=_options(webdriver, profile, trusting, arguments))
+        driver = webdriver.Chrome(service=service_class(DRIVER), options=_options(webdriver, profile, trusting, loads, arguments))
         try:
             driver.set_script_timeout(30)
             driver.set_page_load_timeout(30)
@@ -95,10 +96,11 @@ def _selenium():
     return webdriver, Service
 
 
-def _options(webdriver, profile, trusting, arguments):
+def _options(webdriver, profile, trusting, loads, arguments):
     options = webdriver.ChromeOptions()
     options.binary_location = CHROMIUM
     options.accept_insecure_certs = trusting
+    options.page_load_strategy = loads
     for argument in (*ARGUMENTS, *arguments, f"--user-data-dir={profile}"):
         options.add_argument(argument)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})

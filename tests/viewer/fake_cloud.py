@@ -33,6 +33,7 @@ class FakeCloud:
     def __init__(self):
         self.answer = None  # Text of /session; None: the address of the fake simulation server.
         self.defaults = None  # Content of defaults.json; None: 404.
+        self.held = None  # Files whose path has this in it stay on their way.
         self.relays = False  # The session server answers its own address, and takes /client.
         self.place = None  # [ahead, least, most] of whoever comes to the line of that session server, as it says them; None: a machine is free.
         self.tickets = 0  # Of places in the line that it has given.
@@ -305,6 +306,8 @@ class FakeCloud:
         if protocol.role != "session":
             return respond(404, "text/plain", b"")
         self.requests.append(protocol.rest)
+        while self.held is not None and self.held in protocol.rest and not protocol.transport.is_closing():
+            await asyncio.sleep(FRAME_SECONDS)
         return self._session_file(protocol.rest.split("?")[0])
 
     def _session_file(self, path):

@@ -31,9 +31,10 @@ export function invite(code) {
 
 const isOfThisMachine = (host) => /^(localhost|.*\.localhost|127\..*|\[::1\])$/.test(host);
 
-// A build without the library (npm was missing) shows the link and the code alone.
+// A build without the library (npm was missing) shows the link and the code alone. A module that the network did not bring is asked for once
+// more, by another address, since browsers may remember that it did not come.
 async function drawCode(link) {
-  const library = await import('./qr.js').catch(() => null);
+  const library = await import('./qr.js').catch(() => import('./qr.js?again')).catch(() => null);
   if (library === null || link !== drawn)
     return;
   const rows = library.default(link, 'raw', { ecc: 'medium', border: 4 });

@@ -1,6 +1,7 @@
 // What the parts of the class page share. Touches the DOM.
 
 import { sessionServerOf, webToSocket } from './view/address.js';
+import { fetchAgain } from './view/fetch_again.js';
 import { say } from './view/texts.js';
 
 export const element = (id) => document.getElementById(id);
@@ -10,7 +11,7 @@ export const ownServer = sessionServerOf(new URL('..', location.href));
 export const classSocket = `${webToSocket(ownServer)}class`;
 
 // What the server suggests to pages: `url`, a world; `pauseHidden`, in seconds.
-export const defaults = () => fetch('defaults.json', { cache: 'no-store' })
+export const defaults = () => fetchAgain('defaults.json', { cache: 'no-store' })
   .then((response) => (response.ok ? response.json() : {}))
   .catch(() => ({}));
 

@@ -11,10 +11,12 @@ import { LANGUAGES, loadTexts, say, textLanguage } from './texts.js';
 const CHOICE = 'webots_cloud.language';
 const ATTRIBUTES = [['data-say-label', 'aria-label'], ['data-say-placeholder', 'placeholder'], ['data-say-title', 'title']];
 
-// Loads the texts of the language that was chosen on this browser, or else of the browser's, and puts them into the page.
+// Loads the texts of the language that was chosen on this browser, or else of the browser's, and puts them into the page. Without texts
+// nobody can use it: the script at its beginning is told.
 export async function loadPageTexts() {
   const choice = remembered();
-  await loadTexts(choice === null ? undefined : [choice]);
+  if (!await loadTexts(choice === null ? undefined : [choice]))
+    dispatchEvent(new Event('incomplete'));
   translate(document);
 }
 

@@ -3,6 +3,7 @@
 // The library that draws, X_ITE, is fetched when the first scene is shown; a build may lack it. See docs/decisions/012-scenes.md.
 
 import { Animation } from './animation.js';
+import { fetchAgain } from './fetch_again.js';
 import { Labels } from './labels.js';
 import { Player } from './player.js';
 import { shrink } from './snapshot.js';
@@ -69,7 +70,7 @@ export class Scene {
     drawable ??= document.createElement('canvas').getContext('webgl2') !== null;
     if (!drawable)
       return say('scene.noWebgl');
-    embedded ??= await fetch(LIBRARY, { method: 'HEAD' }).then(({ ok }) => ok, () => undefined);
+    embedded ??= await fetchAgain(LIBRARY, { method: 'HEAD' }).then(({ ok }) => ok, () => undefined);
     return embedded ? '' : say('scene.noLibrary');
   }
 

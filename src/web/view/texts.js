@@ -1,21 +1,26 @@
 // What people read, in their language. One file for each language in texts/, all with the same keys; {name} in a text is
 // replaced by a value. No DOM.
 
+import { fetchAgain } from './fetch_again.js';
+
 // The languages that there are, each in its own words.
 export const LANGUAGES = { en: 'English', de: 'Deutsch', es: 'Español', fr: 'Français', it: 'Italiano', ja: '日本語', zh: '中文' };
 
 let texts = {};
 let language = 'en';
 
-// Loads the first of the wanted languages (as in navigator.languages) that there is, or English. If that fails, the texts stay as they are.
+// Loads the first of the wanted languages (as in navigator.languages) that there is, or English. If that fails, the texts stay as they are,
+// and it resolves to false.
 export async function loadTexts(wanted = globalThis.navigator?.languages ?? []) {
   const found = wanted.map((name) => name.toLowerCase().split('-')[0]).find((name) => Object.hasOwn(LANGUAGES, name)) ?? 'en';
   try {
-    const response = await fetch(new URL(`texts/${found}.json`, import.meta.url));
+    const response = await fetchAgain(new URL(`texts/${found}.json`, import.meta.url));
     texts = await response.json();
     language = found;
+    return true;
   } catch (error) {
     console.warn(`The texts in "${found}" cannot be loaded: ${error.message}`);
+    return false;
   }
 }
 

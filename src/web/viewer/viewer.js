@@ -7,6 +7,7 @@
 import { parseAddress, parseViewAddress, sessionServerOf, webToSocket } from './view/address.js';
 import { Availability } from './view/availability.js';
 import { Console } from './view/console.js';
+import { fetchAgain } from './view/fetch_again.js';
 import { forget, recall, remember } from './view/memory.js';
 import { loadPageTexts, offerLanguages } from './view/page_texts.js';
 import { Picture } from './view/picture.js';
@@ -429,7 +430,7 @@ async function loadDefaults() {
   const field = element('connect-to');
   field.value = new URLSearchParams(location.search).get('url') ?? '';
   followAvailability();
-  const defaults = await fetch('defaults.json', { cache: 'no-store' })
+  const defaults = await fetchAgain('defaults.json', { cache: 'no-store' })
     .then((response) => (response.ok ? response.json() : {}))
     .catch(() => ({}));
   if (field.value === '' && typeof defaults.url === 'string')
