@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """The viewer page while its network is down: the real servers, the demo simulator, a real browser, and a cable that is pulled out.
 
-    link_down_test.py [SECONDS...]    10 by default; HACKING.md says when 40 and 90 are of interest
+    link_down_test.py [SECONDS...]    10 by default: the page returns. So it does after 40; after 90 the server has given it up
 
 The page reaches the servers through a relay at the other end of the cable, as through an access point: pulling the cable out at that end cuts
 nothing, packets are lost. Exit code 77: there can be no network of our own, or there is no browser.
