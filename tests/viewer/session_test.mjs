@@ -524,6 +524,16 @@ test('a student waits with the token of the class', async () => {
   assert.deepEqual(opening(sockets[0]), { start: { ...WAITING, class: 'seat-of-ada' } });
 });
 
+test("a website's project waits in the line, too, and keeps its place", async () => {
+  const project = { init: ['https://website', 'p', 'w.wbt'], mode: 'mjpeg' };
+  await waitInLine('3 60 240', { target: { ...TARGET, opening: JSON.stringify(project) } });
+  assert.deepEqual(opening(sockets[0]), { ...project, waiting: true });
+  assert.equal(told().ahead, 3);
+  server.lease.breaks(1012);
+  await pass(3000);
+  assert.deepEqual(opening(sockets.at(-1)), { ...project, waiting: true, waitingTicket: 'ticket-1' });
+});
+
 for (const code of [1006, 1012]) {
   test(`a place in the line is kept when the connection closes with ${code}`, async () => {
     await waitInLine();

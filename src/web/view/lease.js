@@ -91,7 +91,8 @@ export class Lease extends EventTarget {
     if (typeof this.#start === 'string')
       return this.#start;
     const place = this.#ticket === '' ? {} : { waitingTicket: this.#ticket };
-    return JSON.stringify({ ...this.#start, start: { ...this.#start.start, ...place } });
+    const { start } = this.#start;
+    return JSON.stringify(start === undefined ? { ...this.#start, ...place } : { ...this.#start, start: { ...start, ...place } });
   }
 
   #connect() {

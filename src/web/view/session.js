@@ -207,8 +207,7 @@ export class Session extends EventTarget {
     else
       this.#tell('progress', { text: this.#returns ? say('lease.returning') : say('session.connecting'), percent: null });
     try {
-      this.#lease = new Lease(`${machine}/client`, this.#target.opening ?? { start: this.#startAt(machine) },
-        { token: this.#ticket?.token, waitingTicket });
+      this.#lease = new Lease(`${machine}/client`, this.#openingAt(machine), { token: this.#ticket?.token, waitingTicket });
     } catch {
       throw new Error(refusedSocket(machine));
     }
@@ -237,12 +236,14 @@ export class Session extends EventTarget {
 
   // A session server that answers with its own address takes the start itself: then it may make the page wait, and gives students
   // the seats of their class.
-  #startAt(machine) {
-    const start = { url: this.#target.world, mode: this.#target.mode ?? 'mjpeg', reconnect: true, heartbeat: true, extend: true };
-    if (!isSame(machine, webToSocket(this.#target.server)))
-      return start;
-    const student = new URL(this.#target.request).searchParams.get('class');
-    return { ...start, waiting: true, ...(student === null ? {} : { class: student }) };
+  #openingAt(machine) {
+    const { opening, mode, request, server, world } = this.#target;
+    const start = { url: world, mode: mode ?? 'mjpeg', reconnect: true, heartbeat: true, extend: true };
+    if (!isSame(machine, webToSocket(server)))
+      return opening ?? { start };
+    const student = new URL(request).searchParams.get('class');
+    const asked = { waiting: true, ...(student === null ? {} : { class: student }) };
+    return opening === undefined ? { start: { ...start, ...asked } } : { ...JSON.parse(opening), ...asked };
   }
 
   // Nobody needs to do anything: the lease returns by itself.
