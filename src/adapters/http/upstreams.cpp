@@ -10,8 +10,6 @@ namespace asio = boost::asio;
 
 namespace {
 
-// A machine that moves is found again soon, and its pages with hundreds of files ask a name server once.
-constexpr auto addresses_are_good_for = std::chrono::seconds(5);
 // A certificate that has expired is found out that soon.
 constexpr auto session_is_good_for = std::chrono::minutes(10);
 // More servers than a session server has: what others leave when the configuration changes is forgotten.
@@ -47,18 +45,7 @@ Upstreams::Upstreams(asio::any_io_executor const& executor, HttpServerParams con
 
 asio::awaitable<result<Addresses>> Upstreams::resolve(std::string name)
 {
-    auto const known = names_.find(name);
-    if (known != names_.end() && now() - known->second.resolved < addresses_are_good_for)
-        co_return known->second.addresses;
-    auto addresses = co_await resolver_.resolve(name, now() + params_.connect_timeout);
-    if (!addresses)
-        co_return addresses.error();
-    if (names_.size() >= max_servers)
-        names_.clear();
-    auto& entry = names_[std::move(name)];
-    entry.addresses = *addresses;
-    entry.resolved = now();
-    co_return addresses;
+    return resolver_.resolve(std::move(name), now() + params_.connect_timeout);
 }
 
 result<TlsConnection> Upstreams::begin(Upstream const& upstream)

@@ -41,10 +41,7 @@ public:
     Upstreams(boost::asio::any_io_executor const& executor, HttpServerParams const& params,
               HttpServerStatistics& statistics, Logger log);
 
-    /// The addresses of a name, which are remembered for some seconds.
-    ///
-    /// Cancellation: terminal.
-    /// Errors: `unreachable`; `operation_aborted`.
+    /// Cancellation, errors: as `NameResolver::resolve`.
     boost::asio::awaitable<result<Addresses>> resolve(std::string name);
 
     /// For a connection to a server, before its handshake.
@@ -64,11 +61,6 @@ private:
         TlsSession session;
         TimePoint verified; ///< When the server's certificate was.
     };
-    struct Name
-    {
-        Addresses addresses;
-        TimePoint resolved;
-    };
     using Server = std::tuple<std::string, std::uint16_t, std::string>; ///< Host, port, name.
 
     HttpServerParams const& params_;
@@ -76,7 +68,6 @@ private:
     TlsTrust trust_;
     SSL_CTX* trusted_by_ = nullptr; ///< The context of the sessions, which is compared and never used.
     NameResolver resolver_;
-    std::map<std::string, Name> names_;
     std::map<Server, Session> sessions_;
 };
 

@@ -88,6 +88,8 @@ asio::awaitable<result<Addresses>> NameResolver::resolve(std::string name, TimeP
     auto& record = record_of(name);
     auto const now = std::chrono::steady_clock::now();
     record.asked = now;
+    if (!record.addresses.empty() && now - record.answered < params_.good_for)
+        co_return record.addresses;
     auto const known = questions_.find(name);
     auto question = known == questions_.end() ? nullptr : known->second;
     if (!question && record.is_slow && now < record.next) {

@@ -27,6 +27,9 @@ struct NameResolverParams
     NameResolverParams() = default;
 
     std::size_t max_lookups = 1024; ///< At once; whoever asks for one more name is told so.
+    /// How long addresses are taken as they are: a server that moves is found again soon, and who needs many
+    /// connections to it asks once.
+    Duration good_for = std::chrono::seconds(5);
     /// A lookup that has taken so long is slow: whoever asks gets the last known addresses.
     Duration slow_after = std::chrono::seconds(2);
     Duration first_pause = std::chrono::seconds(5); ///< Until a slow name is looked up again; doubles up to
@@ -38,8 +41,9 @@ struct NameResolverParams
 
 /// Looks names up side by side: a name whose servers do not answer does not delay others.
 ///
-/// A name is looked up once at a time for all who ask. One that hung before is left alone for a while;
-/// whoever asks for it meanwhile gets its last addresses, or is told at once.   Thread-safety: one executor.
+/// A name is looked up once at a time for all who ask, and once in a few seconds. One that hung before is
+/// left alone for a while; whoever asks for it meanwhile gets its last addresses, or is told at once.
+/// Thread-safety: one executor.
 class NameResolver
 {
 public:

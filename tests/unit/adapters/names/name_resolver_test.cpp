@@ -128,9 +128,25 @@ BOOST_AUTO_TEST_CASE(whoever_asks_for_a_name_that_hangs_waits_until_the_own_dead
     BOOST_TEST((*hasty)->error().message() == "the name hole can't be resolved: no answer in time");
 }
 
-BOOST_AUTO_TEST_CASE(a_name_is_looked_up_once_for_all_who_ask_meanwhile_and_again_for_later_ones)
+BOOST_AUTO_TEST_CASE(addresses_are_good_for_a_while_and_no_answer_is_not)
 {
     Fixture fixture;
+    for (int i = 0; i < 3; ++i) {
+        auto const known = fixture.ask("good");
+        fixture.run_until(known);
+        BOOST_TEST((**known)->front().to_string() == "192.0.2.1");
+    }
+    BOOST_TEST(fixture.names.lookups() == 1);
+    fixture.run_until(fixture.ask("nobody"));
+    fixture.run_until(fixture.ask("nobody"));
+    BOOST_TEST(fixture.names.lookups() == 3);
+}
+
+BOOST_AUTO_TEST_CASE(a_name_is_looked_up_once_for_all_who_ask_meanwhile_and_again_for_later_ones)
+{
+    adapters::NameResolverParams params;
+    params.good_for = 0s;
+    Fixture fixture(params);
     auto const first = fixture.ask("hole");
     auto const second = fixture.ask("hole");
     fixture.run_until(fixture.ask("good"));
