@@ -24,7 +24,7 @@ public:
                           char const* alternative_names = "DNS:localhost,IP:127.0.0.1",
                           long valid_for = 86'400)
         : folder_(std::filesystem::temp_directory_path() /
-                  ("webots_cloud_upstream_tls_" + name + std::to_string(::getpid())))
+                  ("webots_cloud_certificate_" + name + std::to_string(::getpid())))
     {
         std::filesystem::create_directories(folder_);
         auto* const key_pair = EVP_EC_gen("P-256");

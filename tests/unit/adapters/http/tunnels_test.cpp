@@ -4,16 +4,13 @@
 #include "adapters/http/tls_socket.hpp"
 #include "adapters/http/tunnels.hpp"
 #include "forward_fixture.hpp"
+#include "signed_itself.hpp"
 
 #include <boost/asio/local/stream_protocol.hpp>
 
-#include <openssl/evp.h>
-#include <openssl/pem.h>
 #include <openssl/ssl.h>
-#include <openssl/x509.h>
 
 #include <atomic>
-#include <cstdio>
 #include <filesystem>
 #include <netinet/tcp.h>
 #include <sys/resource.h>
@@ -71,42 +68,6 @@ struct SocketPair
     ~SocketPair() { ::close(ends[1]); } // the first belongs to the tunnel
 
     int ends[2];
-};
-
-/// A certificate that nobody vouches for, and its key, in files of their own.
-class Certificate
-{
-public:
-    Certificate()
-        : folder_(std::filesystem::temp_directory_path() /
-                  ("webots_cloud_tunnels_" + std::to_string(::getpid())))
-    {
-        std::filesystem::create_directories(folder_);
-        auto* const key_pair = EVP_EC_gen("P-256");
-        auto* const made = X509_new();
-        ASN1_INTEGER_set(X509_get_serialNumber(made), 1);
-        X509_gmtime_adj(X509_getm_notBefore(made), 0);
-        X509_gmtime_adj(X509_getm_notAfter(made), 86'400);
-        X509_set_pubkey(made, key_pair);
-        X509_sign(made, key_pair, EVP_sha256());
-        auto* const certificate_file = std::fopen(certificate().c_str(), "we");
-        PEM_write_X509(certificate_file, made);
-        std::fclose(certificate_file);
-        auto* const key_file = std::fopen(key().c_str(), "we");
-        PEM_write_PrivateKey(key_file, key_pair, nullptr, nullptr, 0, nullptr, nullptr);
-        std::fclose(key_file);
-        X509_free(made);
-        EVP_PKEY_free(key_pair);
-    }
-    Certificate(Certificate const&) = delete;
-    Certificate& operator=(Certificate const&) = delete;
-    ~Certificate() { std::filesystem::remove_all(folder_); }
-
-    std::filesystem::path certificate() const { return folder_ / "certificate.pem"; }
-    std::filesystem::path key() const { return folder_ / "key.pem"; }
-
-private:
-    std::filesystem::path folder_;
 };
 
 /// Both ends of a connection over TLS.
@@ -232,7 +193,7 @@ BOOST_AUTO_TEST_SUITE(tunnels)
 
 BOOST_AUTO_TEST_CASE(browsers_may_come_over_tls)
 {
-    Certificate const certificate;
+    SignedItself const certificate("tunnels");
     HttpServerParams params;
     params.tls_certificate = certificate.certificate();
     params.tls_key = certificate.key();
@@ -277,7 +238,7 @@ BOOST_AUTO_TEST_CASE(browsers_may_come_over_tls)
 // Each packet wakes the browser, which costs as much as encryption.
 BOOST_AUTO_TEST_CASE(records_of_tls_share_packets)
 {
-    Certificate const certificate;
+    SignedItself const certificate("tunnels");
     auto const context = adapters::load_tls_context(certificate.certificate(), certificate.key());
     BOOST_TEST_REQUIRE(bool(context));
     TlsPair pair(context->get());
