@@ -1,6 +1,5 @@
 #include "client_relay_browser.hpp"
 
-#include "async/deadline.hpp"
 #include "core/relay/relay_messages.hpp"
 #include "core/simulation/client_protocol.hpp"
 #include "core/text.hpp"
@@ -80,7 +79,11 @@ asio::awaitable<void> ClientRelay::serve(ChannelInfo info, Channel& channel)
     auto& browser = *browsers_.emplace(id, std::make_unique<Browser>(id, channel)).first->second;
     browser.host = std::move(info.host);
     browser.client = std::move(info.client);
-    browser.quota_key = std::move(info.quota_key);
+    browser.waits_since = clock_.now();
+    if (auto const oldest = silent_.enter(id, info.quota_key))
+        refuse(*browsers_.at(*oldest), "Too many connections wait here for their start: please start again.");
+    if (silent_.size() == 1 && line_changed_)
+        line_changed_->notify(); // `run` has to look after it
     return talk(browser);
 }
 
@@ -88,30 +91,37 @@ asio::awaitable<void> ClientRelay::talk(Browser& browser)
 {
     if (!tasks_)
         tasks_.emplace(co_await asio::this_coro::executor);
-    auto message = co_await receive_first(browser);
-    if (message)
-        take_first(browser, std::move(*message));
-    while (message) {
-        message = co_await browser.channel.receive();
-        if (message && browser.ride && browser.ride->is_known)
-            pass_on(browser, std::move(*message));
+    for (;;) {
+        auto message = co_await browser.channel.receive();
+        if (!message) {
+            co_await leave(browser, message.error());
+            break;
+        }
+        take(browser, std::move(*message));
     }
-    co_await leave(browser, message.error());
     browsers_.erase(browser.id);
 }
 
-/// The first message. Errors: as of Channel::receive; `timed_out`: there is none in time.
-asio::awaitable<result<std::string>> ClientRelay::receive_first(Browser& browser)
+void ClientRelay::take(Browser& browser, std::string text)
 {
-    auto const id = browser.id;
-    if (auto const oldest = silent_.enter(id, browser.quota_key))
-        refuse(*browsers_.at(*oldest), "Too many connections wait here for their start: please start again.");
-    auto text = co_await async::with_deadline(clock_, clock_.now() + first_message_timeout,
-                                              browser.channel.receive());
-    silent_.leave(id);
-    if (!text && text.error() == errc::timed_out)
-        refuse(browser, "No simulation was asked for in time: please start again.");
-    co_return text;
+    if (!std::exchange(browser.has_spoken, true))
+        take_first(browser, std::move(text), silent_.leave(browser.id));
+    else if (browser.ride && browser.ride->is_known)
+        pass_on(browser, std::move(text));
+}
+
+/// Those who have not asked for anything in time.
+void ClientRelay::drop_silent(TimePoint now)
+{
+    for (auto oldest = silent_.first(); oldest && now >= end_of_silence(*oldest); oldest = silent_.first()) {
+        (void)silent_.leave(*oldest);
+        refuse(*browsers_.at(*oldest), "No simulation was asked for in time: please start again.");
+    }
+}
+
+TimePoint ClientRelay::end_of_silence(Id silent) const
+{
+    return browsers_.at(silent)->waits_since + first_message_timeout;
 }
 
 void ClientRelay::refuse(Browser& browser, std::string_view sentence)
@@ -120,25 +130,25 @@ void ClientRelay::refuse(Browser& browser, std::string_view sentence)
     browser.channel.close();
 }
 
-void ClientRelay::take_first(Browser& browser, std::string text)
+void ClientRelay::take_first(Browser& browser, std::string text, std::string const& quota_key)
 {
     auto const message = core::parse_client_message(text);
     if (auto const* request = std::get_if<core::SimulationRequest>(&message)) {
         if (core::is_fetch_only(*request))
             return refuse(browser, "A project can be fetched for later on a simulation server only.");
-        return begin(browser, std::move(text));
+        return begin(browser, std::move(text), quota_key);
     }
     if (auto const* reconnect = std::get_if<core::ReconnectMessage>(&message))
-        return come_back(browser, reconnect->token);
+        return come_back(browser, reconnect->token, quota_key);
     if (auto const* malformed = std::get_if<core::MalformedMessage>(&message))
         return refuse(browser, concat("Wrong message: ", malformed->reason, "."));
     refuse(browser, "The first message has to ask for a simulation.");
 }
 
 /// A browser asks for a simulation.
-void ClientRelay::begin(Browser& browser, std::string text)
+void ClientRelay::begin(Browser& browser, std::string text, std::string const& quota_key)
 {
-    if (hooks_.may_ask && !hooks_.may_ask(browser.quota_key))
+    if (hooks_.may_ask && !hooks_.may_ask(quota_key))
         return refuse(browser, too_many);
     auto const now = clock_.now();
     browser.options = core::relay_options(text);
@@ -148,9 +158,9 @@ void ClientRelay::begin(Browser& browser, std::string text)
         browser.seat = hooks_.ask_for_seat(student);
     if (browser.seat == core::SeatRequest::too_often)
         return refuse(browser, too_many);
-    browser.group = group_of(browser);
+    browser.group = group_of(browser, quota_key);
     browser.waits_since = now;
-    browser.arrived = clock_.wall();
+    browser.rank = clock_.wall();
     claim_ticket(browser);
     bool const may_go = params_.waiting_places == 0 || !is_settling(now);
     bool const goes_first = browser.seat == core::SeatRequest::held || (room_.size() == 0 && may_go);
@@ -167,16 +177,16 @@ void ClientRelay::begin(Browser& browser, std::string text)
 }
 
 /// A browser returns to its simulation.
-void ClientRelay::come_back(Browser& browser, std::string_view text)
+void ClientRelay::come_back(Browser& browser, std::string_view text, std::string const& quota_key)
 {
     auto const token = core::parse_relayed_token(text);
     if (!token || !machines_.contains(token->entry))
         return refuse(browser, "This simulation has ended. Please start it again.");
-    if (hooks_.may_ask && !hooks_.may_ask(browser.quota_key))
+    if (hooks_.may_ask && !hooks_.may_ask(quota_key))
         return browser.channel.close(try_again_later);
     browser.options.can_return = true;
     browser.options.wants_heartbeat = true;
-    browser.group = group_of(browser);
+    browser.group = group_of(browser, quota_key);
     browser.ride = std::make_unique<Ride>(tasks_->executor());
     browser.ride->entry = token->entry;
     browser.ride->opening = core::reconnect_message(token->token);
@@ -187,6 +197,7 @@ void ClientRelay::come_back(Browser& browser, std::string_view text)
 asio::awaitable<void> ClientRelay::leave(Browser& browser, Failure const& why)
 {
     browser.has_left = true;
+    (void)silent_.leave(browser.id);
     given_up_ += leave_line(browser) ? 1 : 0;
     if (browser.ticket)
         tickets_.leave(browser.ticket->id, browser.id, clock_.wall());

@@ -129,14 +129,16 @@ private:
     };
 
     boost::asio::awaitable<void> talk(Browser& browser);
-    boost::asio::awaitable<result<std::string>> receive_first(Browser& browser);
-    void take_first(Browser& browser, std::string text);
-    void begin(Browser& browser, std::string text);
-    void come_back(Browser& browser, std::string_view text);
+    void take(Browser& browser, std::string text);
+    void take_first(Browser& browser, std::string text, std::string const& quota_key);
+    void drop_silent(TimePoint now);
+    TimePoint end_of_silence(Id silent) const;
+    void begin(Browser& browser, std::string text, std::string const& quota_key);
+    void come_back(Browser& browser, std::string_view text, std::string const& quota_key);
     static void refuse(Browser& browser, std::string_view sentence);
     boost::asio::awaitable<void> leave(Browser& browser, Failure const& why);
 
-    std::string group_of(Browser const& browser) const;
+    std::string group_of(Browser const& browser, std::string const& quota_key) const;
     bool is_settling(TimePoint now) const;
     bool wait_in_line(Browser& browser, TimePoint now);
     bool leave_line(Browser& browser);

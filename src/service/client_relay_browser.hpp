@@ -49,8 +49,8 @@ struct ClientRelay::Ride
     std::string problem;   ///< Of the one that could not be reached.
 };
 
-/// A browser, from the handshake to the end of its connection. Those that wait are many: what only the others
-/// need is in `Ride`.
+/// A browser, from the handshake to the end of its connection. Those that wait are many, so it is small: what
+/// only the others need is in `Ride`.
 struct ClientRelay::Browser
 {
     Browser(Id number, Channel& browser) : id(number), channel(browser) {}
@@ -59,18 +59,18 @@ struct ClientRelay::Browser
     Channel& channel;
     std::string host;
     std::string client;
-    std::string quota_key;
     std::string request;
     core::RelayOptions options;
     std::string group;
-    std::optional<WallTime> rank; ///< In the line.
+    WallTime rank{}; ///< In the line; before, when it came.
+    core::SeatRequest seat = core::SeatRequest::unknown;
+    bool has_spoken = false;
     bool was_seated = false;
     bool is_in_line = false;
     bool came_back = false; ///< With a ticket.
-    core::SeatRequest seat = core::SeatRequest::unknown;
-    std::optional<core::WaitingTicket> ticket;
-    TimePoint waits_since{};
-    WallTime arrived{};
+    bool has_left = false;
+    std::unique_ptr<core::WaitingTicket> ticket; ///< Null: it has none.
+    TimePoint waits_since{};                     ///< For a seat; before it has asked for one, since it came.
     TimePoint next_ticket = TimePoint::min();
     TimePoint told = TimePoint::min();
     TimePoint not_before = TimePoint::min();
@@ -80,7 +80,6 @@ struct ClientRelay::Browser
     std::vector<std::string> full;  ///< or not at the moment.
     std::vector<std::string> needs;
     std::unique_ptr<Ride> ride;
-    bool has_left = false;
 };
 
 } // namespace webots_cloud

@@ -10,6 +10,7 @@
 #include <boost/asio/this_coro.hpp>
 
 #include <algorithm>
+#include <array>
 #include <set>
 
 namespace webots_cloud {
@@ -48,9 +49,9 @@ bool ClientRelay::is_settling(TimePoint now) const
 
 /// Whose seats count together with this browser's; empty: nobody's, as behind a trusted proxy that names no
 /// clients.
-std::string ClientRelay::group_of(Browser const& browser) const
+std::string ClientRelay::group_of(Browser const& browser, std::string const& quota_key) const
 {
-    auto key = browser.quota_key;
+    auto key = quota_key;
     if (auto const& student = browser.options.student; !student.empty() && hooks_.class_of)
         if (auto const of_class = hooks_.class_of(student); !of_class.empty())
             key = concat("class ", of_class);
@@ -63,14 +64,14 @@ bool ClientRelay::wait_in_line(Browser& browser, TimePoint now)
     using Verdict = core::WaitingRoom::Verdict;
     auto verdict = Verdict::waits;
     if (browser.was_seated) { // and the machine had no place
-        room_.put_back(browser.id, browser.group, browser.rank.value_or(browser.arrived));
-    } else if (browser.rank) { // of its ticket
-        verdict = room_.return_to(browser.id, browser.group, *browser.rank);
+        room_.put_back(browser.id, browser.group, browser.rank);
+    } else if (browser.came_back) {
+        verdict = room_.return_to(browser.id, browser.group, browser.rank);
     } else {
         auto const held = held_.find(browser.group);
         auto const seats = held == held_.end() ? 0 : held->second;
         auto const away = tickets_.away(browser.group, clock_.wall());
-        verdict = room_.enter(browser.id, browser.group, seats + away, browser.arrived);
+        verdict = room_.enter(browser.id, browser.group, seats + away, browser.rank);
     }
     if (verdict != Verdict::waits) {
         ++refused_;
@@ -118,7 +119,7 @@ void ClientRelay::claim_ticket(Browser& browser)
     browser.came_back = true;
     browser.group = ticket->group;
     browser.rank = ticket->rank;
-    browser.ticket = std::move(*ticket);
+    browser.ticket = std::make_unique<core::WaitingTicket>(std::move(*ticket));
 }
 
 /// Tickets are made anew from time to time, since each is good for a while only.
@@ -128,12 +129,12 @@ void ClientRelay::give_ticket(Browser& browser, TimePoint now)
         return;
     browser.next_ticket = now + core::waiting_ticket_interval;
     if (!browser.ticket) {
-        browser.ticket.emplace();
+        browser.ticket = std::make_unique<core::WaitingTicket>();
         browser.ticket->id = hooks_.random_bytes(core::waiting_id_size);
         browser.ticket->group = browser.group;
         (void)tickets_.enter(browser.ticket->id, browser.group, browser.id);
     }
-    browser.ticket->rank = *browser.rank;
+    browser.ticket->rank = browser.rank;
     browser.ticket->issued = clock_.wall();
     (void)browser.channel.send(
         core::waiting_ticket_message(core::make_waiting_ticket(hooks_.waiting_mac, *browser.ticket)));
@@ -191,6 +192,7 @@ asio::awaitable<result<>> ClientRelay::run()
         if (!waited)
             co_return waited;
         auto const now = clock_.now();
+        drop_silent(now);
         look_for_freed_seats(now);
         give_out_seats(now);
         co_await tell_places();
@@ -204,15 +206,19 @@ void ClientRelay::note_change()
         line_changed_->notify();
 }
 
-/// Until the line has changed, and those in it may be told, or it is time to look after them.
+/// Until the line has changed, and those in it may be told, or it is time to look after them, or after those
+/// who have said nothing yet.
 asio::awaitable<result<>> ClientRelay::wait_for_work()
 {
     auto const now = clock_.now();
-    if (room_.size() == 0) // nobody is to be looked after
+    bool const is_line = room_.size() > 0;
+    auto const silent = silent_.first();
+    if (!is_line && !silent) // nobody is to be looked after
         co_return co_await line_changed_->wait();
-    if (has_changed_ && now - told_ < between_tellings)
+    if (is_line && has_changed_ && now - told_ < between_tellings)
         co_return co_await clock_.wait_until(now + look_at_line);
-    auto changed = co_await async::with_deadline(clock_, now + look_at_line, line_changed_->wait());
+    auto const until = is_line ? now + look_at_line : end_of_silence(*silent);
+    auto changed = co_await async::with_deadline(clock_, until, line_changed_->wait());
     if (!changed && changed.error() == errc::timed_out)
         co_return result<>();
     co_return changed;
@@ -284,8 +290,8 @@ void ClientRelay::tell_place(Browser& browser, std::size_t ahead, std::optional<
         (void)browser.channel.send(core::waiting_message(ahead, range));
         return;
     }
-    (void)browser.channel.send(core::queue_message(ahead));
-    (void)browser.channel.send(core::waiting_sentence(ahead, range));
+    std::array const place{core::queue_message(ahead), core::waiting_sentence(ahead, range)};
+    (void)browser.channel.send_all(place);
 }
 
 } // namespace webots_cloud

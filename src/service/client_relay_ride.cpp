@@ -127,7 +127,7 @@ void ClientRelay::start_carrying(Browser& browser)
     if (browser.ride->is_placed)
         hooks_.note_placement(true);
     if (browser.ticket)
-        tickets_.serve(std::exchange(browser.ticket, std::nullopt)->id, browser.id, clock_.wall());
+        tickets_.serve(std::exchange(browser.ticket, nullptr)->id, browser.id, clock_.wall());
     browser.next_ticket = TimePoint::min();
     browser.was_seated = true;
     browser.ride->task = tasks_->spawn(carry(browser));

@@ -72,6 +72,15 @@ public:
     /// dropped.
     virtual result<> send(std::string text) = 0;
 
+    /// The same for several messages, which may go out together.
+    virtual result<> send_all(std::span<std::string const> texts)
+    {
+        for (auto const& text : texts)
+            if (auto const sent = send(text); !sent)
+                return sent;
+        return {};
+    }
+
     /// The next message of the peer, text or binary.
     /// Cancellation: terminal, nothing is lost.
     ///

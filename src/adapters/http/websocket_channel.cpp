@@ -178,16 +178,18 @@ void WebSocketChannel::written()
         cut(); // RFC 6455, 7.1.1: the server ends the connection
 }
 
-result<> WebSocketChannel::send(std::string text)
+result<> WebSocketChannel::send_all(std::span<std::string const> texts)
 {
     if (closing_ || lost_)
         return Failure(errc::closed);
-    if (outgoing_.size() + text.size() > params_.queue_bytes) {
-        ++statistics_.slow_readers;
-        cut();
-        return Failure(errc::too_large, "the browser does not read what it is sent");
+    for (auto const& text : texts) {
+        if (outgoing_.size() + text.size() > params_.queue_bytes) {
+            ++statistics_.slow_readers;
+            cut();
+            return Failure(errc::too_large, "the browser does not read what it is sent");
+        }
+        append_text_frame(outgoing_, text);
     }
-    append_text_frame(outgoing_, text);
     write();
     return {};
 }

@@ -12,6 +12,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -32,7 +33,8 @@ public:
     /// Begins to read; `received` came together with the handshake.
     void start(std::string_view received);
 
-    result<> send(std::string text) override;
+    result<> send(std::string text) override { return send_all({&text, 1}); }
+    result<> send_all(std::span<std::string const> texts) override; // by one write
     boost::asio::awaitable<result<std::string>> receive() override;
     void close(std::uint16_t code = 0, std::string reason = {}) override;
     std::size_t queued() noexcept override;

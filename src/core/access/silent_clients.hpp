@@ -42,8 +42,18 @@ public:
         return gone;
     }
 
-    /// `id` need not be there any more.
-    void leave(std::uint64_t id) { clients_.erase(id); }
+    /// Returns its quota key; empty where it is not there any more.
+    std::string leave(std::uint64_t id)
+    {
+        auto const client = clients_.extract(id);
+        return client.empty() ? std::string() : client.mapped();
+    }
+
+    /// The one that has been silent longest.
+    std::optional<std::uint64_t> first() const
+    {
+        return clients_.empty() ? std::nullopt : std::optional(clients_.begin()->first);
+    }
 
     std::size_t size() const noexcept { return clients_.size(); }
 

@@ -1,7 +1,6 @@
 #include "waiting_room.hpp"
 
 #include <algorithm>
-#include <iterator>
 
 namespace webots_cloud::core {
 namespace {
@@ -44,7 +43,7 @@ bool WaitingRoom::leave(Id id)
     auto const found = places_.find(id);
     if (found == places_.end())
         return false;
-    line_.erase({found->second.rank, id});
+    line_.erase(in_line(found->second.rank, id));
     if (auto* const group = found->second.group; group && --group->second.waiting == 0)
         groups_.erase(groups_.find(group->first));
     places_.erase(found);
@@ -55,7 +54,7 @@ std::optional<WaitingRoom::Id> WaitingRoom::first() const
 {
     if (line_.empty())
         return std::nullopt;
-    return line_.begin()->second;
+    return line_.front().second;
 }
 
 void WaitingRoom::visit(std::function<bool(Id, std::size_t)> const& visitor) const
@@ -69,9 +68,7 @@ void WaitingRoom::visit(std::function<bool(Id, std::size_t)> const& visitor) con
 
 std::size_t WaitingRoom::ahead_of(Id id) const
 {
-    // Who has just come is near the end.
-    auto const found = line_.find({rank(id), id});
-    return line_.size() - static_cast<std::size_t>(std::distance(found, line_.end()));
+    return static_cast<std::size_t>(in_line(rank(id), id) - line_.begin());
 }
 
 std::size_t WaitingRoom::size_of(std::string const& group) const
@@ -105,8 +102,14 @@ void WaitingRoom::add(Id id, std::string group, WallTime rank)
         ++counted->second.waiting;
         counted->second.last = std::max(counted->second.last, rank);
     }
-    line_.emplace(rank, id);
+    line_.emplace(in_line(rank, id), rank, id);
     places_.emplace(id, Place{rank, counted});
+}
+
+/// Where it is, or has to be.
+WaitingRoom::Line::const_iterator WaitingRoom::in_line(WallTime rank, Id id) const
+{
+    return std::lower_bound(line_.begin(), line_.end(), std::pair(rank, id));
 }
 
 } // namespace webots_cloud::core

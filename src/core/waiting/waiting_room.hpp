@@ -5,9 +5,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <optional>
-#include <set>
 #include <string>
 #include <unordered_map>
 #include <utility>
@@ -75,7 +75,7 @@ public:
     /// false. It must not change the room.
     void visit(std::function<bool(Id, std::size_t ahead)> const& visitor) const;
 
-    /// How many are ahead of `id`; takes time in proportion to those behind it.   Precondition: it waits.
+    /// How many are ahead of `id`.   Precondition: it waits.
     std::size_t ahead_of(Id id) const;
 
     std::size_t size() const noexcept { return line_.size(); }
@@ -106,11 +106,14 @@ private:
         Groups::value_type* group; // elements of unordered maps stay where they are; null: no group
     };
 
+    using Line = std::deque<std::pair<WallTime, Id>>;
+
     Verdict verdict(std::string const& group) const;
     void add(Id id, std::string group, WallTime rank);
+    Line::const_iterator in_line(WallTime rank, Id id) const;
 
     WaitingRoomParams params_;
-    std::set<std::pair<WallTime, Id>> line_;
+    Line line_; ///< Sorted. Most come at its end and leave at its beginning.
     std::unordered_map<Id, Place> places_;
     Groups groups_;
 };

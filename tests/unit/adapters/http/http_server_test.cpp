@@ -500,6 +500,32 @@ BOOST_AUTO_TEST_CASE(messages_that_came_with_the_handshake_are_answered_in_order
     BOOST_TEST(server.eventually_counts(&HttpServerStatistics::websockets, 0));
 }
 
+BOOST_AUTO_TEST_CASE(messages_that_are_sent_together_go_out_together)
+{
+    RunningServer server;
+    Client client(server);
+    client.upgrade("/twice");
+    auto const segments = [&client] {
+        struct // as in linux/tcp.h; that of the C library ends earlier
+        {
+            tcp_info known;
+            std::uint64_t rates_and_bytes[4];
+            std::uint32_t segments_and_others[4];
+            std::uint32_t data_segments_in;
+        } info{};
+        socklen_t size = sizeof info;
+        BOOST_TEST_REQUIRE(::getsockopt(client.descriptor(), IPPROTO_TCP, TCP_INFO, &info, &size) == 0);
+        return info.data_segments_in;
+    };
+    auto const frames = std::string("\x81\x05hello\x81\x05hello");
+    client.say(frame(0x81, "hello"));
+    BOOST_TEST(client.read(frames.size()) == frames);
+    auto const before = segments();
+    client.say(frame(0x81, "hello"));
+    BOOST_TEST(client.read(frames.size()) == frames);
+    BOOST_TEST(segments() - before == 1u);
+}
+
 // The event loop belongs to nobody else.
 BOOST_AUTO_TEST_CASE(of_many_small_messages_a_few_are_handled_before_others_have_their_turn)
 {

@@ -35,8 +35,9 @@ namespace webots_cloud {
 inline constexpr auto patience = std::chrono::seconds(30); // a deadline for a broken server only
 
 /// Answers every request with its path, except `/nothing` (an empty body), `/shared` (`shared`) and `/who`
-/// (the client's address and quota key). WebSockets: `/echo` sends messages back, `/who` first sends the same
-/// as above, `/flood` sends until the channel refuses, `/turns` counts messages.
+/// (the client's address and quota key). WebSockets: `/echo` sends messages back, `/twice` two times
+/// together,
+/// `/who` first sends the same as above, `/flood` sends until the channel refuses, `/turns` counts messages.
 class TestEndpoint final : public Endpoint
 {
 public:
@@ -92,7 +93,10 @@ public:
                 last_failure = message.error();
                 break;
             }
-            (void)channel.send(std::move(*message));
+            if (info.path == "/twice")
+                (void)channel.send_all(std::array{*message, *message});
+            else
+                (void)channel.send(std::move(*message));
         }
         ++ended;
     }

@@ -24,13 +24,16 @@ BOOST_AUTO_TEST_CASE(who_has_waited_longest_makes_room_for_who_comes)
     SilentClients clients(3, 3);
     for (std::uint64_t id = 1; id <= 3; ++id)
         BOOST_TEST(enter(clients, id, "a" + std::to_string(id)) == nobody);
+    BOOST_TEST(clients.first().value() == 1u);
     BOOST_TEST(enter(clients, 4, "b") == 1u);
-    clients.leave(3);
-    clients.leave(3);
-    clients.leave(1);
+    BOOST_TEST(clients.first().value() == 2u);
+    BOOST_TEST(clients.leave(3) == "a3");
+    BOOST_TEST(clients.leave(3) == "");
+    BOOST_TEST(clients.leave(1) == "");
     BOOST_TEST(enter(clients, 5, "c") == nobody);
     BOOST_TEST(enter(clients, 6, "d") == 2u);
     BOOST_TEST(clients.size() == 3u);
+    BOOST_TEST(!SilentClients(1, 1).first());
 }
 
 BOOST_AUTO_TEST_CASE(a_client_with_too_many_makes_room_for_itself)
