@@ -12,13 +12,15 @@ import shutil
 import signal
 import sys
 import unittest
+import urllib.parse
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser_client import Browser, websockets  # noqa: E402
-from support.other_user import NOBODY, OwnedServer, works  # noqa: E402
+from support.cgroup import DelegatedGroups  # noqa: E402
+from support.frames import Frames  # noqa: E402
+from support.other_user import NOBODY, OwnedServer, as_nobody_with_numbers, require_subordinate_users, works  # noqa: E402
 from support.projects import demo_project  # noqa: E402
 from support.servers import is_sanitized, main, wait_until  # noqa: E402
-from support.waiting import wait_until_async  # noqa: E402
 
 NEIGHBOUR = "local:/projects/neighbour/blob/main/worlds/arena.wbt"
 WORLD = """#VRML_SIM R2025a utf8
@@ -79,6 +81,7 @@ MEMORY = 200
 PROCESSES = 60
 FILES = 100
 DISK = 10
+LIMITS = {"simulationMemory": MEMORY, "simulationProcesses": PROCESSES, "simulationFiles": FILES, "simulationDisk": DISK}
 
 
 def groups_of(server):
@@ -111,40 +114,28 @@ def may_make_groups():
         os.geteuid() == 0 and os.access("/sys/fs/cgroup", os.W_OK)
 
 
+def place_projects(folder):
+    """A project for each attack, and the neighbour's; returns the keys that let them run."""
+    files = {os.path.join("neighbour", path): content for path, content in demo_project().items()}
+    for name, attack in ATTACKS.items():
+        files[f"{name}/worlds/hostile.wbt"] = WORLD.encode()
+        files[f"{name}/controllers/attack/attack"] = f"#!/usr/bin/python3\nimport os, signal{attack}\nsignal.pause()\n".encode()
+    for path, content in files.items():
+        path = os.path.join(folder, "projects", path)
+        os.makedirs(os.path.dirname(path), exist_ok=True)
+        with open(path, "wb") as file:
+            file.write(content)
+        os.chmod(path, 0o755)
+    return {"forges": [{"url": "local:", "directory": folder}], "allowedRepositories": ["local:/projects"]}
+
+
 class LimitedServer(OwnedServer):
     """With a project for each attack."""
 
     def __init__(self, *arguments, **keys):
-        super().__init__(*arguments, **{"simulationMemory": MEMORY, "simulationProcesses": PROCESSES, "simulationFiles": FILES,
-                                        "simulationDisk": DISK, **keys})
-        folder = os.path.join(self.folder, "projects")
-        files = {os.path.join("neighbour", path): content for path, content in demo_project().items()}
-        for name, attack in ATTACKS.items():
-            files[f"{name}/worlds/hostile.wbt"] = WORLD.encode()
-            files[f"{name}/controllers/attack/attack"] = f"#!/usr/bin/python3\nimport os, signal{attack}\nsignal.pause()\n".encode()
-        for path, content in files.items():
-            path = os.path.join(folder, "projects", path)
-            os.makedirs(os.path.dirname(path), exist_ok=True)
-            with open(path, "wb") as file:
-                file.write(content)
-            os.chmod(path, 0o755)
-        self.config.update(forges=[{"url": "local:", "directory": folder}], allowedRepositories=["local:/projects"])
+        super().__init__(*arguments, **{**LIMITS, **keys})
+        self.config.update(place_projects(os.path.join(self.folder, "projects")))
         os.chmod(self.folder, 0o755)
-
-
-async def watch(port, frames):
-    """Counts the pictures of the simulator at this port."""
-    reader, writer = await asyncio.open_connection("127.0.0.1", port)
-    writer.write(b"GET /mjpeg HTTP/1.1\r\nHost: localhost\r\n\r\n")
-    try:
-        while received := await reader.read(1 << 16):
-            frames.extend(received.count(b"\xff\xd8\xff") * [True])
-    finally:
-        writer.close()
-
-
-async def has_more(frames, seen):
-    return len(frames) > seen
 
 
 class Limits:
@@ -158,10 +149,14 @@ class Limits:
     @classmethod
     def setUpClass(cls):
         cls.check()
-        cls.server = LimitedServer(cls.user, cls.wrapper, **cls.keys)
+        cls.server = cls.make_server()
         cls.addClassCleanup(cls.server.close)
         cls.server.start()
         asyncio.run(cls.attack())
+
+    @classmethod
+    def make_server(cls):
+        return LimitedServer(cls.user, cls.wrapper, **cls.keys)
 
     @classmethod
     def check(cls):
@@ -172,19 +167,15 @@ class Limits:
     async def attack(cls):
         async with Browser(cls.server) as neighbour:
             await neighbour.start(NEIGHBOUR)
-            address = await neighbour.hear("webots:")
-            frames = []
-            port = int(address.rpartition(":")[2])
-            webots = await websockets.connect(f"ws://127.0.0.1:{port}")
-            await webots.send("real-time:-1")
-            watching = asyncio.create_task(watch(port, frames))
-            names = list(ATTACKS)
-            cls.told = dict(zip(names, await asyncio.gather(*map(cls.overrun, names))))
-            seen = len(frames)
-            await wait_until_async(lambda: has_more(frames, seen), "the neighbour shows no picture any more")
+            address = urllib.parse.urlsplit((await neighbour.hear("webots:")).partition(":")[2])
+            async with websockets.connect(address.geturl(), max_size=None) as viewer:
+                await viewer.send("real-time:-1")
+                frames = Frames(address.port, address.path.rstrip("/") + "/mjpeg")
+                names = list(ATTACKS)
+                cls.told = dict(zip(names, await asyncio.gather(*map(cls.overrun, names))))
+                await asyncio.to_thread(frames.wait_for_next, "after the others have ended")
+                frames.close()
             cls.neighbour_errors = [each for each in neighbour.told if "Error" in each]
-            watching.cancel()
-            await webots.close()
             cls.figures = cls.server.get("/metrics")
             cls.rows = json.loads(cls.server.get("/monitor", {"Accept": "application/json"}))["simulations"]
             cls.groups = groups_of(cls.server.process.pid)
@@ -277,6 +268,55 @@ class ControlGroupsWithBubblewrap(WithGroups, unittest.TestCase):
             raise unittest.SkipTest("bubblewrap is not installed")
 
 
+class DelegatedControlGroups(WithGroups):
+    """As systemd delegates them to the user of a service: who is not root makes groups in the server's own."""
+
+    user = NOBODY
+
+    @classmethod
+    def check(cls):
+        super().check()
+        cls.delegated = cls.enterClassContext(DelegatedGroups(NOBODY))
+
+    @classmethod
+    def make_server(cls):
+        return LimitedServer(NOBODY, cls.delegated.joining(*cls.change_user()), True, **cls.keys)
+
+    @classmethod
+    def change_user(cls):
+        """The command line that the server's is put behind."""
+        return ("setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups")
+
+
+class ControlGroupsOfAnotherUser(DelegatedControlGroups, unittest.TestCase):
+    keys = {"sandbox": "none"}
+
+
+class ControlGroupsOfAnotherUserWithBubblewrap(DelegatedControlGroups, unittest.TestCase):
+    keys = {"sandbox": "bubblewrap", "network": "none"}
+
+    @classmethod
+    def check(cls):
+        super().check()
+        if not shutil.which("bwrap"):
+            raise unittest.SkipTest("bubblewrap is not installed")
+
+
+class ControlGroupsOfSubordinateUsers(DelegatedControlGroups, unittest.TestCase):
+    """Guards enter the groups of their simulations as the server's user, in a user namespace."""
+
+    keys = {"sandbox": "none", "simulationUser": "subordinate", "display": "none"}
+
+    @classmethod
+    def check(cls):
+        require_subordinate_users()
+        super().check()
+
+    @classmethod
+    def change_user(cls):
+        return as_nobody_with_numbers()
+
+
 class WithoutGroups(Limits):
     @classmethod
     def check(cls):
@@ -350,20 +390,25 @@ class KilledServer(unittest.TestCase):
         wait_until(lambda: not groups_of(pid), lambda: f"groups are left: {groups_of(pid)}")
 
     def test_what_is_left_of_it_is_removed_at_the_next_start(self):
-        parent = "/sys/fs/cgroup/pids"
-        if not may_make_groups() or not os.path.isdir(parent):
-            self.skipTest("control groups of version 1 can't be made here")
-        ended = os.spawnlp(os.P_NOWAIT, "true", "true")
-        os.waitpid(ended, 0)
-        with open("/proc/self/cgroup") as groups:
-            own = next(line.rstrip("\n").split(":")[2] for line in groups if ":pids:" in line)
-        stale = os.path.join(parent, own.lstrip("/"), f"webots_cloud-{ended}-1")
-        os.mkdir(stale)
-        self.addCleanup(lambda: os.path.isdir(stale) and os.rmdir(stale))
+        if not may_make_groups():
+            self.skipTest("control groups can't be made here")
         server = LimitedServer()
         self.addCleanup(server.close)
         server.start()
-        self.assertFalse(os.path.exists(stale))
+
+        async def groups():
+            async with Browser(server) as browser:
+                await browser.start(NEIGHBOUR)
+                await browser.hear("webots:")
+                return groups_of(server.process.pid)
+
+        group = asyncio.run(groups())[0]
+        server.stop()
+        wait_until(lambda: not os.path.exists(group), lambda: f"it is left: {group}")
+        os.mkdir(group)
+        self.addCleanup(lambda: os.path.isdir(group) and os.rmdir(group))
+        server.start()
+        self.assertFalse(os.path.exists(group))
 
 
 if __name__ == "__main__":

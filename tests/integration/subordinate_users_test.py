@@ -9,8 +9,8 @@ import asyncio
 import contextlib
 import json
 import os
-import shutil
 import signal
+import stat
 import subprocess
 import sys
 import unittest
@@ -19,12 +19,10 @@ sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 sys.path.insert(0, os.path.dirname(__file__))
 from simulation_user_test import ATTACK, OUTSIDE, WORLD, Attack, users_of  # noqa: E402
 from support.browser_client import Browser  # noqa: E402
-from support.other_user import NOBODY, OwnedServer, may_make_namespaces  # noqa: E402
+from support.other_user import FIRST, NOBODY, RANGE, OwnedServer, as_nobody_with_numbers, require_subordinate_users  # noqa: E402
 from support.projects import demo_project  # noqa: E402
 from support.servers import SimulationServer, is_alive, main, wait_until  # noqa: E402
 
-FIRST = 1_900_000_000  # nobody's on this machine
-RANGE = f"nobody:{FIRST}:65536\n"
 NEIGHBOUR = "local:/projects/neighbour/blob/main/worlds/arena.wbt"
 HOSTILE = "local:/projects/hostile/blob/main/worlds/hostile.wbt"
 FILLING = "local:/projects/filling/blob/main/worlds/hostile.wbt"
@@ -43,6 +41,23 @@ os.chmod("locked/inner", 0)
 os.chmod("locked", 0)
 with open("attack", "a") as file:
     file.write("# changed")
+import shutil, subprocess
+def privileges(*command):
+    return subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL).stdout
+def become(user, group):
+    os.chown("shell", user, group)
+SHOW = "-pc", "grep -E '^(Uid|Gid|CapPrm|CapEff)' /proc/self/status"  # -p: it would give back itself what it has gained
+own, group = os.getuid(), os.getgid()
+shutil.copy("/bin/sh", "shell")
+said = {"given": [each for each in ([0, -1], [-1, 0], [own + 1, -1], [-1, group + 1]) if can(become, *each)]}
+os.chmod("shell", 0o6755)
+said["without"], said["with"] = privileges("/bin/sh", *SHOW), privileges("./shell", *SHOW)
+su = subprocess.Popen(["su"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+with open(f"/proc/{su.pid}/status") as status:
+    said["su"] = "".join(line for line in status if line.startswith(("Uid", "Gid", "CapPrm", "CapEff")))
+su.kill()
+with open("set_user_id", "w") as file:
+    json.dump(said, file)
 os.remove("../linked/file")
 os.rmdir("../linked")
 os.symlink(targets["link"], "../linked")
@@ -56,20 +71,10 @@ for i in range(3):
         file.write(b"x" * (8 << 20))
 signal.pause()
 '''
-WITH_RANGE = 'mount --bind "$0" /etc/subuid && mount --bind "$0" /etc/subgid && exec setpriv --reuid 65534 --regid 65534 --clear-groups "$@"'
 
 
 def setUpModule():
-    if os.geteuid() != 0:
-        raise unittest.SkipTest("only root can start servers as another user")
-    for name in ("newuidmap", "newgidmap"):
-        if not shutil.which(name, path=os.environ["PATH"] + ":/usr/bin"):
-            raise unittest.SkipTest(f"{name} is not installed (Debian's package uidmap)")
-    if not may_make_namespaces(NOBODY):
-        raise unittest.SkipTest("users other than root may make no namespaces here")
-    for path in ("/etc/subuid", "/etc/subgid"):
-        if not os.path.exists(path):
-            raise unittest.SkipTest(f"there is no {path}")
+    require_subordinate_users()
 
 
 def frame(address):
@@ -78,12 +83,8 @@ def frame(address):
 
 
 def subordinate_server(lines=RANGE, mask="022", **keys):
-    made = OwnedServer(NOBODY, wrapper_drops_privileges=True, **{"simulationUser": "auto", "debug": False, "simulationDisk": DISK,
-                                                                     "display": "none", **keys})
-    ranges = os.path.join(made.folder, "ranges")
-    with open(ranges, "w") as file:
-        file.write(lines)
-    made.wrapper = ("unshare", "--mount", "sh", "-c", f"umask {mask} && {WITH_RANGE}", ranges)
+    made = OwnedServer(NOBODY, as_nobody_with_numbers(lines, mask), True,
+                       **{"simulationUser": "auto", "debug": False, "simulationDisk": DISK, "display": "none", **keys})
     folder = os.path.join(made.folder, "projects")
     files = {os.path.join("neighbour", path): content for path, content in demo_project().items()}
     for name, controller in (("hostile", ATTACK + LITTER), ("filling", FILL)):
@@ -115,6 +116,16 @@ def guards(server):
         with contextlib.suppress(OSError), open(f"/proc/{pid}/comm") as name:
             if name.read().startswith("webots-process"):
                 found.append(pid)
+    return found
+
+
+def set_user_ids(folder):
+    """Users and groups as whom programs below would run."""
+    found = set()
+    for path, _, names in os.walk(folder):
+        for status in (os.lstat(os.path.join(path, name)) for name in names):
+            if status.st_mode & (stat.S_ISUID | stat.S_ISGID):
+                found.update((status.st_uid, status.st_gid))
     return found
 
 
@@ -172,6 +183,8 @@ class Attacked(Attack):
                 wait_until(lambda: os.path.islink(os.path.join(place, "linked")), lambda: f"it does not attack:\n{log_of(cls.server)}")
                 with open(os.path.join(place, "attack", "said")) as file:
                     cls.said = json.load(file)
+                with open(os.path.join(place, "attack", "set_user_id")) as file:
+                    cls.set_user_id = json.load(file)
                 cls.neighbours = users_of(before)
                 number = os.lstat(os.path.join(place, "attack", "said")).st_uid
                 cls.outer_number = number
@@ -244,6 +257,9 @@ class Attacked(Attack):
             wait_until(lambda: not any(is_alive(pid) for pid in tree), "processes are left")
             if with_guards:
                 cls.left = os.lstat(instance).st_uid
+            else:
+                cls.given_back = os.lstat(instance).st_uid
+                cls.set_user_ids = set_user_ids(instance)
             SimulationServer.start(cls.server)  # not OwnedServer's: that changes owners
             wait_until(lambda: not cls.server.instances(), lambda: f"directories are left: {cls.server.instances()}\n{log_of(cls.server)}")
 
@@ -275,6 +291,18 @@ class Attacked(Attack):
 
     def test_what_killed_servers_and_guards_leave_is_removed(self):
         self.assertGreaterEqual(self.left, FIRST)  # nobody had given it back
+
+    def test_set_user_id_programs_give_it_nothing(self):
+        said = self.set_user_id
+        self.assertEqual(said["given"], [], "it has made a file that of another user or group")
+        self.assertIn("Uid:", said["without"])
+        self.assertEqual(said["with"], said["without"])
+        self.assertEqual(said["su"], said["without"])
+
+    def test_no_set_user_id_program_of_its_own_becomes_the_servers_when_its_folder_does(self):
+        self.assertEqual(self.given_back, NOBODY)
+        self.assertEqual(len(self.set_user_ids), 1, self.set_user_ids)
+        self.assertGreaterEqual(self.set_user_ids.pop(), FIRST)
 
     def test_another_server_of_the_same_user_is_not_disturbed(self):
         self.assertTrue(self.others_alive)

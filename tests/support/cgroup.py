@@ -54,3 +54,53 @@ class MemoryGroup:
         """How many processes the kernel has killed there for their memory."""
         with open(os.path.join(self.folder, self.events)) as file:
             return next(int(line.split()[1]) for line in file if line.startswith("oom_kill "))
+
+
+class DelegatedGroups:
+    """A group of our own in each hierarchy, in which another user may make others; SkipTest where none can be made.
+
+        with DelegatedGroups(NOBODY) as groups:
+            subprocess.run([*groups.joining("setpriv", ...), ...])
+    """
+
+    CONTROLLERS = ("memory", "pids", "cpu", "cpuacct")
+    OF_THE_OWNER = ("", "cgroup.procs", "cgroup.subtree_control", "cgroup.threads")  # as systemd has it; some are of version 2 alone
+
+    def __init__(self, user):
+        self.user = user
+        self.folders = []
+
+    def __enter__(self):
+        first = {os.path.realpath(f"{ROOT}/{each}") for each in self.CONTROLLERS if os.path.exists(f"{ROOT}/{each}/cgroup.procs")}
+        try:
+            for parent in first or [ROOT]:
+                if not first:
+                    with open(f"{ROOT}/cgroup.subtree_control", "w") as file:
+                        file.write("+memory +pids +cpu")
+                folder = tempfile.mkdtemp(prefix="webots_cloud_test_", dir=parent)
+                self.folders.append(folder)
+                os.chmod(folder, 0o755)
+                for name in self.OF_THE_OWNER:
+                    path = os.path.join(folder, name)
+                    if os.path.exists(path):
+                        os.chown(path, self.user, self.user)
+        except OSError as error:
+            self.__exit__()
+            raise unittest.SkipTest(f"no control group can be made here: {error}")
+        return self
+
+    def __exit__(self, *_):
+        wait_until(self._remove, f"{self.folders} still have processes")
+
+    def _remove(self):
+        """With the groups in them."""
+        for folder in self.folders:
+            for each, _, _ in os.walk(folder, topdown=False):
+                with contextlib.suppress(OSError):
+                    os.rmdir(each)
+        return not any(map(os.path.isdir, self.folders))
+
+    def joining(self, *command):
+        """A command line that enters them, and then runs this and what is put behind it."""
+        enter = "".join(f"echo 0 > {folder}/cgroup.procs && " for folder in self.folders)
+        return ("sh", "-c", f'{enter}exec "$@"', "sh", *command)

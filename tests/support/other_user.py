@@ -3,6 +3,7 @@
 import os
 import shutil
 import subprocess
+import unittest
 
 from .browser_client import LOCAL
 from .servers import SimulationServer, program
@@ -17,6 +18,33 @@ WITHOUT_NAMESPACES = ("unshare", "--user", "--map-root-user", "sh", "-c",
 # Like a machine that hides the processes of other users; switches to another user.
 WITH_HIDDEN_PROCESSES = ("unshare", "--mount", "sh", "-c", 'mount -t proc -o hidepid=2 proc /proc && '
                          f'exec setpriv --reuid {NOBODY} --regid {NOBODY} --clear-groups "$@"', "sh")
+
+
+FIRST = 1_900_000_000  # nobody's on this machine
+RANGE = f"nobody:{FIRST}:65536\n"
+
+
+def require_subordinate_users():
+    """SkipTest where a server of `nobody` can have no numbers of /etc/subuid."""
+    if os.geteuid() != 0:
+        raise unittest.SkipTest("only root can start servers as another user")
+    for name in ("newuidmap", "newgidmap"):
+        if not shutil.which(name, path=os.environ["PATH"] + ":/usr/bin"):
+            raise unittest.SkipTest(f"{name} is not installed (Debian's package uidmap)")
+    if not may_make_namespaces(NOBODY):
+        raise unittest.SkipTest("users other than root may make no namespaces here")
+    for path in ("/etc/subuid", "/etc/subgid"):
+        if not os.path.exists(path):
+            raise unittest.SkipTest(f"there is no {path}")
+
+
+def as_nobody_with_numbers(lines=RANGE, mask="022"):
+    """The command line that the server's is put behind: it alone has these lines in /etc/subuid, in a mount namespace of its own, and
+    switches to another user."""
+    return ("unshare", "--mount", "sh", "-c",
+            f'mount -t tmpfs none /mnt && printf %s "$0" > /mnt/ranges && mount --bind /mnt/ranges /etc/subuid && '
+            f'mount --bind /mnt/ranges /etc/subgid && umount -l /mnt && umask {mask} && exec setpriv --reuid {NOBODY} --regid {NOBODY} --clear-groups "$@"',
+            lines)
 
 
 def works(wrapper):
