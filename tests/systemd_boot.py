@@ -48,7 +48,7 @@ class Unit:
         self.url = f"http://{self.address}"
         self.config = f"/etc/webots-cloud/{kind}.json"
         self.folder = f"/var/lib/webots-cloud/{kind}"
-        self.log = f"{self.folder}/log/{kind}/output.log"
+        self.log_path = f"{self.folder}/log/{kind}/output.log"
         self.drop_in = f"/etc/systemd/system/{self.name}.d/test.conf"
 
     def show(self, name):
@@ -63,9 +63,12 @@ class Unit:
         return f"/sys/fs/cgroup/system.slice/{self.name}"
 
     def processes(self):
-        with contextlib.suppress(FileNotFoundError), open(os.path.join(self.control_group, "cgroup.procs")) as file:
-            return [int(line) for line in file]
-        return []
+        """In its control group, and in those that the server makes in there."""
+        found = []
+        for folder, _, _ in os.walk(self.control_group):
+            with contextlib.suppress(OSError), open(os.path.join(folder, "cgroup.procs")) as file:  # it may be removed meanwhile
+                found += map(int, file)
+        return sorted(found)
 
     def simulators(self):
         return [process for process in self.processes() if process != self.main]
@@ -74,9 +77,10 @@ class Unit:
         """What is in a folder as the server has it."""
         return os.listdir(os.path.join("/proc", str(self.main), "root", folder.lstrip("/")))
 
-    def get(self, path):
+    def get(self, path, headers=None):
         """The body of an answer; None without an answer."""
-        with contextlib.suppress(OSError), urllib.request.urlopen(f"{self.url}{path}", timeout=10) as answer:
+        request = urllib.request.Request(self.url + path, headers=headers or {})
+        with contextlib.suppress(OSError), urllib.request.urlopen(request, timeout=10) as answer:
             return answer.read().decode()
 
     def configure(self, **keys):
@@ -103,7 +107,7 @@ class Unit:
         wait_until(lambda: self.main not in (0, process) and self.show("ActiveState") == "active", f"{self.name} is not started again")
 
     def logged(self):
-        with open(self.log) as file:
+        with open(self.log_path) as file:
             return file.read()
 
 
