@@ -68,7 +68,7 @@ def overhead_of_start(quick):
 @contextlib.contextmanager
 def relayed_start(quick):
     """From `start` to `webots:` through a session server that relays `/client`, and directly; in turns, the same simulation server."""
-    starts = 3 if quick else 20
+    starts = 3 if quick else 60  # one start differs from the next by more than the two ways do
 
     async def start(server):
         async with Browser(server) as browser:
