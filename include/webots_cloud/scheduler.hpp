@@ -239,6 +239,9 @@ struct PlacementRequest
     bool only_free = false;
     /// Seats are held for it: see Scheduler::hold().
     bool held = false;
+    /// Reports made since then show everybody whom others have placed: for who asks machines before placing,
+    /// see Scheduler::worth_asking(), and whose browsers arrive at once. By default, no report does.
+    TimePoint current_since = TimePoint::max();
 };
 
 /// Where a session goes.
@@ -355,7 +358,8 @@ struct Decision
 /// second, times the time that an arrival stays unseen, are poured over the lowest scores as water
 /// finds its level, and each placement goes to one of those machines with the probability of the water
 /// it holds (Dahlin's interpretation of old loads). Five session servers then need not talk to each
-/// other; with none besides us there is no water, and the rule is exactly the smallest score.
+/// other; with none besides us there is no water, and the rule is exactly the smallest score. So it is
+/// where the best machine has been asked a moment ago, as nothing is unseen there: see worth_asking().
 ///
 /// Why it works
 ///
@@ -431,6 +435,15 @@ public:
     /// people, when no machine of the list has the labels, so that waiting would not help;
     /// `errc::invalid_argument` for labels that are none.
     result<Placement> place(PlacementRequest const& request, TimePoint now);
+
+    /// Whom to ask for a report before this session is placed, the best machine first: of the three best
+    /// machines, those that have not reported since `request.current_since`. Nobody is to be asked where the
+    /// best one has, where machines report a bare number, which shows nobody who has just come, and where
+    /// nobody else has placed sessions for a day. Once the reports are here, another machine may be the best.
+    /// O(n).
+    ///
+    /// Lifetime: addresses are valid until set_servers() leaves the server out.
+    std::vector<std::string_view> worth_asking(PlacementRequest const& request, TimePoint now) const;
 
     /// Gives a place back that will not be used: the browser left before it went to the machine, or the
     /// machine could not be reached. Without it, the place counts until reports show that nobody came.

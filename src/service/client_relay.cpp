@@ -65,6 +65,7 @@ void ClientRelay::set_servers(std::vector<ServerSpec> const& servers)
     auto const is_listed = [&listed](std::string_view entry) { return listed.contains(entry); };
     std::erase_if(machines_, [&](auto const& machine) { return !is_listed(machine.first); });
     faults_.keep_only(is_listed);
+    questions_.keep_only(is_listed);
 }
 
 bool ClientRelay::takes_more(TimePoint now) const
@@ -164,10 +165,27 @@ void ClientRelay::begin(Browser& browser, std::string text, std::string const& q
     claim_ticket(browser);
     bool const may_go = params_.waiting_places == 0 || !is_settling(now);
     bool const goes_first = browser.seat == core::SeatRequest::held || (room_.size() == 0 && may_go);
-    if (goes_first && try_to_place(browser, now)) {
-        waits_.add(0);
-        return start_carrying(browser);
-    }
+    if (!goes_first)
+        return line_up(browser, now);
+    auto request = request_of(browser, now);
+    request.current_since = now - relay::current_report;
+    auto asked = ask_machines(browser, request, now);
+    if (asked.empty())
+        return serve_now(browser, request, now);
+    browser.ride = std::make_unique<Ride>(tasks_->executor());
+    browser.ride->task = tasks_->spawn(serve_when_answered(browser, std::move(asked), request.current_since));
+}
+
+void ClientRelay::serve_now(Browser& browser, PlacementRequest const& request, TimePoint now)
+{
+    if (!try_to_place(browser, request, now))
+        return line_up(browser, now);
+    waits_.add(0);
+    start_carrying(browser);
+}
+
+void ClientRelay::line_up(Browser& browser, TimePoint now)
+{
     if (params_.waiting_places == 0)
         return refuse(browser, relay::no_server);
     if (browser.request.size() > short_request && kept_ + browser.request.size() > max_kept)
@@ -210,7 +228,7 @@ asio::awaitable<void> ClientRelay::leave(Browser& browser, Failure const& why)
     if (ride.task)
         async::TaskGroup::cancel(*ride.task);
     while (ride.task)
-        (void)co_await ride.ended.wait();
+        (void)co_await ride.changed.wait();
 }
 
 void ClientRelay::update()
@@ -232,6 +250,7 @@ ClientRelay::Figures ClientRelay::figures() const
     figures.relayed = relayed_;
     figures.given_up = given_up_;
     figures.refused = refused_;
+    figures.questions = questions_asked_;
     figures.attempts = attempts_;
     constexpr std::size_t first = 100; // those behind them have come later, but for some minutes
     auto const now = clock_.now();

@@ -9,6 +9,7 @@
 #include "core/pages/histogram.hpp"
 #include "core/relay/machine_conversation.hpp"
 #include "core/relay/machine_faults.hpp"
+#include "core/relay/machine_questions.hpp"
 #include "core/waiting/wait_estimate.hpp"
 #include "core/waiting/waiting_room.hpp"
 #include "core/waiting/waiting_ticket.hpp"
@@ -89,6 +90,9 @@ public:
 
     boost::asio::awaitable<void> serve(ChannelInfo info, Channel& channel);
 
+    /// A poll of that machine has ended, and the scheduler knows its report.
+    void heard_from(std::string_view entry);
+
     /// Machines may have become free, or the time may have come to tell those who wait where they are.
     void update();
 
@@ -109,6 +113,7 @@ public:
         std::size_t relayed = 0; ///< Browsers with a machine, or on their way to one.
         std::uint64_t given_up = 0;
         std::uint64_t refused = 0;
+        std::uint64_t questions = 0;                        ///< To machines, before somebody was placed.
         std::map<std::string_view, std::uint64_t> attempts; ///< At machines, by how they ended.
     };
 
@@ -134,6 +139,8 @@ private:
     void drop_silent(TimePoint now);
     TimePoint end_of_silence(Id silent) const;
     void begin(Browser& browser, std::string text, std::string const& quota_key);
+    void serve_now(Browser& browser, PlacementRequest const& request, TimePoint now);
+    void line_up(Browser& browser, TimePoint now);
     void come_back(Browser& browser, std::string_view text, std::string const& quota_key);
     static void refuse(Browser& browser, std::string_view sentence);
     boost::asio::awaitable<void> leave(Browser& browser, Failure const& why);
@@ -152,8 +159,16 @@ private:
     void give_out_seats(TimePoint now);
     void look_for_freed_seats(TimePoint now);
 
-    result<> try_to_place(Browser& browser, TimePoint now);
-    result<Placement> find_machine(Browser const& browser, TimePoint now);
+    std::vector<std::string> ask_machines(Browser const& browser, PlacementRequest const& request,
+                                          TimePoint now);
+    boost::asio::awaitable<void> serve_when_answered(Browser& browser, std::vector<std::string> asked,
+                                                     TimePoint since);
+    boost::asio::awaitable<bool> hear_answers(Browser& browser, std::vector<std::string> const& asked,
+                                              TimePoint latest);
+
+    result<> try_to_place(Browser& browser, PlacementRequest const& request, TimePoint now);
+    PlacementRequest request_of(Browser const& browser, TimePoint now) const;
+    result<Placement> find_machine(PlacementRequest const& request, TimePoint now);
     void start_carrying(Browser& browser);
     boost::asio::awaitable<void> carry(Browser& browser);
     boost::asio::awaitable<bool> carry_to_end(Browser& browser);
@@ -176,6 +191,7 @@ private:
     ClientRelayHooks hooks_;
     std::map<std::string, Machine, std::less<>> machines_; ///< By entry.
     core::MachineFaults faults_;
+    core::MachineQuestions questions_;
     core::SilentClients silent_;
     core::WaitingRoom room_;
     core::WaitEstimate estimate_;
@@ -195,6 +211,7 @@ private:
     std::size_t relayed_ = 0;
     std::uint64_t given_up_ = 0;
     std::uint64_t refused_ = 0;
+    std::uint64_t questions_asked_ = 0;
     std::map<std::string_view, std::uint64_t> attempts_;
     bool is_stopping_ = false;
 };

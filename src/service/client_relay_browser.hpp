@@ -14,6 +14,8 @@ namespace webots_cloud {
 namespace relay {
 
 inline constexpr std::uint16_t service_restart = 1012; // RFC 6455's registry: come back
+/// Reports that are no older show whom others have placed. So machines are not asked more often than that.
+inline constexpr Duration current_report = std::chrono::milliseconds(100);
 inline constexpr std::string_view no_server = "No simulation server available at the moment.";
 
 } // namespace relay
@@ -31,7 +33,7 @@ struct ClientRelay::Machine
 /// Of a browser on its way to a machine, or there.
 struct ClientRelay::Ride
 {
-    explicit Ride(boost::asio::any_io_executor const& executor) : ended(executor) {}
+    explicit Ride(boost::asio::any_io_executor const& executor) : changed(executor) {}
 
     std::string entry;
     std::string opening; ///< For the machine.
@@ -44,7 +46,7 @@ struct ClientRelay::Ride
     std::size_t said = 0;     ///< Bytes of the browser, before there is a simulation.
     std::unique_ptr<Channel> machine;
     std::optional<async::TaskGroup::Task> task;
-    async::Wakeup ended;
+    async::Wakeup changed; ///< The task has ended, or a machine that was asked has answered.
     std::string last_word; ///< Of the machine that refused last.
     std::string problem;   ///< Of the one that could not be reached.
 };

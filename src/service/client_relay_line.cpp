@@ -156,7 +156,7 @@ void ClientRelay::give_out_seats(TimePoint now)
         wishes.insert(wishes.end(), browser.tried.begin(), browser.tried.end());
         if (in_vain.contains(wishes))
             return true;
-        auto const placed = try_to_place(browser, now);
+        auto const placed = try_to_place(browser, request_of(browser, now), now);
         if (placed)
             seated.push_back(&browser);
         else if (placed.error() == errc::refused)

@@ -78,9 +78,9 @@ void ClientRelay::pass_on(Browser& browser, std::string message)
 
 /// Finds a machine, where the browser goes next.
 /// Errors: `unavailable`; `refused`: there is no machine that could ever run this.
-result<> ClientRelay::try_to_place(Browser& browser, TimePoint now)
+result<> ClientRelay::try_to_place(Browser& browser, PlacementRequest const& request, TimePoint now)
 {
-    auto const placement = find_machine(browser, now);
+    auto const placement = find_machine(request, now);
     if (!placement)
         return placement.error();
     if (!browser.ride)
@@ -95,7 +95,7 @@ result<> ClientRelay::try_to_place(Browser& browser, TimePoint now)
     return {};
 }
 
-result<Placement> ClientRelay::find_machine(Browser const& browser, TimePoint now)
+PlacementRequest ClientRelay::request_of(Browser const& browser, TimePoint now) const
 {
     auto const message = core::parse_client_message(browser.request);
     auto const& asked = std::get<core::SimulationRequest>(message);
@@ -109,6 +109,11 @@ result<Placement> ClientRelay::find_machine(Browser const& browser, TimePoint no
     request.excluded = faults_.silent(now);
     for (auto const* machines : {&browser.tried, &browser.full})
         request.excluded.insert(request.excluded.end(), machines->begin(), machines->end());
+    return request;
+}
+
+result<Placement> ClientRelay::find_machine(PlacementRequest const& request, TimePoint now)
+{
     auto const for_last = faults_.unwilling();
     if (for_last.empty())
         return scheduler_.place(request, now);
@@ -152,7 +157,7 @@ asio::awaitable<void> ClientRelay::carry(Browser& browser)
         co_return;
     }
     ride.task.reset();
-    ride.ended.notify();
+    ride.changed.notify();
 }
 
 /// Until the simulation has ended, no machine takes it, or the browser has left. True: the browser waits
@@ -216,7 +221,9 @@ ClientRelay::Next ClientRelay::try_again(Browser& browser, MachineRefusal refusa
     bool const is_failure = refusal != MachineRefusal::full;
     browser.failures += is_failure ? 1 : 0;
     bool const may_try = browser.failures < max_failures && browser.full.size() < max_full;
-    auto const placed = may_try ? try_to_place(browser, clock_.now()) : result<>(Failure(errc::unavailable));
+    auto const now = clock_.now();
+    auto const placed =
+        may_try ? try_to_place(browser, request_of(browser, now), now) : result<>(Failure(errc::unavailable));
     if (placed)
         return Next::another_machine;
     if (placed.error() == errc::refused) {
@@ -226,7 +233,7 @@ ClientRelay::Next ClientRelay::try_again(Browser& browser, MachineRefusal refusa
     bool const may_wait = params_.waiting_places > 0 && browser.failures < max_failures;
     if (may_wait) {
         browser.full.clear();
-        browser.not_before = clock_.now() + pause_after_full;
+        browser.not_before = now + pause_after_full;
         return Next::line;
     }
     (void)browser.channel.send(ride.last_word.empty() ? core::error_message(relay::no_server)

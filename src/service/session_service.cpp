@@ -311,6 +311,7 @@ void SessionService::Impl::take(LoadEvent const& event)
     // One that is slow may be busy; one that is not there may be followed by another at its address.
     if (!event.is_late)
         paths.answered(event.server.address, event.server.state == ServerState::up);
+    relay.heard_from(event.server.address);
     if (!event.is_repeated)
         board.change(event.server.address);
     if (event.transition == LoadTransition::none)
@@ -749,6 +750,7 @@ void SessionService::Impl::write_relay(core::MetricsText& text) const
     text.family(core::metric("waiting_given_up_total")).add(static_cast<double>(figures.given_up));
     text.family(core::metric("waiting_refused_total")).add(static_cast<double>(figures.refused));
     text.family(core::metric("relayed")).add(static_cast<double>(figures.relayed));
+    text.family(core::metric("relay_questions_total")).add(static_cast<double>(figures.questions));
     text.family(core::metric("relay_attempts_total"));
     for (auto const& [outcome, count] : figures.attempts)
         text.add(static_cast<double>(count), {{"result", outcome}});

@@ -76,6 +76,7 @@ inline constexpr auto all_metrics = [] {
         {"waiting_refused_total", counter, session, "", "relay", "Browsers for which there was no place to wait."},
         {"relayed", gauge, session, "", "relay", "Browsers whose messages are relayed to a machine."},
         {"relay_attempts_total", counter, session, "result", "relay", "What became of browsers on the machines to which they were relayed."},
+        {"relay_questions_total", counter, session, "", "relay", "Reports that machines were asked for before a browser was placed, where other session servers place too."},
         {"classes", gauge, session, "", "", "Classes that teachers have opened."},
         {"class_students", gauge, session, "", "", "Students of all classes."},
         {"class_seats_held", gauge, session, "", "", "Seats that are held back for students who have not come yet."},

@@ -34,7 +34,8 @@ constexpr double max_surprise = 16;   // a single odd session must not outweigh 
 constexpr double variety_memory = 50; // sessions
 
 constexpr double traffic_memory = 30; // s
-constexpr double travel = 1;          // s, from our answer to the browser's arrival on the machine
+constexpr auto others_memory = std::chrono::hours(24);
+constexpr double travel = 1; // s, from our answer to the browser's arrival on the machine
 
 constexpr double show_prior = 10; // browsers assumed to have come, so that the first no-show proves nothing
 constexpr double show_memory = 1000;  // browsers
@@ -167,6 +168,8 @@ void ForeignTraffic::record(std::uint32_t arrivals, Seconds report_interval, Tim
     last_ = now;
     per_second_ *= traffic_memory / (traffic_memory + step);
     per_second_ += arrivals / traffic_memory;
+    if (arrivals != 0)
+        known_until_ = now + others_memory;
     double const interval = report_interval.count();
     interval_ += (interval_ == 0 ? 1 : 0.01) * (interval - interval_);
     unseen_ = per_second_ * (interval_ / 2 + travel);

@@ -157,9 +157,12 @@ class ForeignTraffic
 public:
     void record(std::uint32_t arrivals, Seconds report_interval, TimePoint now) noexcept;
     double unseen() const noexcept { return unseen_; }
+    /// Others have placed sessions within a day.
+    bool is_known(TimePoint now) const noexcept { return now < known_until_; }
 
 private:
     TimePoint last_{};
+    TimePoint known_until_ = TimePoint::min();
     double per_second_ = 0;
     double interval_ = 0;
     double unseen_ = 0;

@@ -44,6 +44,7 @@ public:
     /// Of a session of that world, relative to the average one.
     ExpectedCost expect(WorldKey const& key) const noexcept { return lessons_.worlds.expect(key); }
     double unseen_arrivals() const noexcept { return lessons_.foreign.unseen(); }
+    bool has_others(TimePoint now) const noexcept { return lessons_.foreign.is_known(now); }
     WorldCosts const& worlds() const noexcept { return lessons_.worlds; }
     void replace_worlds(WorldCosts worlds) { lessons_.worlds = std::move(worlds); }
     /// A machine has reported projects.

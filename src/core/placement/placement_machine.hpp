@@ -113,6 +113,11 @@ public:
     std::uint32_t free_seats() const noexcept { return free_seats_; }
 
     bool counts_sessions() const noexcept { return last_.sessions.has_value(); }
+    /// Whoever came there before `since` is in its last report.
+    bool shows_arrivals_since(TimePoint since) const noexcept
+    {
+        return counts_sessions() && reported_at_ >= since;
+    }
     bool counts_arrivals() const noexcept { return last_.sessions && last_.arrivals; }
     /// It has reported at least once.
     bool is_known() const noexcept { return contact_ != Contact::unknown; }

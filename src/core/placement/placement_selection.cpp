@@ -62,6 +62,21 @@ void Selection::prefer(Fleet const& fleet, std::uint32_t project, ExpectedCost c
     }
 }
 
+void Selection::believe_reports(Fleet const& fleet, TimePoint since) noexcept
+{
+    auto const first = best(1);
+    if (!first.empty() && fleet.machine(first.front().slot).shows_arrivals_since(since))
+        unseen_arrivals_ = 0;
+}
+
+std::span<Selection::Entry const> Selection::best(std::size_t count) noexcept
+{
+    count = std::min(count, entries_.size());
+    std::ranges::partial_sort(entries_, entries_.begin() + static_cast<std::ptrdiff_t>(count), {},
+                              &Entry::by_score);
+    return entries().first(count);
+}
+
 bool can_ever_serve(Fleet const& fleet, PlacementRequest const& request) noexcept
 {
     for (std::size_t slot = 0; slot != fleet.size(); ++slot)

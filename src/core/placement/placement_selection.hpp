@@ -34,6 +34,12 @@ public:
     /// To be called after select(): lowers the scores of machines that have the project.
     void prefer(Fleet const& fleet, std::uint32_t project, ExpectedCost const& cost) noexcept;
 
+    /// To be called after those: where the best machine has reported since then, others have placed nobody
+    /// there unseen.
+    void believe_reports(Fleet const& fleet, TimePoint since) noexcept;
+    /// The best so many of these machines. Changes the order of entries().
+    std::span<Entry const> best(std::size_t count) noexcept;
+
     std::span<Entry const> entries() const noexcept { return entries_; }
     /// How many machines lack only the labels.
     std::size_t lacking() const noexcept { return lacking_; }

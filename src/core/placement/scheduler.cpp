@@ -26,6 +26,9 @@ Failure none_available()
     return Failure(errc::unavailable, "no simulation server available at the moment.");
 }
 
+/// Two may turn out to be worse than the third; more would be asked in vain.
+constexpr std::size_t asked_at_once = 3;
+
 bool are_labels(std::vector<std::string> const& labels)
 {
     return labels.size() <= core::max_labels && std::ranges::all_of(labels, core::is_label);
@@ -172,24 +175,40 @@ struct Scheduler::Impl
     /// Nobody but those for whom they are held may have what is free.
     bool all_held() const noexcept { return held != 0 && fleet.free_seats() <= held; }
 
+    placement::ExpectedCost expect(PlacementRequest const& request) const noexcept
+    {
+        return request.world.empty() ? placement::ExpectedCost()
+                                     : fleet.expect(world_key(request.world, request.mode));
+    }
+
+    bool may_be_cached(PlacementRequest const& request) const noexcept
+    {
+        return !request.world.empty() && fleet.knows_projects();
+    }
+
+    void select(PlacementRequest const& request, placement::ExpectedCost const& cost) noexcept
+    {
+        selection.select(fleet, request, cost);
+        if (may_be_cached(request))
+            selection.prefer(fleet, project_key(request.world), cost);
+    }
+
     result<Placement> place(PlacementRequest const& request, TimePoint now)
     {
         fleet.expire(now);
         if (!are_labels(request.labels))
             return unusable("labels: wanted at most 32, of letters, digits, \".\", \"_\", \"-\" and \"+\"");
         placement::Record& record = next_record(now);
-        placement::ExpectedCost cost;
-        if (!request.world.empty())
-            cost = fleet.expect(world_key(request.world, request.mode));
+        auto const cost = expect(request);
         if (cost.is_known)
             record.expected_cost = cost.mean;
-        bool const may_be_cached = !request.world.empty() && fleet.knows_projects();
+        bool const has_asked = request.current_since <= now && fleet.has_others(now);
         bool const selects = !request.labels.empty() || !request.excluded.empty() || request.only_free ||
-                             cost.is_known || may_be_cached;
+                             cost.is_known || may_be_cached(request) || has_asked;
         if (selects) {
-            selection.select(fleet, request, cost);
-            if (may_be_cached)
-                selection.prefer(fleet, project_key(request.world), cost);
+            select(request, cost);
+            if (has_asked)
+                selection.believe_reports(fleet, request.current_since);
             record.restrict_to(selection, request, fleet);
             if (record.offered == 0 && !can_ever_serve(fleet, request))
                 return nobody_has(request.labels);
@@ -204,6 +223,26 @@ struct Scheduler::Impl
         if (selects)
             return choose(placement::SelectedSnapshot(fleet, selection, record), record, cost, now);
         return choose(placement::LiveSnapshot(fleet, record), record, cost, now);
+    }
+
+    std::vector<std::string_view> worth_asking(PlacementRequest const& request, TimePoint now)
+    {
+        fleet.expire(now);
+        if (!fleet.has_others(now))
+            return {};
+        select(request, expect(request));
+        std::vector<std::string_view> to_ask;
+        bool is_first = true;
+        for (auto const& entry : selection.best(asked_at_once)) {
+            auto const& machine = fleet.machine(entry.slot);
+            bool const is_current = machine.shows_arrivals_since(request.current_since);
+            if (is_first && is_current)
+                return {};
+            if (!is_current && machine.counts_sessions())
+                to_ask.push_back(machine.address());
+            is_first = false;
+        }
+        return to_ask;
     }
 
     template<class Snapshot>
@@ -284,6 +323,11 @@ result<Placement> Scheduler::place(TimePoint now)
 result<Placement> Scheduler::place(PlacementRequest const& request, TimePoint now)
 {
     return impl_->place(request, now);
+}
+
+std::vector<std::string_view> Scheduler::worth_asking(PlacementRequest const& request, TimePoint now) const
+{
+    return impl_->worth_asking(request, now);
 }
 
 void Scheduler::release(Placement const& placement, TimePoint now) noexcept

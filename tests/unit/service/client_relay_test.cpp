@@ -451,6 +451,112 @@ BOOST_AUTO_TEST_CASE(a_machine_that_hangs_is_left_alone_for_a_while)
     BOOST_TEST(fixture.log.contains("does not answer on /client"));
 }
 
+namespace {
+
+std::string load_with(int sessions)
+{
+    auto const count = std::to_string(sessions);
+    return concat(R"({"load":1,"capacity":9,"failed":0,"departures":0,"sessions":)", count, R"(,"starting":)",
+                  count, R"(,"arrivals":)", count, "}");
+}
+
+/// Another session server has sent somebody to each of two machines, which are polled.
+struct SharedFixture : Fixture
+{
+    SharedFixture() : Fixture(relaying())
+    {
+        for (auto const* const machine : {"a:2000", "b:2000"})
+            for (int const sessions : {0, 1})
+                poll(machine).reply(200, load_with(sessions));
+        tasks.spawn(run(monitor));
+        world.advance(4s);
+        BOOST_TEST_REQUIRE(http.requests().size() == 4u); // the next ones are not due for two seconds
+    }
+
+    testing::ScriptedHttp::Step& poll(std::string_view machine)
+    {
+        return http.expect(concat("GET http://", machine, "/load"));
+    }
+
+    std::size_t polls() const { return http.requests().size() - 4; }
+};
+
+} // namespace
+
+BOOST_AUTO_TEST_CASE(where_others_place_too_machines_are_asked_first)
+{
+    SharedFixture fixture;
+    fixture.poll("a:2000").after(5ms).reply(200, load_with(4)).always();
+    fixture.poll("b:2000").after(5ms).reply(200, load_with(1)).always();
+    for (int i = 1; i <= 3; ++i) { // the fourth could as well go to a
+        fixture.start();
+        BOOST_TEST(fixture.polls() == 2u * static_cast<std::size_t>(i));
+        BOOST_TEST(fixture.sockets.accepted() == static_cast<std::size_t>(i - 1));
+        fixture.world.advance(5ms);
+        BOOST_TEST(fixture.sockets.accepted() == static_cast<std::size_t>(i));
+        BOOST_TEST(fixture.sockets.peer(static_cast<std::size_t>(i - 1)).request().url ==
+                   "ws://b:2000/client");
+        fixture.world.advance(200ms); // those reports are old now
+    }
+    BOOST_TEST(fixture.answer("/metrics").find("webots_relay_questions_total 6\n") != std::string::npos);
+}
+
+BOOST_AUTO_TEST_CASE(however_many_come_at_once_each_machine_is_asked_once)
+{
+    SharedFixture fixture;
+    fixture.poll("a:2000").after(5ms).reply(200, load_with(2)).always();
+    fixture.poll("b:2000").after(5ms).reply(200, load_with(1)).always();
+    for (int i = 0; i < 12; ++i)
+        fixture.start(todays_start, concat("192.0.2.", std::to_string(i)));
+    BOOST_TEST(fixture.sockets.accepted() == 0u);
+    BOOST_TEST(fixture.polls() == 2u);
+    fixture.world.advance(5ms);
+    BOOST_TEST(fixture.sockets.accepted() == 12u);
+    fixture.start();
+    BOOST_TEST(fixture.sockets.accepted() == 13u); // these reports are good for all of a tenth of a second
+    BOOST_TEST(fixture.polls() == 2u);
+}
+
+BOOST_AUTO_TEST_CASE(a_machine_that_does_not_answer_delays_few_and_not_for_long)
+{
+    SharedFixture fixture;
+    fixture.poll("a:2000").hang().always();
+    fixture.poll("b:2000").after(5ms).reply(200, load_with(8)).always();
+    fixture.start();
+    fixture.world.advance(199ms);
+    BOOST_TEST(fixture.sockets.accepted() == 0u);
+    fixture.world.advance(1ms);
+    BOOST_TEST(fixture.sockets.accepted() == 1u);
+    fixture.start();
+    fixture.world.advance(5ms);
+    BOOST_TEST(fixture.sockets.accepted() == 2u);
+}
+
+BOOST_AUTO_TEST_CASE(who_leaves_while_machines_are_asked_goes_nowhere)
+{
+    SharedFixture fixture;
+    for (auto const* const machine : {"a:2000", "b:2000"})
+        fixture.poll(machine).after(5ms).reply(200, load_with(1)).always();
+    fixture.start().browser_leaves();
+    fixture.world.advance(10ms);
+    BOOST_TEST(fixture.sockets.accepted() == 0u);
+    BOOST_TEST(fixture.answer("/metrics").find("webots_relayed 0\n") != std::string::npos);
+    fixture.start();
+    fixture.world.advance(10ms);
+    BOOST_TEST(fixture.sockets.accepted() == 1u);
+}
+
+BOOST_AUTO_TEST_CASE(who_has_asked_in_vain_waits_in_the_line)
+{
+    SharedFixture fixture;
+    for (auto const* const machine : {"a:2000", "b:2000"})
+        fixture.poll(machine).after(5ms).reply(200, load_with(9)).always();
+    auto& browser = fixture.start();
+    fixture.world.advance(5ms);
+    BOOST_TEST(browser.was_told("queue:0"));
+    BOOST_TEST(fixture.sockets.accepted() == 0u);
+}
+
 BOOST_AUTO_TEST_CASE(a_browser_that_says_too_much_is_to_blame_itself)
 {
     Fixture fixture(relaying(), {"a:2000"});
