@@ -5,6 +5,7 @@ docs/scaling.md, "Several session servers".
 """
 
 import asyncio
+import json
 import os
 import re
 import secrets
@@ -39,15 +40,15 @@ class Site(unittest.IsolatedAsyncioTestCase):
 
     async def sessions(self, *machines, **settings):
         """Two session servers for these machines."""
-        pair = [SessionServer([machine.address for machine in machines], **{"relay": True, "sessionSecret": self.secret, **settings})
-                for _ in range(2)]
-        for session in pair:
-            self.addCleanup(session.close)
-            await asyncio.to_thread(session.start)
-        for session in pair:
-            await asyncio.to_thread(wait_until, lambda session=session: f'webots_servers{{state="up"}} {len(machines)}\n' in session.get("/metrics"),
-                                    lambda session=session: f"all machines have answered:\n{session.log()}")
-        return pair
+        return [await self.session(*machines, **settings) for _ in range(2)]
+
+    async def session(self, *machines, **settings):
+        session = SessionServer([machine.address for machine in machines], **{"relay": True, "sessionSecret": self.secret, **settings})
+        self.addCleanup(session.close)
+        await asyncio.to_thread(session.start)
+        await asyncio.to_thread(wait_until, lambda: f'webots_servers{{state="up"}} {len(machines)}\n' in session.get("/metrics"),
+                                lambda: f"all machines have answered:\n{session.log()}")
+        return session
 
     async def visitor(self, session, **members):
         """A browser that has sent its `start`."""
@@ -123,6 +124,39 @@ class Alike(Site):
         self.assertEqual(late.errors(), [])
         await holder.leave()
         await late.hear("webots:")
+
+
+class AskedBeforePlacing(Site):
+    def setUp(self):
+        super().setUp()
+        self.home = self.enterContext(tempfile.TemporaryDirectory())
+        with open(os.open(os.path.join(self.home, "webots"), os.O_WRONLY | os.O_CREAT, 0o755), "w") as file:
+            file.write("#!/bin/sh\nexec sleep 1000\n")
+
+    def machine(self, seats):
+        """Its simulations go on starting, so they count, and show in no load."""
+        return self.enterContext(server(maxConnections=seats, sessionSecret=self.secret, webotsHome=self.home))
+
+    @staticmethod
+    def sessions_of(machine):
+        return json.loads(machine.get("/load", {"Accept": "application/json"}))["sessions"]
+
+    async def test_whom_one_has_sent_a_moment_ago_the_other_knows(self):
+        crowded, empty = self.machine(seats=9), self.machine(seats=9)
+        one, other = await self.session(crowded), await self.session(crowded, empty)
+        await self.visitor(one)
+        first = f'webots_machine_simulations{{machine="{crowded.address}"}} 1\n'
+        await asyncio.to_thread(wait_until, lambda: first in other.get("/metrics"), "the other sees that it is not alone")
+        for _ in range(4):
+            await self.visitor(one)
+        await asyncio.to_thread(wait_until, lambda: self.sessions_of(crowded) == 5, "five have come")
+        for count in range(1, 5):
+            await self.visitor(other)
+            await asyncio.to_thread(wait_until, lambda count=count: self.sessions_of(crowded) + self.sessions_of(empty) == 5 + count, "they have come")
+        self.assertEqual((self.sessions_of(crowded), self.sessions_of(empty)), (5, 4))
+        asked = int(re.search(r"^webots_relay_questions_total (\d+)$", other.get("/metrics"), re.MULTILINE)[1])
+        self.assertGreaterEqual(asked, 1)
+        self.assertIn("webots_relay_questions_total 0\n", one.get("/metrics"), "it has placed all that it has heard of")
 
 
 class Returning(Visitor):

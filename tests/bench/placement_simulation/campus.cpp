@@ -71,7 +71,8 @@ class Day
 {
 public:
     Day(Campus const& campus, std::uint64_t seed)
-        : campus_(campus), random_(seed), world_random_(seed + 1'000'000), machines_(campus.seats.size())
+        : campus_(campus), random_(seed), world_random_(seed + 1'000'000), travel_random_(seed + 2'000'000),
+          machines_(campus.seats.size())
     {
         choose_worlds();
         std::vector<ServerSpec> specs;
@@ -90,6 +91,8 @@ public:
             params.custom = campus.custom;
             params.seed = seed * 1000 + server;
             schedulers_.emplace_back(Scheduler::make(params).value()).set_servers(specs);
+            if (campus.others_known)
+                show_others(schedulers_.back());
         }
     }
 
@@ -112,6 +115,17 @@ public:
     }
 
 private:
+    /// Somebody has come whom this scheduler has not placed, half an hour before.
+    void show_others(Scheduler& scheduler)
+    {
+        for (int const sessions : {0, 1}) {
+            LoadReport report(machines_.front().base);
+            report.sessions = sessions;
+            report.starting = 0;
+            scheduler.report("0", report, at(-1800 + report_every * sessions));
+        }
+    }
+
     void live(double now)
     {
         for (MachineState& machine : machines_) {
@@ -140,9 +154,9 @@ private:
                 continue;
             for (Scheduler& scheduler : schedulers_) {
                 if (machine.alive)
-                    scheduler.report(std::to_string(number), look_at(machine, now), at(now));
+                    scheduler.report(std::to_string(number), look_at(machine, now), at(std::max(now, now_)));
                 else
-                    scheduler.mark_unreachable(std::to_string(number), at(now));
+                    scheduler.mark_unreachable(std::to_string(number), at(std::max(now, now_)));
             }
         }
     }
@@ -279,8 +293,10 @@ private:
                 warm_ += measured && is_warm;
                 arrived_ += measured;
             }
-            machine.sessions.push_back({world, cost * machine.percent_per_cost, now + travel,
-                                        now + visible_after, now + visible_after + stays});
+            double const arrives =
+                campus_.way == Way::direct ? now + travel : relayed_at(now_, travel_random_);
+            machine.sessions.push_back({world, cost * machine.percent_per_cost, arrives, now + visible_after,
+                                        now + visible_after + stays});
         }
     }
 
@@ -300,7 +316,16 @@ private:
             request.world = address_of(world);
             request.mode = "mjpeg";
         }
-        auto const placement = schedulers_[server].place(request, at(now));
+        Scheduler& scheduler = schedulers_[server];
+        now_ = std::max(now_, now);
+        if (campus_.way == Way::asked)
+            now_ = ask_machines(scheduler, request, now_, travel_random_, at,
+                                [&](std::string_view name, double asked, double heard) {
+                                    MachineState const& machine = machines_[std::stoul(std::string(name))];
+                                    if (machine.alive)
+                                        scheduler.report(name, look_at(machine, asked), at(heard));
+                                });
+        auto const placement = scheduler.place(request, at(now_));
         if (!placement)
             return std::nullopt;
         return std::stoul(std::string(placement->address));
@@ -357,10 +382,12 @@ private:
     Randomness random_;
     Randomness
         world_random_; ///< Its own, so that the costs of sessions are the same with and without worlds.
+    Randomness travel_random_;
     std::vector<double> popularity_; ///< Of the worlds, by cost: sums.
     std::size_t new_worlds_ = 1'000'000;
     std::vector<MachineState> machines_;
     std::vector<Scheduler> schedulers_;
+    double now_ = -1e9; ///< Of the schedulers: questions take time.
     double users_per_second_ = 0;
     std::size_t clicks_again_ = 0; ///< Users of a machine that died.
     std::vector<double> class_ends_;

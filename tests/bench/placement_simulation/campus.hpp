@@ -2,6 +2,8 @@
 // servers.
 #pragma once
 
+#include "asking.hpp"
+
 #include <webots_cloud/scheduler.hpp>
 
 #include <cstdint>
@@ -48,6 +50,8 @@ struct Campus
     double mean_life = 0;     ///< s until a machine dies; 0: none does. It is back, empty, after `repair`.
     double repair = 300;      ///< s.
     std::size_t session_servers = 1;
+    Way way = Way::direct;
+    bool others_known = false;       ///< Schedulers have seen others place sessions before.
     std::size_t cached_projects = 0; ///< How many a machine's cache holds, those used last; 0: not looked at.
     bool reports_projects = false;   ///< Peers::worlds tell which.
     Peers peers = Peers::counted;

@@ -37,21 +37,29 @@ struct Contestant
     std::string policy = "least_committed";
     Peers peers = Peers::counted;
     bool new_worlds = false;
+    Way way = Way::direct;
+    double threshold = webots_cloud::SchedulerParams().threshold;
 };
 
 std::vector<Contestant> contestants()
 {
-    return {{"oracle", Knowledge::everything},
-            {"oracle without costs", Knowledge::every_queue},
-            {"least_committed, with capacity", Knowledge::reports, "least_committed", Peers::seated},
-            {"least_committed, worlds reported", Knowledge::reports, "least_committed", Peers::worlds},
-            {"the same, no world seen before", Knowledge::reports, "least_committed", Peers::worlds, true},
-            {"least_committed, arrivals counted", Knowledge::reports, "least_committed", Peers::exact},
-            {"least_committed", Knowledge::reports},
-            {"least_committed, bare numbers", Knowledge::reports, "least_committed", Peers::bare},
-            {"power_of_two", Knowledge::reports, "power_of_two"},
-            {"random", Knowledge::reports, "random"},
-            {"least_reported", Knowledge::reports, "least_reported"}};
+    return {
+        {"oracle", Knowledge::everything},
+        {"oracle, refuses at 101 %", Knowledge::everything, "least_committed", Peers::exact, false,
+         Way::direct, 101},
+        {"oracle without costs", Knowledge::every_queue},
+        {"least_committed, with capacity", Knowledge::reports, "least_committed", Peers::seated},
+        {"least_committed, worlds reported", Knowledge::reports, "least_committed", Peers::worlds},
+        {"the same, relayed", Knowledge::reports, "least_committed", Peers::worlds, false, Way::relayed},
+        {"the same, asked before placing", Knowledge::reports, "least_committed", Peers::worlds, false,
+         Way::asked},
+        {"worlds reported, no world seen before", Knowledge::reports, "least_committed", Peers::worlds, true},
+        {"least_committed, arrivals counted", Knowledge::reports, "least_committed", Peers::exact},
+        {"least_committed", Knowledge::reports},
+        {"least_committed, bare numbers", Knowledge::reports, "least_committed", Peers::bare},
+        {"power_of_two", Knowledge::reports, "power_of_two"},
+        {"random", Knowledge::reports, "random"},
+        {"least_reported", Knowledge::reports, "least_reported"}};
 }
 
 } // namespace
@@ -76,6 +84,9 @@ void campus(Output& output)
             campus.policy = contestant.policy;
             campus.peers = contestant.peers;
             campus.new_worlds = contestant.new_worlds;
+            campus.way = contestant.way;
+            campus.others_known = contestant.way == Way::asked;
+            campus.params.threshold = contestant.threshold;
             CampusFigures const figures = average_campus(campus, seeds);
             print_row(output.tables, {contestant.name, decimals(figures.crammed, 1),
                                       decimals(figures.slowdown, 3), decimals(figures.refused, 1),

@@ -23,6 +23,7 @@ struct MachineState
     double base = 0;
     double next_report = 0;
     std::vector<double> placed;
+    std::vector<double> arrived;
 };
 
 class Lesson
@@ -58,13 +59,11 @@ public:
         Seating seating;
         ask_for_nobody(seating);
         for (double const click : clicks) {
-            report_until(click);
+            now_ = std::max(now_, click);
+            report_until(now_);
             auto const server =
                 static_cast<std::size_t>(random_.uniform() * static_cast<double>(schedulers_.size()));
-            auto const placement = schedulers_[server].place(at(click));
-            if (placement)
-                machines_[std::stoul(std::string(placement->address))].placed.push_back(click);
-            else
+            if (!send(schedulers_[server]))
                 ++seating.refused;
         }
         for (MachineState const& machine : machines_)
@@ -73,6 +72,26 @@ public:
     }
 
 private:
+    /// False: there is no machine.
+    bool send(Scheduler& scheduler)
+    {
+        PlacementRequest request;
+        if (room_.way == Way::asked)
+            now_ = ask_machines(scheduler, request, now_, random_, at,
+                                [&](std::string_view name, double asked, double heard) {
+                                    scheduler.report(name, look_at(machine(name), asked), at(heard));
+                                });
+        auto const placement = scheduler.place(request, at(now_));
+        if (!placement)
+            return false;
+        MachineState& chosen = machine(placement->address);
+        chosen.placed.push_back(now_);
+        chosen.arrived.push_back(room_.way == Way::direct ? now_ + room_.travel : relayed_at(now_, random_));
+        return true;
+    }
+
+    MachineState& machine(std::string_view name) { return machines_[std::stoul(std::string(name))]; }
+
     void ask_for_nobody(Seating& seating)
     {
         std::vector<double> requests;
@@ -99,24 +118,23 @@ private:
         }
     }
 
-    int placed_before(MachineState const& machine, double moment) const
+    static int until(std::vector<double> const& moments, double now)
     {
-        return static_cast<int>(
-            std::ranges::count_if(machine.placed, [=](double when) { return when <= moment; }));
+        return static_cast<int>(std::ranges::count_if(moments, [=](double when) { return when <= now; }));
     }
 
     LoadReport look_at(MachineState const& machine, double now)
     {
         double sum = 0;
         for (int sample = 0; sample != room_.samples; ++sample) {
-            int const running = placed_before(machine, now - sample - room_.visible_after);
+            int const running = until(machine.placed, now - sample - room_.visible_after);
             double const noise = random_.uniform(-room_.noise, room_.noise);
             sum += std::clamp(machine.base + room_.session_load * running + noise, 0.0, 100.0);
         }
         LoadReport report(sum / room_.samples);
         if (room_.counted) {
-            report.sessions = placed_before(machine, now - room_.travel);
-            report.starting = *report.sessions - placed_before(machine, now - room_.visible_after);
+            report.sessions = until(machine.arrived, now);
+            report.starting = *report.sessions - until(machine.placed, now - room_.visible_after);
             if (room_.capacity > 0)
                 report.capacity = room_.capacity;
             if (room_.arrivals) {
@@ -128,6 +146,7 @@ private:
     }
 
     Classroom const& room_;
+    double now_ = -room_.minute;
     Randomness random_;
     std::vector<MachineState> machines_;
     std::vector<Scheduler> schedulers_;

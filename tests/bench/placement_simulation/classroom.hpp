@@ -1,6 +1,8 @@
 // A class of students that clicks within a minute.
 #pragma once
 
+#include "asking.hpp"
+
 #include <webots_cloud/scheduler.hpp>
 
 #include <cstdint>
@@ -16,9 +18,10 @@ struct Classroom
     std::size_t machines = 10;
     int seats = 8;
     int students = 60;
-    double minute = 60;              ///< s in which they click, at random.
-    double session_load = 12;        ///< Percent.
-    double max_base_load = 10;       ///< Percent; each machine has its own, from 0.
+    double minute = 60;        ///< s in which they click, at random.
+    double session_load = 12;  ///< Percent.
+    double max_base_load = 10; ///< Percent; each machine has its own, from 0.
+    Way way = Way::direct;
     double travel = 1;               ///< s from our answer to the browser's arrival at the machine.
     double visible_after = 20;       ///< s from our answer until the load shows the session.
     double report_every = 5;         ///< s, each machine with its own phase.

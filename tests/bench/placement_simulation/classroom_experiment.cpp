@@ -109,6 +109,14 @@ void classroom(Output& output)
             if (counted)
                 print_figures(output, "the same, reports every " + decimals(interval, 1) + " s", room);
         }
+        room.report_every = Classroom().report_every;
+        room.way = Way::relayed;
+        print_figures(output, "least_committed, five session servers, relayed", room);
+        room.way = Way::asked;
+        print_figures(output, "least_committed, five session servers, asked before placing", room);
+        room.students = 120;
+        room.machines = 20;
+        print_figures(output, "the same, 120 students, 20 machines", room);
     }
     if (output.images)
         draw(output);

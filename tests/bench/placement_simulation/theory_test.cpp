@@ -171,6 +171,24 @@ BOOST_AUTO_TEST_CASE(a_class_is_seated_almost_evenly_when_machines_report_a_bare
     BOOST_TEST(figures.refused == 0);
 }
 
+BOOST_AUTO_TEST_CASE(five_session_servers_that_ask_before_placing_seat_a_class_almost_evenly)
+{
+    Classroom room;
+    room.session_servers = 5;
+    room.way = Way::asked;
+    for (bool const arrivals : {false, true}) {
+        room.arrivals = arrivals;
+        ClassroomFigures const figures = average_classroom(room, 100);
+        BOOST_TEST(figures.worst <= 6.5);
+        BOOST_TEST(figures.crammed == 0);
+        BOOST_TEST(figures.refused == 0);
+    }
+    room.counted = room.arrivals = false; // there is nothing to ask for
+    double const asked = average_classroom(room, 100).worst;
+    room.way = Way::relayed;
+    BOOST_TEST(asked == average_classroom(room, 100).worst);
+}
+
 BOOST_AUTO_TEST_CASE(on_unequal_machines_fewer_users_are_crammed_than_under_any_other_policy)
 {
     Campus campus;
