@@ -175,8 +175,8 @@ class Bench:
             time.sleep(self.seconds)
             answer = viewers.ask("end", "bytes")
             spent = cpu_seconds(gateway.pid) - spent if gateway.pid else 0
-            if crossed is not None:  # to the gateway, and from it
-                answer[0] = (bytes_on_the_network() - crossed) / 2
+            if crossed is not None:  # to the gateway, and from it, and to the one that speaks TLS for the simulations
+                answer[0] = (bytes_on_the_network() - crossed) / (3 if tls == "both" else 2)
             return answer, spent
 
     def throughput(self, name, count, target, tls):
@@ -340,7 +340,7 @@ def main():
     try:
         bench = Bench(folder, options.seconds)
         with bench.simulations, bench.machine:
-            print(machine() + "\n")
+            print(machine((("nginx", "-v"), ("haproxy", "-v"))) + "\n")
             print("| what | unit | ours | nginx | HAProxy | goal | ratio | reached |\n|---|---|---:|---:|---:|---|---:|---|", flush=True)
             for tls, label in ((False, "plain"), (True, "TLS"), ("both", "TLS on both sides")):
                 throughput_rows(bench, options, tls, label)

@@ -28,11 +28,10 @@ from peers import find
 ROWS = session_rows.ROWS + simulation_rows.ROWS + attack_rows.ROWS
 
 
-def machine():
+def machine(tools=(("nginx", "-v"), ("haproxy", "-v"), ("wrk", "-v"))):
     with open("/proc/cpuinfo") as file:
         model = re.search(r"^model name\s*: (.*)$", file.read(), re.MULTILINE)
-    versions = [subprocess.run([find(name), option], capture_output=True, text=True) for name, option in
-                (("nginx", "-v"), ("haproxy", "-v"), ("wrk", "-v"))]
+    versions = [subprocess.run([find(name), option], capture_output=True, text=True) for name, option in tools]
     names = [re.search(r"nginx/[\d.]+|HAProxy version [\d.]+|wrk [\w.]+", done.stdout + done.stderr) for done in versions]
     return (f"{datetime.date.today()}, {model[1] if model else platform.processor()}, {len(os.sched_getaffinity(0))} cores, "
             f"Linux {platform.release().split('-')[0]}, " + ", ".join(name[0] for name in names if name))
