@@ -65,7 +65,7 @@ std::string forwarded_for(IncomingRequest const& request)
 } // namespace
 
 std::string forwarded_request(HttpRequestReader const& reader, IncomingRequest const& request,
-                              Forward const& forward)
+                              Forward const& forward, bool keep_alive)
 {
     std::vector<std::string_view> left_out;
     bool has_length = false;
@@ -92,6 +92,7 @@ std::string forwarded_request(HttpRequestReader const& reader, IncomingRequest c
         append_field(out, "Content-Length", "0"); // the reader takes no other
     append_field(out, "X-Forwarded-For", forwarded_for(request));
     out.append(request.upgrade ? "Upgrade: websocket\r\nConnection: Upgrade\r\n\r\n"
+               : keep_alive    ? "Connection: keep-alive\r\n\r\n"
                                : "Connection: close\r\n\r\n");
     return out;
 }
@@ -155,6 +156,7 @@ ForwardedResponse::Progress ForwardedResponse::parse(std::string_view received)
         if (accepts && !is_upgrade_)
             return Progress::malformed;
         if (status_ >= first_final_status || accepts) {
+            keeps_connection_ = parser.keep_alive();
             auto const length = parser.content_length();
             find_body(parser.chunked(),
                       length ? std::optional<std::uint64_t>(*length) : std::optional<std::uint64_t>());

@@ -19,9 +19,10 @@ namespace webots_cloud::adapters {
 inline constexpr std::size_t max_response_head = 32 * 1024;
 
 /// The head that the other server is sent: written anew from what the reader has understood, so that the two
-/// can't disagree about where the request ends. `request` is the reader's, and says who asks.
+/// can't disagree about where the request ends. `request` is the reader's, and says who asks. `keep_alive`:
+/// another one may follow.
 std::string forwarded_request(HttpRequestReader const& reader, IncomingRequest const& request,
-                              Forward const& forward);
+                              Forward const& forward, bool keep_alive);
 
 /// The head of the other server's answer.
 class ForwardedResponse
@@ -53,6 +54,9 @@ public:
     Body body() const noexcept { return body_; }
     std::uint64_t length() const noexcept { return length_; }
 
+    /// The other server takes another request on the same connection.
+    bool keeps_connection() const noexcept { return keeps_connection_; }
+
     /// How much of what was received is head.
     std::size_t head_size() const noexcept { return head_size_; }
 
@@ -73,6 +77,7 @@ private:
 
     bool is_head_;
     bool is_upgrade_;
+    bool keeps_connection_ = false;
     int status_ = 0;
     Body body_ = Body::none;
     std::uint64_t length_ = 0;

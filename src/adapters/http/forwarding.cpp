@@ -14,14 +14,24 @@ namespace {
 
 constexpr std::size_t first_read = 16 * 1024; // many an answer comes whole
 
+/// RFC 9112, 9.3.1: who keeps a connection must be ready to ask again.
+bool is_repeatable(Forward const& forward, HttpRequestReader const& reader, IncomingRequest const& request)
+{
+    bool const is_reading = request.method == "GET" || request.method == "HEAD";
+    return forward.upstream.tls && is_reading && !request.upgrade && !reader.is_http_1_0();
+}
+
 } // namespace
 
 Forwarding::Forwarding(asio::any_io_executor const& executor, Upstreams& upstreams, std::size_t& open,
-                       Forward forward, HttpRequestReader const& reader, IncomingRequest const& request)
-    : open_(open), forward_(std::move(forward)), request_(forwarded_request(reader, request, forward_)),
-      is_upgrade_(request.upgrade), response_(request.method == "HEAD", request.upgrade),
-      socket_(executor, upstreams)
+                       Forward forward, HttpRequestReader const& reader, IncomingRequest const& request,
+                       std::unique_ptr<KeptUpstream> kept)
+    : open_(open), forward_(std::move(forward)), is_repeatable_(is_repeatable(forward_, reader, request)),
+      request_(forwarded_request(reader, request, forward_, is_repeatable_)), is_upgrade_(request.upgrade),
+      response_(request.method == "HEAD", request.upgrade), socket_(executor, upstreams)
 {
+    if (kept && is_repeatable_ && kept->is_good_for(forward_.upstream))
+        kept_ = std::move(kept);
     ++open_;
     is_ended_ = forward_.group && !forward_.group->join(*this);
 }
@@ -37,6 +47,12 @@ asio::awaitable<result<>> Forwarding::connect()
 {
     if (is_ended_)
         co_return why(Failure(errc::closed));
+    is_reused_ = kept_ != nullptr;
+    if (is_reused_) {
+        socket_.adopt(kept_->release());
+        kept_.reset();
+        co_return result<>();
+    }
     auto const connected = co_await socket_.connect(forward_.upstream);
     if (!connected || is_ended_ || is_late_)
         co_return why(connected ? Failure(errc::closed) : connected.error());
@@ -73,6 +89,14 @@ asio::awaitable<result<>> Forwarding::ask()
         if (progress == ForwardedResponse::Progress::malformed)
             co_return Failure(errc::protocol_error, "its answer is malformed, or its head too large");
     }
+}
+
+bool Forwarding::may_be_kept() const noexcept
+{
+    using Body = ForwardedResponse::Body;
+    bool const has_end = response_.body() == Body::none || response_.body() == Body::counted;
+    return is_repeatable_ && has_end && response_.keeps_connection() &&
+           begun_body().size() <= response_.length(); // and no more than that
 }
 
 Failure Forwarding::why(Failure failure) const

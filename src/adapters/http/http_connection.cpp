@@ -25,6 +25,8 @@ namespace {
 constexpr std::size_t flush_size = 64 * 1024; // answers to pipelined requests are sent together up to here
 constexpr std::size_t body_piece = 16 * 1024;
 constexpr int max_drained = 64; // reads, after a refusal
+// The files of a page follow each other sooner, and the other server keeps its side longer.
+constexpr auto keep_upstream_for = std::chrono::seconds(5);
 
 constexpr std::string_view speaks_https =
     "This port speaks HTTPS: put https:// (or wss://) in front of the address.\r\n";
@@ -257,9 +259,9 @@ HttpConnection::Next HttpConnection::answer()
         return refuse_connection(request);
     if (auto* const forward = std::get_if<Forward>(&answer)) {
         ++context_.statistics.forwarded;
-        forwarding_ =
-            std::make_unique<Forwarding>(stream_.socket().get_executor(), context_.upstreams,
-                                         context_.forwardings, std::move(*forward), reader_, request);
+        forwarding_ = std::make_unique<Forwarding>(stream_.socket().get_executor(), context_.upstreams,
+                                                   context_.forwardings, std::move(*forward), reader_,
+                                                   request, std::move(kept_upstream_));
         return Next::forward;
     }
     append_handshake_answer(out_, request.header("Sec-WebSocket-Key"));
@@ -318,13 +320,16 @@ asio::awaitable<HttpConnection::Next> HttpConnection::forward()
     if (!context_.has_room())
         co_return fail_to_forward(Failure(errc::unavailable, "there is no room for one more connection"));
     awaiting_answer_ = true;
-    set_deadline(context_.params.connect_timeout);
-    auto reached = co_await forwarding_->connect();
-    if (reached && !is_cut_) {
-        set_deadline(context_.params.answer_timeout);
-        reached = co_await forwarding_->ask();
-        count_forwarded(forwarding_->request_size(), 0);
-    }
+    result<> reached;
+    do {
+        set_deadline(context_.params.connect_timeout);
+        reached = co_await forwarding_->connect();
+        if (reached && !is_cut_) {
+            set_deadline(context_.params.answer_timeout);
+            reached = co_await forwarding_->ask();
+            count_forwarded(forwarding_->request_size(), 0);
+        }
+    } while (!reached && !is_cut_ && forwarding_->was_closed_meanwhile());
     awaiting_answer_ = false;
     if (is_cut_)
         co_return Next::close;
@@ -333,18 +338,27 @@ asio::awaitable<HttpConnection::Next> HttpConnection::forward()
     auto const next = begin_answer();
     if (next == Next::tunnel)
         co_return next;
-    if (!forwarding_ || rest_of_answer_ == 0) {
+    if (!forwarding_)
+        co_return next;
+    bool const is_kept = next == Next::request && forwarding_->may_be_kept();
+    auto upstream = forwarding_->upstream();
+    if (rest_of_answer_ == 0) {
+        if (is_kept)
+            keep_upstream(std::move(upstream), forwarding_->release_socket());
         forwarding_.reset();
         co_return next;
     }
     auto plan = plan_tunnel();
     plan.length = rest_of_answer_;
+    plan.keeps_upstream = is_kept;
     deadline_ = TimePoint::max(); // from here on the tunnel has its own
-    auto browser = co_await context_.tunnels.relay(std::move(plan), relay_);
-    if (browser.descriptor < 0 || is_cut_)
+    auto ends = co_await context_.tunnels.relay(std::move(plan), relay_);
+    if (ends.upstream.descriptor >= 0)
+        keep_upstream(std::move(upstream), std::move(ends.upstream));
+    if (ends.browser.descriptor < 0)
         co_return Next::close;
-    stream_.restore(std::move(browser));
-    co_return next;
+    stream_.restore(std::move(ends.browser));
+    co_return is_cut_ ? Next::close : next;
 }
 
 /// Says so to the browser, and why to the operator.
@@ -401,6 +415,13 @@ void HttpConnection::count_forwarded(std::size_t received, std::size_t sent)
         group->count_received(received);
         group->count_sent(sent);
     }
+}
+
+void HttpConnection::keep_upstream(Upstream upstream, NetworkStream::Released connection)
+{
+    auto const until = std::chrono::steady_clock::now() + keep_upstream_for;
+    kept_upstream_ = std::make_unique<KeptUpstream>(std::move(upstream), std::move(connection), until,
+                                                    context_.forwardings);
 }
 
 TunnelPlan HttpConnection::plan_tunnel()
@@ -514,6 +535,8 @@ void HttpConnection::stop()
 
 void HttpConnection::check(TimePoint now)
 {
+    if (kept_upstream_ && kept_upstream_->is_overdue(now))
+        kept_upstream_.reset();
     if (now < deadline_ || is_cut_)
         return;
     if (awaiting_answer_) // it is not the browser that is late

@@ -137,6 +137,7 @@ private:
     Next fail_to_forward(Failure const& why);
     Next begin_answer();
     void count_forwarded(std::size_t received, std::size_t sent);
+    void keep_upstream(Upstream upstream, NetworkStream::Released connection);
     TunnelPlan plan_tunnel();
     /// By what the client is counted.
     std::string const& quota_key() const noexcept
@@ -159,11 +160,12 @@ private:
     HttpRequestReader reader_;
     std::unique_ptr<RequestBody> request_body_; ///< Null where the current request has none.
     std::string out_;
-    std::shared_ptr<SharedBody const> body_; ///< Follows `out_`; null: nothing does.
-    std::string_view body_rest_;             ///< What is still to be sent of it.
-    std::unique_ptr<Forwarding> forwarding_; ///< Null most of the time.
-    std::uint64_t rest_of_answer_ = 0;       ///< Of the other server, still to be relayed.
-    Tunnels::Tunnel* relay_ = nullptr;       ///< Has our stream meanwhile.
+    std::shared_ptr<SharedBody const> body_;      ///< Follows `out_`; null: nothing does.
+    std::string_view body_rest_;                  ///< What is still to be sent of it.
+    std::unique_ptr<Forwarding> forwarding_;      ///< Null most of the time.
+    std::unique_ptr<KeptUpstream> kept_upstream_; ///< Null: none.
+    std::uint64_t rest_of_answer_ = 0;            ///< Of the other server, still to be relayed.
+    Tunnels::Tunnel* relay_ = nullptr;            ///< Has our stream meanwhile.
     TimePoint deadline_ = TimePoint::max();
 };
 

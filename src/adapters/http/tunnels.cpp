@@ -21,7 +21,9 @@ namespace {
 constexpr std::size_t chunk_size = 256 * 1024;
 // The same of a side that does not take that much: what it leaves has been copied in vain.
 constexpr std::size_t modest_chunk = 64 * 1024;
-// What is read before it is known whether the other side takes it, and so the most that is kept of it.
+// The same of what comes by TLS: it has left the kernel, and what the other side leaves of it is kept.
+constexpr std::size_t tls_chunk = 64 * 1024;
+// What is read before it is known whether the other side takes it.
 constexpr std::size_t small_chunk = 16 * 1024;
 // What all tunnels may move before others have their turn: less than 2 ms, with TLS.
 constexpr std::size_t max_bytes_per_turn = 1024 * 1024;
@@ -72,7 +74,7 @@ public:
     Tunnel(Tunnels& owner, TunnelPlan plan)
         : owner_(owner), browser_(std::move(plan.browser)), upstream_(std::move(plan.upstream)),
           group_(std::move(plan.group)), ticket_(std::move(plan.ticket)), rest_(plan.length),
-          is_two_way_(plan.is_two_way)
+          is_two_way_(plan.is_two_way), keeps_upstream_(plan.keeps_upstream)
     {
         browser_.pending = std::move(plan.to_browser);
         upstream_.pending = std::move(plan.to_upstream);
@@ -114,9 +116,13 @@ public:
     List::iterator self;
     bool is_scheduled = false;
     TimePoint last_moved{};
-    /// Of `relay`; null: of `open`.
-    NetworkStream::Released* outcome = nullptr;
+    /// Whether the other server's connection is to live on as well, and does.
+    bool keeps_upstream() const noexcept { return keeps_upstream_ && !upstream_.end.has_hung_up(); }
+
+    // Of `relay`; null: of `open`.
+    Ends* outcome = nullptr;
     async::Wakeup* done = nullptr;
+    Tunnel** handle = nullptr; ///< Points here as long as there is a tunnel.
 
 private:
     bool is_counted() const noexcept { return rest_ != TunnelPlan::until_the_end; }
@@ -141,6 +147,7 @@ private:
     ConnectionLimit::Ticket ticket_;
     std::uint64_t rest_;
     bool is_two_way_;
+    bool keeps_upstream_;
     bool is_cut_ = false;
 };
 
@@ -186,8 +193,7 @@ Tunnels::Tunnel::Step Tunnels::Tunnel::relay(Side& from, Side& to, std::size_t& 
     }
     if (!from.end.may_read() || (!to.end.may_write() && !to.end.is_broken()))
         return Step::wait;
-    // What comes by TLS has left the kernel, and is kept where the other side does not take it.
-    auto size = from.is_bulk && !from.end.is_tls() ? to.takes : small_chunk;
+    auto size = !from.is_bulk ? small_chunk : from.end.is_tls() ? std::min(to.takes, tls_chunk) : to.takes;
     if (group_)
         size = std::min(size, group_->allowance(owner_.now_));
     if (size == 0)
@@ -213,8 +219,10 @@ Tunnels::Tunnel::Step Tunnels::Tunnel::relay(Side& from, Side& to, std::size_t& 
         sent = to.end.write(std::string_view(bytes, got));
         count(to, sent);
         moved += sent;
-        if (peek)
-            to.takes = std::clamp(sent < got ? 2 * sent : 2 * to.takes, modest_chunk, chunk_size);
+        // Who does not take it all is offered less: of TLS no more than a record, which we keep.
+        auto const least = from.end.is_tls() ? small_chunk : modest_chunk;
+        if (peek || from.end.is_tls())
+            to.takes = std::clamp(sent < got ? 2 * sent : 2 * to.takes, least, chunk_size);
         // TLS has begun to send a record, and must be given the same bytes again.
         auto const kept = !peek ? got - sent : to.end.is_tls() ? std::min(got - sent, small_chunk) : 0;
         to.pending.assign(bytes + sent, kept);
@@ -329,16 +337,16 @@ void Tunnels::open(TunnelPlan plan)
     add(std::move(plan));
 }
 
-asio::awaitable<NetworkStream::Released> Tunnels::relay(TunnelPlan plan, Tunnel*& tunnel)
+asio::awaitable<Tunnels::Ends> Tunnels::relay(TunnelPlan plan, Tunnel*& tunnel)
 {
     async::Wakeup done(executor_);
-    NetworkStream::Released browser;
+    Ends ends;
     tunnel = &add(std::move(plan));
-    tunnel->outcome = &browser;
+    tunnel->outcome = &ends;
     tunnel->done = &done;
+    tunnel->handle = &tunnel;
     (void)co_await done.wait();
-    tunnel = nullptr;
-    co_return browser;
+    co_return ends;
 }
 
 void Tunnels::cut(Tunnel& tunnel)
@@ -464,12 +472,17 @@ void Tunnels::bury(Tunnel& tunnel)
     for (auto* const side : {&tunnel.browser(), &tunnel.upstream()})
         if (events_.is_open())
             (void)::epoll_ctl(events_.native_handle(), EPOLL_CTL_DEL, side->end.descriptor(), nullptr);
-    if (tunnel.outcome && tunnel.is_complete())
-        *tunnel.outcome = tunnel.browser().end.release();
-    if (tunnel.done)
+    if (tunnel.outcome && tunnel.is_complete()) {
+        tunnel.outcome->browser = tunnel.browser().end.release();
+        if (tunnel.keeps_upstream())
+            tunnel.outcome->upstream = tunnel.upstream().end.release();
+    }
+    if (tunnel.done) {
+        *tunnel.handle = nullptr; // before the other side's next turn, in which it may be cut
         tunnel.done->notify();
-    else
+    } else {
         --open_ended_;
+    }
     tunnels_.erase(tunnel.self);
     if (tunnels_.empty())
         ended_.notify();

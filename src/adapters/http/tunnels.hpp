@@ -33,6 +33,8 @@ struct TunnelPlan
     /// What the browser says is passed on, too. If not, it is not even read: it is the browser's next
     /// request.
     bool is_two_way = false;
+    /// After `length` bytes the other server's connection is given back, too.
+    bool keeps_upstream = false;
     /// After so many bytes of the other server the browser's connection is free again.
     std::uint64_t length = until_the_end;
     std::shared_ptr<TunnelGroup> group;
@@ -61,9 +63,16 @@ public:
     /// Relays until both sides have ended.
     void open(TunnelPlan plan);
 
-    /// Relays `plan.length` bytes, and returns the browser's connection; none where either side, the group or
-    /// we have ended it before. Meanwhile `tunnel` is set, and can be cut.
-    boost::asio::awaitable<NetworkStream::Released> relay(TunnelPlan plan, Tunnel*& tunnel);
+    /// What a tunnel leaves.
+    struct Ends
+    {
+        NetworkStream::Released browser;
+        NetworkStream::Released upstream; ///< Unless it has been closed there.
+    };
+
+    /// Relays `plan.length` bytes, and returns the connections, for the caller to close; none where either
+    /// side, the group or we have ended it before. Meanwhile `tunnel` is set, and can be cut.
+    boost::asio::awaitable<Ends> relay(TunnelPlan plan, Tunnel*& tunnel);
     void cut(Tunnel& tunnel);
 
     /// Those of `open`.

@@ -33,6 +33,9 @@ public:
     /// `invalid_config`: whom to trust can't be read.
     boost::asio::awaitable<result<>> connect(Upstream const& upstream);
 
+    /// Takes a connection that there is already.
+    void adopt(NetworkStream::Released connection) noexcept { stream_.restore(std::move(connection)); }
+
     boost::asio::awaitable<boost::system::error_code> write(std::string_view bytes);
 
     /// At least one byte, as soon as there is one.

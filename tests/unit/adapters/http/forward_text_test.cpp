@@ -14,7 +14,8 @@ using Progress = ForwardedResponse::Progress;
 namespace {
 
 /// What the other server is sent for a request.
-std::string forwarded(std::string const& head, HttpHeaders headers = {}, bool upgrade = false)
+std::string forwarded(std::string const& head, HttpHeaders headers = {}, bool upgrade = false,
+                      bool keep_alive = false)
 {
     HttpRequestReader reader;
     auto const space = reader.prepare();
@@ -29,7 +30,7 @@ std::string forwarded(std::string const& head, HttpHeaders headers = {}, bool up
     Forward forward;
     forward.target = "/there?a=b";
     forward.headers = std::move(headers);
-    return adapters::forwarded_request(reader, request, forward);
+    return adapters::forwarded_request(reader, request, forward, keep_alive);
 }
 
 std::string_view const start = "GET /here HTTP/1.1\r\nHost: h\r\n";
@@ -64,6 +65,18 @@ BOOST_AUTO_TEST_CASE(a_request_is_written_anew_with_the_other_servers_path)
 }
 
 // RFC 9110, 7.6.1.
+BOOST_AUTO_TEST_CASE(a_connection_may_be_kept_if_both_say_so)
+{
+    BOOST_TEST(forwarded("GET /here HTTP/1.1\r\nHost: h\r\nConnection: close\r\n\r\n", {}, false, true) ==
+               "GET /there?a=b HTTP/1.1\r\nHost: h\r\nX-Forwarded-For: 203.0.113.7, 10.0.0.1\r\n"
+               "Connection: keep-alive\r\n\r\n");
+    std::string const length = "Content-Length: 5\r\n";
+    BOOST_TEST(parsed("HTTP/1.1 200 OK\r\n" + length + "\r\n").keeps_connection());
+    BOOST_TEST(parsed("HTTP/1.0 200 OK\r\nConnection: Keep-Alive\r\n" + length + "\r\n").keeps_connection());
+    BOOST_TEST(!parsed("HTTP/1.0 200 OK\r\n" + length + "\r\n").keeps_connection());
+    BOOST_TEST(!parsed("HTTP/1.1 200 OK\r\nConnection: x, Close\r\n" + length + "\r\n").keeps_connection());
+}
+
 BOOST_AUTO_TEST_CASE(what_concerns_one_connection_alone_is_not_passed_on)
 {
     BOOST_TEST(forwarded(std::string(start) +

@@ -1,10 +1,15 @@
 #include "unit_test.hpp"
 
+#include "adapters/http/network_stream.hpp"
+#include "adapters/http/tls_certificate.hpp"
 #include "forward_fixture.hpp"
 #include "signed_itself.hpp"
 
+#include <openssl/ssl.h>
+
 #include <algorithm>
 #include <filesystem>
+#include <thread>
 
 using namespace webots_cloud;
 
@@ -27,6 +32,57 @@ std::string ask(RunningServer const& gateway)
     browser.say(forwarded_request);
     auto head = browser.read_to("\r\n\r\n");
     return head.substr(0, head.find('\r'));
+}
+
+/// A server by TLS that says what a test wants it to say.
+class TlsPeer
+{
+public:
+    explicit TlsPeer(SignedItself const& certificate)
+    {
+        auto loaded = adapters::load_tls_context(certificate.certificate(), certificate.key());
+        BOOST_TEST_REQUIRE(bool(loaded));
+        context_ = std::move(*loaded);
+    }
+
+    /// Waits for the next connection, and forgets the one before.
+    void accept()
+    {
+        peer_.reset();
+        peer_ = std::make_unique<UpstreamPeer>(server_.acceptor);
+        tls_.reset(SSL_new(context_.get()));
+        SSL_set_fd(tls_.get(), peer_->descriptor());
+        BOOST_TEST_REQUIRE(SSL_accept(tls_.get()) == 1);
+    }
+
+    std::string read_request()
+    {
+        std::string text;
+        char byte = 0;
+        while (!text.ends_with("\r\n\r\n") && SSL_read(tls_.get(), &byte, 1) == 1)
+            text += byte;
+        return text;
+    }
+
+    void say(std::string_view bytes) { SSL_write(tls_.get(), bytes.data(), static_cast<int>(bytes.size())); }
+
+    void close() { peer_.reset(); }
+
+    std::uint16_t port() const { return server_.port(); }
+
+private:
+    OtherServer server_;
+    adapters::TlsContext context_;
+    std::unique_ptr<UpstreamPeer> peer_;
+    adapters::TlsConnection tls_;
+};
+
+/// The body of the answer to one more request of a browser.
+std::string ask_again(Client& browser, std::size_t size)
+{
+    browser.say(forwarded_request);
+    BOOST_TEST(browser.read_to("\r\n\r\n").starts_with("HTTP/1.1 200 OK"));
+    return browser.read(size);
 }
 
 constexpr std::string_view good = "HTTP/1.1 200 OK";
@@ -92,6 +148,106 @@ BOOST_AUTO_TEST_CASE(the_certificate_may_be_for_a_name_instead_of_the_address)
     BOOST_TEST(ask(gateway) == good);
     gateway.run([&] { gateway.endpoint.forward->upstream.name = "others.example.org"; });
     BOOST_TEST(ask(gateway) == bad, "no session is resumed that another name has verified");
+}
+
+BOOST_AUTO_TEST_CASE(requests_of_one_browser_share_a_connection_and_those_of_another_do_not)
+{
+    SignedItself const certificate("kept");
+    RunningServer machine(certificate.shown());
+    machine.endpoint.shared = std::make_shared<SharedBody const>(much(3'000'000));
+    RunningServer gateway(certificate.trusted());
+    gateway.endpoint.forward = by_tls(machine.port(), "/shared");
+    auto const& file = machine.endpoint.shared->text;
+    Client browser(gateway);
+    BOOST_TEST((ask_again(browser, file.size()) == file));
+    BOOST_TEST((ask_again(browser, file.size()) == file));
+    gateway.run([&] { gateway.endpoint.forward = by_tls(machine.port(), "/small"); });
+    BOOST_TEST(ask_again(browser, 6) == "/small");
+    BOOST_TEST(ask_again(browser, 6) == "/small");
+    BOOST_TEST(machine.statistics().accepted == 1u);
+    Client other(gateway);
+    BOOST_TEST(ask_again(other, 6) == "/small");
+    BOOST_TEST(machine.statistics().accepted == 2u);
+    // A request that must not be made twice never meets a connection that may have been closed.
+    std::string const post = "POST /forward HTTP/1.1\r\nHost: h\r\nContent-Length: 0\r\n\r\n";
+    browser.say(post);
+    BOOST_TEST(browser.read_to("\r\n\r\n").starts_with("HTTP/1.1 405 "));
+    BOOST_TEST(machine.statistics().accepted == 3u);
+    // Another machine has connections of its own.
+    RunningServer second(certificate.shown());
+    gateway.run([&] { gateway.endpoint.forward = by_tls(second.port(), "/x"); });
+    BOOST_TEST(ask_again(other, 2) == "/x");
+    BOOST_TEST(second.statistics().accepted == 1u);
+    BOOST_TEST(machine.statistics().accepted == 3u);
+}
+
+BOOST_AUTO_TEST_CASE(a_kept_connection_ends_soon_and_with_its_browser)
+{
+    SignedItself const certificate("ends");
+    RunningServer machine(certificate.shown());
+    RunningServer gateway(certificate.trusted());
+    gateway.endpoint.forward = by_tls(machine.port(), "/x");
+    {
+        Client leaving(gateway);
+        BOOST_TEST(ask_again(leaving, 2) == "/x");
+        BOOST_TEST(machine.statistics().connections == 1u);
+    }
+    BOOST_TEST(machine.eventually_counts(&HttpServerStatistics::connections, 0));
+    Client waiting(gateway);
+    BOOST_TEST(ask_again(waiting, 2) == "/x");
+    BOOST_TEST(machine.statistics().connections == 1u);
+    BOOST_TEST(machine.eventually_counts(&HttpServerStatistics::connections, 0));
+    BOOST_TEST(gateway.statistics().connections == 1u);
+    BOOST_TEST(ask_again(waiting, 2) == "/x");
+}
+
+BOOST_AUTO_TEST_CASE(a_kept_connection_that_was_closed_costs_no_request)
+{
+    SignedItself const certificate("closed");
+    TlsPeer machine(certificate);
+    RunningServer gateway(certificate.trusted());
+    gateway.endpoint.forward = by_tls(machine.port(), "/x");
+    Client browser(gateway);
+    browser.say(forwarded_request);
+    machine.accept();
+    BOOST_TEST(machine.read_request().ends_with("Connection: keep-alive\r\n\r\n"));
+    machine.say(answer("first"));
+    BOOST_TEST(browser.read_to("\r\n\r\n").starts_with(good));
+    BOOST_TEST(browser.read(5) == "first");
+    // Closed as the next request arrives: it is made again.
+    browser.say(forwarded_request);
+    BOOST_TEST(!machine.read_request().empty());
+    machine.accept();
+    BOOST_TEST(!machine.read_request().empty());
+    machine.say(answer("again"));
+    BOOST_TEST(browser.read_to("\r\n\r\n").starts_with(good));
+    BOOST_TEST(browser.read(5) == "again");
+    // Closed before: nobody even tries.
+    machine.close();
+    browser.say(forwarded_request);
+    machine.accept();
+    BOOST_TEST(!machine.read_request().empty());
+    machine.close(); // a new connection is not tried again
+    BOOST_TEST(browser.read_to("\r\n\r\n").starts_with(bad));
+}
+
+BOOST_AUTO_TEST_CASE(what_nobody_has_asked_for_is_no_answer_to_the_next_request)
+{
+    SignedItself const certificate("unasked");
+    TlsPeer machine(certificate);
+    RunningServer gateway(certificate.trusted());
+    gateway.endpoint.forward = by_tls(machine.port(), "/x");
+    Client browser(gateway);
+    for (bool const is_at_once : {true, false, true}) {
+        browser.say(forwarded_request);
+        machine.accept(); // each time a new connection
+        BOOST_TEST(!machine.read_request().empty());
+        machine.say(answer("right") + (is_at_once ? answer("evil") : ""));
+        BOOST_TEST(browser.read_to("\r\n\r\n").starts_with(good));
+        BOOST_TEST(browser.read(5) == "right");
+        if (!is_at_once)
+            machine.say(answer("evil"));
+    }
 }
 
 BOOST_AUTO_TEST_CASE(who_is_not_to_be_trusted_is_sent_nothing)
