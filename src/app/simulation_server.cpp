@@ -552,7 +552,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     service_settings.isolation_warning =
         isolation_warning.empty() ? sandbox->warning : std::move(isolation_warning);
     service_settings.sandbox = config.docker ? container_network.description : sandbox->description;
-    if (!user->description.empty())
+    if (!config.docker && !config.slurm) // containers and jobs have users of their own
         service_settings.sandbox.append(concat("; ", app::describe_user(*user, sandbox->params.user)));
     service_settings.display = display->description;
     service_settings.labels = std::move(labels);

@@ -186,7 +186,6 @@ asio::awaitable<result<ChosenUser>> choose_subordinate(SandboxContext const& con
     chosen.user.user_namespace = chosen.subordinate->user_namespace();
     chosen.user.numbers = chosen.subordinate->count();
     chosen.user.visible = visible_for(context);
-    chosen.description = "another user for each simulation";
     auto const works = co_await check(chosen.user, context, processes, clock);
     if (!works)
         co_return works.error();
@@ -215,7 +214,7 @@ asio::awaitable<result<ChosenUser>> choose_for_others_than_root(SimulationConfig
                                                      "\" does not work here: ", why, see));
     log.info(concat("Simulations run as this server's own user. For other users: ", why, see, "."));
     ChosenUser own;
-    own.description = concat("the server's own user (for others: ", why, ")");
+    own.problem = why;
     co_return own;
 }
 
@@ -252,6 +251,7 @@ asio::awaitable<result<ChosenUser>> choose_simulation_user(SimulationConfig cons
     if (!works) {
         log.warning(concat("No other user can be had for simulations, and they run as root: ",
                            works.error().message(), see, "."));
+        chosen.problem = works.error().message();
         co_return chosen;
     }
     chosen.user = std::move(*user);
@@ -286,7 +286,12 @@ asio::awaitable<void> remove_left_overs(InstanceRoot& root, std::shared_ptr<Subo
 
 std::string describe_user(ChosenUser const& chosen, SimulationUser const& user)
 {
-    return chosen.user.kind == user.kind ? chosen.description : "the server's own user";
+    if (user.kind == SimulationUser::Kind::of_its_own)
+        return "another user for each simulation";
+    if (user.kind == SimulationUser::Kind::one)
+        return concat("the user ", user.name);
+    auto const own = ::geteuid() == 0 ? "root" : "the server's own user";
+    return chosen.problem.empty() ? own : concat(own, " (for others: ", chosen.problem, ")");
 }
 
 void tell_user(SimulationUser const& user, Logger const& log)

@@ -18,7 +18,7 @@ struct ChosenUser
 
     SimulationUser user;
     std::shared_ptr<SubordinateUsers> subordinate; ///< Whose namespace `user` means; null: none.
-    std::string description; ///< For the monitor page, where the server is not root; or empty.
+    std::string problem; ///< Why no other user can be had; empty: one has been, or nobody asked for one.
 };
 
 /// Does what the key `simulationUser` says, and tries whether it works: the user must reach Webots, and be
@@ -37,8 +37,8 @@ boost::asio::awaitable<void> remove_left_overs(InstanceRoot& root,
                                                std::shared_ptr<SubordinateUsers> subordinate,
                                                std::filesystem::path guard, Logger log);
 
-/// For the monitor page, where the server is not root: who runs simulations, `chosen` or, since the sandbox
-/// did not work so, another `user`.
+/// For the monitor page: who runs simulations, `chosen` or, since the sandbox did not work so, another
+/// `user`.
 std::string describe_user(ChosenUser const& chosen, SimulationUser const& user);
 
 /// Writes into the log who runs simulations, where it is not the server's user.

@@ -18,7 +18,8 @@ from support.sandbox_contract import results_folder  # noqa: E402
 DOCUMENT = os.path.join(os.path.dirname(__file__), "../../docs/sandboxes.md")
 BEGIN = "<!-- Written by tests/integration/sandbox_table.py --write from the results of the tests. -->\n"
 END = "<!-- End of the written part. -->\n"
-COLUMNS = ("bubblewrap", "firejail", "docker", "none")
+COLUMNS = {"bubblewrap": "`bubblewrap`", "firejail": "`firejail`", "docker": "`docker`", "none": "`none`",
+           "none, other users": "`none`, with [other users](#another-user)"}
 FIRST = "a simulation tries to"
 
 
@@ -65,7 +66,8 @@ def parse(table):
     lines = [[cell.strip() for cell in line.strip().strip("|").split(" | ")] for line in table.splitlines() if line.startswith("|")]
     if not lines:
         return {}
-    return {name.strip("`"): {line[0]: line[number] for line in lines[2:]} for number, name in enumerate(lines[0]) if number}
+    names = {heading: name for name, heading in COLUMNS.items()}
+    return {names[heading]: {line[0]: line[number] for line in lines[2:]} for number, heading in enumerate(lines[0]) if number}
 
 
 def write(old, results):
@@ -75,7 +77,7 @@ def write(old, results):
             cells[sandbox] = {text: cell(row, results[sandbox]) for row, text in ROWS.items()}
         elif sandbox in old:
             cells[sandbox] = {text: old[sandbox].get(text, "was not tried") for text in ROWS.values()}
-    lines = [f"| {FIRST} | " + " | ".join(f"`{each}`" for each in cells) + " |", "|---" * (len(cells) + 1) + "|"]
+    lines = [f"| {FIRST} | " + " | ".join(COLUMNS[each] for each in cells) + " |", "|---" * (len(cells) + 1) + "|"]
     lines += ["| " + " | ".join([text, *[column[text] for column in cells.values()]]) + " |" for text in ROWS.values()]
     return "\n".join(lines) + "\n"
 

@@ -11,7 +11,7 @@ import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support import own_network  # noqa: E402
-from support.other_user import NOBODY  # noqa: E402
+from support.other_user import NOBODY, as_nobody_with_numbers, require_subordinate_users  # noqa: E402
 from support.sandbox_contract import Contract, Unwalled  # noqa: E402
 from support.servers import main  # noqa: E402
 
@@ -69,7 +69,7 @@ class Firejail(Contract, unittest.TestCase):
 class NoSandbox(Unwalled, unittest.TestCase):
     sandbox = "none"
     keys = {"sandbox": "none"}
-    description = '<span id="sandbox">none</span>'
+    description = '<span id="sandbox">none; root</span>'
 
 
 class NoSandboxOfAnotherUser(Unwalled, unittest.TestCase):
@@ -77,12 +77,42 @@ class NoSandboxOfAnotherUser(Unwalled, unittest.TestCase):
     variant = "where the server is another user's"
     keys = {"sandbox": "none"}
     user = NOBODY
-    description = '<span id="sandbox">none</span>'
+    description = '<span id="sandbox">none; the server'
     expected = {**Unwalled.expected,
                 **dict.fromkeys(("read_shadow", "write_usr", "write_etc", "write_core_pattern", "write_sys", "write_disk",
                                  "write_kernel_log"), ("EACCES",)),
                 **dict.fromkeys(("open_packet_socket", "open_raw_socket", "change_root"), ("EPERM",)),
                 "have_capabilities": ("none",)}
+
+
+class OtherUsers(Unwalled, unittest.TestCase):
+    """Without a sandbox each simulation of root's server is a user of its own."""
+
+    sandbox = "none, other users"
+    keys = {"sandbox": "none", "simulationUser": "auto"}
+    description = '<span id="sandbox">none; another user for each simulation</span>'
+    expected = {**Unwalled.expected,
+                **dict.fromkeys(("read_shadow", "read_configuration", "read_key", "read_log", "read_home", "read_state", "read_by_link",
+                                 "read_neighbour", "write_neighbour", "write_server_folder", "write_instances", "write_usr", "write_etc",
+                                 "ask_as_operator", "write_core_pattern", "write_sys", "write_disk", "write_kernel_log"),
+                                ("EACCES", "EROFS", "ENOENT")),
+                "hard_link": ("EXDEV", "EPERM", "EACCES"),
+                **dict.fromkeys(("open_packet_socket", "open_raw_socket", "change_root"), ("EPERM",)),
+                "have_capabilities": ("none",)}
+
+
+class SubordinateUsers(OtherUsers):
+    """So are those of a server that is not root, but has numbers of /etc/subuid."""
+
+    variant = "with subordinate numbers"
+    keys = {"sandbox": "none", "simulationUser": "subordinate", "display": "none"}
+    user = NOBODY
+    wrapper = as_nobody_with_numbers()
+
+    @classmethod
+    def setUpClass(cls):
+        require_subordinate_users()
+        super().setUpClass()
 
 
 if __name__ == "__main__":

@@ -58,7 +58,7 @@ try:
     system_call("add_key", ctypes.c_char_p(b"user"), ctypes.c_char_p(b"{KEY}"), ctypes.c_char_p(b"secret"), 6, -3)
 except OSError:
     pass
-os.execv(sys.argv[2], sys.argv[2:])
+os.execvp(sys.argv[2], sys.argv[2:])
 """
 
 
@@ -159,6 +159,7 @@ class Contract:
     variant = ""  # what is special about this class, as in "with X"; empty: what the column is about
     keys = {}  # of the configuration
     user = None
+    wrapper = ()  # that changes to this user; without one the server is started as that
     has_network = True  # of its own, where a gateway and a resolver may be
     needs = ()  # programs
     description = None  # what the monitor has to say
@@ -187,7 +188,7 @@ class Contract:
         cls.terminal, cls.keyboard = terminal, slave
         tty.setraw(slave)
         os.chmod(cls.terminal_name, 0o666)
-        return OwnedServer(cls.user, (sys.executable, "-c", AS_BY_HAND, cls.terminal_name), **cls.keys)
+        return OwnedServer(cls.user, (sys.executable, "-c", AS_BY_HAND, cls.terminal_name, *cls.wrapper), bool(cls.wrapper), **cls.keys)
 
     @classmethod
     def listen(cls):
@@ -228,6 +229,10 @@ class Contract:
                 file.write(content)
         os.chmod(os.path.join(folder, "projects/hostile/controllers/attack/attack"), 0o755)
         cls.server.config.update(forges=[{"url": "local:", "directory": folder}], allowedRepositories=["local:/projects"])
+        # As an operator keeps them: what everybody may read, the users of simulations may, too.
+        os.chmod(folder, 0o700)
+        os.chmod(cls.server.configure(), 0o600)
+        os.close(os.open(cls.server.log_path, os.O_WRONLY | os.O_CREAT, 0o600))
         cls.key, cls.home_file = (os.path.join(cls.server.folder, name) for name in ("key.pem", ".netrc"))
         for path in (cls.key, cls.home_file):
             with open(path, "w") as file:
