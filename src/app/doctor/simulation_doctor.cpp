@@ -132,10 +132,9 @@ core::Finding attempt_finding(std::string_view subject, std::string_view key, st
 
 core::Finding user_finding(app::ChosenUser const& chosen, std::vector<std::string> warnings)
 {
-    auto who = chosen.user.kind == SimulationUser::Kind::one ? concat("simulations run as ", chosen.user.name)
-               : chosen.description.empty() ? std::string("simulations run as the server's own user")
-                                            : chosen.description;
-    return attempt_finding("user", "\"simulationUser\"", std::move(who), std::move(warnings));
+    return attempt_finding("user", "\"simulationUser\"",
+                           concat("simulations run as ", app::describe_user(chosen, chosen.user)),
+                           std::move(warnings));
 }
 
 core::Finding isolation_finding(std::string const& warning)
