@@ -58,7 +58,6 @@ class Scripts(unittest.TestCase):
 
     def test_what_sandboxes_keep_out(self):
         self.check("sandbox_test.py", may_skip=["there is no such thing on this machine"])
-        self.check("sandbox_table.py")
 
     def test_users_of_roots_servers(self):
         self.check("simulation_user_test.py")

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Boots a virtual machine with a kernel of Debian's own, which has control groups of version 2 alone, Landlock, udev and systemd; installs
 # the Debian packages there, and lets the tests of the walls (tests/virtual_machine.py) run in it. Needs root, debootstrap, qemu-system-x86,
-# e2fsprogs, the release built (cmake --build --preset release), 4 GB of disk, 3 GB of memory, and some ten minutes; half an hour where
-# the processor can't run virtual machines, which are emulated then.
+# e2fsprogs, the release built (cmake --build --preset release --target installable), 5 GB of disk and 3 GB of memory. Where the processor
+# can't run virtual machines, this one is emulated, which takes half an hour.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 source tests/support/bare_debian.sh
@@ -70,9 +70,7 @@ add_tests()
 {
     local tree=$1
     shift
-    mkdir "$tree/srv/docs"
     cp -r tests examples "$tree/srv/"
-    cp docs/sandboxes.md "$tree/srv/docs/"
     cat >"$tree/etc/systemd/system/tests.service" <<UNIT
 [Unit]
 Description=Tests, whose output goes to the second serial line
