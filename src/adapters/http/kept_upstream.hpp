@@ -34,7 +34,8 @@ public:
         char byte = 0;
         std::size_t size = 0;
         return upstream.tls && upstream.host == upstream_.host && upstream.port == upstream_.port &&
-               upstream.name == upstream_.name && end_.read(&byte, 1, false, size) == TunnelEnd::Reading::nothing;
+               upstream.name == upstream_.name &&
+               end_.read(&byte, 1, false, size) == TunnelEnd::Reading::nothing;
     }
 
     NetworkStream::Released release() noexcept { return end_.release(); }
