@@ -9,15 +9,15 @@
 namespace webots_cloud::core {
 namespace {
 
-constexpr std::string_view purpose = "webots_cloud machine 1\n"; // the secret is used for tickets, too
-constexpr std::size_t id_bytes = 12;                             // two letters each
+constexpr std::string_view purpose_of_ids = "webots_cloud machine 1\n"; // the secret is used for tickets, too
+constexpr std::size_t id_bytes = 12;                                    // two letters each
 
 } // namespace
 
 std::string machine_id(Mac const& mac, std::string_view address)
 {
     std::string id;
-    for (char const byte : mac(concat(purpose, address)).substr(0, id_bytes)) {
+    for (char const byte : mac(concat(purpose_of_ids, address)).substr(0, id_bytes)) {
         auto const bits = static_cast<unsigned char>(byte);
         id += static_cast<char>('a' + (bits >> 4));
         id += static_cast<char>('a' + (bits & 0xf));
