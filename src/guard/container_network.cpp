@@ -1,5 +1,6 @@
 #include "container_network.hpp"
 
+#include "exit_status.hpp"
 #include "relay.hpp"
 
 #include <fcntl.h>
@@ -45,7 +46,7 @@ Child start(char const* const* argv)
         dup2(ends[1], STDOUT_FILENO);
         dup2(nothing, STDERR_FILENO);
         execv(argv[0], const_cast<char* const*>(argv));
-        _exit(127);
+        _exit(exec_failed);
     }
     close(ends[1]);
     child.output = ends[0];

@@ -1,5 +1,7 @@
 #include "display.hpp"
 
+#include "exit_status.hpp"
+
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/mount.h>
@@ -25,7 +27,6 @@ namespace {
 
 constexpr char const* display_folder = "/tmp/.X11-unix";
 constexpr char const* authority_file = "/tmp/.X11-unix/authority";
-constexpr int exec_failed = 127; // as in shells and coreutils
 
 long now_ms()
 {

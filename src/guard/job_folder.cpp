@@ -1,5 +1,6 @@
 #include "job_folder.hpp"
 
+#include "exit_status.hpp"
 #include "folders.hpp"
 
 #include <dirent.h>
@@ -41,7 +42,7 @@ void become_tar(std::vector<char const*> arguments)
         arguments.push_back(paths[i] + 1);
     become_tar(arguments);
     std::fprintf(stderr, "tar: can't be run (%s)\n", std::strerror(errno));
-    _exit(127);
+    _exit(exec_failed);
 }
 
 /// Whether `folder` is what has this name in `parent`, and not what had it before.
@@ -108,8 +109,7 @@ bool send_files(char const* const* paths, int count)
     pid_t const tar = fork();
     if (tar == 0)
         become_sender(paths, count, ends[1]);
-    close(ends[0]);
-    close(ends[1]);
+    close(ends[0]); // the other end stays open until a failure has been told
     int status = 0;
     bool const is_sent =
         tar > 0 && waitpid(tar, &status, 0) == tar && WIFEXITED(status) && WEXITSTATUS(status) == 0;
@@ -155,9 +155,23 @@ void JobFolder::remove()
     }
 }
 
-void become_receiver(char const* folder)
+void receive_files(char const* folder)
 {
-    become_tar({"--extract", "--file=-", "--directory", folder, "--no-same-owner", "--no-same-permissions"});
+    pid_t const tar = fork();
+    if (tar == 0) {
+        become_tar(
+            {"--extract", "--file=-", "--directory", folder, "--no-same-owner", "--no-same-permissions"});
+        std::fprintf(stderr, "tar: can't be run (%s)\n", std::strerror(errno));
+        _exit(exec_failed);
+    }
+    int status = 0;
+    if (tar < 0 || waitpid(tar, &status, 0) != tar || !WIFEXITED(status) || WEXITSTATUS(status) != 0)
+        _exit(exec_failed);
+    // A tar that has failed ends its archive, too: the sender has told so before it closes its end.
+    char rest[512];
+    while (read(STDIN_FILENO, rest, sizeof rest) > 0)
+        continue;
+    _exit(0);
 }
 
 } // namespace webots_cloud::guard

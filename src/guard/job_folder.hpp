@@ -35,8 +35,8 @@ private:
     char const* name_ = nullptr;
 };
 
-/// Becomes a `tar` that unpacks standard input into the folder. What is in there belongs to us, with modes
-/// that our umask allows.   Returns: it is not installed.
-void become_receiver(char const* folder);
+/// Unpacks standard input into the folder by `tar`, and exits, with 0 when all has come: the sender has
+/// closed its end. What is in the folder belongs to us, with modes that our umask allows.
+[[noreturn]] void receive_files(char const* folder);
 
 } // namespace webots_cloud::guard

@@ -107,6 +107,7 @@
 #include "attempts.hpp"
 #include "container_network.hpp"
 #include "display.hpp"
+#include "exit_status.hpp"
 #include "folders.hpp"
 #include "job.hpp"
 #include "job_folder.hpp"
@@ -134,12 +135,12 @@
 
 namespace {
 
+using webots_cloud::guard::exec_failed;
 using webots_cloud::guard::NetworkFailure;
 using webots_cloud::guard::now_ms;
 using webots_cloud::guard::Program;
 using webots_cloud::guard::Started;
 
-constexpr int exec_failed = 127; // as in shells and coreutils
 constexpr long max_cleanup_ms = 60'000;
 constexpr long copy_removal_ms =
     5'000; // beyond the grace, for a guard elsewhere that removes what it has received
@@ -618,9 +619,7 @@ bool receive_project(webots_cloud::guard::Job& job, webots_cloud::guard::JobFold
     receiver.process = fork();
     if (receiver.process == 0) {
         sigprocmask(SIG_SETMASK, &program.signals, nullptr);
-        webots_cloud::guard::become_receiver(job.folder);
-        std::fprintf(stderr, "tar: can't be run (%s)\n", std::strerror(errno));
-        _exit(exec_failed);
+        webots_cloud::guard::receive_files(job.folder);
     }
     Guard guard(receiver, 0, owner);
     guard.watch_job(job, false);

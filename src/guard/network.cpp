@@ -1,5 +1,6 @@
 #include "network.hpp"
 
+#include "exit_status.hpp"
 #include "relay.hpp"
 
 #include <fcntl.h>
@@ -53,7 +54,7 @@ void let_go_of_input_and_output()
     sigemptyset(&none);
     sigprocmask(SIG_SETMASK, &none, nullptr);
     execv(argv[0], const_cast<char* const*>(argv));
-    _exit(127);
+    _exit(exec_failed);
 }
 
 /// The next program may configure networks of our user namespace although it is not root there: capabilities
@@ -137,7 +138,7 @@ bool attach_slirp(Network const& network, pid_t inside)
         // Its own sandbox mounts a file system over /tmp, which everybody would see where mounts are shared.
         if (geteuid() == 0 &&
             (unshare(CLONE_NEWNS) != 0 || mount(nullptr, "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0))
-            _exit(127);
+            _exit(exec_failed);
         // Its own sandbox works for root only: it wants user 0 in our user namespace, where there is none.
         char const* const confined = geteuid() == 0 ? "--enable-sandbox" : "--enable-seccomp";
         char const* const argv[] = {network.slirp,

@@ -1,5 +1,7 @@
 #include "system_calls.hpp"
 
+#include "exit_status.hpp"
+
 #include <linux/audit.h>
 #include <linux/filter.h>
 #include <linux/seccomp.h>
@@ -110,7 +112,7 @@ void execute_filtered(char** argv)
         execv(argv[0], argv);
     std::printf("can't run %s: %s\n", argv[0], std::strerror(errno));
     std::fflush(stdout);
-    _exit(127);
+    _exit(exec_failed);
 }
 
 } // namespace webots_cloud::guard

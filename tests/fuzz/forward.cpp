@@ -29,18 +29,12 @@ HttpRequestReader::Progress read(HttpRequestReader& reader, std::string_view tex
     return reader.parse();
 }
 
-void check_request(std::string_view text)
+void check_forwarded(HttpRequestReader const& reader, IncomingRequest const& request, bool keep_alive)
 {
-    HttpRequestReader reader;
-    if (read(reader, text) != HttpRequestReader::Progress::complete)
-        return;
-    auto request = reader.request();
-    request.peer = request.client = "203.0.113.7";
-    request.upgrade = adapters::wants_websocket(reader) && !adapters::refuse_handshake(reader);
     Forward forward;
     forward.target = "/there";
     forward.headers.emplace_back("Host", "there");
-    auto const sent = adapters::forwarded_request(reader, request, forward);
+    auto const sent = adapters::forwarded_request(reader, request, forward, keep_alive);
     HttpRequestReader other;
     if (read(other, sent) != HttpRequestReader::Progress::complete) {
         fuzz::require(other.refusal() == 431); // it has become a little longer
@@ -49,6 +43,7 @@ void check_request(std::string_view text)
     fuzz::require(other.rest().empty());
     fuzz::require(other.request().method == request.method && other.request().path == "/there");
     fuzz::require(adapters::wants_websocket(other) == request.upgrade);
+    fuzz::require(request.upgrade || other.keep_alive() == keep_alive);
     std::size_t chains = 0;
     for (auto const& [name, value] : other.request().headers) {
         fuzz::require(!equal_ignoring_case(name, "Transfer-Encoding"));
@@ -58,6 +53,18 @@ void check_request(std::string_view text)
         fuzz::require(value.ends_with("203.0.113.7"));
     }
     fuzz::require(chains == 1);
+}
+
+void check_request(std::string_view text)
+{
+    HttpRequestReader reader;
+    if (read(reader, text) != HttpRequestReader::Progress::complete)
+        return;
+    auto request = reader.request();
+    request.peer = request.client = "203.0.113.7";
+    request.upgrade = adapters::wants_websocket(reader) && !adapters::refuse_handshake(reader);
+    check_forwarded(reader, request, false);
+    check_forwarded(reader, request, true);
 }
 
 /// Whether the answer was understood, when it comes in pieces.
