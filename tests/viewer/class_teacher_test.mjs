@@ -67,11 +67,13 @@ test('students can come in by a link, a short code, and a QR code that has the l
 
 test('without the QR library the link and the code are there, and no error', async (t) => {
   const page = await openForm(t);
-  await page.route('**/qr.js', (route) => route.fulfill({ status: 404 }));
+  let asked = 0;
+  await page.route('**/qr.js*', (route) => route.fulfill({ status: 404 }).then(() => ++asked));
   await cloud.set('class_answers', { teach: [{ class: await classOf() }] });
   await fillForm(page);
   await page.click('#open-class');
   await says(page, '#class-code', CODE);
+  await until(() => asked === 2, 'the library is asked for once more');
   assert.equal(await page.locator('#qr > *').count(), 0);
   assert.equal(await page.isVisible('#trouble'), false);
 });
