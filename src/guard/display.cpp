@@ -189,7 +189,7 @@ void say(int to, char const* text, char const* reason)
     if (!reason)
         reason = *tail.line() != '\0' ? tail.line() : "it has ended";
     if (is_ready) {
-        say(STDOUT_FILENO, "display has ended", reason);
+        say(STDOUT_FILENO, "\ndisplay has ended", reason); // the program may not have ended its own line
         kill(program, SIGKILL);
     } else {
         say(report, "can't start a display for the simulation", reason);

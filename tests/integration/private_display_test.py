@@ -43,6 +43,7 @@ print(json.dumps(said), flush=True)
 '''
 KILL_XVFB = r'''
 import os, signal, sys
+print("half a line", end="", flush=True)
 for each in filter(str.isdigit, os.listdir("/proc")):
     with open("/proc/" + each + "/cmdline") as line:
         if line.read().split("\0")[0].endswith("Xvfb"):
@@ -159,7 +160,7 @@ class Guard(unittest.TestCase):
 
     def test_the_end_of_the_display_is_the_end_of_the_program(self):
         printed, status = self.outcome(sys.executable, "-c", KILL_XVFB)
-        self.assertTrue(printed.startswith("display has ended: "), printed)
+        self.assertTrue(printed.startswith("half a line\ndisplay has ended: "), printed)
         self.assertEqual(status, -signal.SIGKILL)
 
     def test_a_display_that_does_not_start_says_why(self):
