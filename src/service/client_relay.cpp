@@ -218,7 +218,7 @@ asio::awaitable<void> ClientRelay::leave(Browser& browser, Failure const& why)
     (void)silent_.leave(browser.id);
     given_up_ += leave_line(browser) ? 1 : 0;
     if (browser.ticket)
-        tickets_.leave(browser.ticket->id, browser.id, clock_.wall());
+        tickets_.leave(*browser.ticket, browser.id, clock_.wall());
     if (!browser.ride)
         co_return;
     auto& ride = *browser.ride;

@@ -124,6 +124,7 @@ private:
     using Id = core::WaitingRoom::Id;
     struct Browser;
     struct Ride;
+    struct Refusals;
     struct Machine;
 
     enum class Next

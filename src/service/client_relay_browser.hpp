@@ -7,8 +7,13 @@
 
 #include <boost/asio/any_io_executor.hpp>
 
+#include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
 #include <string_view>
+#include <vector>
 
 namespace webots_cloud {
 namespace relay {
@@ -51,11 +56,29 @@ struct ClientRelay::Ride
     std::string problem;   ///< Of the one that could not be reached.
 };
 
+/// What a browser has learned of machines that did not take it.
+struct ClientRelay::Refusals
+{
+    Refusals() = default;
+
+    std::size_t failures = 0;
+    std::vector<std::string> tried; ///< Machines that do not come into question any more,
+    std::vector<std::string> full;  ///< or not at the moment.
+    std::vector<std::string> needs; ///< Labels.
+};
+
 /// A browser, from the handshake to the end of its connection. Those that wait are many, so it is small: what
 /// only the others need is in `Ride`.
 struct ClientRelay::Browser
 {
     Browser(Id number, Channel& browser) : id(number), channel(browser) {}
+
+    Refusals& refusals_so_far()
+    {
+        if (!refusals)
+            refusals = std::make_unique<Refusals>();
+        return *refusals;
+    }
 
     Id id;
     Channel& channel;
@@ -71,16 +94,13 @@ struct ClientRelay::Browser
     bool is_in_line = false;
     bool came_back = false; ///< With a ticket.
     bool has_left = false;
-    std::unique_ptr<core::WaitingTicket> ticket; ///< Null: it has none.
-    TimePoint waits_since{};                     ///< For a seat; before it has asked for one, since it came.
+    std::optional<core::WaitingId> ticket; ///< Of its place.
+    TimePoint waits_since{};               ///< For a seat; before it has asked for one, since it came.
     TimePoint next_ticket = TimePoint::min();
     TimePoint told = TimePoint::min();
     TimePoint not_before = TimePoint::min();
     std::size_t told_ahead = 0;
-    std::size_t failures = 0;
-    std::vector<std::string> tried; ///< Machines that do not come into question any more,
-    std::vector<std::string> full;  ///< or not at the moment.
-    std::vector<std::string> needs;
+    std::unique_ptr<Refusals> refusals; ///< Null: no machine has refused it.
     std::unique_ptr<Ride> ride;
 };
 

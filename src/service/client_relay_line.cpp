@@ -107,7 +107,7 @@ void ClientRelay::claim_ticket(Browser& browser)
     if (!hooks_.waiting_mac || text.empty())
         return;
     auto const wall = clock_.wall();
-    auto ticket = core::read_waiting_ticket(hooks_.waiting_mac, text, wall, room_.params().max_penalty);
+    auto const ticket = core::read_waiting_ticket(hooks_.waiting_mac, text, wall, room_.params().max_penalty);
     if (!ticket || !tickets_.is_usable(ticket->id, wall))
         return;
     // The connection that has the place may not know yet that it is lost.
@@ -119,7 +119,7 @@ void ClientRelay::claim_ticket(Browser& browser)
     browser.came_back = true;
     browser.group = ticket->group;
     browser.rank = ticket->rank;
-    browser.ticket = std::make_unique<core::WaitingTicket>(std::move(*ticket));
+    browser.ticket = ticket->id;
 }
 
 /// Tickets are made anew from time to time, since each is good for a while only.
@@ -129,15 +129,13 @@ void ClientRelay::give_ticket(Browser& browser, TimePoint now)
         return;
     browser.next_ticket = now + core::waiting_ticket_interval;
     if (!browser.ticket) {
-        browser.ticket = std::make_unique<core::WaitingTicket>();
-        browser.ticket->id = hooks_.random_bytes(core::waiting_id_size);
-        browser.ticket->group = browser.group;
-        (void)tickets_.enter(browser.ticket->id, browser.group, browser.id);
+        auto& id = browser.ticket.emplace();
+        hooks_.random_bytes(id.size()).copy(id.data(), id.size());
+        (void)tickets_.enter(id, browser.group, browser.id);
     }
-    browser.ticket->rank = browser.rank;
-    browser.ticket->issued = clock_.wall();
+    core::WaitingTicket const ticket{*browser.ticket, browser.group, browser.rank, clock_.wall()};
     (void)browser.channel.send(
-        core::waiting_ticket_message(core::make_waiting_ticket(hooks_.waiting_mac, *browser.ticket)));
+        core::waiting_ticket_message(core::make_waiting_ticket(hooks_.waiting_mac, ticket)));
 }
 
 /// First come, first served, but for those who need what no free machine has.
@@ -152,8 +150,11 @@ void ClientRelay::give_out_seats(TimePoint now)
         auto& browser = *browsers_.at(id);
         if (now < browser.not_before || (is_settling(now) && !browser.came_back))
             return true; // it keeps its place
-        auto wishes = browser.needs;
-        wishes.insert(wishes.end(), browser.tried.begin(), browser.tried.end());
+        std::vector<std::string> wishes;
+        if (auto const* refusals = browser.refusals.get()) {
+            wishes = refusals->needs;
+            wishes.insert(wishes.end(), refusals->tried.begin(), refusals->tried.end());
+        }
         if (in_vain.contains(wishes))
             return true;
         auto const placed = try_to_place(browser, request_of(browser, now), now);

@@ -103,12 +103,14 @@ PlacementRequest ClientRelay::request_of(Browser const& browser, TimePoint now) 
     request.world = core::world_of(asked);
     if (auto const* start = std::get_if<core::StartMessage>(&asked))
         request.mode = start->mode;
-    request.labels = browser.needs;
     request.held = browser.seat == core::SeatRequest::held;
     request.only_free = params_.waiting_places > 0;
     request.excluded = faults_.silent(now);
-    for (auto const* machines : {&browser.tried, &browser.full})
-        request.excluded.insert(request.excluded.end(), machines->begin(), machines->end());
+    if (auto const* refusals = browser.refusals.get()) {
+        request.labels = refusals->needs;
+        for (auto const* machines : {&refusals->tried, &refusals->full})
+            request.excluded.insert(request.excluded.end(), machines->begin(), machines->end());
+    }
     return request;
 }
 
@@ -132,7 +134,7 @@ void ClientRelay::start_carrying(Browser& browser)
     if (browser.ride->is_placed)
         hooks_.note_placement(true);
     if (browser.ticket)
-        tickets_.serve(std::exchange(browser.ticket, nullptr)->id, browser.id, clock_.wall());
+        tickets_.serve(*std::exchange(browser.ticket, std::nullopt), browser.id, clock_.wall());
     browser.next_ticket = TimePoint::min();
     browser.was_seated = true;
     browser.ride->task = tasks_->spawn(carry(browser));
@@ -207,7 +209,8 @@ void ClientRelay::note_refusal(Browser& browser, MachineRefusal refusal)
         faults_.has_refused(ride.entry, browser.group);
     }
     give_back(ride);
-    (refusal == MachineRefusal::full ? browser.full : browser.tried).push_back(ride.entry);
+    auto& refusals = browser.refusals_so_far();
+    (refusal == MachineRefusal::full ? refusals.full : refusals.tried).push_back(ride.entry);
 }
 
 /// After a refusal.
@@ -218,9 +221,9 @@ ClientRelay::Next ClientRelay::try_again(Browser& browser, MachineRefusal refusa
         browser.channel.close(relay::service_restart);
         return Next::end;
     }
-    bool const is_failure = refusal != MachineRefusal::full;
-    browser.failures += is_failure ? 1 : 0;
-    bool const may_try = browser.failures < max_failures && browser.full.size() < max_full;
+    auto& refusals = *browser.refusals;
+    refusals.failures += refusal != MachineRefusal::full ? 1 : 0;
+    bool const may_try = refusals.failures < max_failures && refusals.full.size() < max_full;
     auto const now = clock_.now();
     auto const placed =
         may_try ? try_to_place(browser, request_of(browser, now), now) : result<>(Failure(errc::unavailable));
@@ -230,9 +233,9 @@ ClientRelay::Next ClientRelay::try_again(Browser& browser, MachineRefusal refusa
         refuse(browser, placed.error().message());
         return Next::end;
     }
-    bool const may_wait = params_.waiting_places > 0 && browser.failures < max_failures;
+    bool const may_wait = params_.waiting_places > 0 && refusals.failures < max_failures;
     if (may_wait) {
-        browser.full.clear();
+        refusals.full.clear();
         browser.not_before = now + pause_after_full;
         return Next::line;
     }
@@ -279,7 +282,8 @@ asio::awaitable<MachineRefusal> ClientRelay::converse(Browser& browser)
             (void)browser.channel.send(std::move(step.for_browser));
         if (step.refusal != MachineRefusal::none) {
             ended = step.refusal;
-            browser.needs = conversation.needs();
+            if (ended == MachineRefusal::needs)
+                browser.refusals_so_far().needs = conversation.needs();
             ride.last_word = conversation.last_word();
             break;
         }

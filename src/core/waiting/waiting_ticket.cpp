@@ -12,7 +12,7 @@ using namespace std::chrono_literals;
 constexpr std::string_view ticket_purpose = "webots_cloud waiting ticket 1\n";
 constexpr std::string_view group_purpose = "webots_cloud waiting group 1\n";
 constexpr std::size_t time_size = 8;
-constexpr std::size_t content_size = waiting_id_size + waiting_group_size + 2 * time_size;
+constexpr std::size_t content_size = WaitingId().size() + waiting_group_size + 2 * time_size;
 constexpr std::size_t mac_size = 32;
 static_assert(waiting_ticket_size == (content_size + mac_size) / 3 * 4 && (content_size + mac_size) % 3 == 0);
 constexpr Duration clock_tolerance = 5s;
@@ -53,7 +53,8 @@ std::string make_waiting_ticket(Mac const& mac, WaitingTicket const& ticket)
 {
     auto group = ticket.group;
     group.resize(waiting_group_size); // none: zeros
-    auto const content = concat(ticket.id, group, bytes_of(ticket.rank), bytes_of(ticket.issued));
+    auto const content = concat(std::string_view(ticket.id.data(), ticket.id.size()), group,
+                                bytes_of(ticket.rank), bytes_of(ticket.issued));
     return base64url(concat(content, mac(concat(ticket_purpose, content))));
 }
 
@@ -73,7 +74,7 @@ std::optional<WaitingTicket> read_waiting_ticket(Mac const& mac, std::string_vie
                                 mac(concat(ticket_purpose, rest.substr(0, content_size)))))
         return std::nullopt;
     WaitingTicket ticket;
-    ticket.id = take(waiting_id_size);
+    take(ticket.id.size()).copy(ticket.id.data(), ticket.id.size());
     ticket.group = take(waiting_group_size);
     if (ticket.group == std::string(waiting_group_size, '\0'))
         ticket.group.clear();
@@ -86,13 +87,13 @@ std::optional<WaitingTicket> read_waiting_ticket(Mac const& mac, std::string_vie
     return is_of_now ? std::optional(std::move(ticket)) : std::nullopt;
 }
 
-bool WaitingTickets::is_usable(std::string const& id, WallTime now)
+bool WaitingTickets::is_usable(WaitingId const& id, WallTime now)
 {
     forget(now);
     return !served_.contains(id);
 }
 
-std::optional<std::uint64_t> WaitingTickets::enter(std::string const& id, std::string const& group,
+std::optional<std::uint64_t> WaitingTickets::enter(WaitingId const& id, std::string const& group,
                                                    std::uint64_t connection)
 {
     forget_away(id);
@@ -102,7 +103,7 @@ std::optional<std::uint64_t> WaitingTickets::enter(std::string const& id, std::s
     return std::exchange(found->second.connection, connection);
 }
 
-void WaitingTickets::leave(std::string const& id, std::uint64_t connection, WallTime now)
+void WaitingTickets::leave(WaitingId const& id, std::uint64_t connection, WallTime now)
 {
     forget(now);
     auto const found = here_.find(id);
@@ -115,10 +116,10 @@ void WaitingTickets::leave(std::string const& id, std::uint64_t connection, Wall
     away_order_.emplace(until, id);
     here_.erase(found);
     if (away_.size() > max_remembered_)
-        forget_away(std::string(away_order_.begin()->second));
+        forget_away(WaitingId(away_order_.begin()->second));
 }
 
-void WaitingTickets::serve(std::string const& id, std::uint64_t connection, WallTime now)
+void WaitingTickets::serve(WaitingId const& id, std::uint64_t connection, WallTime now)
 {
     forget(now);
     auto const found = here_.find(id);
@@ -144,14 +145,14 @@ std::size_t WaitingTickets::away(std::string const& group, WallTime now)
 void WaitingTickets::forget(WallTime now)
 {
     while (!away_order_.empty() && away_order_.begin()->first < now)
-        forget_away(std::string(away_order_.begin()->second));
+        forget_away(WaitingId(away_order_.begin()->second));
     while (!served_order_.empty() && served_order_.begin()->first < now) {
         served_.erase(served_order_.begin()->second);
         served_order_.erase(served_order_.begin());
     }
 }
 
-void WaitingTickets::forget_away(std::string const& id)
+void WaitingTickets::forget_away(WaitingId const& id)
 {
     auto const found = away_.find(id);
     if (found == away_.end())

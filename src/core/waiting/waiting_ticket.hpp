@@ -5,8 +5,10 @@
 
 #include <webots_cloud/time.hpp>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <optional>
 #include <set>
 #include <string>
@@ -16,7 +18,8 @@
 
 namespace webots_cloud::core {
 
-constexpr std::size_t waiting_id_size = 16;
+/// Random bytes, the same in all tickets of one place in the line.
+using WaitingId = std::array<char, 16>;
 constexpr std::size_t waiting_group_size = 8;
 constexpr std::size_t waiting_ticket_size = 96; ///< Characters of the text.
 /// How often who waits is sent a new ticket.
@@ -26,7 +29,7 @@ constexpr Duration waiting_ticket_lifetime = std::chrono::seconds(60) + waiting_
 
 struct WaitingTicket
 {
-    std::string id;    ///< `waiting_id_size` random bytes, the same in all tickets of one place.
+    WaitingId id;
     std::string group; ///< `waiting_group`: the place goes on counting there, wherever its browser is now.
     WallTime rank;     ///< `WaitingRoom::rank`, to the nanosecond.
     WallTime issued;
@@ -37,8 +40,7 @@ struct WaitingTicket
 /// The empty group stays empty.
 std::string waiting_group(Mac const& mac, std::string_view key);
 
-/// In base64url (RFC 4648, section 5).   Precondition: the id has `waiting_id_size` bytes, the group
-/// `waiting_group_size` or none.
+/// In base64url (RFC 4648, section 5).   Precondition: the group has `waiting_group_size` bytes or none.
 std::string make_waiting_ticket(Mac const& mac, WaitingTicket const& ticket);
 
 /// A ticket of ours that may be used now, from any bytes; else nothing: one that is damaged or not ours, was
@@ -58,18 +60,18 @@ public:
     explicit WaitingTickets(std::size_t max_remembered = 10'000) : max_remembered_(max_remembered) {}
 
     /// False: who had it was served.
-    bool is_usable(std::string const& id, WallTime now);
+    bool is_usable(WaitingId const& id, WallTime now);
 
     /// The place now belongs to `connection`. Returns the one that it is taken from, if any.
     /// Precondition: `is_usable`.
-    std::optional<std::uint64_t> enter(std::string const& id, std::string const& group,
+    std::optional<std::uint64_t> enter(WaitingId const& id, std::string const& group,
                                        std::uint64_t connection);
 
     /// The connection is gone; its browser may come back. Nothing where the place was taken over.
-    void leave(std::string const& id, std::uint64_t connection, WallTime now);
+    void leave(WaitingId const& id, std::uint64_t connection, WallTime now);
 
     /// It was its turn. Nothing where the place was taken over.
-    void serve(std::string const& id, std::uint64_t connection, WallTime now);
+    void serve(WaitingId const& id, std::uint64_t connection, WallTime now);
 
     /// How many of the group have left, and may still come back with their rank. They count like those who
     /// wait, added to `held` of `WaitingRoom::enter`: else somebody could collect places without a penalty by
@@ -90,15 +92,28 @@ private:
         std::string group;
         WallTime until;
     };
-    using Order = std::set<std::pair<WallTime, std::string>>; // until when, and which
+    /// Nobody can choose ids that collide: they are random, and come back only in tickets that we have
+    /// signed.
+    struct Hash
+    {
+        std::size_t operator()(WaitingId const& id) const noexcept
+        {
+            std::size_t beginning = 0;
+            std::memcpy(&beginning, id.data(), sizeof beginning);
+            return beginning;
+        }
+    };
+    template<typename Value>
+    using ById = std::unordered_map<WaitingId, Value, Hash>;
+    using Order = std::set<std::pair<WallTime, WaitingId>>; // until when, and which
 
     void forget(WallTime now);
-    void forget_away(std::string const& id);
+    void forget_away(WaitingId const& id);
 
     std::size_t max_remembered_;
-    std::unordered_map<std::string, Here> here_;
-    std::unordered_map<std::string, Gone> away_;
-    std::unordered_map<std::string, WallTime> served_;
+    ById<Here> here_;
+    ById<Gone> away_;
+    ById<WallTime> served_;
     Order away_order_;
     Order served_order_;
     std::unordered_map<std::string, std::size_t> away_of_; // group -> how many

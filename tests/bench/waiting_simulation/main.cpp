@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstring>
 #include <functional>
 #include <iostream>
 
@@ -173,8 +174,8 @@ void cost()
         },
         count);
     for (std::uint64_t id = 0; id != count; ++id) {
-        auto ticket = std::to_string(id);
-        ticket.resize(core::waiting_id_size);
+        core::WaitingId ticket{};
+        std::memcpy(ticket.data(), &id, sizeof id);
         tickets.enter(ticket, "8 bytes.", id);
     }
     auto const bytes = std::to_string((::mallinfo2().uordblks - used) / count);

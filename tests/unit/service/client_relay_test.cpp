@@ -430,6 +430,26 @@ BOOST_AUTO_TEST_CASE(labels_that_no_machine_has_are_said_at_once)
     BOOST_TEST(browser.close_code.has_value());
 }
 
+BOOST_AUTO_TEST_CASE(labels_stay_needed_when_the_next_machine_is_full)
+{
+    Fixture fixture(relaying(), {"a:2000", "b:2000", "c:2000"});
+    ServerSpec with_label("b:2000");
+    with_label.labels = {"gpu"};
+    fixture.service.set_servers({ServerSpec("a:2000"), with_label, ServerSpec("c:2000")});
+    fixture.has_room("b:2000", 2);
+    fixture.has_room("c:2000", 1);
+    fixture.has_room("a:2000", 9);
+    auto& browser = fixture.start();
+    fixture.machine("a:2000").says("refusal: needs gpu");
+    fixture.machine("a:2000").says(std::string(refused));
+    fixture.world.settle();
+    fixture.machine("b:2000").says("refusal: full");
+    fixture.machine("b:2000").says(std::string(refused));
+    fixture.world.settle();
+    BOOST_TEST(fixture.sockets.accepted() == 2u, "c has no such label");
+    BOOST_TEST(browser.was_told("queue:0"));
+}
+
 BOOST_AUTO_TEST_CASE(a_machine_that_hangs_is_left_alone_for_a_while)
 {
     Fixture fixture(relaying(), {"a:2000"});

@@ -31,11 +31,12 @@ core::Mac mac_with(std::string secret)
 
 core::Mac const mac = mac_with("secret");
 
-std::string id(int number)
+core::WaitingId id(int number)
 {
-    std::string text = std::to_string(number);
-    text.resize(core::waiting_id_size, '\xff');
-    return text;
+    core::WaitingId id;
+    id.fill('\xff');
+    std::to_string(number).copy(id.data(), id.size());
+    return id;
 }
 
 WaitingTicket ticket(WallTime rank = noon, WallTime issued = noon)
@@ -114,7 +115,7 @@ BOOST_AUTO_TEST_CASE(the_same_secret_serves_for_other_things_too)
     };
     core::make_waiting_ticket(recording, ticket());
     core::waiting_group(recording, "203.0.113.7");
-    core::make_ticket(recording, "sim.example.org:2000", id(1), noon);
+    core::make_ticket(recording, "sim.example.org:2000", "16 random bytes.", noon);
     BOOST_TEST(messages.size() == 3u);
     BOOST_TEST(messages.at(0).starts_with("webots_cloud waiting ticket 1\n"));
     BOOST_TEST(messages.at(1).starts_with("webots_cloud waiting group 1\n"));
