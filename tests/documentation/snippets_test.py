@@ -19,13 +19,16 @@ from support.servers import main, program  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCUMENTS = [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("examples/*/README.md")]
-PROGRAMS = ("webots-session-server", "webots-simulation-server", "webots-website-host", "webots-demo-simulator")
+PROGRAMS = ("webots-session-server", "webots-simulation-server", "webots-process-guard", "webots-website-host", "webots-demo-simulator")
+# Options of other programs that sentences name alone: of git, docker, Slurm, Kubernetes; and properties of style sheets.
+OF_OTHERS = {"--depth", "--device", "--security-opt", "--no-healthcheck", "--clusters", "--max-graceful-termination-sec",
+             "--webots-accent", "--webots-line", "--webots-panel", "--webots-text"}
 ENDS_OF_COMMANDS = {"|", "||", "&&", ";", "&"}
 # What sentences show that is no setting: keys of messages, and what the Python servers took. docs/protocol.md has more of them.
 NO_SETTINGS = {'"reconnect":true', '"mode":"mjpeg"', '"port": "1999"'}
 OF_ENTRIES = {"internal", "ports", "weight", "drain", "labels"}  # of simulationServers
 # With fewer, this test no longer understands how the documents are written.
-MIN_COMMANDS, MIN_SETTINGS = 60, 30
+MIN_COMMANDS, MIN_SETTINGS, MIN_OPTIONS = 60, 30, 25
 
 FENCED = re.compile(r"^( *)```(\w*)\n(.*?)^ *``` *$", re.M | re.S)
 INLINE = re.compile(r"(?<!`)`([^`\n]+)`(?!`)")
@@ -116,6 +119,16 @@ class Commands(unittest.TestCase):
                 faults += self.wrong_preset(where, command)
         self.assertEqual(faults, [])
         self.assertGreater(count, MIN_COMMANDS)
+
+    def test_options_that_sentences_name_alone_exist(self):
+        """One of our programs or scripts has each."""
+        texts = [manual(name) for name in PROGRAMS]
+        texts += [path.read_text() for pattern in ("*.sh", "config/**/*.sh", "tests/**/*.sh", "tests/bench/**/*.py") for path in ROOT.glob(pattern)]
+        known = set(re.findall(r"(?<![\w-])--[a-z][\w-]*", "\n".join(texts))) | OF_OTHERS
+        named = {(where, option) for where, text in inline() if text.startswith("--") for option in options(words(text))}
+        self.assertEqual(sorted(f"{where}: there is no {option}" for where, option in named if option not in known), [])
+        self.assertEqual(OF_OTHERS - {option for _, option in named}, set(), "nobody names these any more")
+        self.assertGreater(len({option for _, option in named}), MIN_OPTIONS)
 
     def wrong_preset(self, where, command):
         presets = json.loads((ROOT / "CMakePresets.json").read_text())
