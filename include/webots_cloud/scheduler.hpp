@@ -58,6 +58,25 @@ struct ServerSpec
     bool operator==(ServerSpec const&) const = default;
 };
 
+/// What becomes different in a list of simulation servers.
+struct ServerChange
+{
+    ServerChange() = default;
+
+    enum class Kind : std::uint8_t
+    {
+        added,
+        changed, ///< It is treated in another way, or stands elsewhere.
+        removed
+    };
+
+    Kind kind = Kind::added;
+    /// From now on. Of one that is removed the address alone counts.
+    ServerSpec server;
+    /// It stands in front of this machine, by its address; empty: at the end.
+    std::string before;
+};
+
 /// Why a machine is not offered.
 enum class Refusal : std::uint8_t
 {
@@ -156,8 +175,8 @@ public:
     /// Fills `positions` with the machines of the smallest scores, in that order; returns how many there are.
     ///
     /// Looks at one of `parts` parts of the fleet: the one that holds the share `where` (0 <= where < 1) of
-    /// the operator's list. Parts are about equal; one may be empty of machines that can take a session. O(k
-    /// log n) for k positions, k at most `max_lowest`.
+    /// the machines, in whatever order. Parts are about equal; one may be empty of machines that can take a
+    /// session. O(k log n) for k positions, k at most `max_lowest`.
     virtual std::size_t lowest(std::span<std::size_t> positions, std::size_t parts, double where) const = 0;
     /// How many sessions others have probably placed on these machines since their reports.
     virtual double unseen_arrivals() const = 0;
@@ -250,7 +269,7 @@ struct Placement
     Placement() = default;
 
     /// The entry of "simulationServers".
-    /// Lifetime: until set_servers() leaves that server out.
+    /// Lifetime: until that server leaves the list.
     std::string_view address;
     /// For Scheduler::explain.
     std::uint64_t decision = 0;
@@ -405,6 +424,14 @@ public:
     /// counts as 1.
     void set_servers(std::vector<ServerSpec> const& servers);
 
+    /// A single machine of the list: a new one is added, a known one is treated as the entry says from now
+    /// on. It stands in front of the machine `before`, or at the end where that is not in the list. By
+    /// default new ones come to the end, and known ones stay where they are. O(log n).
+    void put_server(ServerSpec const& server, std::optional<std::string_view> before = std::nullopt);
+
+    /// The machine is forgotten, as by set_servers(). O(log n).
+    void remove_server(std::string_view address);
+
     /// Takes other parameters, a policy of your own included, but for `placement_timeout` and `seed`, which
     /// stay. `session_cost` and `session_memory` are assumed of machines that are listed from now on. What is
     /// known about machines stays, and so do the explanations of past decisions.
@@ -442,7 +469,7 @@ public:
     /// nobody else has placed sessions for a day. Once the reports are here, another machine may be the best.
     /// O(n).
     ///
-    /// Lifetime: addresses are valid until set_servers() leaves the server out.
+    /// Lifetime: addresses are valid until the server leaves the list.
     std::vector<std::string_view> worth_asking(PlacementRequest const& request, TimePoint now) const;
 
     /// Gives a place back that will not be used: the browser left before it went to the machine, or the
@@ -475,10 +502,10 @@ public:
     std::size_t free_seats(TimePoint now) const;
 
     /// What is known about every machine, in the operator's order. For monitor pages.
-    /// Lifetime: addresses are valid until set_servers() leaves the server out.
+    /// Lifetime: addresses are valid until the server leaves the list.
     std::vector<Candidate> machines(TimePoint now) const;
     /// How many sessions were placed there in all. Counts of servers that left the list are kept for when
-    /// they come back: those of the last 100, or of as many as were listed.
+    /// they come back: those of the last 100, or of as many as were ever listed at once.
     std::uint64_t placed(std::string_view server) const;
 
     /// The last 100 decisions, oldest first.

@@ -1,7 +1,9 @@
 // Small pure text functions that several rooms need.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,6 +19,16 @@ std::string concat(Pieces const&... pieces)
     (text.append(std::string_view(pieces)), ...);
     return text;
 }
+
+/// For hash tables by strings in which views are looked up, with `std::equal_to<>`.
+struct TextHash
+{
+    using is_transparent = void;
+    std::size_t operator()(std::string_view text) const noexcept
+    {
+        return std::hash<std::string_view>()(text);
+    }
+};
 
 /// `text` split at each `separator`; always at least one piece.
 std::vector<std::string_view> split(std::string_view text, char separator);

@@ -16,73 +16,143 @@ constexpr std::size_t min_departed = 100;
 
 Fleet::Fleet(SchedulerParams const& params) : params_(params), first_turns_(params.seed) {}
 
-void Fleet::set_servers(std::vector<ServerSpec> const& specs, std::vector<std::string_view> const& names)
+void Fleet::put(ServerSpec const& spec, std::string_view name, std::optional<std::string_view> before)
 {
-    decltype(slots_) slots;
-    slots.reserve(specs.size());
-    std::vector<std::size_t> entries;
-    for (std::size_t entry = 0; entry != specs.size(); ++entry)
-        if (slots.try_emplace(names[entry], static_cast<std::uint32_t>(entries.size())).second)
-            entries.push_back(entry); // the first one of an address counts
-    for (Machine const& machine : machines_)
-        if (machine.placed() != 0 && !slots.contains(machine.address()))
-            departed_[std::string(machine.address())] = {machine.placed(), ++departures_};
-    std::vector<Machine> machines;
-    machines.reserve(entries.size());
-    for (std::size_t const entry : entries) {
-        auto const known = slots_.find(names[entry]);
-        if (known == slots_.end()) {
-            machines.emplace_back(specs[entry], names[entry], params_);
-            machines.back().set_turn(static_cast<std::uint32_t>(first_turns_.below(served)));
-            if (auto const before = departed_.extract(std::string(names[entry])))
-                machines.back().set_placed(before.mapped().placed);
-        } else {
-            machines.push_back(std::move(machines_[known->second]));
-            machines.back().configure(specs[entry], names[entry]);
-        }
+    auto const next = before ? slots_.find(*before) : slots_.end();
+    auto const place = next == slots_.end() ? machines_.end() : by_slot_[next->second];
+    if (auto const known = slots_.find(name); known == slots_.end()) {
+        add(spec, name, place);
+    } else {
+        auto const machine = by_slot_[known->second];
+        machine->configure(spec, name);
+        if (before)
+            machines_.splice(place, machines_, machine);
+        assess(known->second, machine->last_report());
     }
-    forget_departed(std::max(min_departed, machines_.size()));
-    machines_ = std::move(machines);
-    slots_ = std::move(slots);
+    number_in_order();
+}
+
+void Fleet::add(ServerSpec const& spec, std::string_view name, std::list<Machine>::iterator place)
+{
+    auto const machine = machines_.emplace(place, spec, name, params_);
+    machine->set_turn(static_cast<std::uint32_t>(first_turns_.below(served)));
+    machine->set_placed(placed_before(name));
+    auto const slot = static_cast<std::uint32_t>(by_slot_.size());
+    slots_.emplace(name, slot);
+    by_slot_.push_back(machine);
+    places_.emplace_back();
+    ++refused_[static_cast<std::size_t>(Refusal::unknown)];
+    usable_.reserve(by_slot_.capacity());
+    by_score_.grow(by_slot_.size());
+    by_load_.grow(by_slot_.size());
+    most_listed_ = std::max(most_listed_, by_slot_.size());
+    assess(slot, machine->last_report());
+}
+
+void Fleet::remove(std::string_view server)
+{
+    auto const found = slots_.find(server);
+    if (found == slots_.end())
+        return;
+    std::uint32_t const slot = found->second;
+    remember(*by_slot_[slot]);
+    --refused_[static_cast<std::size_t>(places_[slot].counted)];
+    free_seats_ -= places_[slot].seats;
+    if (places_[slot].position != nowhere)
+        withdraw(slot);
+    unlink(slot);
+    slots_.erase(found);
+    machines_.erase(by_slot_[slot]);
+    renumber(static_cast<std::uint32_t>(by_slot_.size() - 1), slot);
+    by_slot_.pop_back();
+    places_.pop_back();
+    number_in_order();
+}
+
+/// To a number that nobody has.
+void Fleet::renumber(std::uint32_t from, std::uint32_t to)
+{
+    for (auto* const index : {&by_score_, &by_load_}) {
+        index->set(to, from == to ? TournamentTree::absent : index->key(from));
+        index->set(from, TournamentTree::absent);
+    }
+    if (from == to)
+        return;
+    by_slot_[to] = by_slot_[from];
+    slots_.find(by_slot_[to]->address())->second = to;
+    Place const& place = places_[to] = places_[from];
+    if (place.position != nowhere)
+        usable_[place.position] = to;
+    if (place.older != nowhere)
+        places_[place.older].newer = to;
+    else if (oldest_ == from)
+        oldest_ = to;
+    if (place.newer != nowhere)
+        places_[place.newer].older = to;
+    else if (newest_ == from)
+        newest_ = to;
+}
+
+/// Explanations name the machines of small fleets in the operator's order.
+void Fleet::number_in_order()
+{
+    if (machines_.size() > numbered_in_order)
+        return;
+    std::uint32_t slot = 0;
+    for (auto machine = machines_.begin(); machine != machines_.end(); ++machine, ++slot) {
+        by_slot_[slot] = machine;
+        slots_.find(machine->address())->second = slot;
+    }
     rebuild();
 }
 
-/// Keeps those that left last.
-void Fleet::forget_departed(std::size_t max)
+/// For when it comes back; whoever left longest ago is forgotten.
+void Fleet::remember(Machine const& machine)
 {
-    if (departed_.size() <= max)
+    if (machine.placed() == 0)
         return;
-    std::vector<std::uint64_t> order;
-    for (auto const& [name, departed] : departed_)
-        order.push_back(departed.order);
-    auto const oldest_kept = order.end() - static_cast<std::ptrdiff_t>(max);
-    std::nth_element(order.begin(), oldest_kept, order.end());
-    std::erase_if(departed_, [&](auto const& entry) { return entry.second.order < *oldest_kept; });
+    departed_.push_back({std::string(machine.address()), machine.placed()});
+    departed_by_name_.emplace(departed_.back().name, std::prev(departed_.end()));
+    if (departed_.size() <= std::max(min_departed, most_listed_))
+        return;
+    departed_by_name_.erase(departed_.front().name);
+    departed_.pop_front();
+}
+
+std::uint64_t Fleet::placed_before(std::string_view server)
+{
+    auto const known = departed_by_name_.find(server);
+    if (known == departed_by_name_.end())
+        return 0;
+    auto const departed = known->second;
+    auto const placed = departed->placed;
+    departed_by_name_.erase(known);
+    departed_.erase(departed);
+    return placed;
 }
 
 void Fleet::rebuild()
 {
-    places_.assign(machines_.size(), Place());
-    by_score_.reset(machines_.size());
-    by_load_.reset(machines_.size());
+    places_.assign(by_slot_.size(), Place());
+    by_score_.reset(by_slot_.size());
+    by_load_.reset(by_slot_.size());
     usable_.clear();
-    usable_.reserve(machines_.size());
     roomy_ = 0;
     free_seats_ = 0;
     refused_.fill(0);
-    refused_[static_cast<std::size_t>(Refusal::unknown)] = machines_.size();
+    refused_[static_cast<std::size_t>(Refusal::unknown)] = by_slot_.size();
     oldest_ = newest_ = nowhere;
 
     std::vector<std::uint32_t> by_age;
-    for (std::uint32_t slot = 0; slot != machines_.size(); ++slot)
-        if (machines_[slot].reporting())
+    for (std::uint32_t slot = 0; slot != by_slot_.size(); ++slot)
+        if (by_slot_[slot]->reporting())
             by_age.push_back(slot);
     std::ranges::stable_sort(by_age, {},
-                             [this](std::uint32_t slot) { return machines_[slot].last_report(); });
+                             [this](std::uint32_t slot) { return by_slot_[slot]->last_report(); });
     for (std::uint32_t const slot : by_age)
         link_newest(slot);
-    for (std::size_t slot = 0; slot != machines_.size(); ++slot)
-        assess(slot, machines_[slot].last_report());
+    for (std::size_t slot = 0; slot != by_slot_.size(); ++slot)
+        assess(slot, by_slot_[slot]->last_report());
 }
 
 void Fleet::report(std::string_view server, LoadReport const& report, TimePoint now)
@@ -96,16 +166,16 @@ void Fleet::report(std::string_view server, LoadReport const& report, TimePoint 
     knows_projects_ = knows_projects_ || !report.projects.empty();
     // A machine that answers soon after our own start was running before; one that first answers later has
     // just started.
-    bool const established = now - *first_report_ < params_.slow_start && !machines_[slot].was_unreachable();
+    bool const established = now - *first_report_ < params_.slow_start && !by_slot_[slot]->was_unreachable();
     // What a crowded machine gives a simulation is not what that wants.
-    if (report.processors && machines_[slot].reporting() && report.load < params_.threshold)
+    if (report.processors && by_slot_[slot]->reporting() && report.load < params_.threshold)
         lessons_.worlds.learn(report.worlds, {*report.processors, report.memory_bytes.value_or(0)},
-                              now - machines_[slot].last_report(), now);
-    Arrivals const arrivals = machines_[slot].report(report, lessons_.worlds, now, established);
+                              now - by_slot_[slot]->last_report(), now);
+    Arrivals const arrivals = by_slot_[slot]->report(report, lessons_.worlds, now, established);
     if (arrivals.counted && !arrivals.exact)
         lessons_.show_rate.record(arrivals.confirmed, arrivals.expired);
     if (arrivals.since_last > Seconds::zero())
-        lessons_.cost.learn(arrivals.cost, machines_[slot].cost_evidence(), now);
+        lessons_.cost.learn(arrivals.cost, by_slot_[slot]->cost_evidence(), now);
     if (arrivals.surprise)
         lessons_.variety.record(*arrivals.surprise);
     if (arrivals.counted && arrivals.since_last > Seconds::zero())
@@ -120,14 +190,14 @@ void Fleet::mark_unreachable(std::string_view server, TimePoint now)
     auto const found = slots_.find(server);
     if (found == slots_.end())
         return;
-    machines_[found->second].mark_unreachable();
+    by_slot_[found->second]->mark_unreachable();
     assess(found->second, now);
 }
 
 void Fleet::place(std::size_t slot, ExpectedCost const& cost, TimePoint now) noexcept
 {
-    machines_[slot].place(cost, now);
-    machines_[slot].set_turn(served | (turns_++ & (served - 1)));
+    by_slot_[slot]->place(cost, now);
+    by_slot_[slot]->set_turn(served | (turns_++ & (served - 1)));
     assess(slot, now);
 }
 
@@ -136,33 +206,33 @@ void Fleet::release(std::string_view server, TimePoint placed_at, TimePoint now)
     auto const found = slots_.find(server);
     if (found == slots_.end())
         return;
-    machines_[found->second].release(placed_at, now);
+    by_slot_[found->second]->release(placed_at, now);
     assess(found->second, now);
 }
 
 std::uint64_t Fleet::placed(std::string_view server) const
 {
     if (auto const found = slots_.find(server); found != slots_.end())
-        return machines_[found->second].placed();
-    auto const before = departed_.find(std::string(server));
-    return before == departed_.end() ? 0 : before->second.placed;
+        return by_slot_[found->second]->placed();
+    auto const before = departed_by_name_.find(server);
+    return before == departed_by_name_.end() ? 0 : before->second->placed;
 }
 
 void Fleet::expire(TimePoint now) noexcept
 {
     if (params_.report_lifetime == Duration::zero())
         return;
-    while (oldest_ != nowhere && now - machines_[oldest_].last_report() > params_.report_lifetime) {
+    while (oldest_ != nowhere && now - by_slot_[oldest_]->last_report() > params_.report_lifetime) {
         std::uint32_t const slot = oldest_;
         unlink(slot);
-        machines_[slot].stale();
+        by_slot_[slot]->stale();
         assess(slot, now);
     }
 }
 
 std::size_t Fleet::lowest(std::span<std::size_t> positions, std::size_t parts, double where) const noexcept
 {
-    auto const near = static_cast<std::size_t>(where * static_cast<double>(machines_.size()));
+    auto const near = static_cast<std::size_t>(where * static_cast<double>(by_slot_.size()));
     std::size_t const found = by_score_.lowest(positions, parts, near);
     std::size_t offered_here = 0;
     for (; offered_here != found; ++offered_here) {
@@ -176,7 +246,7 @@ std::size_t Fleet::lowest(std::span<std::size_t> positions, std::size_t parts, d
 
 void Fleet::assess(std::size_t slot, TimePoint now) noexcept
 {
-    Machine& machine = machines_[slot];
+    Machine& machine = *by_slot_[slot];
     machine.assess(now, lessons_, params_);
     auto const number = static_cast<std::uint32_t>(slot);
     free_seats_ += machine.free_seats();

@@ -4,7 +4,7 @@
 #include "placement_index.hpp"
 #include "placement_machine.hpp"
 
-#include <deque>
+#include <list>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -14,14 +14,18 @@ namespace webots_cloud::placement {
 /// Keeps every machine's assessment, and indexes of the machines that are offered, by score and by load, and
 /// of those that are not, with the reason.
 ///
-/// Machines are numbered by slot, their place in the operator's list.
+/// Machines are numbered by slot: up to `numbered_in_order` of them in the order of the list, more of them in
+/// the order in which they came, while the last one takes the number of one that leaves.
 class Fleet
 {
 public:
+    static constexpr std::size_t numbered_in_order = 64;
+
     explicit Fleet(SchedulerParams const& params);
 
-    /// `names` own the addresses and outlive their use here: one per entry of `specs`.
-    void set_servers(std::vector<ServerSpec> const& specs, std::vector<std::string_view> const& names);
+    /// As Scheduler::put_server. `name` owns the address and outlives its use here.
+    void put(ServerSpec const& spec, std::string_view name, std::optional<std::string_view> before);
+    void remove(std::string_view server);
 
     /// To be called when parameters have changed.
     void reassess() { rebuild(); }
@@ -36,8 +40,11 @@ public:
     /// Withdraws machines whose reports have become too old. Amortised O(1).
     void expire(TimePoint now) noexcept;
 
-    std::size_t size() const noexcept { return machines_.size(); }
-    Machine const& machine(std::size_t slot) const noexcept { return machines_[slot]; }
+    std::size_t size() const noexcept { return by_slot_.size(); }
+    Machine const& machine(std::size_t slot) const noexcept { return *by_slot_[slot]; }
+    bool lists(std::string_view server) const { return slots_.contains(server); }
+    /// In the order of the list.
+    std::list<Machine> const& machines() const noexcept { return machines_; }
     std::array<std::size_t, refusal_count> const& refused() const noexcept { return refused_; }
     /// How many more sessions those offered have room for.
     std::size_t free_seats() const noexcept { return free_seats_; }
@@ -76,24 +83,19 @@ private:
         Refusal counted = Refusal::unknown;
     };
 
-    struct NameHash
-    {
-        using is_transparent = void;
-        std::size_t operator()(std::string_view name) const noexcept
-        {
-            return std::hash<std::string_view>()(name);
-        }
-    };
-
     /// A server that left the list, and may come back.
     struct Departed
     {
+        std::string name;
         std::uint64_t placed = 0;
-        std::uint64_t order = 0; ///< The last one to leave has the highest.
     };
 
+    void add(ServerSpec const& spec, std::string_view name, std::list<Machine>::iterator place);
+    void number_in_order();
     void rebuild();
-    void forget_departed(std::size_t max);
+    void renumber(std::uint32_t from, std::uint32_t to);
+    void remember(Machine const& machine);
+    std::uint64_t placed_before(std::string_view server);
     void assess(std::size_t slot, TimePoint now) noexcept;
     void offer(std::uint32_t slot, bool roomy) noexcept;
     void withdraw(std::uint32_t slot) noexcept;
@@ -102,11 +104,13 @@ private:
     void link_newest(std::uint32_t slot) noexcept;
 
     SchedulerParams const& params_;
-    std::vector<Machine> machines_;
-    std::vector<Place> places_;
-    std::unordered_map<std::string_view, std::uint32_t, NameHash, std::equal_to<>> slots_;
-    std::unordered_map<std::string, Departed> departed_;
-    std::uint64_t departures_ = 0;
+    std::list<Machine> machines_;
+    std::vector<std::list<Machine>::iterator> by_slot_;
+    std::vector<Place> places_; ///< By slot.
+    std::unordered_map<std::string_view, std::uint32_t> slots_;
+    std::list<Departed> departed_; ///< The one that left last is the last.
+    std::unordered_map<std::string_view, std::list<Departed>::iterator> departed_by_name_;
+    std::size_t most_listed_ = 0;
 
     std::vector<std::uint32_t> usable_; ///< Not refused: first those with room, then the overcommitted.
     std::size_t roomy_ = 0;

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace webots_cloud::placement {
@@ -38,6 +39,22 @@ public:
         width_ = std::bit_ceil(std::max<std::size_t>(leaves, 1));
         nodes_.assign(2 * width_, absent);
     }
+
+    /// More leaves, whose keys are `absent`; the others keep theirs.
+    void grow(std::size_t leaves)
+    {
+        if (leaves <= width_)
+            return;
+        auto const before = std::exchange(nodes_, {});
+        auto const first = before.begin() + static_cast<std::ptrdiff_t>(width_);
+        reset(leaves);
+        std::copy(first, before.end(), nodes_.begin() + static_cast<std::ptrdiff_t>(width_));
+        for (std::size_t node = width_ - 1; node != 0; --node)
+            nodes_[node] = std::min(nodes_[2 * node], nodes_[2 * node + 1]);
+    }
+
+    /// `absent`, or what was set.
+    std::uint64_t key(std::size_t leaf) const noexcept { return nodes_[width_ + leaf]; }
 
     /// O(log n), and less where the key does not win its first rounds.
     void set(std::size_t leaf, std::uint64_t key) noexcept

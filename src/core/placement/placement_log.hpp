@@ -8,7 +8,7 @@
 namespace webots_cloud::placement {
 
 inline constexpr std::size_t logged_decisions = 100;
-inline constexpr std::size_t logged_machines = 64;
+inline constexpr std::size_t logged_machines = Fleet::numbered_in_order;
 
 class Selection;
 

@@ -26,7 +26,11 @@ public:
     };
 
     /// So that select() allocates nothing.
-    void reserve(std::size_t machines) { entries_.reserve(machines); }
+    void reserve(std::size_t machines)
+    {
+        if (machines > entries_.capacity())
+            entries_.reserve(2 * machines);
+    }
 
     /// Overcommitted machines, and those whose memory this session would fill, are among them only where
     /// there are no others.

@@ -11,6 +11,7 @@
 #include <list>
 #include <string>
 #include <unordered_set>
+#include <utility>
 
 namespace webots_cloud {
 
@@ -28,6 +29,10 @@ Failure none_available()
 
 /// Two may turn out to be worse than the third; more would be asked in vain.
 constexpr std::size_t asked_at_once = 3;
+
+/// Addresses of machines that have left are kept until it is looked for so many of them whether the log still
+/// mentions them.
+constexpr std::size_t names_at_once = 1000;
 
 bool are_labels(std::vector<std::string> const& labels)
 {
@@ -128,12 +133,29 @@ struct Scheduler::Impl
 
     void set_servers(std::vector<ServerSpec> const& servers)
     {
-        std::vector<std::string_view> addresses;
+        std::unordered_set<std::string_view> listed;
         for (ServerSpec const& server : servers)
-            addresses.push_back(*names.insert(server.address).first);
-        fleet.set_servers(servers, addresses);
+            if (listed.insert(server.address).second)
+                put_server(server, std::string_view());
+        while (fleet.size() > listed.size())
+            remove_server(fleet.machines().front().address()); // the others stand behind those left out
+    }
+
+    void put_server(ServerSpec const& server, std::optional<std::string_view> before)
+    {
+        fleet.put(server, *names.insert(server.address).first, before);
         selection.reserve(fleet.size());
-        forget_names(addresses);
+    }
+
+    void remove_server(std::string_view address)
+    {
+        auto const name = names.find(address);
+        if (name == names.end())
+            return;
+        fleet.remove(address);
+        old_names.insert(*name);
+        if (old_names.size() >= most_old_names)
+            forget_names();
     }
 
     /// That of the logged decision, or else the last one of its name.
@@ -152,15 +174,23 @@ struct Scheduler::Impl
     }
 
     /// Drops the addresses that neither the list nor the log mentions.
-    void forget_names(std::vector<std::string_view> const& listed)
+    void forget_names()
     {
-        std::unordered_set<std::string_view> used(listed.begin(), listed.end());
+        std::unordered_set<std::string_view> used;
         for (placement::Record const& record : log) {
             used.insert(record.chosen);
             for (auto const& entry : std::span(record.entries).first(record.entry_count))
                 used.insert(entry.machine.address);
         }
-        std::erase_if(names, [&used](std::string const& name) { return !used.contains(name); });
+        for (std::string_view const name : std::exchange(old_names, {})) {
+            if (fleet.lists(name))
+                continue;
+            if (used.contains(name))
+                old_names.insert(name);
+            else
+                names.erase(names.find(name));
+        }
+        most_old_names = old_names.size() + names_at_once;
     }
 
     placement::Record& next_record(TimePoint now)
@@ -269,7 +299,9 @@ struct Scheduler::Impl
     PlacementRequest const anybody; ///< Of place(now): made once.
     /// Those of logged decisions; the last one decides.
     std::list<placement::Policy> policies;
-    std::unordered_set<std::string> names;
+    std::unordered_set<std::string, core::TextHash, std::equal_to<>> names;
+    std::unordered_set<std::string_view> old_names; ///< Of machines that have left the list.
+    std::size_t most_old_names = names_at_once;
     placement::Fleet fleet;
     placement::Selection selection; ///< Of the last request that not every machine suits.
     std::vector<placement::Record> log;
@@ -300,6 +332,16 @@ result<> Scheduler::apply(SchedulerParams params)
 void Scheduler::set_servers(std::vector<ServerSpec> const& servers)
 {
     impl_->set_servers(servers);
+}
+
+void Scheduler::put_server(ServerSpec const& server, std::optional<std::string_view> before)
+{
+    impl_->put_server(server, before);
+}
+
+void Scheduler::remove_server(std::string_view address)
+{
+    impl_->remove_server(address);
 }
 
 void Scheduler::report(std::string_view server, LoadReport const& report, TimePoint now)
@@ -378,8 +420,8 @@ std::vector<Candidate> Scheduler::machines(TimePoint now) const
     impl_->fleet.expire(now);
     std::vector<Candidate> machines;
     machines.reserve(impl_->fleet.size());
-    for (std::size_t slot = 0; slot != impl_->fleet.size(); ++slot)
-        machines.push_back(impl_->fleet.machine(slot).view());
+    for (placement::Machine const& machine : impl_->fleet.machines())
+        machines.push_back(machine.view());
     return machines;
 }
 
