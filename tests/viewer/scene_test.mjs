@@ -347,6 +347,27 @@ test('a build without the library says so, and shows pictures', async (t) => {
   await page.getByText('3D gehört nicht zum Umfang dieses Servers').waitFor();
 });
 
+for (const [trouble, meet] of [['the network fails', (route) => route.abort()], ['a proxy has lost the server', (route) => route.fulfill({ status: 502 })]]) {
+  test(`the viewer does not blame the build when ${trouble}, and offers the scene as soon as it can`, async (t) => {
+    const page = await openPage(t, browser);
+    await page.route('**/x_ite.min.mjs', meet);
+    await page.goto(`${server}/viewer/?mode=w3d`);
+    await page.getByText('3D could not be loaded: check your network').waitFor();
+    assert.ok(await page.locator('#show option[value="w3d"]').isDisabled());
+    await page.unroute('**/x_ite.min.mjs');
+    await page.evaluate(() => dispatchEvent(new Event('online')));
+    await page.waitForSelector('#no-scene', { state: 'hidden' });
+    assert.ok(await page.locator('#show option[value="w3d"]').isEnabled());
+  });
+}
+
+test('a library that is there, and does not arrive, is not loaded rather than missing', async (t) => {
+  const page = await openScene(t);
+  await page.route('**/x_ite.min.mjs', (route) => (route.request().method() === 'HEAD' ? route.continue() : route.abort()));
+  await page.route('**/box.x3d', (route) => route.fulfill({ contentType: 'model/x3d+xml', body: BOX }));
+  assert.match(await page.evaluate(() => scene.open('box.x3d').catch(({ message }) => message)), /^3D could not be loaded/);
+});
+
 test('an animation leads from each frame to each other one', () => {
   const initial = { 'translation 1': '9 9 9' };
   const animation = new Animation({ basicTimeStep: 10, ids: '1;2;', frames: [

@@ -17,7 +17,7 @@ const FILL = 0.4; // of the light that comes from all sides; Webots takes that f
 
 let library = null; // a promise
 let drawable; // whether the browser has WebGL 2
-let embedded; // whether the server has the library
+let embedded; // whether the server has the library; not known while it cannot be asked
 
 export class Scene {
   #container;
@@ -65,13 +65,12 @@ export class Scene {
     return { width: Math.max(1, Math.round(width * scale)), height: Math.max(1, Math.round(height * scale)) };
   }
 
-  // Resolves to a sentence that says why this build or this browser cannot show scenes, or to an empty one.
+  // Resolves to a sentence that says why this build, this browser or the network does not let scenes be shown, or to an empty one.
   static async missing() {
     drawable ??= document.createElement('canvas').getContext('webgl2') !== null;
     if (!drawable)
       return say('scene.noWebgl');
-    embedded ??= await fetchAgain(LIBRARY, { method: 'HEAD' }).then(({ ok }) => ok, () => undefined);
-    return embedded ? '' : say('scene.noLibrary');
+    return await hasLibrary() ? '' : sayWithoutLibrary();
   }
 
   // `source` is {url}: the address of the simulator, which the files of the scene are relative to. The scene comes by receive().
@@ -168,9 +167,10 @@ export class Scene {
       return;
     if (document.createElement('canvas').getContext('webgl2') === null)
       throw new SceneError(say('scene.noWebgl'));
-    library ??= import(LIBRARY).then(withoutFonts, () => {
+    library ??= import(LIBRARY).then(withoutFonts, async () => {
       library = null;
-      throw new SceneError(say('scene.noLibrary'));
+      await hasLibrary();
+      throw new SceneError(sayWithoutLibrary());
     });
     const { default: X3D } = await library;
     if (shown !== this.#shown)
@@ -387,6 +387,14 @@ export class Scene {
       node.fieldOfView = 2 * Math.atan(Math.tan(viewpoint.fieldOfView / 2) * Math.min(width, height) / Math.max(width, height));
   }
 }
+
+// Who answers something else than a server with the library or one without it, as a proxy does whose server is down, knows nothing.
+async function hasLibrary() {
+  embedded ??= await fetchAgain(LIBRARY, { method: 'HEAD' }).then(({ ok, status }) => (ok || status === 404 ? ok : undefined), () => undefined);
+  return embedded === true;
+}
+
+const sayWithoutLibrary = () => (embedded === false ? say('scene.noLibrary') : say('scene.notLoaded'));
 
 // The fonts of the library's own menus, which are not shown, need not be fetched.
 function withoutFonts(module) {

@@ -555,7 +555,7 @@ async function findDrawing() {
     const missing = await Scene.missing();
     return { Scene: missing === '' ? Scene : null, missing };
   } catch {
-    return { Scene: null, missing: say('view.noScene') };
+    return { Scene: null, missing: say('scene.notLoaded') };
   }
 }
 

@@ -16,6 +16,7 @@ import { Session } from './view/session.js';
 import { say } from './view/texts.js';
 import { WakeLock } from './view/wake_lock.js';
 import { placeText, returningText, SlowVoice, waitingTitle } from './view/waiting.js';
+import { whenBack } from './view/watch.js';
 
 const SETTLING_MS = 3000; // the server updates its availability once a second
 const COMMANDS = ['play', 'pause', 'step', 'fast', 'reset', 'reload'];
@@ -402,7 +403,7 @@ function showMode() {
   setStatus(sayMode);
 }
 
-// Offers the scene, or says why there is none.
+// Offers the scene, or says why there is none; again when the network is back, which may have been the reason.
 async function offerScene() {
   const missing = await Scene.missing();
   setText('no-scene', missing);
@@ -469,6 +470,7 @@ offerFullscreen(element('fullscreen'));
 // Links may ask for the scene.
 element('show').value = new URLSearchParams(location.search).get('mode') === 'w3d' ? 'w3d' : 'mjpeg';
 sayAll();
+whenBack(offerScene);
 element('extend').addEventListener('click', () => session?.extend());
 document.addEventListener('visibilitychange', setHidden);
 setInterval(() => session !== null && showDeadline(), 1000);

@@ -1001,6 +1001,8 @@ BOOST_AUTO_TEST_CASE(the_viewer_is_served_with_the_types_that_browsers_insist_on
     BOOST_TEST(fixture.get("/viewer/view/session.js").content_type == "text/javascript");
     BOOST_TEST(header(fixture.get("/viewer/view/session.js"), "Access-Control-Allow-Origin").empty());
     BOOST_TEST(header(fixture.get("/view/session.js"), "Access-Control-Allow-Origin") == "*");
+    BOOST_TEST(fixture.get("/view/nope.js").status == 404);
+    BOOST_TEST(header(fixture.get("/view/nope.js"), "Access-Control-Allow-Origin") == "*");
     BOOST_TEST(fixture.get("/viewer/view/../viewer.js").status == 404);
     BOOST_TEST(
         (fixture.get("/viewer/viewer.js").shared == fixture.get("/viewer/viewer.js").shared)); // made once
