@@ -160,7 +160,7 @@ install_site()
     local kind
     [[ $(id -u) -eq 0 ]] || command -v sudo >/dev/null || fail "Installing needs root, and there is no sudo: run ./server.sh install as root."
     for kind in session simulation; do
-        [[ -z $(running_pid "$kind") ]] || fail "The $kind server of this folder runs, and has the ports: ./server.sh stop"
+        [[ -z $(running_pid "$kind") ]] || fail "The $(called "$kind") of this folder runs, and has the ports: ./server.sh stop"
     done
     make_packages
     as_root apt-get install -y -q --reinstall -o Dpkg::Options::=--force-confdef -o Dpkg::Options::=--force-confold \
@@ -281,8 +281,8 @@ show_status()
     file=$(config "$kind" "$(running_name "$pid")")
     port=$(setting "$file" port)
     port=${port:-2000}
-    load=$(ask "$port" "$(setting "$file" sslCertificate)" /load) || load=
-    echo "The $kind server runs since $(began "$pid") ($pid)"
+    load=$(ask "$port" "$(setting "$file" sslCertificate)" /load) || true # openssl misses a goodbye after the answer
+    echo "The $(called "$kind") runs since $(began "$pid") ($pid)"
     echo "  configuration  $file"
     [[ $kind == website_host ]] && echo "  address        http://localhost:$port/" || echo "  address        $(address "$file")"
     echo "  logs           $(log_folder "$file")/$kind"
@@ -317,12 +317,12 @@ start_server()
     pid=$(running_pid "$kind")
     if [[ -n $pid ]]; then
         [[ $(running_name "$pid") == "$name" ]] ||
-            fail "The $kind server ($pid) runs with $(config "$kind" "$(running_name "$pid")"): stop it first, or use restart."
-        echo "The $name $kind server is already running ($pid)"
+            fail "The $(called "$kind") ($pid) runs with $(config "$kind" "$(running_name "$pid")"): stop it first, or use restart."
+        echo "The $name $(called "$kind") is already running ($pid)"
         return
     fi
     port=$(setting "$file" port)
-    ! accepts "${port:=2000}" || fail "Port $port is in use by another program: $name $kind server not started. Change \"port\" in $file."
+    ! accepts "${port:=2000}" || fail "Port $port is in use by another program: $name $(called "$kind") not started. Change \"port\" in $file."
 
     ordinary "log/$kind" folder
     mkdir -p "log/$kind"
@@ -333,7 +333,7 @@ start_server()
     echo "$pid" >"log/.$kind.pid"
     await_answer "$kind" "$pid" "$port" "$(setting "$file" sslCertificate)"
     started=yes
-    echo "Started $name $kind server ($pid)"
+    echo "Started $name $(called "$kind") ($pid)"
 }
 
 await_answer()
@@ -343,9 +343,9 @@ await_answer()
     until answers "$port" "$path" || { [[ -n $tls ]] && answers "$port" /load 400; }; do
         if ! is_alive "$pid"; then
             rm -f "log/.$kind.pid"
-            give_up "$kind" "The $kind server ended at once."
+            give_up "$kind" "The $(called "$kind") ended at once."
         fi
-        [[ $SECONDS -lt $deadline ]] || give_up "$kind" "The $kind server ($pid) does not answer on port $port."
+        [[ $SECONDS -lt $deadline ]] || give_up "$kind" "The $(called "$kind") ($pid) does not answer on port $port."
         sleep 0.1
     done
 }
@@ -383,13 +383,13 @@ give_up()
 stop_server()
 {
     local kind=$1 pid=$2 deadline=$((SECONDS + patience))
-    kill -TERM "$pid" 2>/dev/null || ! is_alive "$pid" || fail "The $kind server ($pid) belongs to another user."
+    kill -TERM "$pid" 2>/dev/null || ! is_alive "$pid" || fail "The $(called "$kind") ($pid) belongs to another user."
     while is_alive "$pid"; do
-        [[ $SECONDS -lt $deadline ]] || fail "The $kind server ($pid) has not ended within $patience seconds."
+        [[ $SECONDS -lt $deadline ]] || fail "The $(called "$kind") ($pid) has not ended within $patience seconds."
         sleep 0.1
     done
     rm -f "log/.$kind.pid"
-    echo "Stopped $kind server ($pid)"
+    echo "Stopped $(called "$kind") ($pid)"
 }
 
 # ordinary PATH [folder]: what is there is a file (a folder, or a link to one), or nothing. Simulations run as we do: a pipe of theirs in the
@@ -430,6 +430,9 @@ running_name()
 {
     basename "$(argument "$1" 2)" .json
 }
+
+# called KIND: what people call it.
+called() { [[ $1 == website_host ]] && echo "website host" || echo "$1 server"; }
 
 # argument PID N: the N-th word of a process's command line; the first is the program.
 argument()

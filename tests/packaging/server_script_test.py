@@ -225,6 +225,10 @@ class Starting(ServerScriptTest):
         self.assertIn("<html", get(f"http://localhost:{self.ports['plain']}/viewer/"))  # is led to the other
         self.assertEqual(get(f"{site}/session"), f"wss://localhost:{self.ports['session']}")  # it relays
         self.assertGreaterEqual(float(get(f"{site}/{self.ports['simulation']}/load")), 0)
+        status, output, errors = self.run_script("status")
+        self.assertEqual((status, errors), (0, ""))
+        self.assertIn(f"  address        {site}/\n", output)
+        self.assertNotIn("does not answer", output)
         self.assertNotIn("Made", self.run_script("restart", "tls")[1])
 
     def test_no_certificate_is_made_beside_half_of_one_or_in_a_folder_of_others(self):
@@ -249,12 +253,12 @@ class Starting(ServerScriptTest):
         os.chmod(self.path("bin/npm"), 0o755)
         status, output, errors = self.run_script("start")
         self.assertEqual((status, errors), (0, "The page of the website has a plain text field instead of an editor: npm could not install one.\n"))
-        self.assertEqual(output.splitlines()[0], f"Started local website_host server ({self.pid('website_host')})")
+        self.assertEqual(output.splitlines()[0], f"Started local website host ({self.pid('website_host')})")
         self.assertEqual(output.splitlines()[-1], f"A website with an editor: http://localhost:{port}/")
         with urllib.request.urlopen(f"http://localhost:{port}/", timeout=PATIENCE_SECONDS) as page:
             self.assertIn("<html", page.read().decode())
         pid = self.pid("website_host")
-        self.assertEqual(self.run_script("stop")[1].splitlines()[-1], f"Stopped website_host server ({pid})")
+        self.assertEqual(self.run_script("stop")[1].splitlines()[-1], f"Stopped website host ({pid})")
         self.assertFalse(is_running(pid))
 
     def test_servers_hold_nothing_of_the_terminal_that_started_them(self):
