@@ -715,6 +715,24 @@ test('every sentence of the protocol about a start is said in the words of peopl
   assert.equal(explain('my_world is empty.'), 'my_world is empty.');
 });
 
+test('how far a project is on its way is said in the language of the page', async () => {
+  fresh();
+  await run();
+  const told = [];
+  session.addEventListener('progress', ({ detail }) => told.push(detail));
+  await loadTexts(['de']);
+  for (const line of ['Receiving objects 42% (12.3 MB)', 'Receiving large files 7% (1.0 MB)', 'Waiting for other projects to be fetched (0.5 MB)',
+    'Copying the project to its node of the cluster (2.0 MB)', 'Waiting for a free node of the cluster: position 2 of 5.', 'Step 3/7 : RUN make'])
+    server.lease.says(`loading: ${line}`);
+  const texts = ['session.receiving', 'session.receivingLarge', 'session.fetchWaits', 'session.copying'].map((key) => say(key));
+  const place = say('session.clusterQueue', { place: 2, count: 5 });
+  await loadTexts(['en']);
+  assert.equal(texts[0], 'Das Projekt wird geholt');
+  assert.deepEqual(told.map(({ text }) => text), [`${texts[0]} 42% (12.3 MB)`, `${texts[1]} 7% (1.0 MB)`, `${texts[2]} (0.5 MB)`, `${texts[3]} (2.0 MB)`,
+    place, 'Step 3/7 : RUN make']);
+  assert.deepEqual(told.slice(0, 2).map(({ percent }) => percent), [42, 7]);
+});
+
 test('the end is announced, and put off where the operator allows it', async () => {
   fresh();
   await run();

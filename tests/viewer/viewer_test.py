@@ -117,7 +117,7 @@ class Start(ViewerTest):
     def test_progress_lines_are_shown_with_their_percentages(self):
         self.cloud.launch = ["loading: Receiving objects: 42% (42/100)"]
         self.start()
-        self.wait_text("status", "Receiving objects: 42%")
+        self.wait_text("status", "Receiving the project: 42%")
         self.assertEqual(self.element("progress").get_property("value"), 42)
         self.cloud.send("simulation", f"webots:{self.cloud.address('simulator')}")
         self.wait_state("running")

@@ -458,13 +458,27 @@ function isSame(address, other) {
   }
 }
 
-// What a session server says itself, of which there are few sentences.
+// Sentences about a project that is on its way (docs/protocol.md, 4.1.3); how far it is follows. What docker prints stays as it is.
+const PROGRESS = [
+  [/^Receiving objects(.*)$/, ([, how]) => say('session.receiving') + how],
+  [/^Receiving large files(.*)$/, ([, how]) => say('session.receivingLarge') + how],
+  [/^Waiting for other projects to be fetched(.*)$/, ([, how]) => say('session.fetchWaits') + how],
+  [/^Copying the project to its node of the cluster(.*)$/, ([, how]) => say('session.copying') + how],
+  [/^Waiting for a free node of the cluster: position (\d+) of (\d+)\.$/, ([, place, count]) => say('session.clusterQueue', { place, count })],
+];
+
+// What servers say themselves, of which there are few sentences.
 function inOurWords(line) {
   switch (line) {
     case 'A machine is free.': return say('waiting.turn');
     case 'Trying another machine.': return say('session.otherMachine');
-    default: return line;
   }
+  for (const [pattern, words] of PROGRESS) {
+    const match = pattern.exec(line);
+    if (match !== null)
+      return words(match);
+  }
+  return line;
 }
 
 const refusal = (text) => Object.assign(new Error(explain(text)), { full: isFull(text), busy: isBusy(text) });

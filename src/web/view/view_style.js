@@ -60,6 +60,7 @@ a { color: var(--accent); padding: 0.2rem 0.6rem; }
 .panels iframe { flex: 1; width: 100%; min-height: 9rem; border: 0; background: #fff; color-scheme: light; }
 .console { flex: 1; min-height: 6rem; max-height: 16rem; overflow: auto; padding: 0.25rem 0.5rem; font: 0.8125rem/1.35 ui-monospace, "DejaVu Sans Mono", monospace; white-space: pre-wrap; overflow-wrap: anywhere; }
 .console .stderr { color: var(--bad); }
+@media (max-height: 30rem) { .toolbar :is(button, select) { padding-inline: 0.4rem; } } /* one row on a telephone on its side */
 :host(:fullscreen) .view { border: 0; border-radius: 0; }
 `;
 
