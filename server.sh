@@ -284,7 +284,11 @@ show_status()
     load=$(ask "$port" "$(setting "$file" sslCertificate)" /load) || true # openssl misses a goodbye after the answer
     echo "The $(called "$kind") runs since $(began "$pid") ($pid)"
     echo "  configuration  $file"
-    [[ $kind == website_host ]] && echo "  address        http://localhost:$port/" || echo "  address        $(address "$file")"
+    case $kind in
+        website_host) echo "  address        http://localhost:$port/" ;;
+        simulation) echo "  address        $(address "$file")monitor" ;; # it has no other page
+        *) echo "  address        $(address "$file")" ;;
+    esac
     echo "  logs           $(log_folder "$file")/$kind"
     [[ $load == HTTP/1.1\ [24]* ]] || echo "  It does not answer on port $port."
     [[ $kind != simulation || $load != *'"capacity":'* ]] || echo "  seats          $(figure "$load" sessions) of $(figure "$load" capacity) taken"

@@ -338,7 +338,7 @@ class Status(ServerScriptTest):
         began = r"runs since \d{4}-\d\d-\d\d \d\d:\d\d:\d\d"
         self.assertRegex(lines[0], rf"^The simulation server {began} \({self.pid('simulation')}\)$")
         self.assertEqual(lines[1:5], ["  configuration  config/simulation/local.json",
-                                      f"  address        http://localhost:{self.ports['simulation']}/",
+                                      f"  address        http://localhost:{self.ports['simulation']}/monitor",
                                       "  logs           log/simulation", "  seats          0 of 100 taken"])
         self.assertRegex(lines[5], rf"^The session server {began} \({self.pid('session')}\)$")
         self.assertEqual(lines[6:], ["  configuration  config/session/local.json", f"  address        http://localhost:{self.ports['session']}/",
