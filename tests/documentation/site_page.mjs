@@ -79,3 +79,9 @@ test('no page is wider than a telephone', async (t) => {
     assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), path);
   }
 });
+
+test("the teacher's page fits on one screen", async (t) => {
+  const page = await open(t, 'docs/class.html', { viewport: { width: 1920, height: 940 } }); // 1080 without what a browser has around a page
+  const { bottom, height } = await page.evaluate(() => ({ bottom: document.querySelector('article').getBoundingClientRect().bottom, height: innerHeight }));
+  assert.ok(bottom <= height, `${bottom} of ${height}`);
+});
