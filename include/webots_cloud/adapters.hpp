@@ -292,11 +292,12 @@ std::vector<std::filesystem::path> control_group_mounts(ControlGroups const& gro
 ///
 /// The processes can't change the existing folders `read_only`, where the kernel allows a mount namespace:
 /// see `probe_guard`. `groups` keep them within their limits; null: that is up to who looks at
-/// `Process::usage`.
+/// `Process::usage`. `graphics`: what that knows of graphics processors; null: nothing.
 std::unique_ptr<ProcessHost> make_process_host(boost::asio::any_io_executor executor,
                                                std::filesystem::path guard,
                                                std::vector<std::filesystem::path> read_only = {},
-                                               std::shared_ptr<ControlGroups> groups = nullptr);
+                                               std::shared_ptr<ControlGroups> groups = nullptr,
+                                               std::shared_ptr<GraphicsTimes const> graphics = nullptr);
 
 /// What that guard can do here, as its option `--probe` prints it: one line, which is no stable format. Not
 /// empty: the guard can be run.

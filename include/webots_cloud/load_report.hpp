@@ -44,6 +44,7 @@ struct WorldUse
     int starting = 0;      ///< and others.
     double processors = 0; ///< That those running keep busy.
     double memory = 0;     ///< Bytes, of those running.
+    double graphics = 0;   ///< Graphics processors that they keep busy.
 
     bool operator==(WorldUse const&) const = default;
 };
@@ -81,6 +82,8 @@ struct LoadReport
     std::optional<double> processors;
     /// Bytes of memory of the machine: only with `worlds`.
     std::optional<double> memory_bytes;
+    /// Graphics processors of the machine: only with `worlds`. Absent: it does not know what they do.
+    std::optional<double> graphics_processors;
     /// What its simulations use, by world: at most `max_worlds`, those with the most simulations.
     std::vector<WorldUse> worlds;
     static constexpr std::size_t max_worlds = 64;

@@ -461,7 +461,7 @@ asio::awaitable<result<>> serve_simulations(asio::any_io_executor executor, Simu
     read_only.insert(read_only.end(), group_folders.begin(), group_folders.end());
     auto const limit_support_here = limit_support(*groups);
     tell_limits(config, limits, limit_support_here, log);
-    auto const processes = make_process_host(executor, guard, read_only, groups);
+    auto const processes = make_process_host(executor, guard, read_only, groups, metrics->graphics_times());
     app::ContainerNetwork container_network;
     if (config.docker)
         container_network = app::choose_container_network(config, instances.parent_path(), log);

@@ -190,6 +190,8 @@ LoadReport OperatorEndpoints::report() const
         report.worlds = worlds();
         if (description_.memory_bytes > 0)
             report.memory_bytes = static_cast<double>(description_.memory_bytes);
+        if (description_.graphics_processors > 0)
+            report.graphics_processors = description_.graphics_processors;
     }
     report.projects = context_.fetcher.cached();
     return report;
@@ -209,6 +211,7 @@ std::vector<WorldUse> OperatorEndpoints::worlds() const
             ++use.running;
             use.processors += session->processors();
             use.memory += static_cast<double>(session->usage().memory_bytes);
+            use.graphics += session->graphics_processors();
         }
     }
     std::vector<WorldUse> worlds;
@@ -297,6 +300,12 @@ Answer OperatorEndpoints::figures(IncomingRequest const&)
     text.family(core::metric("simulations_isolated")).add(params_.isolation_warning.empty() ? 1 : 0);
     if (context_.launcher.params().limits.any())
         write_consumption(text);
+    if (description_.graphics_processors > 0) {
+        double busy = 0;
+        for (auto const& [id, session] : sessions_)
+            busy += session->graphics_processors();
+        text.family(core::metric("simulations_graphics_processors")).add(busy);
+    }
     if (context_.launcher.params().gateway)
         write_traffic(text);
     context_.starts.write(text);

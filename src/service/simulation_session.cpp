@@ -104,6 +104,7 @@ asio::awaitable<void> SimulationSession::look_at_processes()
         co_return; // we know that already
     auto const now = used.counted.value_or(context_.clock.now());
     cpu_ = core::process_cpu_percent(used_.processor, used.processor, now - measured_);
+    graphics_ = core::process_cpu_percent(used_.graphics, used.graphics, now - measured_) / 100;
     used_ = used;
     measured_ = now;
 }
@@ -172,6 +173,7 @@ core::SimulationRow SimulationSession::row() const
         if (cpu_) {
             row.memory = static_cast<double>(used_.memory_bytes) / 1e6;
             row.processes = used_.processes;
+            row.graphics = 100 * graphics_;
         }
     }
     return row;

@@ -159,6 +159,7 @@ public:
     /// What it consumed when it was last looked at; nothing before that.
     ProcessUsage const& usage() const noexcept { return used_; }
     double processors() const noexcept { return cpu_.value_or(0) / 100; }
+    double graphics_processors() const noexcept { return graphics_; }
     bool is_measured() const noexcept { return cpu_.has_value(); }
 
     /// Which world it shows, for session servers.
@@ -231,6 +232,7 @@ private:
     TimePoint measured_;        ///< When that was; at first when the simulator was started.
     TimePoint folder_due_{};    ///< When its folder is to be measured again.
     std::optional<double> cpu_; ///< Percent of one processor, between the last two measurements.
+    double graphics_ = 0;       ///< Graphics processors, then.
 };
 
 } // namespace webots_cloud

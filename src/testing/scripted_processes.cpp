@@ -58,6 +58,12 @@ ScriptedProcesses::Script& ScriptedProcesses::Script::consumes(double cpu_percen
     return *this;
 }
 
+ScriptedProcesses::Script& ScriptedProcesses::Script::renders(double graphics_percent)
+{
+    graphics_percent_ = graphics_percent;
+    return *this;
+}
+
 ScriptedProcesses::Script& ScriptedProcesses::Script::starts(std::uint64_t processes)
 {
     processes_ = processes;
@@ -108,6 +114,8 @@ public:
             std::chrono::duration<double>(host_.clock_.now() - started_) * (script_.cpu_percent_ / 100);
         ProcessUsage usage(std::chrono::duration_cast<Duration>(busy), script_.memory_bytes_);
         usage.own_memory_bytes = script_.memory_bytes_;
+        usage.graphics = std::chrono::duration_cast<Duration>((host_.clock_.now() - started_) *
+                                                              (script_.graphics_percent_ / 100));
         usage.processes = script_.processes_;
         usage.memory_kills = script_.memory_kills_;
         co_return usage;

@@ -39,6 +39,8 @@ public:
         Script& listens(std::vector<std::uint16_t> ports);
         /// Keeps so many percent of one processor busy all the time, and so much memory.
         Script& consumes(double cpu_percent, std::uint64_t memory_bytes);
+        /// Keeps so many percent of one graphics processor busy all the time.
+        Script& renders(double graphics_percent);
         /// Has so many processes, all the time.
         Script& starts(std::uint64_t processes);
         /// The kernel kills one of its processes at the limit of memory.
@@ -61,6 +63,7 @@ public:
         std::vector<std::uint16_t> ports_;
         double cpu_percent_ = 0;
         std::uint64_t memory_bytes_ = 0;
+        double graphics_percent_ = 0;
         std::uint64_t processes_ = 1;
         std::uint64_t memory_kills_ = 0;
     };

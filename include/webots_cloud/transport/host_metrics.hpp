@@ -3,9 +3,12 @@
 
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/export.hpp>
+#include <webots_cloud/time.hpp>
 
 #include <cstdint>
+#include <memory>
 #include <optional>
+#include <span>
 #include <string>
 
 namespace WEBOTS_CLOUD_API webots_cloud {
@@ -55,6 +58,20 @@ struct HostDescription
     int threads_per_core = 1;
     std::uint64_t memory_bytes = 0;
     std::string gpu; ///< Models, each with its memory, such as "2x NVIDIA T4 (15.8GB)"; or empty.
+    /// Whose use by single processes is known.
+    int graphics_processors = 0;
+};
+
+/// How long processes have kept graphics processors busy.
+/// Thread-safety: all threads.
+class GraphicsTimes
+{
+public:
+    virtual ~GraphicsTimes() = default;
+
+    /// All of these together, which may be the processes of one tree. It grows, but forgets processes that
+    /// have ended, and those of which nothing was heard for a minute.
+    virtual Duration busy(std::span<int const> processes) const = 0;
 };
 
 /// Samples the machine. Neither call blocks for longer than reading some small files of the kernel takes.
@@ -64,6 +81,8 @@ public:
     virtual ~HostMetrics() = default;
     virtual HostSample sample() = 0;
     virtual HostDescription description() = 0;
+    /// Null: nothing is known of single processes.
+    virtual std::shared_ptr<GraphicsTimes const> graphics_times() { return nullptr; }
 };
 
 } // namespace webots_cloud

@@ -168,6 +168,7 @@ struct ProcessUsage
     /// In memory now. Without control groups, pages that processes share count once for each.
     std::uint64_t memory_bytes = 0;
     std::uint64_t own_memory_bytes = 0; ///< Of that, what no file is behind: it counts towards the limit.
+    Duration graphics{};                ///< Time of all graphics processors: `GraphicsTimes::busy`.
     std::uint64_t processes = 0;        ///< And threads.
     std::uint64_t memory_kills = 0;     ///< Processes that the kernel has killed at the limit of memory.
     std::uint64_t refused_forks = 0;    ///< Processes that it has not started at their limit.

@@ -7,8 +7,11 @@
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
+#include <cstddef>
+#include <map>
 #include <mutex>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace webots_cloud::adapters {
@@ -17,7 +20,10 @@ namespace {
 constexpr auto look_interval = std::chrono::seconds(1);
 constexpr auto first_look = std::chrono::seconds(3);
 constexpr auto last_look = std::chrono::seconds(2);
+constexpr auto remembered = std::chrono::minutes(1); // of a process that does nothing
 constexpr unsigned max_devices = 64;
+constexpr unsigned max_samples = 1024; // of the processes of one device
+constexpr std::size_t max_processes = 4096;
 constexpr int success = 0; // NVML_SUCCESS
 
 // As nvml.h has had them since version 2 of its interface.
@@ -34,6 +40,17 @@ struct Memory
     unsigned long long used = 0;
 };
 
+/// Of one process, in percent.
+struct ProcessUtilization
+{
+    unsigned process = 0;
+    unsigned long long time = 0; ///< Microseconds.
+    unsigned compute = 0;
+    unsigned memory = 0;
+    unsigned encoder = 0;
+    unsigned decoder = 0;
+};
+
 /// The functions of the library that we need.
 class Library
 {
@@ -44,6 +61,8 @@ public:
                     find(device_, "nvmlDeviceGetHandleByIndex_v2") && find(name_, "nvmlDeviceGetName") &&
                     find(utilization_, "nvmlDeviceGetUtilizationRates") &&
                     find(memory_, "nvmlDeviceGetMemoryInfo");
+        if (handle_)
+            (void)find(processes_, "nvmlDeviceGetProcessUtilization"); // not in old drivers
     }
     // Never closed: a driver's threads may still be inside.
 
@@ -90,6 +109,28 @@ public:
         return sample;
     }
 
+    /// Percent of `device` that each process has used, on average, since the time that is remembered in
+    /// `seen`. A driver that does not know or say so has none.
+    std::map<int, double> look_at_processes(Device device, unsigned long long& seen) const
+    {
+        std::vector<ProcessUtilization> samples(max_samples);
+        unsigned count = max_samples;
+        if (!processes_ || processes_(device, samples.data(), &count, seen) != success)
+            return {};
+        samples.resize(std::min(count, max_samples));
+        std::map<int, std::pair<double, int>> sums;
+        for (auto const& sample : samples) {
+            seen = std::max(seen, sample.time);
+            auto& [sum, number] = sums[static_cast<int>(sample.process)];
+            sum += std::min(100U, sample.compute);
+            ++number;
+        }
+        std::map<int, double> means;
+        for (auto const& [process, sum] : sums)
+            means.emplace(process, sum.first / sum.second);
+        return means;
+    }
+
 private:
     template<class Function>
     bool find(Function& function, char const* name)
@@ -106,6 +147,7 @@ private:
     int (*name_)(Device, char*, unsigned) = nullptr;
     int (*utilization_)(Device, Utilization*) = nullptr;
     int (*memory_)(Device, Memory*) = nullptr;
+    int (*processes_)(Device, ProcessUtilization*, unsigned*, unsigned long long) = nullptr;
 };
 
 std::string describe(Library const& library, std::vector<Device> const& devices)
@@ -134,6 +176,49 @@ GpuSample highest(Library const& library, std::vector<Device> const& devices)
     return max;
 }
 
+/// How long each process has kept the devices busy, added up from one look to the next.
+class ProcessTimes
+{
+public:
+    using Clock = std::chrono::steady_clock;
+
+    void look(Library const& library, std::vector<Device> const& devices)
+    {
+        auto const now = Clock::now();
+        auto const since = now - std::exchange(last_, now);
+        seen_.resize(devices.size());
+        for (std::size_t i = 0; i < devices.size(); ++i)
+            for (auto const& [process, percent] : library.look_at_processes(devices[i], seen_[i])) {
+                if (times_.size() >= max_processes && !times_.contains(process))
+                    continue;
+                auto& time = times_[process];
+                time.busy += std::chrono::duration_cast<Duration>(since * (percent / 100));
+                time.noted = now;
+            }
+        std::erase_if(times_, [now](auto const& entry) { return now - entry.second.noted > remembered; });
+    }
+
+    Duration busy(std::span<int const> processes) const
+    {
+        Duration sum{};
+        for (int const process : processes)
+            if (auto const found = times_.find(process); found != times_.end())
+                sum += found->second.busy;
+        return sum;
+    }
+
+private:
+    struct Time
+    {
+        Duration busy{};
+        Clock::time_point noted;
+    };
+
+    Clock::time_point last_ = Clock::now();
+    std::vector<unsigned long long> seen_; ///< Of each device, the time of its last sample.
+    std::map<int, Time> times_;
+};
+
 } // namespace
 
 struct NvidiaGpus::Shared
@@ -144,11 +229,15 @@ struct NvidiaGpus::Shared
     {
         auto const devices = library.devices();
         auto const name = describe(library, devices);
+        ProcessTimes looked_at;
         for (bool going_on = !devices.empty(); going_on;) {
             auto const sample = highest(library, devices);
+            looked_at.look(library, devices);
             std::unique_lock lock(mutex);
             latest = sample;
+            times = looked_at;
             text = name;
+            count = static_cast<int>(devices.size());
             looked = true;
             changed.notify_all();
             going_on = !changed.wait_for(lock, look_interval, [this] { return stopping; });
@@ -162,7 +251,9 @@ struct NvidiaGpus::Shared
     mutable std::mutex mutex;
     std::condition_variable changed;
     std::optional<GpuSample> latest;
+    ProcessTimes times;
     std::string text;
+    int count = 0;
     bool looked = false;
     bool stopping = false;
     bool done = false;
@@ -195,6 +286,22 @@ std::optional<GpuSample> NvidiaGpus::sample() const
         return std::nullopt;
     std::lock_guard const lock(shared_->mutex);
     return shared_->latest;
+}
+
+int NvidiaGpus::count() const
+{
+    if (!shared_)
+        return 0;
+    std::lock_guard const lock(shared_->mutex);
+    return shared_->count;
+}
+
+Duration NvidiaGpus::busy(std::span<int const> processes) const
+{
+    if (!shared_)
+        return {};
+    std::lock_guard const lock(shared_->mutex);
+    return shared_->times.busy(processes);
 }
 
 std::string NvidiaGpus::description() const

@@ -5,6 +5,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 
 namespace webots_cloud::adapters {
@@ -12,7 +13,7 @@ namespace webots_cloud::adapters {
 /// Samples once a second, on a thread of its own, because a driver may be slow. The library is loaded at run
 /// time; without it there are none.
 ///
-/// Thread-safety: one thread.
+/// Thread-safety: all threads.
 class NvidiaGpus
 {
 public:
@@ -28,6 +29,11 @@ public:
 
     /// As `HostDescription::gpu`.
     std::string description() const;
+
+    int count() const; ///< Of graphics processors.
+
+    /// As `GraphicsTimes::busy`. Drivers that are too old to tell (before 367) count as 0.
+    Duration busy(std::span<int const> processes) const;
 
 private:
     struct Shared;

@@ -1,4 +1,5 @@
 #include "cgroup_limits.hpp"
+#include "machine_graphics.hpp"
 #include "nvml.hpp"
 
 #include <webots_cloud/adapters.hpp>
@@ -40,15 +41,22 @@ class ProcfsMetrics final : public HostMetrics
 {
 public:
     explicit ProcfsMetrics(HostMetricsParams const& params)
-        : limits_(params.control_groups, params.own_control_group), gpus_(params.nvidia_library)
+        : limits_(params.control_groups, params.own_control_group),
+          gpus_(std::make_shared<adapters::NvidiaGpus>(params.nvidia_library)),
+          graphics_(std::make_shared<adapters::MachineGraphics>(gpus_))
     {}
 
     HostSample sample() override;
     HostDescription description() override;
+    std::shared_ptr<GraphicsTimes const> graphics_times() override
+    {
+        return graphics_->count() > 0 ? graphics_ : nullptr;
+    }
 
 private:
     adapters::CgroupLimits limits_;
-    adapters::NvidiaGpus gpus_;
+    std::shared_ptr<adapters::NvidiaGpus const> gpus_;
+    std::shared_ptr<adapters::MachineGraphics const> graphics_;
 };
 
 std::uint64_t memory_bytes()
@@ -134,7 +142,7 @@ HostSample ProcfsMetrics::sample()
             used + static_cast<double>(disk.f_bavail)); // as df has it: what root alone may use is neither
     }
     limits_.apply(sample, static_cast<int>(std::thread::hardware_concurrency()), memory_bytes());
-    sample.gpu = gpus_.sample();
+    sample.gpu = gpus_->sample();
     return sample;
 }
 
@@ -157,7 +165,8 @@ HostDescription ProcfsMetrics::description()
     host.cores = static_cast<int>(std::thread::hardware_concurrency());
     host.threads_per_core = threads_per_core();
     host.memory_bytes = memory_bytes();
-    host.gpu = gpus_.description();
+    host.gpu = gpus_->description();
+    host.graphics_processors = graphics_->count();
     char name[256] = {};
     if (::gethostname(name, sizeof name - 1) == 0)
         host.name = name;

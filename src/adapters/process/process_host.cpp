@@ -138,7 +138,7 @@ struct TakeUsage
 {
     ProcessUsage operator()() const
     {
-        auto usage = adapters::process_usage(root, max_processes, enough_memory);
+        auto usage = adapters::process_usage(root, max_processes, enough_memory, graphics.get());
         if (!group)
             return usage;
         auto const counted = ControlGroups::usage(group->group);
@@ -161,6 +161,7 @@ struct TakeUsage
     std::uint64_t enough_memory;
     bool has_limits;
     std::shared_ptr<OwnGroup const> group;
+    std::shared_ptr<GraphicsTimes const> graphics;
 };
 
 /// When no process is left: what the kernel has refused them.
@@ -203,12 +204,13 @@ class GuardedProcess final : public Process
 public:
     GuardedProcess(process::process guard, adapters::FileDescriptor control, asio::readable_pipe output,
                    std::shared_ptr<InspectionThreads> inspection, ProcessNetwork const& network,
-                   ProcessLimits const& limits, std::shared_ptr<OwnGroup const> group)
+                   ProcessLimits const& limits, std::shared_ptr<OwnGroup const> group,
+                   std::shared_ptr<GraphicsTimes const> graphics)
         : guard_(std::move(guard)), control_(std::move(control)), output_(std::move(output)),
           inspection_(std::move(inspection)),
           relayed_port_(network.reach == ProcessNetwork::Reach::host ? std::uint16_t{0} : network.port),
-          broker_(network.broker.native()), group_(std::move(group)), limits_(limits),
-          wake_calls_(std::make_shared<WakeCalls>(output_.get_executor(), guard_.id()))
+          broker_(network.broker.native()), group_(std::move(group)), graphics_(std::move(graphics)),
+          limits_(limits), wake_calls_(std::make_shared<WakeCalls>(output_.get_executor(), guard_.id()))
     {}
 
     ~GuardedProcess() override
@@ -245,6 +247,7 @@ private:
     std::uint16_t relayed_port_;
     std::string broker_;
     std::shared_ptr<OwnGroup const> group_; ///< Null: it has none.
+    std::shared_ptr<GraphicsTimes const> graphics_;
     ProcessLimits limits_;
     ProcessUsage refusals_; ///< Once it has ended.
     std::shared_ptr<WakeCalls> wake_calls_;
@@ -261,6 +264,7 @@ TakeUsage GuardedProcess::usage_to_take() const
     work.enough_memory = limits_.memory > 0 ? limits_.memory : ~std::uint64_t{0};
     work.has_limits = limits_.any();
     work.group = group_;
+    work.graphics = graphics_;
     return work;
 }
 
@@ -318,9 +322,10 @@ class LocalProcessHost final : public ProcessHost
 {
 public:
     LocalProcessHost(asio::any_io_executor executor, std::filesystem::path guard,
-                     std::vector<std::filesystem::path> read_only, std::shared_ptr<ControlGroups> groups)
+                     std::vector<std::filesystem::path> read_only, std::shared_ptr<ControlGroups> groups,
+                     std::shared_ptr<GraphicsTimes const> graphics)
         : executor_(std::move(executor)), guard_(std::move(guard)), read_only_(std::move(read_only)),
-          groups_(std::move(groups))
+          groups_(std::move(groups)), graphics_(std::move(graphics))
     {}
 
     asio::awaitable<result<std::unique_ptr<Process>>> start(ProcessSpec spec) override;
@@ -331,6 +336,7 @@ private:
     std::filesystem::path guard_;
     std::vector<std::filesystem::path> read_only_;
     std::shared_ptr<ControlGroups> groups_;
+    std::shared_ptr<GraphicsTimes const> graphics_;
     adapters::BlockingPool pool_{1};
     std::shared_ptr<InspectionThreads> inspection_ = std::make_shared<InspectionThreads>();
 };
@@ -503,7 +509,8 @@ asio::awaitable<result<std::unique_ptr<Process>>> LocalProcessHost::start(Proces
                                  std::error_code(failure, std::generic_category()).message()));
     process::process guard(executor_, id);
     co_return std::make_unique<GuardedProcess>(std::move(guard), std::move(control), std::move(output),
-                                               inspection_, spec.network, spec.limits, std::move(group));
+                                               inspection_, spec.network, spec.limits, std::move(group),
+                                               graphics_);
 }
 
 result<std::unique_ptr<PortHold>> LocalProcessHost::hold_port(std::uint16_t port)
@@ -534,10 +541,11 @@ result<std::unique_ptr<PortHold>> LocalProcessHost::hold_port(std::uint16_t port
 
 std::unique_ptr<ProcessHost> make_process_host(asio::any_io_executor executor, std::filesystem::path guard,
                                                std::vector<std::filesystem::path> read_only,
-                                               std::shared_ptr<ControlGroups> groups)
+                                               std::shared_ptr<ControlGroups> groups,
+                                               std::shared_ptr<GraphicsTimes const> graphics)
 {
     return std::make_unique<LocalProcessHost>(std::move(executor), std::move(guard), std::move(read_only),
-                                              std::move(groups));
+                                              std::move(groups), std::move(graphics));
 }
 
 } // namespace webots_cloud

@@ -74,7 +74,8 @@ std::optional<std::uint64_t> own_share(pid_t process)
 
 } // namespace
 
-ProcessUsage process_usage(pid_t root, std::size_t max_processes, std::uint64_t enough_memory)
+ProcessUsage process_usage(pid_t root, std::size_t max_processes, std::uint64_t enough_memory,
+                           GraphicsTimes const* graphics)
 {
     static long const ticks_per_second = ::sysconf(_SC_CLK_TCK);
     static long const page_size = ::sysconf(_SC_PAGESIZE);
@@ -99,6 +100,8 @@ ProcessUsage process_usage(pid_t root, std::size_t max_processes, std::uint64_t 
                        static_cast<std::uint64_t>(total.pages * page_size));
     usage.own_memory_bytes = own;
     usage.processes = static_cast<std::uint64_t>(total.threads);
+    if (graphics)
+        usage.graphics = graphics->busy(tree.processes);
     usage.complete = tree.is_whole;
     return usage;
 }

@@ -140,7 +140,7 @@ std::optional<WorldUse> read_world(json::value const& entry)
         !read_digest(*object, "repository", use.key.repository) ||
         !read_digest(*object, "mode", use.key.mode) || !read_count(*object, "running", running) ||
         !read_count(*object, "starting", starting) || !read_amount(*object, "processors", use.processors) ||
-        !read_amount(*object, "memory", use.memory))
+        !read_amount(*object, "memory", use.memory) || !read_amount(*object, "graphics", use.graphics))
         return std::nullopt;
     use.running = running.value_or(0);
     use.starting = starting.value_or(0);
@@ -162,6 +162,12 @@ bool read_worlds(json::object const& object, LoadReport& report)
     if (object.contains("memoryBytes")) {
         report.memory_bytes = 0;
         if (!read_amount(object, "memoryBytes", *report.memory_bytes) || *report.memory_bytes == 0)
+            return false;
+    }
+    if (object.contains("graphicsProcessors")) {
+        report.graphics_processors = 0;
+        if (!read_amount(object, "graphicsProcessors", *report.graphics_processors) ||
+            *report.graphics_processors < min_processors || *report.graphics_processors > max_processors)
             return false;
     }
     for (auto const& entry : *list) {
@@ -192,6 +198,8 @@ json::object world_json(WorldUse const& use)
     object["starting"] = use.starting;
     object["processors"] = use.processors;
     object["memory"] = use.memory;
+    if (use.graphics > 0)
+        object["graphics"] = use.graphics;
     return object;
 }
 
@@ -268,6 +276,8 @@ std::string to_json(LoadReport const& report, std::string_view version)
         object["processors"] = *report.processors;
         if (report.memory_bytes)
             object["memoryBytes"] = *report.memory_bytes;
+        if (report.graphics_processors)
+            object["graphicsProcessors"] = *report.graphics_processors;
         auto& worlds = object["worlds"].emplace_array();
         for (WorldUse const& use : report.worlds)
             worlds.push_back(world_json(use));

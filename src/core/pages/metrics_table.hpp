@@ -100,6 +100,7 @@ inline constexpr auto all_metrics = [] {
         {"simulations_memory_bytes", gauge, simulation, "", "a limit on simulations", "Memory of all simulations together."},
         {"simulations_processes", gauge, simulation, "", "a limit on simulations", "Processes and threads of all simulations together."},
         {"simulations_processors", gauge, simulation, "", "a limit on simulations", "Processors that simulations keep busy."},
+        {"simulations_graphics_processors", gauge, simulation, "", "graphics processors whose driver tells who uses them", "Graphics processors that simulations keep busy."},
         {"simulations_over_limit_total", counter, simulation, "limit", "a limit on simulations", "Simulations that were ended at a limit."},
         {"gateway_connections", gauge, simulation, "", "gateway", "Connections to simulations for browsers."},
         {"gateway_bytes_total", counter, simulation, "from", "gateway", "Bytes relayed, by who sent them."},

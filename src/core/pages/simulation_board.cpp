@@ -35,6 +35,10 @@ void append_row(std::string& text, SimulationRow const& row)
         append_key(text, "cpu");
         append_number(text, *row.cpu, 1);
     }
+    if (row.graphics > 0) {
+        append_key(text, "graphics");
+        append_number(text, row.graphics, 1);
+    }
     if (row.memory) {
         append_key(text, "memory");
         append_number(text, *row.memory, 1);

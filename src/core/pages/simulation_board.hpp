@@ -30,6 +30,7 @@ struct SimulationRow
     bool more = false;         ///< It has more processes than are looked at: `cpu` and `memory` are too low.
     std::optional<double> memory;           ///< Megabytes (10^6) that its processes have in memory.
     std::optional<std::uint64_t> processes; ///< And threads.
+    double graphics = 0;                    ///< Percent of one graphics processor, with `cpu`.
 };
 
 /// Percent of one processor that was used between two looks at the time that a process tree has consumed.

@@ -97,6 +97,7 @@ std::string simulation_row(SimulationRow const& row)
                   world, "\">", world, "</td><td data-label=\"state\">", escape_html(row.state),
                   "</td><td class=\"number\" data-label=\"age\">", age_text(row.age),
                   "</td><td class=\"number\" data-label=\"CPU\">", figure(row.cpu, "%", row.more),
+                  row.graphics > 0 ? concat(", GPU ", figure(row.graphics, "%", false)) : "",
                   "</td><td class=\"number\" data-label=\"memory\">", figure(row.memory, " MB", row.more),
                   "</td><td class=\"number\" data-label=\"processes\">",
                   row.processes ? concat(row.more ? "more than " : "", std::to_string(*row.processes)) : "",

@@ -169,8 +169,9 @@ void Fleet::report(std::string_view server, LoadReport const& report, TimePoint 
     bool const established = now - *first_report_ < params_.slow_start && !by_slot_[slot]->was_unreachable();
     // What a crowded machine gives a simulation is not what that wants.
     if (report.processors && by_slot_[slot]->reporting() && report.load < params_.threshold)
-        lessons_.worlds.learn(report.worlds, {*report.processors, report.memory_bytes.value_or(0)},
-                              now - by_slot_[slot]->last_report(), now);
+        lessons_.worlds.learn(
+            report.worlds, {*report.processors, report.memory_bytes.value_or(0), report.graphics_processors},
+            now - by_slot_[slot]->last_report(), now);
     Arrivals const arrivals = by_slot_[slot]->report(report, lessons_.worlds, now, established);
     if (arrivals.counted && !arrivals.exact)
         lessons_.show_rate.record(arrivals.confirmed, arrivals.expired);

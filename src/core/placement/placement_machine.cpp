@@ -93,11 +93,12 @@ bool Machine::restarted(LoadReport const& report) const noexcept
 
 namespace {
 
-KnownSessions known_in(LoadReport const& report, int WorldUse::*which, WorldCosts const& costs) noexcept
+KnownSessions known_in(LoadReport const& report, int WorldUse::*which, WorldCosts const& costs,
+                       AverageSession const& average) noexcept
 {
     KnownSessions known;
     for (WorldUse const& use : report.worlds)
-        known.add(costs.expect(use.key), use.*which);
+        known.add(average.compare(costs.expect(use.key)), use.*which);
     return known;
 }
 
@@ -126,8 +127,8 @@ Change Machine::change(LoadReport const& report, int more_visible, WorldCosts co
     change.units = more_visible;
     if (!report.sessions || report.worlds.empty() || last_.worlds.empty())
         return change;
-    KnownSessions const before = known_in(last_, &WorldUse::running, worlds);
-    KnownSessions const now = known_in(report, &WorldUse::running, worlds);
+    KnownSessions const before = known_in(last_, &WorldUse::running, worlds, average_);
+    KnownSessions const now = known_in(report, &WorldUse::running, worlds, average_);
     change.units = now.units_of(visible(report)) - before.units_of(visible(last_));
     change.steps = std::max(change.steps, moved(last_.worlds, report.worlds));
     return change;
@@ -157,7 +158,7 @@ Arrivals Machine::report(LoadReport const& report, WorldCosts const& worlds, Tim
         int const more_visible =
             report.sessions ? count_arrivals(report, arrivals) : infer_arrivals(report, arrivals);
         Change const change = this->change(report, more_visible, worlds);
-        visible_ = known_in(report, &WorldUse::running, worlds);
+        visible_ = known_in(report, &WorldUse::running, worlds, average_);
         arrivals.cost = learn(report, change, now);
         arrivals.surprise = surprise(report.load, change, now);
         follow(report.load, change, now);
@@ -172,8 +173,8 @@ Arrivals Machine::report(LoadReport const& report, WorldCosts const& worlds, Tim
     }
     expire(now, arrivals);
     settle_known(reserved);
-    visible_ = known_in(report, &WorldUse::running, worlds);
-    starting_ = known_in(report, &WorldUse::starting, worlds);
+    visible_ = known_in(report, &WorldUse::running, worlds, average_);
+    starting_ = known_in(report, &WorldUse::starting, worlds, average_);
     last_ = report;
     reported_at_ = now;
     contact_ = Contact::reporting;
@@ -338,7 +339,7 @@ void Machine::mark_unreachable() noexcept
 
 void Machine::place(ExpectedCost const& cost, TimePoint now) noexcept
 {
-    pending_.add(cost, 1);
+    pending_.add(average_.compare(cost), 1);
     std::int64_t const eighth = ages_.eighth(now);
     placed_.age_until(eighth);
     placed_.add();
@@ -436,8 +437,9 @@ std::uint32_t Machine::seats_left(bool is_taught, SchedulerParams const& params)
     return static_cast<std::uint32_t>(std::max(seats, 0.0));
 }
 
-double Machine::score(ExpectedCost const& cost) const noexcept
+double Machine::score(ExpectedCost const& expected) const noexcept
 {
+    auto const cost = average_.compare(expected);
     double const own = cost.is_known ? cost.variance : variety_ * variety_;
     double const next = unseen_ + cost.mean + std::sqrt(variance_ + own);
     return std::max(0.0, level_ + cost_.value() * next / room_) / weight_;
@@ -445,7 +447,7 @@ double Machine::score(ExpectedCost const& cost) const noexcept
 
 double Machine::preference(ExpectedCost const& cost) const noexcept
 {
-    return preference_for_cached * cost_.value() * cost.mean / weight_;
+    return preference_for_cached * cost_.value() * average_.compare(cost).mean / weight_;
 }
 
 bool Machine::has_project(std::uint32_t key) const noexcept
@@ -455,9 +457,11 @@ bool Machine::has_project(std::uint32_t key) const noexcept
 
 void Machine::assess(TimePoint now, Lessons const& lessons, SchedulerParams const& params) noexcept
 {
-    // Where simulations are measured, and none other, as a graphics processor, is scarcer, this is exact.
-    double const measured = last_.processors ? 100 * lessons.worlds.processors() / *last_.processors : 0;
-    cost_.combine(lessons.cost.ratio(), lessons.cost.strength(), measured);
+    average_.processors = last_.processors ? lessons.worlds.processors() / *last_.processors : 0;
+    average_.graphics =
+        last_.graphics_processors ? lessons.worlds.graphics() / *last_.graphics_processors : 0;
+    // Where simulations are measured, and nothing else is scarcer, this is exact.
+    cost_.combine(lessons.cost.ratio(), lessons.cost.strength(), 100 * average_.largest());
     double const cost = cost_.value();
     double const coming = counts_sessions() && !counts_arrivals()
                               ? lessons.show_rate.expected(reservations_.by_age())

@@ -83,6 +83,26 @@ struct Change
     double units = 0; ///< How much more they want.
 };
 
+/// What the average session takes of a machine: the share of its processors, and of its graphics processors.
+struct AverageSession
+{
+    double processors = 0;
+    double graphics = 0;
+
+    double largest() const noexcept { return std::max(processors, graphics); }
+
+    /// The same session, compared with the average one by that of which there is less on the machine.
+    ExpectedCost compare(ExpectedCost cost) const noexcept
+    {
+        if (graphics <= processors)
+            return cost;
+        double const factor = cost.graphics / cost.mean;
+        cost.variance *= factor * factor;
+        cost.mean = cost.graphics;
+        return cost;
+    }
+};
+
 /// The state machine of one server: `unknown`, then `reporting` or `unreachable`.
 class Machine
 {
@@ -103,7 +123,7 @@ public:
     void assess(TimePoint now, Lessons const& lessons, SchedulerParams const& params) noexcept;
     Candidate const& view() const noexcept { return view_; }
     /// `view().score`, for a session of which more is known.
-    double score(ExpectedCost const& cost) const noexcept;
+    double score(ExpectedCost const& expected) const noexcept;
     /// By how much less than others it may be suited and still be chosen, because it has the project.
     double preference(ExpectedCost const& cost) const noexcept;
     bool has_project(std::uint32_t key) const noexcept;
@@ -187,6 +207,7 @@ private:
     int steps_ = 0;
     double rise_ = 0; ///< In units of sessions.
 
+    AverageSession average_; ///< On this machine.
     KnownSessions visible_;  ///< In the last report.
     KnownSessions starting_; ///< In it, too.
     KnownSessions pending_;  ///< Among the reservations.

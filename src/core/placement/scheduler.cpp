@@ -30,10 +30,6 @@ Failure none_available()
 /// Two may turn out to be worse than the third; more would be asked in vain.
 constexpr std::size_t asked_at_once = 3;
 
-/// Addresses of machines that have left are kept until it is looked for so many of them whether the log still
-/// mentions them.
-constexpr std::size_t names_at_once = 1000;
-
 bool are_labels(std::vector<std::string> const& labels)
 {
     return labels.size() <= core::max_labels && std::ranges::all_of(labels, core::is_label);
@@ -69,9 +65,10 @@ bool is_usable(LoadReport const& report)
            is_count(report.arrivals) && is_count(report.failed) && is_count(report.departures) &&
            (!report.processors || positive(*report.processors)) &&
            (!report.memory_bytes || positive(*report.memory_bytes)) &&
+           (!report.graphics_processors || positive(*report.graphics_processors)) &&
            std::ranges::all_of(report.worlds, [](WorldUse const& use) {
                return use.running >= 0 && use.starting >= 0 && is_percentage(use.processors) &&
-                      is_percentage(use.memory);
+                      is_percentage(use.memory) && is_percentage(use.graphics);
            });
 }
 
@@ -153,9 +150,9 @@ struct Scheduler::Impl
         if (name == names.end())
             return;
         fleet.remove(address);
-        old_names.insert(*name);
-        if (old_names.size() >= most_old_names)
-            forget_names();
+        std::erase_if(old_names, [name](OldName const& old) { return old.name == *name; });
+        old_names.push_back({*name, is_logged(*name) ? last_decision : 0});
+        forget_names();
     }
 
     /// That of the logged decision, or else the last one of its name.
@@ -173,24 +170,25 @@ struct Scheduler::Impl
         return found->choose;
     }
 
+    bool is_logged(std::string_view name) const
+    {
+        return std::ranges::any_of(log, [name](placement::Record const& record) {
+            auto const entries = std::span(record.entries).first(record.entry_count);
+            return record.chosen == name || std::ranges::any_of(entries, [name](auto const& entry) {
+                       return entry.machine.address == name;
+                   });
+        });
+    }
+
     /// Drops the addresses that neither the list nor the log mentions.
     void forget_names()
     {
-        std::unordered_set<std::string_view> used;
-        for (placement::Record const& record : log) {
-            used.insert(record.chosen);
-            for (auto const& entry : std::span(record.entries).first(record.entry_count))
-                used.insert(entry.machine.address);
-        }
-        for (std::string_view const name : std::exchange(old_names, {})) {
-            if (fleet.lists(name))
-                continue;
-            if (used.contains(name))
-                old_names.insert(name);
-            else
-                names.erase(names.find(name));
-        }
-        most_old_names = old_names.size() + names_at_once;
+        std::erase_if(old_names, [this](OldName const& old) {
+            bool const is_over = old.last_logged == 0 || old.last_logged + log.size() <= last_decision;
+            if (is_over && !fleet.lists(old.name))
+                names.erase(names.find(old.name));
+            return is_over;
+        });
     }
 
     placement::Record& next_record(TimePoint now)
@@ -295,13 +293,19 @@ struct Scheduler::Impl
         return placement;
     }
 
+    /// A machine that has left the list, while the log still mentions it.
+    struct OldName
+    {
+        std::string_view name;
+        std::uint64_t last_logged = 0; ///< The last decision that may; 0: none does.
+    };
+
     SchedulerParams params;
     PlacementRequest const anybody; ///< Of place(now): made once.
     /// Those of logged decisions; the last one decides.
     std::list<placement::Policy> policies;
     std::unordered_set<std::string, core::TextHash, std::equal_to<>> names;
-    std::unordered_set<std::string_view> old_names; ///< Of machines that have left the list.
-    std::size_t most_old_names = names_at_once;
+    std::vector<OldName> old_names;
     placement::Fleet fleet;
     placement::Selection selection; ///< Of the last request that not every machine suits.
     std::vector<placement::Record> log;

@@ -57,6 +57,7 @@ ExpectedCost WorldCosts::expect(WorldKey const& key) const noexcept
         double own;
     };
     double mean = fleet_.mean;
+    double graphics = fleet_.graphics;
     double known = 0;
     for (Level const& level :
          {Level{key.mode, own_mode}, Level{key.repository, own_repository}, Level{key.world, own_world}}) {
@@ -64,8 +65,12 @@ ExpectedCost WorldCosts::expect(WorldKey const& key) const noexcept
         known = estimate ? estimate->weight / (estimate->weight + level.own) : 0;
         if (estimate)
             mean += known * (estimate->mean - mean);
+        if (estimate && estimate->graphics >= 0)
+            graphics += known * (estimate->graphics - graphics);
     }
     expected.mean = std::clamp(mean / fleet_.mean, min_relative, max_relative);
+    if (fleet_.graphics > 0)
+        expected.graphics = std::clamp(graphics / fleet_.graphics, 0.0, max_relative);
     expected.is_known = known > 0.5;
     double const spread = within_world * expected.mean;
     expected.variance = spread * spread;
@@ -86,6 +91,8 @@ void WorldCosts::add(Estimate& estimate, Sample sample, Memory memory, TimePoint
         sample.processors = usual(sample.processors, estimate.mean);
         if (sample.memory > 0 && estimate.memory > 0)
             sample.memory = usual(sample.memory, estimate.memory);
+        if (estimate.graphics > 0) // much more than is usual counts as that; less may be none at all
+            sample.graphics = std::min(sample.graphics, estimate.graphics * memory.max_factor);
     }
     estimate.weight += sample.weight;
     double const part = sample.weight / estimate.weight;
@@ -93,6 +100,10 @@ void WorldCosts::add(Estimate& estimate, Sample sample, Memory memory, TimePoint
     if (sample.memory > 0)
         estimate.memory =
             estimate.memory > 0 ? estimate.memory + (sample.memory - estimate.memory) * part : sample.memory;
+    if (sample.graphics >= 0)
+        estimate.graphics = estimate.graphics < 0
+                                ? sample.graphics
+                                : estimate.graphics + (sample.graphics - estimate.graphics) * part;
 }
 
 void WorldCosts::learn(std::uint64_t digest, Sample const& sample, Memory memory, TimePoint now)
@@ -115,6 +126,7 @@ void WorldCosts::learn(std::vector<WorldUse> const& worlds, MachineSize size, Du
         sample.processors =
             std::max(std::min(use.processors / use.running, size.processors), least_processors);
         sample.memory = std::min(use.memory / use.running, most_memory);
+        sample.graphics = size.graphics ? std::min(use.graphics / use.running, *size.graphics) : -1;
         sample.weight = std::min(minutes * use.running, most_at_once);
         Sample of_all = sample;
         if (fleet_.weight == 0)
@@ -146,8 +158,8 @@ void WorldCosts::forget_oldest()
 namespace {
 
 /// The first line; another version of the format gets another number.
-constexpr std::string_view title = "webots_cloud costs of worlds 1\n";
-constexpr double max_processors = 100'000;
+constexpr std::string_view title = "webots_cloud costs of worlds 2\n";
+constexpr double max_processors = 100'000;     // or graphics processors
 constexpr double max_age = 10 * 365 * 86400.0; // s
 
 /// The next word of `line`, as a number from 0 up to `max`.
@@ -193,6 +205,7 @@ void WorldCosts::write(std::string& text, std::uint64_t digest, Estimate const& 
     append(text, estimate.mean);
     append(text, estimate.weight);
     append(text, estimate.memory);
+    append(text, std::max(estimate.graphics, 0.0));
     append(text, std::clamp(std::chrono::duration<double>(now - estimate.seen).count(), 0.0, max_age));
     text += '\n';
 }
@@ -229,13 +242,16 @@ std::optional<WorldCosts> WorldCosts::load(std::string_view text, TimePoint now)
         auto const mean = digest ? take_number(line, max_processors) : std::nullopt;
         auto const weight = mean ? take_number(line, most_of_fleet + most_sessions) : std::nullopt;
         auto const memory = weight ? take_number(line, max_memory) : std::nullopt;
-        auto const age = memory ? take_number(line, max_age) : std::nullopt;
+        auto const graphics = memory ? take_number(line, max_processors) : std::nullopt;
+        auto const age = graphics ? take_number(line, max_age) : std::nullopt;
         if (!age || !line.empty())
             return std::nullopt;
         Estimate estimate;
         estimate.mean = std::max(*mean, least_processors);
         estimate.weight = *weight;
         estimate.memory = *memory;
+        estimate.graphics =
+            *graphics > 0 ? *graphics : -1; // of one that uses none, that is soon learned again
         estimate.seen = now - std::chrono::duration_cast<Duration>(std::chrono::duration<double>(*age));
         (number == 0 ? costs.fleet_ : costs.estimates_[*digest]) = estimate;
     }

@@ -4,6 +4,7 @@
 #include <webots_cloud/load_report.hpp>
 #include <webots_cloud/time.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -19,21 +20,24 @@ struct ExpectedCost
     double mean = 1;     ///< 1 is the average session.
     double variance = 0; ///< Of that, where the mean is not all that is known; see `is_known`.
     bool is_known = false;
-    double memory = 0; ///< Bytes, where its world is known; 0: nobody has said.
+    double memory = 0;   ///< Bytes, where its world is known; 0: nobody has said.
+    double graphics = 1; ///< As `mean`, of graphics processors.
 };
 
 /// A machine's size, which none of its simulations exceeds.
 struct MachineSize
 {
     double processors = 0;
-    double memory = 0; ///< Bytes; 0: it has not said.
+    double memory = 0;              ///< Bytes; 0: it has not said.
+    std::optional<double> graphics; ///< Graphics processors; none: it does not know what they do.
 };
 
 /// Estimates of worlds, towards those of their repositories, of their modes, and of the fleet, with weights
 /// that fall as a world is seen for longer.
 ///
 /// Costs are processors that a simulation keeps busy, so machines of any size teach one another; relative to
-/// the average, so that nothing changes where no world is known. What differs by more than a factor of four
+/// the average, so that nothing changes where no world is known. The same of graphics processors, where
+/// machines know of them. What differs by more than a factor of four
 /// from what is known already counts as just that, and no report weighs more than a minute of one session of
 /// its world. Estimates fade with a time constant of two weeks, and the oldest are forgotten when there are
 /// too many.
@@ -45,6 +49,9 @@ public:
 
     /// Processors that the average session keeps busy; 0: nobody has said.
     double processors() const noexcept { return fleet_.mean; }
+
+    /// The same of graphics processors.
+    double graphics() const noexcept { return std::max(fleet_.graphics, 0.0); }
 
     /// One machine's report, `since_last` after the one before.
     void learn(std::vector<WorldUse> const& worlds, MachineSize size, Duration since_last, TimePoint now);
@@ -66,7 +73,8 @@ private:
     {
         double mean = 0;
         double weight = 0;
-        double memory = 0; ///< Bytes.
+        double memory = 0;    ///< Bytes.
+        double graphics = -1; ///< Graphics processors; negative: nobody has said.
         TimePoint seen{};
     };
 
@@ -74,7 +82,8 @@ private:
     struct Sample
     {
         double processors;
-        double memory; ///< 0: nothing.
+        double memory;   ///< 0: nothing.
+        double graphics; ///< Negative: nothing.
         double weight;
     };
 

@@ -175,10 +175,10 @@
         if (operator.active)
           addEndButton(row, simulation.id);
       }
-      const {cpu, memory, processes} = simulation;
+      const {cpu, graphics, memory, processes} = simulation;
       const more = simulation.more ? "more than " : "";
       [String(simulation.id), simulation.world, simulation.state, monitor.age(simulation.age),
-       cpu === undefined ? "" : `${more}${cpu.toFixed(1)}%`,
+       cpu === undefined ? "" : `${more}${cpu.toFixed(1)}%${graphics === undefined ? "" : `, GPU ${graphics.toFixed(1)}%`}`,
        memory === undefined ? "" : `${more}${memory.toFixed(1)} MB`,
        processes === undefined ? "" : `${more}${processes}`, String(simulation.process ?? ""),
        simulation.log ?? ""]

@@ -413,11 +413,12 @@ BOOST_AUTO_TEST_CASE(the_report_tells_what_worlds_use_once_it_has_been_measured)
     Fixture fixture;
     fixture.metrics.host.cores = 8;
     fixture.metrics.host.memory_bytes = 16'000'000'000;
+    fixture.metrics.host.graphics_processors = 2;
     fixture.endpoints.emplace(fixture.params, fixture.hooks, fixture.context, fixture.sessions,
                               fixture.metrics);
     fixture.tasks.spawn(look_at_processes(*fixture.endpoints, ended));
     fixture.world.settle();
-    fixture.processes.expect().prints(".\n");
+    fixture.processes.expect().prints(".\n").renders(25);
     fixture.run(fixture.add_session());
     fixture.add_session();
     fixture.add_session();
@@ -425,6 +426,7 @@ BOOST_AUTO_TEST_CASE(the_report_tells_what_worlds_use_once_it_has_been_measured)
     auto report = fixture.report(); // which asks for a look at the simulators
     BOOST_TEST(report.processors.value() == 8);
     BOOST_TEST(report.memory_bytes.value() == 16e9);
+    BOOST_TEST(report.graphics_processors.value() == 2);
     BOOST_REQUIRE(report.worlds.size() == 2u);
     BOOST_TEST((report.worlds[0].key == world_key("https://github.com/o/r/blob/main/worlds/a.wbt", "x3d")));
     BOOST_TEST(report.worlds[0].starting == 2);
@@ -433,6 +435,12 @@ BOOST_AUTO_TEST_CASE(the_report_tells_what_worlds_use_once_it_has_been_measured)
     fixture.world.advance(1s);
     fixture.world.settle();
     BOOST_TEST(fixture.report().worlds[0].running == 1);
+    fixture.world.advance(1s);
+    fixture.world.settle();
+    report = fixture.report();
+    BOOST_TEST(report.worlds[0].graphics == 0.25, boost::test_tools::tolerance(1e-6));
+    BOOST_TEST(fixture.shows("webots_simulations_graphics_processors 0.25"));
+    BOOST_TEST(fixture.get("/monitor").text().find(", GPU 25.0%<") != std::string::npos);
 }
 
 BOOST_AUTO_TEST_CASE(the_report_tells_which_projects_are_cached)

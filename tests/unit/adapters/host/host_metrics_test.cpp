@@ -1,13 +1,17 @@
 #include "unit_test.hpp"
 
+#include "adapters/host/drm_clients.hpp"
 #include "core/load/load_formula.hpp"
 
 #include <webots_cloud/adapters.hpp>
 
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <string>
+#include <thread>
 
 using namespace webots_cloud;
 namespace fs = std::filesystem;
@@ -148,6 +152,53 @@ BOOST_AUTO_TEST_CASE(of_several_graphics_processors_the_highest_figures_count)
     BOOST_TEST(gpu->memory_controller == 20);
     BOOST_TEST(gpu->memory_used == 75);
     BOOST_TEST(metrics->description().gpu == "2x NVIDIA Fake (16.0GB)");
+}
+
+BOOST_AUTO_TEST_CASE(nvidias_library_tells_how_long_a_process_has_used_a_graphics_processor)
+{
+    params.nvidia_library = FAKE_NVML;
+    auto const metrics = make_host_metrics(params);
+    BOOST_TEST(metrics->description().graphics_processors == 2);
+    auto const times = metrics->graphics_times();
+    BOOST_TEST_REQUIRE(times != nullptr);
+    int const processes[] = {17, 18, 19};
+    auto const began = std::chrono::steady_clock::now();
+    while (times->busy(processes) == Duration::zero()) // the first look may have been too short ago
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    auto const busy = times->busy(processes);
+    auto const passed = std::chrono::steady_clock::now() - began;
+    BOOST_TEST((busy > Duration::zero() && busy <= passed + std::chrono::seconds(4)));
+    int const idle[] = {18, 19};
+    BOOST_TEST((times->busy(idle) == Duration::zero()));
+}
+
+// What the kernel says of open files is read in a copy of its folder.
+BOOST_AUTO_TEST_CASE(what_processes_share_of_a_graphics_processor_counts_once)
+{
+    auto const open = [this](int process, int file, std::string const& target, std::string const& told) {
+        auto const of_process = folder / "proc" / std::to_string(process);
+        fs::create_directories(of_process / "fd");
+        fs::create_directories(of_process / "fdinfo");
+        fs::create_symlink(target, of_process / "fd" / std::to_string(file));
+        std::ofstream(of_process / "fdinfo" / std::to_string(file)) << "pos:\t0\n" << told;
+    };
+    auto const client = [](int id, int nanoseconds) {
+        return "drm-pdev:\t0000:01:00.0\ndrm-client-id:\t" + std::to_string(id) + "\ndrm-engine-gfx:\t" +
+               std::to_string(nanoseconds) + " ns\n";
+    };
+    open(1, 3, "/dev/dri/renderD128", client(7, 1000));
+    open(1, 4, "/dev/dri/renderD128", client(7, 1000)); // a duplicate
+    open(1, 5, "/tmp/renderD128", client(9, 5000));     // no graphics processor
+    open(2, 3, "/dev/dri/renderD128", client(7, 1000)); // a child has it, too
+    open(2, 4, "/dev/dri/renderD128", client(8, 300));
+    open(2, 5, "/dev/dri/card0", "");
+    int const processes[] = {1, 2, 3};
+    BOOST_TEST((adapters::drm_time(folder / "proc", processes) == std::chrono::nanoseconds(1300)));
+    fs::create_directories(folder / "dri/by-path");
+    for (auto const* name : {"card0", "renderD128", "renderD129"})
+        write("dri/" + std::string(name), "");
+    BOOST_TEST(adapters::count_drm_devices(folder / "dri") == 2);
+    BOOST_TEST(adapters::count_drm_devices(folder / "none") == 0);
 }
 
 BOOST_AUTO_TEST_CASE(a_library_that_is_something_else_is_none)

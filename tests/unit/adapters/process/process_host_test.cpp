@@ -247,6 +247,30 @@ BOOST_AUTO_TEST_CASE(of_many_processes_some_are_looked_at_and_it_is_said)
     BOOST_TEST(adapters::process_tree(process->id(), 100).processes.size() > 9u);
 }
 
+namespace {
+
+/// Knows of the shell alone.
+class ShellGraphics final : public GraphicsTimes
+{
+public:
+    Duration busy(std::span<int const> processes) const override
+    {
+        return std::chrono::seconds(3) * static_cast<int>(processes.size());
+    }
+};
+
+} // namespace
+
+BOOST_AUTO_TEST_CASE(what_all_processes_of_a_tree_use_of_graphics_processors_is_asked)
+{
+    host = make_process_host(context.get_executor(), PROCESS_GUARD, {}, nullptr,
+                             std::make_shared<ShellGraphics>());
+    auto const process = start_shell("/bin/sleep 600 & echo ready; wait");
+    run(watch(*process, "ready\n"));
+    auto const tree = adapters::process_tree(process->id(), 100).processes.size();
+    BOOST_TEST((run(process->usage()).graphics == std::chrono::seconds(3) * static_cast<int>(tree)));
+}
+
 BOOST_AUTO_TEST_CASE(an_answer_may_come_when_the_process_has_gone)
 {
     auto process = start_shell("echo ready; /bin/sleep 600");

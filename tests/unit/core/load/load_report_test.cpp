@@ -85,7 +85,9 @@ BOOST_AUTO_TEST_CASE(what_worlds_use_is_told_by_digests)
     use.starting = 1;
     use.processors = 2.5;
     use.memory = 1e9;
+    use.graphics = 0.75;
     report.memory_bytes = 64e9;
+    report.graphics_processors = 2;
     std::string const text = to_json(report, "1.2.3");
     BOOST_TEST((parse_load_report(text).value() == report));
     BOOST_TEST(text.find("github") == std::string::npos);
@@ -109,6 +111,8 @@ BOOST_AUTO_TEST_CASE(worlds_that_make_no_sense_are_no_report)
     for (auto const* bytes : {"0", "-1", "1e999", "\"4\""})
         BOOST_TEST(!with("4", std::string(R"(],"memoryBytes":)") + bytes + R"(,"x":[)"), bytes);
     BOOST_TEST(with("4", R"(],"memoryBytes":8e9,"x":[)")->memory_bytes.value() == 8e9);
+    for (auto const* graphics : {"0", "-1", "1e999", "1e-9", "1e9", "\"4\""})
+        BOOST_TEST(!with("4", std::string(R"(],"graphicsProcessors":)") + graphics + R"(,"x":[)"), graphics);
     for (auto const* processors : {"0", "-1", "1e999", "1e-9", "1e9", "\"4\""})
         BOOST_TEST(!with(processors, "{" + keys + "}"), processors);
     std::vector<std::string> const wrong = {
@@ -119,6 +123,7 @@ BOOST_AUTO_TEST_CASE(worlds_that_make_no_sense_are_no_report)
         "{" + keys + R"(,"starting":0.5})",
         "{" + keys + R"(,"processors":-1})",
         "{" + keys + R"(,"memory":"much"})",
+        "{" + keys + R"(,"graphics":-1})",
         R"({"world":"0123456789abcde","repository":"0123456789abcdef","mode":"0123456789abcdef"})",
         R"({"world":"0123456789abcdeg","repository":"0123456789abcdef","mode":"0123456789abcdef"})",
         R"({"world":-1,"repository":"0123456789abcdef","mode":"0123456789abcdef"})"};

@@ -147,6 +147,66 @@ BOOST_AUTO_TEST_CASE(memory_is_bounded_and_the_oldest_are_forgotten)
     BOOST_TEST(fleet.expect("new", "new").is_known);
 }
 
+BOOST_AUTO_TEST_CASE(graphics_are_learned_from_machines_that_know_of_them)
+{
+    WorldCosts costs;
+    TimePoint now = start;
+    auto drawing = use_of("r", "drawing", 2, 2);
+    drawing.graphics = 1.6;
+    auto counting = use_of("r", "counting", 2, 2);
+    auto const elsewhere = use_of("r", "drawing", 2, 2);
+    for (int report = 0; report != 120; ++report) {
+        costs.learn({drawing, counting}, {100, 0, 4}, seconds(5), now += seconds(5));
+        costs.learn({elsewhere}, {100, 0, std::nullopt}, seconds(5), now); // has a processor that nobody asks
+    }
+    BOOST_TEST(costs.graphics() == 0.4, within);
+    auto const expect = [&](std::string const& world) {
+        return costs.expect(world_key(address("r", world), "mjpeg"));
+    };
+    BOOST_TEST(expect("drawing").graphics == 2, within);
+    BOOST_TEST(expect("counting").graphics < 0.1);
+    BOOST_TEST(expect("drawing").mean == 1, within);
+    auto const loaded = WorldCosts::load(costs.save(now), now).value();
+    BOOST_TEST(loaded.graphics() == costs.graphics(), boost::test_tools::tolerance(1e-3));
+    BOOST_TEST(Fleet().expect("r", "drawing").graphics == 1, "nobody has said anything of graphics");
+}
+
+BOOST_AUTO_TEST_CASE(no_machine_says_more_of_graphics_than_it_has)
+{
+    WorldCosts costs;
+    auto lie = use_of("r", "w", 1, 1);
+    lie.graphics = 1e6;
+    for (int report = 0; report != 12; ++report)
+        costs.learn({lie}, {4, 0, 1}, seconds(5), start + seconds(5 * report));
+    BOOST_TEST(costs.graphics() <= 1);
+}
+
+// Two machines with the same processors; on one, graphics processors are what there is too little of.
+BOOST_AUTO_TEST_CASE(a_world_that_draws_much_goes_where_graphics_processors_are_free)
+{
+    SchedulerParams params;
+    params.threshold = 1000;
+    Fixture fixture(params, {"few", "many"});
+    auto const report = [](double graphics_processors) {
+        LoadReport report = counted(20, 4);
+        report.processors = 64;
+        report.graphics_processors = graphics_processors;
+        auto drawing = use_of("r", "drawing", 2, 2);
+        drawing.graphics = 0.8;
+        report.worlds = {drawing, use_of("r", "counting", 2, 2)};
+        return report;
+    };
+    for (int second = 5; second != 600; second += 5)
+        for (auto const& [name, graphics] : {std::pair("few", 1.0), std::pair("many", 8.0)})
+            fixture.scheduler.report(name, report(graphics), start + seconds(second));
+    auto const now = start + seconds(600);
+    PlacementRequest draws;
+    draws.world = address("r", "drawing");
+    draws.mode = "mjpeg";
+    for (int session = 0; session != 4; ++session)
+        BOOST_TEST(fixture.scheduler.place(draws, now)->address == "many");
+}
+
 namespace {
 
 /// A fleet that knows some worlds, and what it expects of them.
@@ -217,6 +277,7 @@ BOOST_FIXTURE_TEST_CASE(text_that_was_not_saved_is_refused_whole, Saved)
 {
     std::string const text = costs.save(now);
     std::string const title = text.substr(0, text.find('\n') + 1);
+    BOOST_TEST(WorldCosts::load(title + "1 1 1 1 1 1\n", now).has_value());
     for (std::string const& wrong : {std::string(),
                                      std::string("{}"),
                                      std::string(1000, '\0'),
@@ -225,19 +286,20 @@ BOOST_FIXTURE_TEST_CASE(text_that_was_not_saved_is_refused_whole, Saved)
                                      text + "x",
                                      text.substr(0, text.size() - 1),
                                      title + "\n",
-                                     title + "1 1 1 1\n",
-                                     title + "1 1 1 1 1 1\n",
-                                     title + "1 -1 1 1 1\n",
-                                     title + "1 nan 1 1 1\n",
-                                     title + "1 inf 1 1 1\n",
-                                     title + "1 1e999 1 1 1\n",
-                                     title + "1 1 1e9 1 1\n",
-                                     title + "1 1 1 1e99 1\n",
-                                     title + "1 1 1 1 1e99\n",
-                                     title + "1  1 1 1 1\n",
-                                     title + "g 1 1 1 1\n",
-                                     title + "11111111111111111 1 1 1 1\n",
-                                     title + "1 1 1 1 1\r\n"})
+                                     title + "1 1 1 1 1\n",
+                                     title + "1 1 1 1 1 1 1\n",
+                                     title + "1 -1 1 1 1 1\n",
+                                     title + "1 nan 1 1 1 1\n",
+                                     title + "1 inf 1 1 1 1\n",
+                                     title + "1 1e999 1 1 1 1\n",
+                                     title + "1 1 1e9 1 1 1\n",
+                                     title + "1 1 1 1e99 1 1\n",
+                                     title + "1 1 1 1 1e99 1\n",
+                                     title + "1 1 1 1 1 1e99\n",
+                                     title + "1  1 1 1 1 1\n",
+                                     title + "g 1 1 1 1 1\n",
+                                     title + "11111111111111111 1 1 1 1 1\n",
+                                     title + "1 1 1 1 1 1\r\n"})
         BOOST_TEST(!WorldCosts::load(wrong, now).has_value(), wrong.substr(0, 60));
 }
 
