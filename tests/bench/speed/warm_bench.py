@@ -43,10 +43,10 @@ def sent(git, number):
 
 
 class Site:
-    def __init__(self, git, cache):
+    def __init__(self, git, cache, relay):
         keys = {"forges": [git.url], "allowedRepositories": [git.url], "cacheSize": cache, "maxConnections": 4}
         self.machines = [SimulationServer(**keys) for _ in range(MACHINES)]
-        self.session = SessionServer([machine.address for machine in self.machines], relay=True)
+        self.session = SessionServer([machine.address for machine in self.machines], relay=relay)
         self.by_address = {machine.address: machine for machine in self.machines}
 
     def __enter__(self):
@@ -60,6 +60,7 @@ class Site:
             server.__exit__(*why)
 
     def chosen_by_load(self):
+        """What a session server that does not relay answers: nobody has named the project yet."""
         return self.by_address[self.session.ask("/session")[1].split("//")[1]]
 
 
@@ -98,7 +99,7 @@ def main():
         make_projects(git, source)
         for what, cache, by_project in (("relayed", SMALL_CACHE, True), ("by load alone", SMALL_CACHE, False),
                                         ("by load alone, caches hold everything", LARGE_CACHE, False)):
-            with Site(git, cache) as site:
+            with Site(git, cache, by_project) as site:
                 warm, cold, placed = asyncio.run(run(git, site, starts, by_project))
             counts = [placed[machine.address] for machine in site.machines]
             shown = [f"{statistics.median(times):.0f}" if times else "" for times in (warm, cold, warm + cold)]
