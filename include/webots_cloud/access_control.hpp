@@ -63,6 +63,11 @@ public:
     /// Takes other parameters and another check, from the next request on. Connections stay.
     void apply(AccessParams params, OperatorTokenCheck is_operator_token);
 
+    /// Another machine belongs to the site, as those of `AccessParams::machines`, from the next request on.
+    void add_machine(std::string_view machine);
+    /// One that was added, or was one of those, does so no longer.
+    void remove_machine(std::string_view machine);
+
     Answer respond(IncomingRequest const& request) override;
     boost::asio::awaitable<void> serve_websocket(ChannelInfo info, Channel& channel) override;
     void stopping() override;

@@ -10,8 +10,9 @@
 
 #include <boost/asio/awaitable.hpp>
 
+#include <list>
 #include <memory>
-#include <span>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -77,6 +78,15 @@ public:
     void set_servers(std::vector<std::string> const& addresses);
     void set_polled_servers(std::vector<PolledServer> const& servers);
 
+    /// A single server of the list: a new one is polled at once; what is known of a known one stays, and it
+    /// is polled as said here from its next poll on. It stands in front of the server `before`, or at the end
+    /// where that is not in the list. By default new ones come to the end, and known ones stay where they
+    /// are.
+    void put_server(PolledServer const& server, std::optional<std::string_view> before = std::nullopt);
+
+    /// It is forgotten, and polled no more.
+    void remove_server(std::string_view address);
+
     /// One more poll of that server at once, unless one is in flight, or it is not in the list, or `run()` is
     /// not awaited: for who has reason to think that something has changed there.
     void poll_now(std::string_view address);
@@ -95,9 +105,13 @@ public:
     /// How many servers are up, and their load.
     LoadTotals totals() const noexcept;
 
-    /// What is known of every server, in the order given to `set_servers`.
-    /// Lifetime: until the next `set_servers`; each poll changes its server.
-    std::span<ServerLoad const> servers() const noexcept;
+    /// What is known of every server, in the order of the list.
+    /// Lifetime: a server is where it is until it leaves the list; each poll changes it.
+    std::list<ServerLoad> const& servers() const noexcept;
+
+    /// What is known of one. Null: it is not in the list.
+    /// Lifetime: as of `servers`.
+    ServerLoad const* find(std::string_view address) const;
 
 private:
     struct Impl;

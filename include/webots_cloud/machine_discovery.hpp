@@ -41,8 +41,10 @@ struct MachineDiscoveryHooks
 {
     MachineDiscoveryHooks() = default;
 
-    /// Called by `run` when there are other machines than before.
-    std::function<void(std::vector<ServerSpec> const& servers)> changed;
+    /// Called by `run` when there are other machines than before, with what is different, one after the
+    /// other. Of many machines it is called several times, each time for some, in different turns of the
+    /// event loop.
+    std::function<void(std::vector<ServerChange> const& changes)> changed;
     /// The addresses of machines that can't be reached: then those of the next priority of a service are
     /// used. Empty: those of the first are.
     std::function<std::unordered_set<std::string>()> unreachable;
@@ -52,7 +54,7 @@ struct MachineDiscoveryHooks
 
 /// Looks names up again and again, and listens to announcements (docs/discovery.md).
 ///
-/// The machines change once a second at most, in `run`.
+/// The machines change in `run`, which looks after them once a second.
 /// Lifetime: everything passed by reference must outlive it.
 /// Thread-safety: one executor.
 class MachineDiscovery
@@ -62,16 +64,17 @@ public:
                      MachineDiscoveryHooks hooks = MachineDiscoveryHooks());
     ~MachineDiscovery();
 
-    /// Takes other parameters: `servers` has the new entries at once. What is known of names that stay, and
-    /// of announced machines, stays.
+    /// Takes other parameters: `servers` has the new entries at once, and all changes that nobody was told of
+    /// yet, which nobody is told of any more. What is known of names that stay, and of announced machines,
+    /// stays.
     void apply(MachineDiscoveryParams params);
 
-    /// The machines as they are known now. Of equal addresses the first one counts.
-    std::vector<ServerSpec> const& servers() const noexcept;
+    /// The machines as `changed` has told. Of equal addresses the first one counts.
+    std::vector<ServerSpec> servers() const;
 
     /// How a machine was found: `dns:sim.example.org:2000`, or `announced`; empty: it is an entry itself.
     ///
-    /// Lifetime: until the machines change.
+    /// Lifetime: until apply().
     std::string_view origin(std::string_view address) const;
 
     /// Answers an announcement: `POST /api/machines` (protocol section 13.17).

@@ -80,8 +80,8 @@ struct SessionServiceHooks
     /// What the ids in the paths of machines are made with (HMAC-SHA256): the same after a restart, and at
     /// all session servers of a site. Empty: no machine has a path of its own (`ServerSpec::has_own_path`).
     std::function<std::string(std::string_view message)> machine_mac;
-    /// How a machine was found, for the monitor page, as `MachineDiscovery::origin`. The text has to live
-    /// until the next `set_servers`. Empty: all are of the configuration.
+    /// How a machine was found, for the monitor page, as `MachineDiscovery::origin`. Empty: all are of the
+    /// configuration.
     std::function<std::string_view(std::string_view server)> origin_of;
     /// Answers `POST /api/machines`, with which simulation servers announce themselves. Empty: 404.
     std::function<HttpResponse(IncomingRequest const&)> take_announcement;
@@ -110,6 +110,9 @@ public:
     /// The simulation servers from now on, for the monitor and the scheduler too, which get their lists from
     /// here alone. Browsers stay connected.
     void set_servers(std::vector<ServerSpec> const& servers);
+
+    /// What becomes different in that list, one after the other. It costs what it changes.
+    void change_servers(std::vector<ServerChange> const& changes);
 
     /// Cancellation: terminal.
     /// Errors: `operation_aborted`.

@@ -152,11 +152,16 @@ result<std::function<std::string(std::string_view)>> waiting_mac(SessionConfig c
         });
 }
 
+std::string_view host_of(ServerSpec const& server)
+{
+    return std::string_view(server.address).substr(0, server.address.find('/'));
+}
+
 AccessParams session_access_params(SessionConfig const& config, std::vector<ServerSpec> const& servers)
 {
     auto params = app::access_params(config.address.host, config.access);
     for (auto const& server : servers)
-        params.machines.push_back(server.address.substr(0, server.address.find('/')));
+        params.machines.emplace_back(host_of(server));
     return params;
 }
 
@@ -224,9 +229,9 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     auto discovery_calls = discovery_hooks(config, monitor);
     if (!discovery_calls)
         co_return discovery_calls.error();
-    std::function<void(std::vector<ServerSpec> const&)> take_servers;
-    discovery_calls->changed = [&take_servers](std::vector<ServerSpec> const& servers) {
-        take_servers(servers);
+    std::function<void(std::vector<ServerChange> const&)> take_changes;
+    discovery_calls->changed = [&take_changes](std::vector<ServerChange> const& changes) {
+        take_changes(changes);
     };
     MachineDiscovery discovery(discovery_params(config), *names, *clock, log, std::move(*discovery_calls));
     SessionServiceHooks hooks;
@@ -270,9 +275,14 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
     if (auto const listening = operators->listen(); !listening)
         log.warning(core::concat("No --decisions: ", listening.error().message()));
     auto examined = config;
-    take_servers = [&](std::vector<ServerSpec> const& servers) {
-        service.set_servers(servers);
-        access.apply(session_access_params(examined, servers), *token_check);
+    take_changes = [&](std::vector<ServerChange> const& changes) {
+        service.change_servers(changes);
+        for (auto const& change : changes) {
+            if (change.kind == ServerChange::Kind::added)
+                access.add_machine(host_of(change.server));
+            if (change.kind == ServerChange::Kind::removed)
+                access.remove_machine(host_of(change.server));
+        }
     };
     app::DoctorEndpoint::Look const look = [&examined, &doctor, &executor] {
         return app::examine_session_server(examined, app::view_from_inside(doctor.instance()), executor);
@@ -293,8 +303,9 @@ asio::awaitable<result<>> serve_sessions(asio::any_io_executor executor, Session
         service.apply(std::move(*next_service_params));
         discovery.apply(discovery_params(next));
         examined = next;
-        token_check = next_token_check;
-        take_servers(discovery.servers());
+        auto const servers = discovery.servers();
+        service.set_servers(servers);
+        access.apply(session_access_params(next, servers), *next_token_check);
         return {};
     };
     auto const manager = make_service_manager();

@@ -7,6 +7,8 @@
 #include "core/simulation/gateway_address.hpp"
 #include "core/text.hpp"
 
+#include <array>
+
 namespace webots_cloud {
 
 using core::concat;
@@ -16,23 +18,23 @@ namespace {
 constexpr std::string_view bearer = "Bearer ";
 constexpr std::string_view guessed_types = "X-Content-Type-Options: nosniff\r\n";
 
-core::SiteAccess site_of(AccessParams const& params)
+/// `machines`: the reach of the widest of them.
+core::SiteAccess site_of(AccessParams const& params, core::Reach machines)
 {
     auto reach = core::reach_of(params.server);
     if (reach == core::Reach::this_machine)
-        for (auto const& machine : params.machines)
-            reach = core::wider(reach, core::reach_of(machine));
+        reach = machines;
     auto names = params.host_names;
     names.push_back(params.server);
     return {reach, names, params.allowed_origins ? &*params.allowed_origins : nullptr};
 }
 
-std::string page_headers(AccessParams params)
+std::string page_headers(AccessParams params, core::Reach machines)
 {
     if (params.frame_ancestors)
         params.allowed_origins = params.frame_ancestors;
     return concat(guessed_types, "Content-Security-Policy: frame-ancestors ",
-                  site_of(params).frame_ancestors(), "\r\n");
+                  site_of(params, machines).frame_ancestors(), "\r\n");
 }
 
 bool is_page(std::string_view path) noexcept
@@ -81,13 +83,43 @@ struct AccessControl::Impl
     {
         params = std::move(parameters);
         is_operator_token = std::move(check);
-        site = site_of(params);
+        machines_of_reach.fill(0);
+        for (auto const& machine : params.machines)
+            ++machines_of(machine);
+        find_site();
         monitors = core::IpNetworks(params.monitor_addresses);
-        headers_of_pages = page_headers(params);
         monitor_authorization =
             params.monitor_password.empty()
                 ? std::string()
                 : concat("Basic ", core::base64(concat("operator:", params.monitor_password)));
+    }
+
+    std::size_t& machines_of(std::string_view machine)
+    {
+        return machines_of_reach[static_cast<std::size_t>(core::reach_of(machine))];
+    }
+
+    /// Of all machines.
+    core::Reach widest_reach() const
+    {
+        using enum core::Reach;
+        for (auto const reach : {everybody, private_network})
+            if (machines_of_reach[static_cast<std::size_t>(reach)] != 0)
+                return reach;
+        return this_machine;
+    }
+
+    void find_site()
+    {
+        reach_of_machines = widest_reach();
+        site = site_of(params, reach_of_machines);
+        headers_of_pages = page_headers(params, reach_of_machines);
+    }
+
+    void machines_changed()
+    {
+        if (widest_reach() != reach_of_machines)
+            find_site();
     }
 
     bool is_operators(IncomingRequest const& request) const;
@@ -99,6 +131,8 @@ struct AccessControl::Impl
     OperatorTokenCheck is_operator_token;
     Endpoint& endpoint;
     Logger log;
+    std::array<std::size_t, 3> machines_of_reach{}; ///< How many there are, by core::Reach.
+    core::Reach reach_of_machines = core::Reach::this_machine;
     core::SiteAccess site;
     std::string headers_of_pages;      ///< With line ends. Answers refer to it.
     std::string monitor_authorization; ///< Empty: no password is asked for.
@@ -115,6 +149,18 @@ AccessControl::~AccessControl() = default;
 void AccessControl::apply(AccessParams params, OperatorTokenCheck is_operator_token)
 {
     impl_->set(std::move(params), std::move(is_operator_token));
+}
+
+void AccessControl::add_machine(std::string_view machine)
+{
+    ++impl_->machines_of(machine);
+    impl_->machines_changed();
+}
+
+void AccessControl::remove_machine(std::string_view machine)
+{
+    --impl_->machines_of(machine);
+    impl_->machines_changed();
 }
 
 bool AccessControl::Impl::is_operators(IncomingRequest const& request) const

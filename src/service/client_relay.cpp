@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <string_view>
-#include <unordered_set>
 
 namespace webots_cloud {
 namespace asio = boost::asio;
@@ -53,19 +52,19 @@ void ClientRelay::apply(ClientRelayParams params)
     room_.apply(room);
 }
 
-void ClientRelay::set_servers(std::vector<ServerSpec> const& servers)
+void ClientRelay::put(ServerSpec const& server)
 {
-    std::unordered_set<std::string_view> listed;
-    for (auto const& server : servers) {
-        listed.insert(server.address);
-        auto& machine = machines_[server.address];
-        machine.internal_address = server.internal_address;
-        machine.internal_name = server.internal_name;
-    }
-    auto const is_listed = [&listed](std::string_view entry) { return listed.contains(entry); };
-    std::erase_if(machines_, [&](auto const& machine) { return !is_listed(machine.first); });
-    faults_.keep_only(is_listed);
-    questions_.keep_only(is_listed);
+    auto& machine = machines_[server.address];
+    machine.internal_address = server.internal_address;
+    machine.internal_name = server.internal_name;
+}
+
+void ClientRelay::remove(std::string_view entry)
+{
+    if (auto const found = machines_.find(entry); found != machines_.end())
+        machines_.erase(found);
+    faults_.forget(entry);
+    questions_.forget(entry);
 }
 
 bool ClientRelay::takes_more(TimePoint now) const

@@ -83,7 +83,10 @@ public:
     ~ClientRelay();
 
     void apply(ClientRelayParams params);
-    void set_servers(std::vector<ServerSpec> const& servers);
+    /// A machine of the list.
+    void put(ServerSpec const& server);
+    /// It has left the list.
+    void remove(std::string_view entry);
 
     /// Whether who comes now is served or may wait.
     bool takes_more(TimePoint now) const;

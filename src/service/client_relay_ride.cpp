@@ -335,10 +335,8 @@ asio::awaitable<result<std::unique_ptr<Channel>>> ClientRelay::connect(Browser c
 
 bool ClientRelay::is_ours(std::string_view entry) const
 {
-    auto const servers = monitor_.servers();
-    auto const found = std::find_if(servers.begin(), servers.end(),
-                                    [entry](ServerLoad const& server) { return server.address == entry; });
-    return found != servers.end() && found->report.arrivals.has_value();
+    auto const* const server = monitor_.find(entry);
+    return server && server->report.arrivals.has_value();
 }
 
 void ClientRelay::note_ready(Browser& browser)

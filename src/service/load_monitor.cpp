@@ -13,6 +13,7 @@
 #include <deque>
 #include <optional>
 #include <unordered_map>
+#include <unordered_set>
 
 namespace webots_cloud {
 namespace asio = boost::asio;
@@ -90,12 +91,15 @@ struct LoadMonitor::Impl
     void poll_now(std::string_view address);
     HttpRequest load_request(Watch const& watch) const;
     void record(Watch const& watch, result<LoadReport> const& outcome);
+    void put_server(PolledServer const& server, std::optional<std::string_view> before);
+    void remove_server(std::string_view address);
 
     LoadMonitorParams params;
     HttpClient& http;
     Clock& clock;
     core::LoadTable table;
-    std::vector<std::shared_ptr<Watch>> watches; ///< One for each server of the table, in its order.
+    /// One for each server of the table, by its address.
+    std::unordered_map<std::string, std::shared_ptr<Watch>, core::TextHash, std::equal_to<>> watches;
     std::deque<LoadEvent> events;
     std::optional<async::TaskGroup> tasks; // while run() is awaited
     std::optional<async::Wakeup> happened;
@@ -155,13 +159,11 @@ asio::awaitable<void> LoadMonitor::Impl::poll_once(std::shared_ptr<Watch> watch)
 
 void LoadMonitor::Impl::poll_now(std::string_view address)
 {
-    auto const found = std::find_if(watches.begin(), watches.end(), [address](auto const& watch) {
-        return watch->server.address == address;
-    });
-    if (!tasks || found == watches.end() || (*found)->polls != 0)
+    auto const found = watches.find(address);
+    if (!tasks || found == watches.end() || found->second->polls != 0)
         return;
-    ++(*found)->polls;
-    tasks->spawn(poll_once(*found));
+    ++found->second->polls;
+    tasks->spawn(poll_once(found->second));
 }
 
 void LoadMonitor::Impl::record(Watch const& watch, result<LoadReport> const& outcome)
@@ -207,36 +209,47 @@ void LoadMonitor::set_servers(std::vector<std::string> const& addresses)
 
 void LoadMonitor::set_polled_servers(std::vector<PolledServer> const& servers)
 {
-    std::vector<std::string> addresses;
-    std::unordered_map<std::string_view, PolledServer const*> polled;
-    for (auto const& server : servers) {
-        addresses.push_back(server.address);
-        polled.emplace(server.address, &server);
+    std::unordered_set<std::string_view> listed;
+    for (auto const& server : servers)
+        if (listed.insert(server.address).second)
+            put_server(server, std::string_view());
+    while (impl_->table.servers().size() > listed.size())
+        remove_server(impl_->table.servers().front().address); // the others stand behind those left out
+}
+
+void LoadMonitor::put_server(PolledServer const& server, std::optional<std::string_view> before)
+{
+    impl_->put_server(server, before);
+}
+
+void LoadMonitor::remove_server(std::string_view address)
+{
+    impl_->remove_server(address);
+}
+
+void LoadMonitor::Impl::put_server(PolledServer const& server, std::optional<std::string_view> before)
+{
+    if (!table.put(server.address, before)) {
+        watches.find(server.address)->second->server = server;
+        return;
     }
-    std::unordered_map<std::string_view, std::shared_ptr<Watch>> known;
-    for (auto const& watch : impl_->watches)
-        known.emplace(watch->server.address, watch);
-    impl_->table.set_servers(addresses);
-    std::vector<std::shared_ptr<Watch>> next;
-    for (auto const& server : impl_->table.servers()) {
-        auto const found = known.find(server.address);
-        if (found == known.end()) {
-            next.push_back(std::make_shared<Watch>(*polled.at(server.address)));
-            if (impl_->tasks)
-                impl_->start(next.back());
-        } else {
-            next.push_back(std::move(found->second)); // what stays in `known` was removed
-            next.back()->server = *polled.at(server.address);
-        }
-    }
-    for (auto const& [address, watch] : known) {
-        if (!watch)
-            continue;
-        watch->removed = true;
-        if (watch->task)
-            async::TaskGroup::cancel(*watch->task);
-    }
-    impl_->watches = std::move(next);
+    auto const watch = std::make_shared<Watch>(server);
+    watches.emplace(server.address, watch);
+    if (tasks)
+        start(watch);
+}
+
+void LoadMonitor::Impl::remove_server(std::string_view address)
+{
+    auto const found = watches.find(address);
+    if (found == watches.end())
+        return;
+    auto const watch = found->second;
+    table.remove(address);
+    watches.erase(found);
+    watch->removed = true;
+    if (watch->task)
+        async::TaskGroup::cancel(*watch->task);
 }
 
 asio::awaitable<result<>> LoadMonitor::run()
@@ -256,8 +269,8 @@ asio::awaitable<result<>> LoadMonitor::Impl::run()
     tasks.emplace(executor);
     if (!happened)
         happened.emplace(executor);
-    for (auto const& watch : watches)
-        start(watch);
+    for (auto const& server : table.servers())
+        start(watches.at(server.address));
 
     async::Wakeup forever(executor);
     (void)co_await forever.wait();
@@ -294,9 +307,14 @@ LoadTotals LoadMonitor::totals() const noexcept
     return impl_->table.totals();
 }
 
-std::span<ServerLoad const> LoadMonitor::servers() const noexcept
+std::list<ServerLoad> const& LoadMonitor::servers() const noexcept
 {
     return impl_->table.servers();
+}
+
+ServerLoad const* LoadMonitor::find(std::string_view address) const
+{
+    return impl_->table.find(address);
 }
 
 } // namespace webots_cloud

@@ -3,6 +3,7 @@
 #include "async/cancellation.hpp"
 #include "async/task_group.hpp"
 #include "core/discovery/announcements.hpp"
+#include "core/discovery/machine_list.hpp"
 #include "core/discovery/machine_name.hpp"
 #include "core/discovery/named_machines.hpp"
 #include "core/pages/http_pages.hpp"
@@ -11,9 +12,9 @@
 #include <boost/asio/this_coro.hpp>
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <optional>
-#include <unordered_map>
 
 namespace webots_cloud {
 namespace asio = boost::asio;
@@ -22,8 +23,12 @@ using core::concat;
 
 namespace {
 
-// Changes of thousands of machines are taken over together.
+// Looking after the machines. What happens in between is taken over together,
 constexpr Duration machines_step = std::chrono::seconds(1);
+// of so many machines in one turn of the event loop, so that others have theirs in between: each that comes
+// is polled, and of each that goes a connection is closed.
+constexpr std::size_t machines_at_once = 10;
+constexpr Duration pause = std::chrono::milliseconds(2);
 constexpr Duration lookup_limit = std::chrono::seconds(20);
 constexpr std::size_t max_announcement = 1000;
 
@@ -33,7 +38,9 @@ struct WatchedName
     WatchedName(ServerSpec entry, core::MachineName name) : machines(std::move(entry), std::move(name)) {}
 
     core::NamedMachines machines;
-    bool is_asked = false; ///< A lookup is under way.
+    std::vector<ServerSpec> named; ///< In the list, by this name, in the order of their addresses.
+    std::size_t source = 0;        ///< There.
+    bool is_asked = false;         ///< A lookup is under way.
     bool is_removed = false;
 };
 
@@ -54,9 +61,11 @@ struct MachineDiscovery::Impl
     }
 
     void take(MachineDiscoveryParams parameters);
-    void assemble();
+    void name_machines(WatchedName& name);
+    void name_spares();
+    std::size_t announced_source() const noexcept { return params.entries.size(); }
+    void name_announced(std::string address);
     std::optional<ServerSpec> announced_machine(std::string address) const;
-    void add(ServerSpec machine, std::string_view origin);
     void begin_lookups();
     asio::awaitable<void> look_up(std::shared_ptr<WatchedName> watched);
     void forget_silent();
@@ -71,10 +80,9 @@ struct MachineDiscovery::Impl
     std::map<std::string, std::shared_ptr<WatchedName>, std::less<>> watched; ///< By their entries.
     core::AnnouncedMachines announced;
     ServerSpec announced_as; ///< How they are treated.
-    std::vector<ServerSpec> servers;
-    std::unordered_map<std::string, std::string> origins; ///< Of each of them.
-    bool is_outdated = false;                             ///< `servers` may have changed.
-    std::optional<async::TaskGroup> lookups;              ///< While `run` is awaited.
+    core::MachineList list;  ///< Its sources are the entries by their places, and behind them announcements.
+    std::unordered_set<std::string> lost;    ///< Machines that can't be reached, as far as that matters.
+    std::optional<async::TaskGroup> lookups; ///< While `run` is awaited.
 };
 
 MachineDiscovery::MachineDiscovery(MachineDiscoveryParams params, NameService& names, Clock& clock,
@@ -89,15 +97,20 @@ void MachineDiscovery::apply(MachineDiscoveryParams params)
     impl_->take(std::move(params));
 }
 
-std::vector<ServerSpec> const& MachineDiscovery::servers() const noexcept
+std::vector<ServerSpec> MachineDiscovery::servers() const
 {
-    return impl_->servers;
+    return impl_->list.servers();
 }
 
 std::string_view MachineDiscovery::origin(std::string_view address) const
 {
-    auto const found = impl_->origins.find(std::string(address));
-    return found == impl_->origins.end() ? std::string_view() : found->second;
+    auto const source = impl_->list.source_of(address);
+    if (!source)
+        return {};
+    if (*source == impl_->announced_source())
+        return core::announced_entry;
+    std::string_view const entry = impl_->params.entries[*source].address;
+    return impl_->watched.contains(entry) ? entry : std::string_view();
 }
 
 HttpResponse MachineDiscovery::take_announcement(IncomingRequest const& request)
@@ -114,59 +127,73 @@ void MachineDiscovery::Impl::take(MachineDiscoveryParams parameters)
 {
     params = std::move(parameters);
     announced_as = ServerSpec();
+    list = core::MachineList();
     auto known = std::exchange(watched, {});
-    for (auto const& entry : params.entries) {
-        if (entry.address == core::announced_entry)
-            announced_as = entry;
+    for (std::size_t source = 0; source != params.entries.size(); ++source) {
+        auto const& entry = params.entries[source];
         auto name = core::parse_machine_name(entry.address);
-        if (!name || watched.contains(entry.address))
-            continue;
-        auto const found = known.find(entry.address);
-        if (found == known.end()) {
-            watched.emplace(entry.address, std::make_shared<WatchedName>(entry, std::move(*name)));
-            continue;
+        if (entry.address == core::announced_entry) {
+            announced_as = entry;
+        } else if (!name) {
+            list.name(source, entry);
+        } else if (!watched.contains(entry.address)) {
+            auto const found = known.find(entry.address);
+            auto const& machines =
+                watched
+                    .emplace(entry.address, found == known.end()
+                                                ? std::make_shared<WatchedName>(entry, std::move(*name))
+                                                : known.extract(found).mapped())
+                    .first->second;
+            machines->machines.treat_as(entry);
+            machines->named.clear();
+            machines->source = source;
         }
-        found->second->machines.treat_as(entry);
-        watched.insert(known.extract(found));
     }
     for (auto const& [entry, removed] : known)
         removed->is_removed = true;
-    assemble();
-}
-
-void MachineDiscovery::Impl::add(ServerSpec machine, std::string_view origin)
-{
-    if (origins.emplace(machine.address, origin).second)
-        servers.push_back(std::move(machine));
-}
-
-/// The list of machines from all that is known.
-void MachineDiscovery::Impl::assemble()
-{
-    bool const has_spares = std::any_of(watched.begin(), watched.end(), [](auto const& entry) {
-        return entry.second->machines.has_spares();
-    });
-    std::unordered_set<std::string> lost;
-    if (has_spares && hooks.unreachable)
-        lost = hooks.unreachable();
-    auto const is_lost = [&lost](std::string_view address) { return lost.contains(std::string(address)); };
-    servers.clear();
-    origins.clear();
-    for (auto const& entry : params.entries) {
-        if (entry.address == core::announced_entry)
-            continue;
-        auto const name = watched.find(entry.address);
-        if (name == watched.end()) {
-            add(entry, {});
-            continue;
-        }
-        for (auto& machine : name->second->machines.machines(is_lost))
-            add(std::move(machine), entry.address);
-    }
+    for (auto const& [entry, name] : watched)
+        name_machines(*name);
+    name_spares();
     for (auto& machine : announced.machines())
-        if (auto spec = announced_machine(std::move(machine)))
-            add(std::move(*spec), core::announced_entry);
-    is_outdated = has_spares; // nobody says when one of them is lost
+        name_announced(std::move(machine));
+    (void)list.take(std::numeric_limits<std::size_t>::max());
+}
+
+/// The list gets what is different from before.
+void MachineDiscovery::Impl::name_machines(WatchedName& name)
+{
+    auto machines = name.machines.machines(
+        [this](std::string_view address) { return lost.contains(std::string(address)); });
+    auto before = name.named.begin();
+    for (auto const& machine : machines) {
+        for (; before != name.named.end() && before->address < machine.address; ++before)
+            list.forget(name.source, before->address);
+        bool const is_known = before != name.named.end() && before->address == machine.address;
+        if (!is_known || *before != machine)
+            list.name(name.source, machine);
+        before += is_known ? 1 : 0;
+    }
+    for (; before != name.named.end(); ++before)
+        list.forget(name.source, before->address);
+    name.named = std::move(machines);
+}
+
+/// Nobody says when a machine is lost, or comes back.
+void MachineDiscovery::Impl::name_spares()
+{
+    auto const has_spares = [](auto const& entry) { return entry.second->machines.has_spares(); };
+    if (!hooks.unreachable || std::none_of(watched.begin(), watched.end(), has_spares))
+        return;
+    lost = hooks.unreachable();
+    for (auto const& entry : watched)
+        if (has_spares(entry))
+            name_machines(*entry.second);
+}
+
+void MachineDiscovery::Impl::name_announced(std::string address)
+{
+    if (auto const machine = announced_machine(std::move(address)))
+        list.name(announced_source(), *machine);
 }
 
 /// Treated as the entry "announced" says, if there is one. Nothing: it says that machines are reached inside,
@@ -204,14 +231,14 @@ asio::awaitable<void> MachineDiscovery::Impl::look_up(std::shared_ptr<WatchedNam
         log.info(news.info);
     if (!news.warning.empty())
         log.warning(core::printable(news.warning));
-    is_outdated = true;
+    name_machines(*watched_name);
 }
 
 void MachineDiscovery::Impl::forget_silent()
 {
     for (auto const& machine : announced.forget_silent(clock.now(), clock.wall())) {
         log.warning(concat(machine, " announces itself no longer, and is forgotten"));
-        is_outdated = true;
+        list.forget(announced_source(), machine);
     }
 }
 
@@ -219,17 +246,20 @@ asio::awaitable<result<>> MachineDiscovery::Impl::run()
 {
     co_await asio::this_coro::throw_if_cancelled(false);
     lookups.emplace(co_await asio::this_coro::executor);
+    auto next_look = clock.now();
     bool running = true;
     while (running) {
-        begin_lookups();
-        forget_silent();
-        if (is_outdated) {
-            auto const before = servers;
-            assemble();
-            if (servers != before && hooks.changed)
-                hooks.changed(servers);
+        if (clock.now() >= next_look) {
+            begin_lookups();
+            forget_silent();
+            name_spares();
+            next_look = clock.now() + machines_step;
         }
-        auto const waited = co_await clock.wait_until(clock.now() + machines_step);
+        auto const changes = list.take(machines_at_once);
+        if (!changes.empty() && hooks.changed)
+            hooks.changed(changes);
+        auto const due = list.is_outdated() ? clock.now() + pause : next_look;
+        auto const waited = co_await clock.wait_until(due);
         bool const cancelled = co_await async::is_cancelled();
         running = waited && !cancelled;
     }
@@ -261,7 +291,11 @@ HttpResponse MachineDiscovery::Impl::take_announcement(IncomingRequest const& re
     auto const before = announced.size();
     auto const verdict = announced.take(*announcement, params.loopback, clock.now(), clock.wall());
     if (announced.size() != before) {
-        is_outdated = true;
+        auto address = core::lower_case(announcement->machine);
+        if (announcement->is_goodbye)
+            list.forget(announced_source(), address);
+        else
+            name_announced(std::move(address));
         log.info(concat(core::printable(announcement->machine),
                         announcement->is_goodbye ? " says goodbye" : " announces itself"));
     }

@@ -2,7 +2,7 @@
 
 #include "core/pages/metrics_text.hpp"
 
-#include <algorithm>
+#include <vector>
 
 namespace webots_cloud {
 namespace asio = boost::asio;
@@ -100,12 +100,15 @@ asio::awaitable<result<>> MachineMetrics::run()
         if (!is_large())
             continue;
         auto const began = clock_.now();
-        auto const expiries = expiries_; // other machines may be listed from then on
+        auto const expiries = expiries_;
+        std::vector<std::string> addresses; // machines may come and go meanwhile
+        for (auto const& server : monitor_.servers())
+            addresses.push_back(server.address);
         Families families;
-        for (std::size_t i = 0; expiries == expiries_ && i < monitor_.servers().size(); ++i) {
-            auto const& server = monitor_.servers()[i];
-            families.add(server, !drained_.drained_by(server.address).empty(),
-                         scheduler_.placed(server.address));
+        for (std::size_t i = 0; expiries == expiries_ && i < addresses.size(); ++i) {
+            if (auto const* const server = monitor_.find(addresses[i]))
+                families.add(*server, !drained_.drained_by(server->address).empty(),
+                             scheduler_.placed(server->address));
             if (i % at_once != at_once - 1)
                 continue;
             if (auto const waited = co_await clock_.wait_until(clock_.now() + pause); !waited)

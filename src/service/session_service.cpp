@@ -141,12 +141,15 @@ struct SessionService::Impl
     Answer liveness(IncomingRequest const& request);
     Answer readiness(IncomingRequest const& request);
 
+    void set_servers(std::vector<ServerSpec> const& servers);
+    void put_server(ServerSpec const& server, std::string_view before);
+    void remove_server(std::string_view address);
     void write_relay(core::MetricsText& text) const;
     void expire_pages();
+    void expire_monitor();
     void update_monitor();
     void count_placed();
     std::optional<core::WaitingFigures> waiting_figures() const;
-    void note_drained();
     std::string monitor_snapshot();
     std::string monitor_text() const;
 
@@ -206,25 +209,72 @@ void SessionService::apply(SessionServiceParams params)
 
 void SessionService::set_servers(std::vector<ServerSpec> const& servers)
 {
-    std::vector<PolledServer> polled;
-    for (auto const& server : servers) {
-        auto& each = polled.emplace_back(server.address);
-        each.internal_address = server.internal_address;
-        each.internal_name = server.internal_name;
-        each.must_be_ours = server.has_own_path;
-    }
-    impl_->machines.list(servers);
-    impl_->scheduler.set_servers(impl_->machines.servers());
-    impl_->monitor.set_polled_servers(polled);
-    impl_->forwarding = core::ForwardingTable(servers);
-    impl_->paths.list(servers);
-    impl_->relay.set_servers(servers);
-    impl_->board.list(impl_->monitor.servers(), impl_->hooks.origin_of,
-                      std::bind_front(&core::MachinePaths::path_of, &impl_->paths));
-    impl_->note_drained();
+    impl_->set_servers(servers);
     impl_->expire_pages();
     impl_->update_availability(impl_->clock.now());
     impl_->update_monitor();
+}
+
+void SessionService::change_servers(std::vector<ServerChange> const& changes)
+{
+    for (auto const& change : changes)
+        if (change.kind == ServerChange::Kind::removed)
+            impl_->remove_server(change.server.address);
+        else
+            impl_->put_server(change.server, change.before);
+    impl_->expire_monitor();
+    impl_->update_availability(impl_->clock.now());
+}
+
+void SessionService::Impl::set_servers(std::vector<ServerSpec> const& servers)
+{
+    std::unordered_set<std::string_view> listed;
+    for (auto const& server : servers)
+        listed.insert(server.address);
+    std::vector<std::string> gone;
+    for (auto const& server : monitor.servers())
+        if (!listed.contains(server.address))
+            gone.push_back(server.address);
+    for (auto const& address : gone)
+        remove_server(address);
+    forwarding = core::ForwardingTable(servers);
+    // Those that are in their places stay there.
+    auto next = monitor.servers().begin();
+    for (auto const& server : servers) {
+        if (listed.erase(server.address) == 0)
+            continue; // the first one of an address counts
+        bool const is_in_place = next != monitor.servers().end() && next->address == server.address;
+        if (is_in_place)
+            ++next;
+        put_server(server, next == monitor.servers().end() ? std::string_view() : next->address);
+    }
+}
+
+void SessionService::Impl::put_server(ServerSpec const& server, std::string_view before)
+{
+    PolledServer polled(server.address);
+    polled.internal_address = server.internal_address;
+    polled.internal_name = server.internal_name;
+    polled.must_be_ours = server.has_own_path;
+    machines.put(server);
+    scheduler.put_server(machines.treated(server.address), before);
+    monitor.put_server(polled, before);
+    paths.put(server);
+    relay.put(server);
+    board.put(*monitor.find(server.address),
+              hooks.origin_of ? hooks.origin_of(server.address) : std::string_view(),
+              paths.path_of(server.address), before);
+    board.note_drained(server.address, machines.drained_by(server.address));
+}
+
+void SessionService::Impl::remove_server(std::string_view address)
+{
+    board.remove(address);
+    relay.remove(address);
+    paths.remove(address);
+    monitor.remove_server(address);
+    scheduler.remove_server(address);
+    machines.remove(address);
 }
 
 asio::awaitable<result<>> SessionService::run()
@@ -552,15 +602,10 @@ std::optional<core::WaitingFigures> SessionService::Impl::waiting_figures() cons
     return waiting;
 }
 
-void SessionService::Impl::note_drained()
-{
-    board.note_drained(std::bind_front(&placement::DrainedMachines::drained_by, &machines));
-}
-
 std::string SessionService::Impl::monitor_snapshot()
 {
     count_placed();
-    return board.snapshot(monitor.servers());
+    return board.snapshot();
 }
 
 void SessionService::Impl::update_monitor()
@@ -568,10 +613,10 @@ void SessionService::Impl::update_monitor()
     greeting = {};
     if (!feed.empty())
         count_placed();
-    board.take(monitor.servers(), clock.now(), clock.wall());
+    board.take(clock.now(), clock.wall());
     if (feed.empty())
         return;
-    if (auto const update = board.update(monitor.servers()); !update.empty())
+    if (auto const update = board.update(); !update.empty())
         feed.publish(update);
 }
 
@@ -686,9 +731,8 @@ Answer SessionService::Impl::drain(IncomingRequest const& request)
                             concat("There is no machine ",
                                    core::escape_html(core::printable(order->machine, 200)),
                                    " in \"simulationServers\"."));
-    scheduler.set_servers(machines.servers());
-    note_drained();
-    greeting = {};
+    scheduler.put_server(machines.treated(order->machine));
+    board.note_drained(order->machine, machines.drained_by(order->machine));
     expire_pages();
     update_availability(clock.now());
     if (outcome == Outcome::configured)
@@ -734,9 +778,15 @@ Answer SessionService::Impl::metrics(IncomingRequest const&)
 /// Something has changed that whoever changed it wants to see at once.
 void SessionService::Impl::expire_pages()
 {
+    expire_monitor();
+    machine_metrics.expire();
+}
+
+void SessionService::Impl::expire_monitor()
+{
     monitor_html.expire();
     monitor_json.expire();
-    machine_metrics.expire();
+    greeting = {};
 }
 
 void SessionService::Impl::write_relay(core::MetricsText& text) const

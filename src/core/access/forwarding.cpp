@@ -158,7 +158,7 @@ ForwardingTable::ForwardingTable(std::vector<ServerSpec> const& servers)
     for (auto const& server : servers) {
         auto const machine = parse_internal_address(server.internal_address);
         auto const port = public_port(server.address);
-        if (!machine || port == 0)
+        if (!machine || port == 0 || server.has_own_path)
             continue;
         Range range;
         range.first = range.last = port;

@@ -99,7 +99,8 @@ class ForwardingTable
 public:
     ForwardingTable() = default; ///< Passes nothing on.
 
-    /// Servers without an internal address are left out. Of equal ports the first counts.
+    /// Servers without an internal address are left out, and those with a path of their own. Of equal ports
+    /// the first counts.
     explicit ForwardingTable(std::vector<ServerSpec> const& servers);
 
     bool empty() const noexcept { return ranges_.empty(); }

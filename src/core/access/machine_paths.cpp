@@ -1,9 +1,6 @@
 #include "machine_paths.hpp"
 
-#include "core/text.hpp"
-
 #include <algorithm>
-#include <unordered_set>
 #include <utility>
 
 namespace webots_cloud::core {
@@ -36,31 +33,29 @@ std::optional<MachinePath> split_machine_path(std::string_view path) noexcept
     return split.id.empty() ? std::nullopt : std::optional(split);
 }
 
-void MachinePaths::list(std::vector<ServerSpec> const& servers)
+void MachinePaths::put(ServerSpec const& server)
 {
-    std::unordered_set<std::string_view> listed;
-    for (auto const& server : servers) {
-        auto internal = parse_internal_address(server.internal_address);
-        if (!mac_ || !server.has_own_path || !internal || !listed.insert(server.address).second)
-            continue;
-        internal->name = server.internal_name;
-        auto const [known, is_new] = machines_.try_emplace(server.address);
-        auto& machine = known->second;
-        machine.answers = machine.answers && machine.internal == *internal;
-        machine.internal = std::move(*internal);
-        if (is_new) {
-            machine.path = concat(machine_folder, machine_id(mac_, server.address));
-            ids_.emplace(std::string_view(machine.path).substr(machine_folder.size()), &machine);
-        }
+    auto internal = parse_internal_address(server.internal_address);
+    if (!mac_ || !server.has_own_path || !internal)
+        return remove(server.address);
+    internal->name = server.internal_name;
+    auto const [known, is_new] = machines_.try_emplace(server.address);
+    auto& machine = known->second;
+    machine.answers = machine.answers && machine.internal == *internal;
+    machine.internal = std::move(*internal);
+    if (is_new) {
+        machine.path = concat(machine_folder, machine_id(mac_, server.address));
+        ids_.emplace(std::string_view(machine.path).substr(machine_folder.size()), &machine);
     }
-    if (listed.size() == machines_.size())
+}
+
+void MachinePaths::remove(std::string_view address)
+{
+    auto const found = machines_.find(address);
+    if (found == machines_.end())
         return;
-    std::erase_if(machines_, [&](auto const& entry) {
-        bool const has_left = !listed.contains(entry.first);
-        if (has_left)
-            ids_.erase(std::string_view(entry.second.path).substr(machine_folder.size()));
-        return has_left;
-    });
+    ids_.erase(std::string_view(found->second.path).substr(machine_folder.size()));
+    machines_.erase(found);
 }
 
 void MachinePaths::answered(std::string_view address, bool as_ours)

@@ -3,6 +3,7 @@
 // not tell them apart.
 #pragma once
 
+#include "core/text.hpp"
 #include "forwarding.hpp"
 #include "tickets.hpp"
 
@@ -48,8 +49,11 @@ public:
     /// `mac`: of the ids. Empty: no machine has a path.
     explicit MachinePaths(Mac mac) : mac_(std::move(mac)) {}
 
-    /// The machines from now on. What is known of those that stay is kept.
-    void list(std::vector<ServerSpec> const& servers);
+    /// A machine of the list. What is known of it is kept, as long as it is reached as before.
+    void put(ServerSpec const& server);
+
+    /// It has left the list.
+    void remove(std::string_view address);
 
     /// Of a poll. Machines without a path are ignored.
     void answered(std::string_view address, bool as_ours);
@@ -79,18 +83,10 @@ private:
         InternalAddress internal;
         bool answers = false;
     };
-    struct Hash
-    {
-        using is_transparent = void;
-        std::size_t operator()(std::string_view text) const noexcept
-        {
-            return std::hash<std::string_view>()(text);
-        }
-    };
 
     Mac mac_;
-    std::unordered_map<std::string, Machine, Hash, std::equal_to<>> machines_; ///< By address.
-    std::unordered_map<std::string_view, Machine const*> ids_;                 ///< Views into their paths.
+    std::unordered_map<std::string, Machine, TextHash, std::equal_to<>> machines_; ///< By address.
+    std::unordered_map<std::string_view, Machine const*> ids_; ///< Views into their paths.
 };
 
 } // namespace webots_cloud::core

@@ -25,26 +25,40 @@ LoadTransition classify(ServerLoad const& before, result<LoadReport> const& outc
     return LoadTransition::none;
 }
 
-void LoadTable::set_servers(std::vector<std::string> const& addresses)
+bool LoadTable::put(std::string_view address, std::optional<std::string_view> before)
 {
-    std::vector<ServerLoad> servers;
-    servers.reserve(addresses.size());
-    std::unordered_map<std::string, std::size_t> positions;
-    for (auto const& address : addresses) {
-        if (!positions.emplace(address, servers.size()).second)
-            continue;
-        auto const known = positions_.find(address);
-        servers.push_back(known == positions_.end() ? ServerLoad(address)
-                                                    : std::move(servers_[known->second]));
+    auto const next = before ? by_address_.find(*before) : by_address_.end();
+    auto const place = next == by_address_.end() ? servers_.end() : next->second;
+    if (auto const known = by_address_.find(address); known != by_address_.end()) {
+        if (before)
+            servers_.splice(place, servers_, known->second);
+        return false;
     }
-    servers_ = std::move(servers);
-    positions_ = std::move(positions);
+    auto const added = servers_.emplace(place, std::string(address));
+    by_address_.emplace(added->address, added);
+    return true;
 }
 
-LoadEvent LoadTable::record(std::string const& address, result<LoadReport> const& outcome, double threshold,
+void LoadTable::remove(std::string_view address)
+{
+    auto const found = by_address_.find(address);
+    if (found == by_address_.end())
+        return;
+    auto const server = found->second;
+    by_address_.erase(found);
+    servers_.erase(server);
+}
+
+ServerLoad const* LoadTable::find(std::string_view address) const
+{
+    auto const found = by_address_.find(address);
+    return found == by_address_.end() ? nullptr : &*found->second;
+}
+
+LoadEvent LoadTable::record(std::string_view address, result<LoadReport> const& outcome, double threshold,
                             TimePoint now)
 {
-    auto& known = servers_[positions_.at(address)];
+    auto& known = *by_address_.at(address);
     LoadEvent event;
     event.transition = classify(known, outcome, threshold);
     if (outcome) {

@@ -3,11 +3,11 @@
 
 #include <webots_cloud/server_load.hpp>
 
-#include <cstddef>
-#include <span>
+#include <list>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <unordered_map>
-#include <vector>
 
 namespace webots_cloud::core {
 
@@ -25,23 +25,31 @@ LoadTransition classify(ServerLoad const& before, result<LoadReport> const& outc
 class LoadTable
 {
 public:
-    /// The servers from now on, in this order: what is known of those that stay is kept. Of equal addresses
-    /// the first counts.
-    void set_servers(std::vector<std::string> const& addresses);
+    /// A server of the list: a new one is added, and nothing is known of it. It stands in front of the one
+    /// `before`, or at the end where that is not in the list. By default new ones come to the end, and known
+    /// ones stay where they are. Returns whether it is new.
+    bool put(std::string_view address, std::optional<std::string_view> before = std::nullopt);
+
+    /// It is forgotten. Those that are not listed are ignored.
+    void remove(std::string_view address);
 
     /// Takes in a poll's outcome.
     /// Precondition: the server is in the list.
-    LoadEvent record(std::string const& address, result<LoadReport> const& outcome, double threshold,
+    LoadEvent record(std::string_view address, result<LoadReport> const& outcome, double threshold,
                      TimePoint now);
 
-    /// Valid until the next `set_servers`.
-    std::span<ServerLoad const> servers() const noexcept { return servers_; }
+    /// Each is where it is until it is removed.
+    std::list<ServerLoad> const& servers() const noexcept { return servers_; }
+
+    /// Null: it is not in the list.
+    ServerLoad const* find(std::string_view address) const;
 
     LoadTotals totals() const noexcept;
 
 private:
-    std::vector<ServerLoad> servers_;
-    std::unordered_map<std::string, std::size_t> positions_; ///< In `servers_`.
+    std::list<ServerLoad> servers_;
+    /// Views into `servers_`.
+    std::unordered_map<std::string_view, std::list<ServerLoad>::iterator> by_address_;
 };
 
 } // namespace webots_cloud::core

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <unordered_map>
 
 namespace webots_cloud::core {
 namespace {
@@ -17,22 +16,9 @@ LoadHistory::LoadHistory(Duration step, Duration span)
       capacity_(std::max<std::size_t>(1, static_cast<std::size_t>(span / step_)))
 {}
 
-void LoadHistory::set_series(std::vector<std::string> const& names)
+LoadHistory::Series LoadHistory::series() const
 {
-    bool const same =
-        std::equal(names.begin(), names.end(), series_.begin(), series_.end(),
-                   [](std::string const& name, Series const& series) { return name == series.name; });
-    if (same)
-        return;
-    std::unordered_map<std::string, std::vector<float>> known;
-    for (auto& series : series_)
-        known.emplace(std::move(series.name), std::move(series.ring));
-    series_.clear();
-    for (auto const& name : names) {
-        auto const found = known.find(name);
-        bool const is_new = found == known.end() || found->second.empty();
-        series_.push_back({name, is_new ? std::vector<float>(capacity_, unknown) : std::move(found->second)});
-    }
+    return Series(capacity_, unknown);
 }
 
 bool LoadHistory::is_due(TimePoint now) const noexcept
@@ -40,10 +26,8 @@ bool LoadHistory::is_due(TimePoint now) const noexcept
     return count_ == 0 || now >= last_ + step_;
 }
 
-void LoadHistory::add(std::vector<float> const& values, TimePoint now)
+void LoadHistory::advance(TimePoint now) noexcept
 {
-    for (std::size_t i = 0; i < series_.size(); ++i)
-        series_[i].ring[next_] = i < values.size() ? values[i] : unknown;
     next_ = (next_ + 1) % capacity_;
     count_ = std::min(count_ + 1, capacity_);
     last_ = now;
@@ -51,21 +35,32 @@ void LoadHistory::add(std::vector<float> const& values, TimePoint now)
 
 float LoadHistory::at(Series const& series, std::size_t age) const noexcept
 {
-    return series.ring[(next_ + capacity_ - 1 - age) % capacity_];
+    return series[(next_ + capacity_ - 1 - age) % capacity_];
 }
 
-LoadHistory::Line LoadHistory::line(std::size_t series, std::size_t max) const
+/// How many points become one where at most `max` are wanted; 0: none is.
+std::size_t LoadHistory::merged(std::size_t max) const noexcept
+{
+    return max == 0 ? 0 : std::max<std::size_t>(1, (count_ + max - 1) / max);
+}
+
+Duration LoadHistory::spacing(std::size_t max) const noexcept
+{
+    return step_ * static_cast<Duration::rep>(std::max<std::size_t>(1, merged(max)));
+}
+
+LoadHistory::Line LoadHistory::line(Series const& series, std::size_t max) const
 {
     Line line;
-    std::size_t const merged = max == 0 ? 0 : std::max<std::size_t>(1, (count_ + max - 1) / max);
-    line.spacing = step_ * static_cast<Duration::rep>(std::max<std::size_t>(1, merged));
+    std::size_t const merged = this->merged(max);
+    line.spacing = spacing(max);
     if (merged == 0)
         return line;
     for (std::size_t newest = 0; newest < count_; newest += merged) {
         float sum = 0;
         int known = 0;
         for (std::size_t age = newest; age < std::min(newest + merged, count_); ++age) {
-            auto const value = at(series_[series], age);
+            auto const value = at(series, age);
             if (std::isnan(value))
                 continue;
             sum += value;

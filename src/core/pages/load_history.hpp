@@ -4,13 +4,12 @@
 #include <webots_cloud/time.hpp>
 
 #include <cstddef>
-#include <string>
 #include <vector>
 
 namespace webots_cloud::core {
 
-/// A ring of points for each of several named series. Every series has a point at each time; an unknown one
-/// is NaN.
+/// The times of points, which several series share; the series belong to who shows them. Every series has a
+/// point at each time; an unknown one is NaN.
 class LoadHistory
 {
 public:
@@ -19,17 +18,21 @@ public:
     /// Points are `step` apart, at least a second; those older than `span` are forgotten.
     explicit LoadHistory(Duration step, Duration span = default_span);
 
-    /// The series from now on. Those that stay keep their points; a new one has unknown ones.
-    void set_series(std::vector<std::string> const& names);
+    /// A ring of points.
+    using Series = std::vector<float>;
+
+    /// One whose points are unknown.
+    Series series() const;
 
     /// True when the next point is due.
     bool is_due(TimePoint now) const noexcept;
 
-    /// Adds a point: a value for each series, in their order.
-    void add(std::vector<float> const& values, TimePoint now);
+    /// The next point of one series: to be set in each of them before `advance`.
+    void set_next(Series& series, float value) const noexcept { series[next_] = value; }
 
-    std::size_t points() const noexcept { return count_; }
-    std::size_t series() const noexcept { return series_.size(); }
+    /// All series have their next point.
+    void advance(TimePoint now) noexcept;
+
     TimePoint last() const noexcept { return last_; }
 
     /// What is drawn of one series.
@@ -40,20 +43,17 @@ public:
     };
 
     /// At most `max` points of a series, each the mean of as many neighbours as it takes.
-    Line line(std::size_t series, std::size_t max) const;
+    Line line(Series const& series, std::size_t max) const;
+
+    /// The spacing of such lines.
+    Duration spacing(std::size_t max) const noexcept;
 
 private:
-    struct Series
-    {
-        std::string name;
-        std::vector<float> ring;
-    };
-
     float at(Series const& series, std::size_t age) const noexcept;
+    std::size_t merged(std::size_t max) const noexcept;
 
     Duration step_;
     std::size_t capacity_;
-    std::vector<Series> series_;
     std::size_t next_ = 0;
     std::size_t count_ = 0;
     TimePoint last_{};

@@ -5,7 +5,6 @@
 #include "json_text.hpp"
 
 #include <algorithm>
-#include <cassert>
 #include <limits>
 #include <utility>
 
@@ -49,60 +48,67 @@ void SessionBoard::set_threshold(double threshold)
     threshold_ = threshold;
 }
 
-void SessionBoard::list(std::span<ServerLoad const> servers, TextOf const& found_by, TextOf const& path_of)
+void SessionBoard::put(ServerLoad const& server, std::string_view found_by, std::string_view path,
+                       std::optional<std::string_view> before)
 {
-    auto const told_by = [](TextOf const& text_of, std::string_view address) {
-        return text_of ? text_of(address) : std::string_view();
-    };
-    auto const is_same = [&](ServerLoad const& left, Row const& right) {
-        return left.address == right.address && told_by(found_by, left.address) == right.found_by &&
-               told_by(path_of, left.address) == right.path;
-    };
-    must_restate_ =
-        must_restate_ || !std::equal(servers.begin(), servers.end(), rows_.begin(), rows_.end(), is_same);
-    positions_.clear();
-    rows_.clear();
-    changed_.clear();
-    told_.clear();
-    std::vector<std::string> names;
-    for (auto const& server : servers) {
-        names.push_back(server.address);
-        rows_.push_back({server.address,
-                         std::string(told_by(found_by, server.address)),
-                         std::string(told_by(path_of, server.address)),
-                         0,
-                         {},
-                         false});
+    auto const next = before ? by_address_.find(*before) : by_address_.end();
+    auto const place = next == by_address_.end() ? rows_.end() : next->second;
+    auto const [known, is_new] = by_address_.try_emplace(server.address);
+    if (is_new) {
+        known->second = rows_.emplace(place);
+        known->second->server = &server;
+        known->second->history = history_.series();
     }
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-        positions_.emplace(rows_[i].address, i);
-        change_row(i);
-    }
-    history_.set_series(names);
+    auto& row = *known->second;
+    bool const moves = before && place != known->second && place != std::next(known->second);
+    if (moves)
+        rows_.splice(place, rows_, known->second);
+    must_restate_ = must_restate_ || is_new || moves || row.found_by != found_by || row.path != path;
+    row.found_by = found_by;
+    row.path = path;
+    change_row(row);
+}
+
+void SessionBoard::remove(std::string_view address)
+{
+    auto const found = by_address_.find(address);
+    if (found == by_address_.end())
+        return;
+    auto const row = found->second;
+    if (row->is_changed)
+        std::erase(changed_, &*row);
+    told_.clear(); // everything is told next
+    must_restate_ = true;
+    by_address_.erase(found);
+    rows_.erase(row);
+}
+
+SessionBoard::Row* SessionBoard::find(std::string_view address)
+{
+    auto const found = by_address_.find(address);
+    return found == by_address_.end() ? nullptr : &*found->second;
 }
 
 void SessionBoard::change(std::string_view address)
 {
-    if (auto const position = positions_.find(address); position != positions_.end())
-        change_row(position->second);
+    if (auto* const row = find(address))
+        change_row(*row);
 }
 
 void SessionBoard::count_placed(std::function<std::uint64_t(std::string_view address)> const& placed)
 {
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-        auto const count = placed(rows_[i].address);
-        if (std::exchange(rows_[i].placed, count) != count)
-            change_row(i);
+    for (auto& row : rows_) {
+        auto const count = placed(row.server->address);
+        if (std::exchange(row.placed, count) != count)
+            change_row(row);
     }
 }
 
-void SessionBoard::note_drained(std::function<std::string_view(std::string_view address)> const& drained_by)
+void SessionBoard::note_drained(std::string_view address, std::string_view drained_by)
 {
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-        auto const by = drained_by(rows_[i].address);
-        if (std::exchange(rows_[i].drained_by, by) != by)
-            change_row(i);
-    }
+    auto* const row = find(address);
+    if (row && std::exchange(row->drained_by, drained_by) != drained_by)
+        change_row(*row);
 }
 
 void SessionBoard::note_waiting(std::optional<WaitingFigures> figures)
@@ -116,35 +122,38 @@ void SessionBoard::note_waiting(std::optional<WaitingFigures> figures)
     waiting_ = figures;
 }
 
-void SessionBoard::change_row(std::size_t row)
+void SessionBoard::change_row(Row& row)
 {
-    if (!std::exchange(rows_[row].is_changed, true))
-        changed_.push_back(row);
+    if (!std::exchange(row.is_changed, true))
+        changed_.push_back(&row);
 }
 
-void SessionBoard::take(std::span<ServerLoad const> servers, TimePoint now, WallTime wall)
+void SessionBoard::take(TimePoint now, WallTime wall)
 {
-    assert(servers.size() == rows_.size());
     now_ = now;
     wall_ = wall;
     restates_ = std::exchange(must_restate_, false);
+    if (restates_) {
+        std::size_t number = 0;
+        for (auto& row : rows_)
+            row.number = number++;
+    }
     told_ = std::exchange(changed_, {});
-    for (auto const row : told_)
-        rows_[row].is_changed = false;
+    for (auto* const row : told_)
+        row->is_changed = false;
     tells_waiting_ = std::exchange(is_waiting_changed_, false);
-    has_new_point_ = add_point(servers);
+    has_new_point_ = add_point();
 }
 
-bool SessionBoard::add_point(std::span<ServerLoad const> servers)
+bool SessionBoard::add_point()
 {
     if (!history_.is_due(now_))
         return false;
-    std::vector<float> loads;
-    loads.reserve(servers.size());
-    for (auto const& server : servers)
-        loads.push_back(server.state == ServerState::up ? static_cast<float>(server.report.load)
-                                                        : std::numeric_limits<float>::quiet_NaN());
-    history_.add(loads, now_);
+    for (auto& row : rows_)
+        history_.set_next(row.history, row.server->state == ServerState::up
+                                           ? static_cast<float>(row.server->report.load)
+                                           : std::numeric_limits<float>::quiet_NaN());
+    history_.advance(now_);
     return true;
 }
 
@@ -182,7 +191,7 @@ void SessionBoard::append_row(std::string& text, SessionRow const& row) const
     }
 }
 
-std::string SessionBoard::snapshot(std::span<ServerLoad const> servers) const
+std::string SessionBoard::snapshot() const
 {
     std::size_t const each = rows_.empty() ? 0 : max_points / rows_.size();
     int const decimals = rows_.size() > max_precise_servers ? 0 : 1;
@@ -194,35 +203,36 @@ std::string SessionBoard::snapshot(std::span<ServerLoad const> servers) const
     append_key(text, "last");
     append_number(text, as_seconds(now_ - history_.last()), 3);
     append_key(text, "spacing");
-    append_number(text, rows_.empty() ? 0 : as_seconds(history_.line(0, each).spacing), 3);
+    append_number(text, rows_.empty() ? 0 : as_seconds(history_.spacing(each)), 3);
     if (waiting_)
         append_waiting(text);
     append_key(text, "servers");
     text += '[';
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-        text += i == 0 ? "{" : ",{";
+    char const* separator = "{";
+    for (auto const& row : rows_) {
+        text += std::exchange(separator, ",{");
         append_key(text, "address");
-        append_quoted(text, rows_[i].address);
-        if (!rows_[i].found_by.empty()) {
+        append_quoted(text, row.server->address);
+        if (!row.found_by.empty()) {
             append_key(text, "foundBy");
-            append_quoted(text, rows_[i].found_by);
+            append_quoted(text, row.found_by);
         }
-        if (!rows_[i].path.empty()) {
+        if (!row.path.empty()) {
             append_key(text, "path");
-            append_quoted(text, rows_[i].path);
+            append_quoted(text, row.path);
         }
-        append_row(text, session_row(servers[i], rows_[i].placed, rows_[i].drained_by));
+        append_row(text, session_row(*row.server, row.placed, row.drained_by));
         append_key(text, "history");
-        append_numbers(text, history_.line(i, each).values, decimals);
+        append_numbers(text, history_.line(row.history, each).values, decimals);
         text += '}';
     }
     return text + "]}";
 }
 
-std::string SessionBoard::update(std::span<ServerLoad const> servers) const
+std::string SessionBoard::update() const
 {
     if (restates_)
-        return snapshot(servers);
+        return snapshot();
     if (told_.empty() && !has_new_point_ && !tells_waiting_)
         return {};
     std::string text = "{";
@@ -236,12 +246,12 @@ std::string SessionBoard::update(std::span<ServerLoad const> servers) const
         append_waiting(text);
     append_key(text, "rows");
     text += '[';
-    for (std::size_t i = 0; i < told_.size(); ++i) {
-        text += i == 0 ? "{" : ",{";
+    char const* separator = "{";
+    for (auto const* const told : told_) {
+        text += std::exchange(separator, ",{");
         append_key(text, "row");
-        append_number(text, static_cast<double>(told_[i]), 0);
-        auto const& told = rows_[told_[i]];
-        append_row(text, session_row(servers[told_[i]], told.placed, told.drained_by));
+        append_number(text, static_cast<double>(told->number), 0);
+        append_row(text, session_row(*told->server, told->placed, told->drained_by));
         text += '}';
     }
     return text + "]}";

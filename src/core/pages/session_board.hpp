@@ -9,8 +9,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <list>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -56,7 +56,7 @@ std::string waiting_text(WaitingFigures const& figures);
 /// Keeps which rows of the page have changed since watchers were last told, and ten minutes of loads.
 ///
 /// What is known of the servers belongs to the LoadMonitor and the Scheduler: the board looks at it whenever
-/// it writes a text. `servers` are always those of the last `list`, in that order.
+/// it writes a text.
 ///
 /// Its texts are JSON and of bounded size: of many servers the history has fewer points. An update has only
 /// the rows that changed since the last one, and each poll marks its own row, so that the work is spread.
@@ -69,12 +69,14 @@ public:
     /// Watchers learn it with the next `take`.
     void set_threshold(double threshold);
 
-    /// Of the servers, by their addresses.
-    using TextOf = std::function<std::string_view(std::string_view address)>;
+    /// A server of the list, which lives until it is removed. It stands in front of the one `before`, or at
+    /// the end where that is not in the list; by default new ones come to the end, and known ones stay where
+    /// they are. `found_by`, `path`: as in SessionRow.
+    void put(ServerLoad const& server, std::string_view found_by = {}, std::string_view path = {},
+             std::optional<std::string_view> before = std::nullopt);
 
-    /// The servers from now on, each with an address of its own. `found_by`: how one was found, `path_of`:
-    /// its path below this server, as in SessionRow; empty functions where none has any.
-    void list(std::span<ServerLoad const> servers, TextOf const& found_by = {}, TextOf const& path_of = {});
+    /// It has left the list. Servers that are not listed are ignored.
+    void remove(std::string_view address);
 
     /// Something else is known of a server than before. Servers that are not listed are ignored.
     void change(std::string_view address);
@@ -83,44 +85,47 @@ public:
     /// for a snapshot.
     void count_placed(std::function<std::uint64_t(std::string_view address)> const& placed);
 
-    /// Asks who has drained each server, but the server itself. The names have to live as long as the board.
-    void note_drained(std::function<std::string_view(std::string_view address)> const& drained_by);
+    /// Who has drained a server, but the server itself. The name has to live as long as the board.
+    void note_drained(std::string_view address, std::string_view drained_by);
 
     /// Nothing: this server does not relay. To be called when somebody watches, or asks for a snapshot.
     void note_waiting(std::optional<WaitingFigures> figures);
 
     /// The next update has what changed since the last `take`. To be called about once a second.
-    void take(std::span<ServerLoad const> servers, TimePoint now, WallTime wall);
+    void take(TimePoint now, WallTime wall);
 
     /// Everything, for a browser that has just connected; times are those of the last `take`.
-    std::string snapshot(std::span<ServerLoad const> servers) const;
+    std::string snapshot() const;
 
     /// The rows and figures that the last `take` found changed; a snapshot when other servers are listed than
     /// before; empty when nothing changed.
-    std::string update(std::span<ServerLoad const> servers) const;
+    std::string update() const;
 
 private:
     struct Row
     {
-        std::string address;
+        ServerLoad const* server = nullptr;
         std::string found_by;
         std::string path;
         std::uint64_t placed = 0;    ///< As watchers are told.
         std::string_view drained_by; ///< But by itself.
+        std::size_t number = 0;      ///< That by which watchers know it.
         bool is_changed = false;     ///< Since the last `take`.
+        LoadHistory::Series history;
     };
 
-    void change_row(std::size_t row);
-    bool add_point(std::span<ServerLoad const> servers);
+    Row* find(std::string_view address);
+    void change_row(Row& row);
+    bool add_point();
     void append_waiting(std::string& text) const;
     void append_row(std::string& text, SessionRow const& row) const;
 
     LoadHistory history_;
     double threshold_;
-    std::vector<Row> rows_;
-    std::unordered_map<std::string_view, std::size_t> positions_; ///< In `rows_`, which owns the addresses.
-    std::vector<std::size_t> changed_;                            ///< Rows, since the last `take`.
-    std::vector<std::size_t> told_; ///< Rows that the last `take` found changed.
+    std::list<Row> rows_;
+    std::unordered_map<std::string_view, std::list<Row>::iterator> by_address_; ///< Views into the servers.
+    std::vector<Row*> changed_;                                                 ///< Since the last `take`.
+    std::vector<Row*> told_;                                                    ///< Found so by it.
     std::optional<WaitingFigures> waiting_;
     bool is_waiting_changed_ = false; ///< Since the last `take`.
     bool tells_waiting_ = false;      ///< The last `take` found it changed.

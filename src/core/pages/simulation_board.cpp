@@ -78,10 +78,7 @@ std::string short_world(std::string_view url)
 
 SimulationBoard::SimulationBoard() : history_(std::chrono::seconds(1))
 {
-    std::vector<std::string> names;
-    for (auto const name : MonitorSample::names())
-        names.emplace_back(name);
-    history_.set_series(names);
+    series_.fill(history_.series());
 }
 
 void SimulationBoard::take(MonitorSample const& sample, double load, TimePoint now, WallTime wall)
@@ -89,7 +86,10 @@ void SimulationBoard::take(MonitorSample const& sample, double load, TimePoint n
     sample_ = sample;
     load_ = load;
     wall_ = wall;
-    history_.add(sample.values(), now);
+    auto const values = sample.values();
+    for (std::size_t i = 0; i < series_.size(); ++i)
+        history_.set_next(series_[i], values[i]);
+    history_.advance(now);
 }
 
 std::string SimulationBoard::begin(std::vector<SimulationRow> const& rows, std::size_t capacity,
@@ -129,7 +129,7 @@ std::string SimulationBoard::snapshot(std::vector<SimulationRow> const& rows, st
 {
     auto text = begin(rows, capacity, is_draining);
     append_key(text, "spacing");
-    append_number(text, as_seconds(history_.line(0, max_line_points).spacing), 3);
+    append_number(text, as_seconds(history_.spacing(max_line_points)), 3);
     append_key(text, "series");
     text += '[';
     // The columns of MonitorSample: two counts, seven percentages, two rates.
@@ -139,7 +139,7 @@ std::string SimulationBoard::snapshot(std::vector<SimulationRow> const& rows, st
         append_key(text, "name");
         append_quoted(text, MonitorSample::names()[i]);
         append_key(text, "history");
-        append_numbers(text, history_.line(i, max_line_points).values, decimals(i));
+        append_numbers(text, history_.line(series_[i], max_line_points).values, decimals(i));
         text += '}';
     }
     return text + "]}";

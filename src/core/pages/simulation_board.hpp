@@ -7,6 +7,7 @@
 
 #include <webots_cloud/time.hpp>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -65,6 +66,7 @@ private:
     std::string begin(std::vector<SimulationRow> const& rows, std::size_t capacity, bool is_draining) const;
 
     LoadHistory history_;
+    std::array<LoadHistory::Series, MonitorSample::columns> series_;
     MonitorSample sample_;
     double load_ = 0;
     WallTime wall_{};

@@ -1,7 +1,5 @@
 #include "drained_machines.hpp"
 
-#include "core/text.hpp"
-
 #include <utility>
 
 namespace webots_cloud::placement {
@@ -22,48 +20,46 @@ std::optional<DrainOrder> parse_drain_order(std::string_view query)
     return order;
 }
 
-void DrainedMachines::list(std::vector<ServerSpec> servers)
+void DrainedMachines::put(ServerSpec server)
 {
-    servers_ = std::move(servers);
-    places_.clear();
-    for (std::size_t i = 0; i < servers_.size(); ++i)
-        places_.try_emplace(servers_[i].address, i);
-    std::erase_if(drained_, [this](std::string const& address) { return !find(address); });
+    auto& known = servers_[server.address];
+    known = std::move(server);
 }
 
-ServerSpec const* DrainedMachines::find(std::string_view address) const
+void DrainedMachines::remove(std::string_view address)
 {
-    auto const found = places_.find(address);
-    return found == places_.end() ? nullptr : &servers_[found->second];
+    if (auto const found = servers_.find(address); found != servers_.end())
+        servers_.erase(found);
+    if (auto const drained = drained_.find(address); drained != drained_.end())
+        drained_.erase(drained);
 }
 
 DrainedMachines::Outcome DrainedMachines::obey(DrainOrder const& order)
 {
-    auto const* const server = find(order.machine);
-    if (!server)
+    auto const server = servers_.find(order.machine);
+    if (server == servers_.end())
         return Outcome::unknown;
     if (!order.off) {
         drained_.insert(order.machine);
         return Outcome::done;
     }
     drained_.erase(order.machine);
-    return server->drain ? Outcome::configured : Outcome::done;
+    return server->second.drain ? Outcome::configured : Outcome::done;
 }
 
-std::vector<ServerSpec> DrainedMachines::servers() const
+ServerSpec DrainedMachines::treated(std::string_view address) const
 {
-    auto servers = servers_;
-    for (auto& server : servers)
-        server.drain = server.drain || drained_.contains(server.address);
-    return servers;
+    auto server = servers_.find(address)->second;
+    server.drain = server.drain || drained_.contains(address);
+    return server;
 }
 
 std::string_view DrainedMachines::drained_by(std::string_view address) const
 {
     if (drained_.contains(address))
         return "operator";
-    auto const* const server = find(address);
-    return server && server->drain ? "configuration" : "";
+    auto const server = servers_.find(address);
+    return server != servers_.end() && server->second.drain ? "configuration" : "";
 }
 
 } // namespace webots_cloud::placement

@@ -1,15 +1,16 @@
 // Machines that get no new sessions since the operator has said so while the session server runs.
 #pragma once
 
+#include "core/text.hpp"
+
 #include <webots_cloud/scheduler.hpp>
 
 #include <cstddef>
-#include <map>
 #include <optional>
 #include <set>
 #include <string>
 #include <string_view>
-#include <vector>
+#include <unordered_map>
 
 namespace webots_cloud::placement {
 
@@ -37,13 +38,17 @@ public:
         configured ///< It gets no sessions since the configuration says so.
     };
 
-    /// The machines from now on, and what the configuration says of them.
-    void list(std::vector<ServerSpec> servers);
+    /// A machine, and what the configuration says of it from now on.
+    void put(ServerSpec server);
+
+    /// It has left the list.
+    void remove(std::string_view address);
 
     Outcome obey(DrainOrder const& order);
 
-    /// The list, for the scheduler.
-    std::vector<ServerSpec> servers() const;
+    /// How the scheduler is to treat a machine.
+    /// Precondition: it is listed.
+    ServerSpec treated(std::string_view address) const;
 
     /// Who has drained a machine: `operator` or `configuration`; empty: neither.
     std::string_view drained_by(std::string_view address) const;
@@ -52,11 +57,7 @@ public:
     std::size_t count() const noexcept { return drained_.size(); }
 
 private:
-    ServerSpec const* find(std::string_view address) const;
-
-    std::vector<ServerSpec> servers_;
-    /// Their places by address; of equal ones the first. Pages ask for each of thousands of machines.
-    std::map<std::string, std::size_t, std::less<>> places_;
+    std::unordered_map<std::string, ServerSpec, core::TextHash, std::equal_to<>> servers_; ///< By address.
     std::set<std::string, std::less<>> drained_; ///< By the operator.
 };
 

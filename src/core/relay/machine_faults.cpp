@@ -20,13 +20,13 @@ void MachineFaults::has_refused(std::string_view entry, std::string_view group)
 
 void MachineFaults::has_served(std::string_view entry)
 {
-    if (auto const found = machines_.find(entry); found != machines_.end())
-        machines_.erase(found);
+    forget(entry);
 }
 
-void MachineFaults::keep_only(std::function<bool(std::string_view entry)> const& is_listed)
+void MachineFaults::forget(std::string_view entry)
 {
-    std::erase_if(machines_, [&is_listed](auto const& machine) { return !is_listed(machine.first); });
+    if (auto const found = machines_.find(entry); found != machines_.end())
+        machines_.erase(found);
 }
 
 std::vector<std::string> MachineFaults::silent(TimePoint now) const

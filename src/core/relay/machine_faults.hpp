@@ -4,7 +4,6 @@
 #include <webots_cloud/time.hpp>
 
 #include <cstddef>
-#include <functional>
 #include <map>
 #include <set>
 #include <string>
@@ -27,8 +26,8 @@ public:
     void has_refused(std::string_view entry, std::string_view group);
     /// A simulation became ready there.
     void has_served(std::string_view entry);
-    /// Those not in the list any more are forgotten.
-    void keep_only(std::function<bool(std::string_view entry)> const& is_listed);
+    /// It has left the list.
+    void forget(std::string_view entry);
 
     /// Not to be tried now.
     std::vector<std::string> silent(TimePoint now) const;

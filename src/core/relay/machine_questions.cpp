@@ -40,9 +40,10 @@ void MachineQuestions::give_up(std::string_view entry, TimePoint now)
     found->second.rests_until = now + pause;
 }
 
-void MachineQuestions::keep_only(std::function<bool(std::string_view entry)> const& is_listed)
+void MachineQuestions::forget(std::string_view entry)
 {
-    std::erase_if(machines_, [&is_listed](auto const& machine) { return !is_listed(machine.first); });
+    if (auto const found = machines_.find(entry); found != machines_.end())
+        machines_.erase(found);
 }
 
 } // namespace webots_cloud::core

@@ -5,7 +5,6 @@
 #include <webots_cloud/time.hpp>
 
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <string>
 #include <string_view>
@@ -37,8 +36,8 @@ public:
     std::vector<Asker> answered(std::string_view entry);
     /// Somebody does not wait for its answer any longer.
     void give_up(std::string_view entry, TimePoint now);
-    /// Those not in the list any more are forgotten.
-    void keep_only(std::function<bool(std::string_view entry)> const& is_listed);
+    /// It has left the list.
+    void forget(std::string_view entry);
 
     static constexpr Duration patience = std::chrono::milliseconds(200);
     static constexpr Duration pause = std::chrono::seconds(10);

@@ -114,6 +114,16 @@ BOOST_AUTO_TEST_CASE(a_site_reaches_as_far_as_its_machines_when_nobody_named_it)
     params.machines = {"localhost:2000"};
     fixture.access.apply(params, is_secret);
     BOOST_TEST(fixture.get("/session", {{"Host", "sessions.example.org"}}).status == 421);
+    for (auto const* const machine : {"10.0.0.2:2000", "sim1.example.org:2000", "sim2.example.org:2000"})
+        fixture.access.add_machine(machine);
+    BOOST_TEST(fixture.get("/session", {{"Host", "sessions.example.org"}}).status == 200);
+    fixture.access.remove_machine("sim1.example.org:2000");
+    BOOST_TEST(fixture.open("/", {{"Host", "x"}, {"Origin", "https://anybody.example"}}) == 101);
+    fixture.access.remove_machine("sim2.example.org:2000");
+    BOOST_TEST(fixture.get("/session", {{"Host", "sessions.example.org"}}).status == 200);
+    BOOST_TEST(fixture.open("/", {{"Host", "x"}, {"Origin", "https://anybody.example"}}) == 403);
+    fixture.access.remove_machine("10.0.0.2:2000");
+    BOOST_TEST(fixture.get("/session", {{"Host", "sessions.example.org"}}).status == 421);
 }
 
 // Protocol section 13.12.

@@ -70,7 +70,7 @@ BOOST_AUTO_TEST_CASE(every_server_is_polled_at_once_and_then_every_interval)
     fixture.world.advance(50s);
     BOOST_TEST(fixture.polls_of("http://a:2000/load") == 12u);
     BOOST_TEST(fixture.polls_of("http://b:2000/load") == 12u);
-    BOOST_TEST(fixture.monitor.servers()[1].report.load == 2.5);
+    BOOST_TEST(fixture.monitor.servers().back().report.load == 2.5);
 }
 
 BOOST_AUTO_TEST_CASE(polls_of_many_servers_are_spread_over_the_interval)
@@ -98,7 +98,7 @@ BOOST_AUTO_TEST_CASE(one_black_hole_delays_nobody)
     BOOST_TEST(fixture.events().front().server.address == "good:2000");
     fixture.world.advance(20s);
     BOOST_TEST(fixture.polls_of("http://good:2000/load") == 5u);
-    auto const hole = fixture.monitor.servers()[0];
+    auto const hole = fixture.monitor.servers().front();
     BOOST_TEST((hole.state == ServerState::down));
 }
 
@@ -107,7 +107,7 @@ BOOST_AUTO_TEST_CASE(unknown_is_not_idle)
     Fixture fixture({"hole:2000"});
     fixture.http.expect("GET http://hole:2000/load").hang().always();
     fixture.start();
-    BOOST_TEST((fixture.monitor.servers()[0].state == ServerState::unknown));
+    BOOST_TEST((fixture.monitor.servers().front().state == ServerState::unknown));
     fixture.world.advance(5s);
     auto const events = fixture.events();
     BOOST_TEST_REQUIRE(events.size() == 1u);
@@ -136,7 +136,7 @@ BOOST_AUTO_TEST_CASE(anything_but_a_good_answer_is_a_failed_poll)
                                                not_responding, working_again,  not_responding,
                                                working_again,  not_responding, none};
     BOOST_TEST((seen == expected));
-    BOOST_TEST(fixture.monitor.servers()[0].report.load == 97);
+    BOOST_TEST(fixture.monitor.servers().front().report.load == 97);
 }
 
 BOOST_AUTO_TEST_CASE(servers_come_and_go_while_it_runs)
@@ -154,7 +154,34 @@ BOOST_AUTO_TEST_CASE(servers_come_and_go_while_it_runs)
     fixture.world.advance(10s);
     BOOST_TEST(fixture.polls_of("http://b:2000/load") == polls_of_b);
     BOOST_TEST(fixture.polls_of("http://a:2000/load") == polls_of_a + 2);
-    BOOST_TEST(fixture.monitor.servers()[0].address == "c:2000");
+    BOOST_TEST(fixture.monitor.servers().front().address == "c:2000");
+}
+
+BOOST_AUTO_TEST_CASE(single_servers_come_and_go_while_it_runs)
+{
+    Fixture fixture({"a:2000", "c:2000"});
+    for (auto const* name : {"a", "b", "c"})
+        fixture.http.expect(std::string("GET http://") + name + ":2000/load").reply(200, "1").always();
+    fixture.start();
+    fixture.monitor.put_server(PolledServer("b:2000"), "c:2000");
+    fixture.world.settle();
+    BOOST_TEST(fixture.polls_of("http://b:2000/load") == 1u);
+    std::string order;
+    for (auto const& server : fixture.monitor.servers())
+        order += server.address + " ";
+    BOOST_TEST(order == "a:2000 b:2000 c:2000 ");
+    auto const* const known = fixture.monitor.find("c:2000");
+    fixture.monitor.put_server(PolledServer("c:2000"), "a:2000");
+    fixture.world.settle();
+    BOOST_TEST(fixture.polls_of("http://c:2000/load") == 1u, "it is polled in its turn");
+    BOOST_TEST(&fixture.monitor.servers().front() == known);
+    BOOST_TEST((known->state == ServerState::up));
+    fixture.monitor.remove_server("a:2000");
+    fixture.monitor.remove_server("a:2000");
+    BOOST_TEST(!fixture.monitor.find("a:2000"));
+    fixture.world.advance(10s);
+    BOOST_TEST(fixture.polls_of("http://a:2000/load") == 1u);
+    BOOST_TEST(fixture.polls_of("http://b:2000/load") == 3u);
 }
 
 BOOST_AUTO_TEST_CASE(a_poll_asks_for_the_json_of_our_own_servers_and_takes_the_bare_number_of_others)
@@ -167,7 +194,7 @@ BOOST_AUTO_TEST_CASE(a_poll_asks_for_the_json_of_our_own_servers_and_takes_the_b
     auto const& headers = fixture.http.requests().front().headers;
     BOOST_TEST((headers.front() ==
                 std::pair<std::string, std::string>("Accept", "application/json, text/plain;q=0.5")));
-    BOOST_TEST(fixture.monitor.servers()[0].report.sessions.value() == 2);
+    BOOST_TEST(fixture.monitor.servers().front().report.sessions.value() == 2);
 }
 
 // Issue 20, item 2.
@@ -182,17 +209,17 @@ BOOST_AUTO_TEST_CASE(a_machine_behind_the_gateway_is_polled_inside)
     servers[0].internal_address = "10.0.0.2:2000";
     fixture.monitor.set_polled_servers(servers);
     fixture.start();
-    BOOST_TEST(fixture.monitor.servers()[0].address == "sim.example.org/2000");
-    BOOST_TEST(fixture.monitor.servers()[0].report.load == 7);
+    BOOST_TEST(fixture.monitor.servers().front().address == "sim.example.org/2000");
+    BOOST_TEST(fixture.monitor.servers().front().report.load == 7);
     servers[0].internal_address = "10.0.0.3:2000"; // it moves
     fixture.monitor.set_polled_servers(servers);
     fixture.world.advance(10s);
-    BOOST_TEST(fixture.monitor.servers()[0].report.load == 8);
+    BOOST_TEST(fixture.monitor.servers().front().report.load == 8);
     fixture.http.expect("GET https://sim2.example.org:2000/load").reply(200, "9").always();
     servers[0].internal_address = "wss://sim2.example.org:2000";
     fixture.monitor.set_polled_servers(servers);
     fixture.world.advance(10s);
-    BOOST_TEST(fixture.monitor.servers()[0].report.load == 9);
+    BOOST_TEST(fixture.monitor.servers().front().report.load == 9);
 }
 
 BOOST_AUTO_TEST_CASE(a_certificate_may_be_for_a_name_that_several_machines_share)
@@ -204,7 +231,7 @@ BOOST_AUTO_TEST_CASE(a_certificate_may_be_for_a_name_that_several_machines_share
     servers[0].internal_name = "sim.test";
     fixture.monitor.set_polled_servers(servers);
     fixture.start();
-    BOOST_TEST(fixture.monitor.servers()[0].report.load == 7);
+    BOOST_TEST(fixture.monitor.servers().front().report.load == 7);
     BOOST_TEST(fixture.http.requests().back().address == "10.0.0.2");
 }
 
@@ -222,9 +249,9 @@ BOOST_AUTO_TEST_CASE(what_answers_without_our_counters_may_be_taken_for_another_
     servers[0].must_be_ours = true;
     fixture.monitor.set_polled_servers(servers);
     fixture.start();
-    BOOST_TEST(fixture.monitor.servers()[0].problem == "it is no simulation server of webots_cloud");
+    BOOST_TEST(fixture.monitor.servers().front().problem == "it is no simulation server of webots_cloud");
     fixture.world.advance(6s);
-    BOOST_TEST(fixture.monitor.servers()[0].report.load == 8);
+    BOOST_TEST(fixture.monitor.servers().front().report.load == 8);
 }
 
 BOOST_AUTO_TEST_CASE(the_totals_follow_every_poll_and_every_change_of_the_list)
@@ -311,7 +338,7 @@ BOOST_AUTO_TEST_CASE(no_second_poll_begins_while_one_is_in_flight)
     fixture.world.settle();
     BOOST_TEST(fixture.polls_of("http://a:2000/load") == 3u);
     fixture.world.advance(1s);
-    BOOST_TEST(fixture.monitor.servers()[0].report.load == 2);
+    BOOST_TEST(fixture.monitor.servers().front().report.load == 2);
 }
 
 BOOST_AUTO_TEST_CASE(a_poll_of_a_server_that_is_not_listed_or_not_watched_yet_does_nothing)
@@ -367,7 +394,7 @@ BOOST_AUTO_TEST_CASE(a_server_that_is_listed_twice_is_polled_once)
     fixture.http.expect("GET http://b:2000/load").reply(200, "2").always();
     fixture.world.settle();
     BOOST_TEST(fixture.polls_of("http://b:2000/load") == 1u);
-    BOOST_TEST(fixture.monitor.servers()[1].report.load == 1);
+    BOOST_TEST(fixture.monitor.servers().back().report.load == 1);
 }
 
 BOOST_AUTO_TEST_SUITE_END()

@@ -10,6 +10,7 @@
 #include <webots_cloud/testing/scripted_http.hpp>
 #include <webots_cloud/testing/world.hpp>
 
+#include <algorithm>
 #include <array>
 #include <map>
 
@@ -80,16 +81,32 @@ struct DiscoveryFixture
         return params;
     }
 
+    void start()
+    {
+        known = discovery.servers();
+        tasks.spawn(run(discovery));
+    }
+
     MachineDiscoveryHooks hooks()
     {
         MachineDiscoveryHooks made;
-        made.changed = [this](std::vector<ServerSpec> const& servers) {
+        made.changed = [this](std::vector<ServerChange> const& several) {
             ++changes;
-            told = text_of(servers);
+            for (auto const& change : several)
+                carry_out(change);
+            told = text_of(known);
         };
         made.unreachable = [this] { return unreachable; };
         made.mac = no_mac;
         return made;
+    }
+
+    void carry_out(ServerChange const& change)
+    {
+        std::erase_if(known,
+                      [&](ServerSpec const& server) { return server.address == change.server.address; });
+        if (change.kind != ServerChange::Kind::removed)
+            known.insert(std::ranges::find(known, change.before, &ServerSpec::address), change.server);
     }
 
     static std::string text_of(std::vector<ServerSpec> const& servers)
@@ -99,8 +116,6 @@ struct DiscoveryFixture
             text += (text.empty() ? "" : " ") + server.address + (server.drain ? "-" : "");
         return text;
     }
-
-    void start() { tasks.spawn(run(discovery)); }
 
     int announce(std::string const& query, std::string const& signature)
     {
@@ -127,6 +142,7 @@ struct DiscoveryFixture
     testing::RecordingLog log;
     ScriptedNames names{world.clock};
     int changes = 0;
+    std::vector<ServerSpec> known; ///< By what was told.
     std::string told;
     std::unordered_set<std::string> unreachable;
     MachineDiscovery discovery;
@@ -235,6 +251,47 @@ BOOST_AUTO_TEST_CASE(announced_machines_come_and_go)
     fixture.world.advance(1s);
     BOOST_TEST(fixture.told == "a:1");
     BOOST_TEST(fixture.announce("b:1", false, -1s) == 409);
+}
+
+BOOST_AUTO_TEST_CASE(many_machines_are_told_of_some_at_a_time_while_others_come_and_go)
+{
+    DiscoveryFixture fixture({});
+    fixture.start();
+    fixture.world.advance(500ms);
+    for (int i = 10; i < 45; ++i)
+        BOOST_TEST(fixture.announce("m" + std::to_string(i) + ":1") == 200);
+    fixture.world.advance(500ms);
+    BOOST_TEST(fixture.known.size() == 10u);
+    BOOST_TEST(fixture.announce("m10:1", true, 1ms) == 200); // this one is known already
+    BOOST_TEST(fixture.announce("m44:1", true, 1ms) == 200); // and this one is not yet
+    BOOST_TEST(fixture.announce("a:1") == 200);
+    BOOST_TEST(fixture.announce("m43:1", true, 1ms) == 200); // comes back before anybody is told
+    BOOST_TEST(fixture.announce("m43:1", false, 2ms) == 200);
+    fixture.world.advance(2ms);
+    BOOST_TEST(fixture.known.size() == 18u);
+    BOOST_TEST(fixture.known.front().address == "a:1");
+    fixture.world.advance(5ms);
+    BOOST_TEST(fixture.known.size() == 34u);
+    BOOST_TEST(fixture.changes == 4);
+    BOOST_TEST(fixture.told == fixture.text_of(fixture.discovery.servers()));
+    BOOST_TEST(std::ranges::is_sorted(fixture.known, {}, &ServerSpec::address));
+    BOOST_TEST(fixture.known.back().address == "m43:1");
+    fixture.world.advance(2s);
+    BOOST_TEST(fixture.changes == 4);
+}
+
+BOOST_AUTO_TEST_CASE(a_reload_in_the_middle_takes_the_rest_over_at_once)
+{
+    DiscoveryFixture fixture({});
+    for (int i = 0; i < 15; ++i)
+        (void)fixture.announce("m" + std::to_string(i) + ":1");
+    fixture.start();
+    fixture.world.advance(0s);
+    BOOST_TEST(fixture.known.size() == 10u);
+    fixture.discovery.apply(fixture.params_of({"a:1"}));
+    BOOST_TEST(fixture.discovery.servers().size() == 16u);
+    fixture.world.advance(2s);
+    BOOST_TEST(fixture.changes == 1);
 }
 
 // Issue 24, line 1.

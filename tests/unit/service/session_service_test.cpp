@@ -12,6 +12,9 @@
 #include <webots_cloud/testing/scripted_http.hpp>
 #include <webots_cloud/testing/world.hpp>
 
+#include <algorithm>
+#include <set>
+
 using namespace webots_cloud;
 using namespace std::chrono_literals;
 
@@ -73,6 +76,11 @@ struct Fixture
         info.quota_key = client;
         tasks.spawn(service.serve_websocket(std::move(info), browser));
         world.settle();
+    }
+
+    std::size_t polls_of(std::string_view url) const
+    {
+        return static_cast<std::size_t>(std::ranges::count(http.requests(), url, &HttpRequest::url));
     }
 
     std::string client; ///< Of the requests from now on.
@@ -145,6 +153,41 @@ BOOST_AUTO_TEST_CASE(the_monitor_counts_the_sessions_of_a_server_that_left_the_l
     BOOST_TEST(fixture.get("/session").body == "wss://a:2000");
     fixture.service.set_servers({ServerSpec("a:2000")});
     BOOST_TEST(placed_on_a("2"));
+}
+
+BOOST_AUTO_TEST_CASE(single_machines_come_and_go_without_a_word_about_the_others)
+{
+    Fixture fixture;
+    for (auto const* name : {"a", "b", "c"})
+        fixture.http.expect(std::string("GET http://") + name + ":2000/load").reply(200, "10").always();
+    fixture.start({"a:2000", "c:2000"});
+    testing::LoopbackChannel watcher(fixture.world.executor());
+    fixture.connect(watcher, "/monitor");
+    std::vector<ServerChange> changes(2);
+    changes[0].server.address = "b:2000";
+    changes[0].before = "c:2000";
+    changes[1].kind = ServerChange::Kind::removed;
+    changes[1].server.address = "a:2000";
+    fixture.service.change_servers(changes);
+    fixture.world.settle();
+    BOOST_TEST(fixture.polls_of("http://b:2000/load") == 1u);
+    BOOST_TEST(fixture.polls_of("http://c:2000/load") == 1u, "what is known of it stays");
+    std::set<std::string> places{fixture.get("/session").body, fixture.get("/session").body};
+    BOOST_TEST((places == std::set<std::string>{"wss://b:2000", "wss://c:2000"}));
+    fixture.world.advance(1s);
+    auto const& told = watcher.sent.back();
+    BOOST_TEST(told.find(R"("servers":[{"address":"b:2000","load":10,)") != std::string::npos);
+    BOOST_TEST(told.find("a:2000") == std::string::npos);
+    changes.resize(1);
+    changes[0].kind = ServerChange::Kind::changed;
+    changes[0].server.drain = true;
+    fixture.service.change_servers(changes);
+    for (int i = 0; i < 4; ++i)
+        BOOST_TEST(fixture.get("/session").body == "wss://c:2000");
+    fixture.world.advance(1s);
+    BOOST_TEST(watcher.sent.back().find(R"("drained":"configuration")") != std::string::npos);
+    watcher.browser_leaves();
+    fixture.world.settle();
 }
 
 BOOST_AUTO_TEST_CASE(without_a_server_session_says_so_with_status_200)

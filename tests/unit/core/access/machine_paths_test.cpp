@@ -32,9 +32,10 @@ struct Fixture
 {
     Fixture()
     {
-        paths.list(servers);
-        for (auto const& server : servers)
+        for (auto const& server : servers) {
+            paths.put(server);
             paths.answered(server.address, true);
+        }
     }
 
     std::string below(std::string_view address, std::string_view rest) const
@@ -113,12 +114,13 @@ BOOST_AUTO_TEST_CASE(only_machines_that_have_answered_as_ours_are_passed_on_to)
     BOOST_TEST(fixture.found(path) == "silent");
     fixture.paths.answered("10.0.0.2:2000", true);
     BOOST_TEST(fixture.found(path) == "10.0.0.2 2000 /client");
-    fixture.servers.push_back(found_machine("10.0.0.9:2000", "10.0.0.9:2000"));
-    fixture.paths.list(fixture.servers);
+    fixture.paths.put(found_machine("10.0.0.9:2000", "10.0.0.9:2000"));
     BOOST_TEST(fixture.found(fixture.below("10.0.0.9:2000", "/")) == "silent");
     BOOST_TEST(fixture.found(path) == "10.0.0.2 2000 /client", "what is known of the others stays");
+    fixture.paths.put(fixture.servers.front());
+    BOOST_TEST(fixture.found(path) == "10.0.0.2 2000 /client", "nor does it change by being told again");
     fixture.servers.front().internal_address = "10.0.0.77:2000"; // who answered there was another one
-    fixture.paths.list(fixture.servers);
+    fixture.paths.put(fixture.servers.front());
     BOOST_TEST(fixture.found(path) == "silent");
     fixture.paths.answered("10.0.0.88:2000", true); // of no machine of the list
     BOOST_TEST(fixture.paths.path_of("10.0.0.88:2000") == "");
@@ -128,16 +130,16 @@ BOOST_AUTO_TEST_CASE(a_path_goes_with_its_machine_and_comes_back_with_it)
 {
     Fixture fixture;
     auto const path = fixture.below("10.0.0.2:2000", "/client");
-    auto const all = fixture.servers;
-    fixture.servers.erase(fixture.servers.begin());
-    fixture.paths.list(fixture.servers);
+    fixture.paths.remove("10.0.0.2:2000");
+    fixture.paths.remove("10.0.0.2:2000");
     BOOST_TEST(fixture.found(path) == "");
     BOOST_TEST(fixture.paths.path_of("10.0.0.2:2000") == "");
-    fixture.paths.list(all);
+    fixture.paths.put(fixture.servers.front());
     BOOST_TEST(fixture.found(path) == "silent");
     fixture.paths.answered("10.0.0.2:2000", true);
     BOOST_TEST(fixture.found(path) == "10.0.0.2 2000 /client");
-    fixture.paths.list({});
+    for (auto const& server : fixture.servers)
+        fixture.paths.remove(server.address);
     BOOST_TEST(fixture.paths.empty());
 }
 
@@ -146,10 +148,14 @@ BOOST_AUTO_TEST_CASE(machines_that_browsers_reach_themselves_have_no_path)
     MachinePaths paths(mac);
     auto open = found_machine("10.0.0.2:2000", "10.0.0.2:2000");
     open.has_own_path = false;
-    paths.list({open, ServerSpec("a:2000"), found_machine("b:2000", "")});
+    for (auto const& server : {open, ServerSpec("a:2000"), found_machine("b:2000", "")})
+        paths.put(server);
+    BOOST_TEST(paths.empty());
+    paths.put(found_machine("10.0.0.2:2000", "10.0.0.2:2000"));
+    paths.put(open); // from now on
     BOOST_TEST(paths.empty());
     MachinePaths without_secret(nullptr);
-    without_secret.list({found_machine("10.0.0.2:2000", "10.0.0.2:2000")});
+    without_secret.put(found_machine("10.0.0.2:2000", "10.0.0.2:2000"));
     BOOST_TEST(without_secret.empty());
 }
 

@@ -21,6 +21,15 @@ LoadTransition after(ServerLoad const& before, result<LoadReport> const& outcome
     return core::classify(before, outcome, threshold);
 }
 
+/// Of servers `a:2000`, `b:2000`, ...
+std::string order_of(core::LoadTable const& table)
+{
+    std::string order;
+    for (auto const& server : table.servers())
+        order += server.address.substr(0, 1) + " ";
+    return order;
+}
+
 } // namespace
 
 // Protocol section 3, a case a row.
@@ -64,7 +73,7 @@ BOOST_AUTO_TEST_CASE(a_new_server_counts_as_idle_before_its_first_answer)
 BOOST_AUTO_TEST_CASE(a_failed_poll_keeps_the_last_report_and_says_why)
 {
     core::LoadTable table;
-    table.set_servers({"a:2000"});
+    table.put("a:2000");
     auto const& server = table.servers().front();
     table.record("a:2000", LoadReport(12), threshold, TimePoint());
     auto const event = table.record("a:2000", Failure(errc::unreachable, "connection refused"), threshold,
@@ -84,7 +93,7 @@ BOOST_AUTO_TEST_CASE(a_failed_poll_keeps_the_last_report_and_says_why)
 BOOST_AUTO_TEST_CASE(a_failure_is_repeated_only_when_it_is_for_the_same_reason)
 {
     core::LoadTable table;
-    table.set_servers({"a:2000"});
+    table.put("a:2000");
     auto const is_repeated = [&](result<LoadReport> const& outcome) {
         return table.record("a:2000", outcome, threshold, TimePoint()).is_repeated;
     };
@@ -98,18 +107,37 @@ BOOST_AUTO_TEST_CASE(a_failure_is_repeated_only_when_it_is_for_the_same_reason)
     BOOST_TEST(!is_repeated(slow));
 }
 
-BOOST_AUTO_TEST_CASE(what_is_known_of_servers_that_stay_is_kept_in_the_new_order)
+BOOST_AUTO_TEST_CASE(servers_come_where_they_belong_and_keep_what_is_known_of_them)
 {
     core::LoadTable table;
-    table.set_servers({"a:2000", "b:2000", "a:2000"});
-    BOOST_TEST(table.servers().size() == 2u);
+    BOOST_TEST(table.put("a:2000"));
+    BOOST_TEST(table.put("c:2000", ""));
+    BOOST_TEST(table.put("b:2000", "c:2000"));
+    BOOST_TEST(table.put("d:2000", "gone:2000"));
+    BOOST_TEST(order_of(table) == "a b c d ");
+    auto const* const kept = table.find("b:2000");
     table.record("b:2000", LoadReport(7), threshold, TimePoint());
-    table.set_servers({"c:2000", "b:2000"});
-    BOOST_TEST(table.servers()[0].address == "c:2000");
-    BOOST_TEST((table.servers()[0].state == ServerState::unknown));
-    BOOST_TEST(table.servers()[1].report.load == 7);
-    table.set_servers({"a:2000"});
-    BOOST_TEST((table.servers()[0].state == ServerState::unknown), "what was removed is forgotten");
+    BOOST_TEST(!table.put("b:2000"));
+    BOOST_TEST(order_of(table) == "a b c d ");
+    BOOST_TEST(!table.put("b:2000", "a:2000"));
+    BOOST_TEST(!table.put("b:2000", "a:2000"));
+    BOOST_TEST(!table.put("d:2000", "d:2000"));
+    BOOST_TEST(order_of(table) == "b a c d ");
+    table.remove("a:2000");
+    table.remove("a:2000");
+    BOOST_TEST(order_of(table) == "b c d ");
+    BOOST_TEST(table.find("b:2000") == kept);
+    BOOST_TEST(kept->report.load == 7);
+    BOOST_TEST(!table.find("a:2000"));
+}
+
+BOOST_AUTO_TEST_CASE(what_was_removed_is_forgotten)
+{
+    core::LoadTable table;
+    table.put("a:2000");
+    table.record("a:2000", LoadReport(7), threshold, TimePoint());
+    table.remove("a:2000");
+    BOOST_TEST(table.put("a:2000"));
     LoadTotals expected;
     expected.unknown = 1;
     BOOST_TEST((table.totals() == expected));

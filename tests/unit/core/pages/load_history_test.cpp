@@ -14,10 +14,21 @@ namespace {
 constexpr TimePoint start(1h);
 constexpr float unknown = std::numeric_limits<float>::quiet_NaN();
 
-std::vector<float> values(LoadHistory const& history, std::size_t series, std::size_t max = 1000)
+/// A history, and a series of it.
+struct OneSeries
 {
-    return history.line(series, max).values;
-}
+    explicit OneSeries(Duration step) : history(step) {}
+
+    void add(float value, TimePoint now)
+    {
+        history.set_next(series, value);
+        history.advance(now);
+    }
+    std::vector<float> values() const { return history.line(series, 1000).values; }
+
+    LoadHistory history;
+    LoadHistory::Series series = history.series();
+};
 
 } // namespace
 
@@ -26,24 +37,22 @@ BOOST_AUTO_TEST_SUITE(load_history)
 
 BOOST_AUTO_TEST_CASE(points_come_back_oldest_first)
 {
-    LoadHistory history(5s);
-    history.set_series({"a", "b"});
-    BOOST_TEST(values(history, 0).empty());
-    history.add({1, 10}, start);
-    history.add({2, 20}, start + 5s);
-    BOOST_TEST(values(history, 0) == (std::vector<float>{1, 2}), boost::test_tools::per_element());
-    BOOST_TEST(values(history, 1) == (std::vector<float>{10, 20}), boost::test_tools::per_element());
-    BOOST_TEST((history.last() == start + 5s));
-    BOOST_TEST((history.line(0, 1000).spacing == 5s));
+    OneSeries one(5s);
+    BOOST_TEST(one.values().empty());
+    one.add(1, start);
+    one.add(2, start + 5s);
+    BOOST_TEST(one.values() == (std::vector<float>{1, 2}), boost::test_tools::per_element());
+    BOOST_TEST((one.history.last() == start + 5s));
+    BOOST_TEST((one.history.line(one.series, 1000).spacing == 5s));
+    BOOST_TEST((one.history.spacing(1) == 10s));
 }
 
 BOOST_AUTO_TEST_CASE(what_is_older_than_ten_minutes_is_forgotten)
 {
-    LoadHistory history(5s);
-    history.set_series({"a"});
+    OneSeries one(5s);
     for (int i = 0; i < 300; ++i)
-        history.add({static_cast<float>(i)}, start + i * 5s);
-    auto const kept = values(history, 0);
+        one.add(static_cast<float>(i), start + i * 5s);
+    auto const kept = one.values();
     BOOST_TEST(kept.size() == 120u);
     BOOST_TEST(kept.front() == 180);
     BOOST_TEST(kept.back() == 299);
@@ -51,42 +60,39 @@ BOOST_AUTO_TEST_CASE(what_is_older_than_ten_minutes_is_forgotten)
 
 BOOST_AUTO_TEST_CASE(a_point_is_due_once_a_step_and_at_most_once_a_second)
 {
-    LoadHistory history(200ms);
-    history.set_series({"a"});
-    BOOST_TEST(history.is_due(start));
-    history.add({1}, start);
-    BOOST_TEST(!history.is_due(start + 999ms));
-    BOOST_TEST(history.is_due(start + 1s));
+    OneSeries one(200ms);
+    BOOST_TEST(one.history.is_due(start));
+    one.add(1, start);
+    BOOST_TEST(!one.history.is_due(start + 999ms));
+    BOOST_TEST(one.history.is_due(start + 1s));
 }
 
 BOOST_AUTO_TEST_CASE(few_points_are_the_means_of_neighbours_that_are_known)
 {
-    LoadHistory history(1s);
-    history.set_series({"a"});
+    OneSeries one(1s);
     for (float const value : {9.f, 1.f, 3.f, unknown, 7.f, unknown, unknown})
-        history.add({value}, start);
-    auto const line = history.line(0, 4);
+        one.add(value, start);
+    auto const line = one.history.line(one.series, 4);
     BOOST_TEST((line.spacing == 2s));
     BOOST_TEST(line.values.size() == 4u);
     BOOST_TEST(line.values[0] == 9); // the mean of a pair of which one value is unknown
     BOOST_TEST(line.values[1] == 2);
     BOOST_TEST(line.values[2] == 7);
     BOOST_TEST(std::isnan(line.values[3]));
-    BOOST_TEST(history.line(0, 0).values.empty());
+    BOOST_TEST(one.history.line(one.series, 0).values.empty());
 }
 
-BOOST_AUTO_TEST_CASE(series_that_stay_keep_their_points_wherever_they_stand)
+BOOST_AUTO_TEST_CASE(the_points_of_a_later_series_are_unknown_before_it_came)
 {
-    LoadHistory history(1s);
-    history.set_series({"a", "b"});
-    history.add({1, 2}, start);
-    history.set_series({"new", "b"});
-    BOOST_TEST(std::isnan(values(history, 0)[0]));
-    BOOST_TEST(values(history, 1)[0] == 2);
-    history.set_series({"b", "b"}); // an operator may name one twice
-    history.add({3, 4}, start + 1s);
-    BOOST_TEST(values(history, 0) == (std::vector<float>{2, 3}), boost::test_tools::per_element());
-    BOOST_TEST(values(history, 1)[1] == 4);
+    OneSeries one(1s);
+    one.add(1, start);
+    auto later = one.history.series();
+    one.history.set_next(later, 7);
+    one.add(2, start + 1s);
+    BOOST_TEST(one.values() == (std::vector<float>{1, 2}), boost::test_tools::per_element());
+    auto const values = one.history.line(later, 1000).values;
+    BOOST_TEST(std::isnan(values.at(0)));
+    BOOST_TEST(values.at(1) == 7);
 }
 
 BOOST_AUTO_TEST_SUITE_END()

@@ -14,9 +14,10 @@ namespace {
 LoadTotals totals(std::vector<std::string> const& up)
 {
     LoadTable table;
-    std::vector<std::string> servers{"down", "unknown"};
-    servers.insert(servers.end(), up.begin(), up.end());
-    table.set_servers(servers);
+    for (auto const* const address : {"down", "unknown"})
+        table.put(address);
+    for (auto const& load : up)
+        table.put(load);
     table.record("down", LoadReport(90), 95, TimePoint());
     table.record("down", Failure(errc::unreachable), 95, TimePoint());
     for (auto const& load : up)

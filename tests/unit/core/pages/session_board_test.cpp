@@ -3,8 +3,10 @@
 #include "core/pages/json_text.hpp"
 #include "core/pages/session_board.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <list>
 
 using namespace webots_cloud;
 using namespace webots_cloud::core;
@@ -46,19 +48,41 @@ struct Fixture
 
     void list(std::vector<ServerLoad> listed)
     {
-        servers = std::move(listed);
-        board.list(servers);
+        std::erase_if(servers, [&](ServerLoad const& server) {
+            bool const stays =
+                std::ranges::find(listed, server.address, &ServerLoad::address) != listed.end();
+            if (!stays)
+                board.remove(server.address);
+            return !stays;
+        });
+        for (auto& server : listed) {
+            auto const known = std::ranges::find(servers, server.address, &ServerLoad::address);
+            auto& here = known == servers.end() ? servers.emplace_back(server.address) : *known;
+            assign(here, std::move(server));
+            board.put(here);
+        }
     }
-    void know(std::size_t row, ServerLoad server)
+    ServerLoad& row(std::size_t number)
     {
-        servers[row] = std::move(server);
-        board.change(servers[row].address);
+        return *std::next(servers.begin(), static_cast<std::ptrdiff_t>(number));
     }
-    void take(TimePoint now = start, WallTime at = wall) { board.take(servers, now, at); }
-    std::string snapshot() const { return board.snapshot(servers); }
-    std::string update() const { return board.update(servers); }
+    static void assign(ServerLoad& known, ServerLoad server) // all but the address, which the board looks at
+    {
+        known.state = server.state;
+        known.report = std::move(server.report);
+        known.reported = server.reported;
+        known.problem = std::move(server.problem);
+    }
+    void know(std::size_t number, ServerLoad server)
+    {
+        assign(row(number), std::move(server));
+        board.change(row(number).address);
+    }
+    void take(TimePoint now = start, WallTime at = wall) { board.take(now, at); }
+    std::string snapshot() const { return board.snapshot(); }
+    std::string update() const { return board.update(); }
 
-    std::vector<ServerLoad> servers;
+    std::list<ServerLoad> servers;
     SessionBoard board;
 };
 
@@ -131,8 +155,8 @@ BOOST_AUTO_TEST_CASE(who_drains_a_server_is_told_and_the_operator_goes_before_th
         fixture.snapshot().find(R"("address":"b:1","load":2,"placed":0,"age":0,"drained":"machine")") !=
         std::string::npos);
     auto const drain = [&](std::string_view by) {
-        fixture.board.note_drained(
-            [by](std::string_view address) { return address == "b:1" ? by : std::string_view(); });
+        fixture.board.note_drained("b:1", by);
+        fixture.board.note_drained("c:1", by);
     };
     drain("operator");
     fixture.take(start + 1s, wall + 1s);
@@ -150,9 +174,8 @@ BOOST_AUTO_TEST_CASE(who_drains_a_server_is_told_and_the_operator_goes_before_th
 BOOST_AUTO_TEST_CASE(how_a_server_was_found_is_in_the_snapshot)
 {
     Fixture fixture({server("a:1", 1), server("b:1", 2)});
-    fixture.board.list(fixture.servers, [](std::string_view address) -> std::string_view {
-        return address == "b:1" ? "dns:sim.test:1" : "";
-    });
+    fixture.take();
+    fixture.board.put(fixture.row(1), "dns:sim.test:1");
     fixture.take();
     BOOST_TEST(fixture.snapshot().find(R"("address":"b:1","foundBy":"dns:sim.test:1","load":2)") !=
                std::string::npos);
@@ -197,6 +220,46 @@ BOOST_AUTO_TEST_CASE(other_servers_are_told_with_everything)
     fixture.list({server("b:1", 2, {}, start + 1s)}); // the same ones
     fixture.take(start + 2s, wall + 2s);
     BOOST_TEST(fixture.update() == R"({"now":1700000002,"rows":[{"row":0,"load":2,"placed":0,"age":1}]})");
+}
+
+BOOST_AUTO_TEST_CASE(a_server_that_comes_or_goes_changes_nothing_of_the_others)
+{
+    Fixture fixture({server("a:1", 1), server("b:1", 2)});
+    fixture.take();
+    fixture.know(0, server("a:1", 1.5));
+    auto const between = server("ab:1", 7);
+    fixture.board.put(between, {}, {}, "b:1");
+    fixture.take(start + 5s, wall + 5s);
+    BOOST_TEST(fixture.update() == R"({"now":1700000005,"threshold":95,"last":0,"spacing":5,"servers":[)"
+                                   R"({"address":"a:1","load":1.5,"placed":0,"age":5,"history":[1,1.5]},)"
+                                   R"({"address":"ab:1","load":7,"placed":0,"age":5,"history":[null,7]},)"
+                                   R"({"address":"b:1","load":2,"placed":0,"age":5,"history":[2,2]}]})");
+    fixture.know(0, server("a:1", 2.5)); // rows that are to be told may go
+    fixture.board.change("ab:1");
+    fixture.board.remove("ab:1");
+    fixture.board.remove("ab:1");
+    fixture.take(start + 6s, wall + 6s);
+    BOOST_TEST(fixture.update() == R"({"now":1700000006,"threshold":95,"last":1,"spacing":5,"servers":[)"
+                                   R"({"address":"a:1","load":2.5,"placed":0,"age":6,"history":[1,1.5]},)"
+                                   R"({"address":"b:1","load":2,"placed":0,"age":6,"history":[2,2]}]})");
+    fixture.know(1, server("b:1", 3));
+    fixture.take(start + 7s, wall + 7s);
+    BOOST_TEST(fixture.update() == R"({"now":1700000007,"rows":[{"row":1,"load":3,"placed":0,"age":7}]})");
+}
+
+BOOST_AUTO_TEST_CASE(a_server_that_moves_takes_what_is_known_of_it_along)
+{
+    Fixture fixture({server("a:1", 1), server("b:1", 2)});
+    fixture.take();
+    fixture.board.put(fixture.row(0), {}, {}, "b:1"); // there it is
+    fixture.board.put(fixture.row(0));
+    fixture.take(start + 1s, wall + 1s);
+    BOOST_TEST(fixture.update() == R"({"now":1700000001,"rows":[{"row":0,"load":1,"placed":0,"age":1}]})");
+    fixture.board.put(fixture.row(0), {}, {}, "");
+    fixture.take(start + 2s, wall + 2s);
+    BOOST_TEST(fixture.update() == R"({"now":1700000002,"threshold":95,"last":2,"spacing":5,"servers":[)"
+                                   R"({"address":"b:1","load":2,"placed":0,"age":2,"history":[2]},)"
+                                   R"({"address":"a:1","load":1,"placed":0,"age":2,"history":[1]}]})");
 }
 
 BOOST_AUTO_TEST_CASE(a_thousand_servers_fit_into_a_browsers_queue_with_room_to_spare)

@@ -20,10 +20,11 @@ DrainOrder order(std::string machine, bool off = false)
 /// `a:1`, and `b/2`, which the configuration drains.
 DrainedMachines two_machines()
 {
-    std::vector<ServerSpec> servers{ServerSpec("a:1"), ServerSpec("b/2")};
-    servers[1].drain = true;
+    ServerSpec drained("b/2");
+    drained.drain = true;
     DrainedMachines machines;
-    machines.list(servers);
+    machines.put(ServerSpec("a:1"));
+    machines.put(drained);
     return machines;
 }
 
@@ -51,10 +52,10 @@ BOOST_AUTO_TEST_CASE(a_machine_is_drained_until_that_is_taken_back)
     BOOST_TEST((machines.obey(order("a:1")) == Outcome::done));
     BOOST_TEST(machines.drained_by("a:1") == "operator");
     BOOST_TEST(machines.count() == 1u);
-    BOOST_TEST(machines.servers()[0].drain);
+    BOOST_TEST(machines.treated("a:1").drain);
     BOOST_TEST((machines.obey(order("a:1", true)) == Outcome::done));
     BOOST_TEST(machines.drained_by("a:1") == "");
-    BOOST_TEST(!machines.servers()[0].drain);
+    BOOST_TEST(!machines.treated("a:1").drain);
     BOOST_TEST(machines.count() == 0u);
 }
 
@@ -66,7 +67,7 @@ BOOST_AUTO_TEST_CASE(what_the_configuration_drains_stays_drained)
     BOOST_TEST(machines.drained_by("b/2") == "operator");
     BOOST_TEST((machines.obey(order("b/2", true)) == Outcome::configured));
     BOOST_TEST(machines.drained_by("b/2") == "configuration");
-    BOOST_TEST(machines.servers()[1].drain);
+    BOOST_TEST(machines.treated("b/2").drain);
 }
 
 BOOST_AUTO_TEST_CASE(a_machine_that_is_not_listed_is_not_drained)
@@ -79,15 +80,16 @@ BOOST_AUTO_TEST_CASE(a_machine_that_is_not_listed_is_not_drained)
 }
 
 // SIGHUP.
-BOOST_AUTO_TEST_CASE(it_outlives_another_list_but_not_the_machines_leaving)
+BOOST_AUTO_TEST_CASE(it_outlives_another_entry_but_not_the_machines_leaving)
 {
     auto machines = two_machines();
     (void)machines.obey(order("a:1"));
-    machines.list({ServerSpec("a:1"), ServerSpec("c:3")});
+    machines.put(ServerSpec("a:1"));
     BOOST_TEST(machines.drained_by("a:1") == "operator");
-    machines.list({ServerSpec("c:3")});
+    machines.remove("a:1");
+    machines.remove("a:1");
     BOOST_TEST(machines.count() == 0u);
-    machines.list({ServerSpec("a:1")});
+    machines.put(ServerSpec("a:1"));
     BOOST_TEST(machines.drained_by("a:1") == "");
 }
 
