@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""A real browser at a site behind one TLS port: session server's gateway, simulation server's gateway, demo simulator.
+"""A real browser at a site behind one TLS port: session server's gateway, simulation server's gateway, demo simulator. The machine is one of
+the configuration, or was found by its name.
 
 Protocol sections 13.12 and 13.13."""
 
@@ -11,6 +12,7 @@ import unittest
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.browser import open_browser  # noqa: E402
 from support.browser_client import LOCAL, WORLD  # noqa: E402
+from support.name_server import NameServer  # noqa: E402
 from support.ports import free_port  # noqa: E402
 from support.servers import SessionServer, SimulationServer, main, wait_until  # noqa: E402
 
@@ -60,15 +62,23 @@ def picture(browser):
 class OnePort(unittest.TestCase):
     def setUp(self):
         self.folder = self.enterContext(tempfile.TemporaryDirectory(prefix="webots_cloud_tls_site_"))
-        certificate = Certificate(self.folder)
-        port = free_port()
-        self.site = f"localhost:{port}"
-        self.simulation = self.enterContext(SimulationServer(**LOCAL, server=self.site, ssl=True, portRewrite=True, gateway=True,
-                                                             listenAddress="127.0.0.1", reconnectGrace=0))
-        self.session = self.enterContext(SessionServer(
-            [{"address": f"{self.site}/{self.simulation.port}", "internal": f"127.0.0.1:{self.simulation.port}"}], port=port, ssl=True,
-            sslCertificate=certificate.certificate, sslKey=certificate.key, viewerUrl=WORLD))
+        self.port = free_port()
+        self.site = f"localhost:{self.port}"
+        self.start_servers()
         self.browser = self.enterContext(open_browser(1280, 800, trusting=True))
+
+    def start_servers(self):
+        self.start_machine(server=self.site, ssl=True, portRewrite=True)
+        self.start_session({"address": f"{self.site}/{self.simulation.port}", "internal": f"127.0.0.1:{self.simulation.port}"})
+        self.path = f"/{self.simulation.port}"
+
+    def start_machine(self, **settings):
+        self.simulation = self.enterContext(SimulationServer(**LOCAL, gateway=True, listenAddress="127.0.0.1", reconnectGrace=0, **settings))
+
+    def start_session(self, machine, **settings):
+        certificate = Certificate(self.folder)
+        self.session = self.enterContext(SessionServer([machine], port=self.port, ssl=True, sslCertificate=certificate.certificate,
+                                                       sslKey=certificate.key, viewerUrl=WORLD, **settings))
 
     def test_the_viewer_shows_moving_pictures(self):
         self.browser.get(f"https://{self.site}/viewer/")
@@ -91,10 +101,21 @@ class OnePort(unittest.TestCase):
         self.browser.get(f"https://{self.site}/viewer/")
         said = self.browser.execute_async_script(SCENE, WORLD)
         self.assertEqual(len(said), 3, said)
-        self.assertEqual(said[0], f"wss://{self.site}/{self.simulation.port}")
-        self.assertRegex(said[1], rf"^wss://{self.site}/{self.simulation.port}/simulation/[a-z]{{28}}/\d+$")
+        self.assertRegex(said[0], rf"^wss://{self.site}{self.path}$")
+        self.assertRegex(said[1], rf"^{said[0]}/simulation/[a-z]{{28}}/\d+$")
         self.assertEqual(said[2], "#VRML_SIM")
         self.simulation.wait_until_clean()
+
+
+class FoundMachine(OnePort):
+    """It knows nothing of the site but whom to trust."""
+
+    def start_servers(self):
+        self.start_machine(trustedProxies=["127.0.0.1"])
+        names = self.enterContext(NameServer({"sim": ["127.0.0.1"]}))
+        self.start_session({"address": f"dns:sim.test:{self.simulation.port}", "internal": "http"}, nameServers=[names.address],
+                           discoverLoopback=True)
+        self.path = "/machine/[a-p]{24}"
 
 
 if __name__ == "__main__":
