@@ -13,12 +13,12 @@ UNITS = ("seconds", "bytes", "ratio")
 
 PAGE_TEXT = """# Metrics
 
-What `GET /metrics` of both servers says, in the text format of Prometheus. [monitoring.md](monitoring.md) leads from there to alerts and a dashboard;
+These are the metrics of `GET /metrics` of both servers, in the text format of Prometheus. [monitoring.md](monitoring.md) leads from there to alerts and a dashboard;
 [access.md](access.md#who-is-the-operator) says who may read it.
 
-A *counter* only grows, and begins with 0 when its server starts: ask for `rate(...[5m])` or `increase(...[1h])`. A *histogram* `x` consists of `x_bucket`, `x_sum` and `x_count`;
+A *counter* only grows, and begins with 0 when its server starts: query `rate(...[5m])` or `increase(...[1h])`. A *histogram* `x` consists of `x_bucket`, `x_sum` and `x_count`;
 `histogram_quantile(0.9, rate(x_bucket[15m]))` is the time within which nine of ten were done. A *ratio* of 1 is all.
-Labels have few values, but for `machine`: an address of `simulationServers`. *Only with* names the key of the configuration, or what else is needed.
+Labels have few values, except `machine`, which is an address of `simulationServers`. *Only with* names the key of the configuration, or what else is needed.
 
 This page is made from `src/core/pages/metrics_table.hpp`.
 """
@@ -60,10 +60,11 @@ def code(text):
 def page(table):
     parts = [PAGE_TEXT]
     for server, title in SECTIONS:
-        parts.append(f"\n## {title}\n\n| metric | type | unit | labels | only with | says |\n|---|---|---|---|---|---|\n")
+        parts.append(f"\n## {title}\n\n| metric | type | labels | only with |\n|---|---|---|---|\n")
         for name, kind, whose, labels, needs, text in table:
             if whose == server:
-                parts.append(f"| `webots_{name}` | {kind} | {unit(name)} | {', '.join(map(code, filter(None, labels.split(', '))))} | {code(needs)} | {text} |\n")
+                labels = ", ".join(map(code, filter(None, labels.split(", "))))
+                parts.append(f"| `webots_{name}`<br>{text} | {', '.join(filter(None, (kind, unit(name))))} | {labels} | {code(needs)} |\n")
     return "".join(parts)
 
 

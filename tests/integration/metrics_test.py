@@ -43,7 +43,7 @@ def documented(server_kind):
     """The metrics that a server has, by name, with their types, as docs/metrics.md lists them."""
     sections = dict(section.split("\n", 1) for section in read(os.path.join(ROOT, "docs/metrics.md")).split("\n## ")[1:])
     return {name: kind for title, text in sections.items() if server_kind in SERVERS[title]
-            for name, kind in re.findall(r"^\| `(\w+)` \| (\w+) \|", text, re.M)}
+            for name, kind in re.findall(r"^\| `(\w+)`<br>[^|]* \| (\w+)", text, re.M)}
 
 
 def announced(page):
