@@ -24,6 +24,7 @@ include_patterns = ['*.md', 'docs/**.md', 'examples/**/README.md']
 exclude_patterns = ['build', 'log', 'src', 'tests', 'tls', 'website', '**/node_modules']  # large, and without pages
 
 extensions = ['myst_parser']
+smartquotes_action = 'q'  # not of dashes: options begin with two
 myst_heading_anchors = 4  # headings have the anchors that forges give them
 
 html_theme = 'furo'

@@ -85,3 +85,19 @@ test("the teacher's page fits on one screen", async (t) => {
   const { bottom, height } = await page.evaluate(() => ({ bottom: document.querySelector('article').getBoundingClientRect().bottom, height: innerHeight }));
   assert.ok(bottom <= height, `${bottom} of ${height}`);
 });
+
+test('the API reference leaves the page its room on a telephone', async (t) => {
+  const page = await open(t, 'api/index.html', PHONE);
+  assert.ok((await page.locator('#doc-content').boundingBox()).width > PHONE.viewport.width * 0.9);
+});
+
+test('what a metric means is seen without scrolling', async (t) => {
+  const page = await open(t, 'docs/metrics.html');
+  const wide = await page.locator('.table-wrapper').evaluateAll((tables) => tables.filter((table) => table.scrollWidth > table.clientWidth).length);
+  assert.equal(wide, 0);
+});
+
+test('options keep both of their dashes in sentences', async (t) => {
+  const page = await open(t, 'docs/projects.html');
+  await page.getByRole('cell', { name: 'git clone --depth=1, sparse checkout' }).waitFor();
+});
