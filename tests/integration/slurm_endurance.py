@@ -12,8 +12,8 @@ import time
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
-from slurm_test import cluster_server, ready, see_a_picture  # noqa: E402
-from support.browser_client import Browser  # noqa: E402
+from slurm_test import HiddenCluster, cluster_server, ready, see_a_picture  # noqa: E402
+from support.browser_client import Browser, server  # noqa: E402
 from support.processes import end_with_parent  # noqa: E402
 from support.servers import PATIENCE, end, main, wait_until  # noqa: E402
 from support.slurm import NODES, Cluster  # noqa: E402
@@ -119,16 +119,29 @@ class Endurance(unittest.IsolatedAsyncioTestCase):
     async def test_many_in_a_row_leave_no_job(self):
         cluster = self.cluster(processors=AT_ONCE)
         with cluster_server(cluster) as simulation:
-            began = time.monotonic()
-
-            async def some(number):
-                for _ in range(number):
-                    async with Browser(simulation) as browser:
-                        await ready(browser)
-
-            await asyncio.wait_for(asyncio.gather(*(some(cycles // AT_ONCE) for _ in range(AT_ONCE))), cycles * PATIENCE)
-            print(f"{cycles // AT_ONCE * AT_ONCE} simulations in {time.monotonic() - began:.0f} s", file=sys.stderr)
+            await many_in_a_row(simulation)
             self.nothing_is_left(cluster, simulation)
+
+
+class EnduranceOfCopies(HiddenCluster):
+    PROCESSORS = AT_ONCE
+
+    async def test_many_in_a_row_leave_neither_job_nor_copy(self):
+        with server(**self.settings()) as simulation:
+            await many_in_a_row(simulation)
+            simulation.wait_until_clean()
+
+
+async def many_in_a_row(simulation):
+    began = time.monotonic()
+
+    async def some(number):
+        for _ in range(number):
+            async with Browser(simulation) as browser:
+                await ready(browser)
+
+    await asyncio.wait_for(asyncio.gather(*(some(cycles // AT_ONCE) for _ in range(AT_ONCE))), cycles * PATIENCE)
+    print(f"{cycles // AT_ONCE * AT_ONCE} simulations in {time.monotonic() - began:.0f} s", file=sys.stderr)
 
 
 if __name__ == "__main__":

@@ -199,10 +199,8 @@ exec /bin/tar "$@"
 """
 
 
-class CopiedProjects(OneCluster):
-    """On nodes that see nothing of the server's folders."""
-
-    PROCESSORS = 2
+class HiddenCluster(OneCluster):
+    """Its nodes see nothing of the server's folders, and are left without copies."""
 
     @classmethod
     def setUpClass(cls):
@@ -222,14 +220,18 @@ class CopiedProjects(OneCluster):
         return [folder for node in NODES
                 for folder in glob.glob(self.cluster.seen_by(node, self.cluster.own_folder) + "/webots-cloud-job.*")]
 
+    def tearDown(self):
+        super().tearDown()
+        wait_until(lambda: not self.copies(), lambda: f"left on the nodes: {self.copies()}")
+
+
+class CopiedProjects(HiddenCluster):
+    PROCESSORS = 2
+
     def copy(self, name):
         """A file of the only copy of a project."""
         [path] = [path for folder in self.copies() for path in glob.glob(f"{folder}/**/{name}", recursive=True)]
         return path
-
-    def tearDown(self):
-        super().tearDown()
-        wait_until(lambda: not self.copies(), lambda: f"left on the nodes: {self.copies()}")
 
     async def test_a_browser_sees_a_simulation_whose_node_does_not_see_the_project(self):
         with server(**self.settings()) as simulation:
