@@ -1,10 +1,12 @@
 #include "drm_clients.hpp"
 
-#include "adapters/process/process_tree.hpp"
 #include "core/load/drm_text.hpp"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <fstream>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -18,6 +20,14 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t max_files = 2048;
 constexpr std::string_view device_folder = "/dev/dri/";
+
+std::optional<core::DrmClient> read_client(fs::path const& path)
+{
+    std::array<char, 4096> text;
+    std::ifstream file(path);
+    file.read(text.data(), text.size());
+    return core::parse_drm_client(std::string_view(text.data(), static_cast<std::size_t>(file.gcount())));
+}
 
 } // namespace
 
@@ -46,9 +56,7 @@ Duration drm_time(fs::path const& proc, std::span<int const> processes)
             std::error_code gone;
             if (!fs::read_symlink(entry->path(), gone).native().starts_with(device_folder))
                 continue;
-            ProcBuffer buffer;
-            auto const file = folder / "fdinfo" / entry->path().filename();
-            auto const client = core::parse_drm_client(read_start(file.native(), buffer));
+            auto const client = read_client(folder / "fdinfo" / entry->path().filename());
             if (client && counted.emplace(client->device, client->id).second)
                 total += client->busy;
         }

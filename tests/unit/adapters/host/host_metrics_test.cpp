@@ -11,7 +11,6 @@
 #include <cstdlib>
 #include <fstream>
 #include <string>
-#include <thread>
 
 using namespace webots_cloud;
 namespace fs = std::filesystem;
@@ -162,12 +161,8 @@ BOOST_AUTO_TEST_CASE(nvidias_library_tells_how_long_a_process_has_used_a_graphic
     auto const times = metrics->graphics_times();
     BOOST_TEST_REQUIRE(times != nullptr);
     int const processes[] = {17, 18, 19};
-    auto const began = std::chrono::steady_clock::now();
-    while (times->busy(processes) == Duration::zero()) // the first look may have been too short ago
-        std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    auto const busy = times->busy(processes);
-    auto const passed = std::chrono::steady_clock::now() - began;
-    BOOST_TEST((busy > Duration::zero() && busy <= passed + std::chrono::seconds(4)));
+    auto const busy = times->busy(processes); // since the library was loaded
+    BOOST_TEST((busy > Duration::zero()));
     int const idle[] = {18, 19};
     BOOST_TEST((times->busy(idle) == Duration::zero()));
 }
