@@ -28,7 +28,7 @@ constexpr Duration machines_step = std::chrono::seconds(1);
 // of so many machines in one turn of the event loop, so that others have theirs in between: each that comes
 // is polled, and of each that goes a connection is closed.
 constexpr std::size_t machines_at_once = 10;
-constexpr Duration pause = std::chrono::milliseconds(2);
+constexpr Duration machines_pause = std::chrono::milliseconds(2);
 constexpr Duration lookup_limit = std::chrono::seconds(20);
 constexpr std::size_t max_announcement = 1000;
 
@@ -258,7 +258,7 @@ asio::awaitable<result<>> MachineDiscovery::Impl::run()
         auto const changes = list.take(machines_at_once);
         if (!changes.empty() && hooks.changed)
             hooks.changed(changes);
-        auto const due = list.is_outdated() ? clock.now() + pause : next_look;
+        auto const due = list.is_outdated() ? clock.now() + machines_pause : next_look;
         auto const waited = co_await clock.wait_until(due);
         bool const cancelled = co_await async::is_cancelled();
         running = waited && !cancelled;

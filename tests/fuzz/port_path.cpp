@@ -28,7 +28,7 @@ core::MachinePaths found_machines()
     server.has_own_path = true;
     core::MachinePaths paths(
         [](std::string_view) { return std::string(32, '\0'); }); // `aaaaaaaaaaaaaaaaaaaaaaaa`
-    paths.list({server});
+    paths.put(server);
     paths.answered("10.0.0.2:2000", true);
     return paths;
 }
