@@ -300,11 +300,12 @@ Answer OperatorEndpoints::figures(IncomingRequest const&)
     text.family(core::metric("simulations_isolated")).add(params_.isolation_warning.empty() ? 1 : 0);
     if (context_.launcher.params().limits.any())
         write_consumption(text);
-    if (description_.graphics_processors > 0) {
+    text.family(core::metric("simulations_graphics_processors"));
+    if (description_.graphics_processors > 0) { // else nothing is known of them
         double busy = 0;
         for (auto const& [id, session] : sessions_)
             busy += session->graphics_processors();
-        text.family(core::metric("simulations_graphics_processors")).add(busy);
+        text.add(busy);
     }
     if (context_.launcher.params().gateway)
         write_traffic(text);
