@@ -29,7 +29,7 @@ constexpr double of_any = 50;
 constexpr double enough_to_clip = 0.5; // min
 constexpr double max_relative = 50;
 constexpr double min_relative = 0.02;
-constexpr double least_processors = 0.001;
+constexpr double least_processors = 0.001; // or graphics processors, to judge others by
 /// No machine outweighs a fleet by the sessions that it claims to have.
 constexpr double most_sessions = 64;
 constexpr double max_memory = 1e15; // bytes
@@ -91,8 +91,9 @@ void WorldCosts::add(Estimate& estimate, Sample sample, Memory memory, TimePoint
         sample.processors = usual(sample.processors, estimate.mean);
         if (sample.memory > 0 && estimate.memory > 0)
             sample.memory = usual(sample.memory, estimate.memory);
-        if (estimate.graphics > 0) // much more than is usual counts as that; less may be none at all
-            sample.graphics = std::min(sample.graphics, estimate.graphics * memory.max_factor);
+        if (estimate.graphics >= 0) // much more than is usual counts as that; less may be none at all
+            sample.graphics =
+                std::min(sample.graphics, std::max(estimate.graphics, least_processors) * memory.max_factor);
     }
     estimate.weight += sample.weight;
     double const part = sample.weight / estimate.weight;

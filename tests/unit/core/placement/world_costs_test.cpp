@@ -181,6 +181,18 @@ BOOST_AUTO_TEST_CASE(no_machine_says_more_of_graphics_than_it_has)
     BOOST_TEST(costs.graphics() <= 1);
 }
 
+BOOST_AUTO_TEST_CASE(where_nobody_uses_graphics_a_lie_about_them_does_not_spoil_the_average_at_once)
+{
+    WorldCosts costs;
+    TimePoint now = start;
+    for (int report = 0; report != 120; ++report)
+        costs.learn({use_of("r", "w", 64, 64)}, {100, 0, 4}, seconds(5), now += seconds(5));
+    auto lie = use_of("r", "w", 64, 64);
+    lie.graphics = 1e6;
+    costs.learn({lie}, {100, 0, 100'000}, seconds(5), now += seconds(5));
+    BOOST_TEST(costs.graphics() < 0.01);
+}
+
 // Two machines with the same processors; on one, graphics processors are what there is too little of.
 BOOST_AUTO_TEST_CASE(a_world_that_draws_much_goes_where_graphics_processors_are_free)
 {
