@@ -97,6 +97,14 @@ class Packages(unittest.IsolatedAsyncioTestCase):
         await self.check_starts_a_simulation()
         self.assertIn("this server runs the demo simulator", self.simulation.logged())
 
+    def test_root_is_told_what_the_services_see(self):
+        for unit in self.both:
+            with self.subTest(unit.name):
+                done = subprocess.run([f"/usr/bin/{unit.name.removesuffix('.service')}", "--doctor", "--json"], capture_output=True, text=True, timeout=60)
+                found = {each["subject"]: each for each in json.loads(done.stdout)["findings"]}
+                self.assertEqual(found["service"]["verdict"], "ok", found)
+                self.assertRegex(found["public address"]["found"], r"/livez leads here$")
+
     async def test_a_simulation_is_started_by_way_of_the_session_server_as_the_page_does(self):
         self.session.configure(loadThreshold=1000)  # the machine that runs the tests may be busy
         systemctl("reload", self.session.name)

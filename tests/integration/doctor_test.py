@@ -273,6 +273,13 @@ class DoctorOfAService(Examination):
         self.assertIn("nothing can be written to", found["logs"]["found"])
         self.assertLessEqual({"clock", "memory"}, set(found))
 
+    def test_the_server_that_runs_tells_root_who_it_is(self):
+        os.chmod(self.folder, 0o755)
+        path = os.path.join(self.folder, "operator.sock")  # root's alone
+        with SessionServer([], operatorSocket=path) as running:
+            found = by_subject(self.run_doctor("--json", port=running.port, operatorSocket=path)[1])
+        self.assertEqual(found["public address"]["found"], f"{running.url}/livez leads here")
+
     def test_a_service_that_systemd_can_not_start_is_a_fault_and_root_looks_by_itself(self):
         self.run_in_service("echo 'Unknown assignment: Foo=1' >&2; exit 1")
         found = by_subject(self.run_doctor("--json")[1])

@@ -259,7 +259,8 @@ CheckWork check_name(PublicAddress address)
     co_return findings;
 }
 
-/// What a server that runs calls itself; older ones say nothing.
+} // namespace
+
 result<std::string> ask_instance(fs::path const& socket)
 {
     auto const answer = ask_operator_socket(socket, "GET", "/api/doctor?last");
@@ -271,6 +272,8 @@ result<std::string> ask_instance(fs::path const& socket)
     auto const* const instance = all ? all->if_contains("instance") : nullptr;
     return instance && instance->is_string() ? std::string(instance->get_string()) : std::string();
 }
+
+namespace {
 
 /// Whether the public address leads to the server that runs here.
 CheckWork check_public_address(HttpClient& http, PublicAddress address, Viewpoint viewpoint)
@@ -370,7 +373,8 @@ bool is_running(std::string_view kind, std::uint16_t port, AccessConfig const& a
 Viewpoint view_from_outside(std::string_view kind, std::uint16_t port, AccessConfig const& access)
 {
     Viewpoint viewpoint;
-    viewpoint.is_running = is_running(kind, port, access);
+    viewpoint.instance = instance_told_by_root();
+    viewpoint.is_running = !viewpoint.instance.empty() || is_running(kind, port, access);
     viewpoint.socket = find_operator_socket(kind, port, access);
     return viewpoint;
 }

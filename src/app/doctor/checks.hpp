@@ -46,6 +46,10 @@ Viewpoint view_from_inside(std::string instance);
 /// Whether somebody listens on the operator's socket of a server with this configuration.
 bool is_running(std::string_view kind, std::uint16_t port, AccessConfig const& access);
 
+/// What the server that runs calls itself; empty: it does not say, as older ones, or not to this user.
+/// Blocks.   Errors: `timed_out`: it hangs.
+result<std::string> ask_instance(std::filesystem::path const& socket);
+
 /// Of another program.
 Viewpoint view_from_outside(std::string_view kind, std::uint16_t port, AccessConfig const& access);
 

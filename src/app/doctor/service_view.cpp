@@ -1,6 +1,7 @@
 #include "service_view.hpp"
 
 #include "app/environment.hpp"
+#include "checks.hpp"
 #include "core/doctor/service_unit.hpp"
 #include "core/text.hpp"
 
@@ -25,6 +26,7 @@ using core::concat;
 using core::Verdict;
 
 constexpr auto mark = "WEBOTS_CLOUD_DOCTOR_FOR_ROOT";
+constexpr auto told_instance = "WEBOTS_CLOUD_DOCTOR_INSTANCE";
 constexpr auto systemd_limit = std::chrono::seconds(5);
 constexpr auto doctor_limit = std::chrono::seconds(20); // it takes ten at most, and has to be started
 // Root sees more of these: the firewall, and the parts of /proc that units hide.
@@ -43,11 +45,16 @@ bool has_configuration(core::ServiceUnit const& unit, fs::path const& config)
 }
 
 std::vector<std::string> doctor_command(fs::path const& systemd_run, core::ServiceUnit const& unit,
-                                        fs::path const& config)
+                                        fs::path const& config, std::string_view instance)
 {
     std::error_code failed;
-    std::vector<std::string> command{
-        systemd_run.string(), "--quiet", "--collect", "--wait", "--pipe", concat("--setenv=", mark, "=1")};
+    std::vector<std::string> command{systemd_run.string(),
+                                     "--quiet",
+                                     "--collect",
+                                     "--wait",
+                                     "--pipe",
+                                     concat("--setenv=", mark, "=1"),
+                                     concat("--setenv=", told_instance, "=", instance)};
     for (auto const& setting : unit.settings)
         command.push_back(concat("--property=", setting));
     for (auto const& word : {fs::read_symlink("/proc/self/exe", failed).string(), std::string("--doctor"),
@@ -58,7 +65,7 @@ std::vector<std::string> doctor_command(fs::path const& systemd_run, core::Servi
 
 } // namespace
 
-ServiceView view_of_service(std::string_view kind, Arguments const& arguments)
+ServiceView view_of_service(std::string_view kind, Arguments const& arguments, fs::path const& socket)
 {
     ServiceView view;
     auto const systemctl = find_system_program("systemctl");
@@ -73,7 +80,10 @@ ServiceView view_of_service(std::string_view kind, Arguments const& arguments)
     auto const unit = core::parse_service_unit(*text, name);
     if (!has_configuration(unit, arguments.config))
         return view;
-    auto const said = program_output(doctor_command(systemd_run, unit, arguments.config), doctor_limit);
+    auto const instance = ask_instance(socket); // where the server hangs, the doctor finds that out itself
+    auto const said = program_output(
+        doctor_command(systemd_run, unit, arguments.config, instance ? *instance : std::string()),
+        doctor_limit);
     auto const found = said ? core::parse_findings(*said) : result<core::Findings>(said.error());
     view.is_complete = found.has_value();
     if (!found) {
@@ -96,6 +106,11 @@ ServiceView view_of_service(std::string_view kind, Arguments const& arguments)
 bool is_asked_by_root()
 {
     return !environment(mark).empty();
+}
+
+std::string instance_told_by_root()
+{
+    return is_asked_by_root() ? environment(told_instance) : std::string();
 }
 
 } // namespace webots_cloud::app

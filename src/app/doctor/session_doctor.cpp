@@ -124,13 +124,13 @@ int diagnose_session_server(Arguments const& arguments)
     if (!config)
         app::report_findings(arguments, std::move(findings), {});
     auto const port = config->address.port;
-    auto const seen = app::view_of_service("session", arguments);
+    auto const viewpoint = app::view_from_outside("session", port, config->access);
+    auto const seen = app::view_of_service("session", arguments, viewpoint.socket);
     if (seen.is_complete)
         app::report_findings(arguments, seen.findings, [port](asio::any_io_executor const&) {
             return app::findings_of_root(wanted_memory, port);
         });
     findings.insert(findings.begin(), seen.findings.begin(), seen.findings.end());
-    auto const viewpoint = app::view_from_outside("session", port, config->access);
     app::report_findings(
         arguments, std::move(findings), [&config, &viewpoint](asio::any_io_executor executor) {
             return app::examine_session_server(*config, viewpoint, executor, app::shown_progress());

@@ -323,14 +323,14 @@ int diagnose_simulation_server(Arguments const& arguments, fs::path const& progr
     if (!config)
         app::report_findings(arguments, std::move(findings), {});
     auto const port = config->address.port;
-    auto const seen = app::view_of_service("simulation", arguments);
+    auto const viewpoint = app::view_from_outside("simulation", port, config->access);
+    auto const seen = app::view_of_service("simulation", arguments, viewpoint.socket);
     if (seen.is_complete)
         app::report_findings(arguments, seen.findings, [port, &config](asio::any_io_executor const&) {
             return app::findings_of_root(wanted_memory(*config), port);
         });
     findings.insert(findings.begin(), seen.findings.begin(), seen.findings.end());
     auto const absolute = absolute_path(programs);
-    auto const viewpoint = app::view_from_outside("simulation", port, config->access);
     app::report_findings(
         arguments, std::move(findings), [&config, &absolute, &viewpoint](asio::any_io_executor executor) {
             auto const walls = app::wall_findings(*config, find_simulator(*config, absolute));
