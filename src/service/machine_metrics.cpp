@@ -2,6 +2,8 @@
 
 #include "core/pages/metrics_text.hpp"
 
+#include <algorithm>
+#include <utility>
 #include <vector>
 
 namespace webots_cloud {
@@ -19,8 +21,14 @@ constexpr std::size_t at_once = 250; // machines: less than half a millisecond
 class MachineMetrics::Families
 {
 public:
-    Families()
+    Families() { begin(); }
+
+    /// Anew, in the same memory: of thousands of machines it is megabytes, which the kernel has to clear
+    /// where it gives us others.
+    void begin()
     {
+        for (auto* const each : {&up_, &load_, &simulations_, &most_, &drained_, &placements_})
+            each->clear();
         up_.family(core::metric("machine_up"));
         load_.family(core::metric("machine_load_ratio"));
         simulations_.family(core::metric("machine_simulations"));
@@ -47,11 +55,11 @@ public:
         placements_.add_labelled(static_cast<double>(placed), labels);
     }
 
-    std::string take()
+    void write_to(std::string& text) const
     {
-        for (auto const* const each : {&load_, &simulations_, &most_, &drained_, &placements_})
-            up_.append(*each);
-        return up_.take();
+        text.clear();
+        for (auto const* const each : {&up_, &load_, &simulations_, &most_, &drained_, &placements_})
+            text += each->text();
     }
 
 private:
@@ -81,7 +89,7 @@ std::string const& MachineMetrics::text()
     Families families;
     for (auto const& server : monitor_.servers())
         families.add(server, !drained_.drained_by(server.address).empty(), scheduler_.placed(server.address));
-    text_ = families.take();
+    families.write_to(text_);
     made_ = now;
     return text_;
 }
@@ -94,6 +102,9 @@ void MachineMetrics::expire() noexcept
 
 asio::awaitable<result<>> MachineMetrics::run()
 {
+    Families families;
+    std::string next;
+    std::vector<std::string> addresses;
     for (;;) {
         if (auto const waited = co_await clock_.wait_until(clock_.now() + every); !waited)
             co_return waited;
@@ -101,10 +112,10 @@ asio::awaitable<result<>> MachineMetrics::run()
             continue;
         auto const began = clock_.now();
         auto const expiries = expiries_;
-        std::vector<std::string> addresses; // machines may come and go meanwhile
-        for (auto const& server : monitor_.servers())
-            addresses.push_back(server.address);
-        Families families;
+        // Machines may come and go meanwhile.
+        addresses.resize(monitor_.servers().size());
+        std::ranges::transform(monitor_.servers(), addresses.begin(), &ServerLoad::address);
+        families.begin();
         for (std::size_t i = 0; expiries == expiries_ && i < addresses.size(); ++i) {
             if (auto const* const server = monitor_.find(addresses[i]))
                 families.add(*server, !drained_.drained_by(server->address).empty(),
@@ -116,7 +127,8 @@ asio::awaitable<result<>> MachineMetrics::run()
         }
         if (expiries != expiries_)
             continue;
-        text_ = families.take();
+        families.write_to(next);
+        std::swap(text_, next);
         made_ = began;
     }
 }

@@ -6,6 +6,7 @@ import contextlib
 import json
 import os
 import re
+import resource
 import signal
 import subprocess
 import sys
@@ -158,6 +159,11 @@ class Sessions(unittest.IsolatedAsyncioTestCase):
                     while True:
                         await asyncio.wait_for(browser.recv(), 30)
                 self.assertEqual(browser.close_code, 1001)
+
+    def test_no_connection_waits_until_the_kernel_has_made_room_for_more_descriptors(self):
+        with SessionServer([]) as session, open(f"/proc/{session.process.pid}/status") as status:
+            room = int(re.search(r"^FDSize:\s*(\d+)$", status.read(), re.MULTILINE)[1])
+        self.assertGreaterEqual(room, min(65536, resource.getrlimit(resource.RLIMIT_NOFILE)[1]))
 
     async def test_the_log_is_a_file_in_the_format_operators_know(self):
         with Machine() as machine, SessionServer([machine.address], debug=False, logDir="logs") as session:

@@ -88,30 +88,37 @@ AnnouncementVerdict AnnouncedMachines::take(Announcement const& announcement, bo
         if (machines_.size() >= max_machines)
             return too_many;
         known = machines_.emplace(name, Machine()).first;
-        known->second.is_here = false;
+        known->second.place = here_.insert(here_.end(), &known->first);
     }
     auto& machine = known->second;
-    here_ -= machine.is_here ? 1 : 0;
+    auto& before = machine.is_here ? here_ : gone_;
     machine.last = announcement.at;
     machine.heard = now;
     machine.is_here = !announcement.is_goodbye;
-    here_ += machine.is_here ? 1 : 0;
+    auto& order = machine.is_here ? here_ : gone_;
+    order.splice(order.end(), before, machine.place);
     return accepted;
 }
 
 std::vector<std::string> AnnouncedMachines::forget_silent(TimePoint now, WallTime wall)
 {
     std::vector<std::string> silent;
-    for (auto machine = machines_.begin(); machine != machines_.end();) {
-        auto& [name, facts] = *machine;
-        if (facts.is_here && now - facts.heard >= patience) {
-            facts.is_here = false;
-            --here_;
-            silent.push_back(name);
-        }
-        // What is older than `max_age` is refused without being remembered.
-        bool const is_over = !facts.is_here && facts.last < wall - max_age;
-        machine = is_over ? machines_.erase(machine) : std::next(machine);
+    while (!here_.empty()) {
+        auto& machine = machines_.find(*here_.front())->second;
+        if (now - machine.heard < patience)
+            break;
+        machine.is_here = false;
+        silent.push_back(*here_.front());
+        gone_.splice(gone_.end(), here_, here_.begin());
+    }
+    // What is older than `max_age` is refused without being remembered. One whose clock is ahead holds up
+    // those that went after it, for that long at most.
+    while (!gone_.empty()) {
+        auto const machine = machines_.find(*gone_.front());
+        if (machine->second.last >= wall - max_age)
+            break;
+        gone_.pop_front();
+        machines_.erase(machine);
     }
     return silent;
 }

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <list>
 #include <map>
 #include <optional>
 #include <string>
@@ -56,24 +57,29 @@ public:
     /// Precondition: the signature is right.
     AnnouncementVerdict take(Announcement const& announcement, bool loopback, TimePoint now, WallTime wall);
 
-    /// Who has been silent for too long.
+    /// Who has been silent for too long, longest first.
     std::vector<std::string> forget_silent(TimePoint now, WallTime wall);
 
     /// In the order of their names.
     std::vector<std::string> machines() const;
 
-    std::size_t size() const noexcept { return here_; }
+    std::size_t size() const noexcept { return here_.size(); }
 
 private:
+    /// Names in `machines_`, in the order in which the machines were heard last.
+    using Order = std::list<std::string const*>;
+
     struct Machine
     {
         WallTime last{};     ///< By its own clock.
         TimePoint heard{};   ///< By ours.
         bool is_here = true; ///< Otherwise it is remembered so that nothing old brings it back.
+        Order::iterator place;
     };
 
     std::map<std::string, Machine> machines_;
-    std::size_t here_ = 0;
+    Order here_;
+    Order gone_;
 };
 
 } // namespace webots_cloud::core

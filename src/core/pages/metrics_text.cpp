@@ -127,10 +127,4 @@ std::string MetricsText::labels_text(Labels labels)
     return text;
 }
 
-MetricsText& MetricsText::append(MetricsText const& part)
-{
-    text_.append(part.text_);
-    return *this;
-}
-
 } // namespace webots_cloud::core

@@ -36,10 +36,16 @@ public:
     /// As in `{machine="sim1:2000"}`.
     static std::string labels_text(Labels labels);
 
-    /// A part that was written with another of these: whole families.
-    MetricsText& append(MetricsText const& part);
-
     std::string take() { return std::move(text_); }
+
+    std::string const& text() const noexcept { return text_; }
+
+    /// To write anew, in the same memory.
+    void clear() noexcept
+    {
+        text_.clear();
+        name_.clear();
+    }
 
 private:
     void line(std::string_view suffix, Labels labels, std::string_view bound, double value);

@@ -133,11 +133,6 @@ void SessionBoard::take(TimePoint now, WallTime wall)
     now_ = now;
     wall_ = wall;
     restates_ = std::exchange(must_restate_, false);
-    if (restates_) {
-        std::size_t number = 0;
-        for (auto& row : rows_)
-            row.number = number++;
-    }
     told_ = std::exchange(changed_, {});
     for (auto* const row : told_)
         row->is_changed = false;
@@ -191,7 +186,7 @@ void SessionBoard::append_row(std::string& text, SessionRow const& row) const
     }
 }
 
-std::string SessionBoard::snapshot() const
+std::string SessionBoard::snapshot()
 {
     std::size_t const each = rows_.empty() ? 0 : max_points / rows_.size();
     int const decimals = rows_.size() > max_precise_servers ? 0 : 1;
@@ -209,7 +204,9 @@ std::string SessionBoard::snapshot() const
     append_key(text, "servers");
     text += '[';
     char const* separator = "{";
-    for (auto const& row : rows_) {
+    std::size_t number = 0;
+    for (auto& row : rows_) {
+        row.number = number++;
         text += std::exchange(separator, ",{");
         append_key(text, "address");
         append_quoted(text, row.server->address);
@@ -229,7 +226,7 @@ std::string SessionBoard::snapshot() const
     return text + "]}";
 }
 
-std::string SessionBoard::update() const
+std::string SessionBoard::update()
 {
     if (restates_)
         return snapshot();

@@ -95,11 +95,11 @@ public:
     void take(TimePoint now, WallTime wall);
 
     /// Everything, for a browser that has just connected; times are those of the last `take`.
-    std::string snapshot() const;
+    std::string snapshot();
 
     /// The rows and figures that the last `take` found changed; a snapshot when other servers are listed than
     /// before; empty when nothing changed.
-    std::string update() const;
+    std::string update();
 
 private:
     struct Row
@@ -109,7 +109,7 @@ private:
         std::string path;
         std::uint64_t placed = 0;    ///< As watchers are told.
         std::string_view drained_by; ///< But by itself.
-        std::size_t number = 0;      ///< That by which watchers know it.
+        std::size_t number = 0;      ///< Its place in the last snapshot, by which watchers know it.
         bool is_changed = false;     ///< Since the last `take`.
         LoadHistory::Series history;
     };
