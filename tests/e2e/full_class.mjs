@@ -18,7 +18,7 @@ const MEASURED_MS = 1000 * Number(process.env.SECONDS_MEASURED ?? 20);
 const SETTLING_MS = 3000;
 const PATIENCE_MS = 120000;
 const AT_ONCE = 5; // who come in at the same time
-const PHONE = { viewport: { width: 360, height: 640 } };
+const PHONE = { viewport: { width: 360, height: 640 }, patience: PATIENCE_MS };
 const CLOCK_TICKS = 100; // a second, in /proc
 const FIRST_NAMES = ['Ada', 'Alan', 'Barbara', 'Charles', 'Donald', 'Edsger', 'Frances', 'Grace', 'Hedy', 'Ida'];
 
@@ -100,11 +100,7 @@ async function eachThumbnailChanges(teacher) {
 
 test(`a lesson of ${STUDENTS} students, each with a simulation`, { timeout: 1800000 }, async (t) => {
   const browser = await openBrowser();
-  const patient = (page) => {
-    page.context().setDefaultTimeout(PATIENCE_MS);
-    return page;
-  };
-  const teacher = patient(await openPage(t, browser));
+  const teacher = await openPage(t, browser, { patience: PATIENCE_MS });
   const arrived = countArrivals(teacher);
   await teacher.goto(`${site.server}/class/#teach`);
   await shown(teacher, 'open');
@@ -117,7 +113,6 @@ test(`a lesson of ${STUDENTS} students, each with a simulation`, { timeout: 1800
   const pages = [];
   while (pages.length < STUDENTS)
     pages.push(...await Promise.all(names.slice(pages.length, pages.length + AT_ONCE).map((name) => attend(t, browser, link, name, PHONE))));
-  pages.forEach(patient);
   const all = (action) => Promise.all(pages.map(action));
   t.diagnostic(`${STUDENTS} simulations run after ${((performance.now() - began) / 1000).toFixed(0)} s`);
   assert.equal(await simulators(), STUDENTS);

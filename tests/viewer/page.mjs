@@ -26,10 +26,10 @@ export async function openBrowser({ args = [] } = {}) {
   return browser;
 }
 
-// Opens an empty page. `options` are those of Playwright's newContext().
-export async function openPage(t, browser, options = {}) {
+// Opens an empty page, which waits at most `patience` ms for anything. The other options are those of Playwright's newContext().
+export async function openPage(t, browser, { patience = PATIENCE_MS, ...options } = {}) {
   const context = await browser.newContext({ locale: 'en-US', viewport: { width: 1280, height: 800 }, ...options });
-  context.setDefaultTimeout(PATIENCE_MS);
+  context.setDefaultTimeout(patience);
   const page = await context.newPage();
   loadWhole(page);
   const foreign = foreignRequests(page);
