@@ -204,6 +204,7 @@ class Defaults(unittest.TestCase):
         cls.folder = tempfile.mkdtemp(prefix="webots_cloud_tls_defaults_")
         cls.addClassCleanup(shutil.rmtree, cls.folder)
         certbot = Certbot(cls.folder)
+        cls.certificate = certbot.certificate
         cls.server = cls.enterClassContext(SessionServer([], sslCertificate=certbot.certificate, sslKey=certbot.key))
 
     def client(self, *arguments, said="Q\n"):
@@ -220,6 +221,15 @@ class Defaults(unittest.TestCase):
             self.assertIn("Compression: NONE", said)
             self.assertRegex(said, r"(Server|Peer) Temp Key: (X25519|ECDH)|Negotiated TLS1\.3 group: X25519")
         self.assertIn("Secure Renegotiation IS supported", self.client("-tls1_2"))
+
+    def test_a_connection_ends_with_a_word_so_that_nobody_takes_it_for_cut(self):
+        context = ssl.create_default_context(cafile=self.certificate)
+        for request in ("GET /session HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n", "GET /session HTTP/1.1\r\n\r\n"):
+            with self.subTest(request), socket.create_connection(("localhost", self.server.port), PATIENCE) as plain, \
+                    context.wrap_socket(plain, server_hostname="localhost", suppress_ragged_eofs=False) as connection:
+                connection.sendall(request.encode())
+                while connection.recv(4096):
+                    pass
 
     def test_a_downgrade_is_noticed(self):
         self.assertRegex(self.client("-tls1_1", "-fallback_scsv", "-cipher", "ALL:@SECLEVEL=0"), "alert|no protocols available")

@@ -99,6 +99,8 @@ asio::awaitable<HttpConnection::Outcome> HttpConnection::answer_requests()
             bool sent = flush_at_once();
             if (!sent)
                 sent = co_await flush();
+            if (sent && (next == Next::close || stopping_))
+                stream_.say_end();
             if (!sent || next == Next::close || stopping_)
                 co_return Outcome::over;
             if (next == Next::websocket)
@@ -519,6 +521,8 @@ asio::awaitable<void> HttpConnection::refuse(int status, std::string_view what, 
 void HttpConnection::cut()
 {
     is_cut_ = true;
+    if (awaiting_request_) // all answers have been sent
+        stream_.say_end();
     stream_.close();
     if (forwarding_)
         forwarding_->end();

@@ -220,11 +220,14 @@ void NetworkStream::restore(Released released) noexcept
 void NetworkStream::shut_down() noexcept
 {
     Error ignored;
-    if (tls_ && socket_.is_open() && SSL_is_init_finished(tls_.get())) {
-        ERR_clear_error();
-        SSL_shutdown(tls_.get());
-    }
+    say_end();
     socket_.shutdown(asio::ip::tcp::socket::shutdown_send, ignored);
+}
+
+void NetworkStream::say_end() noexcept
+{
+    if (tls_ && socket_.is_open())
+        adapters::say_end(tls_.get());
 }
 
 void NetworkStream::close() noexcept

@@ -94,6 +94,9 @@ public:
     /// Tells the peer that nothing more will be written.
     void shut_down() noexcept;
 
+    /// The same where it speaks TLS, before `close`: a plain connection tells that by itself.
+    void say_end() noexcept;
+
     /// Ends everything that waits.
     void close() noexcept;
 

@@ -1,6 +1,7 @@
 #include "tls_socket.hpp"
 
 #include <openssl/bio.h>
+#include <openssl/err.h>
 #include <openssl/ssl.h>
 
 #include <algorithm>
@@ -91,6 +92,14 @@ void announce_more(SSL* tls, bool more)
 {
     auto* const bio = SSL_get_wbio(tls);
     set_word(bio, descriptor_of(bio), more);
+}
+
+void say_end(SSL* tls) noexcept
+{
+    if (SSL_is_init_finished(tls) == 0)
+        return;
+    ERR_clear_error();
+    SSL_shutdown(tls);
 }
 
 int clamped(std::size_t size) noexcept

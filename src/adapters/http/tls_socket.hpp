@@ -17,6 +17,10 @@ void attach_tls(SSL* tls, int descriptor);
 /// packets. False must be the last word before anybody waits.
 void announce_more(SSL* tls, bool more);
 
+/// Says that nothing more will be written (close_notify), once the handshake is over: whoever hears no such
+/// word can't know whether a connection was cut. Not after an error of the connection.
+void say_end(SSL* tls) noexcept;
+
 /// A number of bytes as SSL_read and SSL_write take it: no more than an int can say.
 int clamped(std::size_t size) noexcept;
 

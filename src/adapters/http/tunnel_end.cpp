@@ -127,10 +127,8 @@ void TunnelEnd::shut_down() noexcept
     if (is_shut_down_ || connection_.descriptor < 0)
         return;
     is_shut_down_ = true;
-    if (is_tls() && !is_broken_) {
-        ERR_clear_error();
-        SSL_shutdown(connection_.tls.get());
-    }
+    if (is_tls() && !is_broken_)
+        say_end(connection_.tls.get());
     ::shutdown(connection_.descriptor, SHUT_WR);
 }
 
