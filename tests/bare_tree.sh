@@ -1,14 +1,15 @@
 #!/usr/bin/env bash
 # Proves that two commands are enough on a fresh machine: makes a bare Debian, copies the checkout into it, and there runs
 # ./server.sh start, looks at what it serves, stops it, and runs ./test.sh. Needs root, debootstrap, git, 6 GB and an hour. With --install it
-# proves the same of ./server.sh install; then the build of this checkout is used, which has to be there, and 2 GB and ten minutes are enough.
+# proves the same of ./server.sh install; then 2 GB and ten minutes are enough, since the build of this checkout is used, which has to be
+# there. With another Debian than this machine's all is built in it, in twenty minutes.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 source tests/support/bare_debian.sh
 
 usage="Usage: tests/bare_tree.sh [--quick|--install] [--user] [--suite NAME] [--first COMMAND] [--in FOLDER]
   --quick          ./test.sh --quick: the release only
-  --install        ./server.sh install, as root, with what build/release has
+  --install        ./server.sh install, as root, with what build/release has, if that is of the same Debian
   --user           as somebody who is not root and may use sudo
   --suite NAME     which Debian; bookworm (12) unless given
   --first COMMAND  what the shell of the tree does first, to make it resemble another system: installs a compiler, say
@@ -51,7 +52,11 @@ main()
     # Mounts and processes live in namespaces of their own, which end with this command, however it ends.
     if [[ -n $install ]]; then
         [[ $as == root ]] || fail "$usage"
-        [[ -e build/release/build.ninja ]] || fail "build/release is not built: cmake --preset release && cmake --build --preset release"
+        if [[ $suite != "$(source /etc/os-release && echo "$VERSION_CODENAME")" ]]; then
+            first="rm -rf build && $first" # in the tree
+        elif [[ ! -e build/release/build.ninja ]]; then
+            fail "build/release is not built: cmake --preset release && cmake --build --preset release"
+        fi
         mkdir "$folder/changed" "$folder/work"
         unshare --mount --pid --fork --kill-child "$PWD/tests/bare_tree.sh" --inside-install "$folder" "$first"
         return
