@@ -48,6 +48,8 @@ struct SessionServiceParams
     bool relay = false;
     /// With `relay`: so many browsers may wait for a machine; 0: none.
     std::size_t waiting_places = 1000;
+    /// With `relay`: machines are found (MachineDiscovery), so that not all of them are known at the start.
+    bool finds_machines = false;
     /// With `relay` and for machines with paths of their own: where the world outside reaches this server,
     /// and other names that it has.
     PublicAddress own_address;

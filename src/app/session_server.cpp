@@ -1,3 +1,4 @@
+#include "core/discovery/machine_name.hpp"
 #include "core/text.hpp"
 #include "current_notifier.hpp"
 #include "doctor/doctor_endpoint.hpp"
@@ -25,6 +26,7 @@
 #include <boost/json/object.hpp>
 #include <boost/json/serialize.hpp>
 
+#include <algorithm>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -106,6 +108,11 @@ struct AdministratorMail
     OperatorMail mail;
 };
 
+bool is_found(ServerSpec const& entry)
+{
+    return core::stands_for_found(entry.address);
+}
+
 /// Without the file of the teachers' password there are no classes: `check_files` has warned of that.
 /// Errors: as `read_password`.
 result<SessionServiceParams> session_service_params(SessionConfig const& config)
@@ -128,6 +135,8 @@ result<SessionServiceParams> session_service_params(SessionConfig const& config)
     params.gateway = config.gateway;
     params.relay = config.relay;
     params.waiting_places = static_cast<std::size_t>(config.waiting_room);
+    params.finds_machines = config.announcements || std::any_of(config.simulation_servers.begin(),
+                                                                config.simulation_servers.end(), is_found);
     params.own_address = config.address;
     params.own_names = config.access.host_names;
     params.decisions_for_all = config.decisions_for_all;

@@ -26,6 +26,9 @@ constexpr std::size_t max_silent_per_client = 100;
 constexpr std::size_t short_request = 4096;
 constexpr std::size_t max_kept = 16 * 1024 * 1024;
 
+// After a start names have to be looked up, and machines announce themselves every ten seconds.
+constexpr Duration all_found = std::chrono::seconds(15);
+
 constexpr std::uint16_t try_again_later = 1013; // as in the registry of RFC 6455
 
 constexpr std::string_view too_many =
@@ -197,7 +200,10 @@ void ClientRelay::line_up(Browser& browser, TimePoint now)
 void ClientRelay::come_back(Browser& browser, std::string_view text, std::string const& quota_key)
 {
     auto const token = core::parse_relayed_token(text);
-    if (!token || !machines_.contains(token->entry))
+    bool const is_known = token && machines_.contains(token->entry);
+    if (token && !is_known && params_.finds_machines && clock_.now() - began_ < all_found)
+        return browser.channel.close(relay::service_restart);
+    if (!is_known)
         return refuse(browser, "This simulation has ended. Please start it again.");
     if (hooks_.may_ask && !hooks_.may_ask(quota_key))
         return browser.channel.close(try_again_later);

@@ -42,6 +42,7 @@ struct ClientRelayParams
 
     bool tls = false;               ///< Machines without an internal address are reached by `wss://`.
     std::size_t waiting_places = 0; ///< 0: nobody waits.
+    bool finds_machines = false;    ///< Not all of them are known at the start.
 };
 
 /// None of them may block.

@@ -324,6 +324,7 @@ ClientRelayParams SessionService::Impl::relay_params() const
     ClientRelayParams of_relay;
     of_relay.tls = params.ssl;
     of_relay.waiting_places = params.waiting_places;
+    of_relay.finds_machines = params.finds_machines;
     return of_relay;
 }
 

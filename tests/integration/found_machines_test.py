@@ -279,6 +279,26 @@ class Announced(Site):
         wait_until(lambda: self.found(session) == {}, "it says goodbye", 15)
         self.assertEqual(self.status(session, f"{self.path_in(address)}/load"), 404)
 
+    async def test_who_returns_to_a_session_server_that_has_just_started_finds_the_simulation(self):
+        """It knows no machine before one announces itself again."""
+        session = self.session({"address": "announced", "internal": "http"}, announcements=True, sessionSecret=self.secret(), relay=True)
+        machine = self.enterContext(self.machine(server="10.79.1.2", sessionServers=[f"http://10.79.1.1:{session.port}"],
+                                                 sessionSecret=self.secret()))
+        self.wait_for(session, machine)
+        browser, address = await self.visit(session, reconnect=True)
+        token = (await browser.hear("reconnectToken: ")).removeprefix("reconnectToken: ")
+        await asyncio.to_thread(session.stop)
+        await browser.hear_end()
+        await asyncio.to_thread(session.start)
+        told = len(browser.told)
+        await browser.come_back(reconnect=token)
+        await browser.until(lambda: browser.find("webots:", told) or browser.close_code is not None, "an answer")
+        if browser.close_code is not None:
+            self.assertEqual((browser.close_code, browser.told[told:]), (1012, []), "it is to come again")
+            await asyncio.to_thread(self.wait_for, session, machine)
+            await browser.come_back(reconnect=token)
+        self.assertEqual(await browser.hear("webots:", since=told), address)
+
 
 if __name__ == "__main__":
     own_network.enter()

@@ -650,6 +650,25 @@ BOOST_AUTO_TEST_CASE(no_token_leads_to_another_host)
     BOOST_TEST(fixture.sockets.requests().empty());
 }
 
+BOOST_AUTO_TEST_CASE(who_returns_before_the_machine_is_found_is_told_to_come_again)
+{
+    auto params = relaying();
+    params.finds_machines = true;
+    Fixture fixture(params, {});
+    auto const returns = R"({"reconnect":"abc@a:2000"})";
+    auto& early = fixture.start(returns);
+    BOOST_TEST(early.sent.empty());
+    BOOST_TEST(early.close_code.value() == 1012);
+    BOOST_TEST(fixture.start(R"({"reconnect":"abc"})").sent.size() == 1u); // no machine has such tokens
+    fixture.service.set_servers({ServerSpec("a:2000")});
+    fixture.sockets.expect("ws://a:2000/client").always();
+    fixture.start(returns);
+    BOOST_TEST(fixture.machine("a:2000").received().front() == R"({"reconnect":"abc"})");
+    fixture.world.advance(12s);
+    auto& late = fixture.start(R"({"reconnect":"abc@b:2000"})");
+    BOOST_TEST(late.sent.back() == "loading: Error: This simulation has ended. Please start it again.");
+}
+
 BOOST_AUTO_TEST_CASE(a_server_that_stops_asks_all_to_come_back)
 {
     Fixture fixture;
