@@ -48,6 +48,8 @@ class Cluster:
         names = self.docker.run("ps", "--all", "--quiet").split()
         if names:
             self.docker.run("rm", "--force", *names)
+        # Its bridge would outlive the daemon, and take what is for the same addresses of the next one.
+        self.docker.run("network", "rm", "site")
 
     def start(self, name):
         """A pod of this name, which is not ready yet. What is before its number is the name of its StatefulSet or Deployment."""
