@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""The pods of config/kubernetes/base as containers of a real Docker daemon: two session servers and three simulation servers under load,
-one of which is drained and replaced meanwhile, as Kubernetes does it; then a session server. No simulation may be lost. And those of
-config/kubernetes/sandboxed, with a simulation.
+"""The pods of config/kubernetes/base as containers of a real Docker daemon: two session servers and three simulation servers, which they find
+by name, under load. One of these drains meanwhile and is replaced, as the pods of a Deployment are; then a session server. No simulation may be
+lost. And those of config/kubernetes/sandboxed, with a simulation.
 
 WEBOTS_CLOUD_BIN=build/release/bin tests/container_site.py
 
@@ -55,18 +55,19 @@ def make_images(path):
 
 
 class Names:
-    """The name server of a cluster: it knows the addresses of pods."""
+    """The name server of a cluster: the name of a headless service stands for the addresses of its pods."""
 
     def __init__(self, folder):
         self.path = os.path.join(folder, "hosts")
-        self.know({})
+        self.know([])
         self.process = subprocess.Popen([required_program("dnsmasq", "dnsmasq-base"), "--keep-in-foreground", "--conf-file=/dev/null", "--no-resolv",
-                                         "--no-hosts", f"--addn-hosts={self.path}", "--local-ttl=2", "--user=root", "--bind-interfaces",
-                                         f"--listen-address={SUBNET}.1", "--pid-file="], stdin=subprocess.DEVNULL, preexec_fn=end_with_parent)
+                                         "--no-hosts", f"--addn-hosts={self.path}", "--local=/cluster.local/", "--local-ttl=2", "--user=root",
+                                         "--bind-interfaces", f"--listen-address={SUBNET}.1", "--pid-file="], stdin=subprocess.DEVNULL,
+                                        preexec_fn=end_with_parent)
 
     def know(self, addresses):
         with open(self.path, "w") as file:
-            file.writelines(f"{address} {name}\n" for name, address in addresses.items())
+            file.writelines(f"{address} {SERVICE}\n" for address in addresses)
 
     def read_again(self):
         self.process.send_signal(signal.SIGHUP)
@@ -76,21 +77,21 @@ class Names:
 
 
 class Site:
-    """The two session servers and three simulation servers of a folder of config/kubernetes, of which others may take the place."""
+    """The two session servers and three simulation servers of a folder of config/kubernetes. Others may come and take their place."""
 
     def __init__(self, stack, name):
         docker = stack.enter_context(DockerDaemon())
         docker.run("load", "--input", options.images)
         folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="webots_cloud_site_"))
-        tls = {name: self.certificate(os.path.join(folder, name), f"DNS:{name}") for name in (NAME, f"*.{SERVICE}")}
+        tls = {name: self.certificate(os.path.join(folder, name), f"DNS:{name}") for name in (NAME, SERVICE)}
         self.trust = ssl.create_default_context(cadata=tls[NAME]["tls.crt"])
         self.cluster = Cluster(docker, documents(name), {"session-secret": {"word": secrets.token_hex(32)}, "tls": tls[NAME],
-                                                           "machines": tls[f"*.{SERVICE}"]}, TAG, self.configuration, f"{SUBNET}.1")
+                                                           "machines": tls[SERVICE]}, TAG, self.configuration, f"{SUBNET}.1")
         stack.callback(self.cluster.close)
         self.names = Names(folder)
         stack.callback(self.names.close)
-        self.simulation = [self.cluster.start(f"simulation-{number}") for number in range(3)]
-        self.session = [self.cluster.start(f"session-{number}") for number in range(2)]
+        self.simulation = [self.cluster.start("simulation") for _ in range(3)]
+        self.session = [self.cluster.start("session") for _ in range(2)]
         self.tell_names()
         for pod in [*self.simulation, *self.session]:
             pod.wait_until_ready()
@@ -117,21 +118,34 @@ class Site:
         return json.dumps(config, indent=2)
 
     def tell_names(self):
-        self.names.know({f"{pod.name}.{SERVICE}": pod.address for pod in self.simulation})
+        """Of pods that drain as well, until they have gone: the service has "publishNotReadyAddresses"."""
+        self.names.know([pod.address for pod in self.simulation])
         self.names.read_again()
 
-    def replace(self, old):
-        """Another pod with the name of one that has ended, and with another address."""
-        self.cluster.docker.run("rm", old.name)
-        new = self.cluster.start(old.name)
-        self.simulation[self.simulation.index(old)] = new
+    def add(self):
+        """One more simulation server, as the Deployment starts it in place of one that drains."""
+        new = self.cluster.start("simulation")
+        self.simulation.append(new)
         self.tell_names()
         new.wait_until_ready()
         return new
 
-    @staticmethod
-    def wait_for_machines(pod):
-        wait_until(lambda: 'webots_servers{state="up"} 3\n' in pod.ask("/metrics")[1], lambda: f"it finds the machines:\n{pod.log()}")
+    def remove(self, pod):
+        """It has ended."""
+        self.simulation.remove(pod)
+        self.tell_names()
+
+    def shown(self, session):
+        """The machines that a session server knows, as its monitor page shows them, by their addresses."""
+        return {each["address"].partition(":")[0]: each for each in json.loads(session.ask("/monitor", Accept="application/json")[1])["servers"]}
+
+    def wait_for_machines(self, session):
+        """Until it reaches all that there are, and knows no others."""
+        def are_there():
+            shown = self.shown(session)
+            return shown.keys() == {pod.address for pod in self.simulation} and all(each["load"] is not None for each in shown.values())
+
+        wait_until(are_there, lambda: f"it finds the machines: {self.shown(session)}\n{session.log()}")
 
 
 class Person:
@@ -198,6 +212,12 @@ class Person:
             logs = [log for pod in [*self.site.session, *self.site.simulation] for log in (pod.name, *pod.log().splitlines()[-10:])]
             raise AssertionError("\n".join([f"a simulation was lost, {self.address}: {self.viewer.close_code}", *logs]))
 
+    async def lose(self):
+        """The network fails."""
+        for socket in (self.client, self.viewer):
+            socket.transport.abort()
+        await self.listening
+
     async def leave(self):
         if self.viewer.closed or self.client.closed:
             raise AssertionError("a simulation was lost")
@@ -240,24 +260,35 @@ class UnderLoad(unittest.IsolatedAsyncioTestCase):
         victim = max(site.simulation, key=lambda pod: len(self.staying(pod)))
         staying = self.staying(victim)
 
-        # A machine is to go: people come and go elsewhere, and the simulations that it has go on.
+        # A machine is to go, and another one comes at once: people come and go elsewhere, and the simulations that it has go on.
         ended = victim.end()
         await self.until(lambda: victim.ask("/readyz") == (503, "draining"), lambda: f"it drains:\n{victim.log()}")
+        new = await asyncio.to_thread(site.add)
         await self.until(lambda: victim.metric("webots_simulations") == len(staying), "who came and went has gone")
         before = self.visits
         await self.until(lambda: self.visits >= before + 20, "people come and go")
+        await self.until(lambda: new.metric("webots_starts_total") > 0, lambda: f"people come to the new machine:\n{site.session[0].log()}")
         await self.all_look(self.stayers)
         self.assertEqual(victim.state()[0], "running")
         self.assertEqual(victim.metric("webots_simulations"), len(staying), "only who was there is still there")
 
-        # Those who were there leave: the machine ends by itself, and another one takes its place.
+        # Who loses the connection to a simulation there finds it again.
+        for person in staying:
+            address = person.address
+            await person.lose()
+            await person.come(reconnect=person.token)
+            self.assertEqual(person.address, address)
+        await self.all_look(staying)
+
+        # They leave: the machine ends by itself, and is forgotten.
         for person in staying:
             await person.leave()
         await self.until(lambda: not ended.is_alive(), lambda: f"it ends with its last simulation:\n{victim.log()}")
         self.assertEqual(victim.state(), ("exited", 0), victim.log())
         self.assertFalse(victim.was_stopped, "nobody had to end it")
-        new = await asyncio.to_thread(site.replace, victim)
-        await self.until(lambda: new.metric("webots_starts_total") > 0, lambda: f"people come to the new machine:\n{site.session[0].log()}")
+        site.remove(victim)
+        for session in site.session:
+            await asyncio.to_thread(site.wait_for_machines, session)
 
         # A session server goes: whoever is connected through it returns through the other one, to the same simulation.
         self.are_leaving = True
@@ -282,7 +313,8 @@ class UnderLoad(unittest.IsolatedAsyncioTestCase):
               f"{len(moved)} returned through the other session server; {sum(person.messages for person in self.stayers)} messages of simulations")
 
     def staying(self, pod):
-        return [person for person in self.stayers if f"/{pod.port}/" in person.address]
+        path = self.site.shown(self.site.session[0])[pod.address]["path"]
+        return [person for person in self.stayers if f"{path}/" in person.address]
 
     async def asyncTearDown(self):
         self.are_leaving = True

@@ -8,6 +8,7 @@ Usage: kubernetes_test.py BIN_FOLDER [unittest arguments]
 import copy
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -108,7 +109,8 @@ class Sites(unittest.TestCase):
                              for peer in rule.get("from", []) + rule.get("to", []) if "podSelector" in peer]:
                     self.assertTrue(matching(peer["podSelector"], found))
             for scaler in of_kind("HorizontalPodAutoscaler", found):
-                self.assertIn(scaler["spec"]["scaleTargetRef"]["name"], pods(found))
+                target = scaler["spec"]["scaleTargetRef"]
+                self.assertIn(target["name"], [each["metadata"]["name"] for each in of_kind(target["kind"], found)])
 
     @staticmethod
     def ports(found, chosen):
@@ -123,49 +125,82 @@ class Sites(unittest.TestCase):
                     self.assertEqual({mount["name"] for mount in container["volumeMounts"]}, volumes)
                 configuration(template, found)
 
-    def test_session_servers_know_all_machines_by_their_names_and_ports(self):
+    def test_session_servers_find_all_machines_by_the_names_of_their_services(self):
         for found in self.each():
             _, session = configuration(pods(found)["session"], found)
-            listed = {entry["address"]: entry["internal"] for entry in session["simulationServers"]}
-            expected = {}
-            for pool in of_kind("StatefulSet", found):
-                name = pool["metadata"]["name"]
-                _, machine = configuration(pool["spec"]["template"], found)
-                service = named("Service", pool["spec"]["serviceName"], found)["spec"]
+            self.assertTrue(session["gateway"] and session["relay"], "machines are reached through it alone")
+            self.assertTrue(session["sessionSecret"], "else each session server has paths of its own for the machines")
+            expected = []
+            for name, template in self.pools(found).items():
+                service = named("Service", name, found)["spec"]
                 self.assertEqual((service["clusterIP"], service["publishNotReadyAddresses"]), ("None", True))
-                self.assertEqual(machine["hostNames"], [f"HOSTNAME.{pool['spec']['serviceName']}.webots.svc.cluster.local"])
-                container, = pool["spec"]["template"]["spec"]["containers"]
-                self.assertIn({"name": "FIRST_PORT", "value": str(machine["port"])}, container["env"])
-                scaler = [each["spec"]["maxReplicas"] for each in of_kind("HorizontalPodAutoscaler", found)
-                          if each["spec"]["scaleTargetRef"]["name"] == name]
-                for number in range(scaler[0] if scaler else pool["spec"]["replicas"]):
-                    port = machine["port"] + number
-                    host = machine["hostNames"][0].replace("HOSTNAME", f"{name}-{number}")
-                    expected[f"{machine['server']}/{port}"] = f"https://{host}:{port}"
-                    self.assertTrue(any(rule["port"] <= port <= rule["endPort"] for rule in self.admitted(name, found)))
-            self.assertEqual(listed, expected)
+                _, machine = configuration(template, found)
+                self.assertEqual(machine["server"], f"{name}.webots.svc.cluster.local")
+                self.assertIn({"name": "https", "containerPort": machine["port"]}, template["spec"]["containers"][0]["ports"])
+                labels = {"labels": machine["labels"], "weight": 2} if "labels" in machine else {}
+                expected.append({"address": f"dns:{machine['server']}:{machine['port']}", "internal": "https", **labels})
+                for direction, pod in (("ingress", name), ("egress", "session")):
+                    self.assertIn({"port": machine["port"]}, [{"port": port["port"]} for port in self.admitted(direction, pod, found)])
+            self.assertEqual(session["simulationServers"], expected)
+
+    def test_the_certificate_of_simulation_servers_is_for_all_their_names(self):
+        with open(os.path.join(FOLDER, "..", "..", "docs", "clusters.md")) as file:
+            names, = re.findall("subjectAltName=([^']*)'", file.read())
+        found = documents("site")
+        machines = [configuration(template, found)[1]["server"] for template in self.pools(found).values()]
+        self.assertEqual(names.split(","), [f"DNS:{name}" for name in machines])
+
+    def test_pods_of_a_pool_are_all_alike(self):
+        """So that there may be any number: none has a name, a port or a configuration of its own."""
+        for found in self.each():
+            for template in self.pools(found).values():
+                container, = template["spec"]["containers"]
+                self.assertNotIn("command", container)
+                self.assertNotIn("args", container)
+                self.assertFalse([each for each in container.get("env", []) if "valueFrom" in each])
+
+    def test_pods_that_drain_hold_up_no_update(self):
+        for found in self.each():
+            for name, template in self.pools(found).items():
+                pool = named("Deployment", name, found)["spec"]
+                at_once = pool["strategy"]["rollingUpdate"]
+                self.assertEqual(list(at_once.values()).count(0), 1, "a new pod comes first, or an old one goes first")
+                self.assertGreater(pool["progressDeadlineSeconds"], template["spec"]["terminationGracePeriodSeconds"] + pool["minReadySeconds"])
+
+    def test_probes_ask_the_server_as_it_answers(self):
+        for found in self.each():
+            for template in pods(found).values():
+                _, config = configuration(template, found)
+                container, = template["spec"]["containers"]
+                for probe in ("livenessProbe", "readinessProbe"):
+                    asked = container[probe]["httpGet"]
+                    self.assertTrue(config["ssl"])
+                    self.assertEqual((asked["port"], asked["scheme"]), ("https", "HTTPS"))
+                    self.assertIn({"name": "https", "containerPort": config["port"]}, container["ports"])
 
     @staticmethod
-    def admitted(name, found):
-        """The ports at which network policies let somebody reach these pods."""
+    def pools(found):
+        return {name: template for name, template in pods(found).items() if name != "session"}
+
+    @staticmethod
+    def admitted(direction, name, found):
+        """The ports at which network policies let somebody reach these pods, or be reached from them."""
         policies = [policy["spec"] for policy in of_kind("NetworkPolicy", found) if name in matching(policy["spec"]["podSelector"], found)]
-        return [port for policy in policies for rule in policy.get("ingress", []) for port in rule["ports"]]
+        return [port for policy in policies for rule in policy.get(direction, []) for port in rule["ports"]]
 
     def test_a_pod_has_the_time_to_let_its_simulations_end(self):
         for found in self.each():
-            for name, template in pods(found).items():
-                if name != "session":
-                    _, config = configuration(template, found)
-                    longest = config["timeout"] + config.get("extendable", 0) + config["startTimeout"]
-                    self.assertGreaterEqual(template["spec"]["terminationGracePeriodSeconds"], longest + 60)
+            for template in self.pools(found).values():
+                _, config = configuration(template, found)
+                longest = config["timeout"] + config.get("extendable", 0) + config["startTimeout"]
+                self.assertGreaterEqual(template["spec"]["terminationGracePeriodSeconds"], longest + 60)
 
     def test_a_pod_has_the_memory_that_its_simulations_may_use(self):
         for found in self.each():
-            for name, template in pods(found).items():
-                if name != "session":
-                    _, config = configuration(template, found)
-                    limit = template["spec"]["containers"][0]["resources"]["limits"]["memory"]
-                    self.assertLessEqual(config["maxConnections"] * config["simulationMemory"], mebibytes(limit))
+            for template in self.pools(found).values():
+                _, config = configuration(template, found)
+                limit = template["spec"]["containers"][0]["resources"]["limits"]["memory"]
+                self.assertLessEqual(config["maxConnections"] * config["simulationMemory"], mebibytes(limit))
 
     def test_our_servers_take_their_configurations(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -179,7 +214,7 @@ class Sites(unittest.TestCase):
                     (name, text), = configuration_files(template, found).items()
                     for mounted in ("/etc/webots-cloud-tls", "/etc/webots-cloud-machines", "/etc/webots-cloud-secret"):
                         text = text.replace(mounted, folder)
-                    self.take(folder, name, text.replace("HOSTNAME", "simulation-0").replace("/usr/share/webots_cloud/examples", folder))
+                    self.take(folder, name, text.replace("/usr/share/webots_cloud/examples", folder))
 
     def take(self, folder, name, text):
         path = os.path.join(folder, name)
@@ -199,7 +234,7 @@ class Autoscaling(unittest.TestCase):
         metric = scaler["spec"]["metrics"][0]["external"]
         _, config = configuration(pods(found)[scaler["spec"]["scaleTargetRef"]["name"]], found)
         self.assertEqual(metric["target"]["averageValue"], str(config["maxConnections"]))
-        pool = named("StatefulSet", scaler["spec"]["scaleTargetRef"]["name"], found)
+        pool = named("Deployment", scaler["spec"]["scaleTargetRef"]["name"], found)
         self.assertNotIn("replicas", pool["spec"], "else each kubectl apply undoes what the autoscaler has done")
         with open(os.path.join(FOLDER, "autoscaling", "rules.yml")) as file:
             self.assertIn(f"record: {metric['metric']['name']}\n", file.read())

@@ -89,12 +89,12 @@ def check_document(document):
 
 
 def pods(found):
-    """What each Deployment and StatefulSet makes: name and template."""
-    return {each["metadata"]["name"]: each["spec"]["template"] for kind in ("Deployment", "StatefulSet") for each in of_kind(kind, found)}
+    """What each Deployment makes: name and template."""
+    return {each["metadata"]["name"]: each["spec"]["template"] for each in of_kind("Deployment", found)}
 
 
 def matching(selector, found):
-    """The names of Deployments and StatefulSets whose pods a selector chooses."""
+    """The names of Deployments whose pods a selector chooses."""
     wanted = selector.get("matchLabels", {})
     return {name for name, pod in pods(found).items() if wanted.items() <= pod["metadata"]["labels"].items()}
 

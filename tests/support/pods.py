@@ -1,7 +1,7 @@
 """Runs pods of config/kubernetes as containers of a Docker daemon: a kubelet as far as our manifests need one.
 
     cluster = Cluster(docker, documents("base"), {"session-secret": {"word": ...}, "tls": {...}})
-    pod = cluster.start("simulation-0")
+    pod = cluster.start("simulation")
     ...
     pod.end()   # preStop, then SIGTERM
 """
@@ -17,6 +17,9 @@ from .kubernetes_documents import configuration_files, pods
 from .waiting import wait_until
 
 SUBNET = "10.88.0"  # of the pods; .1 is this machine
+# Of /etc/resolv.conf in pods of the namespace "webots".
+SEARCH = ("webots.svc.cluster.local", "svc.cluster.local", "cluster.local")
+DOTS = 5
 
 
 def write_projected(folder, files, group, mode):
@@ -51,29 +54,29 @@ class Cluster:
         # Its bridge would outlive the daemon, and take what is for the same addresses of the next one.
         self.docker.run("network", "rm", "site")
 
-    def start(self, name):
-        """A pod of this name, which is not ready yet. What is before its number is the name of its StatefulSet or Deployment."""
+    def start(self, deployment):
+        """One more pod of that name, which is not ready yet. No other has had its name or its address."""
         self.started += 1
-        return Pod(self, name, f"{SUBNET}.{self.started + 9}")
+        return Pod(self, deployment, f"{deployment}-{os.urandom(3).hex()}", f"{SUBNET}.{self.started + 9}")
 
 
 class Pod:
-    def __init__(self, cluster, name, address):
+    def __init__(self, cluster, deployment, name, address):
         self.docker, self.name, self.address = cluster.docker, name, address
         self.was_stopped = False
-        self.spec = pods(cluster.documents)[name.rpartition("-")[0]]["spec"]
+        self.spec = pods(cluster.documents)[deployment]["spec"]
         self.container, = self.spec["containers"]
         self.group = self.spec["securityContext"]["fsGroup"]
         self.folder = tempfile.mkdtemp(prefix=f"{name}_", dir=cluster.docker.folder)
         (file, text), = configuration_files({"spec": self.spec}, cluster.documents).items()
         self.files = {file: cluster.changed(text)}
         self.environment = {each["name"]: each["value"] for each in self.container.get("env", [])}
-        self.port = json.loads(text)["port"] + (int(name.rpartition("-")[2]) if "FIRST_PORT" in self.environment else 0)
+        self.port = json.loads(text)["port"]
         image = self.container["image"].partition(":")[0]
         command = [*self.container.get("command", []), *self.container.get("args", [])]
         entry = ["--entrypoint", command[0]] if command else []
         self.docker.run("run", "--detach", "--name", name, "--hostname", name, "--network", "site", "--ip", address, "--dns", cluster.dns,
-                        "--no-healthcheck", *self._confined(), *entry,
+                        *[f"--dns-search={each}" for each in SEARCH], f"--dns-option=ndots:{DOTS}", "--no-healthcheck", *self._confined(), *entry,
                         *[f"--env={key}={value}" for key, value in self.environment.items()], *self._mounts(cluster.secrets),
                         f"{image}:{cluster.tag}", *command[1:])
 
@@ -110,11 +113,11 @@ class Pod:
             options.append(f"--volume={folder}:{path}:ro")
         return options
 
-    def ask(self, path, method="GET"):
+    def ask(self, path, **headers):
         """Status and body of an answer, over TLS; None where there is none."""
         connection = http.client.HTTPSConnection(self.address, self.port, timeout=10, context=ssl._create_unverified_context())
         try:
-            connection.request(method, path)
+            connection.request("GET", path, headers=headers)
             answer = connection.getresponse()
             return answer.status, answer.read().decode()
         except OSError:

@@ -11,7 +11,7 @@ namespace simulation {
 enum class Removal
 {
     emptiest, ///< With the fewest sessions.
-    newest    ///< As a StatefulSet of Kubernetes does.
+    newest    ///< As a Deployment of Kubernetes does, as a rule.
 };
 
 struct Fleet
