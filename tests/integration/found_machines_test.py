@@ -11,6 +11,7 @@ import json
 import os
 import secrets
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -251,6 +252,22 @@ class ByName(Site):
         viewer = await self.look(session, address, self.path_in(address))
         await viewer.close()
         wait_until(lambda: "not for sim.test" in str(self.found(session)[f"10.79.2.2:{PORT}"][1]), lambda: f"the other one: {self.found(session)}")
+
+    async def test_a_machine_that_is_too_busy_for_tls_is_still_passed_on_to(self):
+        authority = Authority(self.folder, "campus")
+        certificate, key = authority.issue("machines", "DNS:sim.test")
+        machine = self.enterContext(self.machine(BehindTls, sslCertificate=certificate, sslKey=key, hostNames=["sim.test"]))
+        self.names.tell(sim=["10.79.1.2"])
+        session = self.session({"address": f"dns:sim.test:{PORT}", "internal": "https"}, caFile=authority.certificate, loadRefresh=1, loadTimeout=1)
+        self.wait_for(session, machine)
+        path = self.found(session)[machine.address][0]
+        machine.process.send_signal(signal.SIGSTOP)
+        try:
+            wait_until(lambda: "TLS failed: no answer in time" in str(self.found(session)), lambda: f"it is late: {self.found(session)}")
+            self.assertEqual(self.status(session, f"{path}/load"), 504, "it is asked, and has five seconds")
+        finally:
+            machine.process.send_signal(signal.SIGCONT)
+        self.assertEqual(self.status(session, f"{path}/load"), 200)
 
 
 SERVICE = """

@@ -37,9 +37,9 @@ struct HttpRequest
 /// Contract: many requests may be in flight at once; two to the same server at the same time need not share a
 /// connection. A connection may be kept for the next request to the same server.
 /// Cancellation: terminal; the exchange is abandoned and `operation_aborted` reported.
-/// Errors: `invalid_url`; `unreachable` (name, connection or TLS: refused, or not in time); `timed_out` (the
-/// answer); `too_large`; `protocol_error` (the peer does not speak HTTP or closes before the end of its
-/// answer).
+/// Errors: `invalid_url`; `unreachable` (name or connection: refused, or not in time; TLS: refused);
+/// `timed_out` (TLS, or the answer); `too_large`; `protocol_error` (the peer does not speak HTTP or closes
+/// before the end of its answer).
 /// Thread-safety: one executor.
 class HttpClient
 {

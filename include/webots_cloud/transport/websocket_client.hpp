@@ -39,8 +39,9 @@ struct WebSocketRequest
 /// Nobody may be in `receive()` when it is destroyed.
 /// Lifetime: the client must outlive its channels.
 /// Cancellation: terminal; the connection is abandoned and `operation_aborted` reported.
-/// Errors: `invalid_url`; `unreachable` (name, connection or TLS: refused, or not in time); `timed_out` (the
-/// handshake); `protocol_error` (the other side accepts no WebSocket: its detail has the status).
+/// Errors: `invalid_url`; `unreachable` (name or connection: refused, or not in time; TLS: refused);
+/// `timed_out` (TLS, or the handshake); `protocol_error` (the other side accepts no WebSocket: its detail has
+/// the status).
 /// Thread-safety: one executor.
 class WebSocketClient
 {

@@ -51,7 +51,7 @@ asio::awaitable<result<>> encrypt(EncryptedStream& stream, std::string const& ho
     auto const [error] =
         co_await stream.async_handshake(asio::ssl::stream_base::client, asio::as_tuple(asio::use_awaitable));
     if (error == beast::error::timeout)
-        co_return Failure(errc::unreachable, "TLS failed: no answer in time");
+        co_return Failure(errc::timed_out, "TLS failed: no answer in time"); // as of one that is busy
     if (!error)
         co_return result<>();
     bool const is_of_openssl = error.category() == asio::error::get_ssl_category();

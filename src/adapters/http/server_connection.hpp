@@ -78,7 +78,7 @@ private:
 /// shakes hands by TLS with the host of `target`. The deadline is that of `lowest`.
 ///
 /// Lifetime: all but `addresses` must outlive the operation.   Cancellation: terminal.
-/// Errors: `unreachable`, also when not in time; `operation_aborted`.
+/// Errors: `unreachable`, also when not in time; `timed_out`: TLS is not; `operation_aborted`.
 boost::asio::awaitable<result<>> open_connection(PlainStream& lowest, EncryptedStream* encrypted,
                                                  ServerTarget const& target,
                                                  std::vector<boost::asio::ip::tcp::endpoint> addresses);

@@ -6,6 +6,7 @@
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/read.hpp>
 #include <boost/asio/read_until.hpp>
 #include <boost/asio/use_future.hpp>
 #include <boost/asio/write.hpp>
@@ -167,8 +168,24 @@ BOOST_AUTO_TEST_CASE(a_peer_that_lets_nobody_in_is_unreachable)
 
 BOOST_AUTO_TEST_CASE(a_peer_that_speaks_no_tls_is_unreachable_for_https)
 {
-    Peer answers([](int, int) { return std::string(good); });
-    BOOST_TEST((Client().get(answers.url("https"), 300ms).error() == errc::unreachable));
+    asio::io_context context;
+    tcp::acceptor plain(context, {asio::ip::address_v4::loopback(), 0});
+    std::thread talks([&plain] {
+        auto socket = plain.accept();
+        asio::write(socket, asio::buffer(good));
+        std::string hello;
+        boost::system::error_code closed;
+        asio::read(socket, asio::dynamic_buffer(hello), closed); // until the client has gone
+    });
+    auto const url = "https://127.0.0.1:" + std::to_string(plain.local_endpoint().port()) + "/load";
+    BOOST_TEST((Client().get(url).error() == errc::unreachable));
+    talks.join();
+}
+
+BOOST_AUTO_TEST_CASE(a_peer_that_does_not_shake_hands_in_time_is_slow)
+{
+    Peer waits([](int, int) { return std::string(good); }); // for an empty line, which TLS does not send
+    BOOST_TEST((Client().get(waits.url("https"), 300ms).error() == errc::timed_out));
 }
 
 BOOST_AUTO_TEST_CASE(only_an_answer_that_is_late_is_slowness)
