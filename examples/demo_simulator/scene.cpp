@@ -87,11 +87,11 @@ public:
 private:
     void write_viewpoint()
     {
-        // South of the arena, looking north and down at the middle, and far enough away to see all of it in a
-        // picture of 4:3: the angle of view is that of the longer side.
-        double const away = std::max(arena_.world().size.x, 1.3 * arena_.world().size.y) + 0.5;
+        // South of the arena, looking north and down at the middle, and far enough away to see all of it in
+        // pictures from 3:4 to 2:1, as phones have them: the angle of view is that of the longer side.
+        double const away = std::max(1.2 * arena_.world().size.x, 1.6 * arena_.world().size.y) + 0.45;
         text_ += "<Viewpoint" + id(2) + quoted("orientation", "-0.348 0.348 0.871 1.709") +
-                 quoted("position", numbers({0, -away, 1.1 * away})) + quoted("fieldOfView", "0.785398") +
+                 quoted("position", numbers({0, -away, 0.95 * away})) + quoted("fieldOfView", "0.785398") +
                  "></Viewpoint>\n";
     }
 
