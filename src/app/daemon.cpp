@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <csignal>
-#include <fcntl.h>
 #include <iostream>
 #include <sys/prctl.h>
 #include <sys/resource.h>
@@ -50,12 +49,12 @@ void raise_descriptor_limit()
         return;
     limit.rlim_cur = limit.rlim_max;
     ::setrlimit(RLIMIT_NOFILE, &limit);
-    auto const last = std::min(limit.rlim_cur, reserved_descriptors) - 1;
-    int const any = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
-    int const highest = ::fcntl(any, F_DUPFD_CLOEXEC, static_cast<int>(last));
-    for (int const descriptor : {any, highest})
-        if (descriptor >= 0)
-            ::close(descriptor);
+    auto const last = static_cast<int>(std::min(limit.rlim_cur, reserved_descriptors)) - 1;
+    int const used = ::dup(last);
+    if (used < 0 && ::dup2(STDERR_FILENO, last) == last)
+        ::close(last);
+    if (used >= 0) // inherited: then the table is large already
+        ::close(used);
 }
 
 } // namespace
