@@ -99,10 +99,12 @@ asio::awaitable<HttpConnection::Outcome> HttpConnection::answer_requests()
             bool sent = flush_at_once();
             if (!sent)
                 sent = co_await flush();
-            if (sent && (next == Next::close || stopping_))
-                stream_.say_end();
-            if (!sent || next == Next::close || stopping_)
+            if (!sent)
                 co_return Outcome::over;
+            if (next == Next::close || stopping_) {
+                stream_.say_end();
+                co_return Outcome::over;
+            }
             if (next == Next::websocket)
                 co_return Outcome::websocket;
             if (reader_.rest().size() > 0) // who has sent many requests at once does not keep others waiting
