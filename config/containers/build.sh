@@ -7,7 +7,8 @@ usage="Usage: config/containers/build.sh [OPTION...]
 
 Makes the images webots-cloud/session-server and webots-cloud/simulation-server with the Docker daemon of DOCKER_HOST.
   --base IMAGE       what the images begin with: a Debian 12; debian:bookworm-slim unless given
-  --bootstrap        make that image first, from Debian's mirror, where no registry can be reached (root, debootstrap)
+  --bootstrap        make that image first, from Debian's mirror, where no registry can be reached (root, debootstrap);
+                     MIRROR in the environment names another one, as in http://mirror.example.org/debian
   --packages FOLDER  where our Debian packages are, made by cpack; build/release/packages unless given
   --tag TAG          of the images; the version of the packages unless given
   --sbom FOLDER      where to write <image>.spdx.json; nowhere unless given
@@ -67,9 +68,13 @@ bootstrap_base()
     [[ $(id -u) -eq 0 ]] || fail "--bootstrap needs root."
     command -v debootstrap >/dev/null || fail "debootstrap is not installed."
     local root=$context/root suite=bookworm
-    debootstrap --variant=minbase "$suite" "$root" "${MIRROR:-http://deb.debian.org/debian}" >"$context/log" 2>&1 ||
+    debootstrap --variant=minbase "$suite" "$root" ${MIRROR:+"$MIRROR"} >"$context/log" 2>&1 ||
         fail "debootstrap failed: $(tail -n 3 "$context/log")"
-    echo "deb http://deb.debian.org/debian-security $suite-security main" >>"$root/etc/apt/sources.list"
+    # Security updates are beside the packages, on Debian's servers and on whole mirrors of them.
+    local sources=$root/etc/apt/sources.list security
+    security=$(sed -n "s,/debian/* $suite main\$,/debian-security $suite-security main,p" "$sources")
+    [[ -n $security ]] || fail "No security updates are known for $(cat "$sources"): MIRROR has to end with /debian."
+    echo "$security" >>"$sources"
     rm -rf "$root"/var/cache/apt/archives/*.deb "$root"/var/lib/apt/lists/* "${root:?}"/dev/*
     tar --create --numeric-owner --directory "$root" . | docker import - "$base" >/dev/null
     rm -rf "$root"
