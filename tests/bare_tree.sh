@@ -7,9 +7,11 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 source tests/support/bare_debian.sh
 
-usage="Usage: tests/bare_tree.sh [--quick|--install] [--user] [--suite NAME] [--first COMMAND] [--in FOLDER]
+usage="Usage: tests/bare_tree.sh [--quick|--install [--packages FOLDER]] [--user] [--suite NAME] [--first COMMAND] [--in FOLDER]
   --quick          ./test.sh --quick: the release only
   --install        ./server.sh install, as root, with what build/release has, if that is of the same Debian
+  --packages FOLDER
+                   where to leave the packages that ./server.sh install has made, for systemd_boot.sh and dev_package.sh
   --user           as somebody who is not root and may use sudo
   --suite NAME     which Debian; bookworm (12) unless given
   --first COMMAND  what the shell of the tree does first, to make it resemble another system: installs a compiler, say
@@ -22,11 +24,12 @@ checkout=/srv/checkout # where it is in the tree
 
 main()
 {
-    local suite=bookworm first=true as=root options=() install=
+    local suite=bookworm first=true as=root options=() install= packages=
     while [[ $# -gt 0 ]]; do
         case $1 in
             --quick) options+=("$1") && shift ;;
             --install) install=yes && shift ;;
+            --packages) packages=${2:?"$usage"} && shift 2 ;;
             --user) as=teacher && shift ;;
             --suite) suite=${2:?"$usage"} && shift 2 ;;
             --first) first=${2:?"$usage"} && shift 2 ;;
@@ -38,6 +41,7 @@ main()
             *) fail "$usage" ;;
         esac
     done
+    [[ -z $packages || -n $install ]] || fail "$usage"
     [[ $(id -u) -eq 0 ]] || fail "Making a bare Debian needs root."
     for program in debootstrap git unshare; do
         command -v "$program" >/dev/null || fail "$program is not installed."
@@ -58,7 +62,7 @@ main()
             fail "build/release is not built: cmake --preset release && cmake --build --preset release"
         fi
         mkdir "$folder/changed" "$folder/work"
-        unshare --mount --pid --fork --kill-child "$PWD/tests/bare_tree.sh" --inside-install "$folder" "$first"
+        unshare --mount --pid --fork --kill-child "$PWD/tests/bare_tree.sh" --inside-install "$folder" "$first" "$packages"
         return
     fi
     mkdir "$folder/srv/checkout"
@@ -102,8 +106,8 @@ inside()
     step "Two commands were enough"
 }
 
-# inside-install FOLDER COMMAND: the same of ./server.sh install. A build knows where it is, so the checkout is where it is here; what changes
-# in it stays in the tree.
+# inside-install FOLDER COMMAND PACKAGES: the same of ./server.sh install. A build knows where it is, so the checkout is where it is here;
+# what changes in it stays in the tree. The packages are left in PACKAGES, unless it is empty.
 inside-install()
 {
     mount_tree "$1"
@@ -117,6 +121,7 @@ inside-install()
     in_tree ./server.sh install | tee "$log"
     grep -q '^Installed. Open http://localhost:1999/viewer/' "$log" || fail "It did not print the address to open."
     grep -q '^This machine runs no systemd now' "$log" || fail "It did not say that nothing has been started."
+    [[ -z $3 ]] || { mkdir -p "$3" && cp "$folder$checkout"/build/release/packages/*.deb "$3/"; }
 
     step "What is installed serves"
     in_tree unshare --net bash -euc '

@@ -16,6 +16,7 @@ import unittest
 from contextlib import closing
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
+from support.name_server import HangingNames  # noqa: E402
 from support.ports import free_port  # noqa: E402
 from support.servers import PATIENCE, SimulationServer, main, program, without_systemd  # noqa: E402
 
@@ -95,12 +96,19 @@ class Configuration(unittest.TestCase):
     def test_names_that_nobody_knows(self):
         for server, key, value in (("session", "simulationServers", [f"{NOBODY}:2000"]), ("simulation", "forges", [f"https://{NOBODY}"]),
                                    ("simulation", "notify", [f"https://{NOBODY}/setup"])):
-            self.assert_told(0, f'key "{key}": {NOBODY} is not found: ', server=server, **{key: value})
+            self.assert_told(0, f'key "{key}": the name {NOBODY} can\'t be resolved: ', server=server, **{key: value})
 
     def test_thousands_of_names_are_told_in_a_dozen_lines(self):
         status, said = self.check("session", simulationServers=[f"{i:04}{NOBODY}:2000" for i in range(3000)])
         self.assertEqual((status, said.count("\n")), (0, 11), said)
         self.assertIn("names: 2990 more are not found", said)
+
+    @unittest.skipUnless(os.geteuid() == 0, "only root can have a name server of its own")
+    def test_a_name_server_that_says_nothing(self):
+        with HangingNames() as names:
+            status, said = self.check("session", prefix=names.wrapper, simulationServers=[f"sim{i}.example.org:2000" for i in range(100)])
+        self.assertEqual((status, said.count("\n")), (0, 1), said)
+        self.assertIn("names: no name server has answered in time for 100 of 101 names. See to /etc/resolv.conf", said)
 
     def test_a_configuration_of_the_other_server(self):
         status, said = self.check("simulation", simulationServers=["localhost:2000"])

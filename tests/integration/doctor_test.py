@@ -19,6 +19,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(__file__), ".."))
 from support.certificates import Authority, self_signed  # noqa: E402
 from support.disks import mount_small_disk  # noqa: E402
 from support.mailbox import CompletionQueue  # noqa: E402
+from support.name_server import HangingNames  # noqa: E402
 from support.ports import free_port  # noqa: E402
 from support.servers import PATIENCE, SessionServer, SimulationServer, main, program, wait_until, without_systemd  # noqa: E402
 from support.web_site import web_site  # noqa: E402
@@ -49,6 +50,8 @@ class Examination(unittest.TestCase):
     def keys(self):
         return {}
 
+    wrapper = ()
+
     def run_doctor(self, *options, text=None, **keys):
         """Exit status and output."""
         path = os.path.join(self.folder, "config.json")
@@ -57,7 +60,7 @@ class Examination(unittest.TestCase):
         environment = {**without_systemd(os.environ), "HOME": self.folder, "TMPDIR": self.folder, "XDG_RUNTIME_DIR": "",
                        "XDG_STATE_HOME": os.path.join(self.folder, "state"), "XDG_CACHE_HOME": os.path.join(self.folder, "cache"),
                        **self.environment}
-        finished = subprocess.run([program(self.PROGRAM), "--doctor", *options, path], capture_output=True, text=True, env=environment,
+        finished = subprocess.run([*self.wrapper, program(self.PROGRAM), "--doctor", *options, path], capture_output=True, text=True, env=environment,
                                   cwd=self.folder, timeout=PATIENCE)
         self.assertEqual(finished.stderr, "", finished.stderr)
         return finished.returncode, finished.stdout
@@ -192,7 +195,13 @@ class SessionDoctor(Examination):
 
     def test_a_name_that_nobody_knows(self):
         name = "r" * 64 + ".example.org"  # too long for any name server, so that none is asked
-        self.assert_broken("name server", "fault", f"{name} is not found", server=name)
+        self.assert_broken("name server", "fault", f"the name {name} can't be resolved", server=name)
+
+    @unittest.skipUnless(os.geteuid() == 0, "only root can have a name server of its own")
+    def test_a_name_server_that_says_nothing(self):
+        with HangingNames() as names:
+            self.wrapper = names.wrapper
+            self.assert_broken("name server", "fault", "the name sim.example.org can't be resolved: no answer in time", server="sim.example.org")
 
     def test_servers_that_take_a_connection_and_say_nothing_hold_up_no_other_check(self):
         with contextlib.ExitStack() as open_sockets:

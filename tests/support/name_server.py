@@ -1,4 +1,4 @@
-"""Name servers: a real one (dnsmasq), and one that misbehaves."""
+"""Name servers: a real one (dnsmasq), one that misbehaves, and one that says nothing."""
 
 import os
 import shutil
@@ -93,3 +93,24 @@ class BadNameServer(Startable):
                     self.socket.sendto(answer, asker)
             except OSError:
                 return
+
+
+class HangingNames:
+    """A name server that never answers, and what makes a program ask it: a mount namespace with a resolv.conf of its own. Needs root, for that and
+    for the port."""
+
+    ADDRESS = "127.53.53.53"  # of the loopback, so that the port of name servers is free
+
+    def __enter__(self):
+        self.folder = tempfile.mkdtemp(prefix="webots_cloud_names_")
+        path = os.path.join(self.folder, "resolv.conf")
+        with open(path, "w") as file:
+            file.write(f"nameserver {self.ADDRESS}\noptions timeout:30 attempts:5\n")
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.socket.bind((self.ADDRESS, 53))
+        self.wrapper = ("unshare", "--mount", "sh", "-c", f'mount --bind {path} /etc/resolv.conf && exec "$@"', "sh")
+        return self
+
+    def __exit__(self, *_):
+        self.socket.close()
+        shutil.rmtree(self.folder, ignore_errors=True)

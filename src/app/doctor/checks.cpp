@@ -16,7 +16,6 @@
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/experimental/awaitable_operators.hpp>
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
 #include <boost/json/parse.hpp>
 #include <boost/json/value.hpp>
@@ -32,8 +31,6 @@
 #include <iostream>
 #include <map>
 #include <memory>
-#include <mutex>
-#include <set>
 #include <system_error>
 
 namespace webots_cloud::app {
@@ -43,11 +40,10 @@ using namespace asio::experimental::awaitable_operators;
 
 namespace {
 
-using asio::ip::tcp;
 using core::concat;
 using core::Findings;
 
-constexpr std::size_t max_lookups = 16;    // at a time: C libraries wait for each
+constexpr std::size_t max_lookups = 64;    // at a time: name servers may limit how many they answer
 constexpr std::size_t max_names_told = 10; // that are not found
 constexpr auto name_remedy = "See to /etc/resolv.conf, and to the name servers in it.";
 
@@ -77,53 +73,33 @@ std::string host_of(PublicAddress const& address)
     return has_port ? address.host.substr(0, address.host.find(':')) : address.host;
 }
 
-result<std::size_t> count_addresses(std::string const& host)
-{
-    asio::io_context context;
-    boost::system::error_code error;
-    auto const found = tcp::resolver(context).resolve(host, "", error);
-    std::set<asio::ip::address> addresses;
-    for (auto const& entry : found)
-        addresses.insert(entry.endpoint().address());
-    return error ? result<std::size_t>(Failure(error)) : addresses.size();
-}
-
-/// Names that several threads look up. They share it, since those that hang outlive whoever waits for them.
+/// Names that are being looked up.
 struct Lookups
 {
-    explicit Lookups(std::vector<core::NamedHost> names) : hosts(std::move(names)) {}
-
-    std::vector<core::NamedHost> const hosts;
-    std::mutex mutex; ///< Guards what follows.
+    std::vector<core::NamedHost> hosts;
+    TimePoint deadline;
     std::size_t begun = 0;
-    std::size_t done = 0;
-    bool is_over = false; ///< Nobody wants to know any more.
+    std::size_t answered = 0;
     std::map<std::size_t, Failure> missing;
 };
 
-void look_up(Lookups& all)
+asio::awaitable<void> look_up(Lookups& all, NameService& names, Clock& clock)
 {
-    std::unique_lock lock(all.mutex);
-    while (!all.is_over && all.begun < all.hosts.size()) {
+    while (all.begun < all.hosts.size() && clock.now() < all.deadline) {
         auto const index = all.begun++;
-        lock.unlock();
-        auto const addresses = count_addresses(all.hosts[index].name);
-        lock.lock();
+        auto const addresses = co_await names.addresses(all.hosts[index].name, all.deadline);
+        if (!addresses && clock.now() >= all.deadline)
+            co_return;
         if (!addresses)
             all.missing.emplace(index, addresses.error());
-        ++all.done;
+        ++all.answered;
     }
 }
 
-asio::awaitable<void> look_up_aside(std::shared_ptr<Lookups> all, std::size_t threads)
+asio::awaitable<void> look_up_side_by_side(Lookups& all, NameService& names, Clock& clock, std::size_t count)
 {
-    if (threads == 0)
-        co_return;
-    std::function<result<bool>()> const look = [all]() -> result<bool> {
-        look_up(*all);
-        return true;
-    };
-    co_await (aside<bool>(look) && look_up_aside(all, threads - 1));
+    if (count > 0)
+        co_await (look_up(all, names, clock) && look_up_side_by_side(all, names, clock, count - 1));
 }
 
 Findings names_found_out(Lookups const& all)
@@ -136,14 +112,13 @@ Findings names_found_out(Lookups const& all)
                                   concat(std::to_string(others), " more are not found"), name_remedy);
             break;
         }
-        auto finding = core::judge_name(all.hosts[index].name, failure);
-        finding.subject = concat("key \"", all.hosts[index].key, "\"");
-        findings.push_back(std::move(finding));
+        findings.emplace_back(core::Verdict::fault, concat("key \"", all.hosts[index].key, "\""),
+                              failure.message(), name_remedy);
     }
-    if (all.done < all.hosts.size())
+    if (all.answered < all.hosts.size())
         findings.emplace_back(core::Verdict::warning, "names",
                               concat("no name server has answered in time for ",
-                                     std::to_string(all.hosts.size() - all.done), " of ",
+                                     std::to_string(all.hosts.size() - all.answered), " of ",
                                      std::to_string(all.hosts.size()), " names"),
                               name_remedy);
     return findings;
@@ -247,15 +222,15 @@ CheckWork findings_of_root(std::uint64_t memory, std::uint16_t port)
 namespace {
 
 /// Whether the name that browsers know the server by is found.
-CheckWork check_name(PublicAddress address)
+CheckWork check_name(NameService& names, PublicAddress address)
 {
     Findings findings;
     auto const host = host_of(address);
     if (host.empty())
         co_return findings;
-    std::function<result<std::size_t>()> const look = [host] { return count_addresses(host); };
-    auto const addresses = co_await aside<std::size_t>(look);
-    findings.push_back(core::judge_name(host, addresses));
+    auto const answer = co_await names.addresses(host, std::chrono::steady_clock::now() + answer_limit);
+    findings.push_back(core::judge_name(host, answer ? result<std::size_t>(answer->addresses.size())
+                                                     : result<std::size_t>(answer.error())));
     co_return findings;
 }
 
@@ -323,18 +298,18 @@ CheckWork check_public_address(HttpClient& http, PublicAddress address, Viewpoin
 
 } // namespace
 
-CheckWork check_names(std::vector<core::NamedHost> hosts, Clock& clock, Duration limit)
+CheckWork check_names(std::vector<core::NamedHost> hosts, NameService& names, Clock& clock, Duration limit)
 {
-    auto const lookups = std::make_shared<Lookups>(std::move(hosts));
-    auto const threads = std::min(max_lookups, lookups->hosts.size());
-    co_await (look_up_aside(lookups, threads) || clock.wait_until(clock.now() + limit));
-    std::lock_guard const lock(lookups->mutex);
-    lookups->is_over = true;
-    co_return names_found_out(*lookups);
+    Lookups lookups;
+    lookups.hosts = std::move(hosts);
+    lookups.deadline = clock.now() + limit;
+    co_await look_up_side_by_side(lookups, names, clock, std::min(max_lookups, lookups.hosts.size()));
+    co_return names_found_out(lookups);
 }
 
 std::vector<Check> common_checks(std::vector<FolderUse> const& folders, NetworkConfig const& network,
-                                 PublicAddress const& address, Viewpoint const& viewpoint, HttpClient& http)
+                                 PublicAddress const& address, Viewpoint const& viewpoint, HttpClient& http,
+                                 NameService& names)
 {
     std::vector<Check> checks;
     for (auto const& use : folders)
@@ -342,7 +317,7 @@ std::vector<Check> common_checks(std::vector<FolderUse> const& folders, NetworkC
     checks.emplace_back("certificate", check_server_certificate(network, address));
     if (!viewpoint.is_server)
         checks.emplace_back("firewall", check_firewall(address.port));
-    checks.emplace_back("name server", check_name(address));
+    checks.emplace_back("name server", check_name(names, address));
     checks.emplace_back("public address", check_public_address(http, address, viewpoint));
     return checks;
 }

@@ -10,6 +10,7 @@
 #include <webots_cloud/daemon.hpp>
 #include <webots_cloud/transport/clock.hpp>
 #include <webots_cloud/transport/http_client.hpp>
+#include <webots_cloud/transport/name_service.hpp>
 
 #include <boost/asio/awaitable.hpp>
 
@@ -63,12 +64,13 @@ CheckWork findings_of_root(std::uint64_t memory, std::uint16_t port);
 boost::asio::awaitable<result<core::FolderReading>> folder_reading(std::filesystem::path folder);
 
 /// What both servers have: folders, certificate, firewall, name and public address.
-/// Lifetime: `http` outlives the checks.
+/// Lifetime: `http` and `names` outlive the checks.
 std::vector<Check> common_checks(std::vector<FolderUse> const& folders, NetworkConfig const& network,
-                                 PublicAddress const& address, Viewpoint const& viewpoint, HttpClient& http);
+                                 PublicAddress const& address, Viewpoint const& viewpoint, HttpClient& http,
+                                 NameService& names);
 
 /// Those of many names that are not found, all looked up within `limit`; nothing where all are.
-CheckWork check_names(std::vector<core::NamedHost> hosts, Clock& clock, Duration limit);
+CheckWork check_names(std::vector<core::NamedHost> hosts, NameService& names, Clock& clock, Duration limit);
 
 /// What `program_output` says, on a thread of its own; `command` begins with the name of a program.
 /// Errors: `not_found`: there is no such program.

@@ -48,9 +48,9 @@ CheckWork check_use(app::FolderUse use)
     co_return findings;
 }
 
-CheckWork check_hosts(std::vector<core::NamedHost> hosts, Clock& clock)
+CheckWork check_hosts(std::vector<core::NamedHost> hosts, NameService& names, Clock& clock)
 {
-    auto found = co_await app::check_names(std::move(hosts), clock, limit);
+    auto found = co_await app::check_names(std::move(hosts), names, clock, limit);
     co_return as_warnings(std::move(found));
 }
 
@@ -99,12 +99,13 @@ result<> look_around(Configured<Config>& configured, fs::path const& origin, std
             findings.push_back(std::move(each));
     asio::io_context context;
     auto const clock = make_steady_clock(context.get_executor());
+    auto const names = make_name_service(context.get_executor());
     std::vector<Check> checks;
     for (auto& use : app::folders_of(config)) {
         auto const subject = use.key;
         checks.emplace_back(subject, check_use(std::move(use)), limit);
     }
-    checks.emplace_back("names", check_hosts(core::named_hosts(config), *clock),
+    checks.emplace_back("names", check_hosts(core::named_hosts(config), *names, *clock),
                         limit + std::chrono::seconds(1));
     auto const take = [&findings](std::exception_ptr failure, Findings const& found) {
         if (failure)

@@ -97,16 +97,17 @@ CheckWork examine_session_server(SessionConfig config, Viewpoint viewpoint, asio
     auto findings = port_findings(config.address.port, config.network, viewpoint.is_running);
     for (auto& each : machine_findings(wanted_memory, wanted_files))
         findings.push_back(std::move(each));
-    auto checks = common_checks(folders_of(config), config.network, config.address, viewpoint, *http);
-    auto const names = make_name_service(executor, config.name_servers);
+    auto const names = make_name_service(executor);
+    auto checks = common_checks(folders_of(config), config.network, config.address, viewpoint, *http, *names);
+    auto const machine_names = make_name_service(executor, config.name_servers);
     for (auto const& server : config.simulation_servers) {
         if (server.address == core::announced_entry)
             continue;
-        checks.emplace_back(
-            concat("machine ", server.address),
-            core::is_machine_name(server.address)
-                ? check_named_machines(*http, *names, server, config.address.ssl, config.discover_loopback)
-                : check_machine(*http, server, config.address.ssl));
+        checks.emplace_back(concat("machine ", server.address),
+                            core::is_machine_name(server.address)
+                                ? check_named_machines(*http, *machine_names, server, config.address.ssl,
+                                                       config.discover_loopback)
+                                : check_machine(*http, server, config.address.ssl));
     }
     if (!config.administrator.empty())
         checks.emplace_back("mail", check_mail(config));

@@ -302,7 +302,9 @@ CheckWork examine_simulation_server(SimulationConfig config, fs::path programs, 
         if (choice)
             checks.emplace_back("sandbox", check_walls(config, programs, *choice, *clock), trial_limit);
     }
-    for (auto& each : common_checks(folders_of(config), config.network, config.address, viewpoint, *http))
+    auto const names = make_name_service(executor);
+    for (auto& each :
+         common_checks(folders_of(config), config.network, config.address, viewpoint, *http, *names))
         checks.push_back(std::move(each));
     for (auto const& forge : config.forges)
         if (forge.directory.empty())

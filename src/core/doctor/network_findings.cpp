@@ -239,7 +239,7 @@ Finding judge_firewall(FirewallReading const& reading, std::uint16_t port)
 Finding judge_name(std::string_view name, result<std::size_t> const& addresses)
 {
     if (!addresses)
-        return {Verdict::fault, "name server", concat(name, " is not found: ", addresses.error().message()),
+        return {Verdict::fault, "name server", addresses.error().message(),
                 "See to /etc/resolv.conf, and to the name servers in it."};
     return {Verdict::ok, "name server",
             concat(name, " has ", std::to_string(*addresses), *addresses == 1 ? " address" : " addresses")};

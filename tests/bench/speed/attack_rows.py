@@ -6,7 +6,6 @@ import contextlib
 import os
 import shutil
 import signal
-import socket
 import stat
 import subprocess
 import sys
@@ -17,6 +16,7 @@ import time
 from peers import LOAD_CORE, Floor, FreeSimulationServer, Machines, PinnedSessionServer, Tool, cpu_seconds, on_core
 from row import Row, itself
 from support.browser_client import LOCAL, Browser
+from support.name_server import HangingNames
 from support.servers import SimulationServer
 
 ATTACKS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "attacks.py")
@@ -128,26 +128,6 @@ def beside_simulator(kind):
                 return asyncio.run(attack(server))
         yield measure
     return setting
-
-
-class HangingNames:
-    """A name server that never answers, and what makes a server ask it: a mount namespace with a resolv.conf of its own."""
-
-    ADDRESS = "127.53.53.53"  # of the loopback, so that the port of name servers is free
-
-    def __enter__(self):
-        self.folder = tempfile.mkdtemp(prefix="webots_cloud_speed_")
-        path = os.path.join(self.folder, "resolv.conf")
-        with open(path, "w") as file:
-            file.write(f"nameserver {self.ADDRESS}\noptions timeout:30 attempts:5\n")
-        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self.socket.bind((self.ADDRESS, 53))
-        self.wrapper = ("unshare", "--mount", "sh", "-c", f'mount --bind {path} /etc/resolv.conf && exec "$@"', "sh")
-        return self
-
-    def __exit__(self, *_):
-        self.socket.close()
-        shutil.rmtree(self.folder, ignore_errors=True)
 
 
 @contextlib.contextmanager

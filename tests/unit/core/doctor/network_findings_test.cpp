@@ -169,9 +169,9 @@ BOOST_AUTO_TEST_CASE(a_name_has_to_be_found)
     BOOST_TEST(
         (judge_name("r.org", std::size_t{1}) == Finding(Verdict::ok, "name server", "r.org has 1 address")));
     BOOST_TEST(judge_name("r.org", std::size_t{2}).found == "r.org has 2 addresses");
-    auto const lost = judge_name("r.org", Failure(errc::unreachable, "Host not found"));
+    auto const lost = judge_name("r.org", Failure(errc::not_found, "the name r.org can't be resolved"));
     BOOST_TEST((lost.verdict == Verdict::fault));
-    BOOST_TEST(lost.found == "r.org is not found: Host not found");
+    BOOST_TEST(lost.found == "the name r.org can't be resolved");
 }
 
 BOOST_AUTO_TEST_CASE(a_firewall_that_drops_everything_has_to_name_the_port)
