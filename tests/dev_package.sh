@@ -6,20 +6,22 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 source tests/support/bare_debian.sh
 
-usage="Usage: tests/dev_package.sh [--suite NAME] [--in FOLDER]
-  --suite NAME  which Debian; that of this machine unless given
-  --in FOLDER   where to make it: a new folder, removed at the end; /var/tmp/dev_package.XXXXXX unless given"
+usage="Usage: tests/dev_package.sh [--suite NAME --packages FOLDER] [--in FOLDER]
+  --suite NAME       which Debian; that of this machine unless given
+  --packages FOLDER  with packages for it, as tests/bare_tree.sh leaves them
+  --in FOLDER        where to make it: a new folder, removed at the end; /var/tmp/dev_package.XXXXXX unless given"
 
 folder=
 
 main()
 {
-    local suite
+    local suite packages=
     # shellcheck disable=SC1091 # of the machine
     suite=$(. /etc/os-release && echo "$VERSION_CODENAME")
     while [[ $# -gt 0 ]]; do
         case $1 in
             --suite) suite=${2:?"$usage"} && shift 2 ;;
+            --packages) packages=${2:?"$usage"} && shift 2 ;;
             --in) folder=${2:?"$usage"} && shift 2 ;;
             --inside)
                 inside "$2"
@@ -36,10 +38,10 @@ main()
     trap 'rm -rf --one-file-system "$folder" "$folder.log"' EXIT
 
     step "Packages"
-    ./server.sh package
+    [[ -n $packages ]] || { ./server.sh package && packages=build/release/packages; }
     step "A bare Debian: $suite"
     make_bare_debian "$suite" "$folder"
-    cp build/release/packages/libwebots-cloud*.deb "$folder/srv/"
+    cp "$packages"/libwebots-cloud*.deb "$folder/srv/"
     cp --recursive tests/packaging examples/01_schedule.cpp "$folder/srv/"
     unshare --mount --pid --fork --kill-child "$PWD/tests/dev_package.sh" --inside "$folder"
 }
@@ -123,7 +125,7 @@ build_by_pkg_config()
 expect_link()
 {
     local found=webots_cloud
-    ! in_tree ldd "$1" | grep -q 'libwebots_cloud.so' || found=shared
+    [[ $(in_tree ldd "$1") != *libwebots_cloud.so* ]] || found=shared
     [[ $found == "$2" ]] || fail "$1: linked in the wrong way"
 }
 

@@ -8,18 +8,22 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 source tests/support/bare_debian.sh
 source tests/support/booted_debian.sh
 
-usage="Usage: tests/systemd_boot.sh [--build FOLDER] [--in FOLDER]
-  --build FOLDER  what to install; build/release unless given
-  --in FOLDER     where to make the Debian: a new folder, removed at the end; /var/tmp/systemd_boot.XXXXXX unless given"
+usage="Usage: tests/systemd_boot.sh [--build FOLDER | --suite NAME --packages FOLDER] [--in FOLDER]
+  --build FOLDER     what to install; build/release unless given
+  --suite NAME       another Debian than that of this machine, where the packages alone are installed
+  --packages FOLDER  with packages for it, as tests/bare_tree.sh leaves them
+  --in FOLDER        where to make the Debian: a new folder, removed at the end; /var/tmp/systemd_boot.XXXXXX unless given"
 
 folder=
 
 main()
 {
-    local build=build/release
+    local build=build/release suite='' packages=''
     while [[ $# -gt 0 ]]; do
         case $1 in
             --build) build=${2:?"$usage"} && shift 2 ;;
+            --suite) suite=${2:?"$usage"} && shift 2 ;;
+            --packages) packages=${2:?"$usage"} && shift 2 ;;
             --in) folder=${2:?"$usage"} && shift 2 ;;
             *) fail "$usage" ;;
         esac
@@ -28,8 +32,9 @@ main()
     for program in debootstrap unshare nsenter cmake; do
         command -v "$program" >/dev/null || fail "$program is not installed."
     done
+    [[ ${suite:+given} == "${packages:+given}" ]] || fail "$usage"
     for program in session-server simulation-server process-guard demo-simulator; do
-        [[ -x $build/bin/webots-$program ]] || fail "$build/bin/webots-$program is not built: cmake --preset release && cmake --build --preset release"
+        [[ -n $suite || -x $build/bin/webots-$program ]] || fail "$build/bin/webots-$program is not built: cmake --preset release && cmake --build --preset release"
     done
     folder=${folder:-$(mktemp -d /var/tmp/systemd_boot.XXXXXX)}
     mkdir -p "$folder"
@@ -37,14 +42,13 @@ main()
     trap clear_away EXIT
 
     step "The packages"
-    make_packages "$build" "$folder.packages"
+    make_packages "$build" "$packages" "$folder.packages"
 
     step "A bare Debian with systemd, and what our packages ask for"
-    local packages=systemd,dbus,python3-websockets,git,nginx-light,fcgiwrap
-    packages+=$(prerequisites "$folder.packages"/1/webots-*.deb | sed 's/^/,/' | tr -d '\n')
     # shellcheck disable=SC1091 # of the machine
-    debootstrap --variant=minbase --include="$packages" "$(. /etc/os-release && echo "$VERSION_CODENAME")" "$folder" "$(mirror)" \
-        >"$folder.log" 2>&1 || { tail "$folder.log" && exit 1; }
+    make_bare_debian "${suite:-$(. /etc/os-release && echo "$VERSION_CODENAME")}" "$folder" \
+        systemd,dbus,python3-websockets,git,nginx-light,fcgiwrap
+    satisfy "$folder" "$folder.packages"/1/webots-*.deb
     echo '127.0.0.1 localhost' >"$folder/etc/hosts"
     mkdir -p "$folder/srv/tests/support"
     mv "$folder.packages" "$folder/srv/packages"
@@ -60,6 +64,7 @@ main()
     in_tree debian python3 -B /srv/tests/systemd_packages.py
     rm "$folder/srv/examples"
 
+    [[ -z $suite ]] || { step "The packages are good in $suite" && return; }
     step "The servers are installed from source as docs/operations.md says"
     DESTDIR=$folder cmake --install "$build" --prefix /usr/local >/dev/null
     ln -s /usr/local/share/webots_cloud/examples "$folder/srv/examples"
@@ -83,22 +88,27 @@ clear_away()
     rm -rf --one-file-system "$folder" "$folder.log" "$folder.packages"
 }
 
-# make_packages BUILD FOLDER: into FOLDER/1 the packages, into FOLDER/2 those of a later version whose configurations differ.
+# make_packages BUILD PACKAGES FOLDER: into FOLDER/1 those of BUILD, or what is in PACKAGES; into FOLDER/2 those of a later version whose
+# configurations differ.
 make_packages()
 {
     local file tree kind
-    mkdir -p "$2/1" "$2/2"
-    cpack --config "$1/CPackConfig.cmake" -B "$2" >"$folder.log" 2>&1 || fail "cpack has made no packages: $(tail "$folder.log")"
-    rm -r "$2/_CPack_Packages"
-    mv "$2"/*.deb "$2/1/"
-    for file in "$2"/1/webots-*.deb; do
-        tree=$2/tree
+    mkdir -p "$3/1" "$3/2"
+    if [[ -n $2 ]]; then
+        cp "$2"/*.deb "$3/1/"
+    else
+        cpack --config "$1/CPackConfig.cmake" -B "$3" >"$folder.log" 2>&1 || fail "cpack has made no packages: $(tail "$folder.log")"
+        rm -r "$3/_CPack_Packages"
+        mv "$3"/*.deb "$3/1/"
+    fi
+    for file in "$3"/1/webots-*.deb; do
+        tree=$3/tree
         dpkg-deb --raw-extract "$file" "$tree"
         sed -i 's/^Version: .*/&.1/' "$tree/DEBIAN/control"
         for kind in session simulation; do
             [[ ! -e $tree/etc/webots-cloud/$kind.json ]] || sed -i '2i\  "debug": false,' "$tree/etc/webots-cloud/$kind.json"
         done
-        dpkg-deb --build --root-owner-group "$tree" "$2/2/$(basename "$file")" >/dev/null
+        dpkg-deb --build --root-owner-group "$tree" "$3/2/$(basename "$file")" >/dev/null
         rm -r "$tree"
     done
 }

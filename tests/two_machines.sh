@@ -107,14 +107,11 @@ follow()
 # apt is not to look for what that recommends.
 make_debian()
 {
-    local packages=systemd,dbus,sudo
-    packages+=$(prerequisites build/release/packages/webots-cloud-*.deb | sed 's/^/,/' | tr -d '\n')
     # shellcheck disable=SC1091 # of the machine
-    debootstrap --variant=minbase --include="$packages" "$(. /etc/os-release && echo "$VERSION_CODENAME")" "$1" "$(mirror)" \
-        >"$1.log" 2>&1 || { tail "$1.log" && exit 1; }
+    make_bare_debian "$(. /etc/os-release && echo "$VERSION_CODENAME")" "$1" systemd,dbus,sudo
+    satisfy "$1" build/release/packages/webots-cloud-*.deb
     echo '127.0.0.1 localhost first second' >"$1/etc/hosts"
     echo 'APT::Install-Recommends "false";' >"$1/etc/apt/apt.conf.d/90no_network"
-    rm -f "$1/usr/sbin/policy-rc.d" # debootstrap's
     chroot "$1" useradd --create-home --shell /bin/bash reader
     echo 'reader ALL=(ALL) NOPASSWD: ALL' >"$1/etc/sudoers.d/reader"
 }

@@ -53,13 +53,12 @@ main()
 # make_tree FOLDER PACKAGE...
 make_tree()
 {
-    local tree=$1 packages=systemd-sysv,dbus,udev,linux-image-cloud-amd64,python3-websockets,openssl,git,nginx-light,fcgiwrap,uidmap,firejail
+    local tree=$1
     shift
-    packages+=$(prerequisites "$@" | sed 's/^/,/' | tr -d '\n')
     # shellcheck disable=SC1091 # of the machine
-    debootstrap --variant=minbase --include="$packages" "$(. /etc/os-release && echo "$VERSION_CODENAME")" "$tree" "$(mirror)" \
-        >"$folder/log" 2>&1 || { tail "$folder/log" && exit 1; }
-    rm -f "$tree/usr/sbin/policy-rc.d" # debootstrap's
+    make_bare_debian "$(. /etc/os-release && echo "$VERSION_CODENAME")" "$tree" \
+        systemd-sysv,dbus,udev,linux-image-cloud-amd64,python3-websockets,openssl,git,nginx-light,fcgiwrap,uidmap,firejail
+    satisfy "$tree" "$@"
     echo '127.0.0.1 localhost' >"$tree/etc/hosts"
     mkdir "$tree/srv/packages"
     cp "$@" "$tree/srv/packages/"

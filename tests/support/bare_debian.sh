@@ -14,10 +14,10 @@ for name in http_proxy https_proxy no_proxy; do
     [[ -z ${!name-} ]] || proxies+=("$name=${!name}")
 done
 
-# make_bare_debian SUITE FOLDER: one that finds its way to the internet.
+# make_bare_debian SUITE FOLDER [PACKAGE,...]: one that finds its way to the internet, with these packages.
 make_bare_debian()
 {
-    debootstrap --variant=minbase "$1" "$2" "$(mirror)" >"$2.log" 2>&1 || { tail "$2.log" && exit 1; }
+    debootstrap --variant=minbase ${3:+"--include=$3"} "$1" "$2" "$(mirror)" >"$2.log" 2>&1 || { tail "$2.log" && exit 1; }
     rm "$2.log"
     cp --dereference /etc/resolv.conf /etc/hosts "$2/etc/"
 }
@@ -33,16 +33,16 @@ fail()
     exit 1
 }
 
-# prerequisites PACKAGE...: the packages that these files depend on or recommend, one a line; of alternatives the first, and for a name that
-# packages only provide one of those.
-prerequisites()
+# satisfy TREE PACKAGE...: has the apt of a bare Debian install what these files depend on or recommend, but for packages of ours.
+satisfy()
 {
-    local file name
-    for file in "$@"; do
+    local tree=$1 file wanted
+    wanted=$(for file in "${@:2}"; do
         dpkg-deb --field "$file" Depends Recommends
-    done | sed 's/^[A-Za-z]*: //' | tr , '\n' | sed 's/^ *//; s/[ |(].*//' | grep -v '^webots-' | sort -u | while read -r name; do
-        [[ -n $(apt-cache show "$name" 2>/dev/null) ]] ||
-            name=$(apt-cache showpkg "$name" | sed -n '/^Reverse Provides/,$p' | awk 'NR == 2 { print $1 }')
-        echo "$name"
-    done
+    done | sed 's/^[A-Za-z]*: //' | tr , '\n' | sed 's/^ *//' | grep -v '^webots-' | sort -u | paste -sd,)
+    printf '#!/bin/sh\nexit 101\n' >"$tree/usr/sbin/policy-rc.d" # nothing is started there
+    chmod 755 "$tree/usr/sbin/policy-rc.d"
+    chroot "$tree" env -i HOME=/root DEBIAN_FRONTEND=noninteractive PATH=/usr/sbin:/usr/bin:/sbin:/bin "${proxies[@]}" bash -c "
+        apt-get update -q && apt-get satisfy -y -q --no-install-recommends '$wanted'" >"$tree.log" 2>&1 </dev/null || { tail "$tree.log" && exit 1; }
+    rm "$tree.log" "$tree/usr/sbin/policy-rc.d"
 }
