@@ -91,8 +91,9 @@ enum class Refusal : std::uint8_t
     committed, ///< Its reported load does not reach `threshold`, but does with its starting sessions.
     labels,    ///< It lacks a label that this request needs: only in a `Decision`.
     excluded,  ///< This request does not want it: only in a `Decision`.
+    room,      ///< It would be over-full with this session, who can wait (`must_fit`): only in a `Decision`.
 };
-inline constexpr std::size_t refusal_count = 11;
+inline constexpr std::size_t refusal_count = 12;
 
 /// The name of a reason, as in `GET /api/decisions`.
 std::string_view to_string(Refusal reason) noexcept;
@@ -256,6 +257,10 @@ struct PlacementRequest
     /// counting placements that no browser has claimed yet, instead of choosing the one that is the least
     /// overcommitted.
     bool only_free = false;
+    /// For who can wait a moment for a better machine, with `only_free`: fails with `too_large` where
+    /// machines are free, but have sessions already and would be over-full with this one, by what its world
+    /// is known to want. A session of which nothing is known fits everywhere.
+    bool must_fit = false;
     /// Seats are held for it: see Scheduler::hold().
     bool held = false;
     /// Reports made since then show everybody whom others have placed: for who asks machines before placing,
@@ -458,9 +463,9 @@ public:
     /// The same for a session of which more is known. O(n) where its world is known or machines report
     /// projects, and where not every machine that is offered comes into question.
     ///
-    /// Errors: as place(now), but for held seats where they are for it; `errc::refused`, with a sentence for
-    /// people, when no machine of the list has the labels, so that waiting would not help;
-    /// `errc::invalid_argument` for labels that are none.
+    /// Errors: as place(now), but for held seats where they are for it; `errc::too_large`, see
+    /// `PlacementRequest::must_fit`; `errc::refused`, with a sentence for people, when no machine of the list
+    /// has the labels, so that waiting would not help; `errc::invalid_argument` for labels that are none.
     result<Placement> place(PlacementRequest const& request, TimePoint now);
 
     /// Whom to ask for a report before this session is placed, the best machine first: of the three best

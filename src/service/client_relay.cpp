@@ -166,7 +166,7 @@ void ClientRelay::begin(Browser& browser, std::string text, std::string const& q
     browser.rank = clock_.wall();
     claim_ticket(browser);
     bool const may_go = params_.waiting_places == 0 || !is_settling(now);
-    bool const goes_first = browser.seat == core::SeatRequest::held || (room_.size() == 0 && may_go);
+    bool const goes_first = browser.seat == core::SeatRequest::held || (room_.size() == want_room_ && may_go);
     if (!goes_first)
         return line_up(browser, now);
     auto request = request_of(browser, now);

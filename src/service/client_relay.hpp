@@ -154,6 +154,9 @@ private:
     bool is_settling(TimePoint now) const;
     bool wait_in_line(Browser& browser, TimePoint now);
     bool leave_line(Browser& browser);
+    void set_wants_room(Browser& browser, bool wants);
+    std::optional<core::WaitRange> expected_wait(Browser const& browser, std::size_t ahead,
+                                                 TimePoint now) const;
     void claim_ticket(Browser& browser);
     void give_ticket(Browser& browser, TimePoint now);
     void note_change();
@@ -206,8 +209,9 @@ private:
     std::unordered_map<std::string, std::size_t> held_; ///< Seats, by group.
     std::optional<async::TaskGroup> tasks_;
     std::optional<async::Wakeup> line_changed_;
-    std::size_t kept_ = 0;    ///< Bytes of the requests of those who wait.
-    std::string last_polled_; ///< Machine, of those that are polled in turn.
+    std::size_t kept_ = 0;      ///< Bytes of the requests of those who wait.
+    std::size_t want_room_ = 0; ///< Of those who wait.
+    std::string last_polled_;   ///< Machine, of those that are polled in turn.
     TimePoint began_;
     TimePoint told_{};   ///< When all were last told that the line had changed,
     TimePoint looked_{}; ///< or might have been told something else.

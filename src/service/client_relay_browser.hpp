@@ -21,6 +21,9 @@ namespace relay {
 inline constexpr std::uint16_t service_restart = 1012; // RFC 6455's registry: come back
 /// Reports that are no older show whom others have placed. So machines are not asked more often than that.
 inline constexpr Duration current_report = std::chrono::milliseconds(100);
+/// A session whose world is known to want more than any free machine has left waits that long for a better
+/// moment: simulations last longer, and would all be slow.
+inline constexpr Duration longest_wait_for_room = std::chrono::seconds(90);
 inline constexpr std::string_view no_server = "No simulation server available at the moment.";
 
 } // namespace relay
@@ -92,7 +95,8 @@ struct ClientRelay::Browser
     bool has_spoken = false;
     bool was_seated = false;
     bool is_in_line = false;
-    bool came_back = false; ///< With a ticket.
+    bool came_back = false;  ///< With a ticket.
+    bool wants_room = false; ///< Machines are free, but none has room for its world: others pass it.
     bool has_left = false;
     std::optional<core::WaitingId> ticket; ///< Of its place.
     TimePoint waits_since{};               ///< For a seat; before it has asked for one, since it came.

@@ -35,6 +35,9 @@ constexpr Duration return_first = std::chrono::seconds(2);
 
 constexpr std::size_t told_at_once = 500; // browsers, before others have their turn
 constexpr std::size_t max_wishes = 32;    // different ones, of those who want certain machines only
+constexpr std::size_t max_tries = 32;     // in one turn, for those who want much room
+constexpr std::size_t max_passed = 1000;  // whose turn it is not, before it is looked at others
+constexpr Duration between_tries = std::chrono::seconds(1);
 
 constexpr std::string_view group_full =
     "Too many wait here from your network already. Please try again in a moment.";
@@ -84,7 +87,7 @@ bool ClientRelay::wait_in_line(Browser& browser, TimePoint now)
     browser.rank = room_.rank(browser.id);
     browser.told = TimePoint::min();
     auto const ahead = room_.ahead_of(browser.id);
-    tell_place(browser, ahead, estimate_.expect(ahead, now), now);
+    tell_place(browser, ahead, expected_wait(browser, ahead, now), now);
     note_change();
     return true;
 }
@@ -95,9 +98,31 @@ bool ClientRelay::leave_line(Browser& browser)
     if (!room_.leave(browser.id))
         return false;
     browser.is_in_line = false;
+    set_wants_room(browser, false);
     kept_ -= browser.request.size();
     note_change();
     return true;
+}
+
+void ClientRelay::set_wants_room(Browser& browser, bool wants)
+{
+    if (browser.wants_room == wants)
+        return;
+    browser.wants_room = wants;
+    wants ? ++want_room_ : --want_room_;
+    browser.told = TimePoint::min(); // its wait is another one now
+    note_change();
+}
+
+/// Who wants room waits for a limited time.
+std::optional<core::WaitRange> ClientRelay::expected_wait(Browser const& browser, std::size_t ahead,
+                                                          TimePoint now) const
+{
+    if (!browser.wants_room)
+        return estimate_.expect(ahead, now);
+    core::WaitRange range;
+    range.most = std::max(browser.waits_since + relay::longest_wait_for_room - now, between_tries);
+    return range;
 }
 
 /// The place that a ticket of the browser's keeps, if it is a good one.
@@ -138,7 +163,7 @@ void ClientRelay::give_ticket(Browser& browser, TimePoint now)
         core::waiting_ticket_message(core::make_waiting_ticket(hooks_.waiting_mac, ticket)));
 }
 
-/// First come, first served, but for those who need what no free machine has.
+/// First come, first served, but for those who need what no free machine has, or more room than it has left.
 void ClientRelay::give_out_seats(TimePoint now)
 {
     if (room_.size() == 0 || is_stopping_ || now - began_ < all_return || !scheduler_.available(now))
@@ -146,10 +171,14 @@ void ClientRelay::give_out_seats(TimePoint now)
     std::vector<Browser*> seated;
     std::vector<std::pair<Browser*, Failure>> hopeless;
     std::set<std::vector<std::string>> in_vain; // what others ask for that no free machine has
+    std::size_t tries = 0;
+    std::size_t passed = 0;
     room_.visit([&](Id id, std::size_t) {
         auto& browser = *browsers_.at(id);
-        if (now < browser.not_before || (is_settling(now) && !browser.came_back))
+        if (is_settling(now) && !browser.came_back)
             return true; // it keeps its place
+        if (now < browser.not_before)
+            return ++passed < max_passed;
         std::vector<std::string> wishes;
         if (auto const* refusals = browser.refusals.get()) {
             wishes = refusals->needs;
@@ -158,6 +187,11 @@ void ClientRelay::give_out_seats(TimePoint now)
         if (in_vain.contains(wishes))
             return true;
         auto const placed = try_to_place(browser, request_of(browser, now), now);
+        set_wants_room(browser, !placed && placed.error() == errc::too_large);
+        if (browser.wants_room) {
+            browser.not_before = now + between_tries;
+            return ++tries < max_tries;
+        }
         if (placed)
             seated.push_back(&browser);
         else if (placed.error() == errc::refused)
@@ -271,7 +305,7 @@ asio::awaitable<void> ClientRelay::tell_places()
     for (std::size_t ahead = 0; ahead < line.size(); ++ahead) {
         auto const found = browsers_.find(line[ahead]);
         if (found != browsers_.end() && found->second->is_in_line) // others have had their turn meanwhile
-            tell_place(*found->second, ahead, estimate_.expect(ahead, now), now);
+            tell_place(*found->second, ahead, expected_wait(*found->second, ahead, now), now);
         if (ahead % told_at_once == told_at_once - 1)
             (void)co_await clock_.wait_until(clock_.now());
     }

@@ -14,7 +14,7 @@ std::string_view to_string(Refusal reason) noexcept
 {
     static constexpr std::array<std::string_view, refusal_count> names = {
         "none",   "unknown", "lost",      "stale",  "draining", "full",
-        "memory", "load",    "committed", "labels", "excluded"};
+        "memory", "load",    "committed", "labels", "excluded", "room"};
     return names[static_cast<std::size_t>(reason)];
 }
 

@@ -40,12 +40,13 @@ void Record::begin(std::uint64_t decision, Policy const& decides, std::uint64_t 
 }
 
 void Record::restrict_to(Selection const& selection, PlacementRequest const& request,
-                         Fleet const& fleet) noexcept
+                         ExpectedCost const& cost, Fleet const& fleet) noexcept
 {
     auto const chosen_ones = selection.entries();
     offered = chosen_ones.size();
     refused[static_cast<std::size_t>(Refusal::labels)] = selection.lacking();
     refused[static_cast<std::size_t>(Refusal::excluded)] = selection.excluded();
+    refused[static_cast<std::size_t>(Refusal::room)] = selection.too_small();
     unseen_arrivals = selection.unseen_arrivals();
     for (std::size_t slot = 0; slot != entry_count; ++slot) {
         Entry& entry = entries[slot];
@@ -56,6 +57,8 @@ void Record::restrict_to(Selection const& selection, PlacementRequest const& req
             entry.machine.refusal = Refusal::excluded;
         else if (!fleet.machine(slot).has_labels(request.labels))
             entry.machine.refusal = Refusal::labels;
+        else if (request.must_fit && fleet.machine(slot).lacks_room(cost))
+            entry.machine.refusal = Refusal::room;
     }
     if (!whole_fleet)
         return;

@@ -52,7 +52,7 @@ struct Record
     void begin(std::uint64_t decision, Policy const& decides, std::uint64_t seed, TimePoint now,
                Fleet const& fleet) noexcept;
     /// Only these are offered, as they suit the request: to be called after `begin`.
-    void restrict_to(Selection const& selection, PlacementRequest const& request,
+    void restrict_to(Selection const& selection, PlacementRequest const& request, ExpectedCost const& cost,
                      Fleet const& fleet) noexcept;
     void note(std::size_t position, Candidate const& machine) noexcept;
     Decision decision() const;

@@ -31,6 +31,7 @@ constexpr double preference_for_cached = 0.5;
 /// Percent of a machine's memory: more is not believed of one session, so that no false report about a world
 /// closes machines that have much free.
 constexpr double max_session_memory = 50;
+constexpr double all_of_it = 100; // percent of a machine
 /// The rule of the Python servers: only reports count, for choosing and for refusing.
 constexpr std::string_view reports_only = "least_reported";
 
@@ -413,6 +414,12 @@ bool Machine::lacks_memory(ExpectedCost const& cost, SchedulerParams const& para
         return false;
     double const own = std::min(100 * cost.memory / *last_.memory_bytes, max_session_memory);
     return memory_ + own >= params.memory_threshold;
+}
+
+bool Machine::lacks_room(ExpectedCost const& cost) const noexcept
+{
+    bool const has_others = view_.sessions + view_.pending > 0;
+    return cost.is_known && has_others && score(cost) * weight_ > all_of_it;
 }
 
 bool Machine::overcommitted(bool is_taught, SchedulerParams const& params) const noexcept

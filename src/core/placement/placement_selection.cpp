@@ -14,6 +14,7 @@ void Selection::select(Fleet const& fleet, PlacementRequest const& request, Expe
     entries_.clear();
     lacking_ = 0;
     excluded_ = 0;
+    too_small_ = 0;
     bool has_roomy = false;
     for (std::size_t position = 0; position != fleet.usable(); ++position) {
         std::size_t const slot = fleet.slot_at(position);
@@ -22,7 +23,9 @@ void Selection::select(Fleet const& fleet, PlacementRequest const& request, Expe
         bool const suits = machine.has_labels(request.labels);
         excluded_ += !is_wanted;
         lacking_ += is_wanted && !suits;
-        bool const roomy = position < fleet.roomy() && !machine.lacks_memory(cost, fleet.params());
+        bool const is_free = position < fleet.roomy() && !machine.lacks_memory(cost, fleet.params());
+        bool const roomy = is_free && !(request.must_fit && machine.lacks_room(cost));
+        too_small_ += is_wanted && suits && is_free && !roomy;
         if (!is_wanted || !suits || (!roomy && (has_roomy || request.only_free)))
             continue;
         if (roomy && !has_roomy)

@@ -32,8 +32,8 @@ public:
             entries_.reserve(2 * machines);
     }
 
-    /// Overcommitted machines, and those whose memory this session would fill, are among them only where
-    /// there are no others.
+    /// Overcommitted machines, those whose memory this session would fill, and, if it must fit, those that
+    /// have no room for it, are among them only where there are no others.
     void select(Fleet const& fleet, PlacementRequest const& request, ExpectedCost const& cost) noexcept;
     /// To be called after select(): lowers the scores of machines that have the project.
     void prefer(Fleet const& fleet, std::uint32_t project, ExpectedCost const& cost) noexcept;
@@ -48,6 +48,8 @@ public:
     /// How many machines lack only the labels.
     std::size_t lacking() const noexcept { return lacking_; }
     std::size_t excluded() const noexcept { return excluded_; }
+    /// How many lack only room for this session.
+    std::size_t too_small() const noexcept { return too_small_; }
     /// Of the sessions that others have probably placed unseen, those that went to these machines.
     double unseen_arrivals() const noexcept { return unseen_arrivals_; }
 
@@ -57,6 +59,7 @@ private:
     std::vector<Entry> entries_;
     std::size_t lacking_ = 0;
     std::size_t excluded_ = 0;
+    std::size_t too_small_ = 0;
     double unseen_arrivals_ = 0;
 };
 

@@ -27,6 +27,11 @@ Failure none_available()
     return Failure(errc::unavailable, "no simulation server available at the moment.");
 }
 
+Failure no_room()
+{
+    return Failure(errc::too_large, "no simulation server has room for this world at the moment.");
+}
+
 /// Two may turn out to be worse than the third; more would be asked in vain.
 constexpr std::size_t asked_at_once = 3;
 
@@ -237,12 +242,12 @@ struct Scheduler::Impl
             select(request, cost);
             if (has_asked)
                 selection.believe_reports(fleet, request.current_since);
-            record.restrict_to(selection, request, fleet);
+            record.restrict_to(selection, request, cost, fleet);
             if (record.offered == 0 && !can_ever_serve(fleet, request))
                 return nobody_has(request.labels);
         }
         if (record.offered == 0)
-            return none_available();
+            return selects && selection.too_small() != 0 ? no_room() : none_available();
         if (!request.held && all_held()) {
             record.held = held;
             record.free_seats = fleet.free_seats();

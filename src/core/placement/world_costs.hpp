@@ -28,8 +28,9 @@ struct ExpectedCost
 struct MachineSize
 {
     double processors = 0;
-    double memory = 0;              ///< Bytes; 0: it has not said.
-    std::optional<double> graphics; ///< Graphics processors; none: it does not know what they do.
+    double memory = 0; ///< Bytes; 0: it has not said.
+    /// Graphics processors; none: it does not know what they do.
+    std::optional<double> graphics = std::nullopt;
 };
 
 /// Estimates of worlds, towards those of their repositories, of their modes, and of the fleet, with weights

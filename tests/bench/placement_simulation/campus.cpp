@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <list>
 #include <map>
 #include <numbers>
 #include <numeric>
@@ -38,6 +39,18 @@ struct Session
     double arrives;
     double visible;
     double ends;
+};
+
+/// Somebody who asks for a session.
+struct Visitor
+{
+    double came;
+    std::size_t session_server;
+    double cost; ///< Of the session, relative to the average one.
+    std::size_t world;
+    bool comes; ///< To the machine, once placed.
+    double stays;
+    bool wants_room = false; ///< It waits, although machines are free.
 };
 
 struct MachineState
@@ -106,6 +119,7 @@ public:
         for (double now = -2 * report_every; now < campus_.warm_up + campus_.length; ++now) {
             live(now);
             report(now);
+            serve_line(now);
             if (now >= 0)
                 click(now);
             if (now >= campus_.warm_up)
@@ -271,33 +285,81 @@ private:
     {
         double const sigma = campus_.cost_spread;
         double const z = random_.normal();
-        double const cost = std::exp(sigma * z - sigma * sigma / 2); // mean 1
-        std::size_t const world = world_of(z);
-        bool const comes = !random_.chance(campus_.no_show);
-        double const stays = random_.exponential(campus_.duration);
-        bool const measured = now >= campus_.warm_up;
-        users_ += measured;
+        Visitor visitor;
+        visitor.came = now;
+        visitor.cost = std::exp(sigma * z - sigma * sigma / 2); // mean 1
+        visitor.world = world_of(z);
+        visitor.comes = !random_.chance(campus_.no_show);
+        visitor.stays = random_.exponential(campus_.duration);
         // The oracle draws it as well, so that it sees the same day.
-        auto const server =
+        visitor.session_server =
             static_cast<std::size_t>(random_.uniform() * static_cast<double>(schedulers_.size()));
+        users_ += is_measured(visitor);
+        bool const may_pass = std::ranges::all_of(line_, &Visitor::wants_room);
+        if (may_pass && seat(visitor, now))
+            return;
+        if (campus_.waiting_room)
+            line_.push_back(visitor);
+        else
+            refused_ += is_measured(visitor);
+    }
+
+    bool is_measured(Visitor const& visitor) const { return visitor.came >= campus_.warm_up; }
+
+    /// False: no machine takes it.
+    bool seat(Visitor& visitor, double now)
+    {
         std::optional<std::size_t> const choice =
-            campus_.knowledge == Knowledge::reports ? ask(server, world, now) : divine(cost);
-        if (!choice) {
-            refused_ += measured;
-        } else if (!machines_[*choice].alive) {
-            stranded_ += measured;
-        } else if (comes) {
-            MachineState& machine = machines_[*choice];
+            campus_.knowledge == Knowledge::reports ? ask(visitor, now) : divine(visitor.cost);
+        if (!choice)
+            return false;
+        MachineState& machine = machines_[*choice];
+        if (!machine.alive) {
+            stranded_ += is_measured(visitor);
+        } else if (visitor.comes) {
             if (campus_.cached_projects != 0) {
-                bool const is_warm = fetch(machine, project_key(address_of(world)));
-                warm_ += measured && is_warm;
-                arrived_ += measured;
+                bool const is_warm = fetch(machine, project_key(address_of(visitor.world)));
+                warm_ += is_measured(visitor) && is_warm;
+                arrived_ += is_measured(visitor);
             }
             double const arrives =
                 campus_.way == Way::direct ? now + travel : relayed_at(now_, travel_random_);
-            machine.sessions.push_back({world, cost * machine.percent_per_cost, arrives, now + visible_after,
-                                        now + visible_after + stays});
+            machine.sessions.push_back({visitor.world, visitor.cost * machine.percent_per_cost, arrives,
+                                        now + visible_after, now + visible_after + visitor.stays});
         }
+        return true;
+    }
+
+    /// While somebody waits, a session server asks machines for reports once a second.
+    void serve_line(double now)
+    {
+        if (line_.empty())
+            return;
+        now_ = std::max(now_, now);
+        for (std::size_t number = 0; number != machines_.size(); ++number)
+            if (machines_[number].alive)
+                for (Scheduler& scheduler : schedulers_)
+                    scheduler.report(std::to_string(number), look_at(machines_[number], now), at(now_));
+        for (auto visitor = line_.begin(); visitor != line_.end();) {
+            if (seat(*visitor, now)) {
+                note_wait(*visitor, now);
+                visitor = line_.erase(visitor);
+            } else if (visitor->wants_room) {
+                ++visitor;
+            } else {
+                break;
+            }
+        }
+    }
+
+    void note_wait(Visitor const& visitor, double now)
+    {
+        if (!is_measured(visitor))
+            return;
+        double const waited = now - visitor.came;
+        ++waited_;
+        waited_seconds_ += waited;
+        longest_wait_ = std::max(longest_wait_, waited);
     }
 
     /// False when it was not in the cache.
@@ -309,14 +371,16 @@ private:
         return is_there;
     }
 
-    std::optional<std::size_t> ask(std::size_t server, std::size_t world, double now)
+    std::optional<std::size_t> ask(Visitor& visitor, double now)
     {
         PlacementRequest request;
+        request.only_free = campus_.waiting_room;
+        request.must_fit = campus_.waiting_room && now - visitor.came < campus_.wait_for_room;
         if (campus_.peers == Peers::worlds) {
-            request.world = address_of(world);
+            request.world = address_of(visitor.world);
             request.mode = "mjpeg";
         }
-        Scheduler& scheduler = schedulers_[server];
+        Scheduler& scheduler = schedulers_[visitor.session_server];
         now_ = std::max(now_, now);
         if (campus_.way == Way::asked)
             now_ = ask_machines(scheduler, request, now_, travel_random_, at,
@@ -326,6 +390,7 @@ private:
                                         scheduler.report(name, look_at(machine, asked), at(heard));
                                 });
         auto const placement = scheduler.place(request, at(now_));
+        visitor.wants_room = !placement && placement.error() == errc::too_large;
         if (!placement)
             return std::nullopt;
         return std::stoul(std::string(placement->address));
@@ -372,6 +437,9 @@ private:
         figures.crammed = 100 * crammed_seconds_ / user_seconds_;
         figures.slowdown = slow_seconds_ / user_seconds_;
         figures.refused = 100 * refused_ / users_;
+        figures.waited = 100 * waited_ / users_;
+        figures.wait = waited_ > 0 ? waited_seconds_ / waited_ : 0;
+        figures.longest_wait = longest_wait_;
         figures.stranded = 100 * stranded_ / users_;
         figures.warm = arrived_ > 0 ? 100 * warm_ / arrived_ : 0;
         figures.unevenness = spread_ / moments_;
@@ -391,9 +459,13 @@ private:
     double users_per_second_ = 0;
     std::size_t clicks_again_ = 0; ///< Users of a machine that died.
     std::vector<double> class_ends_;
+    std::list<Visitor> line_;
 
     double users_ = 0;
     double refused_ = 0;
+    double waited_ = 0;
+    double waited_seconds_ = 0;
+    double longest_wait_ = 0;
     double stranded_ = 0;
     double arrived_ = 0; ///< Where caches are looked at,
     double warm_ = 0;    ///< and of them.
@@ -420,6 +492,9 @@ CampusFigures average_campus(Campus const& campus, std::uint64_t seeds)
         mean.crammed += day.crammed / count;
         mean.slowdown += day.slowdown / count;
         mean.refused += day.refused / count;
+        mean.waited += day.waited / count;
+        mean.wait += day.wait / count;
+        mean.longest_wait = std::max(mean.longest_wait, day.longest_wait);
         mean.stranded += day.stranded / count;
         mean.warm += day.warm / count;
         mean.unevenness += day.unevenness / count;

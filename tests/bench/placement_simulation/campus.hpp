@@ -51,6 +51,8 @@ struct Campus
     double repair = 300;      ///< s.
     std::size_t session_servers = 1;
     Way way = Way::direct;
+    bool waiting_room = false;       ///< Who finds no free machine waits in line, instead of being refused.
+    double wait_for_room = 90;       ///< s, at most, of sessions that would fill a machine; in the line.
     bool others_known = false;       ///< Schedulers have seen others place sessions before.
     std::size_t cached_projects = 0; ///< How many a machine's cache holds, those used last; 0: not looked at.
     bool reports_projects = false;   ///< Peers::worlds tell which.
@@ -66,9 +68,12 @@ struct Campus
 /// Percentages of users, and of users' time.
 struct CampusFigures
 {
-    double crammed = 0;    ///< Of users' time: on a machine whose sessions want more than all of it.
-    double slowdown = 0;   ///< Mean over users' time: how much more than all of it they want; 1 is none.
-    double refused = 0;    ///< Of users: told that no server is available.
+    double crammed = 0;  ///< Of users' time: on a machine whose sessions want more than all of it.
+    double slowdown = 0; ///< Mean over users' time: how much more than all of it they want; 1 is none.
+    double refused = 0;  ///< Of users: told that no server is available.
+    double waited = 0;   ///< Of users: placed only after a wait,
+    double wait = 0;     ///< and for how long, in seconds, mean,
+    double longest_wait = 0;
     double stranded = 0;   ///< Of users: sent to a machine that was dead already.
     double warm = 0;       ///< Of users placed: where their project was in the cache.
     double unevenness = 0; ///< Percent: standard deviation of the load over machines, mean over time.

@@ -30,6 +30,15 @@ std::vector<Scenario> scenarios()
     return all;
 }
 
+double const usual_threshold = webots_cloud::SchedulerParams().threshold;
+
+enum class Line
+{
+    none,    ///< Who finds no free machine is refused.
+    fifo,    ///< They wait.
+    for_room ///< So do those for whom no free machine has room, for a while; others pass them.
+};
+
 struct Contestant
 {
     std::string name;
@@ -38,7 +47,8 @@ struct Contestant
     Peers peers = Peers::counted;
     bool new_worlds = false;
     Way way = Way::direct;
-    double threshold = webots_cloud::SchedulerParams().threshold;
+    double threshold = usual_threshold;
+    Line line = Line::none;
 };
 
 std::vector<Contestant> contestants()
@@ -53,6 +63,12 @@ std::vector<Contestant> contestants()
         {"the same, relayed", Knowledge::reports, "least_committed", Peers::worlds, false, Way::relayed},
         {"the same, asked before placing", Knowledge::reports, "least_committed", Peers::worlds, false,
          Way::asked},
+        {"relayed, waiting room", Knowledge::reports, "least_committed", Peers::worlds, false, Way::relayed,
+         usual_threshold, Line::fifo},
+        {"the same, who wants room waits", Knowledge::reports, "least_committed", Peers::worlds, false,
+         Way::relayed, usual_threshold, Line::for_room},
+        {"the same, asked before placing", Knowledge::reports, "least_committed", Peers::worlds, false,
+         Way::asked, usual_threshold, Line::for_room},
         {"worlds reported, no world seen before", Knowledge::reports, "least_committed", Peers::worlds, true},
         {"least_committed, arrivals counted", Knowledge::reports, "least_committed", Peers::exact},
         {"least_committed", Knowledge::reports},
@@ -74,8 +90,8 @@ void campus(Output& output)
             chart.series.push_back({contestant.name, {}});
     for (Scenario const& scenario : scenarios()) {
         output.tables << "\nCampus, " << scenario.name << ", seeds 1 to " << seeds << ":\n\n";
-        print_heading(output.tables,
-                      {"", "time crammed %", "slowdown", "refused %", "stranded %", "unevenness %"});
+        print_heading(output.tables, {"", "time crammed %", "slowdown", "refused %", "stranded %",
+                                      "unevenness %", "waited %", "wait s", "longest s"});
         chart.categories.push_back(scenario.name);
         std::size_t drawn = 0;
         for (Contestant const& contestant : contestants()) {
@@ -85,12 +101,24 @@ void campus(Output& output)
             campus.peers = contestant.peers;
             campus.new_worlds = contestant.new_worlds;
             campus.way = contestant.way;
+            campus.waiting_room = contestant.line != Line::none;
+            if (contestant.line != Line::for_room)
+                campus.wait_for_room = 0;
             campus.others_known = contestant.way == Way::asked;
             campus.params.threshold = contestant.threshold;
             CampusFigures const figures = average_campus(campus, seeds);
-            print_row(output.tables, {contestant.name, decimals(figures.crammed, 1),
-                                      decimals(figures.slowdown, 3), decimals(figures.refused, 1),
-                                      decimals(figures.stranded, 1), decimals(figures.unevenness, 1)});
+            std::vector<std::string> row = {contestant.name,
+                                            decimals(figures.crammed, 1),
+                                            decimals(figures.slowdown, 3),
+                                            decimals(figures.refused, 1),
+                                            decimals(figures.stranded, 1),
+                                            decimals(figures.unevenness, 1)};
+            if (contestant.line == Line::none)
+                row.insert(row.end(), 3, "-");
+            else
+                row.insert(row.end(), {decimals(figures.waited, 1), decimals(figures.wait, 0),
+                                       decimals(figures.longest_wait, 0)});
+            print_row(output.tables, row);
             output.tables.flush();
             if (contestant.peers == Peers::counted)
                 chart.series[drawn++].values.push_back(figures.crammed);

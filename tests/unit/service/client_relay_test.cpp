@@ -3,6 +3,7 @@
 
 #include "async/task_count.hpp"
 #include "async/task_group.hpp"
+#include "core/simulation/client_protocol.hpp"
 #include "core/text.hpp"
 
 #include <webots_cloud/session_service.hpp>
@@ -17,6 +18,7 @@
 #include <functional>
 #include <list>
 #include <map>
+#include <tuple>
 
 using namespace webots_cloud;
 using namespace std::chrono_literals;
@@ -609,6 +611,96 @@ BOOST_AUTO_TEST_CASE(those_who_want_what_is_busy_hold_up_nobody)
     fixture.has_room("a:2000", 1);
     BOOST_TEST(fixture.sockets.accepted() == 3u);
     BOOST_TEST(other.was_told("loading: A machine is free."));
+}
+
+namespace {
+
+/// One machine of four processors, which has shown what two worlds want.
+struct HeavyWorld : Fixture
+{
+    HeavyWorld() : Fixture(relaying(), {"a:2000"})
+    {
+        show(1, 1, 5min);
+        show(4, 0, 1min);
+    }
+
+    static std::string start_of(std::string_view name, std::string_view more = "")
+    {
+        return concat(R"({"start":{"url":"https://e.org/o/)", name, "/blob/main/worlds/", name, ".wbt\"",
+                      more, "}}");
+    }
+
+    void show(int light, int heavy, Duration time)
+    {
+        for (auto const end = world.clock.now() + time; world.clock.now() < end; world.advance(1s))
+            report(light, heavy);
+    }
+
+    /// Simulations of a light world, each with half a processor, and of one that takes two and a half.
+    void report(int light, int heavy)
+    {
+        auto const load = 12.5 * light + 62.5 * heavy;
+        LoadReport said(load);
+        said.sessions = light + heavy;
+        said.starting = 0;
+        said.capacity = 100;
+        said.processors = 4;
+        said.arrivals = 1000 * ++reports + light + heavy; // whoever was placed there has come
+        said.departures = 1000 * reports;
+        said.failed = 0;
+        for (auto const& [name, running, each] :
+             {std::tuple("light", light, 0.5), std::tuple("heavy", heavy, 2.5)}) {
+            WorldUse use;
+            auto const message = core::parse_client_message(start_of(name));
+            auto const& asked = std::get<core::SimulationRequest>(message);
+            use.key = world_key(core::world_of(asked), std::get<core::StartMessage>(asked).mode);
+            use.running = running;
+            use.processors = running * each;
+            said.worlds.push_back(use);
+        }
+        scheduler.report("a:2000", said, world.clock.now());
+    }
+
+    std::int64_t reports = 0;
+};
+
+} // namespace
+
+BOOST_FIXTURE_TEST_CASE(who_wants_much_room_waits_for_it_and_is_passed_by_others, HeavyWorld)
+{
+    auto& heavy = start(start_of("heavy", R"(,"waiting":true)"), "192.0.2.1");
+    BOOST_TEST(sockets.accepted() == 0u);
+    show(4, 0, 1s);
+    BOOST_TEST(last_of(heavy, "waiting: ") == "waiting: 0 0 90");
+    auto& light = start(start_of("light"), "192.0.2.2");
+    show(4, 0, 1s); // others place there, too, so the machine is asked
+    BOOST_TEST(sockets.accepted() == 1u);
+    BOOST_TEST(last_of(light, "queue:") == "", "it does not wait at all");
+    show(1, 0, 1min);
+    BOOST_TEST(sockets.accepted() == 2u);
+    BOOST_TEST(heavy.was_told("loading: A machine is free."));
+}
+
+BOOST_FIXTURE_TEST_CASE(who_wants_much_room_does_not_wait_for_long, HeavyWorld)
+{
+    auto& heavy = start(start_of("heavy"), "192.0.2.1");
+    show(4, 0, 89s);
+    BOOST_TEST(sockets.accepted() == 0u);
+    show(4, 0, 2s);
+    BOOST_TEST(sockets.accepted() == 1u);
+    BOOST_TEST(heavy.was_told("loading: A machine is free."));
+}
+
+BOOST_FIXTURE_TEST_CASE(who_waits_for_a_free_machine_is_passed_by_nobody, HeavyWorld)
+{
+    auto& heavy = start(start_of("heavy"), "192.0.2.1");
+    BOOST_TEST(last_of(heavy, "queue:") == "queue:0");
+    show(8, 0, 30s); // full
+    auto& light = start(start_of("light"), "192.0.2.2");
+    BOOST_TEST(last_of(light, "queue:") == "queue:1");
+    show(8, 0, 60s); // the first one has waited long enough for room
+    show(7, 0, 30s);
+    BOOST_TEST(heavy.was_told("loading: A machine is free."));
 }
 
 BOOST_AUTO_TEST_CASE(a_code_that_is_no_business_of_a_machine_does_not_reach_the_browser)

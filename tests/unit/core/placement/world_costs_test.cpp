@@ -200,13 +200,13 @@ BOOST_AUTO_TEST_CASE(a_world_that_draws_much_goes_where_graphics_processors_are_
     params.threshold = 1000;
     Fixture fixture(params, {"few", "many"});
     auto const report = [](double graphics_processors) {
-        LoadReport report = counted(20, 4);
-        report.processors = 64;
-        report.graphics_processors = graphics_processors;
+        LoadReport said = counted(20, 4);
+        said.processors = 64;
+        said.graphics_processors = graphics_processors;
         auto drawing = use_of("r", "drawing", 2, 2);
         drawing.graphics = 0.8;
-        report.worlds = {drawing, use_of("r", "counting", 2, 2)};
-        return report;
+        said.worlds = {drawing, use_of("r", "counting", 2, 2)};
+        return said;
     };
     for (int second = 5; second != 600; second += 5)
         for (auto const& [name, graphics] : {std::pair("few", 1.0), std::pair("many", 8.0)})
@@ -440,6 +440,51 @@ BOOST_FIXTURE_TEST_CASE(a_decision_says_what_was_believed_and_can_be_replayed, C
     BOOST_TEST(json.at("decisions").at(0).at("expectedCost").as_double() > 1.5);
     // The score is that of this session, not of the average one.
     BOOST_TEST(decision.machines[0].machine.score > decision.machines[1].machine.score);
+}
+
+BOOST_FIXTURE_TEST_CASE(who_can_wait_waits_for_a_machine_with_room_for_the_world, Campus)
+{
+    scheduler.mark_unreachable("b", now);
+    scheduler.report("a", with(75, 4, {use_of("r", "average", 3, 3)}), now += seconds(5));
+    auto const place = [&](PlacementRequest request, bool must_fit) {
+        request.only_free = true;
+        request.must_fit = must_fit;
+        auto const placement = scheduler.place(request, now);
+        if (placement)
+            scheduler.release(*placement, now);
+        return placement;
+    };
+    BOOST_TEST((place(of("q", "heavy"), true).error() == errc::too_large));
+    Decision const decision = scheduler.decisions().back();
+    BOOST_TEST(decision.refused[static_cast<std::size_t>(Refusal::room)] == 1u);
+    BOOST_TEST((decision.machines[0].machine.refusal == Refusal::room));
+    auto const json = boost::json::parse(decisions_json(scheduler, now));
+    BOOST_TEST(json.at("decisions").at(0).at("machines").at(0).at("refused") == "room");
+
+    BOOST_TEST(place(of("q", "heavy"), false).value().address == "a", "it has waited long enough");
+    BOOST_TEST(place(of("s", "light"), true).value().address == "a");
+    BOOST_TEST(place(of("new", "new"), true).value().address == "a", "nothing is known of it");
+    scheduler.report("b", with(50, 64, {use_of("r", "average", 28, 28)}), now);
+    BOOST_TEST(place(of("q", "heavy"), true).value().address == "b");
+}
+
+BOOST_FIXTURE_TEST_CASE(a_machine_without_sessions_has_room_for_every_world, Campus)
+{
+    scheduler.mark_unreachable("b", now);
+    for (int seen = 0; seen != 60; ++seen) // by others of its programs
+        scheduler.report("a", with(80, 4, {}), now += seconds(5));
+    PlacementRequest heavy = of("q", "heavy");
+    heavy.only_free = heavy.must_fit = true;
+    BOOST_TEST(scheduler.place(heavy, now).value().address == "a");
+}
+
+BOOST_FIXTURE_TEST_CASE(where_no_machine_is_free_it_is_not_the_world_that_is_too_large, Campus)
+{
+    for (auto const* const machine : {"a", "b"})
+        scheduler.report(machine, with(96, 64, {use_of("r", "average", 60, 60)}), now += seconds(5));
+    PlacementRequest heavy = of("q", "heavy");
+    heavy.only_free = heavy.must_fit = true;
+    BOOST_TEST((scheduler.place(heavy, now).error() == errc::unavailable));
 }
 
 BOOST_FIXTURE_TEST_CASE(a_full_machine_says_nothing_about_what_its_simulations_want, Campus)
