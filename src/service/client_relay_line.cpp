@@ -109,7 +109,10 @@ void ClientRelay::set_wants_room(Browser& browser, bool wants)
     if (browser.wants_room == wants)
         return;
     browser.wants_room = wants;
-    wants ? ++want_room_ : --want_room_;
+    if (wants)
+        ++want_room_;
+    else
+        --want_room_;
     browser.told = TimePoint::min(); // its wait is another one now
     note_change();
 }

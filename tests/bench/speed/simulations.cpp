@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <memory>
 #include <queue>
+#include <sys/prctl.h>
 #include <unordered_map>
 
 using namespace speed;
@@ -56,7 +57,8 @@ public:
     void run()
     {
         for (;;) {
-            for (int const ready : poller_.wait(due()))
+            for (int const ready :
+                 pictures_.empty() ? poller_.wait() : poller_.wait_until(pictures_.top().first))
                 if (ready == listener_)
                     accept();
                 else
@@ -67,14 +69,6 @@ public:
 
 private:
     using Due = std::pair<std::int64_t, int>;
-
-    int due() const
-    {
-        if (pictures_.empty())
-            return -1;
-        return static_cast<int>(
-            std::max<std::int64_t>(0, (pictures_.top().first - nanoseconds()) / 1'000'000));
-    }
 
     void accept()
     {
@@ -200,5 +194,6 @@ int main(int argc, char** argv)
     if (argc != 2)
         return 2;
     prepare_process();
+    prctl(PR_SET_TIMERSLACK, 1); // nanoseconds: pictures are sent when they are due
     Simulations(std::atoi(argv[1])).run();
 }

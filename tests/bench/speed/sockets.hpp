@@ -3,6 +3,7 @@
 // measures something else.
 #pragma once
 
+#include <algorithm>
 #include <arpa/inet.h>
 #include <cerrno>
 #include <csignal>
@@ -126,14 +127,27 @@ public:
     /// The descriptors that are ready, after at most `milliseconds`; -1 waits for ever.
     [[nodiscard]] std::vector<int> const& wait(int milliseconds = -1)
     {
-        int const count = epoll_wait(epoll_, events_.data(), static_cast<int>(events_.size()), milliseconds);
+        return ready(epoll_wait(epoll_, events_.data(), static_cast<int>(events_.size()), milliseconds));
+    }
+
+    /// The same until that time of nanoseconds().
+    [[nodiscard]] std::vector<int> const& wait_until(std::int64_t time)
+    {
+        auto const left = std::max<std::int64_t>(0, time - nanoseconds());
+        timespec const timeout{left / 1'000'000'000, left % 1'000'000'000};
+        return ready(
+            epoll_pwait2(epoll_, events_.data(), static_cast<int>(events_.size()), &timeout, nullptr));
+    }
+
+private:
+    std::vector<int> const& ready(int count)
+    {
         ready_.clear();
         for (int i = 0; i < count; ++i)
             ready_.push_back(events_[static_cast<std::size_t>(i)].data.fd);
         return ready_;
     }
 
-private:
     int epoll_;
     std::vector<epoll_event> events_;
     std::vector<int> ready_;
