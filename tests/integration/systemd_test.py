@@ -15,8 +15,9 @@ from support.servers import SessionServer, main, program  # noqa: E402
 
 UNITS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "config", "systemd")
 # The highest exposure that systemd may find, in tenths: for the session server, and for the simulation server, which runs programs of
-# others on a display, in sandboxes that need namespaces and a /proc of their own, and in control groups that it makes (0.2 of it).
-EXPOSURE = {"webots-session-server": 15, "webots-simulation-server": 35}
+# others on a display, in sandboxes that need namespaces, a /proc of their own and openat2 (0.2 of it: RestrictSUIDSGID= takes that away),
+# and in control groups that it makes (0.2).
+EXPOSURE = {"webots-session-server": 15, "webots-simulation-server": 37}
 
 
 class Units(unittest.TestCase):
@@ -53,6 +54,15 @@ class Units(unittest.TestCase):
                 if "unrecognized option" in finished.stdout:
                     self.skipTest("this systemd can't judge units offline")
                 self.assertEqual(finished.returncode, 0, finished.stdout)
+
+
+    def test_sandboxes_have_the_call_that_they_mount_by(self):
+        """bubblewrap 0.12 makes none without openat2. Who could set the user id of a program instead must not get at it."""
+        with open(self.unit("webots-simulation-server")) as file:
+            lines = file.read().splitlines()
+        self.assertFalse([line for line in lines if line.startswith("RestrictSUIDSGID=")])
+        for kept in ("StateDirectoryMode=0750", "CacheDirectoryMode=0750", "RuntimeDirectoryMode=0700", "NoNewPrivileges=yes"):
+            self.assertIn(kept, lines)
 
 
 class Reports(unittest.TestCase):
