@@ -200,10 +200,10 @@ class WhomItTrusts(Site):
         return {"address": f"{self.host}/{machine.port}", "internal": f"https://{host}:{machine.port}"}
 
     def problem(self, session, machine):
-        """What /monitor says of it."""
+        """What /monitor says of it; nothing before it shows a new list."""
         page = json.loads(session.get("/monitor", {"Accept": "application/json"}))
         rows = [row for row in page["servers"] if row["address"].endswith(f"/{machine.port}")]
-        return rows[0].get("problem", "")
+        return rows[0].get("problem", "") if rows else ""
 
     def test_what_is_wrong_with_a_certificate_is_said_and_harms_no_other_machine(self):
         good, numeric = (self.enterContext(Machine(self.campus.issue("good", "DNS:localhost", "IP:127.0.0.1"))) for _ in range(2))
