@@ -1,5 +1,6 @@
 """Name servers: a real one (dnsmasq), one that misbehaves, and one that says nothing."""
 
+import errno
 import os
 import shutil
 import signal
@@ -99,17 +100,29 @@ class HangingNames:
     """A name server that never answers, and what makes a program ask it: a mount namespace with a resolv.conf of its own. Needs root, for that and
     for the port."""
 
-    ADDRESS = "127.53.53.53"  # of the loopback, so that the port of name servers is free
-
     def __enter__(self):
+        self.socket, address = self._listen()
         self.folder = tempfile.mkdtemp(prefix="webots_cloud_names_")
         path = os.path.join(self.folder, "resolv.conf")
         with open(path, "w") as file:
-            file.write(f"nameserver {self.ADDRESS}\noptions timeout:30 attempts:5\n")
-        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self.socket.bind((self.ADDRESS, 53))
+            file.write(f"nameserver {address}\noptions timeout:30 attempts:5\n")
         self.wrapper = ("unshare", "--mount", "sh", "-c", f'mount --bind {path} /etc/resolv.conf && exec "$@"', "sh")
         return self
+
+    @staticmethod
+    def _listen():
+        """At an address of the loopback where the port of name servers is free: tests run side by side."""
+        for number in range(1, 255):
+            listener = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+            address = f"127.53.53.{number}"
+            try:
+                listener.bind((address, 53))
+                return listener, address
+            except OSError as error:
+                listener.close()
+                if error.errno != errno.EADDRINUSE:
+                    raise
+        raise AssertionError("port 53 is taken at all addresses")
 
     def __exit__(self, *_):
         self.socket.close()
