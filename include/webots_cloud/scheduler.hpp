@@ -91,7 +91,7 @@ enum class Refusal : std::uint8_t
     committed, ///< Its reported load does not reach `threshold`, but does with its starting sessions.
     labels,    ///< It lacks a label that this request needs: only in a `Decision`.
     excluded,  ///< This request does not want it: only in a `Decision`.
-    room,      ///< It would be over-full with this session, who can wait (`must_fit`): only in a `Decision`.
+    room,      ///< This session would make it over-full (`must_fit`): only in a `Decision`.
 };
 inline constexpr std::size_t refusal_count = 12;
 
@@ -257,9 +257,9 @@ struct PlacementRequest
     /// counting placements that no browser has claimed yet, instead of choosing the one that is the least
     /// overcommitted.
     bool only_free = false;
-    /// For who can wait a moment for a better machine, with `only_free`: fails with `too_large` where
-    /// machines are free, but have sessions already and would be over-full with this one, by what its world
-    /// is known to want. A session of which nothing is known fits everywhere.
+    /// For callers who can wait a moment, with `only_free`: a machine that has sessions is not chosen if this
+    /// one would make it over-full, by what its world is known to need; fails with `too_large` if that leaves
+    /// none of the free machines. A session of which nothing is known fits everywhere.
     bool must_fit = false;
     /// Seats are held for it: see Scheduler::hold().
     bool held = false;

@@ -21,8 +21,8 @@ namespace relay {
 inline constexpr std::uint16_t service_restart = 1012; // RFC 6455's registry: come back
 /// Reports that are no older show whom others have placed. So machines are not asked more often than that.
 inline constexpr Duration current_report = std::chrono::milliseconds(100);
-/// A session whose world is known to want more than any free machine has left waits that long for a better
-/// moment: simulations last longer, and would all be slow.
+/// A session whose world is known to need more than any free machine has left waits no longer than this for
+/// room: it would slow down all simulations of a machine, which last for minutes.
 inline constexpr Duration longest_wait_for_room = std::chrono::seconds(90);
 inline constexpr std::string_view no_server = "No simulation server available at the moment.";
 

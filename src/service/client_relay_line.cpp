@@ -35,8 +35,9 @@ constexpr Duration return_first = std::chrono::seconds(2);
 
 constexpr std::size_t told_at_once = 500; // browsers, before others have their turn
 constexpr std::size_t max_wishes = 32;    // different ones, of those who want certain machines only
-constexpr std::size_t max_tries = 32;     // in one turn, for those who want much room
-constexpr std::size_t max_passed = 1000;  // whose turn it is not, before it is looked at others
+// For heavy worlds, which no free machine has room for:
+constexpr std::size_t max_tries = 32;    // placements in one turn that fail
+constexpr std::size_t max_passed = 1000; // in one turn, since they were tried a moment ago
 constexpr Duration between_tries = std::chrono::seconds(1);
 
 constexpr std::string_view group_full =

@@ -112,8 +112,9 @@ Findings names_found_out(Lookups const& all)
                                   concat(std::to_string(others), " more are not found"), name_remedy);
             break;
         }
-        findings.emplace_back(core::Verdict::fault, concat("key \"", all.hosts[index].key, "\""),
-                              failure.message(), name_remedy);
+        auto finding = core::judge_name(all.hosts[index].name, failure);
+        finding.subject = concat("key \"", all.hosts[index].key, "\"");
+        findings.push_back(std::move(finding));
     }
     if (all.answered < all.hosts.size())
         findings.emplace_back(core::Verdict::warning, "names",

@@ -65,7 +65,7 @@ std::vector<Contestant> contestants()
          Way::asked},
         {"relayed, waiting room", Knowledge::reports, "least_committed", Peers::worlds, false, Way::relayed,
          usual_threshold, Line::fifo},
-        {"the same, who wants room waits", Knowledge::reports, "least_committed", Peers::worlds, false,
+        {"the same, heavy worlds wait", Knowledge::reports, "least_committed", Peers::worlds, false,
          Way::relayed, usual_threshold, Line::for_room},
         {"the same, asked before placing", Knowledge::reports, "least_committed", Peers::worlds, false,
          Way::asked, usual_threshold, Line::for_room},
