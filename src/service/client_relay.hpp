@@ -29,6 +29,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -162,6 +163,7 @@ private:
     void note_change();
     boost::asio::awaitable<result<>> wait_for_work();
     boost::asio::awaitable<void> tell_places();
+    void tell_part(std::span<Id const> part, std::size_t ahead, TimePoint now);
     void tell_place(Browser& browser, std::size_t ahead, std::optional<core::WaitRange> const& range,
                     TimePoint now);
     void give_out_seats(TimePoint now);

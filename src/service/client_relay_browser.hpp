@@ -83,27 +83,29 @@ struct ClientRelay::Browser
         return *refusals;
     }
 
+    // Close together, since it is read of all who wait whenever they are told their places.
     Id id;
     Channel& channel;
+    TimePoint told = TimePoint::min();
+    std::size_t told_ahead = 0;
+    bool is_in_line = false;
+    bool wants_room = false; ///< Machines are free, but none has room for its world: others pass it.
+    core::RelayOptions options;
+
     std::string host;
     std::string client;
     std::string request;
-    core::RelayOptions options;
     std::string group;
     WallTime rank{}; ///< In the line; before, when it came.
     core::SeatRequest seat = core::SeatRequest::unknown;
     bool has_spoken = false;
     bool was_seated = false;
-    bool is_in_line = false;
-    bool came_back = false;  ///< With a ticket.
-    bool wants_room = false; ///< Machines are free, but none has room for its world: others pass it.
+    bool came_back = false; ///< With a ticket.
     bool has_left = false;
     std::optional<core::WaitingId> ticket; ///< Of its place.
     TimePoint waits_since{};               ///< For a seat; before it has asked for one, since it came.
     TimePoint next_ticket = TimePoint::min();
-    TimePoint told = TimePoint::min();
     TimePoint not_before = TimePoint::min();
-    std::size_t told_ahead = 0;
     std::unique_ptr<Refusals> refusals; ///< Null: no machine has refused it.
     std::unique_ptr<Ride> ride;
 };

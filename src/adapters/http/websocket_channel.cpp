@@ -31,8 +31,8 @@ constexpr std::size_t scratch_size = 16 * 1024;
 
 WebSocketChannel::WebSocketChannel(NetworkStream stream, HttpServerParams const& params,
                                    HttpServerStatistics& statistics)
-    : stream_(std::move(stream)), params_(params), statistics_(statistics), frames_(params.message_bytes),
-      last_heard_(std::chrono::steady_clock::now()),
+    : params_(params), stream_(std::move(stream)), statistics_(statistics),
+      last_heard_(std::chrono::steady_clock::now()), frames_(params.message_bytes),
       changed_(stream_.socket().get_executor(), TimePoint::max())
 {}
 

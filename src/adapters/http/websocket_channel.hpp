@@ -67,26 +67,28 @@ private:
     bool awaits_pong() const noexcept { return !closing_ && deadline_ != TimePoint::max(); }
     void notify() { changed_.cancel(); }
 
-    NetworkStream stream_;
+    // Close together, since thousands of channels may be sent a message at once: what `send` uses.
+    std::string outgoing_; ///< Frames, whole but for the first, of which a part may be sent.
     HttpServerParams const& params_;
-    HttpServerStatistics& statistics_;
-    WebSocketFrameReader frames_;
-    std::vector<std::string> received_;   ///< Messages that the caller has not received yet.
-    std::unique_ptr<std::string> unread_; ///< Bytes behind those messages; null most of the time.
-    std::string outgoing_;                ///< Frames, whole but for the first, of which a part may be sent.
-    TimePoint last_heard_;
-    TimePoint last_pinged_ = TimePoint::min();
-    TimePoint deadline_ =
-        TimePoint::max(); ///< For the end, once the channel is closing; before, for an answer to our ping.
-    boost::asio::steady_timer changed_; ///< Never expires: `notify` cancels it to wake its waiters.
     bool awaiting_read_ = false;
     bool awaiting_write_ = false;
     bool closing_ = false;        ///< The close frame is queued: nothing may follow it.
     bool close_received_ = false; ///< The browser's close frame has come.
-    std::uint16_t farewell_ = 0;  ///< Its code.
-    bool broken_ = false; ///< The browser broke the protocol: what it says is not understood any more.
-    bool lost_ = false;   ///< The connection has ended.
-    bool silent_ = false; ///< It was ended since the browser did not answer.
+    bool broken_ = false;        ///< The browser broke the protocol: what it says is not understood any more.
+    bool lost_ = false;          ///< The connection has ended.
+    bool silent_ = false;        ///< It was ended since the browser did not answer.
+    std::uint16_t farewell_ = 0; ///< The code of its close frame.
+    NetworkStream stream_;
+
+    HttpServerStatistics& statistics_;
+    TimePoint last_heard_;
+    TimePoint last_pinged_ = TimePoint::min();
+    TimePoint deadline_ =
+        TimePoint::max(); ///< For the end, once the channel is closing; before, for an answer to our ping.
+    WebSocketFrameReader frames_;
+    std::vector<std::string> received_;   ///< Messages that the caller has not received yet.
+    std::unique_ptr<std::string> unread_; ///< Bytes behind those messages; null most of the time.
+    boost::asio::steady_timer changed_;   ///< Never expires: `notify` cancels it to wake its waiters.
 };
 
 } // namespace webots_cloud::adapters
