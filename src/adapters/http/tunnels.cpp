@@ -30,6 +30,8 @@ constexpr std::size_t max_bytes_per_turn = 1024 * 1024;
 // What a tunnel with little to move costs, compared with one that moves bytes.
 constexpr std::size_t cost_of_a_look = 8 * 1024;
 constexpr int max_events = 128;
+// Since the last turn. Before that, others come first, and events that come meanwhile share the next turn.
+constexpr auto turn_at_once_after = std::chrono::milliseconds(1);
 
 // Of a peer that has vanished without a word the kernel tells after two minutes.
 constexpr int keepalive_idle = 60;
@@ -203,8 +205,9 @@ Tunnels::Tunnel::Step Tunnels::Tunnel::relay(Side& from, Side& to, std::size_t& 
     bool const is_counted_side = is_counted() && &from == &upstream_;
     if (is_counted_side)
         size = static_cast<std::size_t>(std::min<std::uint64_t>(size, rest_));
-    // What the other side does not take of a large chunk stays in the kernel, not with us.
-    bool const peek = size > small_chunk && !from.end.is_tls() && !to.end.is_broken();
+    // What the other side does not take stays in the kernel, not with us; and the kernel acknowledges bytes
+    // when they are taken out: that can wait until they have been sent on.
+    bool const peek = !from.end.is_tls() && !to.end.is_broken();
     std::size_t got = 0;
     auto* const bytes = owner_.scratch_.get();
     auto const reading = from.end.read(bytes, size, peek, got);
@@ -221,7 +224,7 @@ Tunnels::Tunnel::Step Tunnels::Tunnel::relay(Side& from, Side& to, std::size_t& 
         moved += sent;
         // Who does not take it all is offered less: of TLS no more than a record, which we keep.
         auto const least = from.end.is_tls() ? small_chunk : modest_chunk;
-        if (peek || from.end.is_tls())
+        if (size > small_chunk || from.end.is_tls())
             to.takes = std::clamp(sent < got ? 2 * sent : 2 * to.takes, least, chunk_size);
         // TLS has begun to send a record, and must be given the same bytes again.
         auto const kept = !peek ? got - sent : to.end.is_tls() ? std::min(got - sent, small_chunk) : 0;
@@ -387,7 +390,10 @@ void Tunnels::await_events()
                            if (error || !*alive)
                                return;
                            is_waiting_ = false;
-                           arm(); // not at once: the last turn may have been just now
+                           if (!is_posted_ && std::chrono::steady_clock::now() - now_ >= turn_at_once_after)
+                               turn();
+                           else
+                               arm();
                        });
 }
 
