@@ -56,7 +56,7 @@ main()
     # Mounts and processes live in namespaces of their own, which end with this command, however it ends.
     if [[ -n $install ]]; then
         [[ $as == root ]] || fail "$usage"
-        if [[ $suite != "$(source /etc/os-release && echo "$VERSION_CODENAME")" ]]; then
+        if [[ $suite != "$(own_suite)" ]]; then
             first="rm -rf build && $first" # in the tree
         elif [[ ! -e build/release/build.ninja ]]; then
             fail "build/release is not built: cmake --preset release && cmake --build --preset release"

@@ -16,8 +16,7 @@ folder=
 main()
 {
     local suite packages=
-    # shellcheck disable=SC1091 # of the machine
-    suite=$(. /etc/os-release && echo "$VERSION_CODENAME")
+    suite=$(own_suite)
     while [[ $# -gt 0 ]]; do
         case $1 in
             --suite) suite=${2:?"$usage"} && shift 2 ;;

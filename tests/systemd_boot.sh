@@ -45,8 +45,7 @@ main()
     make_packages "$build" "$packages" "$folder.packages"
 
     step "A bare Debian with systemd, and what our packages ask for"
-    # shellcheck disable=SC1091 # of the machine
-    make_bare_debian "${suite:-$(. /etc/os-release && echo "$VERSION_CODENAME")}" "$folder" \
+    make_bare_debian "${suite:-$(own_suite)}" "$folder" \
         systemd,dbus,python3-websockets,git,nginx-light,fcgiwrap
     satisfy "$folder" "$folder.packages"/1/webots-*.deb
     echo '127.0.0.1 localhost' >"$folder/etc/hosts"

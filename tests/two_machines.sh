@@ -107,8 +107,7 @@ follow()
 # apt is not to look for what that recommends.
 make_debian()
 {
-    # shellcheck disable=SC1091 # of the machine
-    make_bare_debian "$(. /etc/os-release && echo "$VERSION_CODENAME")" "$1" systemd,dbus,sudo
+    make_bare_debian "$(own_suite)" "$1" systemd,dbus,sudo
     satisfy "$1" build/release/packages/webots-cloud-*.deb
     echo '127.0.0.1 localhost first second' >"$1/etc/hosts"
     echo 'APT::Install-Recommends "false";' >"$1/etc/apt/apt.conf.d/90no_network"

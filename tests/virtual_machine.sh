@@ -55,8 +55,7 @@ make_tree()
 {
     local tree=$1
     shift
-    # shellcheck disable=SC1091 # of the machine
-    make_bare_debian "$(. /etc/os-release && echo "$VERSION_CODENAME")" "$tree" \
+    make_bare_debian "$(own_suite)" "$tree" \
         systemd-sysv,dbus,udev,linux-image-cloud-amd64,python3-websockets,openssl,git,nginx-light,fcgiwrap,uidmap,firejail
     satisfy "$tree" "$@"
     echo '127.0.0.1 localhost' >"$tree/etc/hosts"

@@ -8,6 +8,13 @@ mirror()
     apt-get indextargets 'Identifier: Packages' 'Label: Debian' --format '$(REPO_URI)' | sed -n 1p
 }
 
+# The release of Debian that this machine itself runs: bookworm.
+own_suite()
+{
+    # shellcheck disable=SC1091 # of the machine
+    (. /etc/os-release && echo "$VERSION_CODENAME")
+}
+
 # The parts of the environment that the network may need.
 proxies=()
 for name in http_proxy https_proxy no_proxy; do
