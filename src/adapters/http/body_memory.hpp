@@ -3,7 +3,9 @@
 
 #include <cstddef>
 #include <string>
+#include <string_view>
 #include <unordered_map>
+#include <utility>
 
 namespace webots_cloud::adapters {
 
@@ -41,6 +43,32 @@ private:
     std::size_t limit_;
     std::size_t used_ = 0;
     std::unordered_map<std::string, std::size_t> clients_; ///< Those of which there is a body.
+};
+
+/// The body of a request; counted as long as it exists.
+class RequestBody
+{
+public:
+    /// `client`: its quota key.
+    RequestBody(BodyMemory& memory, std::string client) : memory_(memory), client_(std::move(client)) {}
+    ~RequestBody() { memory_.remove(client_, text_.size()); }
+    RequestBody(RequestBody const&) = delete;
+    RequestBody& operator=(RequestBody const&) = delete;
+
+    bool has_room(std::size_t size) const { return memory_.has_room(client_, size); }
+
+    void append(std::string_view bytes)
+    {
+        text_.append(bytes);
+        memory_.add(client_, bytes.size());
+    }
+
+    std::string const& text() const noexcept { return text_; }
+
+private:
+    std::string text_;
+    BodyMemory& memory_;
+    std::string client_;
 };
 
 } // namespace webots_cloud::adapters

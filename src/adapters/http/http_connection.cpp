@@ -25,8 +25,6 @@ namespace {
 constexpr std::size_t flush_size = 64 * 1024; // answers to pipelined requests are sent together up to here
 constexpr std::size_t body_piece = 16 * 1024;
 constexpr int max_drained = 64; // reads, after a refusal
-// The files of a page follow each other sooner, and the other server keeps its side longer.
-constexpr auto keep_upstream_for = std::chrono::seconds(5);
 
 constexpr std::string_view speaks_https =
     "This port speaks HTTPS: put https:// (or wss://) in front of the address.\r\n";
@@ -34,15 +32,6 @@ constexpr std::string_view speaks_https =
 constexpr std::string_view too_many_connections = "Too many connections. Please try again in a moment.\r\n";
 
 constexpr std::string_view no_memory = "The server is busy. Please try again in a moment.\r\n";
-
-constexpr std::string_view html = "text/html; charset=UTF-8";
-
-constexpr std::string_view gateway_closed =
-    "What you asked for has just ended. Please reload the page, or start again.\r\n";
-constexpr std::string_view bad_gateway =
-    "The server that has the answer can't be reached. Please try again in a moment.\r\n";
-constexpr std::string_view late_gateway =
-    "The server that has the answer does not give it. Please try again in a moment.\r\n";
 
 std::uint64_t& refusal_counter(HttpServerStatistics& statistics, int status)
 {
@@ -260,7 +249,7 @@ HttpConnection::Next HttpConnection::answer()
     if (auto const* response = std::get_if<HttpResponse>(&answer))
         return give(*response, request);
     if (request.upgrade && !admit_client())
-        return refuse_connection(request);
+        return refuse_connection(429, request);
     if (auto* const forward = std::get_if<Forward>(&answer)) {
         ++context_.statistics.forwarded;
         forwarding_ = std::make_unique<Forwarding>(stream_.socket().get_executor(), context_.upstreams,
@@ -304,151 +293,10 @@ bool HttpConnection::admit_client()
     return !peer_.is_proxy() || context_.limit.admit(client_quota_key_, ticket_);
 }
 
-HttpConnection::Next HttpConnection::refuse_connection(IncomingRequest const& request)
+/// 429: of this client; 503: of all.
+HttpConnection::Next HttpConnection::refuse_connection(int status, IncomingRequest const& request)
 {
-    HttpResponse refusal(429, std::string(html), std::string(too_many_connections));
-    refusal.headers.emplace_back("Retry-After", "5");
-    return give(refusal, request);
-}
-
-/// Has another server answer the request.
-asio::awaitable<HttpConnection::Next> HttpConnection::forward()
-{
-    if (!out_.empty()) { // answers to earlier requests do not wait for another server
-        bool sent = flush_at_once();
-        if (!sent)
-            sent = co_await flush();
-        if (!sent)
-            co_return Next::close;
-    }
-    if (!context_.has_room())
-        co_return fail_to_forward(Failure(errc::unavailable, "there is no room for one more connection"));
-    awaiting_answer_ = true;
-    result<> reached;
-    do {
-        set_deadline(context_.params.connect_timeout);
-        reached = co_await forwarding_->connect();
-        if (reached && !is_cut_) {
-            set_deadline(context_.params.answer_timeout);
-            reached = co_await forwarding_->ask();
-            count_forwarded(forwarding_->request_size(), 0);
-        }
-    } while (!reached && !is_cut_ && forwarding_->was_closed_meanwhile());
-    awaiting_answer_ = false;
-    if (is_cut_)
-        co_return Next::close;
-    if (!reached)
-        co_return fail_to_forward(reached.error());
-    auto const next = begin_answer();
-    if (next == Next::tunnel)
-        co_return next;
-    if (!forwarding_)
-        co_return next;
-    bool const is_kept = next == Next::request && forwarding_->may_be_kept();
-    auto upstream = forwarding_->upstream();
-    if (rest_of_answer_ == 0) {
-        if (is_kept)
-            keep_upstream(std::move(upstream), forwarding_->release_socket());
-        forwarding_.reset();
-        co_return next;
-    }
-    auto plan = plan_tunnel();
-    plan.length = rest_of_answer_;
-    plan.keeps_upstream = is_kept;
-    deadline_ = TimePoint::max(); // from here on the tunnel has its own
-    auto ends = co_await context_.tunnels.relay(std::move(plan), relay_);
-    if (ends.upstream.descriptor >= 0)
-        keep_upstream(std::move(upstream), std::move(ends.upstream));
-    if (ends.browser.descriptor < 0)
-        co_return Next::close;
-    stream_.restore(std::move(ends.browser));
-    co_return is_cut_ ? Next::close : next;
-}
-
-/// Says so to the browser, and why to the operator.
-HttpConnection::Next HttpConnection::fail_to_forward(Failure const& why)
-{
-    auto const destination = forwarding_->destination();
-    forwarding_.reset();
-    if (why != errc::closed)
-        context_.log.warning(LogCause("forward", destination),
-                             concat("Can't pass a request on to ", destination, ": ", why.message()));
-    if (why == errc::unavailable) {
-        HttpResponse response(503, std::string(html), std::string(too_many_connections));
-        response.headers.emplace_back("Retry-After", "5");
-        return give(response, reader_.request());
-    }
-    bool const is_late = why == errc::timed_out;
-    ++(is_late ? context_.statistics.late_gateways : context_.statistics.bad_gateways);
-    auto const sentence = is_late ? late_gateway : why == errc::closed ? gateway_closed : bad_gateway;
-    HttpResponse const response(is_late ? 504 : 502, std::string(html), std::string(sentence));
-    return give(response, reader_.request());
-}
-
-/// Appends the other server's answer, as much of it as there is, to what is to be sent.
-HttpConnection::Next HttpConnection::begin_answer()
-{
-    using Body = ForwardedResponse::Body;
-    auto const& response = forwarding_->response();
-    bool const is_lasting = response.body() == Body::endless || response.body() == Body::websocket;
-    // Handshakes have been counted already.
-    if (is_lasting && !forwarding_->is_upgrade() && !admit_client()) {
-        forwarding_.reset();
-        return refuse_connection(reader_.request());
-    }
-    bool const stays_open = !is_lasting && reader_.keep_alive() && !stopping_;
-    response.append_head(out_, stays_open);
-    auto begun = forwarding_->begun_body();
-    rest_of_answer_ = TunnelPlan::until_the_end;
-    if (!is_lasting) {
-        begun = begun.substr(
-            0, static_cast<std::size_t>(std::min<std::uint64_t>(response.length(), begun.size())));
-        rest_of_answer_ = response.length() - begun.size();
-    }
-    out_.append(begun);
-    if (rest_of_answer_ == 0)
-        count_forwarded(0, out_.size());
-    return is_lasting ? Next::tunnel : stays_open ? Next::request : Next::close;
-}
-
-void HttpConnection::count_forwarded(std::size_t received, std::size_t sent)
-{
-    context_.statistics.tunnel_bytes_received += received;
-    context_.statistics.tunnel_bytes_sent += sent;
-    if (auto const& group = forwarding_->group()) {
-        group->count_received(received);
-        group->count_sent(sent);
-    }
-}
-
-void HttpConnection::keep_upstream(Upstream upstream, NetworkStream::Released connection)
-{
-    auto const until = std::chrono::steady_clock::now() + keep_upstream_for;
-    kept_upstream_ = std::make_unique<KeptUpstream>(std::move(upstream), std::move(connection), until,
-                                                    context_.forwardings);
-}
-
-TunnelPlan HttpConnection::plan_tunnel()
-{
-    TunnelPlan plan;
-    plan.browser = stream_.release();
-    plan.upstream = forwarding_->release_socket();
-    plan.to_browser = std::move(out_);
-    plan.group = forwarding_->group();
-    out_.clear();
-    forwarding_.reset();
-    return plan;
-}
-
-TunnelPlan HttpConnection::take_tunnel()
-{
-    bool const is_websocket = forwarding_->response().body() == ForwardedResponse::Body::websocket;
-    auto plan = plan_tunnel();
-    plan.is_two_way = is_websocket;
-    if (is_websocket)
-        plan.to_upstream = reader_.rest();
-    plan.ticket = std::move(ticket_);
-    return plan;
+    return give(sentence_response(status, too_many_connections), request);
 }
 
 HttpConnection::Next HttpConnection::give(HttpResponse const& response, IncomingRequest const& request)
@@ -498,12 +346,9 @@ asio::awaitable<bool> HttpConnection::flush()
 asio::awaitable<void> HttpConnection::refuse(int status, std::string_view what, std::string_view advice)
 {
     ++refusal_counter(context_.statistics, status);
-    HttpResponse response(status, "text/html; charset=UTF-8", std::string(advice));
-    if (status == 503)
-        response.headers.emplace_back("Retry-After", "5");
     context_.log.warning(LogCause("request", peer_.address),
                          concat(std::to_string(status), " for ", what, " (", peer_.address, ")"));
-    append_response(out_, response, false, true);
+    append_response(out_, sentence_response(status, advice), false, true);
     set_deadline(context_.params.header_timeout);
     bool const sent = co_await flush();
     if (!sent)

@@ -37,32 +37,6 @@ struct HttpConnectionContext
     std::function<bool()> has_room; ///< For one more connection; may make some.
 };
 
-/// The body of a request; counted as long as it exists.
-class RequestBody
-{
-public:
-    /// `client`: its quota key.
-    RequestBody(BodyMemory& memory, std::string client) : memory_(memory), client_(std::move(client)) {}
-    ~RequestBody() { memory_.remove(client_, text_.size()); }
-    RequestBody(RequestBody const&) = delete;
-    RequestBody& operator=(RequestBody const&) = delete;
-
-    bool has_room(std::size_t size) const { return memory_.has_room(client_, size); }
-
-    void append(std::string_view bytes)
-    {
-        text_.append(bytes);
-        memory_.add(client_, bytes.size());
-    }
-
-    std::string const& text() const noexcept { return text_; }
-
-private:
-    std::string text_;
-    BodyMemory& memory_;
-    std::string client_;
-};
-
 /// Reads requests and answers them in order, with a deadline for everything that the client does.
 ///
 /// Lifetime: both coroutines run one after the other, and it must outlive them.   Thread-safety: one
@@ -132,7 +106,7 @@ private:
     void read_forwarded(core::HeaderFields fields);
     std::string const& client() const noexcept { return client_.empty() ? peer_.address : client_; }
     Next give(HttpResponse const& response, IncomingRequest const& request);
-    Next refuse_connection(IncomingRequest const& request);
+    Next refuse_connection(int status, IncomingRequest const& request);
     boost::asio::awaitable<Next> forward();
     Next fail_to_forward(Failure const& why);
     Next begin_answer();

@@ -115,6 +115,14 @@ void append_head(std::string& out, HttpResponse const& response, bool keep_alive
 
 } // namespace
 
+HttpResponse sentence_response(int status, std::string_view sentence)
+{
+    HttpResponse response(status, "text/html; charset=UTF-8", std::string(sentence));
+    if (status == 429 || status == 503)
+        response.headers.emplace_back("Retry-After", "5");
+    return response;
+}
+
 void append_response(std::string& out, HttpResponse const& response, bool keep_alive, bool with_body)
 {
     if (with_body) {

@@ -8,6 +8,9 @@
 
 namespace webots_cloud::adapters {
 
+/// Says a sentence to whoever asked. With 429 and 503 it asks them to try again in a moment.
+HttpResponse sentence_response(int status, std::string_view sentence);
+
 /// Appends status line, headers and body to `out`. `keep_alive` says whether the connection stays open; the
 /// answer to HEAD has no body. It has a Content-Length unless the response has no body, because none was
 /// generated.
