@@ -3,7 +3,8 @@
 #include "core/web_form.hpp"
 #include "options.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/files.hpp>
+#include <webots_cloud/adapters/logs.hpp>
 #include <webots_cloud/daemon.hpp>
 #include <webots_cloud/version.hpp>
 

@@ -4,7 +4,10 @@
 #include "core/text.hpp"
 #include "environment.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/http_client.hpp>
+#include <webots_cloud/adapters/http_server.hpp>
+#include <webots_cloud/adapters/operator.hpp>
+#include <webots_cloud/adapters/secrets.hpp>
 #include <webots_cloud/daemon.hpp>
 
 #include <filesystem>

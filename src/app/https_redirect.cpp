@@ -5,7 +5,8 @@
 #include "core/text.hpp"
 #include "operator_requests.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/files.hpp>
+#include <webots_cloud/adapters/http_server.hpp>
 #include <webots_cloud/servers.hpp>
 
 #include <boost/asio/as_tuple.hpp>

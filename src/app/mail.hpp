@@ -1,7 +1,7 @@
 // The mail server that the configuration names.
 #pragma once
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/mail.hpp>
 #include <webots_cloud/config.hpp>
 
 namespace webots_cloud::app {

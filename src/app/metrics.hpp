@@ -1,7 +1,7 @@
 // The counters of adapters and mails, for `GET /metrics`.
 #pragma once
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/http_server.hpp>
 #include <webots_cloud/operator_mail.hpp>
 
 #include <string>

@@ -1,7 +1,7 @@
 // The network parameters of both configurations.
 #include "https_redirect.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/http_server.hpp>
 #include <webots_cloud/config.hpp>
 #include <webots_cloud/servers.hpp>
 

@@ -3,7 +3,7 @@
 #include "core/text.hpp"
 #include "environment.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/operator.hpp>
 #include <webots_cloud/daemon.hpp>
 
 #include <sys/stat.h>

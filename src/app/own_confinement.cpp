@@ -4,7 +4,7 @@
 #include "environment.hpp"
 #include "operator_requests.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/files.hpp>
 #include <webots_cloud/daemon.hpp>
 
 #include <initializer_list>

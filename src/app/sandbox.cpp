@@ -6,7 +6,7 @@
 #include "core/text.hpp"
 #include "environment.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/host.hpp>
 
 #include <boost/asio/error.hpp>
 #include <boost/asio/ip/tcp.hpp>

@@ -13,7 +13,13 @@
 #include "tickets.hpp"
 
 #include <webots_cloud/access_control.hpp>
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/host.hpp>
+#include <webots_cloud/adapters/http_client.hpp>
+#include <webots_cloud/adapters/http_server.hpp>
+#include <webots_cloud/adapters/mail.hpp>
+#include <webots_cloud/adapters/names.hpp>
+#include <webots_cloud/adapters/operator.hpp>
+#include <webots_cloud/adapters/secrets.hpp>
 #include <webots_cloud/load_monitor.hpp>
 #include <webots_cloud/machine_discovery.hpp>
 #include <webots_cloud/operator_mail.hpp>

@@ -27,7 +27,15 @@
 #include "tickets.hpp"
 
 #include <webots_cloud/access_control.hpp>
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/files.hpp>
+#include <webots_cloud/adapters/host.hpp>
+#include <webots_cloud/adapters/http_client.hpp>
+#include <webots_cloud/adapters/http_server.hpp>
+#include <webots_cloud/adapters/logs.hpp>
+#include <webots_cloud/adapters/operator.hpp>
+#include <webots_cloud/adapters/processes.hpp>
+#include <webots_cloud/adapters/projects.hpp>
+#include <webots_cloud/adapters/secrets.hpp>
 #include <webots_cloud/announcing.hpp>
 #include <webots_cloud/daemon.hpp>
 #include <webots_cloud/docker_mode.hpp>

@@ -6,7 +6,8 @@
 #include "display.hpp"
 #include "environment.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/files.hpp>
+#include <webots_cloud/adapters/host.hpp>
 
 #include <boost/asio/error.hpp>
 

@@ -5,7 +5,8 @@
 #include "core/discovery/machine_name.hpp"
 #include "core/text.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/host.hpp>
+#include <webots_cloud/adapters/secrets.hpp>
 
 #include <memory>
 

@@ -18,7 +18,7 @@ VALUES = ['webots_cloud/error.hpp', 'webots_cloud/time.hpp', 'webots_cloud/load_
           'webots_cloud/transport/name_answer.hpp',
           'webots_cloud/transport/tunnel_group.hpp']
 # What implements the services' seams, or puts everything together: none of the services' business.
-ABOVE_SERVICES = ['webots_cloud/adapters.hpp', 'webots_cloud/daemon.hpp', 'webots_cloud/instance_root.hpp', 'webots_cloud/kept_file.hpp', 'webots_cloud/probes.hpp', 'webots_cloud/servers.hpp',
+ABOVE_SERVICES = ['webots_cloud/adapters', 'webots_cloud/daemon.hpp', 'webots_cloud/instance_root.hpp', 'webots_cloud/kept_file.hpp', 'webots_cloud/probes.hpp', 'webots_cloud/servers.hpp',
                   'webots_cloud/subordinate_users.hpp']
 ASIO_CORE = ['boost/asio/' + name for name in (
     'any_io_executor', 'as_tuple', 'awaitable', 'bind_cancellation_slot', 'cancellation_signal', 'co_spawn', 'deferred', 'detached',
@@ -33,7 +33,7 @@ FLOORS = {
     'src/service': ['webots_cloud/', 'src/core/', 'src/async/', 'src/service/', 'src/web/', *ASIO_CORE],
     'src/testing': ['webots_cloud/', 'src/async/', *ASIO_CORE],
     # daemon.hpp declares what adapters/threads/low_latency_scheduling.cpp implements.
-    'src/adapters': [*VALUES, 'webots_cloud/transport/', 'webots_cloud/adapters.hpp', 'webots_cloud/daemon.hpp', 'webots_cloud/instance_root.hpp',
+    'src/adapters': [*VALUES, 'webots_cloud/transport/', 'webots_cloud/adapters/', 'webots_cloud/daemon.hpp', 'webots_cloud/instance_root.hpp',
                      'webots_cloud/kept_file.hpp', 'webots_cloud/probes.hpp', 'webots_cloud/subordinate_users.hpp', 'src/core/', 'src/async/', 'src/adapters/', 'boost/', 'openssl/', 'spdlog/', 'curl/',
                      'git2', 'zlib.h', 'archive', 'sys/', 'linux/', 'netinet/', 'netdb.h', 'unistd.h', 'fcntl.h', 'dirent.h', 'spawn.h', 'semaphore.h', 'fts.h', 'arpa/inet.h', 'arpa/nameser.h', 'ares.h', 'ifaddrs.h',
                      'dlfcn.h', 'grp.h', 'pwd.h'],
@@ -155,10 +155,10 @@ def may_include(floor, name):
 
 def self_test():
     """A check that finds nothing must be able to find something."""
-    good = [('src/adapters', 'webots_cloud/transport/clock.hpp'), ('src/adapters', 'webots_cloud/adapters.hpp'),
+    good = [('src/adapters', 'webots_cloud/transport/clock.hpp'), ('src/adapters', 'webots_cloud/adapters/files.hpp'),
             ('src/service', 'webots_cloud/simulation_service.hpp'), ('src/guard', 'poll.h'), ('src/app', 'webots_cloud/adapters.hpp')]
     bad = [('src/adapters', 'webots_cloud/simulation_service.hpp'), ('src/adapters', 'webots_cloud/servers.hpp'),
-           ('src/service', 'webots_cloud/adapters.hpp'), ('src/guard', 'src/core/text.hpp'), ('src/core', 'webots_cloud/transport/clock.hpp')]
+           ('src/service', 'webots_cloud/adapters.hpp'), ('src/service', 'webots_cloud/adapters/files.hpp'), ('src/guard', 'src/core/text.hpp'), ('src/core', 'webots_cloud/transport/clock.hpp')]
     assert all(may_include(*pair) for pair in good) and not any(may_include(*pair) for pair in bad)
 
 

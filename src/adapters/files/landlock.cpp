@@ -2,7 +2,7 @@
 
 #include "core/text.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/files.hpp>
 
 #include <fcntl.h>
 #include <linux/landlock.h>

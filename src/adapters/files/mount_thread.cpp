@@ -1,6 +1,6 @@
 #include "mount_thread.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/files.hpp>
 
 #include <atomic>
 #include <condition_variable>

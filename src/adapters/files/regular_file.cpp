@@ -3,7 +3,7 @@
 #include "core/text.hpp"
 #include "file_descriptor.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/files.hpp>
 
 #include <fcntl.h>
 #include <sys/stat.h>

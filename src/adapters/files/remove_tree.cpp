@@ -5,7 +5,7 @@
 
 #include "core/text.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/secrets.hpp>
 
 #include <dirent.h>
 #include <fcntl.h>

@@ -9,7 +9,8 @@
 #include "core/projects/repository_policy.hpp"
 #include "core/text.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/projects.hpp>
+#include <webots_cloud/adapters/secrets.hpp>
 #include <webots_cloud/load_report.hpp>
 
 #include <fcntl.h>

@@ -12,7 +12,7 @@
 
 #include "core/git/git_fetch_plan.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/projects.hpp>
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/project_ref.hpp>
 #include <webots_cloud/transport/project_source.hpp>

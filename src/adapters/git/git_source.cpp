@@ -15,7 +15,7 @@
 #include "core/safe_names.hpp"
 #include "core/text.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/projects.hpp>
 #include <webots_cloud/load_report.hpp>
 
 #include <sys/stat.h>

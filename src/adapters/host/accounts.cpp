@@ -1,4 +1,4 @@
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/host.hpp>
 
 #include <grp.h>
 #include <pwd.h>

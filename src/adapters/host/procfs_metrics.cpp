@@ -2,7 +2,7 @@
 #include "machine_graphics.hpp"
 #include "nvml.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/host.hpp>
 
 #include <sys/statvfs.h>
 #include <unistd.h>

@@ -1,4 +1,4 @@
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/secrets.hpp>
 
 #include <cstddef>
 #include <random>

@@ -3,7 +3,7 @@
 #include "openssl_files.hpp"
 #include "tls_trust.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/files.hpp>
 #include <webots_cloud/probes.hpp>
 
 #include <boost/asio/ip/address.hpp>

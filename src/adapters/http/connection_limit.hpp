@@ -4,7 +4,7 @@
 #include "core/access/client_limit.hpp"
 #include "core/text.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/http_server.hpp>
 
 #include <algorithm>
 #include <string>

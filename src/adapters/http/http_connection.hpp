@@ -9,7 +9,7 @@
 #include "peer.hpp"
 #include "tunnels.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/http_server.hpp>
 #include <webots_cloud/time.hpp>
 
 #include <cstddef>

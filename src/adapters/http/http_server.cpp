@@ -5,7 +5,7 @@
 #include "http_connection.hpp"
 #include "websocket_channel.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/http_server.hpp>
 
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/this_coro.hpp>

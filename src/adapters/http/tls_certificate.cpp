@@ -4,7 +4,8 @@
 #include "core/text.hpp"
 #include "openssl_files.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/files.hpp>
+#include <webots_cloud/adapters/http_server.hpp>
 
 #include <openssl/err.h>
 #include <openssl/pem.h>

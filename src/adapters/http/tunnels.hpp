@@ -5,7 +5,7 @@
 #include "connection_limit.hpp"
 #include "tunnel_end.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/http_server.hpp>
 #include <webots_cloud/time.hpp>
 
 #include <boost/asio/awaitable.hpp>

@@ -4,7 +4,7 @@
 #include "network_stream.hpp"
 #include "websocket_frames.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/http_server.hpp>
 #include <webots_cloud/time.hpp>
 #include <webots_cloud/transport/endpoint.hpp>
 

@@ -2,7 +2,7 @@
 #include "adapters/threads/worker_threads.hpp"
 #include "core/text.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/logs.hpp>
 
 #include <boost/asio/post.hpp>
 

@@ -4,7 +4,7 @@
 #include "core/text.hpp"
 #include "core/time_text.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/logs.hpp>
 
 #include <boost/asio/post.hpp>
 

@@ -3,7 +3,7 @@
 #include "core/text.hpp"
 #include "rotating_file.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/logs.hpp>
 
 #include <spdlog/async.h>
 #include <spdlog/async_logger.h>

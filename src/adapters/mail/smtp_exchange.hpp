@@ -3,7 +3,7 @@
 
 #include "loaded_curl.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/mail.hpp>
 #include <webots_cloud/error.hpp>
 
 #include <array>

@@ -2,7 +2,7 @@
 #include "core/text.hpp"
 #include "name_channel.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/names.hpp>
 
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/steady_timer.hpp>

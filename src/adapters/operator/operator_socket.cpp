@@ -3,7 +3,7 @@
 #include "async/cancellation.hpp"
 #include "core/text.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/operator.hpp>
 
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>

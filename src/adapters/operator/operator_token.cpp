@@ -2,7 +2,7 @@
 
 #include "core/text.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/operator.hpp>
 
 #include <openssl/crypto.h>
 #include <openssl/evp.h>

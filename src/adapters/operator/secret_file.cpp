@@ -3,7 +3,8 @@
 #include "adapters/files/regular_file.hpp"
 #include "core/text.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/files.hpp>
+#include <webots_cloud/adapters/operator.hpp>
 
 #include <sys/stat.h>
 #include <unistd.h>

@@ -2,7 +2,7 @@
 #include "core/text.hpp"
 #include "secret_file.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/secrets.hpp>
 
 #include <openssl/evp.h>
 #include <openssl/hmac.h>

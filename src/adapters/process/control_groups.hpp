@@ -1,7 +1,7 @@
 // Control groups for simulations, see `core/sandbox/control_groups.hpp`.
 #pragma once
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/processes.hpp>
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/process_limits.hpp>
 #include <webots_cloud/transport/process_host.hpp>

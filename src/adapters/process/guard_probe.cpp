@@ -4,7 +4,7 @@
 #include "core/text.hpp"
 #include "spawn.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/processes.hpp>
 
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/connect_pipe.hpp>

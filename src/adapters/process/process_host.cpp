@@ -6,7 +6,7 @@
 #include "process_usage.hpp"
 #include "spawn.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/processes.hpp>
 
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>

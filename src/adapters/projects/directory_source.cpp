@@ -7,7 +7,7 @@
 
 #include "core/text.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/projects.hpp>
 
 namespace webots_cloud {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "fetch_interrupt.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/projects.hpp>
 #include <webots_cloud/error.hpp>
 #include <webots_cloud/transport/clock.hpp>
 

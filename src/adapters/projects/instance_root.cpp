@@ -1,6 +1,6 @@
 #include <webots_cloud/instance_root.hpp>
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/secrets.hpp>
 
 #include "adapters/files/file_descriptor.hpp"
 #include "adapters/files/own_folder.hpp"

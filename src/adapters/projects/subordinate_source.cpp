@@ -1,7 +1,7 @@
 #include "adapters/files/remove_tree.hpp"
 #include "adapters/threads/blocking_pool.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/secrets.hpp>
 #include <webots_cloud/subordinate_users.hpp>
 
 #include <filesystem>

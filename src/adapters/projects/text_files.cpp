@@ -2,7 +2,7 @@
 #include "adapters/threads/blocking_pool.hpp"
 #include "core/text.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/files.hpp>
 
 #include <fcntl.h>
 #include <sys/stat.h>

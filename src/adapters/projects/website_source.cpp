@@ -9,7 +9,7 @@
 
 #include "core/text.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/projects.hpp>
 
 #include <boost/asio/error.hpp>
 

@@ -10,7 +10,8 @@
 #include "doctor_endpoint.hpp"
 #include "service_view.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/http_server.hpp>
+#include <webots_cloud/adapters/operator.hpp>
 #include <webots_cloud/probes.hpp>
 
 #include <boost/asio/co_spawn.hpp>

@@ -4,7 +4,8 @@
 #include "core/text.hpp"
 #include "places.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/host.hpp>
+#include <webots_cloud/adapters/names.hpp>
 #include <webots_cloud/daemon.hpp>
 
 #include <boost/asio/co_spawn.hpp>

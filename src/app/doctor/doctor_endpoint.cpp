@@ -3,7 +3,7 @@
 #include "core/pages/http_methods.hpp"
 #include "core/pages/http_pages.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/secrets.hpp>
 
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/error.hpp>

@@ -8,7 +8,9 @@
 #include "core/doctor/network_findings.hpp"
 #include "core/text.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/host.hpp>
+#include <webots_cloud/adapters/http_client.hpp>
+#include <webots_cloud/adapters/names.hpp>
 #include <webots_cloud/daemon.hpp>
 #include <webots_cloud/probes.hpp>
 

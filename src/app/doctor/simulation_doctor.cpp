@@ -12,7 +12,11 @@
 #include "core/simulation/isolation.hpp"
 #include "core/text.hpp"
 
-#include <webots_cloud/adapters.hpp>
+#include <webots_cloud/adapters/files.hpp>
+#include <webots_cloud/adapters/host.hpp>
+#include <webots_cloud/adapters/http_client.hpp>
+#include <webots_cloud/adapters/names.hpp>
+#include <webots_cloud/adapters/processes.hpp>
 #include <webots_cloud/daemon.hpp>
 #include <webots_cloud/probes.hpp>
 #include <webots_cloud/transport/logger.hpp>

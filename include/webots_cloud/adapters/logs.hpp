@@ -1,0 +1,63 @@
+// The log, and other files that grow line by line.
+#pragma once
+
+#include <webots_cloud/error.hpp>
+#include <webots_cloud/export.hpp>
+#include <webots_cloud/time.hpp>
+#include <webots_cloud/transport/clock.hpp>
+#include <webots_cloud/transport/logger.hpp>
+#include <webots_cloud/transport/simulation_logs.hpp>
+
+#include <boost/asio/any_io_executor.hpp>
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+
+namespace WEBOTS_CLOUD_API webots_cloud {
+
+/// Where a log is written, and how.
+struct LogParams
+{
+    LogParams() = default;
+
+    std::filesystem::path file; ///< Rotated at 500 000 bytes with 10 old files; empty: standard output.
+    bool debug = false;         ///< Debug lines too.
+    bool json = false;          ///< An object a line, with `time` (ISO 8601, UTC), `level` and `message`.
+};
+
+/// A log in the format that operators know, `YYYY-MM-DD HH:MM:SS,mmm [LEVEL  ]  message`, or in JSON.
+/// Errors: `invalid_argument`.
+result<Logger> make_logger(LogParams params);
+
+/// A file that grows line by line, written by a thread of its own: the function it returns never blocks.
+/// Copies share the file.
+///
+/// An existing file is emptied; folders are made. A file that can't be opened or written costs one line of
+/// the log, which calls it `name`, and then lines are dropped; the function is empty when it could not even
+/// be opened.
+std::function<void(std::string line)> make_line_file(boost::asio::any_io_executor executor, std::string name,
+                                                     std::filesystem::path file, std::string first_line,
+                                                     Logger log);
+
+/// Where the output of simulators is kept, and for how long.
+struct SimulationLogsParams
+{
+    SimulationLogsParams() = default;
+
+    std::filesystem::path folder; ///< Made when the first log is opened.
+    Duration keep =
+        std::chrono::hours(24 * 7); ///< Since the last line. Default a week: people complain on Mondays.
+    std::size_t max_logs = 1000;    ///< Logs that are kept at most; the oldest go first.
+};
+
+/// Files `<date>_<time>_<simulation>.log` of at most 576 KiB: the first 512 KiB of an output and the last 64
+/// KiB. Written by a thread of its own; a file that can't be written costs one line of `log`.
+///
+/// Lifetime: `clock` must outlive it.
+std::unique_ptr<SimulationLogs> make_simulation_logs(boost::asio::any_io_executor executor,
+                                                     SimulationLogsParams params, Clock& clock, Logger log);
+
+} // namespace webots_cloud
