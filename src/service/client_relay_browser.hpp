@@ -83,7 +83,7 @@ struct ClientRelay::Browser
         return *refusals;
     }
 
-    // Close together, since it is read of all who wait whenever they are told their places.
+    // Kept close together: these are read for every waiting browser when places are told.
     Id id;
     Channel& channel;
     TimePoint told = TimePoint::min();

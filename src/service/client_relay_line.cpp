@@ -315,7 +315,7 @@ asio::awaitable<void> ClientRelay::tell_places()
     }
 }
 
-/// Tells those of a part of the line who are still there. `ahead`: of the first of them.
+/// Tells everybody in `part` of the line who is still there. `ahead`: how many are ahead of the first.
 ///
 /// Of 10,000 browsers hardly anything is in the processor's caches. If each were looked up just before it is
 /// told, most of our own time would go by waiting for memory; so they are looked up together, and loads

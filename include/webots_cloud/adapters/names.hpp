@@ -1,4 +1,4 @@
-// Names of machines.
+// Looks up the names of machines.
 #pragma once
 
 #include <webots_cloud/export.hpp>

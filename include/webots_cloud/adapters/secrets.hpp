@@ -1,4 +1,4 @@
-// Random words that nobody guesses, and the codes that authenticate what we said.
+// Random tokens, and message authentication codes.
 #pragma once
 
 #include <webots_cloud/error.hpp>

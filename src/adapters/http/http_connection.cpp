@@ -293,7 +293,7 @@ bool HttpConnection::admit_client()
     return !peer_.is_proxy() || context_.limit.admit(client_quota_key_, ticket_);
 }
 
-/// 429: of this client; 503: of all.
+/// There are too many connections: of this client (429), or of all (503).
 HttpConnection::Next HttpConnection::refuse_connection(int status, IncomingRequest const& request)
 {
     return give(sentence_response(status, too_many_connections), request);

@@ -8,7 +8,7 @@
 
 namespace webots_cloud::adapters {
 
-/// Says a sentence to whoever asked. With 429 and 503 it asks them to try again in a moment.
+/// A page of one sentence. With 429 and 503 clients are told to try again in a moment (`Retry-After`).
 HttpResponse sentence_response(int status, std::string_view sentence);
 
 /// Appends status line, headers and body to `out`. `keep_alive` says whether the connection stays open; the

@@ -30,7 +30,8 @@ constexpr std::size_t max_bytes_per_turn = 1024 * 1024;
 // What a tunnel with little to move costs, compared with one that moves bytes.
 constexpr std::size_t cost_of_a_look = 8 * 1024;
 constexpr int max_events = 128;
-// Since the last turn. Before that, others come first, and events that come meanwhile share the next turn.
+// An event gets its turn at once if the last turn is longer ago than this. Otherwise others come first, and
+// what happens meanwhile shares that turn.
 constexpr auto turn_at_once_after = std::chrono::milliseconds(1);
 
 // Of a peer that has vanished without a word the kernel tells after two minutes.
@@ -205,8 +206,9 @@ Tunnels::Tunnel::Step Tunnels::Tunnel::relay(Side& from, Side& to, std::size_t& 
     bool const is_counted_side = is_counted() && &from == &upstream_;
     if (is_counted_side)
         size = static_cast<std::size_t>(std::min<std::uint64_t>(size, rest_));
-    // What the other side does not take stays in the kernel, not with us; and the kernel acknowledges bytes
-    // when they are taken out: that can wait until they have been sent on.
+    // Bytes are taken out of the kernel after they have been sent on. So what the other side does not take
+    // stays there, not with us; and the acknowledgement, which the kernel sends when bytes are taken out,
+    // does not delay them.
     bool const peek = !from.end.is_tls() && !to.end.is_broken();
     std::size_t got = 0;
     auto* const bytes = owner_.scratch_.get();

@@ -67,7 +67,7 @@ private:
     bool awaits_pong() const noexcept { return !closing_ && deadline_ != TimePoint::max(); }
     void notify() { changed_.cancel(); }
 
-    // Close together, since thousands of channels may be sent a message at once: what `send` uses.
+    // What `send` uses, kept close together: a message may go to thousands of channels at once.
     std::string outgoing_; ///< Frames, whole but for the first, of which a part may be sent.
     HttpServerParams const& params_;
     bool awaiting_read_ = false;

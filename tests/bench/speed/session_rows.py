@@ -129,7 +129,7 @@ PAUSE = 1.2  # seconds; who waits is told of changes at most once a second
 
 @functools.cache  # two rows look at the same runs
 def waiting_room(count, _run):
-    """Browsers that wait for a seat, and the first of them leaves six times; in turns with that, the floor tells as many others a change."""
+    """Browsers that wait for a seat, and the first of them leaves six times; in turns with that, the floor tells as many browsers of its own of a change."""
     watchers = crowd(count, _run)
     with Machines(1) as machines, PinnedSessionServer(machines, relay=True, waitingRoom=count, loadRefresh=0.1) as server, \
             Floor("websocket") as floor:

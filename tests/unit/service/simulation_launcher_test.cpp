@@ -249,11 +249,11 @@ BOOST_AUTO_TEST_CASE(another_user_gets_the_instance_and_nothing_that_is_the_serv
 {
     auto params = launcher_params();
     params.environment.emplace_back("XDG_RUNTIME_DIR", "/run/user/0");
-    params.environment.emplace_back("XAUTHORITY", "/root/.Xauthority");
+    params.environment.emplace_back("XAUTHORITY", "/home/teacher/.Xauthority");
     params.sandbox.user.kind = SimulationUser::Kind::of_its_own;
     params.sandbox.user.groups = {44};
     params.sandbox.user.name = "simulation";
-    params.sandbox.user.visible = {"/root/webots"};
+    params.sandbox.user.visible = {"/home/teacher/webots"};
     Fixture fixture(params);
     fixture.processes.expect();
     fixture.processes.expect();
@@ -264,8 +264,8 @@ BOOST_AUTO_TEST_CASE(another_user_gets_the_instance_and_nothing_that_is_the_serv
     BOOST_TEST(process.user->group == process.user->user);
     BOOST_TEST(process.user->groups == std::vector<std::uint32_t>{44});
     BOOST_TEST(process.user->folder == "/instances/1");
-    BOOST_TEST(process.user->x_authority == "/root/.Xauthority");
-    BOOST_TEST((process.user->visible == std::vector<std::filesystem::path>{"/root/webots"}));
+    BOOST_TEST(process.user->x_authority == "/home/teacher/.Xauthority");
+    BOOST_TEST((process.user->visible == std::vector<std::filesystem::path>{"/home/teacher/webots"}));
     BOOST_TEST(variable(process, "HOME") == "/instances/1/.webots_cloud-home");
     BOOST_TEST(variable(process, "XAUTHORITY") == "/instances/1/.webots_cloud-home/Xauthority");
     BOOST_TEST(variable(process, "TMPDIR") == "/tmp");

@@ -134,10 +134,10 @@ BOOST_AUTO_TEST_CASE(of_displays_it_sees_the_one_that_it_draws_on)
 {
     auto visible = webots_and_a_project();
     visible.display = ":7";
-    visible.x_authority = "/root/.Xauthority";
+    visible.x_authority = "/home/teacher/.Xauthority";
     auto const words = command(visible);
     BOOST_TEST(has(words, "--whitelist=/tmp/.X11-unix/X7"));
-    BOOST_TEST(has(words, "--read-only=/root/.Xauthority"));
+    BOOST_TEST(has(words, "--read-only=/home/teacher/.Xauthority"));
 }
 
 BOOST_AUTO_TEST_CASE(displays_of_its_own_have_their_sockets_where_all_look_for_them)
