@@ -165,11 +165,12 @@ void ClientRelay::begin(Browser& browser, std::string text, std::string const& q
     browser.waits_since = now;
     browser.rank = clock_.wall();
     claim_ticket(browser);
-    bool const may_go = params_.waiting_places == 0 || !is_settling(now);
-    bool const goes_first = browser.seat == core::SeatRequest::held || (room_.size() == want_room_ && may_go);
-    if (!goes_first)
-        return line_up(browser, now);
     auto request = request_of(browser, now);
+    browser.world = world_key(request.world, request.mode).world;
+    bool const may_go = params_.waiting_places == 0 || !is_settling(now);
+    bool const passes_others = room_.size() == want_room_ && !is_known_to_be_too_large(browser, now);
+    if (browser.seat != core::SeatRequest::held && !(may_go && passes_others))
+        return line_up(browser, now);
     request.current_since = now - relay::current_report;
     auto asked = ask_machines(browser, request, now);
     if (asked.empty())

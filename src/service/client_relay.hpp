@@ -33,6 +33,7 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace webots_cloud {
@@ -155,6 +156,9 @@ private:
     bool is_settling(TimePoint now) const;
     bool wait_in_line(Browser& browser, TimePoint now);
     bool leave_line(Browser& browser);
+    static std::vector<std::string> wishes_of(Browser const& browser);
+    bool must_fit(Browser const& browser, TimePoint now) const noexcept;
+    bool is_known_to_be_too_large(Browser const& browser, TimePoint now) const;
     void set_wants_room(Browser& browser, bool wants);
     std::optional<core::WaitRange> expected_wait(Browser const& browser, std::size_t ahead,
                                                  TimePoint now) const;
@@ -213,7 +217,10 @@ private:
     std::optional<async::Wakeup> line_changed_;
     std::size_t kept_ = 0;      ///< Bytes of the requests of those who wait.
     std::size_t want_room_ = 0; ///< Of those who wait.
-    std::string last_polled_;   ///< Machine, of those that are polled in turn.
+    /// Worlds for which no free machine had room, with what else somebody wished who wanted them, and when
+    /// they may be tried again.
+    std::map<std::pair<std::uint64_t, std::vector<std::string>>, TimePoint> too_large_;
+    std::string last_polled_; ///< Machine, of those that are polled in turn.
     TimePoint began_;
     TimePoint told_{};   ///< When all were last told that the line had changed,
     TimePoint looked_{}; ///< or might have been told something else.

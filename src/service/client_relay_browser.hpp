@@ -90,6 +90,7 @@ struct ClientRelay::Browser
     std::size_t told_ahead = 0;
     bool is_in_line = false;
     bool wants_room = false; ///< Machines are free, but none has room for its world: others pass it.
+    std::uint64_t world = 0; ///< A digest of the world and mode.
     core::RelayOptions options;
 
     std::string host;

@@ -40,7 +40,7 @@ constexpr std::size_t channels_prefetched = 8; // ahead of the one that is writt
 constexpr std::size_t max_wishes = 32;         // different ones, of those who want certain machines only
 // For heavy worlds, which no free machine has room for:
 constexpr std::size_t max_tries = 32;    // placements in one turn that fail
-constexpr std::size_t max_passed = 1000; // in one turn, since they were tried a moment ago
+constexpr std::size_t max_passed = 1000; // in one turn, as the same was tried a moment ago
 constexpr Duration between_tries = std::chrono::seconds(1);
 
 constexpr std::string_view group_full =
@@ -108,6 +108,31 @@ bool ClientRelay::leave_line(Browser& browser)
     return true;
 }
 
+/// What it needs that others may not: labels, and other machines than those that have refused it.
+std::vector<std::string> ClientRelay::wishes_of(Browser const& browser)
+{
+    std::vector<std::string> wishes;
+    if (auto const* refusals = browser.refusals.get()) {
+        wishes = refusals->needs;
+        wishes.insert(wishes.end(), refusals->tried.begin(), refusals->tried.end());
+    }
+    return wishes;
+}
+
+/// Whether only a machine with room for its world comes into question. Not for who comes back: it has waited.
+bool ClientRelay::must_fit(Browser const& browser, TimePoint now) const noexcept
+{
+    return params_.waiting_places > 0 && !browser.came_back &&
+           now < browser.waits_since + relay::longest_wait_for_room;
+}
+
+/// Somebody who wants the same has just waited in vain, and comes first if there is room now.
+bool ClientRelay::is_known_to_be_too_large(Browser const& browser, TimePoint now) const
+{
+    return !too_large_.empty() && must_fit(browser, now) &&
+           too_large_.contains({browser.world, wishes_of(browser)});
+}
+
 void ClientRelay::set_wants_room(Browser& browser, bool wants)
 {
     if (browser.wants_room == wants)
@@ -170,11 +195,13 @@ void ClientRelay::give_ticket(Browser& browser, TimePoint now)
         core::waiting_ticket_message(core::make_waiting_ticket(hooks_.waiting_mac, ticket)));
 }
 
-/// First come, first served, but for those who need what no free machine has, or more room than it has left.
+/// First come, first served, but for those who need what no free machine has, or more room than it has left:
+/// others pass them, but nobody who wants the same.
 void ClientRelay::give_out_seats(TimePoint now)
 {
     if (room_.size() == 0 || is_stopping_ || now - began_ < all_return || !scheduler_.available(now))
         return;
+    std::erase_if(too_large_, [now](auto const& tried) { return now >= tried.second; });
     std::vector<Browser*> seated;
     std::vector<std::pair<Browser*, Failure>> hopeless;
     std::set<std::vector<std::string>> in_vain; // what others ask for that no free machine has
@@ -186,17 +213,17 @@ void ClientRelay::give_out_seats(TimePoint now)
             return true; // it keeps its place
         if (now < browser.not_before)
             return ++passed < max_passed;
-        std::vector<std::string> wishes;
-        if (auto const* refusals = browser.refusals.get()) {
-            wishes = refusals->needs;
-            wishes.insert(wishes.end(), refusals->tried.begin(), refusals->tried.end());
+        if (is_known_to_be_too_large(browser, now)) {
+            set_wants_room(browser, true);
+            return ++passed < max_passed;
         }
+        auto wishes = wishes_of(browser);
         if (in_vain.contains(wishes))
             return true;
         auto const placed = try_to_place(browser, request_of(browser, now), now);
         set_wants_room(browser, !placed && placed.error() == errc::too_large);
         if (browser.wants_room) {
-            browser.not_before = now + between_tries;
+            too_large_.emplace(std::pair(browser.world, std::move(wishes)), now + between_tries);
             return ++tries < max_tries;
         }
         if (placed)

@@ -105,8 +105,7 @@ PlacementRequest ClientRelay::request_of(Browser const& browser, TimePoint now) 
         request.mode = start->mode;
     request.held = browser.seat == core::SeatRequest::held;
     request.only_free = params_.waiting_places > 0;
-    request.must_fit =
-        request.only_free && !browser.came_back && now < browser.waits_since + relay::longest_wait_for_room;
+    request.must_fit = must_fit(browser, now);
     request.excluded = faults_.silent(now);
     if (auto const* refusals = browser.refusals.get()) {
         request.labels = refusals->needs;

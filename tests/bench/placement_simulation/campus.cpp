@@ -295,7 +295,9 @@ private:
         visitor.session_server =
             static_cast<std::size_t>(random_.uniform() * static_cast<double>(schedulers_.size()));
         users_ += is_measured(visitor);
-        bool const may_pass = std::ranges::all_of(line_, &Visitor::wants_room);
+        bool const may_pass = std::ranges::all_of(line_, [&visitor](Visitor const& other) {
+            return other.wants_room && other.world != visitor.world;
+        });
         if (may_pass && seat(visitor, now))
             return;
         if (campus_.waiting_room)

@@ -681,6 +681,19 @@ BOOST_FIXTURE_TEST_CASE(who_wants_much_room_waits_for_it_and_is_passed_by_others
     BOOST_TEST(heavy.was_told("loading: A machine is free."));
 }
 
+BOOST_FIXTURE_TEST_CASE(who_wants_much_room_is_passed_by_nobody_who_wants_the_same, HeavyWorld)
+{
+    auto& first = start(start_of("heavy"), "192.0.2.1");
+    show(4, 0, 500ms);
+    BOOST_TEST(sockets.accepted() == 0u); // it is not tried for another half second
+    report(1, 0);                         // there is room for one
+    auto& second = start(start_of("heavy"), "192.0.2.2");
+    BOOST_TEST(last_of(second, "queue:") == "queue:1");
+    show(1, 0, 1s);
+    BOOST_TEST(sockets.accepted() == 1u);
+    BOOST_TEST(first.was_told("loading: A machine is free."));
+}
+
 BOOST_FIXTURE_TEST_CASE(who_wants_much_room_does_not_wait_for_long, HeavyWorld)
 {
     auto& heavy = start(start_of("heavy"), "192.0.2.1");
