@@ -168,8 +168,7 @@ private:
     boost::asio::awaitable<result<>> wait_for_work();
     boost::asio::awaitable<void> tell_places();
     void tell_part(std::span<Id const> part, std::size_t ahead, TimePoint now);
-    void tell_place(Browser& browser, std::size_t ahead, std::optional<core::WaitRange> const& range,
-                    TimePoint now);
+    void tell_place(Browser& browser, std::size_t ahead, TimePoint now);
     void give_out_seats(TimePoint now);
     void look_for_freed_seats(TimePoint now);
 

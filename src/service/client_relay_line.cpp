@@ -90,8 +90,7 @@ bool ClientRelay::wait_in_line(Browser& browser, TimePoint now)
     kept_ += browser.request.size();
     browser.rank = room_.rank(browser.id);
     browser.told = TimePoint::min();
-    auto const ahead = room_.ahead_of(browser.id);
-    tell_place(browser, ahead, expected_wait(browser, ahead, now), now);
+    tell_place(browser, room_.ahead_of(browser.id), now);
     note_change();
     return true;
 }
@@ -360,26 +359,26 @@ void ClientRelay::tell_part(std::span<Id const> part, std::size_t ahead, TimePoi
         if (auto const next = i + channels_prefetched; next < browsers.size() && browsers[next])
             core::prefetch(&browsers[next]->channel);
         if (auto* const browser = browsers[i]; browser && browser->is_in_line)
-            tell_place(*browser, ahead, expected_wait(*browser, ahead, now), now);
+            tell_place(*browser, ahead, now);
     }
 }
 
 /// Unless the browser knows it.
-void ClientRelay::tell_place(Browser& browser, std::size_t ahead, std::optional<core::WaitRange> const& range,
-                             TimePoint now)
+void ClientRelay::tell_place(Browser& browser, std::size_t ahead, TimePoint now)
 {
     bool const is_news = ahead != browser.told_ahead || browser.told == TimePoint::min();
     if (!is_news && now - browser.told < longest_silence)
         return;
     browser.told = now;
     browser.told_ahead = ahead;
+    core::PlaceInLine const place{ahead, expected_wait(browser, ahead, now), browser.wants_room};
     if (browser.options.shows_waiting) {
         give_ticket(browser, now);
-        (void)browser.channel.send(core::waiting_message(ahead, range));
+        (void)browser.channel.send(core::waiting_message(place));
         return;
     }
-    std::array const place{core::queue_message(ahead), core::waiting_sentence(ahead, range)};
-    (void)browser.channel.send_all(place);
+    std::array const messages{core::queue_message(ahead), core::waiting_sentence(place)};
+    (void)browser.channel.send_all(messages);
 }
 
 } // namespace webots_cloud

@@ -54,23 +54,25 @@ std::string queue_message(std::size_t ahead)
     return concat("queue:", std::to_string(ahead));
 }
 
-std::string waiting_sentence(std::size_t ahead, std::optional<WaitRange> const& wait)
+std::string waiting_sentence(PlaceInLine const& place)
 {
-    auto const place = ahead == 0   ? std::string("You are next")
-                       : ahead == 1 ? std::string("1 is ahead of you")
-                                    : concat(std::to_string(ahead), " are ahead of you");
-    return concat("loading: ", place, "; ", wait_text(wait), ".");
+    auto const ahead = place.ahead == 0   ? std::string("You are next")
+                       : place.ahead == 1 ? std::string("1 is ahead of you")
+                                          : concat(std::to_string(place.ahead), " are ahead of you");
+    auto const why = place.wants_room ? ", and no free machine has enough power left for this world" : "";
+    return concat("loading: ", ahead, why, "; ", wait_text(place.wait), ".");
 }
 
-std::string waiting_message(std::size_t ahead, std::optional<WaitRange> const& wait)
+std::string waiting_message(PlaceInLine const& place)
 {
     auto const seconds = [](Duration time) {
         return std::to_string(std::chrono::duration_cast<std::chrono::seconds>(time).count());
     };
-    if (!wait)
-        return concat("waiting: ", std::to_string(ahead), " - -");
-    auto const [least, most] = rounded(*wait);
-    return concat("waiting: ", std::to_string(ahead), " ", seconds(least), " ", seconds(most));
+    auto const why = place.wants_room ? " room" : "";
+    if (!place.wait)
+        return concat("waiting: ", std::to_string(place.ahead), " - -", why);
+    auto const [least, most] = rounded(*place.wait);
+    return concat("waiting: ", std::to_string(place.ahead), " ", seconds(least), " ", seconds(most), why);
 }
 
 std::string waiting_ticket_message(std::string_view ticket)

@@ -1,7 +1,7 @@
 // What people are told who wait in the line of a session server. No DOM.
 //
-// A place is {ahead, least, most}: how many are before this page, and between how many seconds the wait is likely to be; null
-// where there is no estimate.
+// A place is {ahead, least, most, wantsRoom}: how many are before this page, between how many seconds the wait is likely to be, null
+// where there is no estimate, and whether machines are free, but too busy for this world.
 
 import { say } from './texts.js';
 
@@ -10,8 +10,8 @@ const LONGEST_MINUTES = 90; // what is longer is not known that well
 
 export function placeText(place) {
   const text = place.ahead === 0 ? say('waiting.next') : say('waiting.place', { number: place.ahead + 1 });
-  const wait = waitText(place);
-  return wait === '' ? text : say('waiting.placeAndWait', { place: text, wait });
+  const parts = [text, place.wantsRoom ? say('waiting.room') : '', waitText(place)].filter((part) => part !== '');
+  return parts.reduce((before, part) => say('waiting.placeAndWait', { place: before, wait: part }));
 }
 
 // Who is next need not be told that nobody knows how long it takes.

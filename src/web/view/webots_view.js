@@ -32,7 +32,7 @@
 //
 // Handlers, which pages set: onready(), onclose({text, failed, full, busy}) (as the event "ended" of Session; without an argument
 // after close()), onticket(ticket) (the simulation, or the place in the line, outlives the page for a while, and open() can return to it;
-// null: to nothing any more), onprogress({text, percent, ahead, least, most, returning}) (as the event of Session), onerror(text),
+// null: to nothing any more), onprogress({text, percent, ahead, least, most, wantsRoom, returning}) (as the event of Session), onerror(text),
 // onstdout(text), onstderr(text), onquit(), onstate(state), onworldloaded(), onrobotmessage(robot, message),
 // oncontroller({controller, file, content}).
 //

@@ -123,14 +123,25 @@ private:
             if (target.starts_with("/pictures")) {
                 browser.picture = std::strtoull(query.c_str(), nullptr, 10);
                 browser.period = 1000 * std::atoll(query.substr(query.find(',') + 1).c_str());
-                // Not all at the same time: what they watch has nothing in common.
-                phase_ = (phase_ + 7'919'000) % browser.period;
-                pictures_.emplace(nanoseconds() + phase_, connection);
+                pictures_.emplace(first_picture(connection, browser.period), connection);
             }
         }
         browser.request = std::string();
         if (browser.floods || browser.left > 0)
             poller_.watch(connection, EPOLLIN | EPOLLOUT, EPOLL_CTL_MOD);
+    }
+
+    /// Each at a moment of its own, since what viewers watch has nothing in common; but each crowd of viewers
+    /// at the same moments, however long it took them to connect: else some would by chance be sent more
+    /// pictures together than others.
+    static std::int64_t first_picture(int connection, std::int64_t period)
+    {
+        constexpr std::uint64_t odd = 0x9e3779b97f4a7c15; // from SplitMix64, as the mixing step
+        std::uint64_t phase = static_cast<std::uint64_t>(connection) * odd;
+        phase = (phase ^ (phase >> 30)) * 0xbf58476d1ce4e5b9;
+        phase = (phase ^ (phase >> 27)) * 0x94d049bb133111eb;
+        phase = (phase ^ (phase >> 31)) % static_cast<std::uint64_t>(period);
+        return (nanoseconds() / period + 1) * period + static_cast<std::int64_t>(phase);
     }
 
     /// False when the connection is to be closed.
@@ -184,7 +195,6 @@ private:
     std::string block_;
     std::unordered_map<int, Browser> browsers_;
     std::priority_queue<Due, std::vector<Due>, std::greater<>> pictures_;
-    std::int64_t phase_ = 0;
 };
 
 } // namespace

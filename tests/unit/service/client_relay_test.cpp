@@ -671,7 +671,7 @@ BOOST_FIXTURE_TEST_CASE(who_wants_much_room_waits_for_it_and_is_passed_by_others
     auto& heavy = start(start_of("heavy", R"(,"waiting":true)"), "192.0.2.1");
     BOOST_TEST(sockets.accepted() == 0u);
     show(4, 0, 1s);
-    BOOST_TEST(last_of(heavy, "waiting: ") == "waiting: 0 0 90");
+    BOOST_TEST(last_of(heavy, "waiting: ") == "waiting: 0 0 90 room");
     auto& light = start(start_of("light"), "192.0.2.2");
     show(4, 0, 1s); // others place there, too, so the machine is asked
     BOOST_TEST(sockets.accepted() == 1u);

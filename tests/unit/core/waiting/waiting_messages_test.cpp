@@ -10,7 +10,7 @@ namespace {
 
 std::string sentence(Duration least, Duration most)
 {
-    auto const text = core::waiting_sentence(0, WaitRange{least, most});
+    auto const text = core::waiting_sentence({0, WaitRange{least, most}});
     constexpr std::string_view before = "loading: You are next; the wait ";
     BOOST_TEST(text.starts_with(before));
     return text.substr(before.size());
@@ -29,16 +29,19 @@ BOOST_AUTO_TEST_CASE(every_browser_hears_how_many_are_ahead)
 
 BOOST_AUTO_TEST_CASE(the_sentence_says_place_and_wait)
 {
-    BOOST_TEST(core::waiting_sentence(3, WaitRange{1min, 4min}) ==
+    BOOST_TEST(core::waiting_sentence({3, WaitRange{1min, 4min}}) ==
                "loading: 3 are ahead of you; the wait is about 1 to 4 minutes.");
-    BOOST_TEST(core::waiting_sentence(1, WaitRange{5s, 20s}) ==
+    BOOST_TEST(core::waiting_sentence({1, WaitRange{5s, 20s}}) ==
                "loading: 1 is ahead of you; the wait is about 5 to 20 seconds.");
-    BOOST_TEST(core::waiting_sentence(0, WaitRange{30s, 2min}) ==
+    BOOST_TEST(core::waiting_sentence({0, WaitRange{30s, 2min}}) ==
                "loading: You are next; the wait is about 30 seconds to 2 minutes.");
-    BOOST_TEST(core::waiting_sentence(0, std::nullopt) ==
+    BOOST_TEST(core::waiting_sentence({0, std::nullopt}) ==
                "loading: You are next; there is no estimate of the wait yet.");
-    BOOST_TEST(core::waiting_sentence(2, std::nullopt) ==
+    BOOST_TEST(core::waiting_sentence({2, std::nullopt}) ==
                "loading: 2 are ahead of you; there is no estimate of the wait yet.");
+    BOOST_TEST(core::waiting_sentence({0, WaitRange{0s, 81s}, true}) ==
+               "loading: You are next, and no free machine has enough power left for this world; "
+               "the wait is less than 1.5 minutes.");
 }
 
 BOOST_AUTO_TEST_CASE(waits_are_said_as_people_say_them)
@@ -65,9 +68,10 @@ BOOST_AUTO_TEST_CASE(beyond_an_hour_nobody_counts_minutes)
 
 BOOST_AUTO_TEST_CASE(who_can_say_it_gets_numbers)
 {
-    BOOST_TEST(core::waiting_message(3, WaitRange{62s, 236s}) == "waiting: 3 60 240");
-    BOOST_TEST(core::waiting_message(0, WaitRange{1s, 7200s}) == "waiting: 0 0 7200");
-    BOOST_TEST(core::waiting_message(3, std::nullopt) == "waiting: 3 - -");
+    BOOST_TEST(core::waiting_message({3, WaitRange{62s, 236s}}) == "waiting: 3 60 240");
+    BOOST_TEST(core::waiting_message({0, WaitRange{1s, 7200s}}) == "waiting: 0 0 7200");
+    BOOST_TEST(core::waiting_message({3, std::nullopt}) == "waiting: 3 - -");
+    BOOST_TEST(core::waiting_message({2, WaitRange{0s, 81s}, true}) == "waiting: 2 0 90 room");
     BOOST_TEST(core::waiting_ticket_message("abc") == "waitingTicket: abc");
     BOOST_TEST(core::turn_message() == "loading: A machine is free.");
 }
