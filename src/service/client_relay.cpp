@@ -79,12 +79,12 @@ bool ClientRelay::takes_more(TimePoint now) const
 asio::awaitable<void> ClientRelay::serve(ChannelInfo info, Channel& channel)
 {
     auto const id = ++last_id_;
-    auto& browser = *browsers_.emplace(id, std::make_unique<Browser>(id, channel)).first->second;
+    auto& browser = browsers_.try_emplace(id, id, channel).first->second;
     browser.host = std::move(info.host);
     browser.client = std::move(info.client);
     browser.waits_since = clock_.now();
     if (auto const oldest = silent_.enter(id, info.quota_key))
-        refuse(*browsers_.at(*oldest), "Too many connections wait here for their start: please start again.");
+        refuse(browsers_.at(*oldest), "Too many connections wait here for their start: please start again.");
     if (silent_.size() == 1 && line_changed_)
         line_changed_->notify(); // `run` has to look after it
     return talk(browser);
@@ -102,7 +102,8 @@ asio::awaitable<void> ClientRelay::talk(Browser& browser)
         }
         take(browser, std::move(*message));
     }
-    browsers_.erase(browser.id);
+    auto const id = browser.id;
+    browsers_.erase(id);
 }
 
 void ClientRelay::take(Browser& browser, std::string text)
@@ -118,13 +119,13 @@ void ClientRelay::drop_silent(TimePoint now)
 {
     for (auto oldest = silent_.first(); oldest && now >= end_of_silence(*oldest); oldest = silent_.first()) {
         (void)silent_.leave(*oldest);
-        refuse(*browsers_.at(*oldest), "No simulation was asked for in time: please start again.");
+        refuse(browsers_.at(*oldest), "No simulation was asked for in time: please start again.");
     }
 }
 
 TimePoint ClientRelay::end_of_silence(Id silent) const
 {
-    return browsers_.at(silent)->waits_since + first_message_timeout;
+    return browsers_.at(silent).waits_since + first_message_timeout;
 }
 
 void ClientRelay::refuse(Browser& browser, std::string_view sentence)
@@ -245,8 +246,8 @@ void ClientRelay::update()
 void ClientRelay::stop()
 {
     is_stopping_ = true;
-    for (auto const& [id, browser] : browsers_)
-        browser->channel.close(relay::service_restart);
+    for (auto& [id, browser] : browsers_)
+        browser.channel.close(relay::service_restart);
 }
 
 ClientRelay::Figures ClientRelay::figures() const
@@ -261,7 +262,7 @@ ClientRelay::Figures ClientRelay::figures() const
     constexpr std::size_t first = 100; // those behind them have come later, but for some minutes
     auto const now = clock_.now();
     room_.visit([&](Id id, std::size_t ahead) {
-        figures.longest_wait = std::max(figures.longest_wait, now - browsers_.at(id)->waits_since);
+        figures.longest_wait = std::max(figures.longest_wait, now - browsers_.at(id).waits_since);
         return ahead < first;
     });
     return figures;

@@ -210,7 +210,7 @@ private:
     core::WaitEstimate estimate_;
     core::WaitingTickets tickets_;
     core::Histogram waits_;
-    std::unordered_map<Id, std::unique_ptr<Browser>> browsers_;
+    std::unordered_map<Id, Browser> browsers_;
     std::unordered_map<std::string, std::size_t> held_; ///< Seats, by group.
     std::optional<async::TaskGroup> tasks_;
     std::optional<async::Wakeup> line_changed_;

@@ -168,7 +168,7 @@ void ClientRelay::claim_ticket(Browser& browser)
         return;
     // The connection that has the place may not know yet that it is lost.
     if (auto const holder = tickets_.enter(ticket->id, ticket->group, browser.id)) {
-        auto& old = *browsers_.at(*holder);
+        auto& old = browsers_.at(*holder);
         (void)leave_line(old);
         old.channel.close(core::taken_over_code, "another page waits in this place");
     }
@@ -207,7 +207,7 @@ void ClientRelay::give_out_seats(TimePoint now)
     std::size_t tries = 0;
     std::size_t passed = 0;
     room_.visit([&](Id id, std::size_t) {
-        auto& browser = *browsers_.at(id);
+        auto& browser = browsers_.at(id);
         if (is_settling(now) && !browser.came_back)
             return true; // it keeps its place
         if (now < browser.not_before)
@@ -352,7 +352,7 @@ void ClientRelay::tell_part(std::span<Id const> part, std::size_t ahead, TimePoi
     browsers.reserve(part.size());
     for (auto const id : part) {
         auto const found = browsers_.find(id);
-        browsers.push_back(found == browsers_.end() ? nullptr : found->second.get());
+        browsers.push_back(found == browsers_.end() ? nullptr : &found->second);
         core::prefetch(browsers.back());
     }
     for (std::size_t i = 0; i < browsers.size(); ++i, ++ahead) {

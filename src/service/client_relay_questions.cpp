@@ -35,8 +35,8 @@ std::vector<std::string> ClientRelay::ask_machines(Browser const& browser, Place
 void ClientRelay::heard_from(std::string_view entry)
 {
     for (auto const id : questions_.answered(entry))
-        if (auto const found = browsers_.find(id); found != browsers_.end() && found->second->ride)
-            found->second->ride->changed.notify();
+        if (auto const found = browsers_.find(id); found != browsers_.end() && found->second.ride)
+            found->second.ride->changed.notify();
 }
 
 /// After the answers another machine may be the best, so those that are best then are asked, too: in the

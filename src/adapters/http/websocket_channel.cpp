@@ -27,6 +27,16 @@ constexpr std::size_t max_received = 16;
 // A whole record of TLS: nothing is left inside OpenSSL, where no wait would find it.
 constexpr std::size_t scratch_size = 16 * 1024;
 
+// What is sent to one channel after the other needs no memory of its own for each: up to this size, that of
+// the last one is used again.
+constexpr std::size_t max_spare = 4096;
+
+std::string& spare_memory()
+{
+    thread_local std::string spare; // empty
+    return spare;
+}
+
 } // namespace
 
 WebSocketChannel::WebSocketChannel(NetworkStream stream, HttpServerParams const& params,
@@ -170,6 +180,10 @@ void WebSocketChannel::write()
 
 void WebSocketChannel::written()
 {
+    if (outgoing_.capacity() <= max_spare) {
+        outgoing_.clear();
+        spare_memory().swap(outgoing_);
+    }
     outgoing_ = std::string(); // and its memory
     if (close_received_ || broken_)
         stream_.shut_down(); // what a broken browser still sends is read and forgotten, lest the close frame
@@ -182,6 +196,8 @@ result<> WebSocketChannel::send_all(std::span<std::string const> texts)
 {
     if (closing_ || lost_)
         return Failure(errc::closed);
+    if (outgoing_.empty())
+        outgoing_.swap(spare_memory());
     for (auto const& text : texts) {
         if (outgoing_.size() + text.size() > params_.queue_bytes) {
             ++statistics_.slow_readers;

@@ -7,6 +7,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
+constexpr std::string_view no_estimate = "there is no estimate of the wait yet";
+
 /// 4 or 1.5 `minutes`; of rounded times, halves are all there is.
 std::string number(Duration time, Duration unit)
 {
@@ -26,11 +28,9 @@ std::string time_text(Duration time)
     return concat(number(time, 1min), time == 1min ? " minute" : " minutes");
 }
 
-std::string wait_text(std::optional<WaitRange> const& wait)
+std::string wait_text(WaitRange const& wait)
 {
-    if (!wait)
-        return "there is no estimate of the wait yet";
-    auto const [least, most] = rounded(*wait);
+    auto const [least, most] = rounded(wait);
     if (least >= 1h)
         return "the wait is more than an hour";
     if (most > 1h)
@@ -56,11 +56,15 @@ std::string queue_message(std::size_t ahead)
 
 std::string waiting_sentence(PlaceInLine const& place)
 {
-    auto const ahead = place.ahead == 0   ? std::string("You are next")
-                       : place.ahead == 1 ? std::string("1 is ahead of you")
-                                          : concat(std::to_string(place.ahead), " are ahead of you");
-    auto const why = place.wants_room ? ", and no free machine has enough power left for this world" : "";
-    return concat("loading: ", ahead, why, "; ", wait_text(place.wait), ".");
+    auto const number = place.ahead == 0 ? std::string() : std::to_string(place.ahead);
+    std::string_view const ahead = place.ahead == 0   ? "You are next"
+                                   : place.ahead == 1 ? " is ahead of you"
+                                                      : " are ahead of you";
+    std::string_view const why =
+        place.wants_room ? ", and no free machine has enough power left for this world" : "";
+    auto const estimate = place.wait ? wait_text(*place.wait) : std::string();
+    auto const wait = place.wait ? std::string_view(estimate) : no_estimate;
+    return concat("loading: ", number, ahead, why, "; ", wait, ".");
 }
 
 std::string waiting_message(PlaceInLine const& place)
