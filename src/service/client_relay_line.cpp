@@ -40,7 +40,7 @@ constexpr std::size_t channels_prefetched = 8; // ahead of the one that is writt
 constexpr std::size_t max_wishes = 32;         // different ones, of those who want certain machines only
 // For heavy worlds, which no free machine has room for:
 constexpr std::size_t max_tries = 32;    // placements in one turn that fail
-constexpr std::size_t max_passed = 1000; // in one turn, as the same was tried a moment ago
+constexpr std::size_t max_passed = 1000; // browsers in one turn, whose worlds were tried a moment ago
 constexpr Duration between_tries = std::chrono::seconds(1);
 
 constexpr std::string_view group_full =
@@ -118,7 +118,8 @@ std::vector<std::string> ClientRelay::wishes_of(Browser const& browser)
     return wishes;
 }
 
-/// Whether only a machine with room for its world comes into question. Not for who comes back: it has waited.
+/// Whether only a machine with room for its world comes into question. Not for those who come back: they have
+/// waited.
 bool ClientRelay::must_fit(Browser const& browser, TimePoint now) const noexcept
 {
     return params_.waiting_places > 0 && !browser.came_back &&
