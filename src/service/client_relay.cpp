@@ -102,7 +102,7 @@ asio::awaitable<void> ClientRelay::talk(Browser& browser)
         }
         take(browser, std::move(*message));
     }
-    auto const id = browser.id;
+    auto const id = browser.id; // not a reference into what is erased
     browsers_.erase(id);
 }
 

@@ -216,8 +216,8 @@ private:
     std::optional<async::Wakeup> line_changed_;
     std::size_t kept_ = 0;      ///< Bytes of the requests of those who wait.
     std::size_t want_room_ = 0; ///< Of those who wait.
-    /// Worlds for which no free machine had room, with what else somebody wished who wanted them, and when
-    /// they may be tried again.
+    /// What no free machine had room for, as a digest of world and mode with the wishes of whoever asked, and
+    /// until when it is not tried again.
     std::map<std::pair<std::uint64_t, std::vector<std::string>>, TimePoint> too_large_;
     std::string last_polled_; ///< Machine, of those that are polled in turn.
     TimePoint began_;
