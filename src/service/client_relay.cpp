@@ -261,10 +261,8 @@ ClientRelay::Figures ClientRelay::figures() const
     figures.attempts = attempts_;
     constexpr std::size_t first = 100; // those behind them have come later, but for some minutes
     auto const now = clock_.now();
-    room_.visit([&](Id id, std::size_t ahead) {
-        figures.longest_wait = std::max(figures.longest_wait, now - browsers_.at(id).waits_since);
-        return ahead < first;
-    });
+    for (std::size_t ahead = 0; ahead < std::min(first, room_.size()); ++ahead)
+        figures.longest_wait = std::max(figures.longest_wait, now - browser_at(ahead).waits_since);
     return figures;
 }
 

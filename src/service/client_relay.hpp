@@ -29,7 +29,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -154,6 +153,7 @@ private:
 
     std::string group_of(Browser const& browser, std::string const& quota_key) const;
     bool is_settling(TimePoint now) const;
+    Browser& browser_at(std::size_t ahead) const;
     bool wait_in_line(Browser& browser, TimePoint now);
     bool leave_line(Browser& browser);
     static std::vector<std::string> wishes_of(Browser const& browser);
@@ -167,7 +167,7 @@ private:
     void note_change();
     boost::asio::awaitable<result<>> wait_for_work();
     boost::asio::awaitable<void> tell_places();
-    void tell_part(std::span<Id const> part, std::size_t ahead, TimePoint now);
+    void tell_part(std::size_t first, std::size_t end, TimePoint now);
     void tell_place(Browser& browser, std::size_t ahead, TimePoint now);
     void give_out_seats(TimePoint now);
     void look_for_freed_seats(TimePoint now);

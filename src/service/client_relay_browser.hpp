@@ -72,9 +72,9 @@ struct ClientRelay::Refusals
 
 /// A browser, from the handshake to the end of its connection. Those that wait are many, so it is small: what
 /// only the others need is in `Ride`.
-struct ClientRelay::Browser
+struct ClientRelay::Browser : core::WaitingRoom::Customer
 {
-    Browser(Id number, Channel& browser) : id(number), channel(browser) {}
+    Browser(Id number, Channel& browser) : Customer(number), channel(browser) {}
 
     Refusals& refusals_so_far()
     {
@@ -84,11 +84,9 @@ struct ClientRelay::Browser
     }
 
     // Kept close together: these are read for every waiting browser when places are told.
-    Id id;
     Channel& channel;
     TimePoint told = TimePoint::min();
     std::size_t told_ahead = 0;
-    bool is_in_line = false;
     bool wants_room = false; ///< Machines are free, but none has room for its world: others pass it.
     std::uint64_t world = 0; ///< A digest of the world and mode.
     core::RelayOptions options;
@@ -96,8 +94,6 @@ struct ClientRelay::Browser
     std::string host;
     std::string client;
     std::string request;
-    std::string group;
-    WallTime rank{}; ///< In the line; before, when it came.
     core::SeatRequest seat = core::SeatRequest::unknown;
     bool has_spoken = false;
     bool was_seated = false;

@@ -13,7 +13,6 @@
 #include <algorithm>
 #include <array>
 #include <set>
-#include <span>
 
 namespace webots_cloud {
 namespace asio = boost::asio;
@@ -36,7 +35,8 @@ constexpr Duration all_return = std::chrono::milliseconds(1200);
 constexpr Duration return_first = std::chrono::seconds(2);
 
 constexpr std::size_t told_at_once = 500;      // browsers, before others have their turn
-constexpr std::size_t channels_prefetched = 8; // ahead of the one that is written to
+constexpr std::size_t browsers_prefetched = 4; // so many ahead of the one that is told
+constexpr std::size_t channels_prefetched = 2; // of browsers that have been prefetched
 constexpr std::size_t max_wishes = 32;         // different ones, of those who want certain machines only
 // For heavy worlds, which no free machine has room for:
 constexpr std::size_t max_tries = 32;    // placements in one turn that fail
@@ -65,20 +65,26 @@ std::string ClientRelay::group_of(Browser const& browser, std::string const& quo
     return hooks_.waiting_mac ? core::waiting_group(hooks_.waiting_mac, key) : key;
 }
 
+/// Who has that many ahead, in the line.
+ClientRelay::Browser& ClientRelay::browser_at(std::size_t ahead) const
+{
+    return static_cast<Browser&>(room_.at(ahead));
+}
+
 /// False: it may not, and is told so.
 bool ClientRelay::wait_in_line(Browser& browser, TimePoint now)
 {
     using Verdict = core::WaitingRoom::Verdict;
     auto verdict = Verdict::waits;
     if (browser.was_seated) { // and the machine had no place
-        room_.put_back(browser.id, browser.group, browser.rank);
+        room_.put_back(browser);
     } else if (browser.came_back) {
-        verdict = room_.return_to(browser.id, browser.group, browser.rank);
+        verdict = room_.return_to(browser);
     } else {
         auto const held = held_.find(browser.group);
         auto const seats = held == held_.end() ? 0 : held->second;
         auto const away = tickets_.away(browser.group, clock_.wall());
-        verdict = room_.enter(browser.id, browser.group, seats + away, browser.rank);
+        verdict = room_.enter(browser, seats + away);
     }
     if (verdict != Verdict::waits) {
         ++refused_;
@@ -86,11 +92,9 @@ bool ClientRelay::wait_in_line(Browser& browser, TimePoint now)
         refuse(browser, verdict == Verdict::full ? relay::no_server : group_full);
         return false;
     }
-    browser.is_in_line = true;
     kept_ += browser.request.size();
-    browser.rank = room_.rank(browser.id);
     browser.told = TimePoint::min();
-    tell_place(browser, room_.ahead_of(browser.id), now);
+    tell_place(browser, room_.ahead_of(browser), now);
     note_change();
     return true;
 }
@@ -98,9 +102,8 @@ bool ClientRelay::wait_in_line(Browser& browser, TimePoint now)
 /// False: it was not there.
 bool ClientRelay::leave_line(Browser& browser)
 {
-    if (!room_.leave(browser.id))
+    if (!room_.leave(browser))
         return false;
-    browser.is_in_line = false;
     set_wants_room(browser, false);
     kept_ -= browser.request.size();
     note_change();
@@ -207,35 +210,40 @@ void ClientRelay::give_out_seats(TimePoint now)
     std::set<std::vector<std::string>> in_vain; // what others ask for that no free machine has
     std::size_t tries = 0;
     std::size_t passed = 0;
-    room_.visit([&](Id id, std::size_t) {
-        auto& browser = browsers_.at(id);
+    auto const may_go_on = [&] {
+        return tries < max_tries && passed < max_passed && in_vain.size() < max_wishes;
+    };
+    for (std::size_t ahead = 0; ahead < room_.size() && may_go_on(); ++ahead) {
+        auto& browser = browser_at(ahead);
         if (is_settling(now) && !browser.came_back)
-            return true; // it keeps its place
-        if (now < browser.not_before)
-            return ++passed < max_passed;
+            continue; // it keeps its place
+        if (now < browser.not_before) {
+            ++passed;
+            continue;
+        }
         if (is_known_to_be_too_large(browser, now)) {
             set_wants_room(browser, true);
-            return ++passed < max_passed;
+            ++passed;
+            continue;
         }
         auto wishes = wishes_of(browser);
         if (in_vain.contains(wishes))
-            return true;
+            continue;
         auto const placed = try_to_place(browser, request_of(browser, now), now);
         set_wants_room(browser, !placed && placed.error() == errc::too_large);
         if (browser.wants_room) {
             too_large_.emplace(std::pair(browser.world, std::move(wishes)), now + between_tries);
-            return ++tries < max_tries;
-        }
-        if (placed)
+            ++tries;
+        } else if (placed) {
             seated.push_back(&browser);
-        else if (placed.error() == errc::refused)
+        } else if (placed.error() == errc::refused) {
             hopeless.emplace_back(&browser, placed.error());
-        else if (wishes.empty())
-            return false; // nobody else has more to choose from
-        else
+        } else if (wishes.empty()) {
+            break; // nobody else has more to choose from
+        } else {
             in_vain.insert(std::move(wishes));
-        return in_vain.size() < max_wishes;
-    });
+        }
+    }
     for (auto* const browser : seated) {
         (void)leave_line(*browser);
         waits_.add(std::chrono::duration<double>(now - browser->waits_since).count());
@@ -330,37 +338,24 @@ asio::awaitable<void> ClientRelay::tell_places()
     looked_ = now;
     if (std::exchange(has_changed_, false))
         told_ = now;
-    std::vector<Id> line;
-    line.reserve(room_.size());
-    room_.visit([&line](Id id, std::size_t) {
-        line.push_back(id);
-        return true;
-    });
-    for (std::size_t ahead = 0; ahead < line.size(); ahead += told_at_once) {
-        tell_part(std::span(line).subspan(ahead, std::min(told_at_once, line.size() - ahead)), ahead, now);
+    for (std::size_t first = 0; first < room_.size(); first += told_at_once) {
+        tell_part(first, std::min(first + told_at_once, room_.size()), now);
         (void)co_await clock_.wait_until(clock_.now());
     }
 }
 
-/// Tells everybody in `part` of the line who is still there. `ahead`: how many are ahead of the first.
+/// Tells those who have `first` to `end - 1` others ahead.
 ///
-/// Of 10,000 browsers hardly anything is in the processor's caches. If each were looked up just before it is
-/// told, most of our own time would go by waiting for memory; so they are looked up together, and loads
-/// overlap.
-void ClientRelay::tell_part(std::span<Id const> part, std::size_t ahead, TimePoint now)
+/// Of 10,000 browsers hardly anything is in the processor's caches. If each were loaded just when it is told,
+/// most of our own time would go by waiting for memory.
+void ClientRelay::tell_part(std::size_t first, std::size_t end, TimePoint now)
 {
-    std::vector<Browser*> browsers;
-    browsers.reserve(part.size());
-    for (auto const id : part) {
-        auto const found = browsers_.find(id);
-        browsers.push_back(found == browsers_.end() ? nullptr : &found->second);
-        core::prefetch(browsers.back());
-    }
-    for (std::size_t i = 0; i < browsers.size(); ++i, ++ahead) {
-        if (auto const next = i + channels_prefetched; next < browsers.size() && browsers[next])
-            core::prefetch(&browsers[next]->channel);
-        if (auto* const browser = browsers[i]; browser && browser->is_in_line)
-            tell_place(*browser, ahead, now);
+    for (std::size_t ahead = first; ahead < end; ++ahead) {
+        if (ahead + browsers_prefetched < end)
+            core::prefetch(&browser_at(ahead + browsers_prefetched));
+        if (ahead + channels_prefetched < end)
+            core::prefetch(&browser_at(ahead + channels_prefetched).channel);
+        tell_place(browser_at(ahead), ahead, now);
     }
 }
 

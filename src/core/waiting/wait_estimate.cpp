@@ -93,8 +93,10 @@ void WaitEstimate::session_ended(TimePoint now)
 
 std::optional<WaitRange> WaitEstimate::expect(std::size_t ahead, TimePoint now) const
 {
+    if (total_departures_ < least_departures || running_ == 0)
+        return std::nullopt;
     auto const seen = seen_at(now);
-    if (total_departures_ < least_departures || running_ == 0 || seen.departures < least_weight)
+    if (seen.departures < least_weight)
         return std::nullopt;
     auto const worth = seen.departures * seen.departures / seen.squares;
     auto const between = seen.exposure / seen.departures / static_cast<double>(running_);

@@ -1,6 +1,7 @@
 #include "waiting_room.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace webots_cloud::core {
 namespace {
@@ -17,58 +18,54 @@ Duration penalty(WaitingRoomParams const& params, std::size_t seats)
 
 } // namespace
 
-WaitingRoom::Verdict WaitingRoom::enter(Id id, std::string group, std::size_t held, WallTime arrived)
+WaitingRoom::Verdict WaitingRoom::enter(Customer& customer, std::size_t held)
 {
-    auto const answer = verdict(group);
+    auto const answer = verdict(customer.group);
     if (answer == Verdict::waits) {
-        auto const later = penalty(params_, held + size_of(group));
-        auto rank = arrived + std::chrono::duration_cast<WallTime::duration>(later);
-        if (auto const others = groups_.find(group); others != groups_.end())
-            rank = std::max(rank, others->second.last);
-        add(id, std::move(group), rank);
+        auto const later = penalty(params_, held + size_of(customer.group));
+        customer.rank += std::chrono::duration_cast<WallTime::duration>(later);
+        if (auto const others = groups_.find(customer.group); others != groups_.end())
+            customer.rank = std::max(customer.rank, others->second.last);
+        put_back(customer);
     }
     return answer;
 }
 
-WaitingRoom::Verdict WaitingRoom::return_to(Id id, std::string group, WallTime rank)
+WaitingRoom::Verdict WaitingRoom::return_to(Customer& customer)
 {
-    if (size_of(group) >= group_places())
+    if (size_of(customer.group) >= group_places())
         return Verdict::group_full;
-    add(id, std::move(group), rank);
+    put_back(customer);
     return Verdict::waits;
 }
 
-bool WaitingRoom::leave(Id id)
+void WaitingRoom::put_back(Customer& customer)
 {
-    auto const found = places_.find(id);
-    if (found == places_.end())
+    if (!customer.group.empty()) {
+        auto& counted = *groups_.try_emplace(customer.group).first;
+        ++counted.second.waiting;
+        counted.second.last = std::max(counted.second.last, customer.rank);
+        customer.counted_in_ = &counted;
+    }
+    line_.insert(place_of(customer), &customer);
+    customer.is_in_line_ = true;
+}
+
+bool WaitingRoom::leave(Customer& customer)
+{
+    if (!customer.is_in_line_)
         return false;
-    line_.erase(in_line(found->second.rank, id));
-    if (auto* const group = found->second.group; group && --group->second.waiting == 0)
+    line_.erase(place_of(customer));
+    customer.is_in_line_ = false;
+    auto* const group = std::exchange(customer.counted_in_, nullptr);
+    if (group && --group->second.waiting == 0)
         groups_.erase(groups_.find(group->first));
-    places_.erase(found);
     return true;
 }
 
-std::optional<WaitingRoom::Id> WaitingRoom::first() const
+std::size_t WaitingRoom::ahead_of(Customer const& customer) const
 {
-    if (line_.empty())
-        return std::nullopt;
-    return line_.front().second;
-}
-
-void WaitingRoom::visit(std::function<bool(Id, std::size_t)> const& visitor) const
-{
-    std::size_t ahead = 0;
-    for (auto const& [rank, id] : line_) {
-        if (!visitor(id, ahead++))
-            return;
-    }
-}
-
-std::size_t WaitingRoom::ahead_of(Id id) const
-{
-    return static_cast<std::size_t>(in_line(rank(id), id) - line_.begin());
+    return static_cast<std::size_t>(place_of(customer) - line_.begin());
 }
 
 std::size_t WaitingRoom::size_of(std::string const& group) const
@@ -82,11 +79,6 @@ std::size_t WaitingRoom::group_places() const noexcept
     return std::max(params_.places / 4, std::min(params_.places, least_group_places));
 }
 
-WallTime WaitingRoom::rank(Id id) const
-{
-    return places_.at(id).rank;
-}
-
 WaitingRoom::Verdict WaitingRoom::verdict(std::string const& group) const
 {
     if (is_full())
@@ -94,22 +86,13 @@ WaitingRoom::Verdict WaitingRoom::verdict(std::string const& group) const
     return size_of(group) >= group_places() ? Verdict::group_full : Verdict::waits;
 }
 
-void WaitingRoom::add(Id id, std::string group, WallTime rank)
-{
-    Groups::value_type* counted = nullptr;
-    if (!group.empty()) {
-        counted = &*groups_.try_emplace(std::move(group)).first;
-        ++counted->second.waiting;
-        counted->second.last = std::max(counted->second.last, rank);
-    }
-    line_.emplace(in_line(rank, id), rank, id);
-    places_.emplace(id, Place{rank, counted});
-}
-
 /// Where it is, or has to be.
-WaitingRoom::Line::const_iterator WaitingRoom::in_line(WallTime rank, Id id) const
+WaitingRoom::Line::const_iterator WaitingRoom::place_of(Customer const& customer) const
 {
-    return std::lower_bound(line_.begin(), line_.end(), std::pair(rank, id));
+    auto const comes_before = [](Customer const* one, Customer const* other) {
+        return std::pair(one->rank, one->id) < std::pair(other->rank, other->id);
+    };
+    return std::lower_bound(line_.begin(), line_.end(), &customer, comes_before);
 }
 
 } // namespace webots_cloud::core

@@ -6,11 +6,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
-#include <functional>
-#include <optional>
 #include <string>
 #include <unordered_map>
-#include <utility>
 
 namespace webots_cloud::core {
 
@@ -40,8 +37,43 @@ struct WaitingRoomParams
 /// group no longer has, so a group is delayed, but neither starved nor punished later.
 class WaitingRoom
 {
+    struct Group
+    {
+        std::size_t waiting = 0;
+        WallTime last{}; ///< The latest rank of those who wait, or have waited since one of them did.
+    };
+    using Groups = std::unordered_map<std::string, Group>;
+
 public:
     using Id = std::uint64_t;
+
+    /// Who waits, or may, as queueing theory calls it: part of what the caller knows of a browser, so that
+    /// nothing has to be looked up. Must stay where it is while it is in the line.
+    class Customer
+    {
+    public:
+        explicit Customer(Id number) : id(number) {}
+
+        Customer(Customer const&) = delete;
+        Customer& operator=(Customer const&) = delete;
+
+        bool is_in_line() const noexcept { return is_in_line_; }
+
+        // None of them changes while it is in the line, unless the room changes it.
+        Id id;
+        WallTime rank{};   ///< Before `WaitingRoom::enter`: when it came.
+        std::string group; ///< Whose seats count together (the client's quota key, its class); empty: they
+                           ///< count with nobody's.
+
+    protected:
+        ~Customer() = default;
+
+    private:
+        friend class WaitingRoom;
+
+        bool is_in_line_ = false;
+        Groups::value_type* counted_in_ = nullptr; // elements of unordered maps stay where they are
+    };
 
     enum class Verdict
     {
@@ -53,40 +85,34 @@ public:
     WaitingRoom() = default;
     explicit WaitingRoom(WaitingRoomParams params) : params_(params) {}
 
-    /// Joins the line.   `group`: whose seats count together (the client's quota key, its class); empty: they
-    /// count with nobody's.   `held`: how many seats the group has now.
-    /// Precondition: `id` does not wait.
-    Verdict enter(Id id, std::string group, std::size_t held, WallTime arrived);
+    /// Joins the line, and is given its rank.   `held`: how many seats its group has now.
+    /// Precondition: it is not in the line.
+    Verdict enter(Customer& customer, std::size_t held);
 
-    /// Joins with the rank of a ticket, also when the room is full: it had a place.   Precondition: `id` does
-    /// not wait.
-    Verdict return_to(Id id, std::string group, WallTime rank);
+    /// Joins with its rank, that of a ticket, also when the room is full: it had a place.   Precondition: it
+    /// is not in the line.
+    Verdict return_to(Customer& customer);
 
-    /// Back after a turn that led nowhere, whatever the limits.   Precondition: `id` does not wait.
-    void put_back(Id id, std::string group, WallTime rank) { add(id, std::move(group), rank); }
+    /// Back with its rank after a turn that led nowhere, whatever the limits.   Precondition: it is not in
+    /// the line.
+    void put_back(Customer& customer);
 
-    /// False: `id` did not wait.
-    bool leave(Id id);
-
-    /// Whose turn it is.
-    std::optional<Id> first() const;
-
-    /// Calls `visitor` for everybody in the line, with the number of those who are ahead, until it returns
-    /// false. It must not change the room.
-    void visit(std::function<bool(Id, std::size_t ahead)> const& visitor) const;
-
-    /// How many are ahead of `id`.   Precondition: it waits.
-    std::size_t ahead_of(Id id) const;
+    /// False: it was not in the line.
+    bool leave(Customer& customer);
 
     std::size_t size() const noexcept { return line_.size(); }
+
+    /// Who has that many ahead.   Precondition: less than `size()`.
+    Customer& at(std::size_t ahead) const { return *line_[ahead]; }
+
+    /// How many are ahead.   Precondition: it is in the line.
+    std::size_t ahead_of(Customer const& customer) const;
+
     std::size_t size_of(std::string const& group) const;
     bool is_full() const noexcept { return line_.size() >= params_.places; }
 
     /// How many of a group may wait: a quarter of the places, at least 40, or all where there are fewer.
     std::size_t group_places() const noexcept;
-
-    /// Precondition: `id` waits.
-    WallTime rank(Id id) const;
 
     WaitingRoomParams const& params() const noexcept { return params_; }
 
@@ -94,27 +120,13 @@ public:
     void apply(WaitingRoomParams params) { params_ = params; }
 
 private:
-    struct Group
-    {
-        std::size_t waiting = 0;
-        WallTime last{}; ///< The latest rank of those who wait, or have waited since one of them did.
-    };
-    using Groups = std::unordered_map<std::string, Group>;
-    struct Place
-    {
-        WallTime rank;
-        Groups::value_type* group; // elements of unordered maps stay where they are; null: no group
-    };
-
-    using Line = std::deque<std::pair<WallTime, Id>>;
+    using Line = std::deque<Customer*>;
 
     Verdict verdict(std::string const& group) const;
-    void add(Id id, std::string group, WallTime rank);
-    Line::const_iterator in_line(WallTime rank, Id id) const;
+    Line::const_iterator place_of(Customer const& customer) const;
 
     WaitingRoomParams params_;
     Line line_; ///< Sorted. Most come at its end and leave at its beginning.
-    std::unordered_map<Id, Place> places_;
     Groups groups_;
 };
 

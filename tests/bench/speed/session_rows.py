@@ -129,7 +129,7 @@ PAUSE = 1.2  # seconds; who waits is told of changes at most once a second
 
 @functools.cache  # two rows look at the same runs
 def waiting_room(count, _run):
-    """Browsers that wait for a seat, and the first of them leaves six times; in turns with that, the floor tells as many browsers of its own of a change."""
+    """Browsers that wait for a seat, and the first of them leaves 16 times; in turns with that, the floor tells as many browsers of its own of a change."""
     watchers = crowd(count, _run)
     with Machines(1) as machines, PinnedSessionServer(machines, relay=True, waitingRoom=count, loadRefresh=0.1) as server, \
             Floor("websocket") as floor:
@@ -143,7 +143,7 @@ def waiting_room(count, _run):
             time.sleep(PAUSE)  # of those who came last, others have yet to hear
             held = (memory(server.pid) - before) / count / 1e3
             changes, flips = [], []
-            for _ in range(6):
+            for _ in range(16):
                 left = waiters.ask("leave", "left")[0]
                 changes.append((waiters.hear("all")[0] - left) / 1e6)
                 time.sleep(PAUSE / 2)

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstring>
+#include <deque>
 #include <functional>
 #include <iostream>
 
@@ -17,6 +18,11 @@ namespace simulation {
 namespace {
 
 constexpr std::uint64_t seeds = 20;
+
+struct Customer : webots_cloud::core::WaitingRoom::Customer
+{
+    using webots_cloud::core::WaitingRoom::Customer::Customer;
+};
 
 std::string minutes(double seconds)
 {
@@ -156,21 +162,24 @@ void cost()
                 times,
             2);
     };
-    auto const used = ::mallinfo2().uordblks;
     core::WaitingRoom room(params);
     core::WaitingTickets tickets;
     WallTime const noon{std::chrono::hours(400'000)};
-    std::vector<std::string> groups;
-    for (std::uint64_t id = 0; id != count; ++id)
-        groups.push_back(std::to_string(10'000'000 + id % 2500)); // 8 bytes
+    std::deque<Customer> customers;
+    for (std::uint64_t id = 0; id != count; ++id) {
+        auto& customer = customers.emplace_back(id);
+        customer.group = std::to_string(10'000'000 + id % 2500); // 8 bytes
+        customer.rank = noon + std::chrono::milliseconds(id * 100);
+    }
+    auto const used = ::mallinfo2().uordblks - sizeof(Customer) * count;
     std::uint64_t sum = 0;
     std::cout << "\n10,000 who wait, microseconds:\n\n";
     print_heading(std::cout, {"enter", "ahead_of the last who came", "visit all", "leave, the first",
                               "expect", "bytes each, with its ticket"});
     auto const enter = microseconds(
         [&] {
-            for (std::uint64_t id = 0; id != count; ++id)
-                room.enter(id, groups[id], 0, noon + std::chrono::milliseconds(id * 100));
+            for (auto& customer : customers)
+                room.enter(customer, 0);
         },
         count);
     for (std::uint64_t id = 0; id != count; ++id) {
@@ -179,19 +188,17 @@ void cost()
         tickets.enter(ticket, "8 bytes.", id);
     }
     auto const bytes = std::to_string((::mallinfo2().uordblks - used) / count);
-    auto const ahead = microseconds([&] { sum += room.ahead_of(count - 1); }, 1);
+    auto const ahead = microseconds([&] { sum += room.ahead_of(customers.back()); }, 1);
     auto const visit = microseconds(
         [&] {
-            room.visit([&](core::WaitingRoom::Id, std::size_t place) {
-                sum += place;
-                return true;
-            });
+            for (std::size_t place = 0; place != count; ++place)
+                sum += room.at(place).id;
         },
         1);
     auto const leave = microseconds(
         [&] {
-            while (auto const first = room.first())
-                room.leave(*first);
+            while (room.size() > 0)
+                room.leave(room.at(0));
         },
         count);
     core::WaitEstimate estimate;

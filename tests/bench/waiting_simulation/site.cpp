@@ -70,8 +70,12 @@ public:
     }
 
 private:
-    struct Waiting
+    struct Waiting : WaitingRoom::Customer
     {
+        Waiting(WaitingRoom::Id number, Visit its_visit, std::size_t its_crowd)
+            : Customer(number), visit(std::move(its_visit)), crowd(its_crowd)
+        {}
+
         Visit visit;
         std::size_t crowd;
     };
@@ -96,28 +100,31 @@ private:
         auto const name = is_single ? std::string() : site_.crowds[event.crowd].group;
         auto const address = is_single ? "single " + std::to_string(id) : name;
         auto const held = is_single ? 0 : held_[name];
-        Waiting waiting{{name, held + room_.size_of(address) + 1, event.at, event.at, 0}, event.crowd};
-        if (busy_ < site_.seats && !room_.first())
-            return sit_down(std::move(waiting), event.at);
-        if (room_.enter(id, address, held, moment(event.at)) == WaitingRoom::Verdict::waits) {
-            waiting.visit.rank = seconds_of(room_.rank(id));
-            waiting_.emplace(id, std::move(waiting));
+        Visit visit{name, held + room_.size_of(address) + 1, event.at, event.at, 0};
+        if (busy_ < site_.seats && room_.size() == 0)
+            return sit_down(std::move(visit), event.crowd, event.at);
+        auto& waiting = waiting_.try_emplace(id, id, std::move(visit), event.crowd).first->second;
+        waiting.group = address;
+        waiting.rank = moment(event.at);
+        if (room_.enter(waiting, held) == WaitingRoom::Verdict::waits) {
+            waiting.visit.rank = seconds_of(waiting.rank);
             return;
         }
+        waiting_.erase(id);
         if (event.at >= site_.warm_up)
             ++(is_single ? day_.refused : day_.crowd_refused);
         come_again(event.crowd, event.at);
     }
 
-    void sit_down(Waiting waiting, double at)
+    void sit_down(Visit visit, std::size_t crowd, double at)
     {
         ++busy_;
-        if (waiting.crowd != single)
-            ++held_[waiting.visit.group];
-        add(at + lengths_.exponential(site_.session), false, waiting.crowd, at);
-        waiting.visit.served = at;
-        if (waiting.visit.arrived >= site_.warm_up)
-            day_.visits.push_back(std::move(waiting.visit));
+        if (crowd != single)
+            ++held_[visit.group];
+        add(at + lengths_.exponential(site_.session), false, crowd, at);
+        visit.served = at;
+        if (visit.arrived >= site_.warm_up)
+            day_.visits.push_back(std::move(visit));
     }
 
     void depart(Event const& event)
@@ -129,9 +136,12 @@ private:
             day_.seat_time[group] += std::max(0.0, event.at - std::max(event.sat_down, site_.warm_up));
             come_again(event.crowd, event.at);
         }
-        if (auto const first = room_.first()) {
-            room_.leave(*first);
-            sit_down(std::move(waiting_.extract(*first).mapped()), event.at);
+        if (room_.size() > 0) {
+            auto& first = static_cast<Waiting&>(room_.at(0));
+            room_.leave(first);
+            sit_down(std::move(first.visit), first.crowd, event.at);
+            auto const id = first.id; // not a reference into what is erased
+            waiting_.erase(id);
         }
     }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <map>
 #include <random>
 #include <string>
 #include <vector>
@@ -18,23 +19,68 @@ namespace {
 
 constexpr WallTime noon{std::chrono::hours(400'000)};
 
-WaitingRoom room_of(std::size_t places)
+struct Customer : WaitingRoom::Customer
 {
-    WaitingRoomParams params;
-    params.places = places;
-    return WaitingRoom(params);
-}
+    using WaitingRoom::Customer::Customer;
+};
 
-std::vector<WaitingRoom::Id> line_of(WaitingRoom const& room)
+/// A room and its customers, by their numbers.
+struct Line
 {
-    std::vector<WaitingRoom::Id> ids;
-    room.visit([&](WaitingRoom::Id id, std::size_t ahead) {
-        BOOST_TEST(ahead == ids.size());
-        ids.push_back(id);
-        return true;
-    });
-    return ids;
-}
+    Line() = default;
+    explicit Line(std::size_t places) { room = WaitingRoom(params_of(places)); }
+
+    static WaitingRoomParams params_of(std::size_t places)
+    {
+        WaitingRoomParams params;
+        params.places = places;
+        return params;
+    }
+
+    WaitingRoom::Customer& customer(WaitingRoom::Id id)
+    {
+        return customers.try_emplace(id, id).first->second;
+    }
+
+    WaitingRoom::Customer& prepare(WaitingRoom::Id id, std::string group, WallTime rank)
+    {
+        auto& one = customer(id);
+        one.group = std::move(group);
+        one.rank = rank;
+        return one;
+    }
+
+    Verdict enter(WaitingRoom::Id id, std::string group, std::size_t held, WallTime arrived)
+    {
+        return room.enter(prepare(id, std::move(group), arrived), held);
+    }
+
+    Verdict return_to(WaitingRoom::Id id, std::string group, WallTime rank)
+    {
+        return room.return_to(prepare(id, std::move(group), rank));
+    }
+
+    void put_back(WaitingRoom::Id id, std::string group, WallTime rank)
+    {
+        room.put_back(prepare(id, std::move(group), rank));
+    }
+
+    bool leave(WaitingRoom::Id id) { return room.leave(customer(id)); }
+    WallTime rank(WaitingRoom::Id id) { return customer(id).rank; }
+    std::size_t ahead_of(WaitingRoom::Id id) { return room.ahead_of(customer(id)); }
+    WaitingRoom::Id first() const { return room.at(0).id; }
+
+    std::vector<WaitingRoom::Id> ids() const
+    {
+        std::vector<WaitingRoom::Id> all;
+        for (std::size_t ahead = 0; ahead < room.size(); ++ahead)
+            all.push_back(room.at(ahead).id);
+        return all;
+    }
+
+    std::map<WaitingRoom::Id, Customer> customers;
+    WaitingRoom room;
+};
 
 std::string group(int number)
 {
@@ -50,186 +96,174 @@ BOOST_AUTO_TEST_SUITE(waiting_room)
 
 BOOST_AUTO_TEST_CASE(who_comes_first_is_first)
 {
-    WaitingRoom room;
-    BOOST_TEST(!room.first());
-    BOOST_TEST(room.enter(7, group(1), 0, noon) == Verdict::waits);
-    BOOST_TEST(room.enter(3, group(2), 0, noon + 1s) == Verdict::waits);
-    BOOST_TEST(room.enter(5, group(3), 0, noon + 1s) == Verdict::waits);
-    BOOST_TEST(line_of(room) == (std::vector<WaitingRoom::Id>{7, 3, 5}), boost::test_tools::per_element());
-    BOOST_TEST(room.first().value() == 7u);
-    BOOST_TEST(room.ahead_of(7) == 0u);
-    BOOST_TEST(room.ahead_of(5) == 2u);
-    BOOST_TEST(room.leave(7));
-    BOOST_TEST(!room.leave(7));
-    BOOST_TEST(room.first().value() == 3u);
-    BOOST_TEST(room.ahead_of(5) == 1u);
-    BOOST_TEST(room.size() == 2u);
+    Line line;
+    BOOST_TEST(line.room.size() == 0u);
+    BOOST_TEST(line.enter(7, group(1), 0, noon) == Verdict::waits);
+    BOOST_TEST(line.enter(3, group(2), 0, noon + 1s) == Verdict::waits);
+    BOOST_TEST(line.enter(5, group(3), 0, noon + 1s) == Verdict::waits);
+    BOOST_TEST(line.ids() == (std::vector<WaitingRoom::Id>{7, 3, 5}), boost::test_tools::per_element());
+    BOOST_TEST(line.first() == 7u);
+    BOOST_TEST(line.ahead_of(7) == 0u);
+    BOOST_TEST(line.ahead_of(5) == 2u);
+    BOOST_TEST(line.leave(7));
+    BOOST_TEST(!line.leave(7));
+    BOOST_TEST(line.first() == 3u);
+    BOOST_TEST(line.ahead_of(5) == 1u);
+    BOOST_TEST(line.room.size() == 2u);
 }
 
 BOOST_AUTO_TEST_CASE(each_seat_that_a_group_has_or_waits_for_makes_it_come_later)
 {
-    WaitingRoom room;
-    room.enter(1, group(1), 2, noon);
-    BOOST_TEST((room.rank(1) == noon + 20s));
-    room.enter(2, group(1), 2, noon + 1s);
-    BOOST_TEST((room.rank(2) == noon + 1s + 30s));
-    room.enter(3, group(2), 0, noon + 15s);
-    BOOST_TEST(room.first().value() == 3u, "another group is not late");
-    room.leave(1);
-    room.enter(4, group(1), 0, noon + 2s);
-    BOOST_TEST((room.rank(4) == room.rank(2)), "who has left counts no more, but a group keeps its order");
-    BOOST_TEST((room.rank(2) == noon + 31s), "a rank never changes");
-    BOOST_TEST(room.size_of(group(1)) == 2u);
-    BOOST_TEST(room.size_of(group(9)) == 0u);
+    Line line;
+    line.enter(1, group(1), 2, noon);
+    BOOST_TEST((line.rank(1) == noon + 20s));
+    line.enter(2, group(1), 2, noon + 1s);
+    BOOST_TEST((line.rank(2) == noon + 1s + 30s));
+    line.enter(3, group(2), 0, noon + 15s);
+    BOOST_TEST(line.first() == 3u, "another group is not late");
+    line.leave(1);
+    line.enter(4, group(1), 0, noon + 2s);
+    BOOST_TEST((line.rank(4) == line.rank(2)), "who has left counts no more, but a group keeps its order");
+    BOOST_TEST((line.rank(2) == noon + 31s), "a rank never changes");
+    BOOST_TEST(line.room.size_of(group(1)) == 2u);
+    BOOST_TEST(line.room.size_of(group(9)) == 0u);
 }
 
 BOOST_AUTO_TEST_CASE(a_group_is_served_in_the_order_of_arrival_although_it_has_less_by_now)
 {
-    WaitingRoom room;
+    Line line;
     WallTime const noon{};
     for (WaitingRoom::Id id = 1; id <= 3; ++id)
-        (void)room.enter(id, "class", 10, noon); // ranks of 100 to 120 s
-    room.leave(1);
-    room.leave(2);
-    (void)room.enter(4, "class", 0, noon + 1s); // 11 s, if it were alone
-    BOOST_TEST(*room.first() == 3u);
-    BOOST_TEST((room.rank(4) == room.rank(3)));
-    room.leave(3);
-    room.leave(4);
-    (void)room.enter(5, "class", 0, noon + 2s);
-    BOOST_TEST((room.rank(5) == noon + 2s));
+        (void)line.enter(id, "class", 10, noon); // ranks of 100 to 120 s
+    line.leave(1);
+    line.leave(2);
+    (void)line.enter(4, "class", 0, noon + 1s); // 11 s, if it were alone
+    BOOST_TEST(line.first() == 3u);
+    BOOST_TEST((line.rank(4) == line.rank(3)));
+    line.leave(3);
+    line.leave(4);
+    (void)line.enter(5, "class", 0, noon + 2s);
+    BOOST_TEST((line.rank(5) == noon + 2s));
 }
 
 BOOST_AUTO_TEST_CASE(the_penalty_has_a_limit)
 {
-    WaitingRoom room;
+    Line line;
     for (auto const& [held, later] : {std::pair<std::size_t, Duration>(29, 290s),
                                       {30, 5min},
                                       {31, 5min},
                                       {static_cast<std::size_t>(-2), 5min}}) {
-        room.enter(1, group(1), held, noon);
-        BOOST_TEST((room.rank(1) == noon + later));
-        room.leave(1);
+        line.enter(1, group(1), held, noon);
+        BOOST_TEST((line.rank(1) == noon + later));
+        line.leave(1);
     }
     WaitingRoomParams params;
     params.seat_penalty = 7s; // not a divisor
-    room.apply(params);
-    room.enter(1, group(1), 43, noon);
-    BOOST_TEST((room.rank(1) == noon + 5min));
+    line.room.apply(params);
+    line.enter(1, group(1), 43, noon);
+    BOOST_TEST((line.rank(1) == noon + 5min));
     params.seat_penalty = 0s;
-    room.apply(params);
-    room.enter(2, group(2), 43, noon);
-    BOOST_TEST((room.rank(2) == noon));
-    BOOST_TEST((room.rank(1) == noon + 5min));
+    line.room.apply(params);
+    line.enter(2, group(2), 43, noon);
+    BOOST_TEST((line.rank(2) == noon));
+    BOOST_TEST((line.rank(1) == noon + 5min));
 }
 
 BOOST_AUTO_TEST_CASE(who_belongs_to_no_group_shares_no_penalty_and_no_limit)
 {
-    auto room = room_of(200);
+    Line line(200);
     for (WaitingRoom::Id id = 0; id < 200; ++id) {
-        BOOST_TEST(room.enter(id, "", 0, noon) == Verdict::waits);
-        BOOST_TEST((room.rank(id) == noon));
+        BOOST_TEST(line.enter(id, "", 0, noon) == Verdict::waits);
+        BOOST_TEST((line.rank(id) == noon));
     }
-    BOOST_TEST(room.size_of("") == 0u);
+    BOOST_TEST(line.room.size_of("") == 0u);
 }
 
 BOOST_AUTO_TEST_CASE(a_full_room_refuses)
 {
-    auto room = room_of(2);
-    BOOST_TEST(room.enter(1, group(1), 0, noon) == Verdict::waits);
-    BOOST_TEST(room.return_to(2, group(1), noon) == Verdict::waits);
-    BOOST_TEST(room.is_full());
-    BOOST_TEST(room.enter(3, group(2), 0, noon) == Verdict::full);
-    BOOST_TEST(room.return_to(4, group(2), noon) == Verdict::waits, "it had a place before");
-    BOOST_TEST(room.leave(4));
-    BOOST_TEST(room.size() == 2u);
-    BOOST_TEST(room.leave(1));
-    BOOST_TEST(room.enter(3, group(2), 0, noon) == Verdict::waits);
-    BOOST_TEST(room_of(0).is_full());
+    Line line(2);
+    BOOST_TEST(line.enter(1, group(1), 0, noon) == Verdict::waits);
+    BOOST_TEST(line.return_to(2, group(1), noon) == Verdict::waits);
+    BOOST_TEST(line.room.is_full());
+    BOOST_TEST(line.enter(3, group(2), 0, noon) == Verdict::full);
+    BOOST_TEST(line.return_to(4, group(2), noon) == Verdict::waits, "it had a place before");
+    BOOST_TEST(line.leave(4));
+    BOOST_TEST(line.room.size() == 2u);
+    BOOST_TEST(line.leave(1));
+    BOOST_TEST(line.enter(3, group(2), 0, noon) == Verdict::waits);
+    BOOST_TEST(Line(0).room.is_full());
 }
 
 BOOST_AUTO_TEST_CASE(one_group_never_fills_the_room)
 {
     for (auto const& [places, most] :
          {std::pair<std::size_t, std::size_t>(1000, 250), {164, 41}, {100, 40}, {40, 40}, {12, 12}}) {
-        auto room = room_of(places);
-        BOOST_TEST(room.group_places() == most);
+        Line line(places);
+        BOOST_TEST(line.room.group_places() == most);
         for (WaitingRoom::Id id = 0; id < most; ++id)
-            BOOST_TEST(room.enter(id, group(1), 0, noon) == Verdict::waits);
+            BOOST_TEST(line.enter(id, group(1), 0, noon) == Verdict::waits);
         auto const refused = most == places ? Verdict::full : Verdict::group_full;
-        BOOST_TEST(room.enter(5000, group(1), 0, noon) == refused);
-        BOOST_TEST(room.return_to(5000, group(1), noon) == Verdict::group_full);
-        room.put_back(7000, group(1), noon);
-        BOOST_TEST(room.leave(7000), "a turn that led nowhere costs nobody the place");
+        BOOST_TEST(line.enter(5000, group(1), 0, noon) == refused);
+        BOOST_TEST(line.return_to(5000, group(1), noon) == Verdict::group_full);
+        line.put_back(7000, group(1), noon);
+        BOOST_TEST(line.leave(7000), "a turn that led nowhere costs nobody the place");
         if (most < places)
-            BOOST_TEST(room.enter(5000, group(2), 0, noon) == Verdict::waits);
-        room.leave(0);
-        BOOST_TEST(room.enter(6000, group(1), 0, noon) == Verdict::waits);
+            BOOST_TEST(line.enter(5000, group(2), 0, noon) == Verdict::waits);
+        line.leave(0);
+        BOOST_TEST(line.enter(6000, group(1), 0, noon) == Verdict::waits);
     }
 }
 
 BOOST_AUTO_TEST_CASE(who_returns_has_the_rank_of_before)
 {
-    WaitingRoom room;
-    room.enter(1, group(1), 3, noon);
-    auto const rank = room.rank(1);
-    room.leave(1);
-    room.enter(2, group(2), 0, noon + 31s);
-    BOOST_TEST(room.return_to(3, group(1), rank) == Verdict::waits);
-    BOOST_TEST((room.rank(3) == rank));
-    BOOST_TEST(room.first().value() == 3u);
-    BOOST_TEST(room.size_of(group(1)) == 1u, "and counts in its group");
+    Line line;
+    line.enter(1, group(1), 3, noon);
+    auto const rank = line.rank(1);
+    line.leave(1);
+    line.enter(2, group(2), 0, noon + 31s);
+    BOOST_TEST(line.return_to(3, group(1), rank) == Verdict::waits);
+    BOOST_TEST((line.rank(3) == rank));
+    BOOST_TEST(line.first() == 3u);
+    BOOST_TEST(line.room.size_of(group(1)) == 1u, "and counts in its group");
 }
 
 BOOST_AUTO_TEST_CASE(fewer_places_send_nobody_away)
 {
-    auto room = room_of(3);
+    Line line(3);
     for (WaitingRoom::Id id = 1; id <= 3; ++id)
-        room.enter(id, group(static_cast<int>(id)), 0, noon);
-    WaitingRoomParams params;
-    params.places = 1;
-    room.apply(params);
-    BOOST_TEST(room.size() == 3u);
-    BOOST_TEST(room.is_full());
-    room.leave(1);
-    BOOST_TEST(room.enter(4, group(4), 0, noon) == Verdict::full);
-}
-
-BOOST_AUTO_TEST_CASE(a_visit_can_end_early)
-{
-    WaitingRoom room;
-    for (WaitingRoom::Id id = 1; id <= 5; ++id)
-        room.enter(id, "", 0, noon);
-    std::size_t visited = 0;
-    room.visit([&](WaitingRoom::Id, std::size_t) { return ++visited < 2; });
-    BOOST_TEST(visited == 2u);
+        line.enter(id, group(static_cast<int>(id)), 0, noon);
+    line.room.apply(Line::params_of(1));
+    BOOST_TEST(line.room.size() == 3u);
+    BOOST_TEST(line.room.is_full());
+    line.leave(1);
+    BOOST_TEST(line.enter(4, group(4), 0, noon) == Verdict::full);
 }
 
 BOOST_AUTO_TEST_CASE(ten_thousand_stand_in_the_order_of_their_ranks)
 {
     constexpr WaitingRoom::Id count = 10'000;
-    auto room = room_of(count);
+    Line line(count);
     std::mt19937 random(1);
     std::vector<std::pair<WallTime, WaitingRoom::Id>> wanted;
     auto now = noon;
     for (WaitingRoom::Id id = 0; id < count; ++id) {
         now += std::chrono::milliseconds(random() % 200);
-        auto const verdict = room.enter(id, group(static_cast<int>(random() % 100)), random() % 40, now);
+        auto const verdict = line.enter(id, group(static_cast<int>(random() % 100)), random() % 40, now);
         BOOST_REQUIRE(verdict == Verdict::waits);
-        BOOST_REQUIRE((room.rank(id) >= now && room.rank(id) <= now + 5min));
-        wanted.emplace_back(room.rank(id), id);
+        BOOST_REQUIRE((line.rank(id) >= now && line.rank(id) <= now + 5min));
+        wanted.emplace_back(line.rank(id), id);
     }
-    std::erase_if(wanted, [&](auto const& one) { return random() % 3 == 0 && room.leave(one.second); });
+    std::erase_if(wanted, [&](auto const& one) { return random() % 3 == 0 && line.leave(one.second); });
     std::sort(wanted.begin(), wanted.end());
     std::vector<WaitingRoom::Id> ids;
     for (auto const& [rank, id] : wanted)
         ids.push_back(id);
-    BOOST_TEST(line_of(room) == ids, boost::test_tools::per_element());
-    BOOST_TEST(room.ahead_of(ids.at(1234)) == 1234u);
-    while (auto const first = room.first())
-        room.leave(*first);
+    BOOST_TEST(line.ids() == ids, boost::test_tools::per_element());
+    BOOST_TEST(line.ahead_of(ids.at(1234)) == 1234u);
+    while (line.room.size() > 0)
+        line.leave(line.first());
     for (int number = 0; number < 100; ++number)
-        BOOST_TEST(room.size_of(group(number)) == 0u);
+        BOOST_TEST(line.room.size_of(group(number)) == 0u);
 }
 
 BOOST_AUTO_TEST_SUITE_END()
