@@ -8,6 +8,9 @@ The gateway in question has one core; the simulations and the viewers share the 
 as they take them. *Pictures*: messages of 10 kB, 20 a second for each of up to 100 viewers, 3 a second for each of 1,000. *Files* of 1 MB over
 connections that are kept. *TLS on both sides*: a second gateway of ours, on the core of the simulations, speaks TLS in front of them. Streams need
 small buffers, and so root and a network namespace of their own: else viewers would still read, while we measure, what the kernel kept for them before. Added latency is from the simulation to the viewer, less what it is without a gateway. Packages: nginx-light, haproxy.
+
+On a virtual machine whose host gives the processors to others for a moment, pictures wait for milliseconds, whoever relays them. A measurement of latency during which the host
+took more than 0.5 % of the processors' time is made again.
 """
 
 import argparse
@@ -25,7 +28,7 @@ import time
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(HERE, "..", ".."))
 sys.path[:0] = [HERE, os.path.join(HERE, "..")]
-from peers import LOAD_CORE, SERVER_CORE, Tool, cpu_seconds, find, memory, on_core, wait_for_port  # noqa: E402
+from peers import LOAD_CORE, SERVER_CORE, Tool, cpu_seconds, find, memory, on_core, stolen_seconds, wait_for_port  # noqa: E402
 from speed_bench import machine, shown  # noqa: E402
 from support.ports import free_port  # noqa: E402
 from support.servers import PATIENCE, program  # noqa: E402
@@ -70,6 +73,10 @@ backend simulations
     http-reuse never
     server simulation 127.0.0.1:{upstream} {trust}
 """
+
+
+MOST_STOLEN = 0.005  # of the processors' time, by the host
+MOST_TRIES = 30
 
 
 class Certificate:
@@ -142,10 +149,12 @@ class Direct:
 
 
 class Bench:
-    def __init__(self, folder, seconds):
+    def __init__(self, folder, seconds, most_stolen):
         self.folder = folder
         self.seconds = seconds
+        self.most_stolen = most_stolen
         self.certificate = Certificate(folder)
+        self.disturbed = 0  # measurements that were made again
         self.port = free_port()
         self.simulations = Tool("simulations", self.port)
         wait_for_port(self.port)
@@ -167,27 +176,35 @@ class Bench:
             yield viewers
 
     def load(self, name, count, target, tls):
-        """Bytes relayed, messages, median and 99th percentile in microseconds, and the gateway's seconds of processor."""
+        """Bytes relayed, messages, median and 99th percentile in microseconds, the gateway's seconds of processor, and the share that the host took."""
         buffers = small_buffers() if target == "/flood" else contextlib.nullcontext()
         with buffers, self.gateway(name, tls) as gateway, self.viewers(gateway, count, target, tls and name != "direct") as viewers:
             viewers.ask("begin")
             spent = cpu_seconds(gateway.pid) if gateway.pid else 0
             crossed = bytes_on_the_network()
+            stolen = stolen_seconds()
             time.sleep(self.seconds)
             answer = viewers.ask("end", "bytes")
+            stolen = (stolen_seconds() - stolen) / self.seconds / os.cpu_count()
             spent = cpu_seconds(gateway.pid) - spent if gateway.pid else 0
             if crossed is not None:  # to the gateway, and from it, and to the one that speaks TLS for the simulations
                 answer[0] = (bytes_on_the_network() - crossed) / (3 if tls == "both" else 2)
-            return answer, spent
+            return answer, spent, stolen
 
     def throughput(self, name, count, target, tls):
         """MB per second of the gateway's processor."""
-        (transferred, *_), spent = self.load(name, count, target, tls)
+        (transferred, *_), spent, _ = self.load(name, count, target, tls)
         return transferred / 1e6 / spent
 
     def latency(self, name, count, tls, direct):
         period = 333_333 if count >= 1000 else 50_000
-        (_, messages, median, worst), spent = self.load(name, count, f"/pictures?10000,{period}", tls)
+        for _ in range(MOST_TRIES):
+            (_, messages, median, worst), spent, stolen = self.load(name, count, f"/pictures?10000,{period}", tls)
+            if stolen <= self.most_stolen:
+                break
+            self.disturbed += 1
+        else:
+            raise SystemExit(f"The host of this machine took more than {MOST_STOLEN:.1%} of its processors, {MOST_TRIES} times in a row: try later.")
         if not messages:
             raise SystemExit(f"{name}: no pictures arrived")
         return {"median": median - direct["median"], "p99": worst - direct["p99"], "cpu": spent * 1e6 / messages} if direct else \
@@ -344,7 +361,7 @@ def main():
     resource.setrlimit(resource.RLIMIT_NOFILE, (resource.getrlimit(resource.RLIMIT_NOFILE)[1],) * 2)
     folder = tempfile.mkdtemp(prefix="webots_cloud_gateway_")
     try:
-        bench = Bench(folder, options.seconds)
+        bench = Bench(folder, options.seconds, 1 if options.quick else MOST_STOLEN)
         with bench.simulations, bench.machine:
             print(machine((("nginx", "-v"), ("haproxy", "-v"))) + "\n")
             print("| what | unit | ours | nginx | HAProxy | goal | ratio | reached |\n|---|---|---:|---:|---:|---|---:|---|", flush=True)
@@ -352,6 +369,7 @@ def main():
                 throughput_rows(bench, options, tls, label)
                 latency_rows(bench, options, tls, label)
                 memory_rows(bench, options, tls, label)
+            print(f"\n{bench.disturbed} measurements of latency were made again, since the host took more than {MOST_STOLEN:.1%} of the processors.")
     finally:
         shutil.rmtree(folder, ignore_errors=True)
 

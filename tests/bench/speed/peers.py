@@ -20,6 +20,12 @@ def on_core(core):
     return lambda: os.sched_setaffinity(0, {core})
 
 
+def stolen_seconds():
+    """Of all processors, that the host of this virtual machine has given to others so far, while somebody here wanted them."""
+    with open("/proc/stat") as file:
+        return int(file.readline().split()[8]) / os.sysconf("SC_CLK_TCK")
+
+
 def cpu_seconds(pid):
     """Processor time of a process and its threads (the clock that clock_getcpuclockid(3) names)."""
     return time.clock_gettime(~pid << 3 | 2)
