@@ -5,6 +5,7 @@
 #include "async/task_group.hpp"
 #include "core/simulation/client_protocol.hpp"
 #include "core/text.hpp"
+#include "core/waiting/waiting_messages.hpp"
 
 #include <webots_cloud/session_service.hpp>
 #include <webots_cloud/testing/loopback_channel.hpp>
@@ -314,6 +315,30 @@ BOOST_AUTO_TEST_CASE(a_new_place_is_told_at_once_but_not_more_than_once_a_second
     BOOST_TEST(last_of(*line[3], "queue:") == "queue:2");
     fixture.world.advance(1250ms);
     BOOST_TEST(last_of(*line[3], "queue:") == "queue:1");
+}
+
+// They are told in parts of 500, and the line may change in between.
+BOOST_AUTO_TEST_CASE(in_a_long_line_everybody_knows_their_place)
+{
+    auto params = relaying();
+    params.waiting_places = 1100;
+    Fixture fixture(params);
+    std::map<std::string, testing::LoopbackChannel*> by_place;
+    for (int i = 0; i < 1100; ++i)
+        fixture.start(todays_start,
+                      concat("10.0.", std::to_string(i / 250), ".", std::to_string(i % 250 + 1)));
+    fixture.world.advance(2s);
+    for (auto& browser : fixture.browsers)
+        by_place.emplace(last_of(browser, "queue:"), &browser);
+    BOOST_TEST(by_place.size() == 1100u, "each has a place of its own");
+    for (std::string_view leaver : {"queue:0", "queue:499", "queue:500", "queue:999"})
+        by_place.extract(std::string(leaver)).mapped()->browser_leaves();
+    fixture.world.advance(1250ms);
+    std::size_t ahead = 0;
+    for (int before = 0; before < 1100; ++before)
+        if (auto const browser = by_place.find(core::queue_message(static_cast<std::size_t>(before)));
+            browser != by_place.end())
+            BOOST_TEST(last_of(*browser->second, "queue:") == core::queue_message(ahead++));
 }
 
 BOOST_AUTO_TEST_CASE(a_ticket_keeps_the_place_of_who_was_lost)
